@@ -1,0 +1,83 @@
+"""Load a YAML file into a typed structure, or say which file, key and value is wrong and what is allowed."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any, TypeVar
+
+import msgspec
+from ruamel.yaml import YAML
+from ruamel.yaml.error import YAMLError
+
+T = TypeVar("T")
+
+_AT = re.compile(r"^(?P<what>.*?)(?: - at `(?P<path>\$.*)`)?$", re.DOTALL)
+_STEP = re.compile(r"\.([^.\[\]]+)|\[(\d+)\]|\[\.\.\.\]")
+
+
+class ConfigError(ValueError):
+    """A configuration file is missing or wrong; the text names file, key, value and what is allowed."""
+
+
+def config_directory() -> Path:
+    """Return the folder of the installed or sourced package ``scara_config``.
+
+    Raises:
+        ConfigError: ROS cannot find the package.
+    """
+    import rospkg
+
+    try:
+        return Path(rospkg.RosPack().get_path("scara_config"))
+    except rospkg.ResourceNotFound as error:
+        raise ConfigError("package scara_config is not on ROS_PACKAGE_PATH: source env.sh first") from error
+
+
+def load(path: Path | str, kind: type[T]) -> T:
+    """Read ``path`` and convert it to ``kind``.
+
+    Args:
+        path: YAML file.
+        kind: A msgspec structure; its constraints are the allowed values.
+
+    Raises:
+        ConfigError: The file is missing, is no YAML, or a value does not fit ``kind``.
+    """
+    path = Path(path)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise ConfigError(f"{path}: cannot be read: {error.strerror}") from error
+    try:
+        tree = YAML(typ="safe").load(text)
+    except YAMLError as error:
+        raise ConfigError(f"{path}: is no valid YAML: {error}") from error
+    return convert(tree, kind, str(path))
+
+
+def convert(tree: Any, kind: type[T], source: str) -> T:
+    """Convert parsed YAML to ``kind``; ``source`` is named in errors.
+
+    Raises:
+        ConfigError: A value does not fit ``kind``.
+    """
+    try:
+        return msgspec.convert(tree, kind, strict=True)
+    except msgspec.ValidationError as error:
+        match = _AT.match(str(error))
+        what, path = (match["what"], match["path"]) if match else (str(error), None)
+        key = (path or "$")[1:].lstrip(".") or "(top level)"
+        raise ConfigError(f"{source}: {key} = {_value_at(tree, path)}: {what}") from error
+
+
+def _value_at(tree: Any, path: str | None) -> str:
+    """Return the value a msgspec path points to, shortened, for an error text."""
+    value = tree
+    for key, index in _STEP.findall(path or ""):
+        try:
+            value = value[key] if key else value[int(index)]
+        except (KeyError, IndexError, TypeError, ValueError):
+            return "(a value below)"
+    text = repr(value) if not isinstance(value, dict) else "{" + ", ".join(map(str, value)) + "}"
+    return text if len(text) <= 80 else text[:77] + "..."

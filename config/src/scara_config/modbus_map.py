@@ -1,0 +1,81 @@
+"""The register layout of modbus_map.yaml, checked: addresses, widths, no overlap."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import msgspec
+from msgspec import Meta
+
+from scara_config.loader import ConfigError, config_directory, load
+
+Address = Annotated[int, Meta(ge=1, le=65536)]
+WORDS = {"int16": 1, "int32": 2, "float32": 2, "string": 1}
+
+
+class Register(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """One value (or ``count`` equal ones in a row) in the holding registers."""
+
+    address: Address
+    type: Literal["int16", "int32", "float32", "string"]
+    unit: str
+    meaning: str
+    count: Annotated[int, Meta(ge=1, le=125)] = 1
+    write: bool = False
+
+    @property
+    def words(self) -> int:
+        """How many 16-bit words it takes; a string counts words, not characters."""
+        return WORDS[self.type] * self.count
+
+    @property
+    def offset(self) -> int:
+        """PDU address: the manual's number minus one."""
+        return self.address - 1
+
+
+class Bit(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """One coil or discrete input; ``normal`` is a coil's value at rest."""
+
+    address: Address
+    meaning: str
+    write: bool = False
+    normal: bool = False
+
+    @property
+    def offset(self) -> int:
+        """PDU address: the manual's number minus one."""
+        return self.address - 1
+
+
+class ModbusMap(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What stands where on the robot's Modbus server."""
+
+    device_id: Annotated[int, Meta(ge=1, le=247)]
+    word_order: Literal["low_first", "high_first"]
+    holding_registers: dict[str, Register]
+    coils: dict[str, Bit]
+    discrete_inputs: dict[str, Bit]
+
+
+def load_modbus_map(directory: Path | str | None = None) -> ModbusMap:
+    """Read modbus_map.yaml of ``directory`` (default: the package scara_config).
+
+    Raises:
+        ConfigError: The file is missing or wrong, or two registers overlap.
+    """
+    path = Path(directory or config_directory()) / "modbus_map.yaml"
+    layout = load(path, ModbusMap)
+    ordered = sorted(layout.holding_registers.items(), key=lambda item: item[1].address)
+    for (name, register), (after, following) in zip(ordered, ordered[1:]):
+        if register.address + register.words > following.address:
+            raise ConfigError(
+                f"{path}: holding_registers.{after}.address = {following.address}: overlaps {name}, "
+                f"which ends at {register.address + register.words - 1}"
+            )
+    for table in ("coils", "discrete_inputs"):
+        addresses = [bit.address for bit in getattr(layout, table).values()]
+        if len(set(addresses)) != len(addresses):
+            raise ConfigError(f"{path}: {table}: an address occurs more than once")
+    return layout

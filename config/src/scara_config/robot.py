@@ -1,0 +1,167 @@
+"""The robot profile of robot.yaml: joints, limits, lengths and screw axes, in SI."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Annotated, ClassVar
+
+import msgspec
+from msgspec import Meta
+
+from scara_config.loader import ConfigError, config_directory, load
+
+Finite = Annotated[float, Meta(ge=-1e6, le=1e6)]
+Positive = Annotated[float, Meta(gt=0.0, le=1e9)]
+Row4 = tuple[Finite, Finite, Finite, Finite]
+Twist = tuple[Finite, Finite, Finite, Finite, Finite, Finite]
+
+
+class _JointFields(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    name: str
+    axis_number: Annotated[int, Meta(ge=1, le=9)]
+    twin: bool
+    screw_axis: Twist | None
+    effort: Positive
+
+    def check(self, source: str) -> None:
+        """Raise ConfigError unless the lower limit is below the upper one."""
+        if not self.lower < self.upper:  # type: ignore[attr-defined]
+            raise ConfigError(f"{source}: {self.name}: lower limit is not below the upper limit")
+
+
+class RevoluteJoint(_JointFields, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="type", tag="revolute"):
+    """A joint that turns: [rad] inside, degrees at the borders."""
+
+    lower_deg: Finite
+    upper_deg: Finite
+    velocity_deg_s: Positive
+    acceleration_deg_s2: Positive
+    jerk_deg_s3: Positive
+    unit: ClassVar[str] = "deg"
+    scale: ClassVar[float] = math.pi / 180.0
+    si_unit: ClassVar[str] = "rad"
+
+    @property
+    def lower(self) -> float:
+        """Lower limit [rad]."""
+        return self.lower_deg * self.scale
+
+    @property
+    def upper(self) -> float:
+        """Upper limit [rad]."""
+        return self.upper_deg * self.scale
+
+    @property
+    def velocity(self) -> float:
+        """Largest speed [rad/s]."""
+        return self.velocity_deg_s * self.scale
+
+    @property
+    def acceleration(self) -> float:
+        """Largest acceleration of the twin's motion [rad/s^2]."""
+        return self.acceleration_deg_s2 * self.scale
+
+    @property
+    def jerk(self) -> float:
+        """Largest jerk of the twin's motion [rad/s^3]."""
+        return self.jerk_deg_s3 * self.scale
+
+
+class PrismaticJoint(_JointFields, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="type", tag="prismatic"):
+    """A joint that slides: [m] inside, millimetres at the borders."""
+
+    lower_mm: Finite
+    upper_mm: Finite
+    velocity_mm_s: Positive
+    acceleration_mm_s2: Positive
+    jerk_mm_s3: Positive
+    unit: ClassVar[str] = "mm"
+    scale: ClassVar[float] = 1e-3
+    si_unit: ClassVar[str] = "m"
+
+    @property
+    def lower(self) -> float:
+        """Lower limit [m]."""
+        return self.lower_mm * self.scale
+
+    @property
+    def upper(self) -> float:
+        """Upper limit [m]."""
+        return self.upper_mm * self.scale
+
+    @property
+    def velocity(self) -> float:
+        """Largest speed [m/s]."""
+        return self.velocity_mm_s * self.scale
+
+    @property
+    def acceleration(self) -> float:
+        """Largest acceleration of the twin's motion [m/s^2]."""
+        return self.acceleration_mm_s2 * self.scale
+
+    @property
+    def jerk(self) -> float:
+        """Largest jerk of the twin's motion [m/s^3]."""
+        return self.jerk_mm_s3 * self.scale
+
+
+Joint = RevoluteJoint | PrismaticJoint
+
+
+class Geometry(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Lengths of the closed-form kinematics."""
+
+    l1_mm: Positive
+    l2_mm: Positive
+    h_mm: Finite
+
+
+class Robot(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The robot of robot.yaml."""
+
+    name: str
+    base_frame: str
+    tool_frame: str
+    reach_mm: Positive
+    geometry: Geometry
+    home_pose: tuple[Row4, Row4, Row4, Row4]
+    joints: list[Joint]
+
+    @property
+    def twin_joints(self) -> list[Joint]:
+        """The joints that the twin moves, in file order."""
+        return [joint for joint in self.joints if joint.twin]
+
+    @property
+    def arm_joints(self) -> list[Joint]:
+        """The twin's joints that move the tool, in file order."""
+        return [joint for joint in self.twin_joints if joint.screw_axis is not None]
+
+    def joint(self, name: str) -> Joint:
+        """Return the joint called ``name``.
+
+        Raises:
+            ConfigError: There is none; the text lists those that exist.
+        """
+        for joint in self.joints:
+            if joint.name == name:
+                return joint
+        raise ConfigError(f"unknown joint {name!r}: robot.yaml has {', '.join(j.name for j in self.joints)}")
+
+
+def load_robot(directory: Path | str | None = None) -> Robot:
+    """Read robot.yaml of ``directory`` (default: the package scara_config).
+
+    Raises:
+        ConfigError: The file is missing or wrong, a limit is inverted, a name or axis number occurs twice.
+    """
+    path = Path(directory or config_directory()) / "robot.yaml"
+    robot = load(path, Robot)
+    for joint in robot.joints:
+        joint.check(str(path))
+    for key, values in (("name", [j.name for j in robot.joints]), ("axis_number", [j.axis_number for j in robot.joints])):
+        twice = sorted({str(v) for v in values if values.count(v) > 1})
+        if twice:
+            raise ConfigError(f"{path}: joints: {key} {', '.join(twice)} occurs more than once")
+    return robot

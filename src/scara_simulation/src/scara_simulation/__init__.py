@@ -1,0 +1,1 @@
+"""The twin's world in PyBullet, and its web-socket door"""
