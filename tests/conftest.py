@@ -1,0 +1,60 @@
+"""Give every test the built workspace, and show what the started processes printed when a test fails."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+from harness.ros import Master, Ros
+from harness.workspace import enter_workspace, workspace_environment
+
+enter_workspace()
+
+
+@pytest.fixture(scope="session")
+def ros_master(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Master]:
+    """Start one ROS master for the whole run and make this process its node ``/tests``."""
+    import os
+
+    import rospy
+
+    master = Master(tmp_path_factory.mktemp("master"), workspace_environment())
+    os.environ.update({name: master.env[name] for name in ("ROS_MASTER_URI", "ROS_HOME", "ROS_LOG_DIR")})
+    rospy.init_node("tests", disable_signals=True)
+    yield master
+    rospy.signal_shutdown("the tests have ended")
+    master.close()
+
+
+@pytest.fixture
+def ros(ros_master: Master, tmp_path: object, request: pytest.FixtureRequest) -> Iterator[Ros]:
+    """Give one test its own namespace, processes and logs; see tests/ros/conftest.py."""
+    yield from _ros(ros_master, request.getfixturevalue("tmp_path"), request.node.name)
+
+
+@pytest.fixture(scope="module")
+def ros_module(ros_master: Master, tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest) -> Iterator[Ros]:
+    """Give all tests of one module the same namespace and processes: for nodes that are slow to start."""
+    label = request.node.name.rsplit("/", 1)[-1].removesuffix(".py")
+    yield from _ros(ros_master, tmp_path_factory.mktemp(label), label)
+
+
+def _ros(master: Master, folder: object, label: str) -> Iterator[Ros]:
+    from pathlib import Path
+
+    handle = Ros(master, Path(str(folder)), label)
+    yield handle
+    handle.close()
+
+
+@pytest.hookimpl(hookwrapper=True)
+def pytest_runtest_makereport(item: pytest.Item) -> Iterator[None]:
+    """Add the last lines of each started process to the report of a failed test."""
+    outcome = yield
+    report = outcome.get_result()  # type: ignore[attr-defined]
+    if not report.failed:
+        return
+    for value in getattr(item, "funcargs", {}).values():
+        stage = getattr(value, "stage", None)
+        if stage is not None and stage.processes:
+            report.sections.append(("output of the started processes", stage.report()))

@@ -1,0 +1,170 @@
+"""Start programs in their own sessions, keep their output in files, end them, and prove that nothing is left."""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import os
+import signal
+import socket
+import subprocess
+import time
+import uuid
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import TypeVar
+
+T = TypeVar("T")
+
+MARK = "CELL_TEST_MARK"
+_PR_SET_PDEATHSIG = 1
+_LIBC = ctypes.CDLL(None, use_errno=True)
+
+
+def free_port() -> int:
+    """Return a TCP port on 127.0.0.1 that nobody listens on at this moment."""
+    with socket.socket() as listener:
+        listener.bind(("127.0.0.1", 0))
+        port: int = listener.getsockname()[1]
+        return port
+
+
+def wait_until(predicate: Callable[[], T], timeout: float = 10.0, what: str = "", period: float = 0.02) -> T:
+    """Ask ``predicate`` again and again; return its first true answer, or fail with ``what`` after ``timeout`` [s]."""
+    deadline = time.monotonic() + timeout
+    while True:
+        answer = predicate()
+        if answer:
+            return answer
+        if time.monotonic() > deadline:
+            raise AssertionError(f"waited {timeout:g} s in vain for {what or predicate}; last answer: {answer!r}")
+        time.sleep(period)
+
+
+class Process:
+    """One started program; its output is a file, its process group is ended as a whole."""
+
+    def __init__(self, command: Iterable[str], env: Mapping[str, str], log: Path, cwd: Path | None = None) -> None:
+        """Start ``command`` in a session of its own; it dies with the test process even if that is killed."""
+        self.command = [str(word) for word in command]
+        self.log = log
+        with log.open("wb") as stream:
+            self.popen = subprocess.Popen(
+                self.command,
+                env=dict(env),
+                stdin=subprocess.DEVNULL,
+                stdout=stream,
+                stderr=subprocess.STDOUT,
+                cwd=cwd,
+                start_new_session=True,
+                preexec_fn=_die_with_parent,
+            )
+
+    @property
+    def pid(self) -> int:
+        """Process id, which is the id of the process group as well."""
+        return self.popen.pid
+
+    @property
+    def output(self) -> str:
+        """Everything it has printed so far, both streams."""
+        return self.log.read_text(errors="replace")
+
+    def poll(self) -> int | None:
+        """Return the exit code, None while it runs."""
+        return self.popen.poll()
+
+    def wait(self, timeout: float = 10.0) -> int:
+        """Wait for its end and return the exit code, or fail with its last lines."""
+        try:
+            return self.popen.wait(timeout)
+        except subprocess.TimeoutExpired:
+            raise AssertionError(f"{self} has not ended after {timeout:g} s:\n{self.tail()}") from None
+
+    def signal(self, number: signal.Signals) -> None:
+        """Send a signal to its whole process group."""
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(self.pid, number)
+
+    def stop(self, grace: float = 8.0) -> int:
+        """End it: SIGINT, after ``grace`` [s] SIGTERM, then SIGKILL; return the exit code."""
+        for number, patience in ((signal.SIGINT, grace), (signal.SIGTERM, 2.0), (signal.SIGKILL, 5.0)):
+            if self.poll() is not None:
+                break
+            self.signal(number)
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                self.popen.wait(patience)
+        self.signal(signal.SIGKILL)
+        return self.popen.wait(5.0)
+
+    def tail(self, lines: int = 60) -> str:
+        """Return the last lines of its output."""
+        return "\n".join(self.output.splitlines()[-lines:])
+
+    def __str__(self) -> str:
+        """Return the command line."""
+        return " ".join(self.command)
+
+
+class Stage:
+    """All processes of one test: ``run`` starts, ``close`` ends them in reverse order and fails if something is left.
+
+    Every process inherits a mark in its environment, so that grandchildren in other process groups are found too.
+    """
+
+    def __init__(self, folder: Path, env: Mapping[str, str]) -> None:
+        """Keep logs in ``folder``; ``env`` is the environment of everything started here."""
+        folder.mkdir(parents=True, exist_ok=True)
+        self.folder = folder
+        self.mark = uuid.uuid4().hex
+        self.env: dict[str, str] = {**env, MARK: self.mark}
+        self.processes: list[Process] = []
+
+    def start(self, *command: str, name: str = "", env: Mapping[str, str] | None = None, cwd: Path | None = None) -> Process:
+        """Start a command with its output in ``<folder>/<nn>_<name>.log``."""
+        name = name or Path(command[0]).name
+        log = self.folder / f"{len(self.processes):02d}_{name}.log"
+        process = Process(command, {**self.env, **(env or {})}, log, cwd)
+        self.processes.append(process)
+        return process
+
+    def left_over(self) -> list[str]:
+        """Return ``pid command`` of every living process that descends from this stage."""
+        return [f"{pid} {command}" for pid, command in _marked(self.mark)]
+
+    def close(self, grace: float = 8.0) -> None:
+        """End everything; what had to be killed as a left-over makes the test fail."""
+        for process in reversed(self.processes):
+            process.stop(grace)
+        with contextlib.suppress(AssertionError):
+            wait_until(lambda: not self.left_over(), 3.0)
+        left = _marked(self.mark)
+        for pid, _ in left:
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGKILL)
+        assert not left, f"processes left behind: {left}"
+
+    def report(self) -> str:
+        """Return the last lines of every process, for the report of a failed test."""
+        parts = [f"--- {p} (exit code {p.poll()})\n{p.tail()}" for p in self.processes]
+        return "\n".join(parts)
+
+
+def _die_with_parent() -> None:
+    """Let the kernel end this child when the test process is gone, however it ended."""
+    _LIBC.prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
+
+
+def _marked(mark: str) -> list[tuple[int, str]]:
+    """Return (pid, command) of all living processes whose environment holds ``mark``."""
+    found = []
+    wanted = f"{MARK}={mark}".encode()
+    for entry in Path("/proc").iterdir():
+        if not entry.name.isdigit():
+            continue
+        with contextlib.suppress(OSError):
+            if wanted in (entry / "environ").read_bytes().split(b"\0"):
+                command = (entry / "cmdline").read_bytes().replace(b"\0", b" ").decode(errors="replace")
+                if command:
+                    found.append((int(entry.name), command.strip()))
+    return found
