@@ -142,6 +142,8 @@ class Stage:
         for pid, _ in left:
             with contextlib.suppress(ProcessLookupError):
                 os.kill(pid, signal.SIGKILL)
+        with contextlib.suppress(AssertionError):
+            wait_until(lambda: not self.left_over(), 5.0)
         assert not left, f"processes left behind: {left}"
 
     def report(self) -> str:

@@ -33,7 +33,8 @@ class Master:
         """Say whether the master answers."""
         assert self.process.poll() is None, f"rosmaster ended:\n{self.process.tail()}"
         try:
-            return bool(xmlrpc.client.ServerProxy(self.uri).getPid("/tests")[0] == 1)
+            answer: Any = xmlrpc.client.ServerProxy(self.uri).getPid("/tests")
+            return bool(answer[0] == 1)
         except OSError:
             return False
 
