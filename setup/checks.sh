@@ -1,0 +1,49 @@
+# Sourced by ./cell: what ./cell check looks at. All checks run; the exit code says whether all passed.
+
+checks_failed=0
+
+# Run one check: title, command. Silent when it passes.
+check() {
+  local title=$1 start=$EPOCHREALTIME output code
+  shift
+  output=$("$@" 2>&1)
+  code=$?
+  printf '%-34s %s  %s s\n' "$title" "$([ $code -eq 0 ] && echo passed || echo FAILED)" \
+    "$(awk -v a="$start" -v b="$EPOCHREALTIME" 'BEGIN { printf "%.1f", b - a }')"
+  [ $code -eq 0 ] && return
+  printf '%s\n' "$output" | sed 's/^/    /'
+  checks_failed=1
+}
+
+# Print the modules that know no ROS: everything in src/<package>/ but nodes/ and io/.
+pure_modules() {
+  find config/src src/*/src -name '*.py' ! -path '*/nodes/*' ! -path '*/io/*' | sort
+}
+
+check_xml() {
+  local files=(config/package.xml src/*/package.xml)
+  compgen -G 'src/*/urdf/*.urdf' >/dev/null && files+=(src/*/urdf/*.urdf)
+  xmllint --noout "${files[@]}"
+}
+
+check_urdfs() {
+  local file
+  for file in src/*/urdf/*.urdf; do check_urdf "$file" || return 1; done
+}
+
+check_types() {
+  local modules
+  mapfile -t modules < <(pure_modules)
+  .venv/bin/mypy --no-error-summary "${modules[@]}"
+}
+
+run_checks() {
+  check "format (ruff)" .venv/bin/ruff format --check --quiet .
+  check "lint (ruff)" .venv/bin/ruff check --quiet .
+  check "types of the pure modules (mypy)" check_types
+  check "packages (catkin_lint)" catkin_lint --quiet -W1 --strict --ignore package_path_name config src
+  check "XML (xmllint)" check_xml
+  check "robot description (check_urdf)" check_urdfs
+  check "unit tests (pytest)" .venv/bin/python -m pytest tests/unit -q --no-header
+  exit $checks_failed
+}

@@ -1,0 +1,104 @@
+# Sourced by ./cell: the three steps of the set-up. Each is skipped at once when its result is there.
+
+venv="$root/.venv"
+
+# Print the packages of setup/apt.txt, one a line.
+wanted_packages() { sed -e 's/#.*//' -e 's/[[:space:]]*$//' -e '/^$/d' setup/apt.txt; }
+
+# Print name=version of those that are installed.
+installed_packages() {
+  wanted_packages | xargs dpkg-query -W -f '${Package}=${Version} ${db:Status-Status}\n' 2>/dev/null |
+    sed -n 's/ installed$//p'
+}
+
+missing_packages() { grep -vxFf <(installed_packages | cut -d = -f 1) <(wanted_packages); }
+
+# Run a command as root.
+as_root() {
+  if [ "$(id -u)" = 0 ]; then "$@"; else sudo "$@"; fi
+}
+
+apt_install() {
+  local install=(env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends -o DPkg::Lock::Timeout=300 "$@")
+  as_root "${install[@]}" && return 0
+  # Not found or no longer there: the package lists are missing or old.
+  as_root apt-get update -o DPkg::Lock::Timeout=300 && as_root "${install[@]}"
+}
+
+step_debian() {
+  local missing
+  mapfile -t missing < <(missing_packages)
+  [ ${#missing[@]} -gt 0 ] || return 0
+  if [ "$(id -u)" != 0 ]; then
+    command -v sudo >/dev/null || refuse "Debian packages are missing and there is no sudo. As root: apt-get install ${missing[*]}"
+    sudo -v || refuse "Debian packages are missing and sudo refused. As root: apt-get install ${missing[*]}"
+  fi
+  run_step 1/3 "Debian packages (${#missing[@]} of $(wanted_packages | wc -l))" "$logs/apt.log" \
+    "Is this machine online, and does /etc/apt/sources.list name Debian 12 (main)? By hand: apt-get install ${missing[*]}" \
+    apt_install "${missing[@]}"
+}
+
+make_venv() {
+  # A venv knows its own path: one that was moved or copied here is made anew.
+  if ! grep -qsF "VIRTUAL_ENV=$venv" "$venv/bin/activate" && ! grep -qsF "VIRTUAL_ENV=\"$venv\"" "$venv/bin/activate" ||
+    ! "$venv/bin/python" -m pip --version; then
+    rm -rf "$venv"
+    /usr/bin/python3 -m venv --system-site-packages "$venv" || return 1
+  fi
+  touch "$venv/CATKIN_IGNORE" # rospack and catkin shall not look inside
+  "$venv/bin/python" -m pip install --disable-pip-version-check --no-input -r setup/requirements.txt -c setup/constraints.txt
+}
+
+step_python() {
+  local stamp
+  stamp=$({ echo "$venv"; /usr/bin/python3 -V; cat setup/requirements.txt setup/constraints.txt; } | hash_of)
+  [ -x "$venv/bin/python" ] && stamped "$venv/.cell-stamp" "$stamp" && return 0
+  run_step 2/3 "Python libraries in .venv" "$logs/pip.log" \
+    "Is this machine online? A mirror is set with PIP_INDEX_URL. To start afresh: rm -rf .venv" make_venv
+  echo "$stamp" >"$venv/.cell-stamp"
+}
+
+# Print everything that asks for a new build when it changes.
+build_inputs() {
+  echo "$root"
+  installed_packages
+  find CMakeLists.txt config src \( -name package.xml -o -name CMakeLists.txt -o -name setup.py -o -name '*.msg' -o -name '*.srv' \
+    -o -name '*.action' -o -name '*.cfg' -o -name '*.test' \) -type f -print0 | sort -z | xargs -0 sha256sum
+  find config src -path '*/nodes/*' -type f ! -name '*.py*' | sort
+}
+
+build_workspace() {
+  local known
+  known=$(sed -n 's/^CMAKE_HOME_DIRECTORY:INTERNAL=//p' build/CMakeCache.txt 2>/dev/null)
+  if [ -n "$known" ] && [ "$known" != "$root" ]; then rm -rf build devel install; fi
+  mkdir -p build && touch build/CATKIN_IGNORE
+  cmake -S . -B build -DPYTHON_EXECUTABLE="$venv/bin/python" -DCATKIN_DEVEL_PREFIX="$root/devel" \
+    -DCMAKE_INSTALL_PREFIX="$root/install" && cmake --build build -- -j"$(nproc)"
+}
+
+step_build() {
+  local stamp
+  stamp=$(build_inputs | hash_of)
+  [ "${1:-}" != always ] && [ -f devel/setup.bash ] && stamped build/.cell-stamp "$stamp" && return 0
+  rm -f build/.cell-stamp
+  run_step 3/3 "catkin build" "$logs/build.log" \
+    "If the lines above do not tell why: ./cell clean, then ./cell build." build_workspace
+  echo "$stamp" >build/.cell-stamp
+}
+
+# Make sure of everything. One at a time: a second start waits for the first.
+ensure_setup() {
+  local logs="$root/.setup_logs"
+  check_machine
+  check_folder
+  mkdir -p "$logs"
+  exec 9<"$root/cell"
+  if ! flock -n 9; then
+    echo "cell: another ./cell is setting up; waiting for it ..."
+    flock 9
+  fi
+  step_debian
+  step_python
+  step_build "${1:-}"
+  exec 9<&-
+}
