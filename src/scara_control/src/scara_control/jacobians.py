@@ -1,0 +1,72 @@
+"""Velocity kinematics of any open chain: Jacobians of its screw axes, rows (omega, v).
+
+Source: Lynch & Park, Modern Robotics (2017), chapter 5.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from scara_control.screws import ScrewModel, forward_kinematics, joint_vector
+from scara_control.twists import FloatArray, adjoint, exp6, inverse_transform, skew
+
+
+def space_jacobian(arm: ScrewModel, q: ArrayLike) -> FloatArray:
+    r"""Compute the Jacobian of the spatial twist.
+
+    .. math:: J_{s,i}(q) = \mathrm{Ad}_{e^{[S_1]q_1} \cdots e^{[S_{i-1}]q_{i-1}}} S_i
+
+    Its lower half is the velocity of the body's point that passes the base's origin, not that of the tool.
+
+    Args:
+        arm: Screw axes and home pose.
+        q: Joint positions, base to tool, shape ``(n,)``: [rad], prismatic [m].
+
+    Returns:
+        Shape ``(6, n)``, in the base frame.
+
+    Raises:
+        JointVectorError: ``q`` is not of shape ``(n,)`` or not finite.
+    """
+    jacobian = np.empty((6, arm.joint_count))
+    before = np.eye(4)
+    for index, (axis, position) in enumerate(zip(arm.screw_axes.T, joint_vector(arm, q))):
+        jacobian[:, index] = adjoint(before) @ axis
+        before = before @ exp6(axis * position)
+    return jacobian
+
+
+def body_jacobian(arm: ScrewModel, q: ArrayLike) -> FloatArray:
+    """Compute the Jacobian of the twist in the tool frame, shape ``(6, n)``.
+
+    Args:
+        arm: Screw axes and home pose.
+        q: Joint positions, base to tool, shape ``(n,)``: [rad], prismatic [m].
+
+    Raises:
+        JointVectorError: ``q`` is not of shape ``(n,)`` or not finite.
+    """
+    jacobian: FloatArray = adjoint(inverse_transform(forward_kinematics(arm, q))) @ space_jacobian(arm, q)
+    return jacobian
+
+
+def tip_jacobian(arm: ScrewModel, q: ArrayLike) -> FloatArray:
+    r"""Compute the Jacobian of the tool's angular velocity and of the velocity of its origin.
+
+    .. math:: \dot p = v_s + \omega \times p
+
+    Args:
+        arm: Screw axes and home pose.
+        q: Joint positions, base to tool, shape ``(n,)``: [rad], prismatic [m].
+
+    Returns:
+        Shape ``(6, n)``, rows (omega, velocity of the origin), both in the base frame.
+
+    Raises:
+        JointVectorError: ``q`` is not of shape ``(n,)`` or not finite.
+    """
+    jacobian = space_jacobian(arm, q)
+    tip = forward_kinematics(arm, q)[:3, 3]
+    jacobian[3:] -= skew(tip) @ jacobian[:3]
+    return jacobian

@@ -1,0 +1,215 @@
+"""Forward kinematics of any open chain from its screw axes: product of exponentials in both frames.
+
+Nothing here knows a SCARA: joints are columns of ``screw_axes``, turning or sliding, as many as there are.
+
+Source: Lynch & Park, Modern Robotics (2017), chapter 4.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scara_config import Joint, Robot
+
+from scara_control.errors import JointVectorError, ScrewModelError
+from scara_control.twists import FloatArray, adjoint, exp6, inverse_transform, twist_matrix
+
+_RIGID_TOLERANCE = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class ScrewModel:
+    """An open chain at its home pose.
+
+    Attributes:
+        screw_axes: Unit screws ``(omega, v)`` in the base frame {s}, shape ``(6, n)``, base to tool.
+        home_pose: Pose of the tool frame {b} in {s} at zero joints, shape ``(4, 4)``.
+
+    Raises:
+        ScrewModelError: A wrong shape, a screw that is not of unit length, a home pose that is no rigid motion.
+    """
+
+    screw_axes: FloatArray
+    home_pose: FloatArray
+
+    def __post_init__(self) -> None:
+        axes, pose = np.array(self.screw_axes, dtype=float), np.array(self.home_pose, dtype=float)
+        _check_screws(axes)
+        _check_pose(pose)
+        for field, value in (("screw_axes", axes), ("home_pose", pose)):
+            value.setflags(write=False)
+            object.__setattr__(self, field, value)
+
+    @classmethod
+    def from_joints(cls, joints: Sequence[Joint], home_pose: ArrayLike) -> ScrewModel:
+        """Build the chain of ``joints``, base to tool.
+
+        Raises:
+            ScrewModelError: A joint has no screw axis, or see :class:`ScrewModel`.
+        """
+        without = [joint.name for joint in joints if joint.screw_axis is None]
+        if without:
+            raise ScrewModelError(f"no screw_axis: {', '.join(without)}")
+        return cls(np.array([joint.screw_axis for joint in joints], dtype=float).T, np.asarray(home_pose, dtype=float))
+
+    @classmethod
+    def from_robot(cls, robot: Robot) -> ScrewModel:
+        """Build the chain of the joints of robot.yaml that move the twin's tool, in file order."""
+        return cls.from_joints(robot.arm_joints, robot.home_pose)
+
+    @property
+    def joint_count(self) -> int:
+        """Number of joints, n."""
+        return int(self.screw_axes.shape[1])
+
+    @property
+    def body_screw_axes(self) -> FloatArray:
+        """The same screws in the tool frame {b} at home, shape ``(6, n)``: the adjoint of the inverse home pose."""
+        axes: FloatArray = adjoint(inverse_transform(self.home_pose)) @ self.screw_axes
+        return axes
+
+
+def _check_screws(axes: FloatArray) -> None:
+    """Raise ScrewModelError unless each column is a unit screw."""
+    if axes.ndim != 2 or axes.shape[0] != 6 or axes.shape[1] == 0:
+        raise ScrewModelError(f"screw_axes has shape {axes.shape}, expected (6, n)")
+    for number, axis in enumerate(axes.T, start=1):
+        turning = np.linalg.norm(axis[:3])
+        length = turning if turning > 0.0 else np.linalg.norm(axis[3:])
+        if not abs(length - 1.0) <= _RIGID_TOLERANCE:
+            raise ScrewModelError(f"screw axis {number} = {axis.tolist()} has length {length:.6g}, expected 1")
+
+
+def _check_pose(pose: FloatArray) -> None:
+    """Raise ScrewModelError unless ``pose`` is a proper rigid motion."""
+    if pose.shape != (4, 4) or not np.array_equal(pose[3], [0.0, 0.0, 0.0, 1.0]):
+        raise ScrewModelError(f"home_pose is no 4 x 4 homogeneous transform: {pose.tolist()}")
+    rotation = pose[:3, :3]
+    orthogonal = np.allclose(rotation @ rotation.T, np.eye(3), rtol=0.0, atol=_RIGID_TOLERANCE)
+    if not orthogonal or np.linalg.det(rotation) < 0.0:
+        raise ScrewModelError(f"home_pose holds no proper rotation: {rotation.tolist()}")
+
+
+def joint_vector(arm: ScrewModel, q: ArrayLike) -> FloatArray:
+    """Return ``q`` as an array of shape ``(n,)``.
+
+    Raises:
+        JointVectorError: ``q`` is not of shape ``(n,)`` or not finite.
+    """
+    vector = np.asarray(q, dtype=float)
+    if vector.shape != (arm.joint_count,):
+        raise JointVectorError(f"joint vector has shape {vector.shape}, expected ({arm.joint_count},)")
+    if not np.isfinite(vector).all():
+        raise JointVectorError(f"joint vector is not finite: {vector.tolist()}")
+    return vector
+
+
+def forward_kinematics(arm: ScrewModel, q: ArrayLike) -> FloatArray:
+    r"""Compute the pose of the tool frame {b} in the base frame {s}.
+
+    .. math:: T_{sb}(q) = e^{[S_1] q_1} \cdots e^{[S_n] q_n} M
+
+    Args:
+        arm: Screw axes and home pose.
+        q: Joint positions, base to tool, shape ``(n,)``: [rad], prismatic [m].
+
+    Returns:
+        Homogeneous transform ``T_sb``, shape ``(4, 4)``, translation in [m].
+
+    Raises:
+        JointVectorError: ``q`` is not of shape ``(n,)`` or not finite. Limits: see :func:`check_limits`.
+
+    Source:
+        Lynch & Park, Modern Robotics (2017), sec. 4.1.1.
+    """
+    pose = np.eye(4)
+    for axis, position in zip(arm.screw_axes.T, joint_vector(arm, q)):
+        pose = pose @ exp6(axis * position)
+    return pose @ arm.home_pose
+
+
+def forward_kinematics_body(arm: ScrewModel, q: ArrayLike) -> FloatArray:
+    r"""Compute the same pose from the screws of the tool frame.
+
+    .. math:: T_{sb}(q) = M e^{[B_1] q_1} \cdots e^{[B_n] q_n}
+
+    Args:
+        arm: Screw axes and home pose.
+        q: Joint positions, base to tool, shape ``(n,)``: [rad], prismatic [m].
+
+    Returns:
+        Homogeneous transform ``T_sb``, shape ``(4, 4)``, translation in [m].
+
+    Raises:
+        JointVectorError: ``q`` is not of shape ``(n,)`` or not finite.
+
+    Source:
+        Lynch & Park, Modern Robotics (2017), sec. 4.1.3.
+    """
+    pose = arm.home_pose
+    for axis, position in zip(arm.body_screw_axes.T, joint_vector(arm, q)):
+        pose = pose @ exp6(axis * position)
+    return pose
+
+
+def forward_kinematics_batch(arm: ScrewModel, q: ArrayLike) -> FloatArray:
+    r"""Compute the tool's pose for many joint vectors at once.
+
+    The screws are of unit length, so :math:`e^{[S]q} = I + q[S] + (1-\cos q)[S]^2 + (q-\sin q)[S]^3` for
+    turning and sliding joints alike; it is applied to the columns of the home pose, tool to base.
+
+    Args:
+        arm: Screw axes and home pose.
+        q: Joint positions, shape ``(m, n)``: [rad], prismatic [m].
+
+    Returns:
+        Homogeneous transforms, shape ``(m, 4, 4)``. A row of ``q`` with NaN gives NaN.
+
+    Raises:
+        JointVectorError: ``q`` is not of shape ``(m, n)``.
+    """
+    positions = _joint_matrix(arm, q)
+    columns = np.broadcast_to(arm.home_pose.T, (len(positions), 4, 4))
+    return np.ascontiguousarray(_move(arm, positions, columns).transpose(0, 2, 1))
+
+
+def tool_positions(arm: ScrewModel, q: ArrayLike) -> FloatArray:
+    """Compute where the tool's origin is for many joint vectors; see :func:`forward_kinematics_batch`.
+
+    Args:
+        arm: Screw axes and home pose.
+        q: Joint positions, shape ``(m, n)``: [rad], prismatic [m].
+
+    Returns:
+        Positions in the base frame, shape ``(m, 3)`` [m]. A row of ``q`` with NaN gives NaN.
+
+    Raises:
+        JointVectorError: ``q`` is not of shape ``(m, n)``.
+    """
+    positions = _joint_matrix(arm, q)
+    origins = np.broadcast_to(arm.home_pose[:, 3], (len(positions), 1, 4))
+    return np.ascontiguousarray(_move(arm, positions, origins)[:, 0, :3])
+
+
+def _joint_matrix(arm: ScrewModel, q: ArrayLike) -> FloatArray:
+    """Return ``q`` as an array of shape ``(m, n)`` or raise JointVectorError."""
+    matrix = np.asarray(q, dtype=float)
+    if matrix.ndim != 2 or matrix.shape[1] != arm.joint_count:
+        raise JointVectorError(f"joint matrix has shape {matrix.shape}, expected (m, {arm.joint_count})")
+    return matrix
+
+
+def _move(arm: ScrewModel, q: FloatArray, points: FloatArray) -> FloatArray:
+    """Carry homogeneous ``points``, shape ``(m, k, 4)``, through the joints, last joint first."""
+    for axis, angle in zip(arm.screw_axes.T[::-1], q.T[::-1]):
+        screw = twist_matrix(axis).T
+        angle = angle[:, None, None]
+        first = points @ screw
+        points = points + angle * first
+        if axis[:3].any():
+            second = first @ screw
+            points = points + (2.0 * np.sin(angle / 2.0) ** 2) * second + (angle - np.sin(angle)) * (second @ screw)
+    return points

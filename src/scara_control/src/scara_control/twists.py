@@ -1,0 +1,96 @@
+"""Rigid motions of space: twists (omega first), adjoint, matrix exponential.
+
+Source: Lynch & Park, Modern Robotics (2017), chapter 3.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+_SERIES_BELOW = 1e-4
+"""[rad] Below this angle the exponential's coefficients are taken from their series (error < angle^4 / 2520 ~ 4e-20)."""
+
+
+def skew(vector: FloatArray) -> FloatArray:
+    """Return the matrix of the cross product, ``skew(a) @ b == cross(a, b)``, shape ``(3, 3)``."""
+    x, y, z = vector
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
+def twist_matrix(twist: FloatArray) -> FloatArray:
+    """Return the 4 x 4 matrix form of a twist ``(omega, v)``."""
+    matrix = np.zeros((4, 4))
+    matrix[:3, :3] = skew(twist[:3])
+    matrix[:3, 3] = twist[3:]
+    return matrix
+
+
+def exp6(twist: FloatArray) -> FloatArray:
+    r"""Compute the motion that a constant twist makes in one unit of time.
+
+    .. math:: e^{[V]} = I + [V] + \frac{1-\cos\theta}{\theta^2}[V]^2 + \frac{\theta-\sin\theta}{\theta^3}[V]^3,
+              \quad \theta = |\omega|
+
+    One formula for turning, sliding and screwing: with omega = 0 the square of the matrix is zero.
+
+    Args:
+        twist: ``(omega, v)`` times time, shape ``(6,)``: [rad], [m].
+
+    Returns:
+        Homogeneous transform, shape ``(4, 4)``.
+    """
+    matrix = twist_matrix(twist)
+    angle = math.sqrt(float(twist[:3] @ twist[:3]))
+    if angle < _SERIES_BELOW:
+        second, third = 0.5 - angle**2 / 24.0, 1.0 / 6.0 - angle**2 / 120.0
+    else:
+        # 1 - cos without cancellation.
+        second, third = 2.0 * (math.sin(angle / 2.0) / angle) ** 2, (angle - math.sin(angle)) / angle**3
+    square = matrix @ matrix
+    motion: FloatArray = np.eye(4) + matrix + second * square + third * (square @ matrix)
+    return motion
+
+
+def adjoint(transform: FloatArray) -> FloatArray:
+    """Return the 6 x 6 matrix that expresses a twist given in the moved frame in the fixed one."""
+    rotation = transform[:3, :3]
+    matrix = np.zeros((6, 6))
+    matrix[:3, :3] = rotation
+    matrix[3:, 3:] = rotation
+    matrix[3:, :3] = skew(transform[:3, 3]) @ rotation
+    return matrix
+
+
+def inverse_transform(transform: FloatArray) -> FloatArray:
+    """Return the inverse of a homogeneous transform, using that its rotation is orthogonal."""
+    rotation = transform[:3, :3]
+    inverse = np.eye(4)
+    inverse[:3, :3] = rotation.T
+    inverse[:3, 3] = -rotation.T @ transform[:3, 3]
+    return inverse
+
+
+def quaternion(rotation: FloatArray) -> tuple[float, float, float, float]:
+    """Return the unit quaternion ``(x, y, z, w)`` of a rotation matrix, first non-zero of (w, x, y, z) positive.
+
+    The column of the largest diagonal term of the quaternion's outer product is taken, so nothing small is divided by.
+
+    Args:
+        rotation: Proper rotation, shape ``(3, 3)``.
+    """
+    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = rotation.tolist()
+    outer = (
+        (1.0 + xx + yy + zz, zy - yz, xz - zx, yx - xy),
+        (zy - yz, 1.0 + xx - yy - zz, xy + yx, xz + zx),
+        (xz - zx, xy + yx, 1.0 - xx + yy - zz, yz + zy),
+        (yx - xy, xz + zx, yz + zy, 1.0 - xx - yy + zz),
+    )
+    largest = max(range(4), key=lambda index: outer[index][index])
+    norm = math.copysign(math.hypot(*outer[largest]), next((v for v in outer[largest] if abs(v) > 1e-9), 1.0))
+    w, x, y, z = (value / norm for value in outer[largest])
+    return x, y, z, w
