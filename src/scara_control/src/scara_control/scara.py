@@ -147,7 +147,7 @@ def solve_elbow(scara: Scara, x: float, y: float, z: float, elbow: Elbow, near: 
         a = -a
     along, across = r * r + l1 * l1 - l2 * l2, a * b
     q1 = math.atan2(y * along - x * across, x * along + y * across)
-    q2 = 2.0 * math.atan2(a, b)
+    q2 = 2.0 * math.atan2(a, b) + 0.0  # no -0.0 on the edge
     q3 = z - scara.h
     low1, high1, low2, high2, low3, high3 = scara.limits
     if not (-math.pi < low1 and high1 < math.pi):

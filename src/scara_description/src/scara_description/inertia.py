@@ -1,0 +1,132 @@
+"""Inertia of a URDF link from its mass and its collision shapes.
+
+Each shape has the share of the link's mass that it has of the sum of the volumes: one density per link, and where
+shapes overlap, as at the joints with their motors and gears, twice of it.
+
+Source: solid box and solid cylinder, any table of moments of inertia; parallel axes by Steiner.
+"""
+
+from __future__ import annotations
+
+import re
+import xml.etree.ElementTree as ET
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+_INERTIAL = re.compile(r"^(?P<indent> *)<inertial>.*?</inertial>\n", re.DOTALL | re.MULTILINE)
+
+
+class ShapeError(ValueError):
+    """A link has no mass, no collision shape, or one whose inertia is not known here."""
+
+
+@dataclass(frozen=True, eq=False)
+class Inertial:
+    """Mass [kg], centre of mass in the link's frame (3,) [m], inertia about it, (3, 3) along the link's axes [kg m^2]."""
+
+    mass: float
+    centre: FloatArray
+    inertia: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class _Solid:
+    """A shape of density 1: its volume, place and inertia in the link's frame."""
+
+    volume: float
+    centre: FloatArray
+    inertia: FloatArray
+
+
+def rotation_from_rpy(roll: float, pitch: float, yaw: float) -> FloatArray:
+    """Return URDF's rotation: about the fixed x, then y, then z, shape ``(3, 3)``."""
+    (cr, cp, cy), (sr, sp, sy) = np.cos([roll, pitch, yaw]), np.sin([roll, pitch, yaw])
+    about_x = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
+    about_y = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
+    about_z = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])
+    rotation: FloatArray = about_z @ about_y @ about_x
+    return rotation
+
+
+def inertial_of(link: ET.Element) -> Inertial:
+    """Compute what the ``<inertial>`` of a URDF link should say.
+
+    Args:
+        link: A ``<link>`` with a mass and collision shapes (boxes, cylinders).
+
+    Raises:
+        ShapeError: No mass, no collision shape, or one that is neither box nor cylinder; the text names the link.
+    """
+    name = link.get("name")
+    mass = link.find("inertial/mass")
+    solids = [_solid(name, collision) for collision in link.iter("collision")]
+    if mass is None or not solids:
+        raise ShapeError(f"link {name} has no {'mass' if mass is None else 'collision shape'}")
+    kilograms = float(mass.attrib["value"])
+    volume = sum(solid.volume for solid in solids)
+    centre = sum((solid.volume * solid.centre for solid in solids), np.zeros(3)) / volume
+    inertia = np.zeros((3, 3))
+    for solid in solids:
+        arm = solid.centre - centre
+        inertia += solid.inertia + solid.volume * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+    return Inertial(kilograms, centre, inertia * (kilograms / volume))
+
+
+def with_inertia(urdf: str) -> str:
+    """Return the URDF text with every link's inertial computed anew; all else stays as it is.
+
+    Raises:
+        ShapeError: See :func:`inertial_of`.
+    """
+    links = iter([link for link in ET.fromstring(urdf).iter("link") if link.find("inertial") is not None])
+    return _INERTIAL.sub(lambda match: _block(inertial_of(next(links)), match["indent"]), urdf)
+
+
+def _solid(name: str | None, collision: ET.Element) -> _Solid:
+    """Return a collision shape as a solid of density 1, in the link's frame."""
+    box, cylinder = collision.find("geometry/box"), collision.find("geometry/cylinder")
+    if box is not None:
+        x, y, z = _numbers(box.attrib["size"])
+        volume = x * y * z
+        moments = [(y * y + z * z) / 12.0, (x * x + z * z) / 12.0, (x * x + y * y) / 12.0]
+    elif cylinder is not None:
+        radius, length = float(cylinder.attrib["radius"]), float(cylinder.attrib["length"])
+        volume = np.pi * radius**2 * length
+        across = radius**2 / 4.0 + length**2 / 12.0
+        moments = [across, across, radius**2 / 2.0]
+    else:
+        raise ShapeError(f"link {name} has a collision shape that is neither box nor cylinder")
+    origin = collision.find("origin")
+    place = {} if origin is None else origin.attrib
+    rotation = rotation_from_rpy(*_numbers(place.get("rpy", "0 0 0")))
+    inertia = rotation @ np.diag(moments) @ rotation.T * volume
+    return _Solid(volume, np.array(_numbers(place.get("xyz", "0 0 0"))), inertia)
+
+
+def _numbers(text: str) -> list[float]:
+    """Return the numbers of a URDF attribute."""
+    return [float(word) for word in text.split()]
+
+
+def _block(inertial: Inertial, indent: str) -> str:
+    """Return the ``<inertial>`` element as text, six significant digits, rounding dust as 0."""
+    largest = float(np.abs(inertial.inertia).max())
+
+    def number(value: float, scale: float) -> str:
+        return "0" if abs(value) < 1e-9 * scale else f"{value:.6g}"
+
+    centre = " ".join(number(value, 1.0) for value in inertial.centre)
+    terms = {"ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2), "iyy": (1, 1), "iyz": (1, 2), "izz": (2, 2)}
+    inertia = " ".join(f'{key}="{number(inertial.inertia[at], largest)}"' for key, at in terms.items())
+    lines = (
+        "<inertial>",
+        f'  <origin xyz="{centre}" rpy="0 0 0"/>',
+        f'  <mass value="{inertial.mass:g}"/>',
+        f"  <inertia {inertia}/>",
+        "</inertial>",
+    )
+    return "".join(f"{indent}{line}\n" for line in lines)

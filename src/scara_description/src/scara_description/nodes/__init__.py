@@ -1,0 +1,1 @@
+"""Executables of scara_description."""
