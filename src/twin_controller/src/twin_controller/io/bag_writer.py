@@ -1,0 +1,174 @@
+"""Write raw messages to a bag from a thread of its own, so that a crash loses at most two write periods."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import threading
+from collections import deque
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import genpy
+import rosbag
+from rosbag.bag import ROSBagException
+
+from twin_controller.recording import RecorderSettings, RecordingStatus
+
+NEEDED_FIELDS = ("type", "md5sum", "message_definition")
+KEPT_FIELDS = (*NEEDED_FIELDS, "callerid", "latching")
+LARGEST_CHUNK = 256 * 1024  # our choice: a burst is cut into chunks of this size, none stays in memory
+CLOSE_DEADLINE_S = 30.0  # our choice: a slow disk gets this long to take the rest
+
+
+class BagWriterError(RuntimeError):
+    """The bag cannot be opened or did not close in time."""
+
+
+class Raw(NamedTuple):
+    """One message as it came from the wire."""
+
+    topic: str
+    header: Mapping[str, str]
+    data: bytes
+    stamp_ns: int
+
+
+class BagWriter:
+    """One recording. Every write period all waiting messages become one complete chunk, handed to the kernel.
+
+    ``put`` may be called by any thread and never waits for the disk. Stamps never run backwards: a message that was
+    overtaken gets the stamp of the one before it.
+    """
+
+    def __init__(self, path: Path, settings: RecorderSettings) -> None:
+        """Create the bag, with its folder if need be.
+
+        Raises:
+            BagWriterError: The file exists already or cannot be created.
+        """
+        self.path = path
+        self._settings = settings
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            self._file: Any = path.open("x+b")
+        except OSError as error:
+            raise BagWriterError(f"{path}: cannot be created: {error.strerror}") from error
+        self._bag: Any = rosbag.Bag(self._file, "w", chunk_threshold=LARGEST_CHUNK)
+        self._lock = threading.Lock()
+        self._waiting: deque[Raw] = deque()
+        self._last_ns = 0
+        self._types: dict[str, str] = {}
+        self._messages = self._size = self._dropped = self._refused = 0
+        self._failure = ""
+        self._accepting = True
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="bag_writer", daemon=True)
+        self._thread.start()
+
+    def put(self, topic: str, header: Mapping[str, str], data: bytes, stamp_ns: int) -> None:
+        """Take one message; it is counted as dropped if the queue is full or the recording has ended.
+
+        Args:
+            topic: Resolved name.
+            header: Connection header of the publisher.
+            data: Serialised message.
+            stamp_ns: When it was received [ns], ROS time.
+        """
+        with self._lock:
+            if not self._accepting or len(self._waiting) >= self._settings.queue_messages:
+                self._dropped += 1
+                return
+            self._last_ns = max(self._last_ns, stamp_ns)
+            self._waiting.append(Raw(topic, header, data, self._last_ns))
+
+    @property
+    def status(self) -> RecordingStatus:
+        """Counts of this recording."""
+        with self._lock:
+            return RecordingStatus(
+                path=str(self.path),
+                active=self._accepting,
+                messages=self._messages,
+                size=self._size,
+                waiting=len(self._waiting),
+                dropped=self._dropped,
+                refused=self._refused,
+                failure=self._failure,
+            )
+
+    def close(self) -> RecordingStatus:
+        """Write what is waiting, finish the index, close the file.
+
+        Raises:
+            BagWriterError: The disk did not take the rest in time.
+        """
+        with self._lock:
+            self._accepting = False
+        self._stop.set()
+        self._thread.join(CLOSE_DEADLINE_S)
+        if self._thread.is_alive():
+            raise BagWriterError(f"{self.path}: still being written after {CLOSE_DEADLINE_S:g} s")
+        return self.status
+
+    def _run(self) -> None:
+        """Write until stopped or until the disk refuses; always leave the file closed."""
+        try:
+            while not self._stop.wait(self._settings.write_period_ms * 1e-3):
+                self._check_disk()
+                self._write_waiting()
+            self._write_waiting()
+        except Exception as error:
+            self._fail(error)
+        try:
+            self._bag.close()
+        except Exception as error:
+            self._fail(error)
+            with contextlib.suppress(OSError):
+                self._file.close()
+
+    def _write_waiting(self) -> None:
+        """Write all waiting messages as one complete chunk."""
+        count = len(self._waiting)
+        for _ in range(count):
+            self._write(self._waiting.popleft())
+        if count:
+            self._bag.flush()
+            self._file.flush()
+            size = self._file.tell()
+            with self._lock:
+                self._size = size
+
+    def _write(self, message: Raw) -> None:
+        """Write one message, or count it as refused."""
+        header = {name: message.header[name] for name in KEPT_FIELDS if name in message.header}
+        md5sum = header.get("md5sum", "")
+        written = False
+        if all(header.get(name) for name in NEEDED_FIELDS) and self._types.setdefault(message.topic, md5sum) == md5sum:
+            kind = type("Kind", (), {"_md5sum": md5sum, "_full_text": header["message_definition"]})
+            stamp = genpy.Time(*divmod(message.stamp_ns, 1_000_000_000))
+            raw = (header["type"], message.data, md5sum, kind)
+            try:
+                self._bag.write(message.topic, raw, stamp, raw=True, connection_header={"topic": message.topic, **header})
+                written = True
+            except (ROSBagException, ValueError):
+                written = False
+        with self._lock:
+            self._messages += written
+            self._refused += not written
+
+    def _check_disk(self) -> None:
+        """Raise OSError while there is still room for the index."""
+        disk = os.statvfs(self.path.parent)
+        free_mb = disk.f_bavail * disk.f_frsize / 1e6
+        if free_mb < self._settings.min_free_mb:
+            raise OSError(f"only {free_mb:.0f} MB free on the disk, min_free_mb is {self._settings.min_free_mb:g}")
+
+    def _fail(self, error: Exception) -> None:
+        """End the recording by itself; the first reason is kept, what waits is lost and counted."""
+        with self._lock:
+            self._accepting = False
+            self._dropped += len(self._waiting)
+            self._waiting.clear()
+            self._failure = self._failure or str(error)

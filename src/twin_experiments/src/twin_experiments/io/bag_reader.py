@@ -1,0 +1,126 @@
+"""Read a bag without ROS: message types come from the bag itself, an unfinished bag is repaired on a copy."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from rosbags.interfaces import Connection, MessageDefinitionFormat
+from rosbags.rosbag1 import Reader
+from rosbags.rosbag1.reader import ReaderError
+from rosbags.typesys import Stores, TypesysError, get_types_from_msg, get_typestore
+
+from twin_experiments.io.bag_repair import is_indexed, repair
+
+
+class BagError(RuntimeError):
+    """The bag cannot be read, or does not hold what is needed; the text names it."""
+
+
+class Bag:
+    """An open bag. Topics are asked for by their relative name, whatever the namespace of the cell was."""
+
+    def __init__(self, path: Path, reader: Reader, repaired: bool) -> None:
+        """Wrap an open reader; use :func:`open_bag`."""
+        self.path = path
+        self.repaired = repaired
+        self._reader = reader
+        self._store = get_typestore(Stores.EMPTY)
+        self._known: set[str] = set()
+
+    @property
+    def topics(self) -> dict[str, int]:
+        """Topic, as recorded, to number of messages."""
+        return {name: info.msgcount for name, info in sorted(self._reader.topics.items())}
+
+    def count(self, topic: str) -> int:
+        """Return how many messages of a topic there are."""
+        return sum(c.msgcount for c in self._connections(topic))
+
+    def require(self, topics: Collection[str]) -> None:
+        """Check that each topic has messages.
+
+        Raises:
+            BagError: Some have none; all of them are named.
+        """
+        missing = [topic for topic in topics if not self.count(topic)]
+        if missing:
+            held = ", ".join(f"{name} ({count})" for name, count in self.topics.items()) or "nothing"
+            raise BagError(f"{self.path}: no message of {', '.join(missing)}; the bag holds {held}")
+
+    def messages(self, topic: str) -> Iterator[tuple[float, Any]]:
+        """Yield receive time [s] and message of a topic, in order.
+
+        Raises:
+            BagError: The bag holds this topic of more than one cell, or a message does not fit its definition.
+        """
+        connections = self._connections(topic)
+        if not connections:
+            return
+        for connection in connections:
+            self._learn(connection)
+        try:
+            for connection, stamp, raw in self._reader.messages(connections):
+                yield stamp * 1e-9, self._store.deserialize_ros1(raw, connection.msgtype)
+        except (ReaderError, TypesysError, AssertionError) as error:
+            raise BagError(f"{self.path}: {topic}: {error}") from error
+
+    def _connections(self, topic: str) -> list[Connection]:
+        """Return the connections of a relative topic name."""
+        suffix = topic if topic.startswith("/") else f"/{topic}"
+        found = [c for c in self._reader.connections if c.topic.endswith(suffix)]
+        names = sorted({c.topic for c in found})
+        if len(names) > 1:
+            raise BagError(f"{self.path}: {topic} was recorded of more than one cell: {', '.join(names)}")
+        return found
+
+    def _learn(self, connection: Connection) -> None:
+        """Register the message type of a connection from the definition in the bag."""
+        if connection.msgtype in self._known:
+            return
+        if connection.msgdef.format != MessageDefinitionFormat.MSG:
+            raise BagError(f"{self.path}: {connection.topic}: the bag holds no definition of {connection.msgtype}")
+        types = get_types_from_msg(connection.msgdef.data, connection.msgtype)
+        self._store.register({name: kind for name, kind in types.items() if name not in self._store.fielddefs})
+        self._known.add(connection.msgtype)
+
+
+@contextmanager
+def open_bag(path: Path | str) -> Iterator[Bag]:
+    """Open a bag for reading; one that was not finished, or is cut, is repaired on a temporary copy first.
+
+    Raises:
+        BagError: There is no such file, it is no bag, or no message of it can be read.
+    """
+    path = Path(path)
+    with tempfile.TemporaryDirectory(prefix="bag_") as folder:
+        repaired = False
+        try:
+            reader = _try_index(path) if is_indexed(path) else None
+            if reader is None:
+                copy = Path(folder) / "repaired.bag"
+                if not repair(path, copy):
+                    raise BagError(f"{path}: the recording was not finished and no whole message is in it")
+                repaired, reader = True, Reader(copy)
+                reader.open()
+        except FileNotFoundError as error:
+            raise BagError(f"{path}: there is no such bag") from error
+        except (ReaderError, OSError) as error:
+            raise BagError(f"{path}: is no readable bag: {error}") from error
+        try:
+            yield Bag(path, reader, repaired)
+        finally:
+            reader.close()
+
+
+def _try_index(path: Path) -> Reader | None:
+    """Return the opened bag, or None if its index is damaged."""
+    reader = Reader(path)
+    try:
+        reader.open()
+    except (ReaderError, AssertionError, IndexError, ValueError):
+        return None
+    return reader
