@@ -10,6 +10,9 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 
+# Settings of the calling shell that would make a test's outcome depend on it.
+_OTHERS = ("ROS_NAMESPACE", "ROS_HOSTNAME", "ROS_LOG_DIR", "CELL_TEST_MARK", "SCARA_CONFIG_DIR")
+
 
 @functools.cache
 def workspace_environment() -> dict[str, str]:
@@ -24,7 +27,7 @@ def workspace_environment() -> dict[str, str]:
         raise RuntimeError(f"env.sh failed: {done.stderr.decode(errors='replace').strip()}")
     pairs = (item.split("=", 1) for item in done.stdout.decode().split("\0") if "=" in item)
     env = dict(pairs)
-    for name in ("ROS_NAMESPACE", "ROS_HOSTNAME", "ROS_LOG_DIR", "CELL_TEST_MARK"):
+    for name in _OTHERS:
         env.pop(name, None)
     env["ROS_IP"] = "127.0.0.1"
     return env
@@ -34,8 +37,8 @@ def enter_workspace() -> None:
     """Give this very process the workspace's environment and import path."""
     env = workspace_environment()
     os.environ.update(env)
-    os.environ.pop("ROS_NAMESPACE", None)
-    os.environ.pop("ROS_HOSTNAME", None)
+    for name in _OTHERS:
+        os.environ.pop(name, None)
     for folder in reversed(env.get("PYTHONPATH", "").split(":")):
         if folder and folder not in sys.path:
             sys.path.insert(1, folder)

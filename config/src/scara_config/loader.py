@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from pathlib import Path
 from typing import Any, TypeVar
@@ -12,6 +13,8 @@ from ruamel.yaml.error import YAMLError
 
 T = TypeVar("T")
 
+OVERRIDE = "SCARA_CONFIG_DIR"
+
 _AT = re.compile(r"^(?P<what>.*?)(?: - at `(?P<path>\$.*)`)?$", re.DOTALL)
 _STEP = re.compile(r"\.([^.\[\]]+)|\[(\d+)\]|\[\.\.\.\]")
 
@@ -21,11 +24,15 @@ class ConfigError(ValueError):
 
 
 def config_directory() -> Path:
-    """Return the folder of the installed or sourced package ``scara_config``.
+    """Return the folder of the installed or sourced package ``scara_config``, or ``SCARA_CONFIG_DIR`` if that is set.
+
+    The variable reaches every program of a cell, so that a second cell can run on other ports.
 
     Raises:
         ConfigError: ROS cannot find the package.
     """
+    if os.environ.get(OVERRIDE):
+        return Path(os.environ[OVERRIDE])
     import rospkg
 
     try:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -68,7 +69,7 @@ def load_modbus_map(directory: Path | str | None = None) -> ModbusMap:
     path = Path(directory or config_directory()) / "modbus_map.yaml"
     layout = load(path, ModbusMap)
     ordered = sorted(layout.holding_registers.items(), key=lambda item: item[1].address)
-    for (name, register), (after, following) in zip(ordered, ordered[1:]):
+    for (name, register), (after, following) in pairwise(ordered):
         if register.address + register.words > following.address:
             raise ConfigError(
                 f"{path}: holding_registers.{after}.address = {following.address}: overlaps {name}, "

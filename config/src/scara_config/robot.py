@@ -160,8 +160,8 @@ def load_robot(directory: Path | str | None = None) -> Robot:
     robot = load(path, Robot)
     for joint in robot.joints:
         joint.check(str(path))
-    for key, values in (("name", [j.name for j in robot.joints]), ("axis_number", [j.axis_number for j in robot.joints])):
-        twice = sorted({str(v) for v in values if values.count(v) > 1})
+    for key, values in (("name", [j.name for j in robot.joints]), ("axis_number", [str(j.axis_number) for j in robot.joints])):
+        twice = sorted({value for value in values if values.count(value) > 1})
         if twice:
             raise ConfigError(f"{path}: joints: {key} {', '.join(twice)} occurs more than once")
     return robot

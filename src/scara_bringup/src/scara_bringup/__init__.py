@@ -1,1 +1,1 @@
-"""Starts and stops a whole cell from one command"""
+"""Starts and stops a whole cell from one command."""

@@ -1,0 +1,58 @@
+"""Typed content of bringup.yaml, and the addresses that the nodes will open."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import msgspec
+from msgspec import Meta
+from scara_config import config_directory, load
+
+Seconds = Annotated[float, Meta(gt=0.0, le=3600.0)]
+Port = Annotated[int, Meta(ge=1, le=65535)]
+
+
+class Bringup(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Deadlines of starting and ending a cell [s]."""
+
+    master_timeout: Seconds
+    ready_timeout: Seconds
+    check_period: Seconds
+    interrupt_grace: Seconds
+    terminate_grace: Seconds
+    kill_grace: Seconds
+    log_lines: Annotated[int, Meta(ge=1, le=1000)]
+
+
+class Door(msgspec.Struct, frozen=True):
+    """The address a server will listen at; the rest of its file is its own business."""
+
+    host: str
+    port: Port
+
+
+class Doors(msgspec.Struct, frozen=True):
+    """Where the cell listens."""
+
+    modbus: Door
+    gateway: Door
+
+
+def load_bringup(directory: Path | str | None = None) -> Bringup:
+    """Read bringup.yaml of ``directory`` (default: the package scara_config).
+
+    Raises:
+        ConfigError: The file is missing or a value does not fit.
+    """
+    return load(Path(directory or config_directory()) / "bringup.yaml", Bringup)
+
+
+def load_doors(directory: Path | str | None = None) -> Doors:
+    """Read the addresses from emulator.yaml and gateway.yaml of ``directory``.
+
+    Raises:
+        ConfigError: A file is missing, or its host or port does not fit.
+    """
+    folder = Path(directory or config_directory())
+    return Doors(modbus=load(folder / "emulator.yaml", Door), gateway=load(folder / "gateway.yaml", Door))

@@ -1,0 +1,1 @@
+"""What touches the machine: processes, listening ports, the ROS master, files."""

@@ -1,0 +1,95 @@
+"""Child processes in groups of their own, with their output in files; none outlives this process, however it ends."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import subprocess
+import time
+from collections import deque
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from types import TracebackType
+
+from scara_bringup.plan import NodePlan
+
+
+class Processes:
+    """The children of the bring-up, by name. As a context manager it kills on leaving whatever still lives."""
+
+    def __init__(self, log_folder: Path, env: Mapping[str, str]) -> None:
+        """Keep logs in ``log_folder``; ``env`` is the environment of all children."""
+        log_folder.mkdir(parents=True, exist_ok=True)
+        self.log_folder = log_folder
+        self._env = dict(env)
+        self._children: dict[str, subprocess.Popen[bytes]] = {}
+        self._reported: set[str] = set()
+
+    def start(self, node: NodePlan, foreground: bool = False) -> int:
+        """Start a node by rosrun (the master directly) and return its process id.
+
+        rosrun replaces itself by the node, so this is the node's own id. The kernel kills the child when this
+        process is gone, even by SIGKILL: the children are out of reach of the terminal's Ctrl-C and of its end.
+
+        Args:
+            node: What to start.
+            foreground: Its output goes to the terminal instead of its log.
+        """
+        words = ["rosrun", node.package, node.executable] if node.package else [node.executable]
+        command = ["setpriv", "--pdeathsig", "KILL", "--", *words, *node.arguments]
+        with self.log_of(node.name).open("ab") as log:
+            self._children[node.name] = subprocess.Popen(
+                command,
+                env=self._env,
+                stdin=subprocess.DEVNULL,
+                stdout=None if foreground else log,
+                stderr=None if foreground else subprocess.STDOUT,
+                start_new_session=True,
+            )
+        return self._children[node.name].pid
+
+    def log_of(self, name: str) -> Path:
+        """Return the file with a node's output."""
+        return self.log_folder / f"{name}.log"
+
+    def last_lines(self, name: str, count: int) -> list[str]:
+        """Return the last lines of a node's output."""
+        try:
+            with self.log_of(name).open(errors="replace") as stream:
+                return [line.rstrip("\n") for line in deque(stream, count)]
+        except OSError:
+            return []
+
+    def ended(self) -> list[tuple[str, int]]:
+        """Return name and exit code of every child that has ended since the last call."""
+        found = []
+        for name, child in self._children.items():
+            code = child.poll()
+            if code is not None and name not in self._reported:
+                self._reported.add(name)
+                found.append((name, code))
+        return found
+
+    def signal(self, names: Iterable[str], number: int) -> None:
+        """Send a signal to the whole groups of these children."""
+        for name in names:
+            if name in self._children:
+                with contextlib.suppress(ProcessLookupError):
+                    os.killpg(self._children[name].pid, number)
+
+    def pids(self) -> dict[str, int]:
+        """Return the process id of each child."""
+        return {name: child.pid for name, child in self._children.items()}
+
+    def __enter__(self) -> Processes:
+        """Return itself."""
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None) -> None:
+        """Kill every group: a child that has ended may have left children of its own in it."""
+        self.signal(self._children, signal.SIGKILL)
+        deadline = time.monotonic() + 5.0
+        for child in self._children.values():
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                child.wait(max(0.0, deadline - time.monotonic()))

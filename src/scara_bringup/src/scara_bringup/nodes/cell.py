@@ -1,0 +1,111 @@
+"""``rosrun scara_bringup cell up|demo``: start roscore and all nodes, watch them, end all of them.
+
+Parameters are command line options (``--help``). It publishes nothing and offers no service. The decisions are in
+:mod:`scara_bringup.supervisor`, what carries them out in :mod:`scara_bringup.nodes.cell_shell`.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from datetime import datetime
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from scara_config import ConfigError, config_directory
+
+from scara_bringup.config import load_bringup, load_doors
+from scara_bringup.io import screen
+from scara_bringup.io.configuration import copy_with_ports
+from scara_bringup.io.master import MasterProbe
+from scara_bringup.io.preflight import CannotStartError, check_before_start
+from scara_bringup.io.processes import Processes
+from scara_bringup.nodes.cell_shell import CellShell
+from scara_bringup.plan import NodePlan, cell_plan, experiment_plan
+
+app = typer.Typer(add_completion=False, no_args_is_help=True, help=__doc__.split("\n\n")[0], rich_markup_mode=None)
+
+Output = Annotated[Path | None, typer.Option(help="Folder of logs, bags and report. Default: runs/<time> of the workspace.")]
+Without = Annotated[list[str] | None, typer.Option(help="Leave out a node, e.g. the emulator when a real robot is there.")]
+MasterPort = Annotated[int | None, typer.Option(help="Port of the ROS master. Default: ROS_MASTER_URI.")]
+ModbusPort = Annotated[int | None, typer.Option(help="Port of the robot stand-in. Default: emulator.yaml.")]
+GatewayPort = Annotated[int | None, typer.Option(help="Port of the twin's web socket. Default: gateway.yaml.")]
+
+
+@app.command()
+def up(
+    output: Output = None,
+    without: Without = None,
+    master_port: MasterPort = None,
+    modbus_port: ModbusPort = None,
+    gateway_port: GatewayPort = None,
+) -> None:
+    """Start the cell and keep it until Ctrl-C."""
+    folder = make_output(output)
+    raise typer.Exit(run(folder, None, tuple(without or ()), master_port, modbus_port, gateway_port))
+
+
+@app.command()
+def demo(
+    output: Output = None,
+    speed: Annotated[float | None, typer.Option(help="Program speed in percent. Default: experiments.yaml.")] = None,
+    without: Without = None,
+    master_port: MasterPort = None,
+    modbus_port: ModbusPort = None,
+    gateway_port: GatewayPort = None,
+) -> None:
+    """Start the cell, run the article's two experiments, write the report, end the cell."""
+    folder = make_output(output)
+    arguments = () if speed is None else ("--speed", f"{speed:g}")
+    experiments = experiment_plan(str(folder), ("real_leads", "twin_leads"), arguments)
+    raise typer.Exit(run(folder, experiments, tuple(without or ()), master_port, modbus_port, gateway_port))
+
+
+def run(
+    folder: Path,
+    foreground: NodePlan | None,
+    without: tuple[str, ...],
+    master_port: int | None,
+    modbus_port: int | None,
+    gateway_port: int | None,
+) -> int:
+    """Start, watch and end one cell; return the exit code."""
+    try:
+        if master_port is not None:
+            os.environ["ROS_MASTER_URI"] = f"http://127.0.0.1:{master_port}"
+        if modbus_port is not None or gateway_port is not None:
+            copied = copy_with_ports(config_directory(), folder / "config", modbus_port, gateway_port)
+            os.environ["SCARA_CONFIG_DIR"] = str(copied)
+        os.environ["ROS_HOME"] = str(folder / "ros_home")
+        deadlines, doors = load_bringup(), load_doors()
+        nodes = cell_plan(doors, without)
+        master = MasterProbe(os.environ["ROS_MASTER_URI"])
+        own_master = check_before_start(nodes, master)
+        with Processes(folder / "log", os.environ) as processes:
+            shell = CellShell(processes, master, deadlines, doors, folder)
+            return shell.run(nodes, foreground, own_master)
+    except ConfigError as error:
+        screen.complain(str(error))
+        return 2
+    except (CannotStartError, ValueError) as error:
+        screen.complain(str(error))
+        return 1
+
+
+def make_output(wanted: Path | None) -> Path:
+    """Create the folder of this run; without a wish it is runs/<time> of the workspace, or of the present folder."""
+    stamp = datetime.now().strftime("%Y-%m-%d_%H-%M-%S")
+    folder = wanted or Path(os.environ.get("CELL_ROOT", ".")) / "runs" / stamp
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        screen.complain(f"{folder}: cannot be made: {error.strerror}")
+        raise typer.Exit(1) from error
+    return folder.resolve()
+
+
+def main() -> None:
+    """Run the command line."""
+    sys.argv[0] = "cell"
+    app()

@@ -1,0 +1,159 @@
+"""The thin shell around the supervisor: it starts, signals, looks and tells; it decides nothing."""
+
+from __future__ import annotations
+
+import signal
+import time
+from pathlib import Path
+
+import rospkg
+
+from scara_bringup.config import Bringup, Doors
+from scara_bringup.io import screen
+from scara_bringup.io.master import Address, MasterProbe
+from scara_bringup.io.ports import listening_ports
+from scara_bringup.io.preflight import CannotStartError, namespace
+from scara_bringup.io.processes import Processes
+from scara_bringup.nodes.controller_watch import ControllerWatch
+from scara_bringup.plan import MASTER, ROSOUT, NodePlan
+from scara_bringup.readiness import Seen, missing, resolve
+from scara_bringup.supervisor import (
+    Action,
+    Announce,
+    Cell,
+    Checked,
+    Ended,
+    Event,
+    Explain,
+    Interrupted,
+    Phase,
+    Signal,
+    Start,
+    Tick,
+    begin,
+    step,
+)
+
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+LOOP_PERIOD = 0.05
+PATIENCE_PERIOD = 5.0
+
+
+class CellShell:
+    """Carries out what the supervisor decides, and tells it what happens."""
+
+    def __init__(self, processes: Processes, master: MasterProbe, deadlines: Bringup, doors: Doors, folder: Path) -> None:
+        """Take over the resources of one run."""
+        self._processes = processes
+        self._master = master
+        self._deadlines = deadlines
+        self._doors = doors
+        self._folder = folder
+        self._watch: ControllerWatch | None = None
+        self._signals: list[int] = []
+        self._began = time.monotonic()
+        self._next_check = 0.0
+        self._next_word = self._began + PATIENCE_PERIOD
+        self._foreground = ""
+
+    def run(self, nodes: list[NodePlan], foreground: NodePlan | None, own_master: bool) -> int:
+        """Run the cell to its end and return the exit code."""
+        for number in SIGNALS:
+            signal.signal(number, lambda received, _frame: self._signals.append(received))
+        screen.say(f"cell: starting {len(nodes)} nodes; logs: {self._processes.log_folder}")
+        running: tuple[NodePlan, ...] = ()
+        if own_master:
+            self._start_master()
+            running, nodes = (MASTER,), [ROSOUT, *nodes]
+        else:
+            screen.say(f"cell: using the ROS master that runs at {self._master.uri}")
+        self._publish_description()
+        self._foreground = foreground.name if foreground else ""
+        cell, actions = begin(nodes, foreground, self._deadlines, time.monotonic(), running)
+        self._perform(actions, cell)
+        self._watch = ControllerWatch()
+        while cell.phase is not Phase.ENDED:
+            for event in self._events(cell):
+                cell, actions = step(cell, event, time.monotonic())
+                self._perform(actions, cell)
+            time.sleep(LOOP_PERIOD)
+        return cell.exit_code
+
+    def _events(self, cell: Cell) -> list[Event]:
+        """Collect what has happened since the last call."""
+        events: list[Event] = [Ended(name, code) for name, code in self._processes.ended()]
+        while self._signals:
+            events.append(Interrupted(self._signals.pop(0)))
+        now = time.monotonic()
+        if cell.phase is Phase.STARTING and now >= self._next_check:
+            self._next_check = now + self._deadlines.check_period
+            events.append(Checked(missing(cell.nodes, self._look(), namespace())))
+        if cell.phase is Phase.STARTING and now >= self._next_word and cell.lacking:
+            self._next_word = now + PATIENCE_PERIOD
+            screen.say(f"cell: waiting for {'; '.join(f'{item.node}: {item.what}' for item in cell.lacking)}")
+        return [*events, Tick()]
+
+    def _look(self) -> Seen:
+        """See what there is of the cell."""
+        services, topics = self._master.services_and_topics()
+        mode, why = self._watch.last() if self._watch else ("", "")
+        return Seen(services, topics, listening_ports(), mode, why)
+
+    def _perform(self, actions: list[Action], cell: Cell) -> None:
+        """Carry out actions."""
+        for action in actions:
+            if isinstance(action, Start):
+                self._processes.start(action.node, foreground=action.node.name == self._foreground)
+            elif isinstance(action, Signal):
+                self._leave_master()
+                self._processes.signal(action.names, action.number)
+            elif isinstance(action, Announce):
+                screen.say(f"cell: ready after {time.monotonic() - self._began:.1f} s")
+                if not self._foreground:
+                    screen.show_cell(cell.nodes, self._processes.pids(), self._doors, self._master.uri, self._folder)
+            elif isinstance(action, Explain):
+                self._explain(action)
+
+    def _explain(self, action: Explain) -> None:
+        """Say why the cell ends, with the logs that belong to it."""
+        screen.complain(action.text)
+        for name in action.logs:
+            lines = self._processes.last_lines(name, self._deadlines.log_lines)
+            screen.show_log(str(self._processes.log_of(name)), lines)
+
+    def _leave_master(self) -> None:
+        """Be no longer a node before the nodes and their master end."""
+        if self._watch is not None:
+            self._watch.close()
+            self._watch = None
+
+    def _start_master(self) -> None:
+        """Start a ROS master and wait until it answers.
+
+        Raises:
+            CannotStartError: It does not, or a signal came first.
+        """
+        port = str(Address.of(self._master.uri).port)
+        self._processes.start(NodePlan(MASTER.name, "", MASTER.executable, ("--core", "-p", port)))
+        deadline = time.monotonic() + self._deadlines.master_timeout
+        while not self._master.answers():
+            if self._signals:
+                raise CannotStartError("interrupted")
+            if self._processes.ended() or time.monotonic() > deadline:
+                lines = self._processes.last_lines(MASTER.name, self._deadlines.log_lines)
+                raise CannotStartError(f"the ROS master at {self._master.uri} did not start:\n" + "\n".join(lines))
+            time.sleep(LOOP_PERIOD)
+
+    def _publish_description(self) -> None:
+        """Put the robot description where robot_state_publisher and RViz look for it.
+
+        Raises:
+            CannotStartError: The file is missing or the master refuses it.
+        """
+        file = Path(rospkg.RosPack().get_path("scara_description")) / "urdf" / "scara_cell.urdf"
+        try:
+            text = file.read_text(encoding="utf-8")
+        except OSError as error:
+            raise CannotStartError(f"{file}: cannot be read: {error.strerror}") from error
+        if not self._master.set_parameter(resolve("robot_description", namespace()), text):
+            raise CannotStartError(f"the ROS master at {self._master.uri} did not take the robot description")

@@ -1,0 +1,36 @@
+"""The twin controller's mode, as it publishes it."""
+
+from __future__ import annotations
+
+import threading
+
+import rospy
+
+from scara_msgs.msg import TwinControllerState
+
+
+class ControllerWatch:
+    """Keep the last mode of the twin controller; this makes the process a node of the master."""
+
+    def __init__(self) -> None:
+        """Subscribe to ``twin_controller/state``; signals stay with the caller."""
+        self._lock = threading.Lock()
+        self._mode, self._why = "", ""
+        rospy.init_node("cell", anonymous=True, disable_signals=True)
+        self._subscriber = rospy.Subscriber(
+            "twin_controller/state", TwinControllerState, self._keep, queue_size=1, tcp_nodelay=True
+        )
+
+    def last(self) -> tuple[str, str]:
+        """Return the last mode and the reason given with it, empty before the first state."""
+        with self._lock:
+            return self._mode, self._why
+
+    def close(self) -> None:
+        """Leave the master."""
+        self._subscriber.unregister()
+        rospy.signal_shutdown("the cell ends")
+
+    def _keep(self, state: TwinControllerState) -> None:
+        with self._lock:
+            self._mode, self._why = state.mode, state.why

@@ -1,0 +1,77 @@
+"""Judge from what the master and the kernel show which node is not ready yet, and why."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from scara_bringup.plan import CONTROLLER, NodePlan
+
+READY_MODE = "IDLE"
+
+
+@dataclass(frozen=True)
+class Missing:
+    """What one node still lacks."""
+
+    node: str
+    what: str
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What can be seen of the cell at one moment.
+
+    Attributes:
+        services: Absolute names that the master knows.
+        topics: Absolute names with a publisher.
+        ports: TCP ports that somebody listens at.
+        mode: Mode of the twin controller, empty if it has not spoken.
+        why: Its last decision in words.
+    """
+
+    services: frozenset[str] = frozenset()
+    topics: frozenset[str] = frozenset()
+    ports: frozenset[int] = frozenset()
+    mode: str = ""
+    why: str = ""
+
+
+def missing(nodes: Iterable[NodePlan], seen: Seen, namespace: str = "/") -> tuple[Missing, ...]:
+    """List what is not there yet; empty when the cell is ready.
+
+    Args:
+        nodes: The plan.
+        seen: What there is.
+        namespace: In which the relative names of the plan are resolved.
+    """
+    nodes = list(nodes)
+    found = [Missing(node.name, what) for node in nodes for what in _lacks(node, seen, namespace)]
+    if any(node.name == CONTROLLER for node in nodes) and seen.mode != READY_MODE:
+        found.append(Missing(CONTROLLER, _mode_text(seen)))
+    return tuple(found)
+
+
+def _lacks(node: NodePlan, seen: Seen, namespace: str) -> list[str]:
+    """List what one node does not offer yet."""
+    lacks = [f"service {name}" for name in node.services if resolve(name, namespace) not in seen.services]
+    lacks += [f"topic {name}" for name in node.topics if resolve(name, namespace) not in seen.topics]
+    if node.port is not None and node.port not in seen.ports:
+        lacks.append(f"a listener at port {node.port}")
+    return lacks
+
+
+def _mode_text(seen: Seen) -> str:
+    """Say what the twin controller waits for."""
+    if not seen.mode:
+        return f"mode {READY_MODE} (no twin_controller/state yet)"
+    return f"mode {READY_MODE}: it is {seen.mode}" + (f" ({seen.why})" if seen.why else "")
+
+
+def resolve(name: str, namespace: str) -> str:
+    """Make a relative ROS name absolute.
+
+    >>> resolve("move_to", "/cell_2")
+    '/cell_2/move_to'
+    """
+    return name if name.startswith("/") else f"{namespace.rstrip('/')}/{name}"
