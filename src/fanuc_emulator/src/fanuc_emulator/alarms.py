@@ -1,0 +1,94 @@
+"""Alarms of the robot controller: what can be raised, how severe it is, which one the alarm registers show."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from enum import IntEnum
+
+import msgspec
+
+
+class Severity(IntEnum):
+    """Alarm severities of the real controller, in the order of the register ``alarm_severity``."""
+
+    NONE = 0
+    WARN = 1
+    PAUSE = 2
+    STOP = 3
+    SERVO = 4
+    ABORT = 5
+    SYSTEM = 6
+
+
+FACILITIES = {11: "SRVO", 12: "INTP", 15: "MOTN", 24: "SYST"}
+
+
+class AlarmCode(msgspec.Struct, frozen=True):
+    """One kind of alarm.
+
+    Source:
+        Facilities and severities: the real controller's; numbers of our own alarms: our choice.
+    """
+
+    facility: int
+    number: int
+    severity: Severity
+    message: str
+
+    @property
+    def text(self) -> str:
+        """How the pendant shows it."""
+        return f"{FACILITIES[self.facility]}-{self.number:03d} {self.message}"
+
+
+class Alarm(msgspec.Struct, frozen=True):
+    """An alarm that was raised; ``seconds`` is UTC since 1970."""
+
+    code: AlarmCode
+    cause: str
+    seconds: float
+
+    @property
+    def date(self) -> tuple[int, int, int, int, int, int]:
+        """Year, month, day, hour, minute, second in UTC."""
+        at = datetime.fromtimestamp(self.seconds, UTC)
+        return (at.year, at.month, at.day, at.hour, at.minute, at.second)
+
+
+IMSTP = AlarmCode(11, 37, Severity.SERVO, "IMSTP input")
+HEARTBEAT_LOST = AlarmCode(12, 213, Severity.ABORT, "UALM heartbeat lost")
+POSITION_LIMIT = AlarmCode(15, 17, Severity.ABORT, "Limit error PR[1]")
+POSITION_INVALID = AlarmCode(12, 311, Severity.ABORT, "Uninitialized data PR[1]")
+START_REFUSED = AlarmCode(24, 11, Severity.WARN, "Start refused")
+RESET_REFUSED = AlarmCode(24, 12, Severity.WARN, "Reset refused")
+ALL_CODES = (IMSTP, HEARTBEAT_LOST, POSITION_LIMIT, POSITION_INVALID, START_REFUSED, RESET_REFUSED)
+
+
+class AlarmList:
+    """The active alarms. One of each kind; the latest of those that stop is shown first, then the latest warning."""
+
+    def __init__(self) -> None:
+        self._active: list[Alarm] = []
+
+    def add(self, alarm: Alarm) -> None:
+        """Make ``alarm`` active; a kind that is active already keeps its first time and cause (a warning: its last)."""
+        same = [old for old in self._active if old.code is alarm.code]
+        if same and alarm.code.severity > Severity.WARN:
+            return
+        self._active = [old for old in self._active if old not in same] + [alarm]
+
+    def clear(self, keep: AlarmCode | None = None) -> None:
+        """Forget all alarms but those of the kind ``keep``."""
+        self._active = [alarm for alarm in self._active if alarm.code is keep]
+
+    @property
+    def fault(self) -> bool:
+        """An alarm is active that stops; a warning is none."""
+        return any(alarm.code.severity > Severity.WARN for alarm in self._active)
+
+    @property
+    def shown(self) -> Alarm | None:
+        """The alarm in the alarm registers, if any."""
+        stopping = [alarm for alarm in self._active if alarm.code.severity > Severity.WARN]
+        listed = stopping or self._active
+        return listed[-1] if listed else None

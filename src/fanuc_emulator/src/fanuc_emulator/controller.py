@@ -1,0 +1,298 @@
+"""The robot controller: signals, override, alarms, watchdog, programs and motion, stepped once per interpolation period."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from enum import IntEnum
+
+import msgspec
+from scara_config import Robot
+
+from fanuc_emulator import alarms
+from fanuc_emulator.alarms import Alarm, AlarmCode, AlarmList, Severity
+from fanuc_emulator.axis import Axis
+from fanuc_emulator.config import EmulatorConfig, axis_parameters, joint_positions
+from fanuc_emulator.motion import MotionGroup
+from fanuc_emulator.program import Executor, MoveStep, Program, ProgramState, StreamStep
+from fanuc_emulator.uop import Inputs, Outputs, Request
+from fanuc_emulator.watchdog import Watchdog, WatchdogState
+
+_CLOCK_WRAP = 2**31
+
+
+class ControlType(IntEnum):
+    """What the register ``control_type`` says."""
+
+    NONE = 0
+    PROGRAM = 1
+    STREAM = 2
+
+
+class Snapshot(msgspec.Struct, frozen=True):
+    """Everything a client can read, true at one instant; positions in the order of robot.yaml [rad or m]."""
+
+    tick: int
+    clock_ms: int
+    measured_positions: tuple[float, ...]
+    measured_velocities: tuple[float, ...]
+    positions: tuple[float, ...]
+    velocities: tuple[float, ...]
+    control_type: ControlType
+    program_speed: int
+    override: int
+    heartbeat: int
+    watchdog_state: WatchdogState
+    program_name: str
+    program_line: int
+    program_state: ProgramState
+    alarm: Alarm | None
+    outputs: Outputs
+
+
+class Controller:
+    """Take writes, step, give snapshots.
+
+    Args:
+        config: emulator.yaml.
+        robot: robot.yaml.
+        programs: By RSR number, from 2 up; RSR1 is the stream program.
+        boot_seconds: UTC at tick 0, for the dates of alarms [s].
+    """
+
+    def __init__(self, config: EmulatorConfig, robot: Robot, programs: Mapping[int, Program], boot_seconds: float) -> None:
+        self._config = config
+        self._robot = robot
+        self._boot_seconds = boot_seconds
+        self._dt = config.dt
+        self._home = joint_positions(config.start_position, robot, lambda _: "start_position")
+        self._motion = MotionGroup(
+            [
+                Axis(axis_parameters(config, joint), config.filter_lengths, position, config.dt, config.servo_substeps)
+                for joint, position in zip(robot.joints, self._home)
+            ],
+            config.dt,
+        )
+        self._programs = {**programs, 1: Program(config.stream_program, 1, (StreamStep(1),))}
+        self._executor = Executor()
+        self._inputs = Inputs()
+        self._alarms = AlarmList()
+        self._watchdog = Watchdog(config.heartbeat_timeout_ms)
+        self._override = config.cold_start_override_percent
+        self._setpoint: tuple[float, ...] = self._home
+        self._setpoint_valid = False
+        self._setpoint_checked = False
+        self._stream_speed = 100
+        self._aborting = False
+        self._tick = 0
+
+    @property
+    def override(self) -> int:
+        """Override in force [percent]."""
+        cap = 100 if self._inputs["sfspd"] else self._config.safety_speed_percent
+        return min(self._override, cap)
+
+    def write_input(self, name: str, value: bool) -> None:
+        """Set UI signal ``name``."""
+        match self._inputs.write(name, value):
+            case Request.POWER_OFF:
+                self._motion.power_off()
+                self._raise(alarms.IMSTP, "the input was switched off")
+            case Request.HOLD:
+                self._executor.pause()
+            case Request.END:
+                self._abort()
+            case Request.RESET:
+                self._reset()
+            case Request.RESUME:
+                self._resume()
+            case Request.RUN:
+                self._run(int(name[3:]))
+
+    def write_override(self, percent: int) -> None:
+        """Set the general override, 1..100."""
+        self._override = percent
+
+    def write_setpoint(self, positions: Sequence[float]) -> None:
+        """Set PR[1]: joint positions in the order of robot.yaml [rad or m]; judged when a program uses it."""
+        self._setpoint = tuple(positions)
+        self._setpoint_checked = False
+
+    def write_setpoint_valid(self, valid: bool) -> None:
+        """Say whether PR[1] is complete; an incomplete one is not used."""
+        self._setpoint_valid = valid
+
+    def write_stream_speed(self, percent: int) -> None:
+        """Set R[2], the speed of the stream program, 1..100."""
+        self._stream_speed = percent
+
+    def write_heartbeat(self, heartbeat: int) -> None:
+        """Set R[1]."""
+        self._watchdog.beat(heartbeat, self._now_ms)
+
+    def step(self) -> Snapshot:
+        """Go on for one interpolation period."""
+        self._tick += 1
+        if self._watchdog.expires(self._now_ms):
+            self._raise(alarms.HEARTBEAT_LOST, f"heartbeat {self._watchdog.heartbeat} stood still")
+        if self._executor.state is ProgramState.RUNNING:
+            self._execute()
+        self._motion.step(self.override / 100.0, self._executor.state is not ProgramState.RUNNING)
+        if self._aborting and self._motion.standing:
+            self._motion.clear()
+            self._executor.abort()
+            self._aborting = False
+        return self.snapshot()
+
+    def snapshot(self) -> Snapshot:
+        """Return what can be read now."""
+        axes = self._motion.axes
+        step = self._executor.step
+        program = self._executor.program
+        return Snapshot(
+            tick=self._tick,
+            clock_ms=(self._config.clock.boot_offset_ms + self._now_ms) % _CLOCK_WRAP,
+            measured_positions=tuple([axis.measured_position for axis in axes]),
+            measured_velocities=tuple([axis.measured_velocity for axis in axes]),
+            positions=self._motion.positions,
+            velocities=self._motion.velocities,
+            control_type=self._control_type,
+            program_speed=self._stream_speed
+            if isinstance(step, StreamStep)
+            else round(step.speed_percent)
+            if isinstance(step, MoveStep)
+            else 0,
+            override=self.override,
+            heartbeat=self._watchdog.heartbeat,
+            watchdog_state=self._watchdog.state,
+            program_name=program.name if program else "",
+            program_line=self._executor.line,
+            program_state=self._executor.state,
+            alarm=self._alarms.shown,
+            outputs=self._outputs(),
+        )
+
+    @property
+    def _now_ms(self) -> int:
+        """Milliseconds of the own clock since boot."""
+        return self._tick * self._config.interpolation_period_ms
+
+    @property
+    def _control_type(self) -> ControlType:
+        program = self._executor.program
+        if program is None or self._executor.state is ProgramState.ABORTED:
+            return ControlType.NONE
+        return ControlType.STREAM if program.streams else ControlType.PROGRAM
+
+    @property
+    def _enabled(self) -> bool:
+        """CMDENBL: a remote start is possible."""
+        inputs = self._inputs
+        return self._motion.powered and inputs["sfspd"] and inputs["enbl"] and not self._alarms.fault
+
+    def _outputs(self) -> Outputs:
+        state = self._executor.state
+        running = state is ProgramState.RUNNING
+        at_home = all(abs(axis.position - home) <= axis.parameters.tolerance for axis, home in zip(self._motion.axes, self._home))
+        return Outputs(
+            cmdenbl=self._enabled,
+            sysrdy=self._motion.powered,
+            progrun=running,
+            paused=state is ProgramState.PAUSED,
+            held=not self._inputs["hold"],
+            fault=self._alarms.fault,
+            atperch=at_home,
+            tpenbl=False,
+            batalm=False,
+            busy=running or not self._motion.standing,
+        )
+
+    def _execute(self) -> None:
+        """Let the program go on, and start what its line asks for."""
+        motion = self._motion
+        step = self._executor.advance(self._dt, motion.path_done, motion.arrived)
+        if isinstance(step, MoveStep):
+            motion.start_move(step.target, step.speed_percent / 100.0)
+        elif isinstance(self._executor.step, StreamStep) and self._setpoint_acceptable():
+            motion.stream(self._setpoint if self._setpoint_valid else None, self._stream_speed / 100.0)
+
+    def _setpoint_acceptable(self) -> bool:
+        """Check PR[1] once after each write; raise an alarm if the robot cannot go there."""
+        if self._setpoint_checked or not self._setpoint_valid:
+            return True
+        for joint, position in zip(self._robot.joints, self._setpoint):
+            shown = f"J{joint.axis_number} = {position / joint.scale:.3f} {joint.unit}"
+            if not math.isfinite(position):
+                self._raise(alarms.POSITION_INVALID, shown)
+                return False
+            if not joint.lower - 1e-6 <= position <= joint.upper + 1e-6:
+                self._raise(alarms.POSITION_LIMIT, shown)
+                return False
+        self._setpoint_checked = True
+        return True
+
+    def _raise(self, code: AlarmCode, cause: str) -> None:
+        """Make an alarm active and do what its severity asks for."""
+        self._alarms.add(Alarm(code, cause, self._boot_seconds + self._tick * self._dt))
+        if code.severity in (Severity.PAUSE, Severity.STOP):
+            self._executor.pause()
+        elif code.severity >= Severity.SERVO:
+            self._abort()
+
+    def _abort(self) -> None:
+        """Decelerate along the path; the program is paused meanwhile and ended at standstill."""
+        if self._executor.state is ProgramState.ABORTED:
+            return
+        self._executor.pause()
+        self._aborting = True
+        if not self._motion.powered:
+            self._executor.abort()
+            self._aborting = False
+
+    def _reset(self) -> None:
+        """FAULT_RESET: clear alarms whose cause is gone, and switch the drives on again."""
+        if not self._inputs["imstp"]:
+            self._alarms.clear(keep=alarms.IMSTP)
+            return
+        if not self._motion.powered:
+            if not self._motion.standing:
+                self._raise(alarms.RESET_REFUSED, "the axes have not stopped yet")
+                return
+            self._motion.power_on()
+        self._alarms.clear()
+        self._watchdog.reset()
+
+    def _resume(self) -> None:
+        """START: let a paused program go on."""
+        if self._executor.state is not ProgramState.PAUSED:
+            return
+        reason = self._start_obstacle() or ("the program is being ended" if self._aborting else None)
+        if reason:
+            self._raise(alarms.START_REFUSED, reason)
+        else:
+            self._executor.resume()
+
+    def _run(self, number: int) -> None:
+        """RSRn: start a program."""
+        program = self._programs.get(number)
+        if self._executor.state is not ProgramState.ABORTED:
+            assert self._executor.program is not None
+            reason: str | None = f"{self._executor.program.name} is {self._executor.state.name.lower()}"
+        elif program is None:
+            reason = f"RSR{number} has no program"
+        else:
+            reason = self._start_obstacle()
+        if reason or program is None:
+            self._raise(alarms.START_REFUSED, reason or "")
+            return
+        self._setpoint_checked = False
+        self._executor.start(program, self._config.start_delay_ms / 1000.0)
+
+    def _start_obstacle(self) -> str | None:
+        """Say why nothing may start now, or None."""
+        if self._alarms.fault:
+            return "FAULT is on"
+        for name in ("imstp", "hold", "sfspd", "enbl"):
+            if not self._inputs[name]:
+                return f"{name.upper()} is off"
+        return None if self._motion.powered else "the drives are off"

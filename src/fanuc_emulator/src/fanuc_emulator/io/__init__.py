@@ -1,0 +1,1 @@
+"""What touches the world: the Modbus server and the servo loop's thread."""

@@ -1,0 +1,116 @@
+"""The motion group: all axes of the robot, with what they are doing together."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from fanuc_emulator.axis import Axis
+from fanuc_emulator.interpolator import JointMove
+
+
+class MotionGroup:
+    """Drive the axes along a planned move, after a stream of set points, or hold them.
+
+    Args:
+        axes: In the order of robot.yaml.
+        dt: Interpolation period [s].
+    """
+
+    def __init__(self, axes: Sequence[Axis], dt: float) -> None:
+        self.axes = tuple(axes)
+        self.powered = True
+        self._dt = dt
+        self._targets: tuple[float, ...] = tuple(axis.command for axis in axes)
+        self._move: JointMove | None = None
+        self._stream_speed: float | None = None
+
+    @property
+    def positions(self) -> tuple[float, ...]:
+        """True joint positions [rad or m]."""
+        return tuple(axis.position for axis in self.axes)
+
+    @property
+    def velocities(self) -> tuple[float, ...]:
+        """True joint speeds [rad/s or m/s]."""
+        return tuple(axis.velocity for axis in self.axes)
+
+    @property
+    def standing(self) -> bool:
+        """No axis moves and none is about to, unless it is let go on."""
+        if not self.powered:
+            return all(axis.velocity == 0.0 for axis in self.axes)
+        return (self._move is None or self._move.rate == 0.0) and all(axis.resting for axis in self.axes)
+
+    @property
+    def path_done(self) -> bool:
+        """No planned move is unfinished (filters and motors may still come after)."""
+        return self._move is None or self._move.done
+
+    @property
+    def arrived(self) -> bool:
+        """FINE: the planned move is done and each motor is at its end within the axis' tolerance."""
+        return self.path_done and all(
+            abs(axis.position - target) <= axis.parameters.tolerance
+            and abs(axis.velocity) * self._dt <= axis.parameters.tolerance
+            and abs(axis.command - target) <= axis.parameters.tolerance
+            for axis, target in zip(self.axes, self._targets)
+        )
+
+    def start_move(self, target: Sequence[float], speed: float) -> None:
+        """Plan a joint move from the end of the last one (or from where the command is).
+
+        Args:
+            target: Joint positions [rad or m], shape ``(n,)``.
+            speed: Fraction 0..1 of the greatest speed.
+        """
+        limits = [axis.parameters for axis in self.axes]
+        velocities = [p.velocity for p in limits]
+        accelerations = [p.program_acceleration for p in limits]
+        self._stream_speed = None
+        self._move = JointMove(self._targets, target, speed, velocities, accelerations)
+
+    def stream(self, target: Sequence[float] | None, speed: float) -> None:
+        """Follow set points: ``target`` is the latest one (None: stay), ``speed`` the fraction of the greatest speed."""
+        self._move = None
+        self._stream_speed = speed
+        if target is not None:
+            self._targets = tuple(target)
+
+    def clear(self) -> None:
+        """Give up what was planned and stay where the axes stand; for use at standstill."""
+        for axis in self.axes:
+            axis.rest()
+        self._targets = tuple(axis.command for axis in self.axes)
+        self._move = None
+        self._stream_speed = None
+
+    def power_off(self) -> None:
+        """Cut the drives: each axis brakes by itself, what was planned is gone."""
+        self.powered = False
+        self._move = None
+        self._stream_speed = None
+
+    def power_on(self) -> None:
+        """Hold the axes where they stand."""
+        self.powered = True
+        self.clear()
+
+    def step(self, override: float, hold: bool) -> None:
+        """Go on for one interpolation period.
+
+        Args:
+            override: Fraction 0..1 of every programmed speed.
+            hold: Decelerate (a planned move: along its path) and stay.
+        """
+        if not self.powered:
+            for axis in self.axes:
+                axis.brake()
+            return
+        factor = 0.0 if hold else override
+        limit = 1.0
+        if self._move is not None:
+            self._targets = self._move.advance(factor, self._dt)
+        elif self._stream_speed is not None:
+            limit = factor * self._stream_speed
+        for axis, target in zip(self.axes, self._targets):
+            axis.step(target, limit)

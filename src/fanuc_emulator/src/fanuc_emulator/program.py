@@ -1,0 +1,190 @@
+"""Programs of the robot and the executor that runs them line by line."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from enum import IntEnum
+from typing import Annotated, Literal
+
+import msgspec
+from msgspec import Meta
+
+
+class MoveLine(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="do", tag="move"):
+    """``J P[n] v% FINE``: a joint move to a named position; ``cnt`` goes on before it has settled."""
+
+    position: str
+    speed_percent: Annotated[float, Meta(gt=0.0, le=100.0)]
+    termination: Literal["fine", "cnt"] = "fine"
+
+
+class WaitLine(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="do", tag="wait"):
+    """``WAIT t(sec)``."""
+
+    wait_s: Annotated[float, Meta(ge=0.0, le=3600.0)]
+
+
+class RepeatLine(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="do", tag="repeat"):
+    """``FOR .. ENDFOR``: run the lines below ``times`` times."""
+
+    times: Annotated[int, Meta(ge=1, le=1000)]
+    lines: list[MoveLine | WaitLine | RepeatLine]
+
+
+Line = MoveLine | WaitLine | RepeatLine
+
+
+class ProgramFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """One file of config/programs/; positions carry the unit in the key (``joint_1_deg``, ``joint_3_mm``)."""
+
+    name: Annotated[str, Meta(pattern=r"^[A-Z][A-Z0-9_]{0,15}$")]
+    rsr: Annotated[int, Meta(ge=2, le=8)]
+    comment: str
+    positions: dict[str, dict[str, float]]
+    lines: Annotated[list[Line], Meta(min_length=1)]
+
+
+class MoveStep(msgspec.Struct, frozen=True):
+    """A move to be started: joint positions [rad or m], programmed speed in percent, FINE or not."""
+
+    line: int
+    target: tuple[float, ...]
+    speed_percent: float
+    fine: bool
+
+
+class WaitStep(msgspec.Struct, frozen=True):
+    """A pause of ``seconds``."""
+
+    line: int
+    seconds: float
+
+
+class StreamStep(msgspec.Struct, frozen=True):
+    """``J PR[1] R[2]% CNT100; JMP LBL``: follow the set points of the client until aborted."""
+
+    line: int
+
+
+Step = MoveStep | WaitStep | StreamStep
+
+
+class Program(msgspec.Struct, frozen=True):
+    """A program ready to run: its loops are unrolled, each step knows its line in the listing."""
+
+    name: str
+    rsr: int
+    steps: tuple[Step, ...]
+
+    @property
+    def streams(self) -> bool:
+        """It is the program that follows PR[1]."""
+        return any(isinstance(step, StreamStep) for step in self.steps)
+
+
+class ProgramState(IntEnum):
+    """What the register ``program_state`` says."""
+
+    ABORTED = 0
+    PAUSED = 1
+    RUNNING = 2
+
+
+def unroll(lines: Sequence[Line], first: int = 1) -> Iterator[tuple[int, MoveLine | WaitLine]]:
+    """Yield (line number, line) in the order of execution.
+
+    Lines are numbered as they stand in the listing, a ``repeat`` takes a number of its own.
+    """
+    number = first
+    for line in lines:
+        if isinstance(line, RepeatLine):
+            for _ in range(line.times):
+                yield from unroll(line.lines, number + 1)
+        else:
+            yield number, line
+        number += count_lines([line])
+
+
+def count_lines(lines: Sequence[Line]) -> int:
+    """Return how many lines the listing of ``lines`` has."""
+    return sum(1 + (count_lines(line.lines) if isinstance(line, RepeatLine) else 0) for line in lines)
+
+
+class Executor:
+    """Run one program at a time."""
+
+    def __init__(self) -> None:
+        self.state = ProgramState.ABORTED
+        self.program: Program | None = None
+        self._index = 0
+        self._started = False
+        self._delay = 0.0
+
+    @property
+    def line(self) -> int:
+        """Line of the running or last program; 0 before the first."""
+        if self.program is None or not self.program.steps:
+            return 0
+        return self.program.steps[min(self._index, len(self.program.steps) - 1)].line
+
+    @property
+    def step(self) -> Step | None:
+        """What is being executed now, None while nothing runs or the start delay lasts."""
+        if self.program is None or self.state is ProgramState.ABORTED or not self._started:
+            return None
+        return self.program.steps[self._index]
+
+    def start(self, program: Program, delay: float) -> None:
+        """Begin ``program`` at its first line; its first step starts after ``delay`` [s]."""
+        self.program = program
+        self.state = ProgramState.RUNNING
+        self._index = 0
+        self._started = False
+        self._delay = delay
+
+    def pause(self) -> None:
+        """RUNNING -> PAUSED."""
+        if self.state is ProgramState.RUNNING:
+            self.state = ProgramState.PAUSED
+
+    def resume(self) -> None:
+        """PAUSED -> RUNNING."""
+        if self.state is ProgramState.PAUSED:
+            self.state = ProgramState.RUNNING
+
+    def abort(self) -> None:
+        """End the program here."""
+        self.state = ProgramState.ABORTED
+
+    def advance(self, dt: float, path_done: bool, arrived: bool) -> Step | None:
+        """Go on for ``dt`` and return a step that begins now, if one does.
+
+        Args:
+            dt: Step [s].
+            path_done: The last move's path is finished.
+            arrived: ... and the motors are there.
+        """
+        if self.state is not ProgramState.RUNNING or self.program is None:
+            return None
+        if self._delay > 0.0:
+            self._delay -= dt
+            if self._delay > 1e-9:
+                return None
+        if self._started:
+            if not self._finished(self.program.steps[self._index], path_done, arrived):
+                return None
+            self._index += 1
+            if self._index >= len(self.program.steps):
+                self.state = ProgramState.ABORTED
+                return None
+        self._started = True
+        step = self.program.steps[self._index]
+        if isinstance(step, WaitStep):
+            self._delay = step.seconds
+        return step
+
+    def _finished(self, step: Step, path_done: bool, arrived: bool) -> bool:
+        """Tell whether ``step`` is done; a wait is done when its delay has run out, a stream never."""
+        if isinstance(step, MoveStep):
+            return arrived if step.fine else path_done
+        return isinstance(step, WaitStep)

@@ -1,0 +1,75 @@
+"""The controller's digital signals: inputs UI[1..18] as the client writes them, outputs UO[1..20] as it reads them.
+
+Source:
+    The real controller's user operator panel (UOP).
+"""
+
+from __future__ import annotations
+
+from enum import Enum, auto
+
+import msgspec
+
+
+class Request(Enum):
+    """What an edge of an input asks for."""
+
+    NOTHING = auto()
+    POWER_OFF = auto()
+    HOLD = auto()
+    END = auto()
+    RESET = auto()
+    RESUME = auto()
+    RUN = auto()
+
+
+INPUTS = (
+    ("imstp", "hold", "sfspd", "cstopi", "fault_reset", "start", "home", "enbl")
+    + tuple(f"rsr{number}" for number in range(1, 9))
+    + ("pnstrobe", "prod_start")
+)
+NORMALLY_ON = ("imstp", "hold", "sfspd", "enbl")
+
+# (input, value after the edge) -> request. HOME, PNSTROBE and PROD_START do nothing here.
+_EDGES: dict[tuple[str, bool], Request] = {
+    ("imstp", False): Request.POWER_OFF,
+    ("hold", False): Request.HOLD,
+    ("enbl", False): Request.HOLD,
+    ("cstopi", True): Request.END,
+    ("fault_reset", False): Request.RESET,
+    ("start", False): Request.RESUME,
+    **{(f"rsr{number}", True): Request.RUN for number in range(1, 9)},
+}
+
+
+class Inputs:
+    """Levels of all inputs."""
+
+    def __init__(self) -> None:
+        self._levels = {name: name in NORMALLY_ON for name in INPUTS}
+
+    def __getitem__(self, name: str) -> bool:
+        """Level of the input called ``name``."""
+        return self._levels[name]
+
+    def write(self, name: str, value: bool) -> Request:
+        """Set an input and return what its edge asks for; a level that stays asks for nothing."""
+        if self._levels[name] == value:
+            return Request.NOTHING
+        self._levels[name] = value
+        return _EDGES.get((name, value), Request.NOTHING)
+
+
+class Outputs(msgspec.Struct, frozen=True):
+    """Levels of the outputs, named as in modbus_map.yaml."""
+
+    cmdenbl: bool
+    sysrdy: bool
+    progrun: bool
+    paused: bool
+    held: bool
+    fault: bool
+    atperch: bool
+    tpenbl: bool
+    batalm: bool
+    busy: bool
