@@ -1,0 +1,169 @@
+"""The typed content of twin_controller.yaml."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import msgspec
+from msgspec import Meta
+from scara_config import ConfigError, Robot, config_directory, load
+
+Ms = Annotated[float, Meta(ge=0.0, le=600_000.0)]
+PositiveMs = Annotated[float, Meta(gt=0.0, le=600_000.0)]
+Percent = Annotated[float, Meta(ge=1.0, le=100.0)]
+Positive = Annotated[float, Meta(gt=0.0, le=1e6)]
+Count = Annotated[int, Meta(ge=1, le=1000)]
+
+
+class Section(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Base of all sections: unknown keys are errors."""
+
+
+class Real(Section, frozen=True):
+    """Link to the real robot."""
+
+    host: str
+    port: Annotated[int, Meta(ge=1, le=65535)]
+    poll_period_ms: PositiveMs
+    sample_period_ms: PositiveMs
+    samples: Count
+    timeout_ms: PositiveMs
+    stale_ms: PositiveMs
+    clock_drift_ppm: Positive
+    follow_lag_ms: Ms
+    follow_lag_range_ms: tuple[Ms, Ms]
+
+
+class Twin(Section, frozen=True):
+    """Link to the twin."""
+
+    url: str
+    stale_ms: PositiveMs
+    state_period_ms: PositiveMs
+    plan_period_ms: PositiveMs
+    probe_period_ms: PositiveMs
+    clock_drift_ppm: Positive
+    probes: Count
+    stop_quiet_ms: Ms
+
+
+class Change(Section, frozen=True):
+    """What counts as moved and as standing still."""
+
+    decimals: Annotated[int, Meta(ge=0, le=6)]
+    hysteresis: Positive
+    confirm: Count
+    window: Count
+    still_tolerance: Positive
+    still_time_ms: PositiveMs
+    echo_tolerance: Positive
+    echo_memory_ms: PositiveMs
+
+
+class Align(Section, frozen=True):
+    """The twin's slow way to the real robot's pose."""
+
+    speed_percent: Percent
+    tolerance: Positive
+    timeout_ms: PositiveMs
+    lead_tolerance: Positive
+    catch_up: Positive
+    catch_up_ms: PositiveMs
+
+
+class Settle(Section, frozen=True):
+    """When a motion has ended."""
+
+    tolerance: Positive
+    timeout_ms: PositiveMs
+    minimum_ms: Ms
+
+
+class Limit(Section, frozen=True):
+    """The additional controller between twin and real robot."""
+
+    speed_percent: Percent
+    step_margin: Annotated[float, Meta(ge=1.0, le=10.0)]
+    source_age_ms: PositiveMs
+    position_tolerance: Positive
+
+
+class Reset(Section, frozen=True):
+    """How long the robot may take to become ready."""
+
+    wait_ms: Ms
+    timeout_ms: PositiveMs
+
+
+class Stream(Section, frozen=True):
+    """How the robot's stream program is started."""
+
+    retry_ms: PositiveMs
+    attempts: Count
+
+
+class Divergence(Section, frozen=True):
+    """The alarm when the pair comes apart."""
+
+    path_mm: Positive
+    rest_mm: Positive
+    release_ratio: Annotated[float, Meta(gt=0.0, lt=1.0)]
+    confirm: Count
+    window: Count
+    history_ms: PositiveMs
+    pause: bool
+
+
+class Home(Section, frozen=True):
+    """The article's position 1."""
+
+    positions: dict[str, float]
+    speed_percent: Percent
+
+
+class TwinControllerConfig(Section, frozen=True):
+    """Everything in twin_controller.yaml."""
+
+    real: Real
+    twin: Twin
+    change: Change
+    align: Align
+    settle: Settle
+    limit: Limit
+    reset: Reset
+    stream: Stream
+    divergence: Divergence
+    home: Home
+    state_rate_hz: Annotated[float, Meta(ge=1.0, le=100.0)]
+    decision_history: Annotated[int, Meta(ge=10, le=100_000)]
+
+
+def load_twin_controller(robot: Robot, directory: Path | str | None = None) -> TwinControllerConfig:
+    """Read twin_controller.yaml of ``directory`` (default: the package scara_config).
+
+    Raises:
+        ConfigError: The file is missing or wrong, or the home position does not fit the robot.
+    """
+    path = Path(directory or config_directory()) / "twin_controller.yaml"
+    config = load(path, TwinControllerConfig)
+    names = [joint.name for joint in robot.twin_joints]
+    if sorted(config.home.positions) != sorted(names):
+        raise ConfigError(f"{path}: home.positions = {sorted(config.home.positions)}: Expected the joints {', '.join(names)}")
+    for joint in robot.twin_joints:
+        value = config.home.positions[joint.name] * joint.scale
+        if not joint.lower <= value <= joint.upper:
+            raise ConfigError(
+                f"{path}: home.positions.{joint.name} = {config.home.positions[joint.name]:g}: "
+                f"Expected {joint.lower / joint.scale:g} to {joint.upper / joint.scale:g} {joint.unit}"
+            )
+    for section, low, high in (
+        ("change", config.change.confirm, config.change.window),
+        ("divergence", config.divergence.confirm, config.divergence.window),
+    ):
+        if low > high:
+            raise ConfigError(f"{path}: {section}.confirm = {low}: Expected at most {section}.window = {high}")
+    low_ms, high_ms = config.real.follow_lag_range_ms
+    if not low_ms <= config.real.follow_lag_ms <= high_ms:
+        raise ConfigError(f"{path}: real.follow_lag_ms = {config.real.follow_lag_ms:g}: Expected {low_ms:g} to {high_ms:g}")
+    return config

@@ -1,0 +1,106 @@
+"""What the core decides: data that the shell carries out."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+import msgspec
+
+from twin_controller.core.events import Joints
+
+
+class Do(StrEnum):
+    """An action without arguments; the state table is made of these."""
+
+    STOP_REAL = "stop the real robot"
+    HOLD_REAL = "hold the real robot"
+    RELEASE_REAL = "let the real robot go on"
+    ESTOP_REAL = "switch the real robot's drives off"
+    RESET_REAL = "reset the real robot"
+    START_STREAM = "start the real robot's stream program"
+    STOP_TWIN = "stop the twin"
+    PAUSE_TWIN = "pause the twin"
+    RESUME_TWIN = "resume the twin"
+    ESTOP_TWIN = "freeze the twin"
+    RESET_TWIN = "reset the twin"
+    BEGIN_ALIGN = "align the twin"
+    BEGIN_FOLLOW_TWIN = "let the twin follow"
+    BEGIN_STREAM = "let the real robot follow"
+    BASELINE = "take the positions as agreed"
+    MOVE_TWIN = "send the operator's move to the twin"
+
+
+class Action(msgspec.Struct, frozen=True, tag_field="kind"):
+    """Base of all actions."""
+
+
+class Perform(Action, frozen=True, tag="perform"):
+    """Carry out one action of the state table. ``id`` marks commands to the twin, which reports it back."""
+
+    do: Do
+    reason: str
+    id: int = 0
+
+
+class FollowTwin(Action, frozen=True, tag="follow_twin"):
+    """Set point for the twin: position, velocity, acceleration that were true at ``stamp`` (twin's ROS time)."""
+
+    stamp: float
+    q: Joints
+    qdot: Joints
+    qddot: Joints
+
+
+class StreamReal(Action, frozen=True, tag="stream_real"):
+    """Set point for the real robot, already validated and limited."""
+
+    q: Joints
+    speed_percent: float
+
+
+class MoveTwin(Action, frozen=True, tag="move_twin"):
+    """Ask the twin to move; ``target`` as in the operator's command."""
+
+    command: str
+    target: tuple[float, ...]
+    speed_percent: float
+    elbow: str
+
+
+class CapTwin(Action, frozen=True, tag="cap_twin"):
+    """Cap the twin's program speed; its time base is stretched."""
+
+    speed_percent: float
+
+
+class OverrideReal(Action, frozen=True, tag="override_real"):
+    """Set the real robot's override."""
+
+    speed_percent: float
+
+
+class Reply(Action, frozen=True, tag="reply"):
+    """Answer to the operator's command ``id``."""
+
+    id: int
+    success: bool
+    message: str
+
+
+class Decided(Action, frozen=True, tag="decided"):
+    """One decision, for the log, the topic and ``why``."""
+
+    seq: int
+    now: float
+    mode_before: str
+    trigger: str
+    mode_after: str
+    leader: str
+    actions: tuple[str, ...]
+    why: str
+    onset_real: float | None = None
+    onset_twin: float | None = None
+    onset_uncertainty: float = 0.0
+
+
+AnyAction = Perform | FollowTwin | StreamReal | MoveTwin | CapTwin | OverrideReal | Reply | Decided

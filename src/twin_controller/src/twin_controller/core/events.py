@@ -1,0 +1,127 @@
+"""What the core is told: one structure for each input, exactly as it is recorded for replay.
+
+Times ending in ``now``, ``sent`` and ``received`` are seconds of the controller's monotonic clock.
+Joint tuples are in the order of the twin's joints in robot.yaml, [rad] and [m].
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import msgspec
+
+Joints = tuple[float, ...]
+SideName = Literal["real", "twin"]
+
+
+class Event(msgspec.Struct, frozen=True, tag_field="kind", array_like=False):
+    """Base of all inputs."""
+
+    now: float
+
+
+class Tick(Event, frozen=True, tag="tick"):
+    """Time has passed; sent at the state rate and whenever nothing else came for a poll period."""
+
+
+class LinkChanged(Event, frozen=True, tag="link"):
+    """A link came up or went down."""
+
+    side: SideName
+    connected: bool
+    reason: str
+
+
+class RealMeasured(Event, frozen=True, tag="real"):
+    """One checked answer of the real robot.
+
+    Attributes:
+        sent: When the read was sent.
+        received: When the answer was complete.
+        clock_ms: The robot's own clock when the position was true.
+        own_program: The robot moves by a program of its own, not by our set points.
+        streaming: The robot's stream program runs and follows our set points.
+        paused: A program is paused, or the robot is held.
+        drives_on: Servo power is on.
+        fault: An alarm stops the robot.
+        speed_percent: Override times programmed speed.
+    """
+
+    sent: float
+    received: float
+    clock_ms: int
+    q: Joints
+    qdot: Joints
+    own_program: bool = False
+    streaming: bool = False
+    paused: bool = False
+    drives_on: bool = True
+    fault: bool = False
+    speed_percent: float = 0.0
+    override_percent: float = 0.0
+
+
+class RealAlarm(Event, frozen=True, tag="alarm"):
+    """The text of the robot's active alarm; empty when there is none."""
+
+    text: str
+
+
+class TwinMeasured(Event, frozen=True, tag="twin"):
+    """Joint state of the twin; ``stamp`` is ROS time at which it was true."""
+
+    stamp: float
+    q: Joints
+    qdot: Joints
+
+
+class TwinPlan(Event, frozen=True, tag="plan"):
+    """Set points the twin is going to pass: ``stamp + times[k]`` is when row k is due, in the twin's ROS time."""
+
+    stamp: float
+    times: tuple[float, ...]
+    q: tuple[Joints, ...]
+    qdot: tuple[Joints, ...]
+    qddot: tuple[Joints, ...]
+
+
+class TwinMotion(Event, frozen=True, tag="motion"):
+    """State of the twin's joint_pose_controller."""
+
+    state: str
+    speed_requested_percent: float
+    speed_applied_percent: float
+    speed_limit_percent: float
+    last_command_id: int
+    standing_still: bool
+    message: str
+
+
+class ClockProbe(Event, frozen=True, tag="probe"):
+    """Answer of the twin's clock to a question of ours."""
+
+    sent: float
+    received: float
+    remote: float
+
+
+class MoveEnded(Event, frozen=True, tag="move_ended"):
+    """The twin's answer to a move that the operator asked for."""
+
+    success: bool
+    message: str
+
+
+class Operator(Event, frozen=True, tag="operator"):
+    """A command of the operator. ``target`` is joint positions or a point (x, y, z) [m], by ``command``."""
+
+    command: str
+    id: int = 0
+    speed_percent: float = 0.0
+    target: tuple[float, ...] = ()
+    elbow: str = ""
+
+
+AnyEvent = (
+    Tick | LinkChanged | RealMeasured | RealAlarm | TwinMeasured | TwinPlan | TwinMotion | ClockProbe | MoveEnded | Operator
+)

@@ -1,0 +1,1 @@
+"""Set points for the follower: closing gaps, aiming ahead, rejecting and limiting."""

@@ -1,0 +1,90 @@
+"""The additional controller between twin and real robot: reject what is invalid, limit what is too fast.
+
+A set point is rejected, never repaired; only speed is limited, and that is said.
+"""
+
+from __future__ import annotations
+
+import math
+
+import msgspec
+
+from twin_controller.core.events import Joints
+
+
+class Bounds(msgspec.Struct, frozen=True):
+    """What the real robot may be told, SI, one entry a joint."""
+
+    names: tuple[str, ...]
+    lower: Joints
+    upper: Joints
+    velocity: Joints
+    units: tuple[str, ...]
+    tolerance: float
+    step_margin: float
+
+
+class Passed(msgspec.Struct, frozen=True):
+    """The set point that may be sent, whether it was slowed down, and why."""
+
+    q: Joints
+    limited: bool
+    reason: str
+
+
+class Rejected(msgspec.Struct, frozen=True):
+    """Nothing may be sent; ``reason`` names the joint, the value and what is allowed."""
+
+    reason: str
+
+
+def check_setpoint(q: Joints, bounds: Bounds) -> str:
+    """Return why ``q`` is invalid, or an empty text: count, not finite, range."""
+    if len(q) != len(bounds.names):
+        return f"{len(q)} positions for {len(bounds.names)} joints"
+    for name, value, lower, upper, unit in zip(bounds.names, q, bounds.lower, bounds.upper, bounds.units):
+        if not math.isfinite(value):
+            return f"{name} = {value} is not finite"
+        if not lower - bounds.tolerance <= value <= upper + bounds.tolerance:
+            return f"{name} = {value:.4f} {unit} is outside [{lower:.4f}, {upper:.4f}]"
+    return ""
+
+
+def pass_setpoint(
+    q: Joints, last: Joints | None, dt: float, age: float, share: float, age_limit: float, bounds: Bounds
+) -> Passed | Rejected:
+    """Judge one set point for the real robot.
+
+    Args:
+        q: Set point, SI.
+        last: The one sent before, None if there is none.
+        dt: Time since then [s].
+        age: Age of the twin's data it was made of [s].
+        share: Allowed part of each joint's largest speed, 0 .. 1.
+        age_limit: Largest age [s].
+        bounds: Limits of the robot.
+
+    Returns:
+        What may be sent, or why nothing may.
+    """
+    invalid = check_setpoint(q, bounds)
+    if invalid:
+        return Rejected(invalid)
+    if age > age_limit:
+        return Rejected(f"the twin's data are {age * 1e3:.0f} ms old, allowed are {age_limit * 1e3:.0f} ms")
+    if last is None or dt <= 0.0:
+        return Passed(q, False, "")
+    steps = tuple(abs(new - old) / (velocity * dt) for new, old, velocity in zip(q, last, bounds.velocity))
+    worst = max(range(len(steps)), key=steps.__getitem__)
+    if steps[worst] > bounds.step_margin:
+        return Rejected(
+            f"{bounds.names[worst]} would step {abs(q[worst] - last[worst]):.4f} {bounds.units[worst]} in {dt * 1e3:.1f} ms, "
+            f"more than {bounds.step_margin:g} times its largest speed"
+        )
+    if steps[worst] <= share * bounds.step_margin:
+        return Passed(q, False, "")
+    part = share / steps[worst]
+    slowed = tuple(old + part * (new - old) for new, old in zip(q, last))
+    return Passed(
+        slowed, True, f"{bounds.names[worst]} at {100.0 * steps[worst]:.0f} % of its largest speed, allowed {100.0 * share:.0f} %"
+    )

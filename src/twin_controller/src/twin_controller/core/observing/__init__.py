@@ -1,0 +1,1 @@
+"""What the samples of both sides mean: clocks, changes, echoes, divergence."""

@@ -1,0 +1,104 @@
+r"""Bound a remote clock's offset by intervals.
+
+A remote clock reads :math:`c` at some instant between sending the question (:math:`s`) and receiving the answer
+(:math:`r`), and its value may be up to one sample period :math:`p` old. Therefore the offset remote - local obeys
+
+.. math:: c - r \le \theta \le c + p - s .
+
+The intersection of these intervals over time, widened by the largest possible drift, holds the true offset; its half
+width is the uncertainty. An empty intersection means that a clock jumped: the estimate starts again.
+"""
+
+from __future__ import annotations
+
+import msgspec
+
+
+class ClockEstimate(msgspec.Struct, frozen=True):
+    """Interval that holds the offset remote - local [s] at local time ``at``."""
+
+    lower: float = -float("inf")
+    upper: float = float("inf")
+    at: float = 0.0
+    samples: int = 0
+    jumps: int = 0
+    round_trip: float = 0.0
+    first_offset: float = 0.0
+    first_at: float = 0.0
+
+    @property
+    def known(self) -> bool:
+        """Whether any sample has come."""
+        return self.samples > 0
+
+    @property
+    def offset(self) -> float:
+        """Middle of the interval, remote - local [s]; 0 while unknown."""
+        return 0.5 * (self.lower + self.upper) if self.known else 0.0
+
+    @property
+    def uncertainty(self) -> float:
+        """Half width of the interval [s]; infinite while unknown."""
+        return 0.5 * (self.upper - self.lower) if self.known else float("inf")
+
+    @property
+    def drift_ppm(self) -> float:
+        """Mean drift of the remote clock since the first sample after a jump [ppm]."""
+        span = self.at - self.first_at
+        return (self.offset - self.first_offset) / span * 1e6 if span > 1.0 else 0.0
+
+    def to_local(self, remote: float) -> float:
+        """Convert a remote stamp to local time [s]."""
+        return remote - self.offset
+
+    def to_remote(self, local: float) -> float:
+        """Convert a local time to the remote clock [s]."""
+        return local + self.offset
+
+
+def observe(
+    estimate: ClockEstimate, remote: float, sent: float, received: float, drift_ppm: float, period: float = 0.0
+) -> ClockEstimate:
+    """Intersect the estimate with one more observation.
+
+    Args:
+        estimate: What is known so far.
+        remote: Remote clock's reading [s].
+        sent: Local time before the question [s].
+        received: Local time after the answer [s].
+        drift_ppm: Largest drift between the two clocks.
+        period: Largest age of the reading when the remote answered [s].
+
+    Returns:
+        The narrower estimate; a fresh one if the clock jumped.
+    """
+    lower, upper = remote - received, remote + period - sent
+    if estimate.known:
+        widened = abs(received - estimate.at) * drift_ppm * 1e-6
+        low, high = max(estimate.lower - widened, lower), min(estimate.upper + widened, upper)
+        if low <= high:
+            return msgspec.structs.replace(
+                estimate, lower=low, upper=high, at=received, samples=estimate.samples + 1, round_trip=received - sent
+            )
+    middle = 0.5 * (lower + upper)
+    return ClockEstimate(
+        lower, upper, received, 1, estimate.jumps + (1 if estimate.known else 0), received - sent, middle, received
+    )
+
+
+def unwrap_ms(previous: int | None, clock_ms: int, bits: int = 31) -> int:
+    """Continue a millisecond counter across its wrap.
+
+    Args:
+        previous: The last unwrapped value, or None.
+        clock_ms: The counter as read, 0 .. 2^bits - 1.
+        bits: Width of the counter.
+
+    Returns:
+        The unwrapped value nearest to ``previous``, so that a step back stays a step back.
+    """
+    if previous is None:
+        return clock_ms
+    span = 1 << bits
+    step = (clock_ms - previous) % span
+    return previous + (step if step < span // 2 else step - span)

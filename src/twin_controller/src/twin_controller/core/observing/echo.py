@@ -1,0 +1,39 @@
+"""Recognise the follower's motion as the answer to our own commands.
+
+A follower may be anywhere between where its recent commands were, plus a tolerance. Inside this tube its motion is an
+echo; outside, it moves on its own.
+"""
+
+from __future__ import annotations
+
+import msgspec
+
+from twin_controller.core.events import Joints
+
+
+class EchoTube(msgspec.Struct, frozen=True):
+    """The last commands to one side: (time [s], position in border units)."""
+
+    commands: tuple[tuple[float, Joints], ...] = ()
+
+
+def remember(tube: EchoTube, t: float, q: Joints, memory: float) -> EchoTube:
+    """Add a command sent at ``t`` [s] and forget those older than ``memory`` [s], but never the newest."""
+    kept = [command for command in tube.commands if t - command[0] <= memory]
+    return EchoTube((*kept, (t, q)))
+
+
+def is_echo(tube: EchoTube, t: float, q: Joints, memory: float, tolerance: float) -> bool:
+    """Return whether ``q`` at ``t`` [s] lies in the tube of the commands of the last ``memory`` seconds.
+
+    Args:
+        tube: Commands sent.
+        t: When the position was true [s].
+        q: Position, border units.
+        memory: How long a command is remembered [s].
+        tolerance: Half width of the tube around the commands, border units.
+    """
+    recent = [position for sent, position in tube.commands if abs(t - sent) <= memory]
+    if not recent:
+        return False
+    return all(min(axis) - tolerance <= value <= max(axis) + tolerance for value, axis in zip(q, zip(*recent)))

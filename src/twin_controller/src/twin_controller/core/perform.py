@@ -1,0 +1,68 @@
+"""Carry out the actions of the state table: what changes in the state, and what the shell has to do."""
+
+from __future__ import annotations
+
+import msgspec
+
+from twin_controller.core.actions import AnyAction, Do, MoveTwin, Perform
+from twin_controller.core.events import Operator
+from twin_controller.core.observing import change
+from twin_controller.core.state import CoreState, Follow, Setup, Side, StreamState
+from twin_controller.core.triggers import OWN_COMMAND
+
+replace = msgspec.structs.replace
+
+TO_TWIN = (Do.STOP_TWIN, Do.PAUSE_TWIN, Do.RESUME_TWIN, Do.ESTOP_TWIN, Do.RESET_TWIN)
+
+
+def perform(
+    setup: Setup, state: CoreState, do: Do, reason: str, now: float, command: Operator | None
+) -> tuple[CoreState, list[AnyAction]]:
+    """Return the state after one action and what the shell has to do for it.
+
+    Args:
+        setup: Profile and numbers.
+        state: The state in the mode just entered.
+        do: The action.
+        reason: Why, in plain words; it ends up in the text of aborted moves.
+        now: Time of the decision [s].
+        command: The operator's command that caused it, if one did.
+    """
+    if do in TO_TWIN:
+        number = OWN_COMMAND | (state.command_id + 1)
+        state = replace(state, command_id=state.command_id + 1)
+        if do is Do.RESET_TWIN:
+            state = replace(state, reset_id=number)
+        if do in (Do.STOP_TWIN, Do.ESTOP_TWIN):
+            state = replace(state, twin_stopped_at=now, plan=None)
+        return state, [Perform(do, reason, number)]
+    match do:
+        case Do.BEGIN_ALIGN | Do.BEGIN_FOLLOW_TWIN:
+            quiet = state.twin_stopped_at + setup.config.twin.stop_quiet_ms * 1e-3
+            return replace(state, follow=Follow(None, max(now, quiet))), []
+        case Do.BEGIN_STREAM:
+            return replace(state, stream=StreamState(started=now)), []
+        case Do.BASELINE:
+            return replace(state, real=_agreed(setup, state.real), twin=_agreed(setup, state.twin)), []
+        case Do.START_STREAM:
+            stream = state.stream or StreamState()
+            state = replace(state, stream=replace(stream, started=now, attempts=stream.attempts + 1))
+        case Do.RESET_REAL:
+            state = replace(state, reset_since=now)
+        case Do.MOVE_TWIN:
+            return _move_twin(setup, state, command)
+    return state, [Perform(do, reason)]
+
+
+def _agreed(setup: Setup, side: Side) -> Side:
+    """Take a side's newest position as agreed."""
+    return replace(side, change=change.take_baseline(side.change, setup.to_border(side.last.q), setup.config.change))
+
+
+def _move_twin(setup: Setup, state: CoreState, command: Operator | None) -> tuple[CoreState, list[AnyAction]]:
+    """Pass the operator's move on to the twin."""
+    assert command is not None
+    target, speed, kind = command.target, command.speed_percent, command.command
+    if kind == "HOME":
+        target, speed, kind = setup.home, speed or setup.config.home.speed_percent, "MOVE_JOINTS"
+    return replace(state, move_pending=True), [MoveTwin(kind, target, speed, command.elbow)]

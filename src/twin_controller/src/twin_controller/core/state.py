@@ -1,0 +1,175 @@
+"""Everything the core knows: frozen structures, replaced as a whole by each step."""
+
+from __future__ import annotations
+
+import msgspec
+import numpy as np
+from scara_config import Robot
+from scara_control.screws import ScrewModel
+
+from twin_controller.config import TwinControllerConfig
+from twin_controller.core.actions import Decided
+from twin_controller.core.events import Joints, RealMeasured, TwinMotion, TwinPlan
+from twin_controller.core.following.blend import Blend
+from twin_controller.core.observing.change import ChangeState
+from twin_controller.core.observing.clock import ClockEstimate
+from twin_controller.core.observing.divergence import DivergenceState
+from twin_controller.core.observing.echo import EchoTube
+from twin_controller.core.table import Mode
+
+HISTORY = 48
+
+
+class Setup:
+    """What never changes while the controller runs: profile, numbers and what follows from them."""
+
+    def __init__(self, robot: Robot, config: TwinControllerConfig) -> None:
+        """Derive the joint tables.
+
+        Args:
+            robot: The profile.
+            config: The numbers of twin_controller.yaml.
+        """
+        self.config = config
+        self.joints = robot.twin_joints
+        self.names = tuple(joint.name for joint in self.joints)
+        self.scale = tuple(joint.scale for joint in self.joints)
+        self.lower = tuple(joint.lower for joint in self.joints)
+        self.upper = tuple(joint.upper for joint in self.joints)
+        self.velocity = tuple(joint.velocity for joint in self.joints)
+        self.acceleration = tuple(joint.acceleration for joint in self.joints)
+        self.arm = ScrewModel.from_robot(robot)
+        self.arm_columns = np.array([k for k, joint in enumerate(self.joints) if joint.screw_axis is not None])
+        self.home = tuple(config.home.positions[joint.name] * joint.scale for joint in self.joints)
+
+    def to_border(self, q: Joints) -> Joints:
+        """Convert SI joint positions to degrees and millimetres."""
+        return tuple(value / scale for value, scale in zip(q, self.scale))
+
+    def align_speeds(self) -> Joints:
+        """Return the speed of each joint while the twin aligns, SI."""
+        share = self.config.align.speed_percent * 1e-2
+        return tuple(velocity * share for velocity in self.velocity)
+
+
+class Sample(msgspec.Struct, frozen=True):
+    """One side's joints at one instant; ``t`` is the controller's clock [s], q and qdot are SI."""
+
+    t: float
+    q: Joints
+    qdot: Joints
+
+
+class Side(msgspec.Struct, frozen=True):
+    """What is known of one side.
+
+    Attributes:
+        connected: Its link is up.
+        reason: Why not.
+        seen: When the newest sample arrived [s]; None before the first one since the link came up.
+        history: Samples, newest last.
+        change: Agreed position, onset and standstill.
+        tube: Our own last commands to it.
+        clock: Its clock against ours.
+    """
+
+    connected: bool = False
+    reason: str = "not connected yet"
+    seen: float | None = None
+    history: tuple[Sample, ...] = ()
+    change: ChangeState = ChangeState()
+    tube: EchoTube = EchoTube()
+    clock: ClockEstimate = ClockEstimate()
+
+    @property
+    def last(self) -> Sample:
+        """The newest sample; only where one is known to exist."""
+        return self.history[-1]
+
+
+class Follow(msgspec.Struct, frozen=True):
+    """The twin follows the real robot: the remaining offset, and from when on (the twin ignores packets just after a stop)."""
+
+    blend: Blend | None
+    since: float
+
+
+class StreamState(msgspec.Struct, frozen=True):
+    """The real robot follows the twin.
+
+    Attributes:
+        blend: Remaining offset real - twin; None until the first set point.
+        last: Last set point sent and when; None before the first.
+        started: When the stream program was asked for last [s].
+        attempts: How often.
+        seen: The stream program has been seen running.
+    """
+
+    blend: Blend | None = None
+    last: Sample | None = None
+    started: float = 0.0
+    attempts: int = 0
+    seen: bool = False
+
+
+class SpeedState(msgspec.Struct, frozen=True):
+    """Program speed, requested and applied [percent], and why it was limited."""
+
+    cap: float = 100.0
+    requested: float = 0.0
+    applied: float = 0.0
+    limited: bool = False
+    reason: str = ""
+    cap_sent: float | None = None
+
+
+class CoreState(msgspec.Struct, frozen=True):
+    """The whole state of the controller.
+
+    Attributes:
+        lag: How far the real robot follows behind its set points [s], measured.
+        flags: Newest answer of the real robot.
+        clock_ms: Its clock, unwrapped.
+        links_up: Both sides were usable at the last look.
+        command_id: Last id given to a command to the twin.
+        paused_mode: The mode that PAUSE interrupted.
+        paused_seen: Whether the real robot and the twin have shown that they paused since.
+        reset_since: When the real robot was asked to reset [s], None if it was not.
+        reset_id: Id of the last RESET to the twin; older reports of an emergency stop do not count.
+        program_was_off: The real robot's own program was seen ended since the last stop.
+        move_pending: The twin has not answered the operator's move yet.
+    """
+
+    lag: float
+    mode: Mode = Mode.OFFLINE
+    leader: str = ""
+    why: str = "started; no link is up yet"
+    mode_since: float = 0.0
+    seq: int = 0
+    real: Side = Side()
+    twin: Side = Side()
+    flags: RealMeasured | None = None
+    clock_ms: int | None = None
+    motion: TwinMotion | None = None
+    plan: TwinPlan | None = None
+    alarm: str = ""
+    follow: Follow | None = None
+    stream: StreamState | None = None
+    speed: SpeedState = SpeedState()
+    divergence: DivergenceState = DivergenceState()
+    links_up: bool = False
+    command_id: int = 0
+    twin_stopped_at: float = -1e9
+    paused_mode: Mode | None = None
+    paused_seen: tuple[bool, bool] = (False, False)
+    needs_acknowledge: bool = False
+    reset_since: float | None = None
+    reset_id: int = 0
+    program_was_off: bool = True
+    move_pending: bool = False
+    decisions: tuple[Decided, ...] = ()
+
+
+def initial_state(config: TwinControllerConfig) -> CoreState:
+    """Return the state before the first input."""
+    return CoreState(lag=config.real.follow_lag_ms * 1e-3)

@@ -1,0 +1,210 @@
+"""Say what has happened: conditions on the state become the triggers of the table."""
+
+from __future__ import annotations
+
+import msgspec
+
+from twin_controller.core.events import Operator, SideName, TwinPlan
+from twin_controller.core.following.follow import aligned, deviation
+from twin_controller.core.observing import change
+from twin_controller.core.observing.measure import side_lost
+from twin_controller.core.state import CoreState, Setup, Side
+from twin_controller.core.table import LEADING, Mode, Trigger
+
+OWN_COMMAND = 1 << 30
+FOLLOWS_TWIN = (Mode.TWIN_LEADS, Mode.OPERATOR_LEADS)
+
+
+class Onsets(msgspec.Struct, frozen=True):
+    """When each side moved on the controller's clock [s], and how uncertain their difference is."""
+
+    real: float | None = None
+    twin: float | None = None
+    uncertainty: float = 0.0
+
+
+def drop_stale(setup: Setup, state: CoreState, now: float) -> CoreState:
+    """Forget a side that has been silent for too long."""
+    sides: tuple[tuple[SideName, Side, float], ...] = (
+        ("real", state.real, setup.config.real.stale_ms),
+        ("twin", state.twin, setup.config.twin.stale_ms),
+    )
+    for name, side, limit_ms in sides:
+        if side.connected and side.seen is not None and now - side.seen > limit_ms * 1e-3:
+            state = side_lost(state, name, f"no fresh data for {limit_ms:g} ms")
+    return state
+
+
+def link_triggers(setup: Setup, state: CoreState) -> list[Trigger]:
+    """Return LINK_LOST on the edge, LINKS_READY while OFFLINE and both sides are usable."""
+    usable = all(side.connected and side.history for side in (state.real, state.twin)) and state.motion is not None
+    if state.links_up and not usable:
+        return [Trigger.LINK_LOST]
+    known = state.real.clock.samples >= setup.config.real.samples and state.twin.clock.samples >= setup.config.twin.probes
+    if state.mode is Mode.OFFLINE and usable and known:
+        return [Trigger.LINKS_READY]
+    return []
+
+
+def side_triggers(setup: Setup, state: CoreState, now: float) -> list[Trigger]:
+    """Return what the two sides report of themselves: stops, pauses, faults, programs."""
+    found: list[Trigger] = []
+    flags, motion = state.flags, state.motion
+    if flags is None or motion is None or state.mode is Mode.OFFLINE:
+        return found
+    if not flags.drives_on:
+        found.append(Trigger.REAL_DRIVES_OFF)
+    elif flags.fault:
+        found.append(Trigger.REAL_FAULT)
+    found += _twin_reports(state)
+    found += _real_reports(setup, state, now)
+    if state.divergence.alarm and setup.config.divergence.pause and state.mode in LEADING:
+        found.append(Trigger.DIVERGED)
+    if state.reset_since is not None and state.mode in (Mode.ESTOP, Mode.FAULT):
+        waited = now - state.reset_since
+        if flags.drives_on and not flags.fault and waited >= setup.config.reset.wait_ms * 1e-3:
+            found.append(Trigger.RESET_DONE)
+        elif waited > setup.config.reset.timeout_ms * 1e-3:
+            found.append(Trigger.RESET_FAILED)
+    return found
+
+
+def _twin_reports(state: CoreState) -> list[Trigger]:
+    """Return stops and pauses that came from the twin's side, not from us."""
+    motion = state.motion
+    assert motion is not None
+    own = motion.last_command_id == 0 or motion.last_command_id & OWN_COMMAND
+    if motion.state == "estopped" and state.mode is not Mode.ESTOP:
+        older = own and motion.last_command_id and motion.last_command_id < state.reset_id
+        return [] if older else [Trigger.TWIN_ESTOPPED]
+    if own:
+        pass
+    elif motion.state == "stopping":
+        return [Trigger.TWIN_STOPPED]
+    elif motion.state in ("pausing", "paused") and state.mode in LEADING:
+        return [Trigger.TWIN_PAUSED]
+    if state.mode is Mode.PAUSED and state.paused_seen[1] and motion.state in ("moving", "announcing"):
+        return [Trigger.TWIN_RESUMED]
+    return []
+
+
+def _real_reports(setup: Setup, state: CoreState, now: float) -> list[Trigger]:
+    """Return what the real robot's program says."""
+    flags = state.flags
+    assert flags is not None
+    if flags.own_program and not flags.paused and (state.program_was_off or state.mode is Mode.IDLE):
+        if state.mode is Mode.PAUSED:
+            return [Trigger.REAL_RELEASED] if state.paused_seen[0] else []
+        return [Trigger.REAL_TOOK_OVER]
+    if state.mode is Mode.PAUSED and state.paused_seen[0] and not flags.paused:
+        running = flags.own_program or flags.streaming
+        return [Trigger.REAL_RELEASED if running else Trigger.REAL_STOPPED]
+    if state.mode not in FOLLOWS_TWIN or state.stream is None:
+        return []
+    if flags.paused and state.stream.seen:
+        return [Trigger.REAL_HELD]
+    if flags.streaming or flags.paused:
+        return []
+    if state.stream.seen:
+        return [Trigger.REAL_STOPPED]
+    config = setup.config.stream
+    waited = now - state.stream.started > config.retry_ms * 1e-3
+    return [Trigger.STREAM_FAILED] if waited and state.stream.attempts >= config.attempts else []
+
+
+def onsets(setup: Setup, state: CoreState) -> Onsets:
+    """Return when each side's change began; a side without a confirmed one has none."""
+    config = setup.config.change
+    real = state.real.change.onset if change.moved(state.real.change, config) else None
+    twin = state.twin.change.onset if change.moved(state.twin.change, config) else None
+    ahead = _planned_onset(setup, state)
+    if twin is None or (ahead is not None and ahead < twin):
+        twin = ahead
+    return Onsets(real, twin, state.real.clock.uncertainty + state.twin.clock.uncertainty)
+
+
+def _planned_onset(setup: Setup, state: CoreState) -> float | None:
+    """Return when the twin's announced motion leaves its agreed position [s], None if nothing is announced."""
+    plan, motion, baseline = state.plan, state.motion, state.twin.change.baseline
+    if plan is None or motion is None or motion.state not in ("announcing", "moving") or not baseline:
+        return None
+    return _first_row_away(setup, plan, baseline, state)
+
+
+def _first_row_away(setup: Setup, plan: TwinPlan, baseline: tuple[float, ...], state: CoreState) -> float | None:
+    threshold = setup.config.change.hysteresis
+    for offset, row in zip(plan.times, plan.q):
+        if max(abs(a - b) for a, b in zip(setup.to_border(row), baseline)) > threshold:
+            return state.twin.clock.to_local(plan.stamp + offset)
+    return None
+
+
+def leader_triggers(setup: Setup, state: CoreState) -> list[Trigger]:
+    """Say who moved first, once both sides' data reach past the earlier onset; a tie goes to the real robot."""
+    if state.mode not in (Mode.IDLE, Mode.STOPPED):
+        return []
+    found = onsets(setup, state)
+    if found.real is None and found.twin is None:
+        return []
+    if found.real is None:
+        assert found.twin is not None
+        if state.real.last.t < found.twin and found.twin <= state.twin.last.t:
+            return []
+        return [_twin_moved(setup, state)]
+    if found.twin is None:
+        return [Trigger.REAL_MOVED] if state.twin.last.t >= found.real else []
+    if found.real <= found.twin + found.uncertainty:
+        return [Trigger.REAL_MOVED]
+    return [_twin_moved(setup, state)]
+
+
+def _twin_moved(setup: Setup, state: CoreState) -> Trigger:
+    """Return whether the twin may lead: only one whose agreed position is the real robot's."""
+    return Trigger.TWIN_MOVED if pair_agreed(setup, state) else Trigger.TWIN_MOVED_UNALIGNED
+
+
+def pair_agreed(setup: Setup, state: CoreState) -> bool:
+    """Return whether the agreed positions of both sides are close enough for the twin to lead."""
+    pair = list(zip(state.real.change.baseline, state.twin.change.baseline))
+    return bool(pair) and max(abs(a - b) for a, b in pair) <= setup.config.align.lead_tolerance
+
+
+def rest_triggers(setup: Setup, state: CoreState, now: float) -> list[Trigger]:
+    """Return whether an alignment or a motion has ended."""
+    config = setup.config
+    if state.mode is Mode.ALIGNING:
+        if aligned(setup, state, now):
+            return [Trigger.ALIGNED]
+        return [Trigger.ALIGN_FAILED] if now - state.mode_since > config.align.timeout_ms * 1e-3 else []
+    if state.mode not in LEADING or not _both_rest(setup, state, now):
+        return []
+    if deviation(setup, state) <= config.settle.tolerance:
+        return [Trigger.AT_REST]
+    since = max(state.real.change.still_since, state.twin.change.still_since, state.mode_since)
+    return [Trigger.UNSETTLED] if now - since > config.settle.timeout_ms * 1e-3 else []
+
+
+def _both_rest(setup: Setup, state: CoreState, now: float) -> bool:
+    """Return whether nothing moves and nobody is going to."""
+    flags, motion = state.flags, state.motion
+    if flags is None or motion is None or flags.own_program or state.move_pending:
+        return False
+    if now - state.mode_since < setup.config.settle.minimum_ms * 1e-3:
+        return False
+    if motion.state not in ("idle", "following"):
+        return False
+    return all(change.stands_still(side.change, now, setup.config.change) for side in (state.real, state.twin))
+
+
+def operator_trigger(setup: Setup, state: CoreState, event: Operator) -> Trigger | None:
+    """Return the trigger of an operator's command, None for one that is not in the table."""
+    if event.command in ("MOVE", "MOVE_JOINTS", "HOME"):
+        return Trigger.MOVE if pair_agreed(setup, state) else Trigger.MOVE_UNALIGNED
+    if event.command == "RESUME" and state.needs_acknowledge:
+        return Trigger.RESUME_BLOCKED
+    if event.command == "RESET" and not state.links_up:
+        return Trigger.RESET_BLOCKED
+    return Trigger.__members__.get(event.command) if event.command in COMMANDS else None
+
+
+COMMANDS = ("STOP", "PAUSE", "RESUME", "RESET", "ESTOP", "ALIGN", "ACKNOWLEDGE")
