@@ -1,0 +1,325 @@
+"""One web-socket client of the gateway, in the event loop's thread."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import itertools
+import time
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+from typing import Any, Protocol
+
+from msgspec import UNSET
+from websockets.asyncio.connection import broadcast
+from websockets.asyncio.server import ServerConnection
+from websockets.exceptions import ConnectionClosed
+
+from scara_simulation.gateway_config import GatewayConfig
+from scara_simulation.io.gateway_graph import Ask, Graph, GraphError, ServiceCall
+from scara_simulation.rosbridge import packets, rosapi
+from scara_simulation.rosbridge.conversion import ConversionError
+from scara_simulation.rosbridge.latest import Outbox
+from scara_simulation.rosbridge.packets import Packet
+from scara_simulation.rosbridge.session import Request, Session
+
+_DRAIN_POLL = 0.01
+
+
+class Shared(Protocol):
+    """What all clients share; the server."""
+
+    config: GatewayConfig
+    graph: Graph
+    graph_thread: ThreadPoolExecutor
+    call_threads: ThreadPoolExecutor
+    namespace: str
+    calls: int
+    errors: int
+    listeners: dict[str, set[Client]]
+    log: Callable[[str], None]
+
+
+class Client:
+    """Performs what one session lets through, and sends what waits for it."""
+
+    def __init__(self, owner: int, connection: ServerConnection, session: Session, shared: Shared) -> None:
+        self.owner = owner
+        self.session = session
+        self.outbox = Outbox(shared.config.limits.waiting_answers)
+        self.drop_reason: str | None = None
+        """Why the gateway ended the connection; None while it serves, and when the client went by itself."""
+        self._gone = False
+        self._heard = time.monotonic()
+        self._connection = connection
+        self._shared = shared
+        self._loop = asyncio.get_running_loop()
+        self._timer: asyncio.TimerHandle | None = None
+        self._full_since: float | None = None
+        self._written_names: dict[str, str] = {}
+        self._calls: dict[asyncio.Task[None], ServiceCall] = {}
+        self._asked: dict[str, tuple[str, Future[dict[str, Any]]]] = {}
+        self._asked_ids = itertools.count(1)
+
+    async def run(self) -> None:
+        """Serve the client until its connection ends, then free what it used."""
+        keep_alive = self._loop.create_task(self._keep_alive())
+        try:
+            while True:
+                data = await self._connection.recv(decode=False)
+                self._heard = time.monotonic()
+                outcome = self.session.receive(data, self._heard)
+                if isinstance(outcome, Request):
+                    await self._perform_safely(outcome)
+                elif outcome is not None:
+                    self.answer(outcome)
+        except ConnectionClosed:
+            pass
+        finally:
+            keep_alive.cancel()
+            await self._release()
+
+    async def _keep_alive(self) -> None:
+        """Drop a client of which neither a pong nor a packet comes; one that only publishes may leave pings unread."""
+        config = self._shared.config
+        with contextlib.suppress(ConnectionClosed):
+            while True:
+                await asyncio.sleep(config.ping_interval)
+                asked = time.monotonic()
+                try:
+                    async with asyncio.timeout(config.ping_timeout):
+                        await (await self._connection.ping())
+                except TimeoutError:
+                    if self._heard < asked:
+                        self.drop(f"no answer to a ping within {config.ping_timeout:g} s")
+                        return
+
+    async def _perform_safely(self, request: Request) -> None:
+        """Perform; whatever fails is answered, and the client lives on."""
+        try:
+            await self._perform(request)
+        except (GraphError, ConversionError) as error:
+            self._refuse(request, str(error))
+        except ConnectionClosed:
+            raise
+        except Exception as error:
+            self._shared.errors += 1
+            self._shared.log(f"error while serving {request.name}: {error!r}")
+            self._refuse(request, f"error in the gateway: {error!r}")
+
+    async def _perform(self, request: Request) -> None:
+        graph, name = self._shared.graph, request.name
+        match request.packet:
+            case packets.Publish() as packet:
+                if not self.session.is_advertised(name):
+                    await self._in_graph(graph.advertise, self.owner, name, None, False, 100)
+                    self.session.advertised(name, UNSET)
+                graph.publish(self.owner, name, packet.msg)
+            case packets.CallService() as packet:
+                await self._call(packet, name)
+            case packets.Subscribe() as packet:
+                await self._subscribe(packet, name)
+            case packets.Unsubscribe() as packet:
+                await self._unsubscribe(packet, name)
+            case packets.Advertise() as packet:
+                await self._in_graph(graph.advertise, self.owner, name, packet.type, packet.latch, packet.queue_size)
+                self.session.advertised(name, packet.id)
+            case packets.Unadvertise() as packet:
+                if self.session.unadvertised(name, packet.id):
+                    await self._in_graph(graph.unadvertise, self.owner, name)
+            case packets.AdvertiseService() as packet:
+                timeout = self._shared.config.service_timeout
+                ask = self._asker(packet.service)
+                await self._in_graph(graph.advertise_service, self.owner, name, packet.type, ask, timeout)
+                self.session.provides(name, True)
+            case packets.UnadvertiseService():
+                await self._in_graph(graph.unadvertise_service, self.owner, name)
+                self.session.provides(name, False)
+            case packets.ServiceResponse() as packet:
+                self._answered(packet)
+
+    async def _in_graph(self, function: Callable[..., Any], *args: Any) -> Any:
+        """Run a function of the graph in the graph's thread; other clients are served meanwhile."""
+        return await self._loop.run_in_executor(self._shared.graph_thread, function, *args)
+
+    async def _subscribe(self, packet: packets.Subscribe, name: str) -> None:
+        """Listen before the graph delivers, so that a latched message is not missed."""
+        before = name in self.session.subscriptions
+        self._written_names[name] = packet.topic
+        self.outbox.subscribe(name, *self.session.subscribed(name, packet))
+        self._shared.listeners.setdefault(name, set()).add(self)
+        try:
+            await self._in_graph(self._shared.graph.subscribe, self.owner, name, packet.type)
+        except Exception:
+            if not before:
+                self.session.unsubscribed(name, UNSET)
+                self._stop_listening(name)
+            raise
+
+    async def _unsubscribe(self, packet: packets.Unsubscribe, name: str) -> None:
+        if self.session.unsubscribed(name, packet.id):
+            self._stop_listening(name)
+            await self._in_graph(self._shared.graph.unsubscribe, self.owner, name)
+        elif name in self.session.subscriptions:
+            self.outbox.subscribe(name, *self.session.wishes(name))
+
+    def _stop_listening(self, name: str) -> None:
+        listeners = self._shared.listeners.get(name, set())
+        listeners.discard(self)
+        if not listeners:
+            self._shared.listeners.pop(name, None)
+        self.outbox.unsubscribe(name)
+
+    async def _call(self, packet: packets.CallService, name: str) -> None:
+        """Answer rosapi's services, start a call of any other; it answers when it ends."""
+        shared = self._shared
+        own = rosapi.service_of(name, shared.namespace)
+        if own == rosapi.GET_TIME:
+            self._respond(packet, rosapi.time_values(*shared.graph.now()))
+            return
+        if own is not None:
+            values = await self._in_graph(rosapi.answer, own, packet.args, shared.graph)
+            if values is None:
+                raise GraphError(f"{name} is not offered by this gateway")
+            self._respond(packet, values)
+            return
+        limits = shared.config.limits
+        if len(self._calls) >= limits.calls_per_client or shared.calls >= limits.calls:
+            raise GraphError(
+                f"{len(self._calls)} of {limits.calls_per_client} calls of this client and {shared.calls} of "
+                f"{limits.calls} calls of all run: {name} refused"
+            )
+        timeout = min(packet.timeout or shared.config.service_timeout, shared.config.service_timeout_max)
+        call = shared.graph.service_call(name, packet.args, timeout)
+        task = self._loop.create_task(self._run_call(packet, name, call))
+        shared.calls += 1
+        self._calls[task] = call
+        task.add_done_callback(self._call_ended)
+
+    async def _run_call(self, packet: packets.CallService, name: str, call: ServiceCall) -> None:
+        try:
+            self._respond(packet, await self._loop.run_in_executor(self._shared.call_threads, call.run))
+        except (GraphError, ConversionError) as error:
+            self._refuse(Request(packet, name), str(error))
+        except Exception as error:
+            self._shared.errors += 1
+            self._shared.log(f"error while calling {name}: {error!r}")
+            self._refuse(Request(packet, name), f"error in the gateway: {error!r}")
+
+    def _call_ended(self, task: asyncio.Task[None]) -> None:
+        self._shared.calls -= 1
+        self._calls.pop(task, None)
+
+    def _respond(self, packet: packets.CallService, values: dict[str, Any]) -> None:
+        self.answer(packets.ServiceResponse(id=packet.id, service=packet.service, values=values, result=True))
+
+    def _refuse(self, request: Request, reason: str) -> None:
+        answer = self.session.refuse(request.packet, reason)
+        if answer is not None:
+            self.answer(answer)
+
+    def _asker(self, written_name: str) -> Ask:
+        """Return what the graph's threads use to hand a request to this client."""
+
+        def ask(args: dict[str, Any]) -> Future[dict[str, Any]]:
+            future: Future[dict[str, Any]] = Future()
+            self._loop.call_soon_threadsafe(self._send_question, written_name, args, future)
+            return future
+
+        return ask
+
+    def _send_question(self, written_name: str, args: dict[str, Any], future: Future[dict[str, Any]]) -> None:
+        if self._gone:
+            future.set_exception(GraphError(f"the client that answers {written_name} has gone"))
+            return
+        question = f"{written_name}:{next(self._asked_ids)}"
+        self._asked[question] = (written_name, future)
+        future.add_done_callback(lambda _: self._loop.call_soon_threadsafe(self._asked.pop, question, None))
+        self.answer(packets.CallService(id=question, service=written_name, args=args))
+
+    def _answered(self, packet: packets.ServiceResponse) -> None:
+        """Hand a provider's response to the waiting call; without an id the oldest call of that service is meant."""
+        key = packet.id if isinstance(packet.id, str) else None
+        if key is None:
+            key = next((k for k, (service, _) in self._asked.items() if service == packet.service), None)
+        _, future = self._asked.pop(key or "", (None, None))
+        if future is None or not future.set_running_or_notify_cancel():
+            raise GraphError(f"no call of {packet.service} waits for a response with id {packet.id!r}")
+        if packet.result and isinstance(packet.values, dict):
+            future.set_result(packet.values)
+        else:
+            future.set_exception(GraphError(f"{packet.service} failed: {packet.values!r}"))
+
+    def answer(self, packet: Packet) -> None:
+        """Send an answer, in order with the other answers."""
+        if self.outbox.put_answer(packets.encode(packet)):
+            self.flush()
+        else:
+            self.drop(f"{self._shared.config.limits.waiting_answers} answers wait and are not taken")
+
+    def deliver(self, topic: str, message: bytes) -> None:
+        """Send a message that is JSON already, or keep it as the newest of its topic."""
+        self.outbox.put_message(topic, packets.encode_publish(self._written_names.get(topic, topic), message))
+        self.flush()
+
+    def flush(self) -> None:
+        """Send what may go out now; come back when more may."""
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+        if self._gone:
+            return
+        now = time.monotonic()
+        limit = self._shared.config.limits.send_buffer_bytes
+        while self._connection.transport.get_write_buffer_size() < limit:
+            self._full_since = None
+            data = self.outbox.pop(now)
+            if data is None:
+                self._wake_when_due(now)
+                return
+            broadcast([self._connection], data, text=True)
+        self._full_since = self._full_since or now
+        if now - self._full_since > self._shared.config.stall_timeout:
+            self.drop(f"took nothing for {self._shared.config.stall_timeout:g} s")
+            return
+        self._timer = self._loop.call_later(_DRAIN_POLL, self.flush)
+
+    def _wake_when_due(self, now: float) -> None:
+        due = self.outbox.next_due()
+        if due is not None:
+            self._timer = self._loop.call_later(max(due - now, 0.0), self.flush)
+
+    def drop(self, reason: str) -> None:
+        """End the connection at once, without waiting for a client that takes nothing."""
+        if not self._gone:
+            self._gone = True
+            self.drop_reason = reason
+            self._connection.transport.abort()
+
+    async def _release(self) -> None:
+        """Give back everything in the graph; running calls and unanswered questions end with an error."""
+        self._gone = True
+        if self._timer is not None:
+            self._timer.cancel()
+        for call in self._calls.values():
+            call.cancel()
+        for written_name, future in list(self._asked.values()):
+            if future.set_running_or_notify_cancel():
+                future.set_exception(GraphError(f"the client that answers {written_name} has gone"))
+        for name in self.session.subscriptions:
+            self._stop_listening(name)
+        await self._in_graph(self._leave_graph)
+
+    def _leave_graph(self) -> None:
+        graph, session = self._shared.graph, self.session
+        for leave, names in (
+            (graph.unsubscribe, session.subscriptions),
+            (graph.unadvertise, session.advertisements),
+            (graph.unadvertise_service, session.services),
+        ):
+            for name in names:
+                try:
+                    leave(self.owner, name)
+                except Exception as error:
+                    self._shared.errors += 1
+                    self._shared.log(f"error while leaving {name}: {error!r}")

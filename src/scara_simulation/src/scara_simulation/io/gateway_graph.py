@@ -1,0 +1,57 @@
+"""What the gateway asks of the ROS side; the node implements it, tests replace it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import Future
+from typing import Any, Protocol
+
+from scara_simulation.rosbridge.rosapi import GraphNames
+
+
+class GraphError(RuntimeError):
+    """The ROS graph cannot do what was asked; the text says why and goes to the client."""
+
+
+class ServiceCall(Protocol):
+    """A service call that can be ended from another thread."""
+
+    def run(self) -> dict[str, Any]:
+        """Call and return the response's values; raises GraphError or ConversionError."""
+
+    def cancel(self) -> None:
+        """End a running call."""
+
+
+Ask = Callable[[dict[str, Any]], "Future[dict[str, Any]]"]
+
+
+class Graph(GraphNames, Protocol):
+    """The ROS side. All but ``publish``, ``now`` and ``service_call`` run in one thread of their own, in order."""
+
+    def advertise(self, owner: int, topic: str, type_name: str | None, latch: bool, queue_size: int) -> None:
+        """Open a publisher for a client; without a type the graph must know it."""
+
+    def unadvertise(self, owner: int, topic: str) -> None:
+        """Close a client's publisher."""
+
+    def publish(self, owner: int, topic: str, values: dict[str, Any]) -> None:
+        """Publish at once; called in the event loop, must not block."""
+
+    def subscribe(self, owner: int, topic: str, type_name: str | None) -> None:
+        """Deliver ``topic`` from now on, latched messages included."""
+
+    def unsubscribe(self, owner: int, topic: str) -> None:
+        """Deliver ``topic`` to this client no more."""
+
+    def service_call(self, service: str, args: Any, timeout: float) -> ServiceCall:
+        """Prepare a service call; it runs in a thread of its own."""
+
+    def advertise_service(self, owner: int, service: str, type_name: str, ask: Ask, timeout: float) -> None:
+        """Offer a service whose requests a client answers."""
+
+    def unadvertise_service(self, owner: int, service: str) -> None:
+        """Offer it no more."""
+
+    def now(self) -> tuple[int, int]:
+        """Return ROS time: seconds, nanoseconds."""

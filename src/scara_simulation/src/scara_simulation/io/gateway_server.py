@@ -1,0 +1,226 @@
+"""The gateway's web-socket server: an event loop in one thread, sync on the outside."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import itertools
+import logging
+import re
+import socket
+import threading
+import time
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from fnmatch import translate
+from http import HTTPStatus
+from types import TracebackType
+from typing import Self
+
+from websockets.asyncio.server import ServerConnection, serve
+from websockets.http11 import Request, Response
+
+from scara_simulation.gateway_config import GatewayConfig
+from scara_simulation.io.gateway_client import Client
+from scara_simulation.io.gateway_door import Door, NotAdmittedError, bind, tls_context
+from scara_simulation.io.gateway_graph import Graph
+from scara_simulation.rosbridge.roles import Roles
+from scara_simulation.rosbridge.session import Session
+
+_HARD_SIZE_FACTOR = 8
+_SILENT = logging.getLogger("scara_simulation.gateway.websockets")
+_SILENT.addHandler(logging.NullHandler())
+_SILENT.propagate = False
+
+
+@dataclass(frozen=True, slots=True)
+class Statistics:
+    """What the gateway has seen since its start."""
+
+    clients: int
+    turned_away: int
+    received: int
+    refused: int
+    dropped: int
+    errors: int
+    calls: int
+
+
+class GatewayServer:
+    """The web-socket door; a context manager."""
+
+    def __init__(
+        self,
+        config: GatewayConfig,
+        graph: Graph,
+        namespace: str,
+        tokens: Mapping[str, str],
+        log: Callable[[str], None],
+    ) -> None:
+        """Bind the port.
+
+        Args:
+            config: gateway.yaml.
+            graph: The ROS side.
+            namespace: Where names without a leading slash stand.
+            tokens: Role by token.
+            log: Takes one line for people.
+
+        Raises:
+            GatewayError: The port is taken, or the TLS files cannot be read.
+        """
+        self.config = config
+        self.graph = graph
+        self.namespace = namespace
+        self.log = log
+        self.listeners: dict[str, set[Client]] = {}
+        self.calls = 0
+        self.errors = 0
+        self.graph_thread = ThreadPoolExecutor(1, "gateway_graph")
+        self.call_threads = ThreadPoolExecutor(config.limits.calls, "gateway_call")
+        self._door = Door(config.loopback_role, tokens)
+        self._roles = Roles(config.roles, namespace)
+        self._tls = tls_context(config)
+        self._socket = bind(config)
+        self._clients: dict[int, Client] = {}
+        self._owners = itertools.count(1)
+        self._turned_away = 0
+        self._past = [0, 0, 0]
+        self._loop = asyncio.new_event_loop()
+        self._stop = asyncio.Event()
+        self._ready = threading.Event()
+        self._failure: BaseException | None = None
+        self._thread = threading.Thread(target=self._run, name="gateway_loop", daemon=True)
+
+    @property
+    def port(self) -> int:
+        """The port in use (chosen by the system when the configured one is 0)."""
+        return int(self._socket.getsockname()[1])
+
+    @property
+    def failure(self) -> BaseException | None:
+        """What ended the server's thread, if anything did."""
+        return self._failure
+
+    def start(self) -> None:
+        """Serve, in a thread."""
+        self._thread.start()
+        self._ready.wait()
+
+    def stop(self) -> None:
+        """Send close frames, wait for all clients and threads to end."""
+        if self._thread.is_alive():
+            with contextlib.suppress(RuntimeError):
+                self._loop.call_soon_threadsafe(self._stop.set)
+            self._thread.join()
+        self.call_threads.shutdown(wait=True, cancel_futures=True)
+        self.graph_thread.shutdown(wait=True)
+        self._socket.close()
+
+    def __enter__(self) -> Self:
+        self.start()
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self.stop()
+
+    def deliver(self, topic: str, message: bytes, owner: int | None = None) -> None:
+        """Hand a topic's message, JSON already, to all its listeners or to one; callable from any thread."""
+        with contextlib.suppress(RuntimeError):  # the loop has ended
+            self._loop.call_soon_threadsafe(self._fan_out, topic, message, owner)
+
+    def _fan_out(self, topic: str, message: bytes, owner: int | None) -> None:
+        for client in tuple(self.listeners.get(topic, ())):
+            if owner in (None, client.owner):
+                client.deliver(topic, message)
+
+    def statistics(self) -> Statistics:
+        """Return the counters; roughly right while clients come and go."""
+        clients = tuple(self._clients.values())
+        received, refused, dropped = (
+            past + sum(part)
+            for past, part in zip(
+                self._past,
+                (
+                    [c.session.counters.received for c in clients],
+                    [c.session.counters.refused for c in clients],
+                    [c.outbox.dropped for c in clients],
+                ),
+            )
+        )
+        return Statistics(len(clients), self._turned_away, received, refused, dropped, self.errors, self.calls)
+
+    def _run(self) -> None:
+        asyncio.set_event_loop(self._loop)
+        try:
+            self._loop.run_until_complete(self._serve())
+        except BaseException as error:
+            self._failure = error
+            self.log(f"gateway's server ended: {error!r}")
+        finally:
+            self._ready.set()
+            self._loop.close()
+
+    async def _serve(self) -> None:
+        config = self.config
+        async with serve(
+            self._attend,
+            sock=self._socket,
+            ssl=self._tls,
+            compression=None,
+            origins=[None, *(re.compile(translate(pattern)) for pattern in config.origins)],
+            process_request=self._admit,
+            max_size=_HARD_SIZE_FACTOR * config.limits.packet_bytes,
+            ping_interval=None,  # the clients watch themselves
+            close_timeout=config.close_timeout,
+            open_timeout=config.ping_interval + config.ping_timeout + config.close_timeout,
+            logger=_SILENT,
+        ) as server:
+            self._ready.set()
+            await self._stop.wait()
+            server.close(reason="the gateway ends")
+            await server.wait_closed()
+
+    def _admit(self, connection: ServerConnection, request: Request) -> Response | None:
+        """Turn a client away with an HTTP status and a reason, or let it in."""
+        if len(self._clients) >= self.config.limits.clients:
+            status, reason = HTTPStatus.SERVICE_UNAVAILABLE, f"{len(self._clients)} clients are connected: no more allowed"
+        else:
+            try:
+                connection.username = self._door.role(connection.remote_address[0], request)
+                return None
+            except NotAdmittedError as error:
+                status, reason = HTTPStatus.UNAUTHORIZED, str(error)
+        self._turned_away += 1
+        self.log(f"client {_peer(connection)} turned away: {reason}")
+        return connection.respond(status, reason + "\n")
+
+    async def _attend(self, connection: ServerConnection) -> None:
+        """Serve one client from handshake to end."""
+        line = connection.transport.get_extra_info("socket")
+        line.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        line.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, self.config.limits.send_buffer_bytes)
+        role = connection.username
+        session = Session(role, self._roles, self.namespace, self.config.limits, time.monotonic())
+        client = Client(next(self._owners), connection, session, self)
+        self._clients[client.owner] = client
+        peer = _peer(connection)
+        self.log(f"client {peer} came as {role}")
+        try:
+            await client.run()
+        finally:
+            del self._clients[client.owner]
+            counts = session.counters
+            reason = client.drop_reason or f"code {connection.close_code} {connection.close_reason or ''}".rstrip()
+            for index, count in enumerate((counts.received, counts.refused, client.outbox.dropped)):
+                self._past[index] += count
+            self.log(
+                f"client {peer} left: {reason}; {counts.received} packets, "
+                f"{counts.refused} refused, {counts.over_rate} too fast, {client.outbox.dropped} older messages replaced"
+            )
+
+
+def _peer(connection: ServerConnection) -> str:
+    host, port = (connection.remote_address or ("?", 0))[:2]
+    return f"{host}:{port}"

@@ -1,0 +1,203 @@
+"""One client's side of the conversation: what came is judged here, the shell performs it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from msgspec import UNSET
+
+from scara_simulation.gateway_config import Limits
+from scara_simulation.rosbridge import names, packets
+from scara_simulation.rosbridge.packets import Packet, PacketError, PacketId, ServiceResponse, Status
+from scara_simulation.rosbridge.roles import Roles
+
+_SEVERITY = {"info": 0, "warning": 1, "error": 2, "none": 3}
+_NO_COMPRESSION = (None, "", "none")
+_RATE_REMARK_INTERVAL = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """A packet that may be performed, with the absolute name of its topic or service."""
+
+    packet: Packet
+    name: str
+
+
+@dataclass(slots=True)
+class Counters:
+    """What a client sent."""
+
+    received: int = 0
+    refused: int = 0
+    over_rate: int = 0
+
+
+@dataclass(slots=True)
+class _RateLimit:
+    """A bucket of packets that fills with time."""
+
+    rate: float
+    burst: float
+    level: float
+    at: float
+
+    def allow(self, now: float) -> bool:
+        self.level = min(self.burst, self.level + max(0.0, now - self.at) * self.rate)
+        self.at = now
+        if self.level < 1.0:
+            return False
+        self.level -= 1.0
+        return True
+
+
+class Session:
+    """The protocol state of one client.
+
+    ``receive`` judges a packet and returns a :class:`Request` to perform, an answer to send, or None. What has been
+    performed is told back by ``subscribed``, ``advertised`` and their counterparts.
+    """
+
+    def __init__(self, role: str, roles: Roles, namespace: str, limits: Limits, now: float) -> None:
+        self.role = role
+        self.counters = Counters()
+        self._roles = roles
+        self._namespace = namespace
+        self._limits = limits
+        self._rate = _RateLimit(limits.packets_per_second, limits.packets_burst, limits.packets_burst, now)
+        self._rate_remark_at = float("-inf")
+        self._level = _SEVERITY["error"]
+        self._advertised: dict[str, set[PacketId]] = {}
+        self._subscribed: dict[str, dict[PacketId, packets.Subscribe]] = {}
+        self._services: set[str] = set()
+
+    def receive(self, data: bytes, now: float) -> Request | Packet | None:
+        """Judge one packet that came at ``now`` (monotonic, [s])."""
+        self.counters.received += 1
+        allowed = self._rate.allow(now)
+        try:
+            packet = packets.decode(data, self._limits.packet_bytes, self._limits.nesting)
+        except PacketError as error:
+            self.counters.refused += 1
+            return self._status("error", str(error), error.packet_id) if allowed else self._over_rate(None, now)
+        if not allowed:
+            return self._over_rate(packet, now)
+        if isinstance(packet, packets.SetLevel):
+            self._level = _SEVERITY[packet.level]
+            return None
+        if isinstance(packet, Status):
+            return None
+        return self._judge(packet)
+
+    def _judge(self, packet: Packet) -> Request | Packet | None:
+        """Check name, role and limits of a well-formed packet."""
+        written: str = packet.topic if hasattr(packet, "topic") else packet.service  # type: ignore[union-attr]
+        try:
+            name = names.resolve(written, self._namespace)
+        except names.NameNotLegalError as error:
+            return self.refuse(packet, str(error))
+        op = type(packet).__struct_config__.tag
+        reason = self._roles.authorise(self.role, str(op), name) or self._exceeded(packet, name)
+        return self.refuse(packet, reason) if reason else Request(packet, name)
+
+    def _exceeded(self, packet: Packet, name: str) -> str | None:
+        """Tell which limit a packet breaks, or None."""
+        limits = self._limits
+        match packet:
+            case packets.Subscribe():
+                if packet.compression not in _NO_COMPRESSION:
+                    return f"compression {packet.compression!r} is not supported: allowed: none"
+                return _full(self._subscribed, name, limits.topics_per_client, "subscribed topics")
+            case packets.Advertise():
+                return _full(self._advertised, name, limits.topics_per_client, "advertised topics")
+            case packets.AdvertiseService():
+                return _full(self._services, name, limits.services_per_client, "advertised services")
+            case packets.Unsubscribe() if name not in self._subscribed:
+                return f"{name} is not subscribed"
+            case packets.Unadvertise() if name not in self._advertised:
+                return f"{name} is not advertised"
+            case packets.UnadvertiseService() if name not in self._services:
+                return f"{name} is not advertised as a service"
+        return None
+
+    def refuse(self, packet: Packet, reason: str) -> Packet | None:
+        """Count a refusal and return its answer: a failed response to a call, else a status of level error."""
+        self.counters.refused += 1
+        if isinstance(packet, packets.CallService):
+            return ServiceResponse(id=packet.id, service=packet.service, values=reason, result=False)
+        return self._status("error", reason, packet.id)
+
+    def _over_rate(self, packet: Packet | None, now: float) -> Packet | None:
+        """Refuse a packet that came too fast; calls are always answered, others by one status a second."""
+        self.counters.over_rate += 1
+        reason = f"more than {self._limits.packets_per_second} packets a second: packet ignored"
+        if isinstance(packet, packets.CallService):
+            return self.refuse(packet, reason)
+        if now - self._rate_remark_at < _RATE_REMARK_INTERVAL:
+            return None
+        self._rate_remark_at = now
+        return self._status("error", reason, UNSET if packet is None else packet.id)
+
+    def _status(self, level: packets.Level, text: str, packet_id: PacketId) -> Status | None:
+        return Status(id=packet_id, level=level, msg=text) if _SEVERITY[level] >= self._level else None
+
+    def subscribed(self, name: str, packet: packets.Subscribe) -> tuple[float, int]:
+        """Note a subscription; return the least interval [s] and longest queue that the client's ids ask for."""
+        wishes = self._subscribed.setdefault(name, {})
+        wishes[packet.id] = packet
+        return self.wishes(name)
+
+    def wishes(self, name: str) -> tuple[float, int]:
+        """Return least interval [s] and longest queue asked for ``name``."""
+        wishes = self._subscribed[name].values()
+        return min(w.throttle_rate for w in wishes) / 1000.0, max(w.queue_length for w in wishes)
+
+    def unsubscribed(self, name: str, packet_id: PacketId) -> bool:
+        """Note the end of one subscription (of all without an id); True when the topic is wanted no more."""
+        wishes = self._subscribed.get(name, {})
+        if packet_id in (UNSET, None):
+            wishes.clear()
+        wishes.pop(packet_id, None)
+        return not wishes and self._subscribed.pop(name, None) is not None
+
+    def advertised(self, name: str, packet_id: PacketId) -> None:
+        """Note an advertised topic."""
+        self._advertised.setdefault(name, set()).add(packet_id)
+
+    def unadvertised(self, name: str, packet_id: PacketId) -> bool:
+        """Note the end of one advertisement (of all without an id); True when none is left."""
+        ids = self._advertised.get(name, set())
+        if packet_id in (UNSET, None):
+            ids.clear()
+        ids.discard(packet_id)
+        return not ids and self._advertised.pop(name, None) is not None
+
+    def is_advertised(self, name: str) -> bool:
+        """Tell whether the client publishes topic ``name``."""
+        return name in self._advertised
+
+    def provides(self, name: str, added: bool) -> None:
+        """Note that the client answers calls of service ``name``, or no more."""
+        (self._services.add if added else self._services.discard)(name)
+
+    @property
+    def subscriptions(self) -> tuple[str, ...]:
+        """Subscribed topics."""
+        return tuple(self._subscribed)
+
+    @property
+    def advertisements(self) -> tuple[str, ...]:
+        """Advertised topics."""
+        return tuple(self._advertised)
+
+    @property
+    def services(self) -> tuple[str, ...]:
+        """Services that the client answers."""
+        return tuple(self._services)
+
+
+def _full(taken: Iterable[str], name: str, limit: int, what: str) -> str | None:
+    """Tell that ``limit`` is reached, unless ``name`` is among ``taken`` already."""
+    known = set(taken)
+    return f"{len(known)} {what}: allowed: {limit}" if name not in known and len(known) >= limit else None
