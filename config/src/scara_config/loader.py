@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import os
 import re
 from pathlib import Path
@@ -74,17 +75,51 @@ def convert(tree: Any, kind: type[T], source: str) -> T:
     except msgspec.ValidationError as error:
         match = _AT.match(str(error))
         what, path = (match["what"], match["path"]) if match else (str(error), None)
+        path = _with_keys(tree, kind, str(error), path)
         key = (path or "$")[1:].lstrip(".") or "(top level)"
         raise ConfigError(f"{source}: {key} = {_value_at(tree, path)}: {what}") from error
 
 
+def _with_keys(tree: Any, kind: type[Any], text: str, path: str | None) -> str | None:
+    """Put the names of mapping keys into a msgspec path, which shows each of them only as ``[...]``.
+
+    The culprit is found by converting the tree again with each single entry of the mapping.
+    """
+    tree = copy.deepcopy(tree)
+    while path and "[...]" in path:
+        head, _, rest = path.partition("[...]")
+        mapping = _walk(tree, head)
+        if not isinstance(mapping, dict):
+            return path
+        whole = dict(mapping)
+        found = None
+        for key, value in whole.items():
+            mapping.clear()
+            mapping[key] = value
+            try:
+                msgspec.convert(tree, kind, strict=True)
+            except msgspec.ValidationError as error:
+                if str(error) == text:
+                    found = key
+                    break
+        if found is None:
+            return path
+        path = f"{head}.{found}{rest}"
+    return path
+
+
 def _value_at(tree: Any, path: str | None) -> str:
     """Return the value a msgspec path points to, shortened, for an error text."""
-    value = tree
-    for key, index in _STEP.findall(path or ""):
-        try:
-            value = value[key] if key else value[int(index)]
-        except (KeyError, IndexError, TypeError, ValueError):
-            return "(a value below)"
+    try:
+        value = _walk(tree, path or "$")
+    except (KeyError, IndexError, TypeError, ValueError):
+        return "(a value below)"
     text = repr(value) if not isinstance(value, dict) else "{" + ", ".join(map(str, value)) + "}"
     return text if len(text) <= 80 else text[:77] + "..."
+
+
+def _walk(tree: Any, path: str) -> Any:
+    """Return what a path like ``$.joints[2].name`` points to."""
+    for key, index in _STEP.findall(path):
+        tree = tree[key] if key else tree[int(index)]
+    return tree

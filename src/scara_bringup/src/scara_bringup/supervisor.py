@@ -189,7 +189,11 @@ def _while_ending(cell: Cell, event: Event, now: float) -> Step:
     """Go on with the next group or the next harder signal; a second Ctrl-C skips all patience."""
     if isinstance(event, Interrupted):
         cell = replace(cell, order=(cell.alive,), strikes=len(_ESCALATION) - 1, deadline=now)
-    return _advance(cell, now)
+    died = isinstance(event, Ended) and any(event.name in group for group in cell.order[1:])
+    cell, actions = _advance(cell, now)
+    if isinstance(event, Ended) and died:
+        return cell, [Explain(f"node {event.name} {describe_exit(event.code)} as well", (event.name,)), *actions]
+    return cell, actions
 
 
 def _advance(cell: Cell, now: float) -> Step:

@@ -1,0 +1,199 @@
+"""Processes, ports and the master as the bring-up meets them on a real machine."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+from xmlrpc.server import SimpleXMLRPCRequestHandler, SimpleXMLRPCServer
+
+import pytest
+from harness.processes import free_port, wait_until
+from scara_bringup.io.master import Address, MasterProbe
+from scara_bringup.io.ports import listening_ports, owner_of
+from scara_bringup.io.preflight import CannotStartError, check_before_start
+from scara_bringup.io.processes import Processes
+from scara_bringup.plan import NodePlan
+
+
+def plain(name: str, *arguments: str) -> NodePlan:
+    """Plan a program that is no ROS node."""
+    return NodePlan(name, "", arguments[0], arguments[1:])
+
+
+@pytest.fixture
+def listener() -> Iterator[int]:
+    """Give a port that this very process listens at."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        yield server.getsockname()[1]
+
+
+def test_listening_port_is_seen_with_its_owner(listener: int) -> None:
+    """The owner is found in /proc by the socket's inode."""
+    assert listener in listening_ports()
+    assert owner_of(listener).startswith(f"pid {os.getpid()} (")
+
+
+def test_free_port_has_no_owner() -> None:
+    """Nobody is accused."""
+    port = free_port()
+    assert port not in listening_ports()
+    assert owner_of(port) == ""
+
+
+def test_connection_is_no_listener(listener: int) -> None:
+    """Only listening sockets take a port."""
+    with socket.create_connection(("127.0.0.1", listener)) as client:
+        assert client.getsockname()[1] not in listening_ports()
+
+
+def test_output_and_exit_code_of_a_child_are_kept(tmp_path: Path) -> None:
+    """The last lines are what a person needs when it has died."""
+    with Processes(tmp_path / "log", os.environ) as processes:
+        processes.start(plain("seq", "bash", "-c", "seq 30; echo oops >&2; exit 7"))
+        ended = wait_until(processes.ended, 5.0)
+        assert ended == [("seq", 7)]
+        assert processes.ended() == [], "an end is told once"
+        assert processes.last_lines("seq", 3) == ["29", "30", "oops"]
+    assert processes.last_lines("never_started", 3) == []
+
+
+def test_signal_reaches_the_whole_group(tmp_path: Path) -> None:
+    """A node's own children end with it."""
+    with Processes(tmp_path / "log", os.environ) as processes:
+        processes.start(plain("family", "bash", "-c", "sleep 1000 & echo $!; wait"))
+        child = int(wait_until(lambda: processes.last_lines("family", 1), 5.0)[0])
+        processes.signal(["family", "unknown"], signal.SIGTERM)
+        wait_until(processes.ended, 5.0)
+        wait_until(lambda: not is_alive(child), 5.0, "the end of the grandchild")
+
+
+def test_leaving_the_context_kills_what_ignores_every_signal(tmp_path: Path) -> None:
+    """An error in the bring-up itself leaves nothing behind."""
+    with pytest.raises(RuntimeError, match="a fault"), Processes(tmp_path / "log", os.environ) as processes:
+        processes.start(plain("deaf", "bash", "-c", "trap '' INT TERM; echo up; while :; do sleep 0.1; done"))
+        wait_until(lambda: processes.last_lines("deaf", 1), 5.0)
+        raise RuntimeError("a fault")
+    assert not is_alive(processes.pids()["deaf"])
+
+
+def test_children_die_with_a_bring_up_that_is_killed(tmp_path: Path) -> None:
+    """Not even SIGKILL of the bring-up leaves a node behind."""
+    script = (
+        "import os, time\nfrom pathlib import Path\nfrom scara_bringup.io.processes import Processes\n"
+        "from scara_bringup.plan import NodePlan\n"
+        f"p = Processes(Path({str(tmp_path)!r}), os.environ)\n"
+        "print(p.start(NodePlan('child', '', 'sleep', ('1000',))), flush=True)\ntime.sleep(1000)\n"
+    )
+    with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True) as parent:
+        assert parent.stdout is not None
+        child = int(parent.stdout.readline())
+        assert is_alive(child)
+        parent.kill()
+    wait_until(lambda: not is_alive(child), 5.0, "the end of the child")
+
+
+def is_alive(pid: int) -> bool:
+    """Say whether a process runs (a zombie does not)."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+@pytest.mark.parametrize(
+    ("uri", "host", "port", "local"),
+    [
+        ("http://127.0.0.1:11311", "127.0.0.1", 11311, True),
+        ("http://localhost:11311/", "localhost", 11311, True),
+        ("http://10.0.0.7:11311", "10.0.0.7", 11311, False),
+    ],
+)
+def test_master_address_is_split(uri: str, host: str, port: int, local: bool) -> None:
+    """Only a master of this machine can be started by the bring-up."""
+    address = Address.of(uri)
+    assert (address.host, address.port, address.is_local) == (host, port, local)
+
+
+@pytest.mark.parametrize("uri", ["", "127.0.0.1:11311", "http://127.0.0.1", "http://127.0.0.1:port", "http://:11311"])
+def test_wrong_master_address_is_refused(uri: str) -> None:
+    """The text shows the value and what it should look like."""
+    with pytest.raises(ValueError, match=r"ROS_MASTER_URI = .*must be like http://127\.0\.0\.1:11311"):
+        Address.of(uri)
+
+
+def test_silent_listener_is_no_master(listener: int) -> None:
+    """A port that accepts and says nothing does not hang the bring-up."""
+    assert not MasterProbe(f"http://127.0.0.1:{listener}", timeout=0.2).answers()
+
+
+class _Quiet(SimpleXMLRPCRequestHandler):
+    def log_message(self, format: str, *args: object) -> None:
+        """Print nothing."""
+
+
+@pytest.fixture
+def fake_master() -> Iterator[str]:
+    """Give the address of a server that answers as a ROS master with one node, one service and one topic."""
+    with SimpleXMLRPCServer(("127.0.0.1", 0), _Quiet, allow_none=True) as server:
+        uri = f"http://127.0.0.1:{server.server_address[1]}"
+        state = [[["/twin/joint_states", ["/simulator"]]], [], [["/move_to", ["/motion_server"]]]]
+        nodes = {"/simulator": uri, "/dead": f"http://127.0.0.1:{free_port()}"}
+        server.register_function(lambda caller: [1, "", 1], "getPid")
+        server.register_function(lambda caller: [1, "", state], "getSystemState")
+        server.register_function(
+            lambda caller, name: [1, "", nodes[name]] if name in nodes else [-1, "unknown", ""], "lookupNode"
+        )
+        thread = threading.Thread(target=server.serve_forever, args=(0.02,))
+        thread.start()
+        yield uri
+        server.shutdown()
+        thread.join()
+
+
+def test_names_of_services_and_topics_come_from_the_master(fake_master: str) -> None:
+    """Only published topics count."""
+    assert MasterProbe(fake_master).services_and_topics() == (frozenset({"/move_to"}), frozenset({"/twin/joint_states"}))
+
+
+def test_registered_node_counts_only_if_it_answers(fake_master: str) -> None:
+    """The entry of a node that was killed does not stop a new cell."""
+    probe = MasterProbe(fake_master)
+    assert [probe.is_running(name) for name in ("/simulator", "/dead", "/unknown")] == [True, False, False]
+
+
+def test_taken_port_is_refused_before_anything_starts(listener: int) -> None:
+    """The text names port, node and owner."""
+    nodes = [NodePlan("emulator", "fanuc_emulator", "emulator", port=listener)]
+    with pytest.raises(CannotStartError, match=rf"port {listener}, wanted by emulator, is taken by pid {os.getpid()}"):
+        check_before_start(nodes, MasterProbe(f"http://127.0.0.1:{free_port()}"))
+
+
+def test_port_of_the_master_taken_by_something_else_is_refused(listener: int) -> None:
+    """What answers there is no ROS master."""
+    with pytest.raises(CannotStartError, match=rf"port {listener}, wanted by the ROS master, is taken"):
+        check_before_start([], MasterProbe(f"http://127.0.0.1:{listener}", timeout=0.2))
+
+
+def test_second_cell_in_one_namespace_is_refused(fake_master: str) -> None:
+    """Nodes of the same name would shut each other down."""
+    nodes = [NodePlan(name, "p", name) for name in ("simulator", "dead")]
+    with pytest.raises(CannotStartError, match=r"run already in namespace /: simulator;"):
+        check_before_start(nodes, MasterProbe(fake_master))
+
+
+def test_running_master_is_used_and_a_missing_one_is_started(fake_master: str) -> None:
+    """The answer says whether to start one."""
+    assert check_before_start([], MasterProbe(fake_master)) is False
+    assert check_before_start([], MasterProbe(f"http://127.0.0.1:{free_port()}")) is True
+
+
+def test_master_of_another_machine_is_not_started_here() -> None:
+    """The text says where to start it."""
+    with pytest.raises(CannotStartError, match="another machine: start roscore there"):
+        check_before_start([], MasterProbe("http://192.0.2.1:11311", timeout=0.2))

@@ -1,0 +1,68 @@
+"""The plan of a cell is data: names, ready signs and the order of leaving."""
+
+from __future__ import annotations
+
+import pytest
+from scara_bringup.config import Door, Doors
+from scara_bringup.plan import cell_plan, ending_order, experiment_plan
+
+DOORS = Doors(modbus=Door("127.0.0.1", 15020), gateway=Door("127.0.0.1", 19090))
+PLAN = cell_plan(DOORS)
+
+
+def test_plan_holds_every_node_of_the_design() -> None:
+    """A cell is these ten nodes, each once."""
+    names = [node.name for node in PLAN]
+    assert len(set(names)) == len(names)
+    assert set(names) == {
+        "robot_state_publisher",
+        "simulator",
+        "gateway",
+        "kinematics_server",
+        "joint_pose_controller",
+        "joint_vel_controller",
+        "motion_server",
+        "emulator",
+        "recorder",
+        "twin_controller",
+    }
+
+
+def test_ports_of_the_plan_are_those_of_the_configuration() -> None:
+    """What is checked for a listener is what the nodes will open."""
+    assert {node.name: node.port for node in PLAN if node.port} == {"emulator": 15020, "gateway": 19090}
+
+
+def test_robot_state_publisher_follows_the_twin() -> None:
+    """The model in RViz is the twin's."""
+    (node,) = [node for node in PLAN if node.name == "robot_state_publisher"]
+    assert node.arguments == ("joint_states:=twin/joint_states",)
+
+
+def test_every_node_of_ours_but_the_publishers_shows_a_sign_of_readiness() -> None:
+    """A node without a sign could be missing unseen."""
+    silent = {node.name for node in PLAN if not (node.services or node.topics or node.port)}
+    assert silent == {"robot_state_publisher"}
+
+
+def test_left_out_node_is_not_in_the_plan() -> None:
+    """A cell with a real robot has no emulator."""
+    assert "emulator" not in [node.name for node in cell_plan(DOORS, ("emulator",))]
+
+
+def test_unknown_node_to_leave_out_is_refused_with_the_known_ones() -> None:
+    """A typing error must not start a second robot beside the real one."""
+    with pytest.raises(ValueError, match=r"no node is called emulatr; there are: .*emulator"):
+        cell_plan(DOORS, ("emulatr",))
+
+
+def test_controller_leaves_before_the_recorder_and_both_before_the_rest() -> None:
+    """See cell_plan: the watchdog is disarmed while the robot is there, and recorded."""
+    order = ending_order([*PLAN, experiment_plan("runs/x", ("real_leads",))])
+    assert order[:3] == (frozenset({"run_experiment"}), frozenset({"twin_controller"}), frozenset({"recorder"}))
+
+
+def test_experiments_get_their_output_folder_and_arguments() -> None:
+    """The words are those of docs/interfaces.md."""
+    node = experiment_plan("runs/x", ("real_leads", "twin_leads"), ("--speed", "30"))
+    assert node.arguments == ("real_leads", "twin_leads", "--output", "runs/x", "--speed", "30")

@@ -1,0 +1,85 @@
+"""The register map: addresses as the manual counts, widths, no overlap."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from harness.workspace import ROOT
+from harness.yaml_files import REMOVED, changed_yaml
+from scara_config import ConfigError
+from scara_config.modbus_map import Register, load_modbus_map
+
+SHIPPED = ROOT / "config"
+MAP = load_modbus_map(SHIPPED)
+
+
+@pytest.mark.parametrize(
+    ("name", "first", "last"),
+    [
+        ("position", 1001, 1018),
+        ("position_valid", 1019, 1019),
+        ("setpoint", 1051, 1068),
+        ("override", 1101, 1102),
+        ("program_name", 1201, 1208),
+        ("alarm_id", 1301, 1301),
+        ("alarm_severity_text", 1392, 1400),
+    ],
+)
+def test_registers_stand_where_the_controller_has_them(name: str, first: int, last: int) -> None:
+    """The layout of facts.md section 4: POS[0], PR[1], override, PRG[1], ALM[1]."""
+    register = MAP.holding_registers[name]
+    assert (register.address, register.address + register.words - 1) == (first, last)
+    assert register.offset == first - 1, "the PDU address is the number minus one"
+
+
+def test_state_and_set_point_blocks_fit_one_request_each() -> None:
+    """Modbus reads at most 125 registers at once, so that position, speed and clock belong together."""
+
+    def span(first: str, last: str) -> int:
+        start, end = MAP.holding_registers[first], MAP.holding_registers[last]
+        return end.address + end.words - start.address
+
+    assert span("position", "override_now") <= 125
+    assert span("setpoint", "stream_speed") <= 123
+
+
+@pytest.mark.parametrize(("number", "name"), [(1, "imstp"), (2, "hold"), (5, "fault_reset"), (6, "start"), (8, "enbl")])
+def test_inputs_are_the_user_operator_panel_from_6001(number: int, name: str) -> None:
+    """UI[n] is coil 6000 + n."""
+    assert MAP.coils[name].address == 6000 + number
+
+
+@pytest.mark.parametrize(("number", "name"), [(1, "cmdenbl"), (3, "progrun"), (4, "paused"), (6, "fault"), (10, "busy")])
+def test_outputs_are_the_user_operator_panel_from_6001(number: int, name: str) -> None:
+    """UO[n] is discrete input 6000 + n."""
+    assert MAP.discrete_inputs[name].address == 6000 + number
+
+
+@pytest.mark.parametrize(("kind", "count", "words"), [("int16", 1, 1), ("int32", 1, 2), ("float32", 9, 18), ("string", 40, 40)])
+def test_width_follows_from_type_and_count(kind: Any, count: int, words: int) -> None:
+    """A string counts words, two characters each."""
+    assert Register(address=1, type=kind, unit="", meaning="", count=count).words == words
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "text"),
+    [
+        (["holding_registers", "position_valid", "address"], 1018, r"position_valid\.address = 1018: overlaps position, .*1018"),
+        (["holding_registers", "position", "count"], 10, r"position_valid\.address = 1019: overlaps position"),
+        (["holding_registers", "clock_ms", "address"], 0, r"clock_ms.* = 0: Expected `int` >= 1"),
+        (["holding_registers", "clock_ms", "address"], 65537, r"clock_ms.* = 65537: Expected `int` <= 65536"),
+        (["holding_registers", "clock_ms", "type"], "int64", r"clock_ms.* = 'int64': Invalid enum value"),
+        (["holding_registers", "clock_ms", "meaning"], REMOVED, r"missing required field `meaning`"),
+        (["holding_registers", "clock_ms", "adress"], 5, r"unknown field `adress`"),
+        (["coils", "hold", "address"], 6001, r"coils: an address occurs more than once"),
+        (["discrete_inputs", "fault", "address"], 6001, r"discrete_inputs: an address occurs more than once"),
+        (["device_id"], 248, r"device_id = 248: Expected `int` <= 247"),
+        (["word_order"], "middle", r"word_order = 'middle'"),
+    ],
+)
+def test_wrong_map_is_refused(tmp_path: Path, path: list[str | int], value: Any, text: str) -> None:
+    """File, key, value and what is allowed."""
+    with pytest.raises(ConfigError, match=rf"modbus_map\.yaml: .*{text}"):
+        load_modbus_map(changed_yaml(SHIPPED / "modbus_map.yaml", tmp_path, path, value))

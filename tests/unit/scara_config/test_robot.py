@@ -1,0 +1,95 @@
+"""The robot profile: units change at the border, and a profile that contradicts itself is refused."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from harness.workspace import ROOT
+from harness.yaml_files import REMOVED, changed_yaml
+from scara_config import ConfigError, PrismaticJoint, load_robot
+
+SHIPPED = ROOT / "config"
+ROBOT = load_robot(SHIPPED)
+
+
+def test_limits_and_speeds_of_turning_joints_are_radians() -> None:
+    """joint_1 turns +-148 deg at 440 deg/s at most (facts: SR-6iA)."""
+    joint = ROBOT.joint("joint_1")
+    assert np.degrees([joint.lower, joint.upper, joint.velocity]) == pytest.approx([-148.0, 148.0, 440.0])
+    assert math.degrees(joint.acceleration) == pytest.approx(2500.0)
+    assert math.degrees(joint.jerk) == pytest.approx(40000.0)
+
+
+def test_limits_and_speeds_of_sliding_joints_are_metres() -> None:
+    """joint_3 slides from -210 mm to 0, up positive, at 2 m/s at most."""
+    joint = ROBOT.joint("joint_3")
+    assert isinstance(joint, PrismaticJoint)
+    assert [joint.lower, joint.upper, joint.velocity] == pytest.approx([-0.210, 0.0, 2.0])
+    assert [joint.acceleration, joint.jerk] == pytest.approx([20.0, 400.0])
+
+
+def test_twin_moves_all_but_joint_4() -> None:
+    """The article leaves joint 4 out of the model; the table is a joint that moves no tool."""
+    assert [joint.name for joint in ROBOT.twin_joints] == ["joint_1", "joint_2", "joint_3", "table_joint"]
+    assert [joint.name for joint in ROBOT.arm_joints] == ["joint_1", "joint_2", "joint_3"]
+
+
+def test_lengths_agree_with_the_reach_and_the_home_pose() -> None:
+    """L1 + L2 is the reach, and the tool of the home pose stands there at height h."""
+    geometry = ROBOT.geometry
+    assert geometry.l1_mm + geometry.l2_mm == pytest.approx(ROBOT.reach_mm)
+    assert ROBOT.home_pose[0][3] == pytest.approx(ROBOT.reach_mm / 1000.0)
+    assert ROBOT.home_pose[2][3] == pytest.approx(geometry.h_mm / 1000.0)
+
+
+def test_home_pose_is_a_rigid_transform() -> None:
+    """A proper rotation: orthogonal, determinant +1, last row 0 0 0 1."""
+    pose = np.array(ROBOT.home_pose)
+    rotation = pose[:3, :3]
+    assert rotation @ rotation.T == pytest.approx(np.eye(3))
+    assert np.linalg.det(rotation) == pytest.approx(1.0)
+    assert pose[3] == pytest.approx([0, 0, 0, 1])
+
+
+@pytest.mark.parametrize("joint", [joint for joint in ROBOT.joints if joint.screw_axis is not None], ids=lambda j: j.name)
+def test_screw_axes_are_normalised(joint: Any) -> None:
+    """A turning axis has |omega| = 1 and v perpendicular to it, a sliding one omega = 0 and |v| = 1."""
+    omega, v = np.array(joint.screw_axis[:3]), np.array(joint.screw_axis[3:])
+    if isinstance(joint, PrismaticJoint):
+        assert not omega.any() and np.linalg.norm(v) == pytest.approx(1.0)
+    else:
+        assert np.linalg.norm(omega) == pytest.approx(1.0) and omega @ v == pytest.approx(0.0)
+
+
+def test_unknown_joint_is_refused_with_the_known_ones() -> None:
+    """The text helps against typing errors."""
+    with pytest.raises(ConfigError, match=r"unknown joint 'joint_9': robot.yaml has joint_1, .*table_joint"):
+        ROBOT.joint("joint_9")
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "text"),
+    [
+        (["joints", 0, "lower_deg"], 200.0, r"joint_1: lower limit is not below the upper limit"),
+        (["joints", 0, "upper_deg"], -148.0, r"joint_1: lower limit is not below the upper limit"),
+        (["joints", 1, "name"], "joint_1", r"name joint_1 occurs more than once"),
+        (["joints", 1, "axis_number"], 1, r"axis_number 1 occurs more than once"),
+        (["joints", 2, "axis_number"], 10, r"joints\[2\]\.axis_number = 10: Expected `int` <= 9"),
+        (["joints", 0, "velocity_deg_s"], 0.0, r"joints\[0\]\.velocity_deg_s = 0.0: Expected `float` > 0"),
+        (["joints", 0, "type"], "spherical", r"joints\[0\]\.type = 'spherical'"),
+        (["joints", 2, "lower_deg"], -10.0, r"joints\[2\].*unknown field `lower_deg`"),
+        (["joints", 2, "lower_mm"], REMOVED, r"joints\[2\].*missing required field `lower_mm`"),
+        (["joints", 0, "screw_axis"], [0, 0, 1], r"joints\[0\]\.screw_axis"),
+        (["reach_mm"], -1, r"reach_mm = -1: Expected `float` > 0"),
+        (["reach_mm"], REMOVED, r"missing required field `reach_mm`"),
+        (["colour"], "yellow", r"unknown field `colour`"),
+    ],
+)
+def test_wrong_profile_is_refused(tmp_path: Path, path: list[str | int], value: Any, text: str) -> None:
+    """File, key, value and what is allowed."""
+    with pytest.raises(ConfigError, match=rf"robot\.yaml: .*{text}"):
+        load_robot(changed_yaml(SHIPPED / "robot.yaml", tmp_path, path, value))
