@@ -41,6 +41,7 @@ class Snapshot(msgspec.Struct, frozen=True):
     control_type: ControlType
     program_speed: int
     override: int
+    general_override: int
     heartbeat: int
     watchdog_state: WatchdogState
     program_name: str
@@ -147,7 +148,6 @@ class Controller:
     def snapshot(self) -> Snapshot:
         """Return what can be read now."""
         axes = self._motion.axes
-        step = self._executor.step
         program = self._executor.program
         return Snapshot(
             tick=self._tick,
@@ -157,12 +157,9 @@ class Controller:
             positions=self._motion.positions,
             velocities=self._motion.velocities,
             control_type=self._control_type,
-            program_speed=self._stream_speed
-            if isinstance(step, StreamStep)
-            else round(step.speed_percent)
-            if isinstance(step, MoveStep)
-            else 0,
+            program_speed=self._program_speed,
             override=self.override,
+            general_override=self._override,
             heartbeat=self._watchdog.heartbeat,
             watchdog_state=self._watchdog.state,
             program_name=program.name if program else "",
@@ -183,6 +180,14 @@ class Controller:
         if program is None or self._executor.state is ProgramState.ABORTED:
             return ControlType.NONE
         return ControlType.STREAM if program.streams else ControlType.PROGRAM
+
+    @property
+    def _program_speed(self) -> int:
+        """Programmed speed of the running motion [percent]."""
+        step = self._executor.step
+        if isinstance(step, StreamStep):
+            return self._stream_speed
+        return round(step.speed_percent) if isinstance(step, MoveStep) else 0
 
     @property
     def _enabled(self) -> bool:

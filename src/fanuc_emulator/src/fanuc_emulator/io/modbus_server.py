@@ -1,0 +1,155 @@
+"""The robot's Modbus TCP server (pymodbus): reads answer from the newest snapshot, writes go to the servo loop's mailbox.
+
+pymodbus answers only the first of several requests in one TCP segment, so a client must wait for each answer.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from functools import partial
+
+import pymodbus
+from pymodbus.constants import ExcCodes
+from pymodbus.server import ModbusTcpServer
+from pymodbus.simulator import DataType, SimData, SimDevice
+from scara_config.modbus_map import Bit, ModbusMap
+
+from fanuc_emulator.controller import Controller, Snapshot
+from fanuc_emulator.io.servo_loop import ServoLoop
+from fanuc_emulator.register_image import RegisterImage
+from fanuc_emulator.registers import RegisterError
+
+_READ_COILS, _READ_DISCRETE, _WRITE_COIL, _WRITE_COILS = 1, 2, 5, 15
+
+
+class PortError(OSError):
+    """The server cannot listen on its address."""
+
+
+class RobotServer:
+    """Serve ``layout`` on ``host:port`` in a thread of its own, as a context manager.
+
+    Args:
+        host: Address to bind.
+        port: TCP port.
+        layout: modbus_map.yaml.
+        image: Words of the holding registers; used by the server's thread only.
+        loop: Gives snapshots, takes writes.
+    """
+
+    def __init__(self, host: str, port: int, layout: ModbusMap, image: RegisterImage, loop: ServoLoop) -> None:
+        self._address = (host, port)
+        self._layout = layout
+        self._image = image
+        self._servo = loop
+        self._coils = {bit.offset: name for name, bit in layout.coils.items()}
+        self._asyncio: asyncio.AbstractEventLoop | None = None
+        self._server: ModbusTcpServer | None = None
+        self._failure: Exception | None = None
+        self._ready = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="modbus_server", daemon=True)
+
+    def __enter__(self) -> RobotServer:
+        """Start listening.
+
+        Raises:
+            PortError: The port is taken or the address is not this machine's.
+        """
+        pymodbus.pymodbus_apply_logging_config("CRITICAL")
+        self._thread.start()
+        self._ready.wait()
+        if self._failure is not None:
+            host, port = self._address
+            raise PortError(f"cannot listen on {host}:{port}: {self._failure}") from self._failure
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._asyncio is not None and self._server is not None and self._thread.is_alive():
+            asyncio.run_coroutine_threadsafe(self._server.shutdown(), self._asyncio)  # type: ignore[no-untyped-call]
+            self._thread.join(timeout=1.0)
+
+    def _run(self) -> None:
+        try:
+            asyncio.run(self._serve())
+        except Exception as error:
+            self._failure = error
+        finally:
+            self._ready.set()
+
+    async def _serve(self) -> None:
+        """Listen until :meth:`__exit__`."""
+        self._asyncio = asyncio.get_running_loop()
+        host, port = self._address
+        probe = await asyncio.start_server(lambda *_: None, host, port)  # pymodbus hides why it cannot listen
+        probe.close()
+        await probe.wait_closed()
+        self._server = ModbusTcpServer(self._device(), address=self._address)
+        await self._server.serve_forever(background=True)
+        self._ready.set()
+        await self._server.serving
+
+    def _device(self) -> SimDevice:
+        """Describe coils, discrete inputs and holding registers; everything else answers exception 2."""
+        holding = [
+            SimData(register.offset, count=register.words, values=0, datatype=DataType.REGISTERS, readonly=not register.write)
+            for register in self._layout.holding_registers.values()
+        ]
+        return SimDevice(
+            self._layout.device_id,
+            simdata=(
+                _bits(self._layout.coils),
+                _bits(self._layout.discrete_inputs),
+                holding,
+                [SimData(0, datatype=DataType.INVALID)],
+            ),
+            action=self._act,
+        )
+
+    async def _act(
+        self, function: int, start: int, address: int, count: int, current: list[int], values: list[int] | list[bool] | None
+    ) -> ExcCodes | None:
+        """Answer one request; ``current`` is pymodbus' memory of the whole block, from ``start``."""
+        if function in (_WRITE_COIL, _WRITE_COILS):
+            return self._write_coils(address, [bool(value) for value in values or []])
+        if function == _READ_DISCRETE:
+            self._show_outputs(self._servo.snapshot, start, current)
+        elif function != _READ_COILS and values is None:
+            self._image.show(self._servo.snapshot)
+            current[: len(self._image.words)] = self._image.words
+        elif values is not None:
+            return self._write_registers(address, [int(value) for value in values])
+        return None
+
+    def _write_coils(self, address: int, values: list[bool]) -> ExcCodes | None:
+        names = [self._coils.get(address + i) for i in range(len(values))]
+        if None in names:
+            return ExcCodes.ILLEGAL_ADDRESS
+        for name, value in zip(names, values):
+            self._servo.post(partial(Controller.write_input, name=name or "", value=value))
+        return None
+
+    def _write_registers(self, address: int, words: list[int]) -> ExcCodes | None:
+        try:
+            touched = self._image.take(address, words)
+        except RegisterError:
+            return ExcCodes.ILLEGAL_VALUE
+        self._servo.post(partial(self._image.apply, values=touched))
+        return None
+
+    def _show_outputs(self, snapshot: Snapshot, start: int, current: list[int]) -> None:
+        """Pack UO into pymodbus' words of 16 bits."""
+        for i in range(len(current)):
+            current[i] = 0
+        for name, bit in self._layout.discrete_inputs.items():
+            if getattr(snapshot.outputs, name):
+                current[bit.offset // 16 - start] |= 1 << (bit.offset % 16)
+
+
+def _bits(table: dict[str, Bit]) -> list[SimData]:
+    """Describe bits for pymodbus, without gaps."""
+    ordered = sorted(table.values(), key=lambda bit: bit.address)
+    levels = [False] * (ordered[-1].offset - ordered[0].offset + 1)
+    for bit in ordered:
+        levels[bit.offset - ordered[0].offset] = bit.normal
+    return [SimData(ordered[0].offset, values=levels, datatype=DataType.BITS)]

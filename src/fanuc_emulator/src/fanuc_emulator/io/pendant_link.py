@@ -1,0 +1,100 @@
+"""What the pendant command says to the robot over Modbus (pymodbus sync client)."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from types import TracebackType
+from typing import Any
+
+import pymodbus
+from pymodbus.client import ModbusTcpClient
+from scara_config.modbus_map import ModbusMap
+
+from fanuc_emulator.registers import Value, decode, encode
+
+_PULSE = 0.03
+
+
+class PendantError(RuntimeError):
+    """The robot cannot be reached, or refuses."""
+
+
+class PendantLink:
+    """Read and write named registers and signals, as a context manager.
+
+    Args:
+        host: The robot's address.
+        port: TCP port of its Modbus server.
+        layout: modbus_map.yaml.
+    """
+
+    def __init__(self, host: str, port: int, layout: ModbusMap) -> None:
+        pymodbus.pymodbus_apply_logging_config("CRITICAL")
+        self._name = f"{host}:{port}"
+        self._layout = layout
+        self._low_first = layout.word_order == "low_first"
+        self._client: Any = ModbusTcpClient(host, port=port, timeout=1.0, retries=0)
+
+    def __enter__(self) -> PendantLink:
+        """Connect.
+
+        Raises:
+            PendantError: Nobody listens there.
+        """
+        if not self._client.connect():
+            raise PendantError(f"no robot at {self._name}: is the emulator running?")
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self._client.close()
+
+    def read(self, name: str) -> Value:
+        """Read one register of the map."""
+        register = self._layout.holding_registers[name]
+        answer = self._call("read_holding_registers", register.offset, count=register.words)
+        return decode(register, answer.registers[: register.words], self._low_first)
+
+    def write(self, name: str, values: Sequence[float] | Sequence[int]) -> None:
+        """Write one register of the map."""
+        register = self._layout.holding_registers[name]
+        self._call("write_registers", register.offset, encode(register, values, self._low_first))
+
+    def outputs(self) -> dict[str, bool]:
+        """Read UO by name."""
+        table = self._layout.discrete_inputs
+        first = min(bit.offset for bit in table.values())
+        count = max(bit.offset for bit in table.values()) - first + 1
+        bits = self._call("read_discrete_inputs", first, count=count).bits
+        return {name: bool(bits[bit.offset - first]) for name, bit in table.items()}
+
+    def signal(self, name: str) -> bool:
+        """Read the level of one UI signal."""
+        return bool(self._call("read_coils", self._layout.coils[name].offset, count=1).bits[0])
+
+    def set_signal(self, name: str, level: bool) -> None:
+        """Set one UI signal."""
+        self._call("write_coil", self._layout.coils[name].offset, level)
+
+    def pulse(self, name: str) -> None:
+        """Switch one UI signal on and off again."""
+        self.set_signal(name, True)
+        time.sleep(_PULSE)
+        self.set_signal(name, False)
+
+    def alarm(self) -> str:
+        """Return the active alarm as the pendant shows it, or an empty text."""
+        message, cause = self.read("alarm_message"), self.read("alarm_cause")
+        return f"{message} ({cause}, {self.read('alarm_severity_text')})" if message else ""
+
+    def _call(self, function: str, offset: int, *arguments: Any, **options: Any) -> Any:
+        """Send one request and check its answer."""
+        from pymodbus.exceptions import ModbusException
+
+        try:
+            answer = getattr(self._client, function)(offset, *arguments, device_id=self._layout.device_id, **options)
+        except (ModbusException, OSError) as error:
+            raise PendantError(f"lost the robot at {self._name}: {error}") from error
+        if answer.isError():
+            raise PendantError(f"the robot refuses {function} at {offset + 1}: exception {answer.exception_code}")
+        return answer

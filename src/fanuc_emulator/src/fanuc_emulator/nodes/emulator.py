@@ -1,0 +1,134 @@
+"""Run the real robot's stand-in.
+
+Modbus TCP on ``~host``:``~port`` (default: emulator.yaml). ROS is used for one thing, and only once there is a roscore:
+
+Parameters (as ``_name:=value`` on the command line, so that they hold without roscore too):
+    ~config_dir: Folder with the YAML files; default: the package scara_config.
+    ~host, ~port: Address to listen on.
+
+Topics:
+    real/ground_truth (sensor_msgs/JointState, out, 250 Hz): True joint positions and speeds, stamped with the nominal time of
+        their servo step. For the report; nothing that controls the robot may read it.
+"""
+
+from __future__ import annotations
+
+import signal
+import sys
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+from scara_config import ConfigError, Robot, load_robot
+from scara_config.modbus_map import load_modbus_map
+
+from fanuc_emulator.config import load_emulator, load_programs
+from fanuc_emulator.controller import Controller, Snapshot
+from fanuc_emulator.io.modbus_server import PortError, RobotServer
+from fanuc_emulator.io.servo_loop import ServoLoop
+from fanuc_emulator.register_image import RegisterImage
+
+_GROUND_TRUTH_PERIOD = 0.004
+
+
+class GroundTruth:
+    """Publish ``real/ground_truth`` from the moment a roscore is there.
+
+    Args:
+        robot: Joint names.
+        every: Publish each ``every``-th snapshot.
+        stop: Set when the node ends; rospy's own end sets it too.
+    """
+
+    def __init__(self, robot: Robot, every: int, stop: threading.Event) -> None:
+        self._names = [joint.name for joint in robot.joints]
+        self._every = every
+        self._stop = stop
+        self._publisher: Any = None
+        self._message: Any = None
+        self._time: Any = None
+        self._offset = 0.0
+
+    def observe(self, snapshot: Snapshot, due: float) -> None:
+        """Publish a snapshot that is true at the monotonic time ``due``."""
+        if self._publisher is None or snapshot.tick % self._every:
+            return
+        message = self._message(name=self._names, position=snapshot.positions, velocity=snapshot.velocities)
+        message.header.stamp = self._time(due + self._offset)
+        self._publisher.publish(message)
+
+    def serve(self) -> None:
+        """Wait for a roscore, advertise, then keep the offset between monotonic and ROS time up to date."""
+        import rosgraph
+
+        waiting = False
+        while not self._stop.is_set() and not rosgraph.is_master_online():
+            if not waiting:
+                print("emulator: no roscore yet: running without real/ground_truth, looking again each second", flush=True)
+                waiting = True
+            self._stop.wait(1.0)
+        if self._stop.is_set():
+            return
+        import rospy
+        from sensor_msgs.msg import JointState
+
+        rospy.init_node("emulator", disable_signals=True)
+        rospy.on_shutdown(self._stop.set)
+        self._message, self._time = JointState, rospy.Time.from_sec
+        self._measure_offset(rospy.get_time)
+        self._publisher = rospy.Publisher("real/ground_truth", JointState, queue_size=100, tcp_nodelay=True)
+        while not self._stop.wait(1.0):
+            self._measure_offset(rospy.get_time)
+
+    def _measure_offset(self, ros_time: Any) -> None:
+        """Take ROS time minus monotonic time from the least disturbed of five readings."""
+        readings = []
+        for _ in range(5):
+            before = time.monotonic()
+            now = ros_time()
+            after = time.monotonic()
+            readings.append((after - before, now - 0.5 * (before + after)))
+        self._offset = min(readings)[1]
+
+
+def main() -> None:
+    """Load the configuration, serve until SIGINT or SIGTERM; exit code 2 for a wrong file or a taken port."""
+    private = {key[1:]: value for key, _, value in (text.partition(":=") for text in sys.argv[1:]) if key.startswith("_")}
+    try:
+        sys.exit(run(private.get("config_dir"), private.get("host"), private.get("port")))
+    except (ConfigError, PortError) as error:
+        print(f"emulator: {error}", file=sys.stderr, flush=True)
+        sys.exit(2)
+
+
+def run(config_dir: str | None, host: str | None, port: str | None) -> int:
+    """Run the stand-in until it is told to end and return the exit code.
+
+    Raises:
+        ConfigError: A file or parameter is wrong.
+        PortError: The address cannot be listened on.
+    """
+    directory = Path(config_dir) if config_dir else None
+    robot, layout = load_robot(directory), load_modbus_map(directory)
+    config, programs = load_emulator(robot, directory), load_programs(robot, directory)
+    if port is not None and not (port.isdigit() and 1 <= int(port) <= 65535):
+        raise ConfigError(f"~port = {port}: allowed is 1..65535")
+    address = (host or config.host, int(port or config.port))
+    stop = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: stop.set())
+    truth = GroundTruth(robot, max(1, round(_GROUND_TRUTH_PERIOD / config.dt)), stop)
+    loop = ServoLoop(Controller(config, robot, programs, time.time()), config.dt, config.clock.drift_ppm, truth.observe)
+    with loop, RobotServer(*address, layout, RegisterImage(layout, robot), loop):
+        started = {1: config.stream_program} | {number: program.name for number, program in sorted(programs.items())}
+        listed = ", ".join(f"RSR{number} {name}" for number, name in started.items())
+        print(f"emulator: Modbus TCP on {address[0]}:{address[1]}, device {layout.device_id}; {listed}", flush=True)
+        threading.Thread(target=truth.serve, name="ground_truth", daemon=True).start()
+        while not stop.wait(0.2) and not loop.ended.is_set():
+            pass
+    if "rospy" in sys.modules:
+        sys.modules["rospy"].signal_shutdown("the emulator ends")
+    if loop.failure is not None:
+        raise loop.failure
+    return 0

@@ -1,0 +1,195 @@
+"""The robot's teach pendant as a command; it talks only Modbus.
+
+Example:
+    rosrun fanuc_emulator pendant override 100
+    rosrun fanuc_emulator pendant run ARTICLE --wait
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+from scara_config import ConfigError, Robot, load_robot
+from scara_config.modbus_map import load_modbus_map
+
+from fanuc_emulator.config import EmulatorConfig, load_emulator, load_programs
+from fanuc_emulator.io.pendant_link import PendantError, PendantLink
+from fanuc_emulator.program import ProgramState
+
+app = typer.Typer(add_completion=False, no_args_is_help=True, help="Teach pendant of the robot, over Modbus TCP.")
+Host = Annotated[str | None, typer.Option(help="Address of the robot; default: emulator.yaml.")]
+Port = Annotated[int | None, typer.Option(help="TCP port; default: emulator.yaml.", min=1, max=65535)]
+ConfigDir = Annotated[Path | None, typer.Option(help="Folder with the YAML files; default: the package scara_config.")]
+Wait = Annotated[bool, typer.Option("--wait", help="Show the progress and end with the program.")]
+_ANSWER_TIMEOUT = 1.0
+_POLL = 0.05
+
+
+@contextmanager
+def _robot(host: str | None, port: int | None, config_dir: Path | None) -> Iterator[tuple[PendantLink, Robot, EmulatorConfig]]:
+    """Connect to the robot; an error ends the command with one line and exit code 1 (2: wrong configuration)."""
+    try:
+        robot = load_robot(config_dir)
+        config = load_emulator(robot, config_dir)
+        with PendantLink(host or config.host, port or config.port, load_modbus_map(config_dir)) as link:
+            yield link, robot, config
+    except (PendantError, ConfigError) as error:
+        print(f"pendant: {error}", file=sys.stderr)
+        raise typer.Exit(2 if isinstance(error, ConfigError) else 1) from error
+
+
+@app.command()
+def run(name: str, host: Host = None, port: Port = None, config_dir: ConfigDir = None, wait: Wait = False) -> None:
+    """Start program NAME; it moves at the override in force (10 % after a cold start)."""
+    with _robot(host, port, config_dir) as (link, robot, config):
+        numbers = {program.name: number for number, program in load_programs(robot, config_dir).items()}
+        numbers[config.stream_program] = 1
+        if name not in numbers:
+            raise PendantError(f"no program {name!r}: there are {', '.join(sorted(numbers))}")
+        _check_startable(link)
+        link.pulse(f"rsr{numbers[name]}")
+        _expect(link, lambda: _running(link, name), f"{name} did not start")
+        typer.echo(f"{name} started at override {link.read('override_now')[0]} %")
+        if wait:
+            _follow(link, name)
+
+
+@app.command()
+def hold(host: Host = None, port: Port = None, config_dir: ConfigDir = None) -> None:
+    """Decelerate along the path and pause the program."""
+    with _robot(host, port, config_dir) as (link, _, _):
+        link.set_signal("hold", False)
+        _expect(link, lambda: not link.outputs()["progrun"], "the program still runs")
+        typer.echo("held")
+
+
+@app.command()
+def resume(host: Host = None, port: Port = None, config_dir: ConfigDir = None) -> None:
+    """Let the paused program go on, along the same path."""
+    with _robot(host, port, config_dir) as (link, _, _):
+        if not link.outputs()["paused"]:
+            raise PendantError("no program is paused")
+        link.set_signal("hold", True)
+        link.pulse("start")
+        _expect(link, lambda: link.outputs()["progrun"], "the program did not resume")
+        typer.echo("resumed")
+
+
+@app.command()
+def abort(host: Host = None, port: Port = None, config_dir: ConfigDir = None) -> None:
+    """Decelerate and end the program."""
+    with _robot(host, port, config_dir) as (link, _, _):
+        link.pulse("cstopi")
+        _expect(link, lambda: link.read("program_state")[0] == ProgramState.ABORTED, "the program did not end")
+        typer.echo("aborted")
+
+
+@app.command()
+def reset(host: Host = None, port: Port = None, config_dir: ConfigDir = None) -> None:
+    """Release hold and emergency stop, clear alarms, switch the drives on; nothing moves by itself."""
+    with _robot(host, port, config_dir) as (link, _, _):
+        link.set_signal("imstp", True)
+        link.set_signal("hold", True)
+        link.pulse("fault_reset")
+        _expect(link, lambda: link.outputs()["sysrdy"] and not link.outputs()["fault"], "the fault stays")
+        typer.echo("ready")
+
+
+@app.command()
+def override(
+    percent: Annotated[int, typer.Argument(min=1, max=100)], host: Host = None, port: Port = None, config_dir: ConfigDir = None
+) -> None:
+    """Set the general override to PERCENT of every programmed speed."""
+    with _robot(host, port, config_dir) as (link, _, _):
+        link.write("override", [percent])
+        capped = not link.signal("sfspd")
+        _expect(link, lambda: capped or link.read("override_now")[0] == percent, "the override did not change")
+        now = link.read("override_now")[0]
+        typer.echo(f"override {percent} %" + (f", capped at {now} % now" if now != percent else ""))
+
+
+@app.command()
+def status(host: Host = None, port: Port = None, config_dir: ConfigDir = None) -> None:
+    """Show positions, program, signals and the active alarm."""
+    with _robot(host, port, config_dir) as (link, robot, _):
+        console = Console()
+        console.print(_joint_table(link, robot))
+        state = ProgramState(int(link.read("program_state")[0])).name.lower()
+        lit = " ".join(name.upper() for name, on in link.outputs().items() if on)
+        for label, text in {
+            "program": f"{link.read('program_name') or '-'} line {link.read('program_line')[0]}, {state}",
+            "signals": lit,
+            "alarm": link.alarm() or "-",
+        }.items():
+            console.print(f"{label:8} {text}", highlight=False, markup=False)
+
+
+def _joint_table(link: PendantLink, robot: Robot) -> Table:
+    """Lay out positions and speeds."""
+    table = Table(title=f"{robot.name}, override {link.read('override_now')[0]} %")
+    table.add_column("joint")
+    table.add_column("position", justify="right")
+    table.add_column("speed", justify="right")
+    table.add_column("unit")
+    positions, velocities = link.read("position"), link.read("velocity")
+    for joint in robot.joints:
+        i = joint.axis_number - 1
+        shown = (f"{float(values[i]):.2f}" for values in (positions, velocities))
+        table.add_row(joint.name, *shown, f"{joint.unit}, {joint.unit}/s")
+    return table
+
+
+def _check_startable(link: PendantLink) -> None:
+    """Raise PendantError with the reason if a program cannot be started now."""
+    outputs = link.outputs()
+    if outputs["fault"]:
+        raise PendantError(f"FAULT is on: {link.alarm()}; remove the cause, then: pendant reset")
+    if outputs["progrun"] or outputs["paused"]:
+        state = "paused" if outputs["paused"] else "running"
+        raise PendantError(f"{link.read('program_name')} is {state}; first: pendant abort")
+    if outputs["held"]:
+        raise PendantError("HELD is on; first: pendant reset")
+    if not outputs["cmdenbl"]:
+        raise PendantError("CMDENBL is off: *SFSPD or ENBL is off")
+
+
+def _running(link: PendantLink, name: str) -> bool:
+    """Tell whether ``name`` runs."""
+    return link.outputs()["progrun"] and link.read("program_name") == name
+
+
+def _expect(link: PendantLink, condition: Callable[[], bool], failure: str) -> None:
+    """Wait for ``condition``; after a second raise PendantError with ``failure`` and the active alarm."""
+    deadline = time.monotonic() + _ANSWER_TIMEOUT
+    while not condition():
+        if time.monotonic() > deadline:
+            alarm = link.alarm()
+            raise PendantError(failure + (f": {alarm}" if alarm else ""))
+        time.sleep(_POLL / 5)
+
+
+def _follow(link: PendantLink, name: str) -> None:
+    """Show the program's line until it ends; raise PendantError if it ends by a fault."""
+    shown = None
+    while (state := link.read("program_state")[0]) != ProgramState.ABORTED:
+        line = f"{name} line {link.read('program_line')[0]} {ProgramState(int(state)).name.lower()}"
+        if line != shown:
+            typer.echo(line)
+            shown = line
+        time.sleep(_POLL)
+    if link.outputs()["fault"]:
+        raise PendantError(f"{name} ended by {link.alarm()}")
+    typer.echo(f"{name} ended")
+
+
+def main() -> None:
+    """Run the command."""
+    app()

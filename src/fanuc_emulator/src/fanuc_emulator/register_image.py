@@ -1,0 +1,127 @@
+"""What the Modbus client sees of a snapshot, and what its writes mean."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from scara_config import Robot
+from scara_config.modbus_map import ModbusMap
+
+from fanuc_emulator.controller import Controller, Snapshot
+from fanuc_emulator.registers import RegisterError, Value, decode, encode
+
+_AXES = 9
+_RANGES = {"override": (1, 100), "stream_speed": (1, 100), "setpoint_valid": (0, 1), "heartbeat": (0, 32767)}
+
+
+class RegisterImage:
+    """The holding registers as words.
+
+    Units change here: deg and mm on the wire, rad and m inside.
+
+    Args:
+        layout: modbus_map.yaml.
+        robot: robot.yaml; a joint stands at the place of its ``axis_number``.
+    """
+
+    def __init__(self, layout: ModbusMap, robot: Robot) -> None:
+        self._layout = layout
+        self._low_first = layout.word_order == "low_first"
+        self._axes = [(joint.axis_number - 1, 1.0 / joint.scale) for joint in robot.joints]
+        registers = layout.holding_registers
+        self.first = min(register.offset for register in registers.values())
+        self.words = [0] * (max(register.offset + register.words for register in registers.values()) - self.first)
+        self._shown: Snapshot | None = None
+        self._put("stream_speed", (100,))
+
+    def show(self, snapshot: Snapshot) -> None:
+        """Bring all words up to date with ``snapshot``."""
+        before, self._shown = self._shown, snapshot
+        if before is snapshot:
+            return
+        self._put("position", self._by_axis(snapshot.measured_positions))
+        self._put("position_valid", (1,))
+        self._put("clock_ms", (snapshot.clock_ms,))
+        self._put("velocity", self._by_axis(snapshot.measured_velocities))
+        self._put("control_type", (snapshot.control_type,))
+        self._put("program_speed", (snapshot.program_speed,))
+        self._put("heartbeat_echo", (snapshot.heartbeat,))
+        self._put("watchdog_state", (snapshot.watchdog_state,))
+        self._put("override_now", (snapshot.override,))
+        self._put("program_line", (snapshot.program_line,))
+        self._put("program_state", (snapshot.program_state,))
+        if before is None or before.program_name != snapshot.program_name:
+            self._put("program_name", snapshot.program_name)
+            self._put("program_caller", snapshot.program_name)
+        if before is None or before.alarm is not snapshot.alarm:
+            self._show_alarm(snapshot)
+        if before is None or before.general_override != snapshot.general_override:
+            self._put("override", (snapshot.general_override,))
+
+    def take(self, offset: int, words: Sequence[int]) -> list[tuple[str, Value]]:
+        """Store written words and return the registers that they touch, with their new values.
+
+        Args:
+            offset: PDU address of the first word.
+            words: All inside writable registers.
+
+        Raises:
+            RegisterError: A value is outside its range; nothing is stored.
+        """
+        begin = offset - self.first
+        old = self.words[begin : begin + len(words)]
+        self.words[begin : begin + len(words)] = words
+        touched = []
+        for name, register in self._layout.holding_registers.items():
+            if register.offset < offset + len(words) and offset < register.offset + register.words:
+                at = register.offset - self.first
+                value = decode(register, self.words[at : at + register.words], self._low_first)
+                low, high = _RANGES.get(name, (None, None))
+                if low is not None and high is not None and not low <= value[0] <= high:  # type: ignore[operator]
+                    self.words[begin : begin + len(words)] = old
+                    raise RegisterError(f"{name} = {value[0]} is outside [{low}, {high}]")
+                touched.append((name, value))
+        return touched
+
+    def joint_positions(self, values: Sequence[float]) -> tuple[float, ...]:
+        """Convert J1..J9 in deg or mm to joint positions in the order of robot.yaml [rad or m]."""
+        return tuple(values[index] / factor for index, factor in self._axes)
+
+    def apply(self, controller: Controller, values: Sequence[tuple[str, Value]]) -> None:
+        """Hand registers that one request wrote to the controller."""
+        for name, value in values:
+            if name == "setpoint":
+                controller.write_setpoint(self.joint_positions(value))  # type: ignore[arg-type]
+            elif name == "setpoint_valid":
+                controller.write_setpoint_valid(bool(value[0]))
+            elif name == "heartbeat":
+                controller.write_heartbeat(int(value[0]))
+            elif name == "stream_speed":
+                controller.write_stream_speed(int(value[0]))
+            elif name == "override":
+                controller.write_override(int(value[0]))
+
+    def _show_alarm(self, snapshot: Snapshot) -> None:
+        """Fill ALM[1]."""
+        alarm = snapshot.alarm
+        code = alarm.code if alarm else None
+        self._put("alarm_id", (code.facility if code else 0,))
+        self._put("alarm_number", (code.number if code else 0,))
+        self._put("alarm_severity", (code.severity if code else 0,))
+        self._put("alarm_time", alarm.date if alarm else (0,) * 6)
+        self._put("alarm_message", code.text if code else "")
+        self._put("alarm_cause", alarm.cause if alarm else "")
+        self._put("alarm_severity_text", code.severity.name if code else "")
+
+    def _by_axis(self, values: Sequence[float]) -> list[float]:
+        """Place joint values at J1..J9 in deg or mm; an axis without a joint is 0."""
+        axes = [0.0] * _AXES
+        for (index, factor), value in zip(self._axes, values):
+            axes[index] = value * factor
+        return axes
+
+    def _put(self, name: str, values: Sequence[float] | Sequence[int] | str) -> None:
+        """Write one register's words."""
+        register = self._layout.holding_registers[name]
+        at = register.offset - self.first
+        self.words[at : at + register.words] = encode(register, values, self._low_first)
