@@ -1,0 +1,63 @@
+"""What is known of the joints: measured, how old, and where a new motion may begin."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from scara_config import Joint
+
+from scara_control.config import MotionConfig, in_si
+from scara_control.motion.commands import MotionRefusedError, Ownership
+from scara_control.motion.packets import Measurement
+from scara_control.motion.plan import Vector
+
+
+class Feedback:
+    """The last measurement of all joints."""
+
+    def __init__(self, joints: Sequence[Joint], config: MotionConfig) -> None:
+        """Start without any measurement."""
+        self._joints = tuple(joints)
+        self._config = config
+        self.measured: Measurement | None = None
+        self.standstill = tuple(in_si(joint, config.move.standstill_deg_s, config.move.standstill_mm_s) for joint in joints)
+
+    def fresh(self, now: float) -> Measurement:
+        """Return the last measurement.
+
+        Raises:
+            MotionRefusedError: There is none, or it is older than allowed.
+        """
+        if self.measured is None:
+            raise MotionRefusedError("no twin/joint_states yet")
+        age = now - self.measured.time
+        if age > self._config.state_timeout:
+            raise MotionRefusedError(f"twin/joint_states is {age:.2f} s old, allowed {self._config.state_timeout:g}")
+        return self.measured
+
+    def trouble(self, now: float) -> str:
+        """Say why :meth:`fresh` would refuse, or return an empty text."""
+        try:
+            self.fresh(now)
+        except MotionRefusedError as error:
+            return str(error)
+        return ""
+
+    def rest(self, setpoint: Vector | None, ownership: Ownership, now: float) -> Vector:
+        """Return where the joints rest: at our last set point if they obey us and are there, else where measured.
+
+        Raises:
+            MotionRefusedError: No fresh measurement, or a joint is moved by somebody else.
+        """
+        measured, config, rest = self.fresh(now), self._config.move, []
+        for k, joint in enumerate(self._joints):
+            q, qdot, foreign = measured.q[k], measured.qdot[k], ownership.foreign(joint.name)
+            near = in_si(joint, config.start_tolerance_deg, config.start_tolerance_mm)
+            if setpoint is not None and not foreign and abs(setpoint[k] - q) <= near:
+                rest.append(setpoint[k])
+                continue
+            if abs(qdot) > self.standstill[k]:
+                by = f" under its {foreign} controller" if foreign else ""
+                raise MotionRefusedError(f"{joint.name} moves at {qdot / joint.scale:.2f} {joint.unit}/s{by}: stop it first")
+            rest.append(q)
+        return tuple(rest)

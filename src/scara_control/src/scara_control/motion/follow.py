@@ -1,0 +1,138 @@
+"""Streamed set points: a session of them, and when the stream is listened to."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from scara_config import Joint
+
+from scara_control.config import FollowConfig, in_si
+from scara_control.motion.commands import MotionRefusedError
+from scara_control.motion.follow_checks import check_packet, check_step
+from scara_control.motion.packets import Measurement, SetpointPacket
+from scara_control.motion.plan import JointMotion
+from scara_control.setpoints import SetpointError, SetpointTrack
+
+
+class FollowSession:
+    """One stream, from its first good packet to its end."""
+
+    def __init__(
+        self, joints: Sequence[Joint], packet: SetpointPacket, config: FollowConfig, measured: Measurement, now: float
+    ) -> None:
+        """Begin with the first packet.
+
+        Args:
+            joints: All joints, in robot.yaml's order.
+            packet: The first one.
+            config: Tolerances.
+            measured: All joints.
+            now: [s]
+
+        Raises:
+            MotionRefusedError: The packet is wrong, or not where the joints are.
+        """
+        self._joints = tuple(joints)
+        self._config = config
+        self._named = check_packet(joints, packet, config, now)
+        self._columns = [[joint.name for joint in joints].index(name) for name in packet.names]
+        self._rest = measured.q
+        self._accept(packet, now)
+        self._check_start(measured, now)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The joints of this stream."""
+        return self._packet.names
+
+    def take(self, packet: SetpointPacket, now: float) -> None:
+        """Take the next packet in.
+
+        Raises:
+            MotionRefusedError: It is wrong in itself, of other joints, not newer, or a jump.
+        """
+        named = check_packet(self._joints, packet, self._config, now)
+        if packet.names != self.names:
+            raise MotionRefusedError(f"other joints than before: {', '.join(packet.names)} after {', '.join(self.names)}")
+        dt = packet.times[0] - self._packet.times[0]
+        if dt <= 0.0:
+            raise MotionRefusedError(f"stamp is not newer than the one before ({dt * 1e3:.1f} ms)")
+        check_step(named, self._packet.points[0].q, packet.points[0].q, dt, self._config, "since the last packet")
+        self._accept(packet, now)
+
+    def timed_out(self, now: float) -> bool:
+        """Say whether the last good packet came longer than the time-out ago."""
+        return now - self._arrived > self._config.timeout
+
+    def motion(self, now: float) -> JointMotion:
+        """Return what all joints do at ``now`` by the last packet; joints that are not streamed rest."""
+        early = now - self._packet.times[0]
+        if early < 0.0:
+            streamed = self._packet.points[0].after(max(early, -self._config.extrapolation))
+        else:
+            streamed = JointMotion(*map(tuple, self._track.sample(now)))
+        rest = JointMotion.at_rest(self._rest)
+        return JointMotion(
+            self._put(rest.q, streamed.q), self._put(rest.qdot, streamed.qdot), self._put(rest.qddot, streamed.qddot)
+        )
+
+    def _put(self, values: Sequence[float], streamed: Sequence[float]) -> tuple[float, ...]:
+        """Return ``values`` with the streamed joints' ones in their columns."""
+        merged = list(values)
+        for column, value in zip(self._columns, streamed):
+            merged[column] = value
+        return tuple(merged)
+
+    def _accept(self, packet: SetpointPacket, now: float) -> None:
+        """Keep a good packet."""
+        try:
+            self._track = SetpointTrack(
+                packet.times,
+                [point.q for point in packet.points],
+                [point.qdot for point in packet.points],
+                [point.qddot for point in packet.points],
+                extrapolation_limit=self._config.extrapolation,
+                stop_accelerations=[joint.acceleration for joint in self._named],
+            )
+        except SetpointError as error:
+            raise MotionRefusedError(str(error)) from error
+        self._packet, self._arrived = packet, now
+
+    def _check_start(self, measured: Measurement, now: float) -> None:
+        """Refuse to begin far from where the joints are."""
+        wanted, there = self.motion(now).q, measured.extrapolated(now)
+        for column in self._columns:
+            joint = self._joints[column]
+            off = wanted[column] - there[column]
+            allowed = in_si(joint, self._config.start_tolerance_deg, self._config.start_tolerance_mm)
+            if abs(off) > allowed:
+                raise MotionRefusedError(
+                    f"align first: {joint.name} is {abs(off) / joint.scale:.2f} {joint.unit} from the first set point, "
+                    f"allowed {allowed / joint.scale:g}"
+                )
+
+
+class StreamGate:
+    """Whether the stream is listened to: after a STOP not before it has paused, so that a late packet moves nothing."""
+
+    def __init__(self, timeout: float) -> None:
+        """Start open; ``timeout`` [s] is the pause that counts."""
+        self._timeout = timeout
+        self._heard = -math.inf
+        self._barred = False
+
+    def bar(self, now: float) -> None:
+        """Listen no more to the stream that is running now."""
+        self._barred = now - self._heard <= self._timeout
+
+    def check(self, now: float) -> None:
+        """Note that a packet came.
+
+        Raises:
+            MotionRefusedError: The stream was stopped and has not paused since.
+        """
+        pause, self._heard = now - self._heard, now
+        self._barred = self._barred and pause <= self._timeout
+        if self._barred:
+            raise MotionRefusedError(f"stopped: the stream is ignored until it pauses for {self._timeout * 1e3:.0f} ms")

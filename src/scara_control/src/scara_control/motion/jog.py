@@ -1,0 +1,186 @@
+"""The core of joint_vel_controller: single joints at given velocities, ramped, never beyond a limit, never for long."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+from scara_config import Joint, Robot
+
+from scara_control.config import MotionConfig, in_si
+from scara_control.limits import check_joint_vector
+from scara_control.motion.commands import Command, MotionRefusedError, Ownership, taken_text
+from scara_control.motion.feedback import Feedback
+from scara_control.motion.follow import StreamGate
+from scara_control.motion.packets import Measurement
+
+
+def braking_speed(joint: Joint, q: float, direction: float, deceleration: float, reaction: float) -> float:
+    r"""Return the speed from which a joint still stops before its limit.
+
+    .. math:: v = -b T + \sqrt{(b T)^2 + 2 b d}
+
+    Args:
+        joint: Its limits.
+        q: Where it is [rad] or [m].
+        direction: Sign of the motion.
+        deceleration: b, what braking is counted on.
+        reaction: T, for how long it goes on before it brakes [s].
+    """
+    room = max(joint.upper - q if direction > 0.0 else q - joint.lower, 0.0)
+    lost = deceleration * reaction
+    return math.sqrt(lost * lost + 2.0 * deceleration * room) - lost
+
+
+class JogController:
+    """Turns jog commands into velocities. Not thread-safe: its owner holds one lock."""
+
+    def __init__(self, robot: Robot, config: MotionConfig, now: float) -> None:
+        """Start idle."""
+        self._joints = robot.twin_joints
+        self._columns = {joint.name: k for k, joint in enumerate(self._joints)}
+        self._config = config
+        self._gate = StreamGate(config.jog.timeout)
+        self._ownership = Ownership("velocity")
+        self._feedback = Feedback(self._joints, config)
+        self._wanted: dict[str, float] = {}
+        self._velocity: dict[str, float] = {}
+        self._zeros: dict[str, int] = {}
+        self._time = self._deadline = now
+        self._estopped = False
+        self._message = ""
+
+    def measure(self, measured: Measurement) -> None:
+        """Take in what the joints were measured to do."""
+        self._feedback.measured = measured
+
+    def command(
+        self, names: Sequence[str], velocities: Sequence[float], displacements: Sequence[float], duration: float, now: float
+    ) -> None:
+        """Jog ``names``; all other joints ramp down.
+
+        Args:
+            names: Joints.
+            velocities: One for each, [rad/s] or [m/s].
+            displacements: Must be empty.
+            duration: Shortens the time-out, if positive [s].
+            now: [s]
+
+        Raises:
+            ScaraControlError: The command is wrong or not allowed now; the text says why.
+        """
+        try:
+            self._gate.check(now)
+            named = self._check(names, velocities, displacements, duration, now)
+        except ValueError as error:
+            self._message = f"refused: {error}"
+            raise
+        new = [joint for joint in named if joint.name not in self._velocity]
+        for joint in new:
+            self._velocity[joint.name] = self._moving(joint)
+        if new:
+            self._ownership.begin(self._velocity.keys() | {joint.name for joint in named})
+        self._wanted = {joint.name: float(v) for joint, v in zip(named, velocities) if v}
+        self._zeros = {name: self._config.jog.final_zeros for name in self._velocity}
+        self._deadline = now + min(self._config.jog.timeout, duration if duration > 0.0 else math.inf)
+        self._message = ""
+
+    def obey(self, command: Command, reason: str, now: float) -> None:
+        """Obey STOP, PAUSE, ESTOP, RESET; RESUME starts no jogging again."""
+        if command is Command.RESUME:
+            return
+        if command is Command.RESET:
+            self._estopped, self._message = False, ""
+            return
+        self._estopped = self._estopped or command is Command.ESTOP
+        self._gate.bar(now)
+        self._halt(command.text(reason))
+
+    def update_modes(self, modes: Mapping[str, str]) -> None:
+        """Take in which controller each joint obeys; leave those alone that were taken from us."""
+        lost = self._ownership.update(modes)
+        for name in lost:
+            self._velocity.pop(name, None)
+            self._wanted.pop(name, None)
+        if lost:
+            self._message = taken_text(lost)
+
+    def tick(self, now: float) -> dict[str, float]:
+        """Go on to ``now``; return the velocities to publish: of moving joints, and a few zeros at the end."""
+        dt = min(max(now - self._time, 0.0), 2.0 * self._config.period)
+        self._time = now
+        if self._wanted and now > self._deadline:
+            self._halt(f"no command for {self._config.jog.timeout * 1e3:.0f} ms")
+        if self._wanted and self._feedback.trouble(now):
+            self._halt(self._feedback.trouble(now))
+        velocities = {joint.name: self._next(joint, dt, now) for joint in self._joints if joint.name in self._velocity}
+        self._velocity.update(velocities)
+        for name, velocity in velocities.items():
+            if velocity == 0.0 and name not in self._wanted:
+                self._zeros[name] -= 1
+                if self._zeros[name] <= 0:
+                    del self._velocity[name]
+        return velocities
+
+    def report(self) -> str:
+        """Return what the controller does and why, for people."""
+        if self._estopped:
+            state = "estopped"
+        elif self._wanted:
+            state = "jogging"
+        else:
+            state = "stopping" if any(self._velocity.values()) else "idle"
+        parts = [f"{name} {v:g} {self._joints[self._columns[name]].si_unit}/s" for name, v in self._wanted.items()]
+        text = f"{state} {', '.join(parts)}" if parts else state
+        return f"{text}: {self._message}" if self._message else text
+
+    def _halt(self, why: str) -> None:
+        """Ramp all joints down."""
+        if self._velocity or self._estopped:
+            self._message = why
+        self._wanted = {}
+
+    def _check(
+        self, names: Sequence[str], velocities: Sequence[float], displacements: Sequence[float], duration: float, now: float
+    ) -> list[Joint]:
+        """Return the joints of a good command."""
+        if self._estopped:
+            raise MotionRefusedError("emergency stop is latched: RESET first")
+        if displacements:
+            raise MotionRefusedError("displacements are not supported: give velocities")
+        for name in names:
+            if name not in self._columns:
+                raise MotionRefusedError(f"unknown joint {name!r}: the twin has {', '.join(self._columns)}")
+        if len(set(names)) != len(names) or not names:
+            raise MotionRefusedError(f"joint names are missing or occur twice: {', '.join(names)}")
+        if not (math.isfinite(duration) and duration >= 0.0):
+            raise MotionRefusedError(f"duration = {duration} s is no duration")
+        named = [self._joints[self._columns[name]] for name in names]
+        for joint, velocity in zip(named, check_joint_vector(named, velocities)):
+            fastest = joint.velocity * self._config.jog.speed_percent / 100.0
+            if abs(velocity) > fastest:
+                raise MotionRefusedError(
+                    f"{joint.name} = {velocity:.6g} {joint.si_unit}/s is outside [{-fastest:.4g}, {fastest:.4g}], "
+                    f"{self._config.jog.speed_percent:g} % of its speed"
+                )
+        self._feedback.fresh(now)
+        return named
+
+    def _moving(self, joint: Joint) -> float:
+        """Return the velocity that a joint has when we take it over."""
+        measured = self._feedback.measured
+        qdot = measured.qdot[self._columns[joint.name]] if measured else 0.0
+        slow = in_si(joint, self._config.move.standstill_deg_s, self._config.move.standstill_mm_s)
+        return qdot if abs(qdot) > slow else 0.0
+
+    def _next(self, joint: Joint, dt: float, now: float) -> float:
+        """Return the velocity of a joint ``dt`` later: towards what is wanted, able to stop before the limit."""
+        velocity, wanted = self._velocity[joint.name], self._wanted.get(joint.name, 0.0)
+        measured = self._feedback.measured
+        if wanted and measured is not None:
+            q = measured.extrapolated(now)[self._columns[joint.name]]
+            counted_on = joint.acceleration * self._config.jog.braking_percent / 100.0
+            fastest = braking_speed(joint, q, wanted, counted_on, self._config.jog.reaction)
+            wanted = math.copysign(min(abs(wanted), fastest), wanted)
+        change = joint.acceleration * dt
+        return min(max(wanted, velocity - change), velocity + change)

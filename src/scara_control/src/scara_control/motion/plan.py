@@ -1,0 +1,158 @@
+"""Paths of all joints over time: jerk-limited moves that start and end together, and stops from any state."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import ruckig
+from scara_config import Joint
+
+from scara_control.errors import ScaraControlError
+from scara_control.limits import LIMIT_TOLERANCE
+
+Vector = tuple[float, ...]
+
+_HARDER = (1.0, 2.0, 4.0, 8.0)
+"""Factors on acceleration and jerk that a stop tries before it leaves the limits (our choice)."""
+
+
+class PlanError(ScaraControlError):
+    """No path leads from the start to the target."""
+
+
+@dataclass(frozen=True, slots=True)
+class JointMotion:
+    """Positions, velocities and accelerations of all joints at one instant, each of shape (n,), SI."""
+
+    q: Vector
+    qdot: Vector
+    qddot: Vector
+
+    @classmethod
+    def at_rest(cls, q: Sequence[float]) -> JointMotion:
+        """Return standing still at ``q``."""
+        zeros = (0.0,) * len(q)
+        return cls(tuple(q), zeros, zeros)
+
+    def after(self, dt: float) -> JointMotion:
+        """Extrapolate with constant acceleration."""
+        return JointMotion(
+            tuple(q + dt * (v + 0.5 * dt * a) for q, v, a in zip(self.q, self.qdot, self.qddot)),
+            tuple(v + dt * a for v, a in zip(self.qdot, self.qddot)),
+            self.qddot,
+        )
+
+
+class Path:
+    """One or more ruckig trajectories in a row; before the first its start, after the last its end at rest."""
+
+    __slots__ = ("_end", "_segments", "duration")
+
+    def __init__(self, segments: Sequence[ruckig.Trajectory], end: Sequence[float]) -> None:
+        """Chain ``segments``; ``end`` is where the last one ends, to the last digit."""
+        self._segments = tuple(segments)
+        self._end = JointMotion.at_rest(end)
+        self.duration: float = sum(segment.duration for segment in segments)
+
+    @property
+    def end(self) -> Vector:
+        """Where the joints come to rest."""
+        return self._end.q
+
+    def at(self, tau: float) -> JointMotion:
+        """Return the motion at path time ``tau`` [s]."""
+        if tau >= self.duration:
+            return self._end
+        tau = max(tau, 0.0)
+        for segment in self._segments[:-1]:
+            if tau < segment.duration:
+                break
+            tau -= segment.duration
+        else:
+            segment = self._segments[-1]
+        q, qdot, qddot = segment.at_time(tau)
+        return JointMotion(tuple(q), tuple(qdot), tuple(qddot))
+
+
+def plan_move(joints: Sequence[Joint], start: JointMotion, target: Sequence[float], speed_percent: float) -> Path:
+    """Plan a move that all joints end together; from rest also a straight line in joint space.
+
+    Args:
+        joints: Limits of velocity, acceleration and jerk.
+        start: Any state; what exceeds the limits is braked first.
+        target: Joint positions, within the limits.
+        speed_percent: Share of the joints' velocities, (0, 100]; accelerations and jerks stay.
+
+    Raises:
+        PlanError: A value is not finite.
+
+    Source:
+        Berscheid & Kroeger, Jerk-limited Real-time Trajectory Generation (ruckig), 2021.
+    """
+    trajectory = _calculate(_input(joints, start, target, speed_percent))
+    if _within(joints, trajectory, start, target):
+        return Path([trajectory], target)
+    stop = _stop(joints, start)
+    rest = JointMotion.at_rest(stop.at_time(stop.duration)[0])
+    return Path([stop, _calculate(_input(joints, rest, target, speed_percent))], target)
+
+
+def plan_stop(joints: Sequence[Joint], start: JointMotion) -> Path:
+    """Plan the fastest jerk-limited stop of each joint; brake harder rather than run beyond a limit.
+
+    Args:
+        joints: Limits.
+        start: Any state.
+
+    Raises:
+        PlanError: A value is not finite.
+    """
+    trajectory = _stop(joints, start)
+    return Path([trajectory], trajectory.at_time(trajectory.duration)[0])
+
+
+def _stop(joints: Sequence[Joint], start: JointMotion) -> ruckig.Trajectory:
+    """Calculate a stop, as hard as needed to stay within the limits."""
+    for harder in _HARDER:
+        wanted = _input(joints, start, start.q, 100.0, harder)
+        wanted.control_interface = ruckig.ControlInterface.Velocity
+        wanted.synchronization = ruckig.Synchronization.No
+        trajectory = _calculate(wanted)
+        if _within(joints, trajectory, start, start.q):
+            break
+    return trajectory
+
+
+def _input(
+    joints: Sequence[Joint], start: JointMotion, target: Sequence[float], speed_percent: float, harder: float = 1.0
+) -> ruckig.InputParameter:
+    """Fill in ruckig's form."""
+    wanted = ruckig.InputParameter(len(joints))
+    wanted.current_position, wanted.current_velocity, wanted.current_acceleration = start.q, start.qdot, start.qddot
+    wanted.target_position = target
+    wanted.max_velocity = [joint.velocity * speed_percent / 100.0 for joint in joints]
+    wanted.max_acceleration = [joint.acceleration * harder for joint in joints]
+    wanted.max_jerk = [joint.jerk * harder for joint in joints]
+    wanted.synchronization = ruckig.Synchronization.Phase
+    return wanted
+
+
+def _calculate(wanted: ruckig.InputParameter) -> ruckig.Trajectory:
+    """Run ruckig and turn its errors into ours."""
+    trajectory = ruckig.Trajectory(wanted.degrees_of_freedom)
+    try:
+        result = ruckig.Ruckig(wanted.degrees_of_freedom).calculate(wanted, trajectory)
+    except ruckig.RuckigError as error:
+        raise PlanError(f"no path: {str(error).strip()}") from error
+    if result not in (ruckig.Result.Working, ruckig.Result.Finished):
+        raise PlanError(f"no path: {result.name}")
+    return trajectory
+
+
+def _within(joints: Sequence[Joint], trajectory: ruckig.Trajectory, start: JointMotion, target: Sequence[float]) -> bool:
+    """Say whether no joint goes further beyond its limits than its start or target is."""
+    return all(
+        min(joint.lower, q, end) - LIMIT_TOLERANCE <= bound.min and bound.max <= max(joint.upper, q, end) + LIMIT_TOLERANCE
+        for joint, bound, q, end in zip(joints, trajectory.position_extrema, start.q, target)
+    )

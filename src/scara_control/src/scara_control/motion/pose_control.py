@@ -1,0 +1,319 @@
+"""The core of joint_pose_controller: joint moves, streamed set points, STOP PAUSE RESUME ESTOP RESET.
+
+One clock: every ``now`` is on the same axis [s]. Set points lie on a grid of that axis, one per period.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from scara_config import Robot
+
+from scara_control.config import MotionConfig
+from scara_control.motion.commands import Command, MotionRefusedError, Ownership, taken_text
+from scara_control.motion.feedback import Feedback
+from scara_control.motion.follow import FollowSession, StreamGate
+from scara_control.motion.packets import Measurement, SetpointPacket
+from scara_control.motion.plan import JointMotion, Vector, plan_move, plan_stop
+from scara_control.motion.requests import Outcome, PoseReport, Settling, check_move
+from scara_control.motion.time_scaling import Drive, ScaleBounds, TimeBase
+
+
+class PoseController:
+    """Turns requests into set points. Not thread-safe: its owner holds one lock."""
+
+    def __init__(self, robot: Robot, config: MotionConfig, now: float) -> None:
+        """Start idle, without a set point of its own."""
+        self._joints = robot.twin_joints
+        self.names = tuple(joint.name for joint in self._joints)
+        self._config = config
+        self._bounds = ScaleBounds(config.move.time_scale_ramp, config.move.time_scale_jerk)
+        self._ownership = Ownership("trajectory")
+        self._time = now
+        self._feedback = Feedback(self._joints, config)
+        self._setpoint: Vector | None = None
+        self._drive: Drive | None = None
+        self._session: FollowSession | None = None
+        self._settling: Settling | None = None
+        self._outcomes: list[Outcome] = []
+        self._commanded = self.names
+        self._stopping = self._paused = self._estopped = False
+        self._parked = False
+        self._gate = StreamGate(config.follow.timeout)
+        self._refused_packets = 0
+        self._requested, self._limit = config.move.default_speed_percent, 100.0
+        self._move_id, self._started = 0, now
+        self._message = ""
+
+    def measure(self, measured: Measurement) -> None:
+        """Take in what the joints were measured to do."""
+        self._feedback.measured = measured
+
+    def move(self, names: Sequence[str], positions: Sequence[float], speed_percent: float, now: float) -> int:
+        """Begin a joint move; return its id, with which its outcome will come.
+
+        Args:
+            names: Joints to move, the others hold; empty: all.
+            positions: [rad] or [m].
+            speed_percent: 1 to 100; 0: the default.
+            now: [s]
+
+        Raises:
+            ScaraControlError: The move is not possible, or not now; the text says why.
+        """
+        try:
+            return self._move(names, positions, speed_percent, now)
+        except ValueError as error:
+            self._message = f"refused: {error}"
+            raise
+
+    def follow(self, packet: SetpointPacket, now: float) -> SetpointPacket:
+        """Judge a streamed packet; return what is to be forwarded at once.
+
+        Raises:
+            ScaraControlError: The packet is refused; this is counted and reported.
+        """
+        try:
+            self._check_stream(now)
+            if self._session is None:
+                session = FollowSession(self._joints, packet, self._config.follow, self._feedback.fresh(now), now)
+                self._end_move(False, "aborted: replaced by a stream")
+                self._begin(packet.names)
+                self._session, self._message = session, ""
+            else:
+                self._session.take(packet, now)
+        except ValueError as error:
+            self._refused_packets += 1
+            self._message = f"follow: refused {self._refused_packets}: {error}"
+            raise
+        return packet.select(self._commanded) if self._commanded != packet.names else packet
+
+    def command(self, command: Command, reason: str, now: float) -> None:
+        """Obey a command."""
+        if command is Command.STOP or command is Command.ESTOP:
+            self._estopped = self._estopped or command is Command.ESTOP
+            self._gate.bar(now)
+            self._stop(f"aborted by {command.text(reason)}")
+        elif command is Command.RESET:
+            self._estopped, self._message = False, ""
+        elif command is Command.RESUME:
+            self._paused = False
+        elif self._session is not None:
+            self._message = "PAUSE: following a stream, which decides; pause its source"
+        elif self._drive is not None and not self._stopping:
+            self._paused = True
+
+    def limit_speed(self, percent: float) -> None:
+        """Cap the program speed of this and all coming moves.
+
+        Raises:
+            MotionRefusedError: Outside 1 to 100.
+        """
+        if not (math.isfinite(percent) and 1.0 <= percent <= 100.0):
+            self._message = f"speed_limit_percent = {percent:g} is outside [1, 100]"
+            raise MotionRefusedError(self._message)
+        self._limit = float(percent)
+
+    def update_modes(self, modes: Mapping[str, str]) -> None:
+        """Take in which controller each joint obeys; a joint taken from us ends the motion of all."""
+        lost = self._ownership.update(modes)
+        if not lost or (self._drive is None and self._session is None):
+            return
+        self._commanded = tuple(name for name in self._commanded if name not in lost)
+        self._stop(f"aborted: {taken_text(lost)}")
+
+    def tick(self, now: float) -> SetpointPacket | None:
+        """Go on to ``now``; return the set points to publish, if anything moves."""
+        dt = self._config.period
+        if now < self._time - dt:
+            self._restart(now)
+        steps = max(math.floor((now - self._time) / dt + 1e-6), 0)
+        kept = min(steps, round(self._config.move.horizon / dt))
+        for _ in range(kept):
+            self._drive = self._drive and self._step(self._drive)
+        if steps > kept and self._drive is not None:
+            late = (steps - kept) * dt
+            self._drive = replace(self._drive, time=self._drive.time + late, go_at=self._drive.go_at + late)
+        self._time += steps * dt
+        self._watch(now)
+        return self._setpoints()
+
+    def report(self, now: float) -> PoseReport:
+        """Return what the controller does."""
+        drive, moving = self._drive, self._drive is not None and not self._stopping
+        if drive is not None:
+            setpoint = drive.motion.q
+        elif self._session is not None:
+            setpoint = self._session.motion(now).q
+        else:
+            setpoint = self._setpoint or ()
+        return PoseReport(
+            state=self._state(),
+            move_id=self._move_id,
+            setpoint=setpoint,
+            target=drive.path.end if drive is not None and moving else (),
+            speed_requested_percent=self._requested,
+            speed_applied_percent=self._requested * drive.base.scale if drive is not None and moving else 0.0,
+            speed_limit_percent=self._limit,
+            standing_still=self._standing_still(now),
+            message=self._message,
+        )
+
+    def take_outcomes(self) -> list[Outcome]:
+        """Return how moves have ended since the last call."""
+        outcomes, self._outcomes = self._outcomes, []
+        return outcomes
+
+    def _move(self, names: Sequence[str], positions: Sequence[float], speed_percent: float, now: float) -> int:
+        """Begin a joint move; see :meth:`move`."""
+        request = check_move(self._joints, names, positions, speed_percent, self._config.move)
+        if self._estopped:
+            raise MotionRefusedError("emergency stop is latched: RESET first")
+        if self._session is not None:
+            raise MotionRefusedError("following a stream: it ends by STOP, or when no packet comes any more")
+        if self._paused:
+            raise MotionRefusedError("paused: RESUME or STOP first")
+        start, go_at = self._start(now)
+        hold = plan_stop(self._joints, start).end
+        path = plan_move(self._joints, start, request.target(self._joints, hold), request.speed_percent)
+        self._end_move(False, f"aborted: replaced by move {self._move_id + 1}")
+        self._begin(self.names)
+        self._requested, self._started, self._message = request.speed_percent, now, ""
+        scale = 1.0 if any(start.qdot) or any(start.qddot) else self._wanted_scale()
+        self._drive = Drive(path, self._time, go_at, TimeBase(0.0, scale))
+        return self._move_id
+
+    def _state(self) -> str:
+        """Return the state's name."""
+        if self._estopped:
+            return "estopped"
+        if self._session is not None:
+            return "following"
+        if self._drive is None:
+            return "idle"
+        if self._stopping:
+            return "stopping"
+        if self._paused:
+            return "paused" if self._drive.frozen else "pausing"
+        return "announcing" if self._drive.announcing else "moving"
+
+    def _standing_still(self, now: float) -> bool:
+        """Say whether the set point rests and no motion is announced."""
+        if self._session is not None:
+            return all(abs(v) <= slow for v, slow in zip(self._session.motion(now).qdot, self._feedback.standstill))
+        return self._drive is None or (self._paused and self._drive.frozen)
+
+    def _restart(self, now: float) -> None:
+        """Forget all motion: the clock went back, as when the simulation is reset."""
+        self._end_move(False, "aborted: the clock went back")
+        self._drive = self._session = self._setpoint = self._feedback.measured = None
+        self._stopping = self._paused = False
+        self._time = now
+
+    def _begin(self, names: tuple[str, ...]) -> None:
+        """Count a new move or stream and forget the one before."""
+        self._move_id += 1
+        self._commanded = names
+        self._ownership.begin(names)
+        self._settling = None
+        self._stopping = self._paused = self._parked = False
+
+    def _start(self, now: float) -> tuple[JointMotion, float]:
+        """Return the state from which a move begins, and when it may move: at once if it moves already."""
+        announced = math.ceil((now + self._config.move.announce - self._time) / self._config.period - 1e-6)
+        go_at = self._time + announced * self._config.period
+        if self._drive is None:
+            return JointMotion.at_rest(self._feedback.rest(self._setpoint, self._ownership, now)), go_at
+        self._feedback.fresh(now)
+        if self._commanded != self.names:
+            raise MotionRefusedError("still stopping after a joint was taken")
+        return self._drive.motion, go_at if self._drive.announcing else self._time
+
+    def _check_stream(self, now: float) -> None:
+        """Refuse streamed packets while something else has command."""
+        self._gate.check(now)
+        if self._estopped:
+            raise MotionRefusedError("emergency stop is latched: RESET first")
+        if self._drive is not None:
+            raise MotionRefusedError("still stopping" if self._stopping else "a move is running: STOP it first")
+
+    def _wanted_scale(self) -> float:
+        """Return how fast the path shall be driven."""
+        if self._stopping:
+            return 1.0
+        return 0.0 if self._paused else min(1.0, self._limit / self._requested)
+
+    def _step(self, drive: Drive) -> Drive:
+        """Return the drive one period later."""
+        return drive.step(self._config.period, self._wanted_scale(), self._bounds, self._joints)
+
+    def _watch(self, now: float) -> None:
+        """Stop when the stream or the measurements fail to come; see whether the joints have arrived."""
+        if self._session is not None and self._session.timed_out(now):
+            self._stop(f"follow: no packet for {self._config.follow.timeout * 1e3:.0f} ms")
+        if self._settling is None and (self._drive is None or self._stopping):
+            return
+        trouble = self._feedback.trouble(now)
+        if trouble:
+            self._stop(f"aborted: {trouble}")
+        elif self._settling is not None:
+            outcome = self._settling.check(self._joints, self._feedback.fresh(now), self._config.move, now)
+            if outcome is not None:
+                self._end_move(outcome.success, outcome.message)
+
+    def _stop(self, text: str) -> None:
+        """Ramp down whatever moves; ``text`` says why."""
+        motion = None
+        if self._session is not None:
+            motion = self._session.motion(self._time)
+        elif self._drive is not None:
+            motion = self._drive.motion
+        self._end_move(False, text)
+        self._message = text
+        already = self._stopping and self._session is None
+        self._session, self._paused = None, False
+        if motion is None or not self._commanded:
+            self._drive, self._stopping = None, False
+        elif not already:
+            self._drive = Drive(plan_stop(self._joints, motion), self._time, self._time, TimeBase())
+            self._stopping = True
+
+    def _end_move(self, success: bool, message: str) -> None:
+        """Report the end of the running move, if there is one."""
+        moving = self._drive is not None and not self._stopping
+        if not moving and self._settling is None:
+            return
+        measured = self._feedback.measured
+        duration = self._time - self._started
+        self._outcomes.append(Outcome(self._move_id, success, message, measured.q if measured else (), duration))
+        self._settling = None
+        self._message = "" if success else message
+
+    def _setpoints(self) -> SetpointPacket | None:
+        """Return the set points from now to the horizon; one last packet at rest, then none."""
+        drive = self._drive
+        if drive is None:
+            return None
+        ahead = [drive]
+        if drive.done:
+            self._finish(drive)
+        elif self._paused and drive.frozen:
+            if self._parked:
+                return None
+            self._parked = True
+        else:
+            self._parked = False
+            while len(ahead) <= round(self._config.move.horizon / self._config.period) and not ahead[-1].done:
+                ahead.append(self._step(ahead[-1]))
+        packet = SetpointPacket(self.names, tuple(d.time for d in ahead), tuple(d.motion for d in ahead))
+        return packet if self._commanded == self.names else packet.select(self._commanded)
+
+    def _finish(self, drive: Drive) -> None:
+        """Note that the set points have arrived."""
+        if not self._stopping:
+            deadline = self._time + self._config.move.settle_timeout
+            self._settling = Settling(self._move_id, drive.path.end, self._started, deadline)
+        self._setpoint, self._drive = drive.path.end, None
+        self._stopping = self._paused = False

@@ -1,0 +1,194 @@
+"""Node ``joint_pose_controller``: joint moves and streamed set points for the twin.
+
+Parameters: ``~config_dir`` (robot.yaml, motion.yaml; default: the package scara_config).
+Services: ``joint_pose_controller/move`` (scara_msgs/MoveJoints).
+Subscribes: ``joint_pose_controller/target`` (JointState), ``joint_pose_controller/follow`` (JointTrajectory),
+``joint_pose_controller/speed_limit_percent`` (Float64), ``motion_command``, ``twin/joint_states``, ``twin/controller_modes``.
+Publishes: ``twin/joint_setpoints`` (JointTrajectory), ``joint_pose_controller/state`` (scara_msgs/MotionState).
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import rospy
+from scara_config import Robot
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64, String
+from trajectory_msgs.msg import JointTrajectory
+
+from scara_control.config import MotionConfig
+from scara_control.errors import ScaraControlError
+from scara_control.motion.commands import Command, CommandInbox, parse_modes
+from scara_control.motion.pose_control import PoseController
+from scara_control.motion.requests import Outcome
+from scara_control.nodes.wiring import Guard, JointStateReader, MotionClock, start_node, subscribe, to_message, to_packet
+from scara_msgs.msg import MotionCommand, MotionState
+from scara_msgs.srv import MoveJoints, MoveJointsResponse
+
+_LOG_PERIOD = 1.0
+_SHUTDOWN_POLL = 0.2
+
+
+class JointPoseController:
+    """Converts, asks the core under one lock, converts."""
+
+    def __init__(self, robot: Robot, config: MotionConfig) -> None:
+        """Open topics and service."""
+        self._clock = MotionClock()
+        self._lock = threading.Lock()
+        self._core = PoseController(robot, config, self._clock.now())
+        self._inbox = CommandInbox(config.command_memory)
+        self._reader = JointStateReader(self._core.names, self._clock)
+        self._config = config
+        self._waiting: dict[int, Callable[[Outcome], None]] = {}
+        self._published: tuple[object, ...] = ()
+        self._state_due = self._clock.now()
+        self._setpoints = rospy.Publisher("twin/joint_setpoints", JointTrajectory, queue_size=10, tcp_nodelay=True)
+        self._state = rospy.Publisher("joint_pose_controller/state", MotionState, queue_size=10, tcp_nodelay=True)
+        guard = Guard()
+        subscribe("twin/joint_states", JointState, self._on_joint_states, guard)
+        subscribe("twin/controller_modes", String, self._on_modes, guard, queue_size=10)
+        subscribe("motion_command", MotionCommand, self._on_command, guard, queue_size=20)
+        subscribe("joint_pose_controller/follow", JointTrajectory, self._on_follow, guard)
+        subscribe("joint_pose_controller/target", JointState, self._on_target, guard, queue_size=10)
+        subscribe("joint_pose_controller/speed_limit_percent", Float64, self._on_speed_limit, guard, queue_size=10)
+        rospy.Service("joint_pose_controller/move", MoveJoints, self._on_move)
+
+    def run(self) -> None:
+        """Publish set points and state until shut down."""
+        self._clock.run(self._config.period, self._tick)
+
+    def _tick(self, now: float) -> None:
+        with self._lock:
+            packet = self._core.tick(now)
+            if packet is not None:
+                self._setpoints.publish(to_message(packet, self._clock.offset()))
+            self._settle(now)
+
+    def _on_joint_states(self, message: JointState) -> None:
+        measured = self._reader.read(message)
+        if measured is not None:
+            with self._lock:
+                self._core.measure(measured)
+
+    def _on_modes(self, message: String) -> None:
+        with self._lock:
+            self._core.update_modes(parse_modes(message.data))
+            self._settle(self._clock.now())
+
+    def _on_command(self, message: MotionCommand) -> None:
+        try:
+            command = Command(message.command)
+        except ValueError:
+            rospy.logwarn("motion_command: unknown command %d of %r", message.command, message.header.frame_id)
+            return
+        with self._lock:
+            now = self._clock.now()
+            if self._inbox.accept(message.header.frame_id, message.id, now):
+                self._core.command(command, message.reason, now)
+                rospy.loginfo("%s (id %d)", command.text(message.reason), message.id)
+            self._settle(now)
+
+    def _on_follow(self, message: JointTrajectory) -> None:
+        with self._lock:
+            now, offset = self._clock.now(), self._clock.offset()
+            packet = to_packet(message, offset)
+            try:
+                passed = self._core.follow(packet, now)
+            except ScaraControlError as error:
+                rospy.logwarn_throttle(_LOG_PERIOD, f"follow: refused: {error}")
+                self._settle(now)
+                return
+            self._setpoints.publish(message if passed is packet else to_message(passed, offset))
+            self._settle(now)
+
+    def _on_speed_limit(self, message: Float64) -> None:
+        with self._lock:
+            try:
+                self._core.limit_speed(message.data)
+            except ScaraControlError as error:
+                rospy.logwarn("%s", error)
+            self._settle(self._clock.now())
+
+    def _on_target(self, message: JointState) -> None:
+        speed = message.velocity[0] if message.velocity else 0.0
+
+        def log(outcome: Outcome) -> None:
+            (rospy.loginfo if outcome.success else rospy.logwarn)("target: %s", outcome.message)
+
+        refusal = self._begin(message.name, message.position, speed, log)
+        if refusal:
+            rospy.logwarn("target: refused: %s", refusal)
+
+    def _on_move(self, request: Any) -> MoveJointsResponse:
+        ended = threading.Event()
+        outcomes: list[Outcome] = []
+
+        def answer(outcome: Outcome) -> None:
+            outcomes.append(outcome)
+            ended.set()
+
+        refusal = self._begin(request.joint_names, request.joint_positions, request.speed_percent, answer)
+        if refusal:
+            return MoveJointsResponse(False, refusal, (), 0.0)
+        while not ended.wait(_SHUTDOWN_POLL):
+            if rospy.is_shutdown():
+                return MoveJointsResponse(False, "joint_pose_controller is shutting down", (), 0.0)
+        outcome = outcomes[0]
+        return MoveJointsResponse(outcome.success, outcome.message, outcome.positions, outcome.duration)
+
+    def _begin(self, names: Any, positions: Any, speed_percent: float, ended: Callable[[Outcome], None]) -> str:
+        """Begin a move; return why not, or an empty text."""
+        with self._lock:
+            now = self._clock.now()
+            try:
+                move_id = self._core.move(names, positions, speed_percent, now)
+            except ScaraControlError as error:
+                self._settle(now)
+                return str(error)
+            self._waiting[move_id] = ended
+            self._settle(now)
+            return ""
+
+    def _settle(self, now: float) -> None:
+        """Answer the moves that have ended; publish the state if it has changed or is due. The lock is held."""
+        for outcome in self._core.take_outcomes():
+            self._waiting.pop(outcome.move_id)(outcome)
+        report = self._core.report(now)
+        shown = (
+            report.state,
+            report.move_id,
+            report.speed_limit_percent,
+            report.standing_still,
+            report.message,
+            self._inbox.last_id,
+        )
+        if shown == self._published and now < self._state_due:
+            return
+        self._published, self._state_due = shown, now + 1.0 / self._config.state_rate_hz - 0.5 * self._config.period
+        state = MotionState(
+            state=report.state,
+            move_id=report.move_id,
+            last_command_id=self._inbox.last_id,
+            name=self._core.names,
+            setpoint=report.setpoint,
+            target=report.target,
+            speed_requested_percent=report.speed_requested_percent,
+            speed_applied_percent=report.speed_applied_percent,
+            speed_limit_percent=report.speed_limit_percent,
+            standing_still=report.standing_still,
+            message=report.message,
+        )
+        state.header.stamp = rospy.Time.from_sec(now + self._clock.offset())
+        self._state.publish(state)
+
+
+def main() -> None:
+    """Run the node until it is told to end."""
+    robot, config = start_node("joint_pose_controller")
+    controller = JointPoseController(robot, config)
+    rospy.loginfo("joint_pose_controller is ready")
+    controller.run()

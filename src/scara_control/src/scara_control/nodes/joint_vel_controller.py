@@ -1,0 +1,103 @@
+"""Node ``joint_vel_controller``: jogs single joints of the twin at given velocities.
+
+Parameters: ``~config_dir`` (robot.yaml, motion.yaml; default: the package scara_config).
+Subscribes: ``joint_vel_controller/command`` (control_msgs/JointJog), ``motion_command``, ``twin/joint_states``,
+``twin/controller_modes``.
+Publishes: ``twin/<joint>_velocity_controller/command`` (Float64), ``joint_vel_controller/state`` (String, latched).
+"""
+
+from __future__ import annotations
+
+import threading
+
+import rospy
+from scara_config import Robot
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64, String
+
+from control_msgs.msg import JointJog
+from scara_control.config import MotionConfig
+from scara_control.errors import ScaraControlError
+from scara_control.motion.commands import Command, CommandInbox, parse_modes
+from scara_control.motion.jog import JogController
+from scara_control.nodes.wiring import Guard, JointStateReader, MotionClock, start_node, subscribe
+from scara_msgs.msg import MotionCommand
+
+_LOG_PERIOD = 1.0
+
+
+class JointVelController:
+    """Converts, asks the core under one lock, converts."""
+
+    def __init__(self, robot: Robot, config: MotionConfig) -> None:
+        """Open the topics."""
+        names = [joint.name for joint in robot.twin_joints]
+        self._clock = MotionClock()
+        self._period = config.period
+        self._lock = threading.Lock()
+        self._core = JogController(robot, config, self._clock.now())
+        self._inbox = CommandInbox(config.command_memory)
+        self._reader = JointStateReader(names, self._clock)
+        self._shown = ""
+        self._state = rospy.Publisher("joint_vel_controller/state", String, queue_size=10, latch=True, tcp_nodelay=True)
+        self._commands = {
+            name: rospy.Publisher(f"twin/{name}_velocity_controller/command", Float64, queue_size=1, tcp_nodelay=True)
+            for name in names
+        }
+        guard = Guard()
+        subscribe("twin/joint_states", JointState, self._on_joint_states, guard)
+        subscribe("twin/controller_modes", String, self._on_modes, guard, queue_size=10)
+        subscribe("motion_command", MotionCommand, self._on_command, guard, queue_size=20)
+        subscribe("joint_vel_controller/command", JointJog, self._on_jog, guard)
+
+    def run(self) -> None:
+        """Publish velocities until shut down."""
+        self._clock.run(self._period, self._tick)
+
+    def _tick(self, now: float) -> None:
+        with self._lock:
+            for name, velocity in self._core.tick(now).items():
+                self._commands[name].publish(velocity)
+            self._show()
+
+    def _on_joint_states(self, message: JointState) -> None:
+        measured = self._reader.read(message)
+        if measured is not None:
+            with self._lock:
+                self._core.measure(measured)
+
+    def _on_modes(self, message: String) -> None:
+        with self._lock:
+            self._core.update_modes(parse_modes(message.data))
+
+    def _on_command(self, message: MotionCommand) -> None:
+        with self._lock:
+            now = self._clock.now()
+            if message.command in list(Command) and self._inbox.accept(message.header.frame_id, message.id, now):
+                self._core.obey(Command(message.command), message.reason, now)
+            self._show()
+
+    def _on_jog(self, message: JointJog) -> None:
+        with self._lock:
+            try:
+                self._core.command(
+                    message.joint_names, message.velocities, message.displacements, message.duration, self._clock.now()
+                )
+            except ScaraControlError as error:
+                rospy.logwarn_throttle(_LOG_PERIOD, f"jog: refused: {error}")
+            self._show()
+
+    def _show(self) -> None:
+        """Publish the state if it has changed. The lock is held."""
+        text = self._core.report()
+        if text != self._shown:
+            self._shown = text
+            self._state.publish(text)
+
+
+def main() -> None:
+    """Run the node until it is told to end."""
+    robot, config = start_node("joint_vel_controller")
+    controller = JointVelController(robot, config)
+    rospy.loginfo("joint_vel_controller is ready")
+    controller.run()

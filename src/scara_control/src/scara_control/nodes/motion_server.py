@@ -1,0 +1,256 @@
+"""Node ``motion_server``: drives the twin's tool to a point, through both joint controllers, until it is there.
+
+Parameters: ``~config_dir`` (robot.yaml, motion.yaml; default: the package scara_config).
+Services: ``move_to`` (scara_msgs/MoveTo). Joints that do not move the tool hold. A newer request replaces a running one
+once its point has proved reachable; STOP and ESTOP cancel.
+Calls: ``inverse_kinematics``, ``joint_pose_controller/move``.
+Subscribes: ``twin/joint_states``, ``motion_command``.
+Publishes: ``joint_vel_controller/command`` (JointJog), ``motion_command`` (a STOP that was overtaken by our own move).
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import rospy
+from scara_config import Robot
+from sensor_msgs.msg import JointState
+
+from control_msgs.msg import JointJog
+from scara_control.config import MotionConfig
+from scara_control.errors import ScaraControlError
+from scara_control.motion.commands import Command, MotionRefusedError
+from scara_control.motion.feedback import Feedback
+from scara_control.motion.requests import check_speed
+from scara_control.motion.trim import Requests, tool_error, trim_step
+from scara_control.nodes.wiring import Guard, JointStateReader, MotionClock, start_node, subscribe
+from scara_control.scara import Scara
+from scara_msgs.msg import MotionCommand
+from scara_msgs.srv import InverseKinematics, MoveJoints, MoveTo, MoveToResponse
+
+_POLL = 0.02
+_REPEAT_STOP = 0.05
+_NAME = "motion_server"
+
+
+@dataclass(frozen=True)
+class Goal:
+    """One request under way."""
+
+    number: int
+    point: tuple[float, float, float]
+    target: tuple[float, ...]
+    speed_percent: float
+
+
+class MotionServer:
+    """Answers ``move_to``; each request runs in rospy's thread of its caller."""
+
+    def __init__(self, robot: Robot, config: MotionConfig) -> None:
+        """Open topics and service."""
+        self._config = config
+        self._scara = Scara.from_robot(robot)
+        self._names = [joint.name for joint in self._scara.joints]
+        self._clock = MotionClock()
+        self._reader = JointStateReader(self._names, self._clock)
+        self._feedback = Feedback(self._scara.joints, config)
+        self._lock = threading.Condition()
+        self._requests = Requests()
+        self._paused = False
+        self._stops = 0
+        self._kinematics = PersistentService("inverse_kinematics", InverseKinematics, config.trim.service_timeout)
+        self._jog = rospy.Publisher("joint_vel_controller/command", JointJog, queue_size=1, tcp_nodelay=True)
+        self._command = rospy.Publisher("motion_command", MotionCommand, queue_size=10, tcp_nodelay=True)
+        guard = Guard()
+        subscribe("twin/joint_states", JointState, self._on_joint_states, guard)
+        subscribe("motion_command", MotionCommand, self._on_command, guard, queue_size=20)
+        rospy.Service("move_to", MoveTo, self._on_move_to)
+
+    def _on_joint_states(self, message: JointState) -> None:
+        measured = self._reader.read(message)
+        if measured is not None:
+            self._feedback.measured = measured
+
+    def _on_command(self, message: MotionCommand) -> None:
+        with self._lock:
+            self._paused = message.command == Command.PAUSE
+            if message.command in (Command.STOP, Command.ESTOP) and message.header.frame_id != _NAME:
+                self._requests.cancel(f"cancelled by {Command(message.command).text(message.reason)}")
+
+    def _on_move_to(self, request: Any) -> MoveToResponse:
+        started = self._clock.now()
+        point = (request.x, request.y, request.z)
+        try:
+            message, success = self._move_to(request), True
+        except (ScaraControlError, rospy.ServiceException, rospy.ROSException) as refusal:
+            message, success = str(refusal), False
+            rospy.logwarn("move_to (%g, %g, %g): %s", *point, message)
+        measured = self._feedback.measured
+        q = measured.q if measured is not None else ()
+        error = tool_error(self._scara, q, point) if measured is not None else float("nan")
+        return MoveToResponse(success, message, error, q, self._clock.now() - started)
+
+    def _move_to(self, request: Any) -> str:
+        """Do it all; return what to say at the end."""
+        check_speed(request.speed_percent, self._config.move)
+        seed = self._feedback.fresh(self._clock.now()).q
+        answer = self._kinematics(x=request.x, y=request.y, z=request.z, elbow=request.elbow, seed=seed)
+        if not answer.success:
+            raise MotionRefusedError(answer.message)
+        with self._begun() as number:
+            goal = Goal(number, (request.x, request.y, request.z), tuple(answer.joint_positions), request.speed_percent)
+            self._drive(goal)
+            error = self._trim(goal)
+        return f"reached, {error * 1e3:.3f} mm from the point"
+
+    @contextmanager
+    def _begun(self) -> Iterator[int]:
+        """Replace the running request, wait until it has let go, and let go in the end."""
+        with self._lock:
+            number = self._requests.begin()
+            self._paused = False
+            if not self._lock.wait_for(lambda: self._requests.oldest == number, self._config.trim.timeout):
+                self._requests.end(number)
+                raise MotionRefusedError("an older request does not end")
+        try:
+            yield number
+        finally:
+            with self._lock:
+                self._requests.end(number)
+                self._lock.notify_all()
+
+    def _check(self, goal: Goal) -> None:
+        """Raise when the request was cancelled."""
+        with self._lock:
+            why = self._requests.why_cancelled(goal.number)
+        if why:
+            raise MotionRefusedError(why)
+        if rospy.is_shutdown():
+            raise MotionRefusedError(f"{_NAME} is shutting down")
+
+    def _drive(self, goal: Goal) -> None:
+        """Have joint_pose_controller make the joint move."""
+        rospy.wait_for_service("joint_pose_controller/move", self._config.trim.service_timeout)
+        move = rospy.ServiceProxy("joint_pose_controller/move", MoveJoints)
+        self._check(goal)
+        call = Call(lambda: move(self._names, goal.target, goal.speed_percent))
+        while not call.ended.wait(_POLL):
+            try:
+                self._check(goal)
+            except MotionRefusedError as cancelled:
+                self._let_go(call, str(cancelled))
+                raise
+        answer = call.result()
+        self._check(goal)
+        if not answer.success:
+            raise MotionRefusedError(answer.message)
+
+    def _let_go(self, call: Call, why: str) -> None:
+        """After a STOP make sure that our move has ended: it may reach the controller after the STOP did."""
+        if not why.startswith("cancelled by"):
+            return
+        deadline = self._clock.now() + self._config.trim.service_timeout
+        while not call.ended.wait(_REPEAT_STOP) and self._clock.now() < deadline:
+            self._stops += 1
+            stop = MotionCommand(command=MotionCommand.STOP, id=self._stops, reason=why)
+            stop.header.frame_id = _NAME
+            stop.header.stamp = rospy.Time.now()
+            self._command.publish(stop)
+
+    def _trim(self, goal: Goal) -> float:
+        """Drive out what the joint move has left; return the tool's error [m]."""
+        trim, jogged, inside = self._config.trim, False, 0.0
+        now = self._clock.now()
+        deadline = now + trim.timeout
+        try:
+            while True:
+                step = trim_step(self._scara, self._feedback.fresh(now).q, goal.target, goal.point, self._config)
+                self._check(goal)
+                inside = inside + self._config.period if step.qdot == (0.0, 0.0, 0.0) else 0.0
+                if inside >= trim.settled:
+                    return step.error
+                if step.error > trim.range_mm * 1e-3 or now > deadline:
+                    raise MotionRefusedError(
+                        f"the tool stays {step.error * 1e3:.3f} mm from the point, allowed {trim.tolerance_mm:g}: trimming "
+                        f"{'ended without reaching it' if now > deadline else f'begins below {trim.range_mm:g} mm'}"
+                    )
+                if self._paused:
+                    deadline += self._config.period
+                elif inside == 0.0 or jogged:
+                    self._publish_jog(step.qdot)
+                    jogged = True
+                now += self._config.period
+                self._clock.sleep_until(now)
+        finally:
+            if jogged:
+                self._publish_jog((0.0, 0.0, 0.0))
+                self._clock.sleep_until(self._clock.now() + trim.settled)
+
+    def _publish_jog(self, qdot: tuple[float, ...]) -> None:
+        jog = JointJog(joint_names=self._names, velocities=qdot)
+        jog.header.stamp = rospy.Time.now()
+        self._jog.publish(jog)
+
+
+class Call:
+    """A service call in a thread of its own, so that its caller can look around while it lasts."""
+
+    def __init__(self, call: Callable[[], Any]) -> None:
+        """Begin the call."""
+        self.ended = threading.Event()
+        self._call = call
+        self._answer: Any = None
+        self._error: Exception | None = None
+        threading.Thread(target=self._run, daemon=True).start()
+
+    def _run(self) -> None:
+        try:
+            self._answer = self._call()
+        except Exception as error:
+            self._error = error
+        self.ended.set()
+
+    def result(self) -> Any:
+        """Return the answer or raise what the call raised."""
+        if self._error is not None:
+            raise self._error
+        return self._answer
+
+
+class PersistentService:
+    """A service called through one connection, which is opened again when it broke."""
+
+    def __init__(self, name: str, kind: type[Any], timeout: float) -> None:
+        """Connect at the first call; ``timeout`` [s] is how long a call waits for the service to be there."""
+        self._name, self._kind, self._timeout = name, kind, timeout
+        self._lock = threading.Lock()
+        self._proxy: rospy.ServiceProxy | None = None
+
+    def __call__(self, **fields: Any) -> Any:
+        """Call; a broken connection is tried once more."""
+        with self._lock:
+            if self._proxy is not None:
+                try:
+                    return self._proxy(**fields)
+                except rospy.ServiceException:
+                    self._proxy.close()
+            rospy.wait_for_service(self._name, self._timeout)
+            self._proxy = rospy.ServiceProxy(self._name, self._kind, persistent=True)
+            return self._proxy(**fields)
+
+
+def main() -> None:
+    """Run the node until it is told to end."""
+    robot, config = start_node(_NAME)
+    try:
+        server = MotionServer(robot, config)
+    except ScaraControlError as error:
+        rospy.logfatal("%s: %s", _NAME, error)
+        raise SystemExit(2) from error
+    rospy.loginfo("%s is ready", _NAME)
+    rospy.spin()
+    del server

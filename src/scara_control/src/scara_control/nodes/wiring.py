@@ -1,0 +1,174 @@
+"""What the motion nodes share: their start, their clock, their messages."""
+
+from __future__ import annotations
+
+import sys
+import time
+import traceback
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import rosgraph
+import rospy
+from scara_config import ConfigError, Robot, config_directory, load_robot
+from sensor_msgs.msg import JointState
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+from scara_control.config import MotionConfig, load_motion
+from scara_control.motion.packets import Measurement, SetpointPacket
+from scara_control.motion.plan import JointMotion
+
+_RETRY_PERIOD = 0.5
+_LOG_PERIOD = 2.0
+_LATE_PERIODS = 20.0
+
+
+def start_node(name: str) -> tuple[Robot, MotionConfig]:
+    """Join the ROS graph and read the configuration; end with code 2 if that is wrong."""
+    if not rosgraph.is_master_online():
+        print(f"{name}: no roscore at {rosgraph.get_master_uri()}: waiting for it", file=sys.stderr, flush=True)
+    try:
+        while not rosgraph.is_master_online():
+            time.sleep(_RETRY_PERIOD)
+    except KeyboardInterrupt:
+        sys.exit(0)
+    rospy.init_node(name)
+    try:
+        folder = rospy.get_param("~config_dir", "") or config_directory()
+        return load_robot(folder), load_motion(folder)
+    except ConfigError as error:
+        rospy.logfatal("%s: %s", name, error)
+        sys.exit(2)
+
+
+@dataclass
+class Guard:
+    """Counts and logs what a callback raises unexpectedly; rospy would only log it."""
+
+    failures: int = 0
+
+    def __call__(self, callback: Callable[[Any], Any]) -> Callable[[Any], None]:
+        """Wrap a subscriber's callback."""
+
+        def guarded(message: Any) -> None:
+            try:
+                callback(message)
+            except rospy.ROSException as error:
+                if not rospy.is_shutdown():
+                    self._report(callback, error)
+            except Exception as error:
+                self._report(callback, error)
+
+        return guarded
+
+    def _report(self, callback: Callable[[Any], Any], error: Exception) -> None:
+        self.failures += 1
+        name = getattr(callback, "__name__", "callback")
+        rospy.logerr("%s failed (%d so far): %r\n%s", name, self.failures, error, traceback.format_exc())
+
+
+def subscribe(name: str, kind: type[Any], callback: Callable[[Any], Any], guard: Guard, queue_size: int = 1) -> rospy.Subscriber:
+    """Subscribe without Nagle's delay; the newest message wins unless ``queue_size`` says otherwise."""
+    return rospy.Subscriber(name, kind, guard(callback), queue_size=queue_size, tcp_nodelay=True)
+
+
+class MotionClock:
+    """The axis of all core times: monotonic, or ROS time where /clock rules."""
+
+    def __init__(self) -> None:
+        """Look whether time is simulated."""
+        self.simulated = bool(rospy.get_param("/use_sim_time", False))
+
+    def now(self) -> float:
+        """Return the time of the axis [s]."""
+        return float(rospy.get_time()) if self.simulated else time.monotonic()
+
+    def offset(self) -> float:
+        """Return ROS time minus the axis, at this moment [s]."""
+        return 0.0 if self.simulated else time.time() - time.monotonic()
+
+    def sleep_until(self, deadline: float) -> None:
+        """Sleep to an absolute deadline."""
+        left = deadline - self.now()
+        if left <= 0.0:
+            return
+        if not self.simulated:
+            time.sleep(left)
+            return
+        try:
+            rospy.sleep(left)
+        except rospy.ROSTimeMovedBackwardsException:
+            return
+
+    def run(self, period: float, tick: Callable[[float], None]) -> None:
+        """Call ``tick`` with each deadline until shut down; what it raises ends the node."""
+        deadline = self.now()
+        try:
+            while not rospy.is_shutdown():
+                deadline += period
+                self.sleep_until(deadline)
+                now = self.now()
+                if now < deadline - 2.0 * period or now > deadline + _LATE_PERIODS * period:
+                    deadline = now
+                tick(deadline)
+        except (rospy.ROSInterruptException, KeyboardInterrupt):
+            return
+        except rospy.ROSException:
+            if not rospy.is_shutdown():
+                raise
+
+
+class JointStateReader:
+    """Puts a JointState into the order of our joints."""
+
+    def __init__(self, names: Sequence[str], clock: MotionClock) -> None:
+        """Take the joints ``names``."""
+        self._names = tuple(names)
+        self._clock = clock
+
+    def read(self, message: JointState) -> Measurement | None:
+        """Return a measurement on our time axis, or None if a joint is missing or a value is not there."""
+        at = {name: k for k, name in enumerate(message.name)}
+        if any(name not in at for name in self._names) or min(len(message.position), len(message.velocity)) < len(at):
+            rospy.logwarn_throttle(
+                _LOG_PERIOD, f"joint states without position and velocity of {', '.join(self._names)}: left out"
+            )
+            return None
+        columns = [at[name] for name in self._names]
+        stamp = message.header.stamp.to_sec()
+        return Measurement(
+            tuple(message.position[k] for k in columns),
+            tuple(message.velocity[k] for k in columns),
+            stamp - self._clock.offset() if stamp else self._clock.now(),
+        )
+
+
+def to_packet(message: JointTrajectory, offset: float) -> SetpointPacket:
+    """Convert set points; missing accelerations are zeros. Nothing is checked here."""
+    start = message.header.stamp.to_sec() - offset
+    zeros = (0.0,) * len(message.joint_names)
+    return SetpointPacket(
+        tuple(message.joint_names),
+        tuple(start + point.time_from_start.to_sec() for point in message.points),
+        tuple(
+            JointMotion(tuple(p.positions), tuple(p.velocities), tuple(p.accelerations) if p.accelerations else zeros)
+            for p in message.points
+        ),
+    )
+
+
+def to_message(packet: SetpointPacket, offset: float) -> JointTrajectory:
+    """Convert set points; the stamp is the first point's time."""
+    message = JointTrajectory(joint_names=list(packet.names))
+    message.header.stamp = rospy.Time.from_sec(packet.times[0] + offset)
+    for at, point in zip(packet.times, packet.points):
+        message.points.append(
+            JointTrajectoryPoint(
+                positions=point.q,
+                velocities=point.qdot,
+                accelerations=point.qddot,
+                time_from_start=rospy.Duration.from_sec(at - packet.times[0]),
+            )
+        )
+    return message
