@@ -109,6 +109,7 @@ class Comparison:
     path: ErrorSummary
     lag_s: float | None
     path_after_lag: ErrorSummary | None
+    trace_after_lag: Trace | None
     moves: tuple[Move, ...]
     rests: tuple[Rest, ...]
 
@@ -236,10 +237,10 @@ def compare(
     tools = (seen.real_tool, seen.twin_tool) if leader == "real" else (seen.twin_tool, seen.real_tool)
     speeds = [tool_velocity(side, seen.aligned.segments, settings.rate_hz) for side in tools]
     lag = estimate_lag(speeds[0], speeds[1], seen.aligned.segments, settings.rate_hz, settings.max_lag_s)
-    after = None
+    shifted, after = None, None
     if lag is not None:
         half = 0.5 * lag if leader == "real" else -0.5 * lag
         shifted = trace(real.shifted(half), twin.shifted(-half), tool, settings)
         after = summarize(shifted.deviation_mm[shifted.moving], settings.reach_mm)
     moves = find_moves(seen, tools[0], settings)
-    return Comparison(seen, path, lag, after, moves, find_rests(seen, set_positions or {}, settings))
+    return Comparison(seen, path, lag, after, shifted, moves, find_rests(seen, set_positions or {}, settings))

@@ -1,1 +1,1 @@
-"""Runs the article's experiments and reports how well the pair moved as one"""
+"""Runs the article's experiments and reports how well the pair moved as one."""

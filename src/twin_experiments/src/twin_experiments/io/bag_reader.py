@@ -36,6 +36,16 @@ class Bag:
         """Topic, as recorded, to number of messages."""
         return {name: info.msgcount for name, info in sorted(self._reader.topics.items())}
 
+    @property
+    def start(self) -> float:
+        """Time of receipt of the first message [s], ROS time."""
+        return self._reader.start_time * 1e-9
+
+    @property
+    def end(self) -> float:
+        """Time of receipt of the last message [s], ROS time."""
+        return self._reader.end_time * 1e-9
+
     def count(self, topic: str) -> int:
         """Return how many messages of a topic there are."""
         return sum(c.msgcount for c in self._connections(topic))

@@ -1,0 +1,147 @@
+"""From a recorded run to figures and a verdict for each experiment."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from itertools import groupby
+
+import numpy as np
+from twin_controller.metrics import Comparison, MetricsSettings, ToolFunction, compare
+from twin_controller.metrics_series import Array, Gap, MetricsError, Motion
+
+from twin_experiments.config import Experiment, ExperimentsFile, Limits
+from twin_experiments.record import Age, RecordError, Run, Span, cut, pick
+
+
+@dataclass(frozen=True)
+class AgeSummary:
+    """How old a topic's content was when it was received [ms]; negative: it was due in the future."""
+
+    median_ms: float
+    p95_ms: float
+    max_ms: float
+
+
+@dataclass(frozen=True)
+class Result:
+    """One experiment: what was found and whether it passes. ``reasons`` is empty if it does.
+
+    Args:
+        span: Name and time.
+        leader: ``real`` or ``twin``.
+        visits: Set positions that should be held, in order.
+        held: Set positions that were held, in order, repetitions joined.
+        comparison: All errors; None if the data could not be compared.
+        motions: Both sides' joints during the experiment, all joints of the twin.
+        ages: Per topic.
+        reasons: Why it fails.
+    """
+
+    span: Span
+    leader: str
+    visits: tuple[str, ...]
+    held: tuple[str, ...]
+    comparison: Comparison | None
+    motions: tuple[Motion, Motion] | None
+    ages: Mapping[str, AgeSummary]
+    reasons: tuple[str, ...]
+
+    @property
+    def passed(self) -> bool:
+        """True if nothing speaks against it."""
+        return not self.reasons
+
+
+def analyse(
+    run: Run, config: ExperimentsFile, settings: MetricsSettings, arm_joints: list[str], tool: ToolFunction
+) -> tuple[Result, ...]:
+    """Analyse every experiment of a run.
+
+    Args:
+        run: What was recorded.
+        config: Experiments, set positions and limits.
+        settings: Thresholds of the errors, for ``arm_joints``.
+        arm_joints: Joints that move the tool, in the order that ``tool`` takes.
+        tool: Forward kinematics.
+
+    Raises:
+        RecordError: An experiment of the run is not in ``config``.
+    """
+    unknown = sorted({span.name for span in run.spans} - set(config.experiments))
+    if unknown:
+        raise RecordError(f"unknown experiment {', '.join(unknown)}: experiments.yaml has {', '.join(config.experiments)}")
+    columns = [run.joint_names.index(name) for name in arm_joints]
+    return tuple(_analyse_span(run, span, config, settings, columns, tool) for span in run.spans)
+
+
+def _analyse_span(
+    run: Run, span: Span, config: ExperimentsFile, settings: MetricsSettings, columns: list[int], tool: ToolFunction
+) -> Result:
+    """Analyse one experiment; data that cannot be compared are a reason to fail, not an end of the report."""
+    experiment = config.experiments[span.name]
+    positions = {name: np.array(config.positions_m[name]) for name in experiment.visits}
+    ages = {topic: found for topic, age in run.ages.items() if (found := summarize_age(age, span)) is not None}
+    visits = tuple(experiment.visits)
+    try:
+        motions = (cut(run.real.motion, span.start, span.end), cut(run.twin.motion, span.start, span.end))
+        arm = [pick(motion, columns) for motion in motions]
+        comparison = compare(arm[0], arm[1], tool, settings, experiment.leader, positions)
+    except (MetricsError, RecordError) as error:
+        return Result(span, experiment.leader, visits, (), None, None, ages, (str(error),))
+    comparison = _complete_gaps(comparison, motions, span, settings.longest_gap_s)
+    held = held_positions(comparison)
+    reasons = judge(span, experiment, comparison, held, settings.reach_mm, config.limits)
+    return Result(span, experiment.leader, visits, held, comparison, motions, ages, reasons)
+
+
+def held_positions(comparison: Comparison) -> tuple[str, ...]:
+    """Return the set positions at which both stood still, in order, repetitions joined."""
+    names = [rest.set_position for rest in comparison.rests if rest.set_position is not None]
+    return tuple(name for name, _ in groupby(names))
+
+
+def judge(
+    span: Span, experiment: Experiment, comparison: Comparison, held: tuple[str, ...], reach_mm: float, limits: Limits
+) -> tuple[str, ...]:
+    """Return every reason why an experiment fails; none: it passes."""
+    reasons = []
+    if not span.finished:
+        reasons.append("the recording ends before the experiment does")
+    if comparison.path.max_percent > limits.path_error_percent:
+        reasons.append(f"path error {comparison.path.max_percent:.3f} % of reach, limit {limits.path_error_percent:g} %")
+    positioning = comparison.positioning_max_mm
+    if positioning is not None and 100.0 * positioning / reach_mm > limits.positioning_error_percent:
+        percent = 100.0 * positioning / reach_mm
+        reasons.append(f"positioning error {percent:.3f} % of reach, limit {limits.positioning_error_percent:g} %")
+    wanted = tuple(name for name, _ in groupby(experiment.visits))
+    if held[-len(wanted) :] != wanted:
+        reasons.append(f"both stood still at {' '.join(held) or 'no set position'}, expected {' '.join(wanted)}")
+    excluded = 100.0 * comparison.trace.aligned.excluded_share
+    if excluded > limits.excluded_percent:
+        reasons.append(f"{excluded:.1f} % of the time has no samples, limit {limits.excluded_percent:g} %")
+    return tuple(reasons)
+
+
+def summarize_age(age: Age, span: Span) -> AgeSummary | None:
+    """Summarize the ages during an experiment; None if nothing was received."""
+    inside: Array = 1e3 * age.age[(age.received >= span.start) & (age.received <= span.end)]
+    if not len(inside):
+        return None
+    return AgeSummary(float(np.median(inside)), float(np.percentile(inside, 95.0)), float(inside.max()))
+
+
+def _complete_gaps(comparison: Comparison, motions: tuple[Motion, Motion], span: Span, longest: float) -> Comparison:
+    """Count what is missing at the ends of an experiment as holes too: a side that falls silent is not excused."""
+    gaps = list(comparison.trace.aligned.gaps)
+    for motion in motions:
+        for start, end in ((span.start, float(motion.stamps[0])), (float(motion.stamps[-1]), span.end)):
+            if end - start > longest:
+                gaps.append(Gap(motion.side, start, end - start))
+    start = max(motion.stamps[0] for motion in motions)
+    end = min(motion.stamps[-1] for motion in motions)
+    missing = (span.end - span.start) - float(end - start)
+    if missing <= longest:
+        return comparison
+    aligned = replace(comparison.trace.aligned, gaps=tuple(gaps), span=span.end - span.start)
+    return replace(comparison, trace=replace(comparison.trace, aligned=aligned))

@@ -1,0 +1,135 @@
+"""The typed content of experiments.yaml."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, ClassVar, Literal
+
+import msgspec
+import numpy as np
+from msgspec import Meta
+from scara_config import ConfigError, Robot, config_directory, load
+from twin_controller.metrics import MetricsSettings
+from twin_controller.recording import RecorderSettings
+
+Percent = Annotated[float, Meta(gt=0.0, le=100.0)]
+ProgramPercent = Annotated[float, Meta(ge=1.0, le=100.0)]
+Seconds = Annotated[float, Meta(ge=0.0, le=600.0)]
+Deadline = Annotated[float, Meta(gt=0.0, le=3600.0)]
+Coordinate = Annotated[float, Meta(ge=-10.0, le=10.0)]
+Visits = Annotated[list[str], Meta(min_length=2)]
+
+
+class Section(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Base of all sections: unknown keys are errors."""
+
+
+class RealLeads(Section, frozen=True, kw_only=True, tag_field="leader", tag="real"):
+    """The robot's own program moves first."""
+
+    program: Annotated[str, Meta(pattern=r"^[A-Z][A-Z0-9_]*$")]
+    override_percent: ProgramPercent
+    visits: Visits
+    leader: ClassVar[Literal["real", "twin"]] = "real"
+
+
+class TwinLeads(Section, frozen=True, kw_only=True, tag_field="leader", tag="twin"):
+    """The twin is sent to one position after the other."""
+
+    speed_percent: ProgramPercent
+    dwell_s: Seconds
+    visits: Visits
+    leader: ClassVar[Literal["real", "twin"]] = "twin"
+
+
+Experiment = RealLeads | TwinLeads
+
+
+class MetricsSection(Section, frozen=True, kw_only=True):
+    """What counts as moving, as a hole, as a rest; see :class:`twin_controller.metrics.MetricsSettings`."""
+
+    rate_hz: Annotated[float, Meta(ge=100.0, le=10_000.0)]
+    longest_gap_s: Annotated[float, Meta(ge=0.02, le=1.0)]
+    moving_speed_percent: Percent
+    rest_s: Seconds
+    rest_margin_s: Seconds
+    set_position_radius_mm: Annotated[float, Meta(gt=0.0, le=1000.0)]
+    max_lag_s: Annotated[float, Meta(gt=0.0, le=2.0)]
+    shortest_move_mm: Annotated[float, Meta(ge=0.0, le=1000.0)]
+
+
+class Limits(Section, frozen=True, kw_only=True):
+    """What a run must keep to pass."""
+
+    path_error_percent: Percent
+    positioning_error_percent: Percent
+    excluded_percent: Percent
+
+
+class PaperFigures(Section, frozen=True, kw_only=True):
+    """The article's results."""
+
+    path_error_percent: Percent
+    positioning_error_percent: Percent
+
+
+class Deadlines(Section, frozen=True, kw_only=True):
+    """Every wait of a run ends."""
+
+    cell: Deadline
+    still: Deadline
+    move: Deadline
+    program: Deadline
+    service: Deadline
+
+
+class ExperimentsFile(Section, frozen=True, kw_only=True):
+    """Everything in experiments.yaml."""
+
+    recorder: RecorderSettings
+    experiments: Annotated[dict[str, Experiment], Meta(min_length=1)]
+    positions_m: dict[str, tuple[Coordinate, Coordinate, Coordinate]]
+    metrics: MetricsSection
+    limits: Limits
+    paper: PaperFigures
+    deadlines_s: Deadlines
+
+    def check(self, source: str) -> None:
+        """Raise ConfigError unless every visited position is known; ``source`` is named."""
+        for name, experiment in self.experiments.items():
+            unknown = sorted(set(experiment.visits) - set(self.positions_m))
+            if unknown:
+                raise ConfigError(
+                    f"{source}: experiments.{name}.visits = {', '.join(unknown)}: Expected one of {', '.join(self.positions_m)}"
+                )
+
+    def select(self, names: list[str]) -> dict[str, Experiment]:
+        """Return the experiments called ``names`` in that order, all if there is none.
+
+        Raises:
+            ConfigError: A name is unknown; the text lists those that exist.
+        """
+        for name in names:
+            if name not in self.experiments:
+                raise ConfigError(f"unknown experiment {name!r}: experiments.yaml has {', '.join(self.experiments)}")
+        return {name: self.experiments[name] for name in names or self.experiments}
+
+
+def metrics_settings(section: MetricsSection, robot: Robot) -> MetricsSettings:
+    """Build the settings of the errors for the joints of ``robot`` that move the twin's tool."""
+    fraction = section.moving_speed_percent / 100.0
+    fields = {name: getattr(section, name) for name in section.__struct_fields__ if name != "moving_speed_percent"}
+    moving_speeds = np.array([joint.velocity * fraction for joint in robot.arm_joints])
+    return MetricsSettings(reach_mm=robot.reach_mm, moving_speeds=moving_speeds, **fields)
+
+
+def load_experiments(directory: Path | str | None = None) -> ExperimentsFile:
+    """Read experiments.yaml of ``directory`` (default: the package scara_config).
+
+    Raises:
+        ConfigError: The file is missing or wrong, or an experiment visits an unknown position.
+    """
+    path = Path(directory or config_directory()) / "experiments.yaml"
+    config = load(path, ExperimentsFile)
+    config.check(str(path))
+    return config

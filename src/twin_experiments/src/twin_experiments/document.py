@@ -1,0 +1,149 @@
+"""The report as data: report.json, and the rows of the tables on the page and on the terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from twin_controller.metrics import Comparison, ErrorSummary, Rest
+
+from twin_experiments.analysis import Result
+from twin_experiments.config import Limits, PaperFigures
+
+DIGITS = 6
+
+NOT_COMPARED: dict[str, Any] = {
+    "samples": 0,
+    "duration_s": 0.0,
+    "lag_s": None,
+    "path_error_max_mm": None,
+    "path_error_max_percent": None,
+    "path_error_rms_percent": None,
+    "positioning_error_max_mm": None,
+    "positioning_error_max_percent": None,
+}
+
+
+def report_document(results: Sequence[Result], reach_mm: float, paper: PaperFigures) -> dict[str, Any]:
+    """Return the content of report.json."""
+    return {
+        "experiments": [_experiment(result, reach_mm) for result in results],
+        "paper": {
+            "path_error_percent": paper.path_error_percent,
+            "positioning_error_percent": paper.positioning_error_percent,
+        },
+    }
+
+
+def _experiment(result: Result, reach_mm: float) -> dict[str, Any]:
+    """Return one experiment of report.json."""
+    figures = NOT_COMPARED if result.comparison is None else _figures(result.comparison, reach_mm)
+    entry = {
+        "name": result.span.name,
+        "leader": result.leader,
+        **figures,
+        "verdict": "pass" if result.passed else "fail",
+        "reasons": list(result.reasons),
+        "visits": list(result.visits),
+        "held": list(result.held),
+        "sample_age_ms": {
+            topic: {"median": age.median_ms, "p95": age.p95_ms, "max": age.max_ms} for topic, age in result.ages.items()
+        },
+    }
+    rounded: dict[str, Any] = _rounded(entry)
+    return rounded
+
+
+def _figures(comparison: Comparison, reach_mm: float) -> dict[str, Any]:
+    """Return the figures of an experiment that could be compared."""
+    aligned, after = comparison.trace.aligned, comparison.path_after_lag
+    positioning = comparison.positioning_max_mm
+    return {
+        "samples": len(aligned.instants),
+        "duration_s": aligned.span,
+        "lag_s": comparison.lag_s,
+        "path_error_max_mm": comparison.path.max_mm,
+        "path_error_max_percent": comparison.path.max_percent,
+        "path_error_rms_mm": comparison.path.rms_mm,
+        "path_error_rms_percent": comparison.path.rms_percent,
+        "path_error_max_after_lag_mm": None if after is None else after.max_mm,
+        "path_error_max_after_lag_percent": None if after is None else after.max_percent,
+        "path_error_max_travelled_percent": comparison.travelled_percent,
+        "positioning_error_max_mm": positioning,
+        "positioning_error_max_percent": None if positioning is None else 100.0 * positioning / reach_mm,
+        "positions": [_rest(rest) for rest in comparison.rests],
+        "excluded_percent": 100.0 * aligned.excluded_share,
+        "gaps": [{"side": gap.side, "start_s": gap.start, "duration_s": gap.duration} for gap in aligned.gaps],
+    }
+
+
+def _rest(rest: Rest) -> dict[str, Any]:
+    """Return one rest of report.json."""
+    return {
+        "set_position": rest.set_position,
+        "start_s": rest.start,
+        "real_twin_mm": rest.deviation_mm,
+        "real_set_mm": rest.real_error_mm,
+        "twin_set_mm": rest.twin_error_mm,
+    }
+
+
+def _rounded(value: Any) -> Any:
+    """Round all floats of a tree."""
+    if isinstance(value, float):
+        return round(value, DIGITS)
+    if isinstance(value, dict):
+        return {key: _rounded(item) for key, item in value.items()}
+    return [_rounded(item) for item in value] if isinstance(value, list) else value
+
+
+HEADINGS = ("experiment", "leader", "path error max", "rms", "after lag", "of travelled", "lag", "positioning max", "verdict")
+
+
+def summary_rows(results: Sequence[Result], reach_mm: float) -> list[tuple[str, ...]]:
+    """Return one row of text for each experiment, cells as in ``HEADINGS``."""
+    return [_row(result, reach_mm) for result in results]
+
+
+def paper_rows(limits: Limits, paper: PaperFigures) -> list[tuple[str, ...]]:
+    """Return the rows with this project's limits and the article's results."""
+    return [
+        _compared_row("limit", limits.path_error_percent, limits.positioning_error_percent),
+        _compared_row("article", paper.path_error_percent, paper.positioning_error_percent),
+    ]
+
+
+def _compared_row(name: str, path_percent: float, positioning_percent: float) -> tuple[str, ...]:
+    """Return a row that holds only the two figures the article gives."""
+    cells = {0: name, 2: f"{path_percent:g} %", 7: f"{positioning_percent:g} %"}
+    return tuple(cells.get(i, "") for i in range(len(HEADINGS)))
+
+
+def _row(result: Result, reach_mm: float) -> tuple[str, ...]:
+    """Return the row of one experiment."""
+    verdict = "pass" if result.passed else "FAIL"
+    comparison = result.comparison
+    if comparison is None:
+        return (result.span.name, result.leader, *["-"] * (len(HEADINGS) - 3), verdict)
+    lag, travelled, positioning = comparison.lag_s, comparison.travelled_percent, comparison.positioning_max_mm
+    return (
+        result.span.name,
+        result.leader,
+        _length(comparison.path.max_mm, reach_mm),
+        _length(comparison.path.rms_mm, reach_mm),
+        _summary(comparison.path_after_lag),
+        "-" if travelled is None else f"{travelled:.2f} %",
+        "-" if lag is None else f"{1e3 * lag:+.1f} ms",
+        "-" if positioning is None else _length(positioning, reach_mm),
+        verdict,
+    )
+
+
+def _length(length_mm: float, reach_mm: float) -> str:
+    """Return a length in mm and percent of reach."""
+    return f"{length_mm:.2f} mm  {100.0 * length_mm / reach_mm:.3f} %"
+
+
+def _summary(summary: ErrorSummary | None) -> str:
+    """Return the largest error in mm and percent of reach."""
+    return "-" if summary is None else f"{summary.max_mm:.2f} mm  {summary.max_percent:.3f} %"

@@ -1,0 +1,188 @@
+"""Write the report of a bag: report.json, report.html and the figures, from the bag alone."""
+
+from __future__ import annotations
+
+import json
+import platform
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from functools import partial
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scara_config import load_robot
+from scara_control.screws import ScrewModel, tool_positions
+
+from twin_experiments.analysis import Result, analyse
+from twin_experiments.config import load_experiments, metrics_settings
+from twin_experiments.configuration import Configuration, choose
+from twin_experiments.document import HEADINGS, paper_rows, report_document, summary_rows
+from twin_experiments.io.bag_reader import open_bag
+from twin_experiments.io.figures import draw
+from twin_experiments.io.page import embedded, render, table
+from twin_experiments.io.run_reader import read_configuration, read_run
+from twin_experiments.record import Event, Run
+
+LIBRARIES = ("numpy", "scipy", "rosbags", "matplotlib", "pybullet", "pymodbus", "websocket-client", "websockets", "ruckig")
+LEGEND = (
+    "Path error: distance of both tools at the same instant while either side moves, in mm and percent of reach, nothing "
+    "compensated; after lag: the same with the follower's lag removed; of travelled: largest error of a move in percent of "
+    "that move's length; lag > 0: the follower is behind; positioning: after both stood still 0.5 s, the largest of "
+    "real - twin, real - set position, twin - set position. The article does not say what its percent are of. Both sides are "
+    "the simulators' own truth, not what the twin controller read."
+)
+CAPTIONS = {
+    "paths": "Paths in xy and xz (the article's Figure 15)",
+    "joints": "Joints over time (the article's Figure 16)",
+    "errors": "Errors over time",
+}
+
+
+@dataclass(frozen=True)
+class Report:
+    """A written report."""
+
+    results: tuple[Result, ...]
+    configuration: Configuration
+    folder: Path
+
+    @property
+    def passed(self) -> bool:
+        """True if every experiment passes."""
+        return all(result.passed for result in self.results)
+
+
+def write_report(bag: Path, folder: Path, config_directory: Path | None = None) -> Report:
+    """Analyse a bag and write its report into ``folder``.
+
+    Args:
+        bag: Recording of a run.
+        folder: Where the files go; created if need be.
+        config_directory: Configuration for what the bag does not hold; default: the package scara_config.
+
+    Raises:
+        BagError: The bag cannot be read, or a topic is missing.
+        RecordError: What is in the bag cannot be used.
+        ConfigError: A configuration file is wrong.
+    """
+    with open_bag(bag) as opened:
+        chosen = choose(read_configuration(opened), load_robot(config_directory), load_experiments(config_directory))
+        robot, config = chosen.robot, chosen.experiments
+        run = read_run(opened, [joint.name for joint in robot.twin_joints])
+    tool = partial(tool_positions, ScrewModel.from_robot(robot))
+    arm_joints = [joint.name for joint in robot.arm_joints]
+    results = analyse(run, config, metrics_settings(config.metrics, robot), arm_joints, tool)
+    folder.mkdir(parents=True, exist_ok=True)
+    report = Report(results, chosen, folder)
+    document = report_document(results, robot.reach_mm, config.paper)
+    (folder / "report.html").write_text(_page(run, report, document), encoding="utf-8")
+    (folder / "report.json").write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
+    return report
+
+
+def _page(run: Run, report: Report, document: dict[str, Any]) -> str:
+    """Return the HTML page, after drawing the figures."""
+    robot, config = report.configuration.robot, report.configuration.experiments
+    recorded = datetime.fromtimestamp(run.origin, UTC).strftime("%Y-%m-%d %H:%M:%S UTC")
+    repaired = "; the recording was not finished, a repaired copy was read" if run.repaired else ""
+    return render(
+        {
+            "title": "How well real robot and twin move as one",
+            "subtitle": f"{robot.name}, reach {robot.reach_mm:g} mm, recorded {recorded}, {run.duration:.1f} s{repaired}",
+            "headings": HEADINGS,
+            "rows": [*summary_rows(report.results, robot.reach_mm), *paper_rows(config.limits, config.paper)],
+            "legend": LEGEND,
+            "experiments": [_experiment(result, entry, report) for result, entry in zip(report.results, document["experiments"])],
+            "tables": [
+                ("Decisions of the twin controller", table(("s", "mode", "why"), _events(run.decisions))),
+                ("Warnings", table(("s", "node", "what"), _events(run.warnings))),
+                ("Recorded topics", table(("topic", "messages"), [(name, str(count)) for name, count in run.topics.items()])),
+                ("Versions of the reporting machine", table(("what", "version"), _versions())),
+            ],
+            "configuration_origin": f"Analysed with the configuration {report.configuration.origin}.",
+            "configuration": [(name, _text(tree)) for name, tree in sorted(run.configuration.items())],
+        }
+    )
+
+
+def _experiment(result: Result, entry: dict[str, Any], report: Report) -> dict[str, Any]:
+    """Return one experiment as the page takes it, after drawing its figures."""
+    robot, config = report.configuration.robot, report.configuration.experiments
+    positions = {name: np.array(config.positions_m[name]) for name in result.visits}
+    drawn = draw(result, robot.twin_joints, positions, robot.reach_mm, config.limits.path_error_percent, report.folder)
+    return {
+        "name": result.span.name,
+        "verdict": "pass" if result.passed else "FAIL",
+        "reasons": result.reasons,
+        "figures": [(CAPTIONS[kind], embedded(file)) for kind, file in drawn.items()],
+        "tables": [
+            ("Moves", table(("start s", "duration s", "path mm", "error max mm", "of travelled"), _moves(result))),
+            ("At rest", table(("s", "set position", "real - twin mm", "real - set mm", "twin - set mm"), _rests(result))),
+            ("Age of samples on receipt", table(("topic", "median ms", "95 % ms", "max ms"), _ages(entry))),
+            (
+                "Holes",
+                table(("side", "start s", "duration s"), [tuple(map(_cell, gap.values())) for gap in entry.get("gaps", [])]),
+            ),
+        ],
+    }
+
+
+def _moves(result: Result) -> list[tuple[str, ...]]:
+    """Return one row for each move."""
+    moves = result.comparison.moves if result.comparison is not None else ()
+    start = result.span.start
+    return [
+        (
+            f"{move.start - start:.2f}",
+            f"{move.end - move.start:.2f}",
+            f"{move.length_mm:.1f}",
+            f"{move.error_max_mm:.2f}",
+            "-" if move.travelled_percent is None else f"{move.travelled_percent:.2f} %",
+        )
+        for move in moves
+    ]
+
+
+def _rests(result: Result) -> list[tuple[str, ...]]:
+    """Return one row for each rest."""
+    rests = result.comparison.rests if result.comparison is not None else ()
+    return [
+        (
+            f"{rest.start - result.span.start:.2f}",
+            rest.set_position or "-",
+            *map(_cell, (rest.deviation_mm, rest.real_error_mm, rest.twin_error_mm)),
+        )
+        for rest in rests
+    ]
+
+
+def _ages(entry: dict[str, Any]) -> list[tuple[str, ...]]:
+    """Return one row for each topic whose age is known."""
+    return [(topic, *(f"{value:.2f}" for value in age.values())) for topic, age in entry["sample_age_ms"].items()]
+
+
+def _events(events: Sequence[Event]) -> list[tuple[str, ...]]:
+    """Return one row for each event."""
+    return [(f"{event.at:.2f}", event.source, event.text) for event in events]
+
+
+def _cell(value: Any) -> str:
+    """Return a number or a name as text."""
+    return "-" if value is None else f"{value:.3f}" if isinstance(value, float) else str(value)
+
+
+def _versions() -> list[tuple[str, str]]:
+    """Return interpreter and libraries of the machine that writes the report."""
+    return [
+        ("Python", platform.python_version()),
+        ("system", platform.platform()),
+        *((name, version(name)) for name in LIBRARIES),
+    ]
+
+
+def _text(tree: Any) -> str:
+    """Return a recorded configuration file as text."""
+    return tree if isinstance(tree, str) else json.dumps(tree, indent=2)

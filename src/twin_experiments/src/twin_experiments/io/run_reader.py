@@ -1,0 +1,132 @@
+"""Turn a bag into a :class:`twin_experiments.record.Run`."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+
+from twin_experiments.io.bag_reader import Bag, BagError
+from twin_experiments.record import Age, Event, RecordError, Run, Side, build_side, find_spans
+
+MARKER = "experiment/marker"
+REAL, TWIN = "real/ground_truth", "twin/joint_states"
+NEEDED = (MARKER, REAL, TWIN)
+AGED = ("real/joint_states", "joint_pose_controller/follow")
+CONFIGURATION, DECISIONS, DIAGNOSTICS = "twin_controller/configuration", "twin_controller/decisions", "/diagnostics"
+
+
+def read_run(bag: Bag, joint_names: list[str]) -> Run:
+    """Read everything that the report uses.
+
+    Args:
+        bag: An open bag.
+        joint_names: Joints of both sides that are compared.
+
+    Raises:
+        BagError: A needed topic has no messages, or a message cannot be read.
+        RecordError: A joint or a velocity is missing, or no experiment was started.
+    """
+    bag.require(NEEDED)
+    origin, end = bag.start, bag.end
+    return Run(
+        path=str(bag.path),
+        origin=origin,
+        duration=end - origin,
+        repaired=bag.repaired,
+        joint_names=tuple(joint_names),
+        spans=find_spans([(at - origin, message.data) for at, message in bag.messages(MARKER)], end - origin),
+        real=_side(bag, "real", REAL, joint_names, origin),
+        twin=_side(bag, "twin", TWIN, joint_names, origin),
+        ages={topic: _age(bag, topic, origin) for topic in AGED if bag.count(topic)},
+        decisions=_decisions(bag, origin),
+        warnings=_warnings(bag, origin),
+        configuration=read_configuration(bag),
+        topics=bag.topics,
+    )
+
+
+def _seconds(stamp: Any, origin: float) -> float:
+    """Return a ROS stamp in seconds since ``origin`` without losing its nanoseconds."""
+    whole = int(origin)
+    return float((stamp.sec - whole) + stamp.nanosec * 1e-9 - (origin - whole))
+
+
+def _side(bag: Bag, side: str, topic: str, joint_names: list[str], origin: float) -> Side:
+    """Read the joint states of one side."""
+    stamps, positions, velocities = [], [], []
+    columns: dict[tuple[str, ...], list[int]] = {}
+    for _, message in bag.messages(topic):
+        names = tuple(message.name)
+        if names not in columns:
+            columns[names] = _columns(topic, names, joint_names)
+        if len(message.velocity) != len(names) or len(message.position) != len(names):
+            raise RecordError(
+                f"{topic}: {len(names)} names, {len(message.position)} positions and {len(message.velocity)} velocities"
+            )
+        stamps.append(_seconds(message.header.stamp, origin))
+        positions.append(message.position[columns[names]])
+        velocities.append(message.velocity[columns[names]])
+    return build_side(side, np.array(stamps), np.array(positions), np.array(velocities))
+
+
+def _columns(topic: str, names: tuple[str, ...], wanted: list[str]) -> list[int]:
+    """Return where the wanted joints stand in a message."""
+    missing = [name for name in wanted if name not in names]
+    if missing:
+        raise RecordError(f"{topic}: joint {', '.join(missing)} is missing; it has {', '.join(names) or 'none'}")
+    return [names.index(name) for name in wanted]
+
+
+def _age(bag: Bag, topic: str, origin: float) -> Age:
+    """Return how old a stamped topic's content was on receipt; of a trajectory its first point counts."""
+    received, age = [], []
+    for at, message in bag.messages(topic):
+        due = _seconds(message.header.stamp, origin)
+        points = getattr(message, "points", None)
+        if points:
+            due += points[0].time_from_start.sec + points[0].time_from_start.nanosec * 1e-9
+        received.append(at - origin)
+        age.append(at - origin - due)
+    return Age(np.array(received), np.array(age))
+
+
+def _decisions(bag: Bag, origin: float) -> tuple[Event, ...]:
+    """Return the twin controller's transitions and refusals."""
+    return tuple(
+        Event(
+            at - origin, f"{m.mode_before} → {m.mode_after}" if m.mode_before != m.mode_after else m.mode_after, m.why or m.event
+        )
+        for at, m in bag.messages(DECISIONS)
+    )
+
+
+def _warnings(bag: Bag, origin: float) -> tuple[Event, ...]:
+    """Return each warning and error of a node when it first appears or changes."""
+    found: list[Event] = []
+    last: dict[str, tuple[int, str]] = {}
+    for at, message in bag.messages(DIAGNOSTICS):
+        for status in message.status:
+            level = int(status.level)
+            if level and last.get(status.name) != (level, status.message):
+                word = {1: "WARN", 2: "ERROR"}.get(level, "STALE")
+                found.append(Event(at - origin, status.name, f"{word}: {status.message}"))
+            last[status.name] = (level, status.message)
+    return tuple(found)
+
+
+def read_configuration(bag: Bag) -> dict[str, Any]:
+    """Return the newest configuration in the bag, file name to content, empty if there is none.
+
+    Raises:
+        BagError: It is no JSON.
+    """
+    texts = [message.data for _, message in bag.messages(CONFIGURATION)]
+    if not texts:
+        return {}
+    try:
+        tree = json.loads(texts[-1])
+    except ValueError as error:
+        raise BagError(f"{bag.path}: {CONFIGURATION} is no JSON: {error}") from error
+    return tree if isinstance(tree, dict) else {}

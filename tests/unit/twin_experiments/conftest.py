@@ -1,0 +1,186 @@
+"""Bags as a run would leave them, written by the test: known lag, offset and noise."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from rosbags.rosbag1 import Writer
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from twin_controller.metrics_series import Array
+
+ROOT = Path(__file__).resolve().parents[3]
+ORIGIN_NS = 1_900_000_000_123_456_789
+JOINTS = ("joint_1", "joint_2", "joint_3", "table_joint")
+P1, P2, P3 = (np.array(p) for p in ((0.0, 0.0, -0.16, 0.0), (-0.249962, 1.214750, -0.06, 0.0), (-0.857964, 1.214750, 0.0, 0.0)))
+CYCLE = (P1, P2, P3, P1, P2, P3, P1)
+REST_S, MOVE_S = 0.8, 0.6
+DURATION_S = len(CYCLE) * REST_S + (len(CYCLE) - 1) * MOVE_S
+
+
+def article_motion(times: Array) -> tuple[Array, Array]:
+    """Return joint positions and velocities of P1 P2 P3 P1 P2 P3 P1 with rests: quintic, so rests are exact."""
+    positions, velocities = np.tile(P1, (len(times), 1)), np.zeros((len(times), 4))
+    for i, (here, there) in enumerate(pairwise(CYCLE)):
+        u = np.clip((times - (i + 1) * REST_S - i * MOVE_S) / MOVE_S, 0.0, 1.0)[:, None]
+        positions += (there - here) * (10.0 * u**3 - 15.0 * u**4 + 6.0 * u**5)
+        velocities += (there - here) * (30.0 * u**2 - 60.0 * u**3 + 30.0 * u**4) / MOVE_S
+    return positions, velocities
+
+
+class Sample(NamedTuple):
+    """One message to be written; ``at`` [s] is its time of receipt after the start of the bag."""
+
+    at: float
+    topic: str
+    kind: str
+    message: Any
+
+
+class BagMaker:
+    """Collects messages and writes them in order of time."""
+
+    def __init__(self, namespace: str = "") -> None:
+        """Know the standard types and those of the cell."""
+        self.store = get_typestore(Stores.ROS1_NOETIC)
+        folder = ROOT / "src" / "scara_msgs" / "msg"
+        for name in ("Decision",):
+            self.store.register(get_types_from_msg((folder / f"{name}.msg").read_text(), f"scara_msgs/msg/{name}"))
+        self.namespace = namespace
+        self.samples: list[Sample] = []
+
+    def stamp(self, at: float) -> Any:
+        """Return a ROS time."""
+        total = ORIGIN_NS + round(at * 1e9)
+        return self.store.types["builtin_interfaces/msg/Time"](total // 10**9, total % 10**9)
+
+    def header(self, at: float) -> Any:
+        """Return a header."""
+        return self.store.types["std_msgs/msg/Header"](0, self.stamp(at), "")
+
+    def add(self, at: float, topic: str, kind: str, *fields: Any) -> None:
+        """Add one message."""
+        self.samples.append(Sample(at, topic, kind, self.store.types[kind](*fields)))
+
+    def marker(self, at: float, text: str) -> None:
+        """Add a marker of an experiment."""
+        self.add(at, "experiment/marker", "std_msgs/msg/String", text)
+
+    def text(self, at: float, topic: str, text: str) -> None:
+        """Add a string."""
+        self.add(at, topic, "std_msgs/msg/String", text)
+
+    def joint_states(self, topic: str, names: Iterable[str], stamps: Array, positions: Array, velocities: Array) -> None:
+        """Add joint states that are received 1 ms after they were true."""
+        names = list(names)
+        for stamp, position, velocity in zip(stamps, positions, velocities):
+            header = self.header(stamp)
+            self.add(stamp + 1e-3, topic, "sensor_msgs/msg/JointState", header, names, position, velocity, np.zeros(len(names)))
+
+    def write(self, path: Path) -> Path:
+        """Write the bag."""
+        with Writer(path) as writer:
+            connections: dict[str, Any] = {}
+            for at, topic, kind, message in sorted(self.samples, key=lambda sample: sample.at):
+                name = topic if topic.startswith("/") else f"{self.namespace}/{topic}"
+                if name not in connections:
+                    connections[name] = writer.add_connection(name, kind, typestore=self.store)
+                writer.write(connections[name], ORIGIN_NS + round(at * 1e9), self.store.serialize_ros1(message, kind))
+        return path
+
+
+class Pair(NamedTuple):
+    """How the follower differs from the leader in a bag that imitates a run."""
+
+    lag_s: float = 0.005
+    offset: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+    noise: float = 0.0
+    configuration: str | None = None
+    without: tuple[str, ...] = ()
+
+
+def imitate(maker: BagMaker, pair: Pair, experiments: tuple[str, ...] = ("real_leads", "twin_leads")) -> None:
+    """Add a whole run: markers, both sides, ages, decisions, a warning."""
+    generator = np.random.default_rng(7)
+    start = 0.5
+    for name in experiments:
+        maker.marker(start, f"start {name}")
+        for topic, rate, delayed in (
+            ("real/ground_truth", 250.0, name == "twin_leads"),
+            ("twin/joint_states", 200.0, name == "real_leads"),
+        ):
+            times = np.arange(-0.1, DURATION_S + 0.1, 1.0 / rate)
+            positions, velocities = article_motion(times - pair.lag_s * delayed)
+            positions = positions + np.array(pair.offset) * delayed + generator.normal(0.0, 1.0, positions.shape) * pair.noise
+            names = list(JOINTS)
+            if topic == "real/ground_truth":
+                names.insert(3, "joint_4")
+                positions, velocities = np.insert(positions, 3, 0.5, axis=1), np.insert(velocities, 3, 0.0, axis=1)
+            maker.joint_states(topic, names, start + times, positions, velocities)
+        maker.marker(start + DURATION_S, f"end {name}")
+        start += DURATION_S + 1.0
+    _say(maker, pair)
+    maker.samples = [sample for sample in maker.samples if sample.topic not in pair.without]
+
+
+def _say(maker: BagMaker, pair: Pair) -> None:
+    """Add configuration, a decision, a warning and stamped set points that are received 2 ms after their time."""
+    if pair.configuration is not None:
+        maker.text(0.0, "twin_controller/configuration", pair.configuration)
+    decision: tuple[Any, ...] = (
+        maker.header(1.0),
+        1,
+        "IDLE",
+        "real moved",
+        "REAL_LEADS",
+        "real",
+        [],
+        "the real robot moved first",
+        1.0,
+        np.nan,
+        1e-3,
+    )
+    maker.add(1.0, "twin_controller/decisions", "scara_msgs/msg/Decision", *decision)
+    types = maker.store.types
+    value = types["diagnostic_msgs/msg/KeyValue"]("age", "12")
+    for at, level in ((1.0, 0), (2.0, 1), (3.0, 1), (4.0, 0)):
+        status = types["diagnostic_msgs/msg/DiagnosticStatus"](level, "link", "late <&>", "", [value])
+        maker.add(at, "/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", maker.header(at), [status])
+    duration = types["builtin_interfaces/msg/Duration"](0, 10_000_000)
+    empty = np.zeros(0)
+    point = types["trajectory_msgs/msg/JointTrajectoryPoint"](empty, empty, empty, empty, duration)
+    for at in np.arange(1.0, 3.0, 0.01):
+        maker.add(
+            at + 0.012,
+            "joint_pose_controller/follow",
+            "trajectory_msgs/msg/JointTrajectory",
+            maker.header(at),
+            ["joint_1"],
+            [point],
+        )
+
+
+@pytest.fixture
+def make_bag(tmp_path: Path) -> Callable[..., Path]:
+    """Return a function that writes a bag like that of a whole run."""
+
+    def make(name: str = "run.bag", namespace: str = "", **options: Any) -> Path:
+        maker = BagMaker(namespace)
+        imitate(maker, Pair(**options))
+        return maker.write(tmp_path / name)
+
+    return make
+
+
+@pytest.fixture
+def recorded_configuration() -> str:
+    """Return the shipped configuration as the twin controller publishes it."""
+    from ruamel.yaml import YAML
+
+    files = {p.name: YAML(typ="safe").load(p.read_text()) for p in sorted((ROOT / "config").glob("*.yaml"))}
+    return json.dumps(files)
