@@ -1,0 +1,116 @@
+"""What simulation.yaml and pid_gains.yaml may hold, checked against the robot."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Annotated
+
+import msgspec
+from msgspec import Meta
+from scara_config import ConfigError, Joint, Robot, config_directory, load
+from scara_control.pid import PidGains
+
+Rate = Annotated[int, Meta(ge=1, le=10_000)]
+Milliseconds = Annotated[float, Meta(gt=0.0, le=60_000.0)]
+Percent = Annotated[float, Meta(ge=0.0, le=10_000.0)]
+
+
+class SimulationConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The world, its clockwork and what it accepts; keys as in simulation.yaml."""
+
+    physics_rate_hz: Annotated[int, Meta(ge=200, le=10_000)]
+    gravity_m_s2: Annotated[float, Meta(ge=0.0, le=100.0)]
+    feed_forward: bool
+    wake_period_ms: Annotated[float, Meta(ge=0.1, le=20.0)]
+    max_catch_up_ms: Milliseconds
+    clock_step_limit_ms: Milliseconds
+    joint_states_rate_hz: Rate
+    controller_state_rate_hz: Rate
+    diagnostics_rate_hz: Annotated[int, Meta(ge=1, le=100)]
+    extrapolation_limit_ms: Annotated[float, Meta(ge=0.0, le=1000.0)]
+    setpoint_lead_limit_ms: Milliseconds
+    position_tolerance_deg: Annotated[float, Meta(ge=0.0, le=1.0)]
+    position_tolerance_mm: Annotated[float, Meta(ge=0.0, le=1.0)]
+    velocity_tolerance_percent: Percent
+    acceleration_tolerance_percent: Percent
+    standstill_percent: Annotated[float, Meta(gt=0.0, le=5.0)]
+    start_pose: dict[str, float]
+
+    @property
+    def step_ns(self) -> int:
+        """Length of one physics step [ns]."""
+        return 1_000_000_000 // self.physics_rate_hz
+
+    @property
+    def dt(self) -> float:
+        """Length of one physics step [s]."""
+        return 1.0 / self.physics_rate_hz
+
+    def position_tolerance(self, joint: Joint) -> float:
+        """How far a set point may lie outside the joint's limits and is pulled back [rad] or [m]."""
+        return {"deg": self.position_tolerance_deg, "mm": self.position_tolerance_mm}[joint.unit] * joint.scale
+
+    def start_positions(self, robot: Robot) -> list[float]:
+        """Return the start pose of the twin's joints, in robot.yaml's order [rad] or [m]."""
+        return [self.start_pose[joint.name] * joint.scale for joint in robot.twin_joints]
+
+
+class LoopGains(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The two loops of one joint."""
+
+    position: PidGains
+    velocity: PidGains
+
+
+def load_simulation(robot: Robot, directory: Path | str | None = None) -> SimulationConfig:
+    """Read simulation.yaml of ``directory`` (default: the package scara_config).
+
+    Raises:
+        ConfigError: The file is missing or wrong, a rate does not divide the physics rate, or the start pose does not
+            name each of the twin's joints within its limits.
+    """
+    path = Path(directory or config_directory()) / "simulation.yaml"
+    config = load(path, SimulationConfig)
+    if 1_000_000_000 % config.physics_rate_hz:
+        raise ConfigError(f"{path}: physics_rate_hz = {config.physics_rate_hz}: must divide 1000000000")
+    for key, whole in (("joint_states_rate_hz", "physics_rate_hz"), ("controller_state_rate_hz", "joint_states_rate_hz")):
+        rate, multiple = getattr(config, key), getattr(config, whole)
+        if multiple % rate:
+            raise ConfigError(f"{path}: {key} = {rate}: must divide {whole} = {multiple}")
+    if config.wake_period_ms > config.max_catch_up_ms:
+        raise ConfigError(
+            f"{path}: wake_period_ms = {config.wake_period_ms}: must not exceed max_catch_up_ms = {config.max_catch_up_ms}"
+        )
+    _check_names(path, "start_pose.", config.start_pose, robot)
+    for joint in robot.twin_joints:
+        value = config.start_pose[joint.name]
+        if not joint.lower <= value * joint.scale <= joint.upper:
+            low, high = joint.lower / joint.scale, joint.upper / joint.scale
+            raise ConfigError(
+                f"{path}: start_pose.{joint.name} = {value} {joint.unit}: is outside [{low:g}, {high:g}] {joint.unit}"
+            )
+    return config
+
+
+def load_gains(robot: Robot, directory: Path | str | None = None) -> list[LoopGains]:
+    """Read pid_gains.yaml of ``directory`` and return the twin's joints' gains in robot.yaml's order.
+
+    Raises:
+        ConfigError: The file is missing or wrong, or does not name exactly the twin's joints.
+    """
+    path = Path(directory or config_directory()) / "pid_gains.yaml"
+    gains = load(path, dict[str, LoopGains])
+    _check_names(path, "", gains, robot)
+    return [gains[joint.name] for joint in robot.twin_joints]
+
+
+def _check_names(path: Path, prefix: str, names: Iterable[str], robot: Robot) -> None:
+    """Raise ConfigError unless ``names`` are exactly the twin's joints."""
+    joints = [joint.name for joint in robot.twin_joints]
+    for name in names:
+        if name not in joints:
+            raise ConfigError(f"{path}: {prefix}{name}: no joint of the twin; it has {', '.join(joints)}")
+    for name in joints:
+        if name not in names:
+            raise ConfigError(f"{path}: {prefix}{name}: is missing")

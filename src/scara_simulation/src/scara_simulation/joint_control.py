@@ -1,0 +1,116 @@
+"""All joints' loops together: set points in, efforts out, with the inverse dynamics as feed-forward."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from scara_config import Robot
+from scara_control.setpoints import SetpointTrack
+
+from scara_simulation.config import LoopGains, SimulationConfig
+from scara_simulation.joint_loop import JointLoop, JointModel
+
+InverseDynamics = Callable[[list[float], list[float], list[float]], Sequence[float]]
+"""Efforts of all joints for positions, velocities and accelerations, without damping and friction."""
+
+
+class JointControl:
+    """The loops of the twin's joints, in robot.yaml's order."""
+
+    def __init__(
+        self,
+        models: Sequence[JointModel],
+        gains: Sequence[LoopGains],
+        start: Sequence[float],
+        dt: float,
+        inverse_dynamics: InverseDynamics | None,
+    ) -> None:
+        """Hold the start pose.
+
+        Args:
+            models: One for each joint.
+            gains: One for each joint.
+            start: Positions to hold, shape (n,): [rad], prismatic [m].
+            dt: Length of a step [s].
+            inverse_dynamics: None: no feed-forward, not even of gravity.
+        """
+        self.loops = [JointLoop(model, gain, q) for model, gain, q in zip(models, gains, start, strict=True)]
+        self._index = {model.name: k for k, model in enumerate(models)}
+        self._start = tuple(start)
+        self._dt = dt
+        self._inverse_dynamics = inverse_dynamics
+        self._no_feed_forward = [0.0] * len(self.loops)
+
+    @property
+    def modes(self) -> str:
+        """The mode of each joint: ``joint_1:trajectory joint_2:position ...``."""
+        return " ".join(f"{loop.model.name}:{loop.mode}" for loop in self.loops)
+
+    @property
+    def saturated_steps(self) -> int:
+        """How often a joint's effort was limited."""
+        return sum(loop.saturated_steps for loop in self.loops)
+
+    @property
+    def limited_steps(self) -> int:
+        """How often a joint's set point was kept inside its limits."""
+        return sum(loop.limited_steps for loop in self.loops)
+
+    def command_position(self, name: str, position: float) -> None:
+        """Let one joint go to ``position`` [rad] or [m]."""
+        self.loops[self._index[name]].command_position(position)
+
+    def command_velocity(self, name: str, velocity: float) -> None:
+        """Let one joint move with ``velocity`` [rad/s] or [m/s]."""
+        self.loops[self._index[name]].command_velocity(velocity)
+
+    def command_track(self, names: Sequence[str], track: SetpointTrack) -> None:
+        """Let the joints called ``names`` follow the columns of ``track``."""
+        for column, name in enumerate(names):
+            self.loops[self._index[name]].command_track(track, column)
+
+    def postpone(self, duration: float) -> None:
+        """Let all set points be due ``duration`` [s] later: time stood still that long."""
+        for loop in self.loops:
+            loop.postpone(duration)
+
+    def reset(self) -> None:
+        """Forget every command and hold the start pose."""
+        for loop, q in zip(self.loops, self._start):
+            loop.reset(q)
+
+    def efforts(self, t: float, q: Sequence[float], qdot: Sequence[float]) -> list[float]:
+        """Compute the efforts of the step that begins at ``t``.
+
+        Args:
+            t: Nominal time of the step [s], on the axis of the set points.
+            q: Measured positions, shape (n,): [rad], prismatic [m].
+            qdot: Measured velocities, shape (n,).
+
+        Returns:
+            Efforts, shape (n,): [N m], prismatic [N].
+        """
+        dt, loops = self._dt, self.loops
+        wanted = [loop.reference(t, q[k], qdot[k], dt) for k, loop in enumerate(loops)]
+        feed_forward: Sequence[float] = self._no_feed_forward
+        if self._inverse_dynamics is not None:
+            feed_forward = self._inverse_dynamics([w[0] for w in wanted], [w[1] for w in wanted], [w[2] for w in wanted])
+        return [loop.effort(q[k], qdot[k], feed_forward[k], dt) for k, loop in enumerate(loops)]
+
+
+def joint_models(robot: Robot, config: SimulationConfig, damping: Sequence[float], friction: Sequence[float]) -> list[JointModel]:
+    """Return what the loops need to know, from the robot's limits and the URDF's damping and friction."""
+    return [
+        JointModel(
+            name=joint.name,
+            lower=joint.lower,
+            upper=joint.upper,
+            velocity=joint.velocity,
+            acceleration=joint.acceleration,
+            effort=joint.effort,
+            standstill=joint.velocity * config.standstill_percent / 100.0,
+            damping=d,
+            friction=f,
+        )
+        for joint, d, f in zip(robot.twin_joints, damping, friction, strict=True)
+    ]

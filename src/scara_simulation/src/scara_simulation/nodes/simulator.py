@@ -1,0 +1,113 @@
+"""Node ``simulator``: the twin's physics and its PID loops, in Gazebo's place.
+
+Parameters: ``~config_dir`` (default: package scara_config), ``~real_time_factor`` (1.0; 0: as fast as possible; other
+than 1 needs ``~publish_clock``), ``~publish_clock`` (false).
+Topics out: ``twin/joint_states``, ``twin/<joint>_position_controller/state``, ``twin/<joint>_velocity_controller/state``
+(of the loop that is closed), ``twin/controller_modes``, ``/diagnostics``, ``/clock`` on request.
+Topics in: ``twin/joint_setpoints``, ``twin/<joint>_position_controller/command``,
+``twin/<joint>_velocity_controller/command``.
+Services: ``pause_physics``, ``unpause_physics``, ``reset_simulation``, ``step``.
+Exit codes: 0 after a signal, 1 when the simulation died, 2 when it cannot start.
+"""
+
+from __future__ import annotations
+
+import gc
+import math
+import sys
+import time
+
+import rosgraph
+import rospy
+from scara_config import ConfigError, Robot, load_robot
+
+from scara_simulation.commands import CommandGate
+from scara_simulation.config import LoopGains, SimulationConfig, load_gains, load_simulation
+from scara_simulation.io.clockwork import Clockwork
+from scara_simulation.io.world import World, description_path
+from scara_simulation.joint_control import JointControl, joint_models
+from scara_simulation.nodes.simulator_diagnostics import DiagnosticsPort
+from scara_simulation.nodes.simulator_ports import CommandPorts, StatePorts
+from scara_simulation.simulation import Simulation, Timing
+
+_RETRY_PERIOD = 0.5
+
+
+def main() -> None:
+    """Run the node."""
+    try:
+        _wait_for_master()
+        rospy.init_node("simulator")
+        directory = rospy.get_param("~config_dir", None)
+        robot = load_robot(directory)
+        config, gains = load_simulation(robot, directory), load_gains(robot, directory)
+        factor, publish_clock = _speed()
+        names = [joint.name for joint in robot.twin_joints]
+        world = World(description_path(), names, robot.tool_frame, dt=config.dt, gravity=config.gravity_m_s2)
+    except ConfigError as error:
+        rospy.logfatal("%s", error)
+        sys.exit(2)
+    except KeyboardInterrupt:
+        sys.exit(0)
+    with world:
+        states = StatePorts(names, config.dt, publish_clock=publish_clock)
+        clockwork = Clockwork(
+            _simulation(world, robot, config, gains),
+            config,
+            factor=factor,
+            follow_system_clock=not publish_clock,
+            publish=states.publish,
+            report=DiagnosticsPort(factor).report,
+        )
+        CommandPorts(names, clockwork, CommandGate(robot, config), states)
+        _run(clockwork)
+
+
+def _run(clockwork: Clockwork) -> None:
+    """Run until a signal comes; say why the simulation died."""
+    gc.collect()
+    gc.freeze()  # what lives as long as the node is not searched again and again
+    try:
+        clockwork.run(rospy.is_shutdown)
+    except Exception as error:
+        rospy.logfatal("the simulation has died: %s: %s", type(error).__name__, error)
+        raise
+
+
+def _wait_for_master() -> None:
+    """Wait for roscore; say once that it is missing."""
+    if not rosgraph.is_master_online():
+        print(f"simulator: no roscore at {rosgraph.get_master_uri()}: waiting for it", file=sys.stderr, flush=True)
+    while not rosgraph.is_master_online():
+        time.sleep(_RETRY_PERIOD)
+
+
+def _speed() -> tuple[float, bool]:
+    """Return the real-time factor and whether the clock is published."""
+    factor, publish_clock = rospy.get_param("~real_time_factor", 1.0), rospy.get_param("~publish_clock", False)
+    if not isinstance(publish_clock, bool):
+        raise ConfigError(f"simulator: ~publish_clock = {publish_clock!r}: must be true or false")
+    if isinstance(factor, bool) or not isinstance(factor, int | float) or not 0.0 <= factor <= 1000.0:
+        raise ConfigError(f"simulator: ~real_time_factor = {factor!r}: must be a number in [0, 1000]")
+    if not math.isclose(factor, 1.0) and not publish_clock:
+        raise ConfigError(f"simulator: ~real_time_factor = {factor:g}: needs ~publish_clock:=true, time is not the system's")
+    return float(factor), publish_clock
+
+
+def _simulation(world: World, robot: Robot, config: SimulationConfig, gains: list[LoopGains]) -> Simulation:
+    """Put world, control and the nominal time axis together; the axis begins now."""
+    start = config.start_positions(robot)
+    control = JointControl(
+        joint_models(robot, config, world.damping, world.friction),
+        gains,
+        start,
+        config.dt,
+        world.inverse_dynamics if config.feed_forward else None,
+    )
+    timing = Timing(
+        step_ns=config.step_ns,
+        epoch_ns=time.time_ns(),
+        steps_per_snapshot=config.physics_rate_hz // config.joint_states_rate_hz,
+        steps_per_loop_state=config.physics_rate_hz // config.controller_state_rate_hz,
+    )
+    return Simulation(world, control, start, timing)

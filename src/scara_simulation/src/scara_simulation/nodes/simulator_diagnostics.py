@@ -1,0 +1,56 @@
+"""The simulator's part of ``/diagnostics``."""
+
+from __future__ import annotations
+
+import rospy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+
+from scara_simulation.health import Status, judge
+
+_LEVELS = {"ok": DiagnosticStatus.OK, "warn": DiagnosticStatus.WARN, "error": DiagnosticStatus.ERROR}
+
+
+class DiagnosticsPort:
+    """Publishes how the simulation is doing; compares with the last report to tell new troubles from old ones."""
+
+    def __init__(self, factor: float) -> None:
+        """Advertise; ``factor`` is the speed that shall be kept, 0: none."""
+        self._factor = factor
+        self._last: Status | None = None
+        self._publisher = rospy.Publisher("/diagnostics", DiagnosticArray, queue_size=10)
+
+    def report(self, status: Status) -> None:
+        """Publish ``status``."""
+        level, text = judge(status, self._last, self._factor)
+        self._last = status
+        entry = DiagnosticStatus(
+            level=_LEVELS[level],
+            name=f"{rospy.get_name()}: physics",
+            message=text,
+            hardware_id="simulator",
+            values=[KeyValue(key, value) for key, value in _values(status)],
+        )
+        array = DiagnosticArray(status=[entry])
+        array.header.stamp = rospy.Time.now()
+        self._publisher.publish(array)
+
+
+def _values(status: Status) -> list[tuple[str, str]]:
+    late = status.deadlines
+    return [
+        ("paused", str(status.paused)),
+        ("steps", str(status.steps)),
+        ("real time factor", f"{status.real_time_factor:.3f}"),
+        ("wakes", str(late.wakes)),
+        ("wakes missed", str(late.missed)),
+        ("wake late p50 [ms]", f"{late.p50_ms:.3f}"),
+        ("wake late p99 [ms]", f"{late.p99_ms:.3f}"),
+        ("wake late max [ms]", f"{late.max_ms:.3f}"),
+        ("stalls", str(status.stalls)),
+        ("steps skipped", str(status.skipped_steps)),
+        ("system clock steps", str(status.clock_steps)),
+        ("joint steps with saturated effort", str(status.saturated_steps)),
+        ("joint steps with limited set point", str(status.limited_steps)),
+        ("commands refused", str(status.refused)),
+        ("last refusal", status.last_refusal),
+    ]

@@ -1,0 +1,154 @@
+"""Topics and services of the simulator: messages to core calls and back."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+
+import rospy
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64, String
+from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
+from trajectory_msgs.msg import JointTrajectory
+
+from control_msgs.msg import JointControllerState
+from scara_msgs.srv import Step, StepRequest, StepResponse
+from scara_simulation.commands import CommandError, CommandGate, TrajectoryPoint
+from scara_simulation.io.clockwork import Clockwork
+from scara_simulation.joint_loop import LoopState
+from scara_simulation.simulation import Snapshot
+
+MAX_STEPS = 60_000
+
+
+class StatePorts:
+    """What the simulator publishes. The queues hold a burst after a stall: every 5 ms of the motion is to be recorded."""
+
+    def __init__(self, joints: Sequence[str], dt: float, *, publish_clock: bool) -> None:
+        """Advertise everything."""
+        self._joints, self._dt = list(joints), dt
+        self._joint_states = rospy.Publisher("twin/joint_states", JointState, queue_size=20, tcp_nodelay=True)
+        self._loops = {
+            (name, kind): rospy.Publisher(f"twin/{name}_{kind}_controller/state", JointControllerState, queue_size=5)
+            for name in joints
+            for kind in ("position", "velocity")
+        }
+        self._modes = rospy.Publisher("twin/controller_modes", String, queue_size=1, latch=True, tcp_nodelay=True)
+        self._clock = rospy.Publisher("/clock", Clock, queue_size=1, tcp_nodelay=True) if publish_clock else None
+
+    def publish(self, snapshots: Sequence[Snapshot]) -> None:
+        """Publish what fell due."""
+        for snapshot in snapshots:
+            stamp = _time(snapshot.stamp_ns)
+            message = JointState(
+                name=self._joints, position=snapshot.positions, velocity=snapshot.velocities, effort=snapshot.efforts
+            )
+            message.header.stamp = stamp
+            self._joint_states.publish(message)
+            for loop in snapshot.loops:
+                self._loops[loop.joint, loop.kind].publish(self._loop_message(loop, stamp))
+        if self._clock is not None and snapshots:
+            self._clock.publish(Clock(clock=_time(snapshots[-1].stamp_ns)))
+
+    def publish_modes(self, modes: str) -> None:
+        """Publish the modes of all joints; the last ones stay for late listeners."""
+        self._modes.publish(String(data=modes))
+
+    def _loop_message(self, loop: LoopState, stamp: rospy.Time) -> JointControllerState:
+        message = JointControllerState(
+            set_point=loop.set_point,
+            process_value=loop.process_value,
+            process_value_dot=loop.process_value_dot,
+            error=loop.error,
+            time_step=self._dt,
+            command=loop.command,
+            p=loop.gains.p,
+            i=loop.gains.i,
+            d=loop.gains.d,
+            i_clamp=loop.gains.upper,
+            antiwindup=loop.gains.antiwindup,
+        )
+        message.header.stamp = stamp
+        return message
+
+
+class CommandPorts:
+    """What the simulator obeys. A refused command moves nothing, is counted and said; any other error ends the node."""
+
+    def __init__(self, joints: Sequence[str], clockwork: Clockwork, gate: CommandGate, states: StatePorts) -> None:
+        """Subscribe and serve."""
+        self._clockwork, self._gate, self._states = clockwork, gate, states
+        self._control = clockwork.simulation.control
+        self._modes = ""
+        self._tell_modes()
+        for name in joints:
+            for kind, take in (("position", self._position), ("velocity", self._velocity)):
+                topic = f"twin/{name}_{kind}_controller/command"
+                self._listen(topic, Float64, partial(take, name))
+        self._listen("twin/joint_setpoints", JointTrajectory, self._setpoints)
+        rospy.Service("pause_physics", Empty, partial(self._empty, clockwork.pause))
+        rospy.Service("unpause_physics", Empty, partial(self._empty, clockwork.unpause))
+        rospy.Service("reset_simulation", Empty, partial(self._empty, clockwork.reset))
+        rospy.Service("step", Step, self._step)
+
+    def _listen(self, topic: str, kind: type, take: Callable[[object], None]) -> None:
+        # A queue of 10: commands to different joints share a topic, so the newest must not displace the others.
+        rospy.Subscriber(topic, kind, partial(self._guarded, topic, take), queue_size=10, tcp_nodelay=True)
+
+    def _guarded(self, topic: str, take: Callable[[object], None], message: object) -> None:
+        try:
+            with self._clockwork.lock:
+                take(message)
+                self._tell_modes()
+        except CommandError as error:
+            self._clockwork.refuse(f"{topic}: {error}")
+            rospy.logwarn_throttle_identical(5.0, f"refused: {topic}: {error}")
+        except Exception as error:
+            self._clockwork.fail(error)
+            raise
+
+    def _position(self, name: str, message: Float64) -> None:
+        self._control.command_position(name, self._gate.position(name, message.data))
+
+    def _velocity(self, name: str, message: Float64) -> None:
+        self._control.command_velocity(name, self._gate.velocity(name, message.data))
+
+    def _setpoints(self, message: JointTrajectory) -> None:
+        simulation = self._clockwork.simulation
+        due = message.header.stamp.to_nsec()
+        points = [
+            TrajectoryPoint(
+                simulation.axis_time(due + point.time_from_start.to_nsec()),
+                point.positions,
+                point.velocities,
+                point.accelerations,
+            )
+            for point in message.points
+        ]
+        track = self._gate.track(message.joint_names, points, simulation.now)
+        self._control.command_track(message.joint_names, track)
+
+    def _empty(self, act: Callable[[], None], _: EmptyRequest) -> EmptyResponse:
+        act()
+        with self._clockwork.lock:
+            self._tell_modes()
+        return EmptyResponse()
+
+    def _step(self, request: StepRequest) -> StepResponse:
+        if request.steps > MAX_STEPS:
+            return StepResponse(success=False, message=f"steps = {request.steps} is outside [0, {MAX_STEPS}]")
+        count = max(1, request.steps)
+        if not self._clockwork.step(count):
+            return StepResponse(success=False, message="the simulation is running: call pause_physics first")
+        return StepResponse(success=True, message=f"{count} steps of {self._clockwork.simulation.dt * 1e3:g} ms")
+
+    def _tell_modes(self) -> None:
+        modes = self._control.modes
+        if modes != self._modes:
+            self._modes = modes
+            self._states.publish_modes(modes)
+
+
+def _time(stamp_ns: int) -> rospy.Time:
+    return rospy.Time(stamp_ns // 1_000_000_000, stamp_ns % 1_000_000_000)
