@@ -1,0 +1,154 @@
+"""Every shipped YAML file loads, and whatever is wrong in one is refused with file, key and value."""
+
+from __future__ import annotations
+
+import json
+import math
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from fanuc_emulator.config import load_emulator, load_programs
+from harness.workspace import ROOT
+from ruamel.yaml import YAML
+from scara_bringup.config import load_bringup
+from scara_config import ConfigError, load_robot
+from scara_config.modbus_map import load_modbus_map
+from scara_control.config import load_motion
+from scara_simulation.config import load_gains, load_simulation
+from scara_simulation.gateway_config import load_gateway_config
+from twin_controller.config import load_twin_controller
+from twin_experiments.config import load_experiments
+
+CONFIG = ROOT / "config"
+ROBOT = load_robot(CONFIG)
+LOADERS: dict[str, Callable[[Path], Any]] = {
+    "bringup.yaml": load_bringup,
+    "emulator.yaml": lambda folder: load_emulator(ROBOT, folder),
+    "experiments.yaml": load_experiments,
+    "gateway.yaml": load_gateway_config,
+    "modbus_map.yaml": load_modbus_map,
+    "motion.yaml": load_motion,
+    "pid_gains.yaml": lambda folder: load_gains(ROBOT, folder),
+    "robot.yaml": load_robot,
+    "simulation.yaml": lambda folder: load_simulation(ROBOT, folder),
+    "twin_controller.yaml": lambda folder: load_twin_controller(ROBOT, folder),
+}
+PROGRAMS = sorted(file.name for file in (CONFIG / "programs").glob("*.yaml"))
+TREES: dict[str, Any] = {name: YAML(typ="safe").load(CONFIG / name) for name in LOADERS}
+Path_ = tuple[str | int, ...]
+
+
+def leaves(tree: Any, path: Path_ = ()) -> Iterator[tuple[Path_, Any]]:
+    """Yield the path and value of everything that is neither a mapping nor a list."""
+    items = tree.items() if isinstance(tree, dict) else enumerate(tree) if isinstance(tree, list) else ()
+    for key, value in items:
+        if isinstance(value, (dict, list)):
+            yield from leaves(value, (*path, key))
+        else:
+            yield (*path, key), value
+
+
+def replaced(tree: Any, path: Path_, value: Any) -> Any:
+    """Return a copy of a tree with one value replaced."""
+    copy = json.loads(json.dumps(tree))
+    branch = copy
+    for key in path[:-1]:
+        branch = branch[key]
+    branch[path[-1]] = value
+    return copy
+
+
+def refusal(name: str, folder: Path, tree: Any) -> str:
+    """Write ``tree`` as the file ``name`` into a copy of the configuration; return the error of its loader."""
+    for file in CONFIG.glob("*.yaml"):
+        shutil.copy(file, folder)
+    shutil.copytree(CONFIG / "programs", folder / "programs", dirs_exist_ok=True)
+    with (folder / name).open("w") as stream:
+        YAML(typ="safe", pure=True).dump(tree, stream)
+    with pytest.raises(ConfigError) as caught:
+        LOADERS[name](folder)
+    return str(caught.value)
+
+
+def some(name: str, numbers_only: bool = False, at_most: int = 12) -> list[Path_]:
+    """Choose values spread evenly over a file."""
+    paths = [
+        path
+        for path, value in leaves(TREES[name])
+        if not numbers_only or (isinstance(value, (int, float)) and not isinstance(value, bool))
+    ]
+    return paths[:: max(1, math.ceil(len(paths) / at_most))]
+
+
+def cases(numbers_only: bool = False) -> list[Any]:
+    """Return (file, path) for some values of every file."""
+    return [
+        pytest.param(name, path, id=f"{name}:{'.'.join(map(str, path))}") for name in LOADERS for path in some(name, numbers_only)
+    ]
+
+
+def test_every_yaml_file_has_a_typed_loader() -> None:
+    """No file is read untyped, none is forgotten by these tests."""
+    assert {file.name for file in CONFIG.glob("*.yaml")} == set(LOADERS)
+
+
+@pytest.mark.parametrize("name", LOADERS)
+def test_shipped_file_loads(name: str) -> None:
+    """The cell starts with what is shipped."""
+    assert LOADERS[name](CONFIG)
+
+
+@pytest.mark.parametrize("name", PROGRAMS)
+def test_shipped_program_loads(name: str) -> None:
+    """Every program of the robot stand-in is read by its loader."""
+    stem = name.removesuffix(".yaml").upper()
+    assert stem in {program.name for program in load_programs(ROBOT, CONFIG).values()}
+
+
+@pytest.mark.parametrize("name", LOADERS)
+def test_missing_file_is_named(name: str, tmp_path: Path) -> None:
+    """The text names the file that is looked for."""
+    with pytest.raises(ConfigError, match=rf"{name}: cannot be read: No such file"):
+        LOADERS[name](tmp_path)
+
+
+@pytest.mark.parametrize("name", LOADERS)
+def test_unknown_key_is_refused(name: str, tmp_path: Path) -> None:
+    """A typing error in a key must not leave the default in force unseen."""
+    text = refusal(name, tmp_path, {**TREES[name], "no_such_key": 1})
+    assert name in text and "no_such_key" in text
+
+
+@pytest.mark.parametrize("name", LOADERS)
+def test_missing_key_is_refused(name: str, tmp_path: Path) -> None:
+    """Nothing of a shipped file is optional at the top level."""
+    key = next(iter(TREES[name]))
+    text = refusal(name, tmp_path, {k: v for k, v in TREES[name].items() if k != key})
+    assert name in text and key in text
+
+
+@pytest.mark.parametrize(("name", "path"), cases())
+def test_value_of_a_wrong_type_is_refused_with_its_key(name: str, path: Path_, tmp_path: Path) -> None:
+    """A mapping where a plain value belongs: file and key are in the text."""
+    text = refusal(name, tmp_path, replaced(TREES[name], path, {"wrong": "type"}))
+    assert name in text
+    assert str([key for key in path if isinstance(key, str)][-1]) in text
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf], ids=str)
+@pytest.mark.parametrize(("name", "path"), cases(numbers_only=True))
+def test_not_a_finite_number_is_refused(name: str, path: Path_, value: float, tmp_path: Path) -> None:
+    """YAML knows .nan and .inf; a robot does not."""
+    text = refusal(name, tmp_path, replaced(TREES[name], path, value))
+    assert name in text
+    assert str([key for key in path if isinstance(key, str)][-1]) in text and str(value) in text
+
+
+@pytest.mark.parametrize("name", LOADERS)
+def test_every_number_carries_a_source_or_a_reason(name: str) -> None:
+    """Each file says where its numbers come from: a tag, or our choice and why."""
+    text = (CONFIG / name).read_text().lower()
+    assert any(tag in text for tag in ("[paper]", "[src]", "[chk]", "[asm]", "[our]", "our choice"))

@@ -1,0 +1,111 @@
+"""The core of every package is pure: outside nodes/ and io/ nothing touches ROS, the machine or the clock."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+
+import pytest
+from harness.sources import Module, dotted, imported_names, modules
+
+ROS = ("rospy", "roslib", "roslibpy", "rosgraph", "rosgraph_msgs", "rosbag", "rosbags", "rosservice", "rostopic", "rosnode")
+ROS += ("rosparam", "rosmaster", "rospkg", "message_filters", "dynamic_reconfigure", "actionlib", "tf", "tf2_ros", "genpy")
+MACHINE = ("pybullet", "pybullet_data", "pymodbus", "websocket", "websockets", "nicegui", "playwright")
+MACHINE += ("socket", "socketserver", "select", "selectors", "ssl", "http", "urllib", "xmlrpc", "requests", "aiohttp")
+MACHINE += ("threading", "_thread", "multiprocessing", "concurrent", "asyncio", "queue", "subprocess")
+MACHINE += ("os", "shutil", "tempfile", "glob", "fileinput", "io")
+CLOCK_AND_CHANCE = ("time", "random", "secrets", "uuid")
+FORBIDDEN = frozenset(ROS + MACHINE + CLOCK_AND_CHANCE)
+MESSAGES = re.compile(r"^[a-z0-9_]+_(msgs|srvs)$")
+CALLS = frozenset({"open", "input", "print", "exec", "eval", "__import__"})
+CLOCK_CALLS = re.compile(r"\b(datetime\.(now|utcnow|today)|date\.today)$")
+CHANCE = re.compile(r"^(np|numpy)\.random\.(?!Generator$|BitGenerator$)")
+FILES = frozenset({"read_text", "read_bytes", "write_text", "write_bytes", "mkdir", "unlink", "iterdir", "rglob", "exists"})
+
+# Reading a configuration file is the one thing the loader is for.
+EXEMPT = {"config/src/scara_config/loader.py": {"os", "rospkg", "read_text"}}
+# config.py of a package lists a folder of programs or names a file; the loader opens it.
+FOLDERS_ARE_LISTED_IN = re.compile(r"(^|/|_)config\.py$")
+
+PURE = [module for module in modules() if module.is_pure]
+
+
+def offences(module: Module) -> Iterator[str]:
+    """Yield ``line: what`` for everything that a pure module must not have."""
+    allowed = EXEMPT.get(module.relative, set())
+    for name, line in imported_names(module.tree):
+        top, parts = name.split(".")[0], name.split(".")
+        if (top in FORBIDDEN or MESSAGES.match(top)) and top not in allowed:
+            yield f"{line}: imports {name}"
+        if len(parts) > 2 and parts[1] in ("nodes", "io"):
+            yield f"{line}: imports {name} of an outer layer"
+    for node in ast.walk(module.tree):
+        if isinstance(node, ast.ImportFrom) and node.level:
+            yield f"{node.lineno}: imports relatively, which this test cannot follow"
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in CALLS:
+            yield f"{node.lineno}: calls {node.func.id}()"
+        if isinstance(node, ast.Attribute):
+            name = dotted(node)
+            if CLOCK_CALLS.search(name) or CHANCE.match(name):
+                yield f"{node.lineno}: uses {name}"
+            listed = node.attr in ("iterdir", "exists") and FOLDERS_ARE_LISTED_IN.search(module.relative)
+            if node.attr in FILES - allowed and not listed:
+                yield f"{node.lineno}: touches a file by {node.attr}"
+
+
+def test_every_package_with_code_has_pure_modules() -> None:
+    """The walk finds what it is meant to find."""
+    assert {module.package for module in PURE} >= {
+        "scara_config",
+        "scara_control",
+        "scara_simulation",
+        "fanuc_emulator",
+        "twin_controller",
+        "twin_experiments",
+        "scara_bringup",
+    }
+
+
+@pytest.mark.parametrize("module", PURE, ids=lambda module: module.relative)
+def test_pure_module_imports_no_ros_no_machine_and_no_clock(module: Module) -> None:
+    """`now`, `dt` and random generators are arguments; what touches the world lives in nodes/ or io/."""
+    assert list(offences(module)) == []
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        "import rospy",
+        "from std_msgs.msg import String",
+        "def f():\n    import time",
+        "import os.path",
+        "from scara_control.io import x",
+        "from scara_control.nodes.kinematics_server import main",
+        "from . import loader",
+        "import numpy as np\nx = np.random.normal()",
+        "from datetime import datetime\nx = datetime.now()",
+        "x = open('f')",
+        "from pathlib import Path\nx = Path('f').read_text()",
+    ],
+)
+def test_walk_finds_what_is_forbidden(source: str, tmp_path_factory: pytest.TempPathFactory) -> None:
+    """The test that guards the core can fail."""
+
+    class Written(Module):
+        @property
+        def tree(self) -> ast.Module:
+            return ast.parse(source)
+
+    assert list(offences(Written(PURE[0].package, PURE[0].path)))
+
+
+def test_walk_allows_a_generator_as_an_argument() -> None:
+    """Naming the type is no use of chance."""
+
+    class Written(Module):
+        @property
+        def tree(self) -> ast.Module:
+            return ast.parse("import numpy as np\nimport math\ndef f(g: np.random.Generator) -> float:\n    return g.normal()")
+
+    assert list(offences(Written(PURE[0].package, PURE[0].path))) == []

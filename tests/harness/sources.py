@@ -1,0 +1,69 @@
+"""The workspace's packages and modules, read as text and syntax trees, never imported."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from harness.workspace import ROOT
+
+PACKAGES = sorted([ROOT / "config", *(file.parent for file in (ROOT / "src").glob("*/package.xml"))])
+
+
+@dataclass(frozen=True)
+class Module:
+    """One Python file of a package."""
+
+    package: str
+    path: Path
+
+    @property
+    def tree(self) -> ast.Module:
+        """Its syntax tree."""
+        return ast.parse(self.path.read_text(encoding="utf-8"), str(self.path))
+
+    @property
+    def relative(self) -> str:
+        """Its path below the root."""
+        return str(self.path.relative_to(ROOT))
+
+    @property
+    def is_pure(self) -> bool:
+        """Whether it stands outside nodes/ and io/."""
+        return not {"nodes", "io"} & set(self.path.parts[self.path.parts.index("src") :])
+
+
+def package_name(folder: Path) -> str:
+    """Return the name of the package in a folder."""
+    return "scara_config" if folder.name == "config" else folder.name
+
+
+def modules() -> list[Module]:
+    """List every Python module of every package."""
+    return [
+        Module(package_name(folder), path)
+        for folder in PACKAGES
+        for path in sorted((folder / "src").rglob("*.py"))
+        if "__pycache__" not in path.parts
+    ]
+
+
+def imported_names(tree: ast.AST) -> Iterator[tuple[str, int]]:
+    """Yield (absolute dotted name, line) of every import, wherever it stands; ``from a import b`` yields ``a.b``."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            for alias in node.names:
+                yield alias.name, node.lineno
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            for alias in node.names:
+                yield f"{node.module}.{alias.name}", node.lineno
+
+
+def dotted(node: ast.AST) -> str:
+    """Return ``np.random.normal`` for such an expression, an empty text for any other."""
+    if isinstance(node, ast.Attribute):
+        left = dotted(node.value)
+        return f"{left}.{node.attr}" if left else ""
+    return node.id if isinstance(node, ast.Name) else ""
