@@ -78,8 +78,8 @@ def _check_screws(axes: FloatArray) -> None:
         raise ScrewModelError(f"screw_axes has shape {axes.shape}, expected (6, n)")
     for number, axis in enumerate(axes.T, start=1):
         turning = np.linalg.norm(axis[:3])
-        length = turning if turning > 0.0 else np.linalg.norm(axis[3:])
-        if not abs(length - 1.0) <= _RIGID_TOLERANCE:
+        length = np.linalg.norm(axis[3:]) if turning == 0.0 else turning
+        if not (np.isfinite(axis).all() and abs(length - 1.0) <= _RIGID_TOLERANCE):
             raise ScrewModelError(f"screw axis {number} = {axis.tolist()} has length {length:.6g}, expected 1")
 
 

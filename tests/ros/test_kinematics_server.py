@@ -1,0 +1,127 @@
+"""The kinematics services over ROS: every request gets an answer, a refusal says why."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from harness.ros import Ros
+
+from scara_msgs.srv import ForwardKinematics, InverseKinematics, InverseVelocityKinematics, VelocityKinematics
+
+SERVICES = {
+    "forward_kinematics": ForwardKinematics,
+    "inverse_kinematics": InverseKinematics,
+    "velocity_kinematics": VelocityKinematics,
+    "inverse_velocity_kinematics": InverseVelocityKinematics,
+}
+
+
+@pytest.fixture(scope="module")
+def call(ros_module: Ros) -> Callable[..., Any]:
+    """Start the node once; return ``call(service, **fields)``."""
+    ros_module.run("scara_control", "kinematics_server")
+    proxies = {name: ros_module.service(name, kind) for name, kind in SERVICES.items()}
+    return lambda name, **fields: proxies[name](**fields)
+
+
+def test_forward_kinematics_of_the_real_controllers_reading(call):
+    """Within the rounding of its joints, z and R to the digit."""
+    q = [math.radians(19.62), math.radians(79.60), -0.01817, math.radians(-98.26)]
+    answer = call("forward_kinematics", joint_positions=q)
+    assert answer.success and answer.message == "" and answer.elbow == "righty"
+    assert (answer.x, answer.y) == pytest.approx((0.28158, 0.41366), abs=7e-5)
+    assert answer.z == pytest.approx(0.14183, abs=1e-12)
+    # Home: a half turn about (1, -1, 0) / sqrt(2); the tool turned by R about z adds R / 2 to the axis' angle.
+    angle = 2.0 * math.atan2(answer.orientation.y, answer.orientation.x) + math.pi / 2.0
+    assert round(math.degrees(angle), 2) == 0.96
+    assert (answer.orientation.z, answer.orientation.w) == pytest.approx((0.0, 0.0), abs=1e-12)
+
+
+def test_inverse_kinematics_answers_the_chosen_and_both_branches(call):
+    """P2 of the article."""
+    answer = call("inverse_kinematics", x=0.51, y=0.16, z=0.10)
+    assert answer.success and answer.elbow == "righty"
+    assert answer.joint_positions == answer.righty
+    assert [math.degrees(value) for value in answer.righty[:2]] == pytest.approx([-14.3218, 69.6], abs=1e-4)
+    assert [math.degrees(value) for value in answer.lefty[:2]] == pytest.approx([49.1577, -69.6], abs=1e-4)
+    near = call("inverse_kinematics", x=0.51, y=0.16, z=0.10, seed=[0.8, -1.0, 0.0])
+    assert near.elbow == "lefty" and near.joint_positions == answer.lefty
+
+
+def test_first_position_of_the_article_has_a_solution(call):
+    """P1 lies on the edge of the reach."""
+    assert call("inverse_kinematics", x=0.65, y=0.0, z=0.0).joint_positions == (0.0, 0.0, -0.16)
+
+
+def test_branch_that_breaks_a_limit_is_empty(call):
+    """Behind the base only one elbow is allowed."""
+    answer = call("inverse_kinematics", x=0.3 * math.cos(2.5), y=0.3 * math.sin(2.5), z=0.0)
+    assert answer.success and answer.lefty == () and len(answer.righty) == 3
+
+
+def test_velocities_go_there_and_back(call):
+    """Both velocity services at one pose."""
+    q = [0.2, 1.1, -0.1]
+    there = call("velocity_kinematics", joint_positions=q, joint_velocities=[1.0, -2.0, 0.3])
+    assert there.success and there.twist.angular.z == pytest.approx(-1.0)
+    back = call("inverse_velocity_kinematics", joint_positions=q, linear=there.twist.linear)
+    assert back.success and not back.damped
+    assert back.joint_velocities == pytest.approx((1.0, -2.0, 0.3))
+    assert back.manipulability == pytest.approx(0.35 * 0.3 * math.sin(1.1))
+
+
+NAN = math.nan
+
+
+@pytest.mark.parametrize(
+    ("service", "fields", "text"),
+    [
+        ("forward_kinematics", {"joint_positions": [0.0, 2.71, 0.0]}, "joint_2 = 2.71 rad is outside [-2.618, 2.618]"),
+        ("forward_kinematics", {"joint_positions": [0.0, NAN, 0.0]}, "not finite: joint_2 = nan"),
+        ("forward_kinematics", {"joint_positions": []}, "got 0 joint values, expected 3: joint_1, joint_2, joint_3"),
+        ("inverse_kinematics", {"x": 0.9}, "target (0.9, 0) m is at radius 0.9 m, outside the reach [0.175, 0.65] m"),
+        ("inverse_kinematics", {"x": 0.5, "z": 0.3}, "joint_3 = 0.14 m is outside [-0.21, 0]"),
+        ("inverse_kinematics", {"x": 0.5, "y": NAN}, "target y = nan is not finite"),
+        ("inverse_kinematics", {"x": 0.5, "elbow": "left"}, "elbow = 'left' is neither righty nor lefty nor empty"),
+        ("inverse_kinematics", {"x": 0.5, "seed": [0.0]}, "got 1 joint values, expected 3: joint_1, joint_2, joint_3"),
+        (
+            "velocity_kinematics",
+            {"joint_positions": [0.0] * 3, "joint_velocities": [8.0, 0.0, 0.0]},
+            "joint_1 = 8 rad/s is outside [-7.679, 7.679]",
+        ),
+        ("velocity_kinematics", {"joint_positions": [0.0] * 3}, "got 0 joint values, expected 3: joint_1, joint_2, joint_3"),
+        ("inverse_velocity_kinematics", {"joint_positions": [3.0, 0.0, 0.0]}, "joint_1 = 3 rad is outside [-2.583, 2.583]"),
+    ],
+)
+def test_refusal_is_an_answer_with_joint_value_and_range(call, service, fields, text):
+    """No exception reaches the caller."""
+    answer = call(service, **fields)
+    assert not answer.success
+    assert text in answer.message
+
+
+def test_velocity_that_is_not_finite_is_refused_by_axis(call):
+    """NaN in the vector, not only in the lists."""
+    from geometry_msgs.msg import Vector3
+
+    answer = call("inverse_velocity_kinematics", joint_positions=[0.0, 1.0, 0.0], linear=Vector3(0.0, NAN, 0.0))
+    assert not answer.success and answer.message == "tool velocity is not finite: y = nan"
+
+
+def test_missing_profile_ends_the_node_with_one_line(ros, tmp_path):
+    """File and reason, exit code 2, no traceback."""
+    node = ros.run("scara_control", "kinematics_server", f"_config_dir:={tmp_path}")
+    assert node.wait(20.0) == 2
+    assert f"{tmp_path}/robot.yaml: cannot be read: No such file or directory" in node.output
+    assert "Traceback" not in node.output
+
+
+def test_sigterm_ends_the_node_cleanly(ros):
+    """No traceback on the way out."""
+    node = ros.run("scara_control", "kinematics_server")
+    ros.wait_for_service("inverse_velocity_kinematics")
+    assert node.stop() == 0
+    assert "Traceback" not in node.output
