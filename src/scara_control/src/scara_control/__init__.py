@@ -1,1 +1,1 @@
-"""Kinematics, PID and motion of the SCARA and their nodes"""
+"""Kinematics, PID and motion of the SCARA and their nodes."""

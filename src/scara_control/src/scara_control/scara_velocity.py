@@ -10,10 +10,11 @@ from scara_control.limits import check_joint_vector
 from scara_control.scara import Scara, Triple
 
 DAMPED_BELOW = 0.05
-"""Share of the largest manipulability L1 L2 below which damping sets in: the size of joint_2 < 2.9 deg (our choice)."""
+"""Share of the largest manipulability, L1 L2, below which damping sets in: joint_2 within 2.9 deg of straight. There
+1 m/s of the tool asks for 128 rad/s at most (our choice: exact as long as slow motion is possible at all)."""
 
 DAMPING = 0.02
-"""[m] Largest damping, at the straight arm: no joint speed exceeds the tool's speed / 0.04 m (our choice)."""
+"""[m] Damping of the straight arm, where it takes 0.08 % off a sideways velocity (our choice)."""
 
 
 class JointVelocities(NamedTuple):
