@@ -8,7 +8,7 @@ from twin_controller.core.actions import AnyAction, Do, MoveTwin, Perform
 from twin_controller.core.events import Operator
 from twin_controller.core.observing import change
 from twin_controller.core.state import CoreState, Follow, Setup, Side, StreamState
-from twin_controller.core.triggers import OWN_COMMAND
+from twin_controller.core.triggers import OWN_COMMAND, onsets
 
 replace = msgspec.structs.replace
 
@@ -41,12 +41,12 @@ def perform(
             quiet = state.twin_stopped_at + setup.config.twin.stop_quiet_ms * 1e-3
             return replace(state, follow=Follow(None, max(now, quiet))), []
         case Do.BEGIN_STREAM:
-            return replace(state, stream=StreamState(started=now)), []
+            onset = onsets(setup, state).twin
+            return replace(state, stream=StreamState(started=now, onset=onset)), []
         case Do.BASELINE:
             return replace(state, real=_agreed(setup, state.real), twin=_agreed(setup, state.twin)), []
         case Do.START_STREAM:
-            stream = state.stream or StreamState()
-            state = replace(state, stream=replace(stream, started=now, attempts=stream.attempts + 1))
+            return replace(state, stream=replace(state.stream or StreamState(), starting=True)), []
         case Do.RESET_REAL:
             state = replace(state, reset_since=now)
         case Do.MOVE_TWIN:

@@ -100,16 +100,20 @@ class StreamState(msgspec.Struct, frozen=True):
     Attributes:
         blend: Remaining offset real - twin; None until the first set point.
         last: Last set point sent and when; None before the first.
-        started: When the stream program was asked for last [s].
+        starting: The stream program is asked for as soon as a set point has been sent: never with an old one.
+        started: When it was asked for last [s].
         attempts: How often.
         seen: The stream program has been seen running.
+        onset: When the twin's motion begins, by its announcement [s]; a robot that moved before it was first.
     """
 
     blend: Blend | None = None
     last: Sample | None = None
+    starting: bool = False
     started: float = 0.0
     attempts: int = 0
     seen: bool = False
+    onset: float | None = None
 
 
 class SpeedState(msgspec.Struct, frozen=True):

@@ -7,7 +7,7 @@ import math
 import msgspec
 
 from twin_controller.core import triggers
-from twin_controller.core.actions import AnyAction, Decided, Do, OverrideReal, Reply
+from twin_controller.core.actions import AnyAction, Decided, Do, OverrideReal, Perform, Reply
 from twin_controller.core.events import (
     AnyEvent,
     ClockProbe,
@@ -52,12 +52,8 @@ def step(setup: Setup, state: CoreState, event: AnyEvent) -> Result:
     state = _absorb(setup, state, event)
     state = triggers.drop_stale(setup, state, event.now)
     state = _remember_pauses(setup, state, event.now)
-    found = triggers.link_triggers(setup, state)
-    if not found:
-        found = triggers.side_triggers(setup, state, event.now)
-    if not found and isinstance(event, RealMeasured | TwinMeasured | TwinPlan | TwinMotion):
-        found = triggers.leader_triggers(setup, state) or triggers.rest_triggers(setup, state, event.now)
-    for trigger in found[:1]:
+    trigger = _first_that_counts(setup, state, event)
+    if trigger is not None:
         state, done = _transition(setup, state, trigger, event.now)
         actions += done
     if isinstance(event, Operator):
@@ -68,6 +64,14 @@ def step(setup: Setup, state: CoreState, event: AnyEvent) -> Result:
         actions += done
     state, done = cap_speed(setup, state, event.now)
     return replace(state, links_up=_usable(state)), actions + done
+
+
+def _first_that_counts(setup: Setup, state: CoreState, event: AnyEvent) -> Trigger | None:
+    """Return the most urgent trigger that means something in this mode."""
+    found = triggers.link_triggers(setup, state) or triggers.side_triggers(setup, state, event.now)
+    if isinstance(event, RealMeasured | TwinMeasured | TwinPlan | TwinMotion):
+        found = [*found, *triggers.leader_triggers(setup, state), *triggers.rest_triggers(setup, state, event.now)]
+    return next((trigger for trigger in found if not look_up(state.mode, trigger, state.paused_mode).silent), None)
 
 
 def _usable(state: CoreState) -> bool:
@@ -227,13 +231,22 @@ def _command_followers(setup: Setup, state: CoreState, now: float) -> Result:
         state, done = _transition(setup, state, Trigger.REJECTED, now)
         state = replace(state, why=f"{state.why} ({rejected})")
         return state, actions + [_with_reason(action, rejected) for action in done]
-    stream, flags, config = state.stream, state.flags, setup.config.stream
-    if stream is None or flags is None or stream.seen or flags.own_program or state.mode is Mode.PAUSED:
+    if not streamed:
         return state, actions
-    if now - stream.started > config.retry_ms * 1e-3 and stream.attempts < config.attempts:
-        state, done = perform(setup, state, Do.START_STREAM, "the robot did not start it yet", now, None)
-        actions += done
-    return state, actions
+    return _start_stream(setup, state, actions, now)
+
+
+def _start_stream(setup: Setup, state: CoreState, actions: list[AnyAction], now: float) -> Result:
+    """Ask for the stream program behind a fresh set point; again when the robot does not report it."""
+    stream, flags, config = state.stream, state.flags, setup.config.stream
+    if stream is None or flags is None or flags.own_program or state.mode is Mode.PAUSED:
+        return state, actions
+    late = not stream.seen and now - stream.started > config.retry_ms * 1e-3 and 0 < stream.attempts < config.attempts
+    if not stream.starting and not late:
+        return state, actions
+    stream = replace(stream, starting=False, started=now, attempts=stream.attempts + 1)
+    reason = "the robot did not start it yet" if late else "the real robot follows"
+    return replace(state, stream=stream), [*actions, Perform(Do.START_STREAM, reason)]
 
 
 def _with_reason(action: AnyAction, reason: str) -> AnyAction:

@@ -36,7 +36,7 @@ class Trigger(StrEnum):
     ALIGNED = "the twin reached the real robot's pose"
     ALIGN_FAILED = "the twin did not reach the real robot's pose in time"
     REAL_MOVED = "the real robot moved first"
-    REAL_TOOK_OVER = "the real robot runs a program of its own"
+    REAL_TOOK_OVER = "the real robot moves on its own"
     TWIN_MOVED = "the twin moved first"
     TWIN_MOVED_UNALIGNED = "the twin moved while it was not aligned"
     AT_REST = "both stand still and agree"

@@ -101,6 +101,9 @@ def _real_reports(setup: Setup, state: CoreState, now: float) -> list[Trigger]:
         return [Trigger.REAL_RELEASED if running else Trigger.REAL_STOPPED]
     if state.mode not in FOLLOWS_TWIN or state.stream is None:
         return []
+    own = state.real.change.onset if change.moved(state.real.change, setup.config.change) else None
+    if own is not None and state.stream.onset is not None and own <= state.stream.onset:
+        return [Trigger.REAL_TOOK_OVER]
     if flags.paused and state.stream.seen:
         return [Trigger.REAL_HELD]
     if flags.streaming or flags.paused:

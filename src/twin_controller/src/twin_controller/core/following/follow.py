@@ -11,7 +11,7 @@ from twin_controller.core.following.blend import Blend, begin_blend, finished, s
 from twin_controller.core.following.gate import Bounds, Rejected, pass_setpoint
 from twin_controller.core.observing import echo
 from twin_controller.core.observing.change import stands_still
-from twin_controller.core.observing.measure import interpolate
+from twin_controller.core.observing.measure import paired
 from twin_controller.core.state import CoreState, Sample, Setup
 
 replace = msgspec.structs.replace
@@ -83,8 +83,7 @@ def deviation(setup: Setup, state: CoreState) -> float:
     """Return the largest joint deviation at one instant, border units; infinite while a side is unknown."""
     if not state.real.history or not state.twin.history:
         return float("inf")
-    real = state.real.last
-    twin = interpolate(state.twin.history, real.t) or state.twin.last
+    real, twin = paired(state) or (state.real.last, state.twin.last)
     return max(abs(a - b) for a, b in zip(setup.to_border(real.q), setup.to_border(twin.q)))
 
 

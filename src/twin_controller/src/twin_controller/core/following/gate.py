@@ -1,6 +1,7 @@
 """The additional controller between twin and real robot: reject what is invalid, limit what is too fast.
 
-A set point is rejected, never repaired; only speed is limited, and that is said.
+A set point is rejected, never repaired; only speed is limited, and that is said. What lies beyond a limit by less than
+the rounding of the robot's display is measuring noise at the limit and is sent as the limit.
 """
 
 from __future__ import annotations
@@ -70,6 +71,7 @@ def pass_setpoint(
     invalid = check_setpoint(q, bounds)
     if invalid:
         return Rejected(invalid)
+    q = tuple(min(max(value, lower), upper) for value, lower, upper in zip(q, bounds.lower, bounds.upper))
     if age > age_limit:
         return Rejected(f"the twin's data are {age * 1e3:.0f} ms old, allowed are {age_limit * 1e3:.0f} ms")
     if last is None or dt <= 0.0:

@@ -1,7 +1,7 @@
 """Recognise the follower's motion as the answer to our own commands.
 
-A follower may be anywhere between where its recent commands were, plus a tolerance. Inside this tube its motion is an
-echo; outside, it moves on its own.
+A follower may be anywhere between where its recent commands were, plus a tolerance that is wide only for the joints
+that were told to move. Inside this tube its motion is an echo; outside, it moves on its own.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ def remember(tube: EchoTube, t: float, q: Joints, memory: float) -> EchoTube:
     return EchoTube((*kept, (t, q)))
 
 
-def is_echo(tube: EchoTube, t: float, q: Joints, memory: float, tolerance: float) -> bool:
+def is_echo(tube: EchoTube, t: float, q: Joints, memory: float, rest: float, tolerance: float) -> bool:
     """Return whether ``q`` at ``t`` [s] lies in the tube of the commands of the last ``memory`` seconds.
 
     Args:
@@ -31,9 +31,16 @@ def is_echo(tube: EchoTube, t: float, q: Joints, memory: float, tolerance: float
         t: When the position was true [s].
         q: Position, border units.
         memory: How long a command is remembered [s].
-        tolerance: Half width of the tube around the commands, border units.
+        rest: Half width of the tube for a joint that was not told to move, border units.
+        tolerance: What is added for a joint that was.
     """
     recent = [position for sent, position in tube.commands if abs(t - sent) <= memory]
     if not recent:
         return False
-    return all(min(axis) - tolerance <= value <= max(axis) + tolerance for value, axis in zip(q, zip(*recent)))
+    return all(_inside(value, axis, rest, tolerance) for value, axis in zip(q, zip(*recent)))
+
+
+def _inside(value: float, commanded: tuple[float, ...], rest: float, tolerance: float) -> bool:
+    low, high = min(commanded), max(commanded)
+    margin = rest + tolerance if high - low > rest else rest
+    return low - margin <= value <= high + margin

@@ -79,7 +79,8 @@ def _sampled(setup: Setup, side: Side, sample: Sample) -> Side:
     if side.history and sample.t <= side.last.t:
         return side
     border = setup.to_border(sample.q)
-    own = echo.is_echo(side.tube, sample.t, border, config.echo_memory_ms * 1e-3, config.echo_tolerance)
+    rest = config.hysteresis + 0.5 * 10.0**-config.decimals
+    own = echo.is_echo(side.tube, sample.t, border, config.echo_memory_ms * 1e-3, rest, config.echo_tolerance)
     return replace(
         side,
         history=(*side.history, sample)[-HISTORY:],
@@ -92,6 +93,15 @@ def interpolate(history: tuple[Sample, ...], t: float) -> Sample | None:
     for before, after in zip(reversed(history[:-1]), reversed(history[1:])):
         if before.t <= t <= after.t:
             return _hermite(before, after, t)
+    return None
+
+
+def paired(state: CoreState) -> tuple[Sample, Sample] | None:
+    """Return the newest sample of the real robot that the twin's history covers, and the twin at that instant."""
+    for real in reversed(state.real.history[-4:]):
+        twin = interpolate(state.twin.history, real.t)
+        if twin is not None:
+            return real, twin
     return None
 
 
@@ -112,12 +122,10 @@ LAG_SPEED = 0.1
 
 def _adapted_lag(setup: Setup, state: CoreState) -> float:
     r"""Correct the real robot's lag by what remains: :math:`\delta = \sum \dot q (q_{twin} - q_{real}) / \sum \dot q^2`."""
-    if not state.real.history or state.mode not in LEADING:
+    pair = paired(state)
+    if pair is None or state.mode not in LEADING:
         return state.lag
-    real = state.real.last
-    twin = interpolate(state.twin.history, real.t)
-    if twin is None:
-        return state.lag
+    real, twin = pair
     speed = [v / limit for v, limit in zip(twin.qdot, setup.velocity)]
     energy = sum(v * v for v in speed)
     if energy < LAG_SPEED**2:
