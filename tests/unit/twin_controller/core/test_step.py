@@ -1,0 +1,311 @@
+"""The controller's rules, acted out by an ideal pair in virtual time."""
+
+from __future__ import annotations
+
+import pytest
+from harness.pair import HOME, SETUP, Pair, ramp, shifted
+from twin_controller.core.actions import Do, FollowTwin, MoveTwin, Perform, StreamReal
+from twin_controller.core.following.follow import deviation
+
+AWAY = shifted(HOME, 20.0, -30.0, 40.0, 10.0)
+
+
+@pytest.fixture
+def pair() -> Pair:
+    """Return a connected pair, IDLE at home."""
+    made = Pair()
+    made.connect()
+    return made
+
+
+def performed(pair: Pair, since: int = 0) -> list[Do]:
+    """Return the actions performed since the given index."""
+    return [action.do for action in pair.actions[since:] if isinstance(action, Perform)]
+
+
+def sent(pair: Pair, kind: type, since: int = 0) -> list[object]:
+    """Return the actions of one kind since the given index."""
+    return [action for action in pair.actions[since:] if isinstance(action, kind)]
+
+
+def far(pair: Pair) -> float:
+    """Return the pair's largest joint deviation in degrees or millimetres, both at one instant."""
+    return max(abs(a - b) / scale for a, b, scale in zip(pair.real_q, pair.twin_q, SETUP.scale))
+
+
+def test_the_twin_aligns_slowly_before_anything_is_followed() -> None:
+    """After start nothing is replayed; the twin goes to the real robot's pose at alignment speed, the robot stays."""
+    pair = Pair(twin=AWAY)
+    pair.connect()
+    follows = [action for action in pair.actions if isinstance(action, FollowTwin)]
+    speeds = [max(abs(v) / limit for v, limit in zip(action.qdot, SETUP.velocity)) for action in follows]
+    assert far(pair) <= SETUP.config.align.tolerance
+    assert max(speeds) <= SETUP.config.align.speed_percent * 1e-2 + 1e-9
+    assert not sent(pair, StreamReal)
+    assert [d.mode_after for d in pair.decisions()] == ["ALIGNING", "IDLE"]
+
+
+def test_the_twin_follows_a_program_of_the_real_robot(pair: Pair) -> None:
+    """Who acts first leads; the other side follows until the program has ended."""
+    pair.run_program(ramp(HOME, AWAY, 0.5))
+    pair.run(0.3)
+    assert (pair.state.mode, pair.state.leader) == ("REAL_LEADS", "real")
+    assert far(pair) < 0.2
+    pair.run(0.5)
+    pair.end_program()
+    pair.run_until(lambda: pair.state.mode == "IDLE", 2.0)
+    assert far(pair) < 0.01
+
+
+def test_a_real_robot_moved_without_a_program_leads_too(pair: Pair) -> None:
+    """A change of rounded positions is enough, for example a jog on the robot's own pendant."""
+    pair.real_path, pair.real_path_start = ramp(HOME, AWAY, 0.8), pair.now
+    pair.run(0.4)
+    assert pair.state.leader == "real"
+    assert far(pair) < 0.3
+
+
+def test_the_real_robot_follows_the_twin(pair: Pair) -> None:
+    """The twin's announced motion starts the stream program; its plan is sent ahead by the robot's lag."""
+    pair.move_twin(ramp(HOME, AWAY, 0.8))
+    pair.run(0.6)
+    assert (pair.state.mode, pair.state.leader, pair.streaming) == ("TWIN_LEADS", "twin", True)
+    assert far(pair) < 1.5
+    pair.run_until(lambda: pair.state.mode == "IDLE", 3.0)
+    assert far(pair) < 0.01
+    assert not pair.streaming
+
+
+def test_the_lag_is_measured(pair: Pair) -> None:
+    """The robot's lag is learned from what remains, within its bounds."""
+    pair.stream_lag = 0.075
+    for target in (AWAY, HOME) * 3:
+        pair.move_twin(ramp(pair.twin_q, target, 0.8))
+        pair.run(2.0)
+    assert pair.state.lag == pytest.approx(0.080, abs=0.007)
+
+
+def test_the_operator_leads_both(pair: Pair) -> None:
+    """A move of the operator is sent to the twin, and the real robot follows it."""
+    reply = pair.operate("MOVE_JOINTS", target=AWAY, speed_percent=50.0)
+    assert reply.success, reply.message
+    pair.run(0.5)
+    assert (pair.state.mode, pair.state.leader) == ("OPERATOR_LEADS", "operator")
+    assert sent(pair, MoveTwin) and sent(pair, StreamReal)
+    pair.run_until(lambda: pair.state.mode == "IDLE", 4.0)
+    assert far(pair) < 0.01
+
+
+@pytest.mark.parametrize(
+    ("command", "target", "speed", "text"),
+    [
+        ("MOVE_JOINTS", (0.0, 0.0, -0.1), 10.0, "3 positions for 4 joints"),
+        ("MOVE_JOINTS", (0.0, float("nan"), -0.1, 0.0), 10.0, "joint_2 = nan is not finite"),
+        ("MOVE_JOINTS", (9.0, 0.0, -0.1, 0.0), 10.0, r"joint_1 = 9.0000 rad is outside \[-2.5831, 2.5831\]"),
+        ("MOVE", (0.5, float("inf"), 0.1), 10.0, "three finite coordinates"),
+        ("MOVE", (0.5, 0.1, 0.1), 101.0, "speed_percent = 101"),
+        ("SPEED", (), 0.0, r"speed_percent = 0 is outside \[1, 100\]"),
+        ("DANCE", (), 0.0, "unknown command 'DANCE'"),
+    ],
+)
+def test_bad_commands_are_refused_with_a_reason(
+    pair: Pair, command: str, target: tuple[float, ...], speed: float, text: str
+) -> None:
+    """A refusal names what is wrong and what is allowed, and nothing moves."""
+    import re
+
+    before = len(pair.actions)
+    reply = pair.operate(command, target=target, speed_percent=speed)
+    assert not reply.success
+    assert re.search(text, reply.message), reply.message
+    assert not performed(pair, before)
+
+
+@pytest.mark.parametrize("who", ["real", "twin"])
+def test_stop_reaches_both_sides_at_once(pair: Pair, who: str) -> None:
+    """STOP commands both sides in the same step, clears the target, and nothing moves until a new command."""
+    if who == "real":
+        pair.run_program(ramp(HOME, AWAY, 2.0))
+    else:
+        pair.move_twin(ramp(HOME, AWAY, 2.0))
+    pair.run(0.7)
+    before = len(pair.actions)
+    assert pair.operate("STOP").success
+    assert {Do.STOP_REAL, Do.STOP_TWIN} <= set(performed(pair, before))
+    pair.run(1.0)
+    assert pair.state.mode == "STOPPED"
+    assert not sent(pair, StreamReal, before + 5)
+    assert not sent(pair, FollowTwin, before + 5)
+
+
+def test_after_a_stop_a_new_program_leads_again(pair: Pair) -> None:
+    """STOPPED is left by any new command."""
+    pair.run_program(ramp(HOME, AWAY, 2.0))
+    pair.run(0.7)
+    pair.operate("STOP")
+    pair.run(1.0)
+    pair.run_program(ramp(pair.real_q, HOME, 1.5))
+    pair.run(2.5)
+    assert pair.state.leader == "real"
+    assert far(pair) < 0.3
+
+
+def test_a_pause_keeps_the_path_and_resume_goes_on(pair: Pair) -> None:
+    """PAUSE holds both, RESUME gives the lead back to the side that had it."""
+    pair.run_program(ramp(HOME, AWAY, 2.0))
+    pair.run(0.7)
+    assert pair.operate("PAUSE").success
+    pair.run(0.5)
+    assert pair.state.mode == "PAUSED" and pair.paused
+    assert pair.operate("RESUME").success
+    assert not pair.paused
+    pair.run(0.2)
+    assert pair.state.mode == "REAL_LEADS"
+
+
+def test_a_hold_on_the_robots_side_pauses_the_leading_twin(pair: Pair) -> None:
+    """A stop from any side reaches both: the pendant's hold pauses the twin, its release lets it go on."""
+    pair.move_twin(ramp(HOME, AWAY, 3.0))
+    pair.run(0.8)
+    pair.paused = True
+    pair.run(0.1)
+    assert pair.state.mode == "PAUSED" and pair.motion == "paused"
+    pair.paused = False
+    pair.run(0.1)
+    assert pair.state.mode == "TWIN_LEADS" and Do.RESUME_TWIN in performed(pair)
+
+
+def test_an_emergency_stop_is_latched_and_its_release_moves_nothing(pair: Pair) -> None:
+    """ESTOP is left by RESET, then ALIGN, then a new command."""
+    pair.move_twin(ramp(HOME, AWAY, 3.0))
+    pair.run(1.0)
+    assert pair.operate("ESTOP").success
+    pair.run(0.5)
+    assert pair.state.mode == "ESTOP" and not pair.drives
+    assert not pair.operate("MOVE_JOINTS", target=HOME).success
+    before, real, twin = len(pair.actions), pair.real_q, pair.twin_q
+    assert pair.operate("RESET").success
+    pair.run(2.0)
+    assert (pair.state.mode, pair.real_q, pair.twin_q) == ("STOPPED", real, twin)
+    assert not sent(pair, StreamReal, before) and not sent(pair, FollowTwin, before)
+    assert pair.operate("ALIGN").success
+    pair.run_until(lambda: pair.state.mode == "IDLE", 20.0)
+    assert pair.real_q == real
+
+
+def test_a_lost_link_stops_the_other_side_and_a_reconnect_replays_nothing(pair: Pair) -> None:
+    """After a reconnect the twin aligns; the real robot gets no set point."""
+    pair.move_twin(ramp(HOME, AWAY, 3.0))
+    pair.run(1.0)
+    before = len(pair.actions)
+    pair.link("real", False)
+    assert pair.state.mode == "OFFLINE" and Do.STOP_TWIN in performed(pair, before)
+    pair.streaming = False
+    pair.run(1.0)
+    before, real = len(pair.actions), pair.real_q
+    pair.link("real", True)
+    pair.run_until(lambda: pair.state.mode == "IDLE", 30.0)
+    assert not sent(pair, StreamReal, before)
+    assert pair.real_q == real and far(pair) <= SETUP.config.align.tolerance
+
+
+@pytest.mark.parametrize(("side", "limit"), [("real", 0.12), ("twin", 0.28)])
+def test_a_silent_side_counts_as_lost(pair: Pair, side: str, limit: float) -> None:
+    """Data that stop coming end following within the configured time, though the connection stands."""
+    setattr(pair, f"{side}_up", False)
+    pair.run(limit)
+    assert pair.state.mode == "OFFLINE"
+    assert "no fresh data" in (pair.state.real if side == "real" else pair.state.twin).reason
+
+
+def test_a_frozen_robot_clock_counts_as_silence(pair: Pair) -> None:
+    """Answers that repeat the same instant are not fresh."""
+    frozen = pair.now
+    pair.real_clock_saved = pair.real_clock  # type: ignore[attr-defined]
+    for _ in range(150):
+        pair.real_clock = 5000.0 - (pair.now - frozen)
+        pair.run(0.001)
+    assert pair.state.mode == "OFFLINE"
+
+
+@pytest.mark.parametrize("jump", [3600.0, -3600.0])
+@pytest.mark.parametrize("side", ["real", "twin"])
+def test_a_jump_of_a_clock_stops_and_aligns_anew(pair: Pair, side: str, jump: float) -> None:
+    """A clock that jumps makes no decision: the links count as lost, the pair aligns, then goes on."""
+    setattr(pair, f"{side}_clock", getattr(pair, f"{side}_clock") + jump)
+    pair.run(0.3)
+    assert any(d.trigger == "LINK_LOST" for d in pair.decisions())
+    pair.run_until(lambda: pair.state.mode == "IDLE", 5.0)
+    assert not {"REAL_MOVED", "TWIN_MOVED"} & {d.trigger for d in pair.decisions()}
+
+
+def test_when_both_move_at_once_the_real_robot_wins(pair: Pair) -> None:
+    """Within the uncertainty of the clocks it is a tie."""
+    pair.announce = 0.0
+    pair.real_path, pair.real_path_start = ramp(HOME, AWAY, 1.0), pair.now
+    pair.move_twin(ramp(HOME, shifted(HOME, -20.0), 1.0))
+    pair.run(0.2)
+    assert pair.state.leader == "real"
+
+
+def test_a_program_of_the_robot_takes_over_from_the_twin(pair: Pair) -> None:
+    """A robot that runs a program of its own cannot follow; the twin's motion ends and it follows instead."""
+    pair.move_twin(ramp(HOME, AWAY, 2.0))
+    pair.run(0.8)
+    pair.run_program(ramp(pair.real_q, HOME, 2.0))
+    pair.run(0.2)
+    assert pair.state.mode == "REAL_LEADS"
+    assert Do.STOP_TWIN in performed(pair)
+
+
+def test_a_twin_that_is_not_aligned_may_not_lead(pair: Pair) -> None:
+    """It aligns first; the real robot is never moved to where the twin is."""
+    pair.run_program(ramp(HOME, AWAY, 2.0))
+    pair.run(0.5)
+    pair.operate("STOP")
+    pair.twin_q = shifted(pair.real_q, 5.0)
+    pair.run(1.0)
+    before, real = len(pair.actions), pair.real_q
+    pair.move_twin(ramp(pair.twin_q, HOME, 2.0))
+    pair.run_until(lambda: pair.state.mode == "IDLE", 20.0)
+    assert not sent(pair, StreamReal, before)
+    assert pair.real_q == real
+
+
+def test_a_robot_that_does_not_start_its_stream_is_a_fault(pair: Pair) -> None:
+    """The start is repeated a few times, then both are stopped."""
+    pair.starts_stream = False
+    pair.move_twin(ramp(HOME, AWAY, 4.0))
+    pair.run(1.5)
+    assert pair.state.mode == "FAULT"
+    assert performed(pair).count(Do.START_STREAM) == SETUP.config.stream.attempts
+
+
+def test_the_pair_coming_apart_pauses_both_until_acknowledged(pair: Pair) -> None:
+    """Divergence is k of n beyond the limit; RESUME needs the operator's acknowledgement."""
+    pair.run_program(ramp(HOME, AWAY, 4.0))
+    pair.run(1.0)
+    pair._perform = lambda action: None  # type: ignore[method-assign]
+    pair.motion, pair.follow = "paused", None
+    pair.command_id = 1 << 30 | 1
+    pair.run(1.5)
+    assert pair.state.mode == "PAUSED" and pair.state.needs_acknowledge
+    refused = pair.operate("RESUME")
+    assert not refused.success and "ACKNOWLEDGE" in refused.message
+    assert pair.operate("ACKNOWLEDGE").success
+    assert pair.operate("RESUME").success
+
+
+def test_speed_above_the_limit_caps_the_twin(pair: Pair) -> None:
+    """Requested 100 %, applied 80 %, and the reason is said."""
+    pair.move_twin(ramp(HOME, AWAY, 1.0))
+    pair.run(0.5)
+    assert pair.limit == SETUP.config.limit.speed_percent
+    speed = pair.state.speed
+    assert (speed.requested, speed.applied, speed.limited) == (100.0, 80.0, True)
+    assert "80 %" in speed.reason
+
+
+def test_deviation_is_infinite_while_a_side_is_unknown() -> None:
+    """Nothing that needs both sides may pass before both are known."""
+    assert deviation(SETUP, Pair().state) == float("inf")
