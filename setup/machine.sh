@@ -1,11 +1,13 @@
 # Sourced by ./cell: what this machine and this folder have to be, said before anything is installed.
 
+os_release=/etc/os-release
+
 check_machine() {
   local id="" version="" name=""
-  if [ -r /etc/os-release ]; then
-    id=$(. /etc/os-release && echo "${ID:-}")
-    version=$(. /etc/os-release && echo "${VERSION_ID:-}")
-    name=$(. /etc/os-release && echo "${PRETTY_NAME:-}")
+  if [ -r "$os_release" ]; then
+    id=$(. "$os_release" && echo "${ID:-}")
+    version=$(. "$os_release" && echo "${VERSION_ID:-}")
+    name=$(. "$os_release" && echo "${PRETTY_NAME:-}")
   fi
   [ "$id" = debian ] && [ "$version" = 12 ] ||
     refuse "this needs Debian 12 (bookworm), which carries ROS 1 and Python 3.11; this machine runs ${name:-an unknown system}." \

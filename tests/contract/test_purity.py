@@ -9,9 +9,20 @@ from collections.abc import Iterator
 import pytest
 from harness.sources import Module, dotted, imported_names, modules
 
-ROS = ("rospy", "roslib", "roslibpy", "rosgraph", "rosgraph_msgs", "rosbag", "rosbags", "rosservice", "rostopic", "rosnode")
+ROS: tuple[str, ...] = (
+    "rospy",
+    "roslib",
+    "roslibpy",
+    "rosgraph",
+    "rosgraph_msgs",
+    "rosbag",
+    "rosbags",
+    "rosservice",
+    "rostopic",
+    "rosnode",
+)
 ROS += ("rosparam", "rosmaster", "rospkg", "message_filters", "dynamic_reconfigure", "actionlib", "tf", "tf2_ros", "genpy")
-MACHINE = ("pybullet", "pybullet_data", "pymodbus", "websocket", "websockets", "nicegui", "playwright")
+MACHINE: tuple[str, ...] = ("pybullet", "pybullet_data", "pymodbus", "websocket", "websockets", "nicegui", "playwright")
 MACHINE += ("socket", "socketserver", "select", "selectors", "ssl", "http", "urllib", "xmlrpc", "requests", "aiohttp")
 MACHINE += ("threading", "_thread", "multiprocessing", "concurrent", "asyncio", "queue", "subprocess")
 MACHINE += ("os", "shutil", "tempfile", "glob", "fileinput", "io")

@@ -1,0 +1,126 @@
+"""./cell and env.sh as a person meets them: verbs, any folder, any environment."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+from harness.workspace import ROOT
+
+VERBS = ["demo", "up", "test", "check", "build", "setup", "clean", "help"]
+FOREIGN = {
+    "PYTHONPATH": "/opt/ros/other/lib/python3.8/site-packages",
+    "PYTHONHOME": "/nowhere",
+    "VIRTUAL_ENV": "/somebody/venv",
+    "CMAKE_PREFIX_PATH": "/opt/ros/other",
+    "ROS_PACKAGE_PATH": "/opt/ros/other/share",
+    "ROS_DISTRO": "noetic",
+    "ROS_VERSION": "2",
+    "LD_LIBRARY_PATH": "/opt/ros/other/lib",
+    "AMENT_PREFIX_PATH": "/opt/ros/other",
+}
+
+
+def run(*command: str, cwd: Path | None = None, env: dict[str, str] | None = None) -> subprocess.CompletedProcess[str]:
+    """Run a command to its end."""
+    return subprocess.run(command, cwd=cwd, env=env, capture_output=True, text=True, timeout=60)
+
+
+@pytest.mark.parametrize("word", [[], ["help"], ["--help"]])
+def test_help_lists_every_verb(word: list[str]) -> None:
+    """It needs no set-up."""
+    done = run(str(ROOT / "cell"), *word)
+    assert done.returncode == 0
+    shown = [line.split()[0] for line in done.stdout.splitlines() if line.startswith("  ")]
+    assert shown == VERBS
+
+
+def test_unknown_verb_is_refused_with_the_list() -> None:
+    """The exit code is 2, as for every wrong use."""
+    done = run(str(ROOT / "cell"), "dance")
+    assert done.returncode == 2
+    assert 'unknown verb "dance"' in done.stderr and "./cell VERB" in done.stderr
+
+
+def test_cell_works_through_a_symbolic_link_from_any_folder(tmp_path: Path) -> None:
+    """The link is followed to the workspace."""
+    (tmp_path / "link").symlink_to(ROOT / "cell")
+    assert run(str(tmp_path / "link"), "help", cwd=Path("/")).returncode == 0
+
+
+def test_continuous_integration_calls_cell_test_and_nothing_else(tmp_path: Path) -> None:
+    """What it does, everybody can do."""
+    shutil.copytree(ROOT / ".ci", tmp_path / ".ci")
+    (tmp_path / "cell").write_text('#!/bin/bash\necho "cell:$*:$PWD"; exit 7\n')
+    (tmp_path / "cell").chmod(0o755)
+    done = run(str(tmp_path / ".ci" / "run"), cwd=Path("/"))
+    assert (done.stdout, done.returncode) == (f"cell:test:{tmp_path}\n", 7)
+
+
+def shell(script: str, env: dict[str, str] | None = None, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
+    """Run a bash script in an almost empty environment."""
+    base = {"HOME": "/nonexistent", "PATH": "/usr/bin:/bin"}
+    return run("bash", "--norc", "-c", script, cwd=cwd, env={**base, **(env or {})})
+
+
+def test_sourced_environment_knows_the_workspace_without_any_variable_set(tmp_path: Path) -> None:
+    """A fresh login has no ROS variables."""
+    done = shell(f'source "{ROOT}/env.sh" && rospack find scara_config && echo "$ROS_MASTER_URI $ROS_IP"', cwd=tmp_path)
+    assert done.stdout.split() == [str(ROOT / "config"), "http://127.0.0.1:11311", "127.0.0.1"], done.stderr
+
+
+def test_foreign_variables_do_not_leak_in() -> None:
+    """Another ROS, an activated venv and a foreign library path are forgotten."""
+    done = shell(f'source "{ROOT}/env.sh" && env && python3 -c "import rospy, scara_msgs.srv"', FOREIGN)
+    assert done.returncode == 0, done.stderr
+    assert "/opt/ros/other" not in done.stdout and "/somebody" not in done.stdout and "/nowhere" not in done.stdout
+
+
+def test_another_python_first_on_path_does_not_matter(tmp_path: Path) -> None:
+    """Debian's ROS tools find Debian's python3."""
+    fake = tmp_path / "python3"
+    fake.write_text("#!/bin/bash\necho wrong python; exit 1\n")
+    fake.chmod(0o755)
+    env = {"PATH": f"{tmp_path}:/usr/bin:/bin"}
+    done = shell(f'source "{ROOT}/env.sh" && command -v python3 && rosnode --help', env)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("/usr/bin/python3\n") and "wrong python" not in done.stdout
+
+
+def test_choices_of_the_user_stay() -> None:
+    """Master, address and namespace are the user's; ROS_IP is not set beside a ROS_HOSTNAME."""
+    env = {"ROS_MASTER_URI": "http://10.0.0.7:11311", "ROS_HOSTNAME": "here", "ROS_NAMESPACE": "cell_2"}
+    done = shell(f'source "{ROOT}/env.sh"; echo "$ROS_MASTER_URI $ROS_HOSTNAME $ROS_NAMESPACE ${{ROS_IP:-none}}"', env)
+    assert done.stdout.split() == ["http://10.0.0.7:11311", "here", "cell_2", "none"]
+
+
+def test_environment_of_an_unbuilt_workspace_says_what_to_do(tmp_path: Path) -> None:
+    """Sourcing it does not end the shell."""
+    shutil.copy(ROOT / "env.sh", tmp_path)
+    done = shell(f'source "{tmp_path}/env.sh"; echo "code $?"')
+    assert "run ./cell build" in done.stderr
+    assert done.stdout == "code 1\n"
+
+
+def test_environment_can_be_sourced_twice() -> None:
+    """Nothing piles up."""
+    once = shell(f'source "{ROOT}/env.sh"; echo "$PYTHONPATH $CMAKE_PREFIX_PATH $ROS_PACKAGE_PATH"')
+    twice = shell(f'source "{ROOT}/env.sh"; source "{ROOT}/env.sh"; echo "$PYTHONPATH $CMAKE_PREFIX_PATH $ROS_PACKAGE_PATH"')
+    assert once.stdout == twice.stdout
+
+
+def test_user_site_packages_are_left_out() -> None:
+    """A library in ~/.local must not stand in front of a pinned one."""
+    done = shell(f'source "{ROOT}/env.sh"; "{ROOT}/.venv/bin/python" -c "import site; print(site.ENABLE_USER_SITE)"')
+    assert done.stdout == "False\n"
+
+
+def test_this_process_runs_in_the_venv_of_the_workspace() -> None:
+    """./cell test uses the interpreter of the nodes."""
+    import sys
+
+    assert Path(sys.prefix) == ROOT / ".venv"
+    assert os.path.realpath(sys.executable).startswith("/usr/bin/python3")
