@@ -259,7 +259,8 @@ class Client:
 
     def deliver(self, topic: str, message: bytes) -> None:
         """Send a message that is JSON already, or keep it as the newest of its topic."""
-        self.outbox.put_message(topic, packets.encode_publish(self._written_names.get(topic, topic), message))
+        packet = packets.encode_publish(self._written_names.get(topic, topic), message)
+        self.outbox.put_message(topic, packet, time.monotonic())
         self.flush()
 
     def flush(self) -> None:
