@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import ruckig
 from scara_config import Joint
@@ -15,6 +17,10 @@ Vector = tuple[float, ...]
 
 _HARDER = (1.0, 2.0, 4.0, 8.0)
 """Factors on acceleration and jerk that a stop tries before it leaves the limits (our choice)."""
+
+
+_NO_WAY = 1e-9
+"""[rad] or [m]: a joint that has no further to go does not slow the others down (our choice, as LIMIT_TOLERANCE)."""
 
 
 class PlanError(ScaraControlError):
@@ -44,12 +50,44 @@ class JointMotion:
         )
 
 
+class Segment(Protocol):
+    """A part of a path: a ruckig trajectory, or something alike."""
+
+    @property
+    def duration(self) -> float:
+        """How long it takes [s]."""
+
+    def at_time(self, time: float) -> tuple[Sequence[float], Sequence[float], Sequence[float]]:
+        """Return positions, velocities and accelerations."""
+
+
+class Line:
+    """A straight line in joint space: a trajectory of one number, the way of the joint that goes furthest."""
+
+    __slots__ = ("_slope", "_start", "_way")
+
+    def __init__(self, start: Vector, slope: Vector, way: ruckig.Trajectory) -> None:
+        """Go from ``start``; ``slope`` is how far each joint goes per way."""
+        self._start, self._slope, self._way = start, slope, way
+
+    @property
+    def duration(self) -> float:
+        """How long it takes [s]."""
+        return float(self._way.duration)
+
+    def at_time(self, time: float) -> tuple[Vector, Vector, Vector]:
+        """Return positions, velocities and accelerations."""
+        (s,), (v,), (a,) = self._way.at_time(time)
+        slope = self._slope
+        return tuple(q + s * k for q, k in zip(self._start, slope)), tuple(v * k for k in slope), tuple(a * k for k in slope)
+
+
 class Path:
-    """One or more ruckig trajectories in a row; before the first its start, after the last its end at rest."""
+    """One or more segments in a row; before the first its start, after the last its end at rest."""
 
     __slots__ = ("_end", "_segments", "duration")
 
-    def __init__(self, segments: Sequence[ruckig.Trajectory], end: Sequence[float]) -> None:
+    def __init__(self, segments: Sequence[Segment], end: Sequence[float]) -> None:
         """Chain ``segments``; ``end`` is where the last one ends, to the last digit."""
         self._segments = tuple(segments)
         self._end = JointMotion.at_rest(end)
@@ -76,7 +114,7 @@ class Path:
 
 
 def plan_move(joints: Sequence[Joint], start: JointMotion, target: Sequence[float], speed_percent: float) -> Path:
-    """Plan a move that all joints end together; from rest also a straight line in joint space.
+    """Plan a move that all joints end together; from rest it is a straight line in joint space.
 
     Args:
         joints: Limits of velocity, acceleration and jerk.
@@ -90,12 +128,15 @@ def plan_move(joints: Sequence[Joint], start: JointMotion, target: Sequence[floa
     Source:
         Berscheid & Kroeger, Jerk-limited Real-time Trajectory Generation (ruckig), 2021.
     """
+    _check_finite(start, target)
+    if not any(start.qdot) and not any(start.qddot):
+        return Path([_line(joints, start.q, target, speed_percent)], target)
     trajectory = _calculate(_input(joints, start, target, speed_percent))
     if _within(joints, trajectory, start, target):
         return Path([trajectory], target)
     stop = _stop(joints, start)
-    rest = JointMotion.at_rest(stop.at_time(stop.duration)[0])
-    return Path([stop, _calculate(_input(joints, rest, target, speed_percent))], target)
+    rest = tuple(stop.at_time(stop.duration)[0])
+    return Path([stop, _line(joints, rest, target, speed_percent)], target)
 
 
 def plan_stop(joints: Sequence[Joint], start: JointMotion) -> Path:
@@ -108,8 +149,30 @@ def plan_stop(joints: Sequence[Joint], start: JointMotion) -> Path:
     Raises:
         PlanError: A value is not finite.
     """
+    _check_finite(start, start.q)
     trajectory = _stop(joints, start)
     return Path([trajectory], trajectory.at_time(trajectory.duration)[0])
+
+
+def _line(joints: Sequence[Joint], start: Vector, target: Sequence[float], speed_percent: float) -> Line:
+    """Plan a straight line from rest, as fast as the slowest joint allows at any time."""
+    delta = [end - q for q, end in zip(start, target)]
+    longest = max(map(abs, delta)) or 1.0
+    slope = tuple(d / longest for d in delta)
+    shares = [(joint, abs(d) / longest) for joint, d in zip(joints, delta) if abs(d) > _NO_WAY]
+    wanted = ruckig.InputParameter(1)
+    wanted.current_position, wanted.target_position = [0.0], [max(map(abs, delta))]
+    wanted.max_velocity = [min((joint.velocity * speed_percent / 100.0 / share for joint, share in shares), default=1.0)]
+    wanted.max_acceleration = [min((joint.acceleration / share for joint, share in shares), default=1.0)]
+    wanted.max_jerk = [min((joint.jerk / share for joint, share in shares), default=1.0)]
+    return Line(start, slope, _calculate(wanted))
+
+
+def _check_finite(start: JointMotion, target: Sequence[float]) -> None:
+    """Refuse what is no number: not all of it is seen by ruckig."""
+    for what, values in (("q", start.q), ("qdot", start.qdot), ("qddot", start.qddot), ("target", target)):
+        if not all(map(math.isfinite, values)):
+            raise PlanError(f"no path: {what} = {list(values)}: not finite")
 
 
 def _stop(joints: Sequence[Joint], start: JointMotion) -> ruckig.Trajectory:

@@ -17,7 +17,7 @@ from scara_control.motion.feedback import Feedback
 from scara_control.motion.follow import FollowSession, StreamGate
 from scara_control.motion.packets import Measurement, SetpointPacket
 from scara_control.motion.plan import JointMotion, Vector, plan_move, plan_stop
-from scara_control.motion.requests import Outcome, PoseReport, Settling, check_move
+from scara_control.motion.requests import MoveLedger, Outcome, PoseReport, check_move
 from scara_control.motion.time_scaling import Drive, ScaleBounds, TimeBase
 
 
@@ -36,15 +36,13 @@ class PoseController:
         self._setpoint: Vector | None = None
         self._drive: Drive | None = None
         self._session: FollowSession | None = None
-        self._settling: Settling | None = None
-        self._outcomes: list[Outcome] = []
+        self._ledger = MoveLedger(self._joints, config.move)
         self._commanded = self.names
         self._stopping = self._paused = self._estopped = False
         self._parked = False
         self._gate = StreamGate(config.follow.timeout)
         self._refused_packets = 0
         self._requested, self._limit = config.move.default_speed_percent, 100.0
-        self._move_id, self._started = 0, now
         self._message = ""
 
     def measure(self, measured: Measurement) -> None:
@@ -79,9 +77,9 @@ class PoseController:
             self._check_stream(now)
             if self._session is None:
                 session = FollowSession(self._joints, packet, self._config.follow, self._feedback.fresh(now), now)
-                self._end_move(False, "aborted: replaced by a stream")
-                self._begin(packet.names)
-                self._session, self._message = session, ""
+                self._end_move("aborted: replaced by a stream")
+                self._begin(packet.names, now, is_move=False)
+                self._session = session
             else:
                 self._session.take(packet, now)
         except ValueError as error:
@@ -151,7 +149,7 @@ class PoseController:
             setpoint = self._setpoint or ()
         return PoseReport(
             state=self._state(),
-            move_id=self._move_id,
+            move_id=self._ledger.move_id,
             setpoint=setpoint,
             target=drive.path.end if drive is not None and moving else (),
             speed_requested_percent=self._requested,
@@ -163,8 +161,7 @@ class PoseController:
 
     def take_outcomes(self) -> list[Outcome]:
         """Return how moves have ended since the last call."""
-        outcomes, self._outcomes = self._outcomes, []
-        return outcomes
+        return self._ledger.take_outcomes()
 
     def _move(self, names: Sequence[str], positions: Sequence[float], speed_percent: float, now: float) -> int:
         """Begin a joint move; see :meth:`move`."""
@@ -178,12 +175,12 @@ class PoseController:
         start, go_at = self._start(now)
         hold = plan_stop(self._joints, start).end
         path = plan_move(self._joints, start, request.target(self._joints, hold), request.speed_percent)
-        self._end_move(False, f"aborted: replaced by move {self._move_id + 1}")
-        self._begin(self.names)
-        self._requested, self._started, self._message = request.speed_percent, now, ""
+        self._end_move(f"aborted: replaced by move {self._ledger.move_id + 1}")
+        self._begin(self.names, now, is_move=True)
+        self._requested = request.speed_percent
         scale = 1.0 if any(start.qdot) or any(start.qddot) else self._wanted_scale()
         self._drive = Drive(path, self._time, go_at, TimeBase(0.0, scale))
-        return self._move_id
+        return self._ledger.move_id
 
     def _state(self) -> str:
         """Return the state's name."""
@@ -207,17 +204,16 @@ class PoseController:
 
     def _restart(self, now: float) -> None:
         """Forget all motion: the clock went back, as when the simulation is reset."""
-        self._end_move(False, "aborted: the clock went back")
+        self._end_move("aborted: the clock went back")
         self._drive = self._session = self._setpoint = self._feedback.measured = None
         self._stopping = self._paused = False
         self._time = now
 
-    def _begin(self, names: tuple[str, ...]) -> None:
-        """Count a new move or stream and forget the one before."""
-        self._move_id += 1
-        self._commanded = names
+    def _begin(self, names: tuple[str, ...], now: float, is_move: bool) -> None:
+        """Begin a move or a stream of ``names``."""
+        self._ledger.begin(now, is_move)
         self._ownership.begin(names)
-        self._settling = None
+        self._commanded, self._message = names, ""
         self._stopping = self._paused = self._parked = False
 
     def _start(self, now: float) -> tuple[JointMotion, float]:
@@ -253,15 +249,11 @@ class PoseController:
         """Stop when the stream or the measurements fail to come; see whether the joints have arrived."""
         if self._session is not None and self._session.timed_out(now):
             self._stop(f"follow: no packet for {self._config.follow.timeout * 1e3:.0f} ms")
-        if self._settling is None and (self._drive is None or self._stopping):
-            return
-        trouble = self._feedback.trouble(now)
+        trouble = self._feedback.trouble(now) if self._ledger.running else ""
         if trouble:
             self._stop(f"aborted: {trouble}")
-        elif self._settling is not None:
-            outcome = self._settling.check(self._joints, self._feedback.fresh(now), self._config.move, now)
-            if outcome is not None:
-                self._end_move(outcome.success, outcome.message)
+        elif self._ledger.settling:
+            self._message = self._ledger.arrive(self._feedback.fresh(now), now) or self._message
 
     def _stop(self, text: str) -> None:
         """Ramp down whatever moves; ``text`` says why."""
@@ -270,7 +262,7 @@ class PoseController:
             motion = self._session.motion(self._time)
         elif self._drive is not None:
             motion = self._drive.motion
-        self._end_move(False, text)
+        self._end_move(text)
         self._message = text
         already = self._stopping and self._session is None
         self._session, self._paused = None, False
@@ -280,16 +272,9 @@ class PoseController:
             self._drive = Drive(plan_stop(self._joints, motion), self._time, self._time, TimeBase())
             self._stopping = True
 
-    def _end_move(self, success: bool, message: str) -> None:
-        """Report the end of the running move, if there is one."""
-        moving = self._drive is not None and not self._stopping
-        if not moving and self._settling is None:
-            return
-        measured = self._feedback.measured
-        duration = self._time - self._started
-        self._outcomes.append(Outcome(self._move_id, success, message, measured.q if measured else (), duration))
-        self._settling = None
-        self._message = "" if success else message
+    def _end_move(self, why: str) -> None:
+        """End the running move, if there is one, before it has arrived."""
+        self._ledger.end(False, why, self._feedback.measured, self._time)
 
     def _setpoints(self) -> SetpointPacket | None:
         """Return the set points from now to the horizon; one last packet at rest, then none."""
@@ -312,8 +297,6 @@ class PoseController:
 
     def _finish(self, drive: Drive) -> None:
         """Note that the set points have arrived."""
-        if not self._stopping:
-            deadline = self._time + self._config.move.settle_timeout
-            self._settling = Settling(self._move_id, drive.path.end, self._started, deadline)
+        self._ledger.settle(drive.path.end, self._time)
         self._setpoint, self._drive = drive.path.end, None
         self._stopping = self._paused = False

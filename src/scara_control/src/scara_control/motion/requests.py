@@ -94,26 +94,59 @@ def check_speed(speed_percent: float, config: MoveConfig) -> float:
     return float(speed_percent)
 
 
-@dataclass(frozen=True, slots=True)
-class Settling:
-    """A move whose plan has ended and whose joints are waited for."""
+class MoveLedger:
+    """Counts moves and streams, waits for the joints at the end of a move, and says how each move has ended."""
 
-    move_id: int
-    target: Vector
-    started: float
-    deadline: float
+    def __init__(self, joints: Sequence[Joint], config: MoveConfig) -> None:
+        """Start without any move."""
+        self._joints = tuple(joints)
+        self._config = config
+        self._started = self._deadline = 0.0
+        self._target: Vector | None = None
+        self._outcomes: list[Outcome] = []
+        self.move_id = 0
+        self.running = False
 
-    def check(self, joints: Sequence[Joint], measured: Measurement, config: MoveConfig, now: float) -> Outcome | None:
-        """Return how the move has ended, or None while the joints may still arrive."""
+    @property
+    def settling(self) -> bool:
+        """Whether the plan has ended and the joints are waited for."""
+        return self._target is not None
+
+    def begin(self, now: float, is_move: bool) -> None:
+        """Count a move (which will have an outcome) or a stream (which has none)."""
+        self.move_id += 1
+        self.running, self._started, self._target = is_move, now, None
+
+    def settle(self, target: Vector, now: float) -> None:
+        """Note that the plan has ended; from now on the joints are waited for."""
+        if self.running:
+            self._target, self._deadline = target, now + self._config.settle_timeout
+
+    def arrive(self, measured: Measurement, now: float) -> str:
+        """End the move once the joints are at the target, or when they are not in time; say why not."""
+        if self._target is None:
+            return ""
         away = [
             f"{joint.name} is {abs(wanted - q) / joint.scale:.3f} {joint.unit} from its target"
-            for joint, wanted, q in zip(joints, self.target, measured.q)
-            if abs(wanted - q) > in_si(joint, config.position_tolerance_deg, config.position_tolerance_mm)
+            for joint, wanted, q in zip(self._joints, self._target, measured.q)
+            if abs(wanted - q) > in_si(joint, self._config.position_tolerance_deg, self._config.position_tolerance_mm)
         ]
-        duration = now - self.started
         if not away:
-            return Outcome(self.move_id, True, f"reached in {duration:.2f} s", measured.q, duration)
-        if now < self.deadline:
-            return None
-        text = f"not reached {config.settle_timeout:g} s after the end of the plan: {'; '.join(away)}"
-        return Outcome(self.move_id, False, text, measured.q, duration)
+            self.end(True, f"reached in {now - self._started:.2f} s", measured, now)
+        elif now >= self._deadline:
+            text = f"not reached {self._config.settle_timeout:g} s after the end of the plan: {'; '.join(away)}"
+            self.end(False, text, measured, now)
+            return text
+        return ""
+
+    def end(self, success: bool, message: str, measured: Measurement | None, now: float) -> None:
+        """End the running move, if there is one."""
+        if self.running:
+            positions = measured.q if measured is not None else ()
+            self._outcomes.append(Outcome(self.move_id, success, message, positions, now - self._started))
+        self.running, self._target = False, None
+
+    def take_outcomes(self) -> list[Outcome]:
+        """Return how moves have ended since the last call."""
+        outcomes, self._outcomes = self._outcomes, []
+        return outcomes

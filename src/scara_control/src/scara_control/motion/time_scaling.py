@@ -14,6 +14,8 @@ from scara_config import Joint
 
 from scara_control.motion.plan import JointMotion, Path
 
+_SAME_TIME = 1e-6
+
 
 @dataclass(frozen=True, slots=True)
 class TimeBase:
@@ -123,7 +125,7 @@ class Drive:
     @property
     def announcing(self) -> bool:
         """Whether it waits for ``go_at``."""
-        return self.time < self.go_at
+        return self.time < self.go_at - _SAME_TIME
 
     @property
     def done(self) -> bool:

@@ -1,0 +1,111 @@
+"""The time base: stretched and frozen, the path stays, the joints' limits too."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scara_config import load_robot
+from scara_control.motion.plan import JointMotion, plan_move
+from scara_control.motion.time_scaling import Drive, ScaleBounds, TimeBase, advance, motion_at
+
+JOINTS = load_robot().twin_joints
+BOUNDS = ScaleBounds(ramp=4.0, jerk=80.0)
+DT = 0.01
+START, TARGET = (0.0, 0.0, -0.2, 0.0), (1.5, -1.2, -0.02, 0.8)
+
+
+def driven(wanted, percent=100.0, steps=2000):
+    """Drive the path with ``wanted(k)`` as scale; return the time bases and motions up to its end."""
+    path = plan_move(JOINTS, JointMotion.at_rest(START), TARGET, percent)
+    bases = [TimeBase(0.0, wanted(0))]
+    while bases[-1].tau < path.duration and len(bases) < steps:
+        bases.append(advance(path, bases[-1], wanted(len(bases)), BOUNDS, JOINTS, DT))
+    return path, bases, [motion_at(path, base) for base in bases]
+
+
+PLANS = st.lists(st.tuples(st.integers(1, 40), st.sampled_from([0.0, 0.2, 0.5, 0.8, 1.0])), min_size=1, max_size=6)
+
+
+def by(plan):
+    """Turn pieces of (steps, scale) into a function of the step; afterwards 1."""
+    scales = [scale for steps, scale in plan for _ in range(steps)]
+    return lambda k: scales[k] if k < len(scales) else 1.0
+
+
+@settings(max_examples=60, deadline=None)
+@given(PLANS, st.floats(20.0, 100.0))
+def test_stretching_and_freezing_leave_the_path_where_it_was(plan, percent):
+    """Every point lies on the straight line of the unstretched move, in the same order, up to the same end."""
+    path, bases, motions = driven(by(plan), percent)
+    assert bases[-1].tau >= path.duration and motions[-1].q == TARGET
+    line = np.array(TARGET) - np.array(START)
+    q = np.array([motion.q for motion in motions])
+    share = (q[:, 0] - START[0]) / line[0]
+    assert np.allclose(q, START + share[:, None] * line, atol=1e-9)
+    assert (np.diff(share) >= -1e-12).all()
+
+
+@settings(max_examples=60, deadline=None)
+@given(PLANS, st.floats(20.0, 100.0))
+def test_no_change_of_scale_asks_more_acceleration_than_a_joint_has(plan, percent):
+    """From one point to the next no velocity changes by more than acceleration times dt (5 % for the curve between)."""
+    _, _, motions = driven(by(plan), percent)
+    change = np.abs(np.diff([motion.qdot for motion in motions], axis=0))
+    allowed = np.array([joint.acceleration for joint in JOINTS]) * DT * 1.05
+    assert (change <= allowed).all()
+
+
+@settings(max_examples=60, deadline=None)
+@given(PLANS, st.floats(20.0, 100.0))
+def test_position_velocity_and_acceleration_belong_together(plan, percent):
+    """The quintic through two neighbouring points needs them to be one motion: checked by Simpson's rule on velocity."""
+    _, _, motions = driven(by(plan), percent)
+    q = np.array([motion.q for motion in motions])
+    v = np.array([motion.qdot for motion in motions])
+    a = np.array([motion.qddot for motion in motions])
+    hermite = 0.5 * DT * (v[:-1] + v[1:]) + DT**2 / 12.0 * (a[:-1] - a[1:])
+    allowed = np.array([joint.jerk for joint in JOINTS]) * DT**3
+    assert (np.abs(np.diff(q, axis=0) - hermite)[:-1] <= allowed).all()
+
+
+@given(PLANS)
+@settings(max_examples=60, deadline=None)
+def test_the_scale_stays_between_frozen_and_planned_and_changes_within_its_bounds(plan):
+    """0 <= s <= 1, no faster than the ramp (the last steps into a new scale may end the ramp early)."""
+    _, bases, _ = driven(by(plan))
+    scale = np.array([base.scale for base in bases])
+    assert scale.min() >= 0.0 and scale.max() <= 1.0
+    assert np.abs(np.diff(scale)).max() <= BOUNDS.ramp * DT + BOUNDS.jerk * DT**2
+
+
+def test_pause_freezes_within_the_ramp_and_resume_goes_on_to_the_end():
+    """Frozen is exactly frozen: the path time stands still until the scale is raised."""
+    path, bases, motions = driven(lambda k: 0.0 if 15 <= k < 100 else 1.0)
+    frozen = [k for k, base in enumerate(bases) if base.scale == 0.0]
+    assert 15 < frozen[0] < 60 and len({bases[k].tau for k in frozen}) == 1
+    assert not any(motions[frozen[0]].qdot) and not any(motions[frozen[0]].qddot)
+    assert bases[-1].tau >= path.duration
+
+
+@pytest.mark.parametrize("scale", [0.25, 0.5, 0.8])
+def test_a_constant_scale_stretches_the_duration_by_its_inverse(scale):
+    """Half the scale, twice the time, half the velocity, a quarter of the acceleration."""
+    path, bases, motions = driven(lambda _: scale)
+    assert len(bases) - 1 == pytest.approx(path.duration / scale / DT, abs=1.0)
+    planned = path.at(bases[10].tau)
+    assert motions[10].qdot == pytest.approx([v * scale for v in planned.qdot])
+    assert motions[10].qddot == pytest.approx([a * scale**2 for a in planned.qddot])
+
+
+def test_a_drive_waits_for_its_time_and_then_begins():
+    """Announced is announced: no motion before go_at, motion after."""
+    path = plan_move(JOINTS, JointMotion.at_rest(START), TARGET, 100.0)
+    drives = [Drive(path, 5.0, 5.1, TimeBase(0.0, 1.0))]
+    while not drives[-1].done:
+        drives.append(drives[-1].step(DT, 1.0, BOUNDS, JOINTS))
+    waiting = [drive for drive in drives if drive.announcing]
+    assert len(waiting) == 10 and all(drive.motion == JointMotion.at_rest(START) for drive in waiting)
+    assert drives[11].motion.q != START and drives[10].motion == JointMotion.at_rest(START)
+    assert drives[-1].motion == JointMotion.at_rest(TARGET)
