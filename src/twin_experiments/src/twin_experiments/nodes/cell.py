@@ -1,0 +1,208 @@
+"""The running cell as an experiment sees it: who is there, who moves, and the calls it makes, each with a deadline."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import rospy
+from scara_config import Robot
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+
+from scara_msgs.msg import RobotData, TwinControllerState
+from scara_msgs.srv import MoveTo, StartRecording, StopRecording, TwinCommand
+from twin_experiments.config import Deadlines
+from twin_experiments.standstill import Activity, observe, still_for
+
+POLL_S = 0.02
+FRESH_S = 0.5  # our choice: a side that is silent for longer is not "still" but missing
+SERVICES = {
+    "move_to": MoveTo,
+    "recorder/start": StartRecording,
+    "recorder/stop": StopRecording,
+    "twin_controller/command": TwinCommand,
+}
+TOPICS = {
+    "real/ground_truth": JointState,
+    "twin/joint_states": JointState,
+    "real/robot_data": RobotData,
+    "twin_controller/state": TwinControllerState,
+}
+ENDED_MODES = ("STOPPED", "ESTOP", "FAULT", "OFFLINE")
+
+
+class RunError(RuntimeError):
+    """An experiment cannot start or go on; the text says why."""
+
+
+class Cell:
+    """Subscribes to the cell and calls its services."""
+
+    def __init__(self, robot: Robot, moving_speed_percent: float, deadlines: Deadlines) -> None:
+        """Subscribe; nothing is waited for."""
+        self._deadlines = deadlines
+        self._thresholds = {joint.name: joint.velocity * moving_speed_percent / 100.0 for joint in robot.twin_joints}
+        self._activities = {"real/ground_truth": Activity(), "twin/joint_states": Activity()}
+        self._newest: dict[str, Any] = {}
+        self._marker = rospy.Publisher("experiment/marker", String, queue_size=10, tcp_nodelay=True)
+        for topic, kind in TOPICS.items():
+            rospy.Subscriber(topic, kind, self._receive, topic, queue_size=100, tcp_nodelay=True)
+
+    def _receive(self, message: Any, topic: str) -> None:
+        """Keep the newest message; of joint states also whether they move."""
+        self._newest[topic] = message
+        if topic in self._activities:
+            named = [(v, self._thresholds[n]) for n, v in zip(message.name, message.velocity) if n in self._thresholds]
+            speeds, thresholds = np.array(named).reshape(-1, 2).T
+            self._activities[topic] = observe(self._activities[topic], time.monotonic(), speeds, thresholds)
+
+    @property
+    def mode(self) -> str:
+        """Mode of the twin controller, empty before its first message."""
+        state = self._newest.get("twin_controller/state")
+        return state.mode if state is not None else ""
+
+    @property
+    def running(self) -> bool:
+        """True while the robot says that a program of its own runs; the stream program, by which it follows, is none."""
+        data = self._newest.get("real/robot_data")
+        return data is not None and bool(data.running) and data.control_type == "program"
+
+    def moves(self, leader: str) -> int:
+        """Return how many moves one side has begun so far."""
+        return self._activities["real/ground_truth" if leader == "real" else "twin/joint_states"].moves
+
+    def still_for(self) -> float:
+        """Return for how long both sides have stood still [s]."""
+        return still_for(list(self._activities.values()), time.monotonic(), FRESH_S)
+
+    def missing(self) -> list[str]:
+        """Return in words what an experiment still waits for."""
+        silent = [f"topic {rospy.resolve_name(topic)}" for topic in TOPICS if topic not in self._newest]
+        absent = [f"service {rospy.resolve_name(name)}" for name in SERVICES if not _offered(name)]
+        if silent or absent:
+            return silent + absent
+        if self.mode != "IDLE":
+            state = self._newest["twin_controller/state"]
+            return [f"twin controller in IDLE (it is in {state.mode}: {state.alarm or state.why or 'no reason given'})"]
+        return [] if self.still_for() > FRESH_S else ["both sides to stand still"]
+
+    def wait_ready(self, tell: Callable[[str], None]) -> None:
+        """Wait until the cell can run an experiment; ``tell`` is given what is missing, when it changes.
+
+        Raises:
+            RunError: Something is still missing at the deadline; all of it is named.
+        """
+        told: list[str] = []
+        deadline = time.monotonic() + self._deadlines.cell
+        while missing := self.missing():
+            if missing != told:
+                tell(f"waiting for {', '.join(missing)}")
+                told = missing
+            if time.monotonic() > deadline:
+                raise RunError(f"not there after {self._deadlines.cell:g} s: {', '.join(missing)}")
+            time.sleep(POLL_S)
+
+    def wait_until(self, done: Callable[[], bool], deadline: float, what: str) -> None:
+        """Wait for ``done`` while the twin controller goes on.
+
+        Raises:
+            RunError: The deadline [s] has passed, or the twin controller has ended the motion.
+        """
+        end = time.monotonic() + deadline
+        while not done():
+            state = self._newest.get("twin_controller/state")
+            if state is not None and state.mode in ENDED_MODES:
+                raise RunError(f"the twin controller went to {state.mode}: {state.alarm or state.why or 'no reason given'}")
+            if time.monotonic() > end:
+                raise RunError(f"waited {deadline:g} s in vain for {what}")
+            time.sleep(POLL_S)
+
+    def wait_still(self, duration: float) -> None:
+        """Wait, from now on, until both sides have stood still for ``duration`` [s] and the twin controller is idle."""
+        begun = time.monotonic()
+        self.wait_until(
+            lambda: min(self.still_for(), time.monotonic() - begun) >= duration and self.mode == "IDLE",
+            self._deadlines.still + duration,
+            "both sides to stand still with the twin controller in IDLE",
+        )
+
+    def mark(self, text: str) -> None:
+        """Publish a marker, once the recorder listens."""
+        self.wait_until(
+            lambda: self._marker.get_num_connections() > 0, self._deadlines.service, "a recorder of experiment/marker"
+        )
+        self._marker.publish(text)
+
+    def start_recording(self, path: Path) -> None:
+        """Start a bag at ``path``.
+
+        Raises:
+            RunError: The recorder refuses.
+        """
+        answer = self._call("recorder/start", self._deadlines.service, path=str(path))
+        if not answer.success:
+            raise RunError(f"recorder: {answer.message}")
+
+    def stop_recording(self) -> int:
+        """Finish the bag and return its number of messages.
+
+        Raises:
+            RunError: The recorder lost the recording.
+        """
+        answer = self._call("recorder/stop", self._deadlines.service + 30.0)
+        if not answer.success:
+            raise RunError(f"recorder: {answer.message}; {answer.messages} messages are in {answer.path}")
+        return int(answer.messages)
+
+    def move_to(self, position: tuple[float, float, float], speed_percent: float) -> None:
+        """Send the twin to a position [m] and wait for its answer.
+
+        Raises:
+            RunError: It was refused or aborted.
+        """
+        x, y, z = position
+        answer = self._call("move_to", self._deadlines.move, x=x, y=y, z=z, speed_percent=speed_percent)
+        if not answer.success:
+            raise RunError(f"move_to {x:g} {y:g} {z:g}: {answer.message}")
+
+    def stop_motion(self) -> str:
+        """Ask the twin controller for a STOP; return its answer in words."""
+        try:
+            answer = self._call("twin_controller/command", self._deadlines.service, command="STOP")
+        except RunError as error:
+            return str(error)
+        return "" if answer.success else str(answer.message)
+
+    def _call(self, name: str, within: float, **fields: Any) -> Any:
+        """Call a service; rospy itself knows no deadline."""
+        outcome: dict[str, Any] = {}
+
+        def work() -> None:
+            try:
+                outcome["answer"] = rospy.ServiceProxy(name, SERVICES[name])(**fields)
+            except (rospy.ServiceException, rospy.ROSException) as error:
+                outcome["error"] = error
+
+        thread = threading.Thread(target=work, daemon=True)
+        thread.start()
+        thread.join(within)
+        if "error" in outcome:
+            raise RunError(f"service {name}: {outcome['error']}")
+        if "answer" not in outcome:
+            raise RunError(f"service {name}: no answer within {within:g} s")
+        return outcome["answer"]
+
+
+def _offered(service: str) -> bool:
+    """Say whether a service answers to its name."""
+    try:
+        rospy.wait_for_service(service, timeout=0.1)
+    except rospy.ROSException:
+        return False
+    return True

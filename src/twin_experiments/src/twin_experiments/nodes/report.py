@@ -1,0 +1,45 @@
+"""Command ``report``: rebuilds the report of a bag from the bag alone; needs no cell and no ROS master.
+
+    rosrun twin_experiments report BAG --output DIR
+
+Exit code: 0 all passed, 1 a verdict failed, 2 wrong configuration, 3 the bag cannot be used.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from scara_config import ConfigError
+
+from twin_experiments.io.bag_reader import BagError
+from twin_experiments.io.report import write_report
+from twin_experiments.nodes.terminal import print_report
+from twin_experiments.record import RecordError
+
+FAILED, WRONG, UNUSABLE = 1, 2, 3
+
+app = typer.Typer(add_completion=False, help="Rebuild the report of a recorded run.")
+
+
+@app.command()
+def report(
+    bag: Annotated[Path, typer.Argument(help="Recording of a run, unfinished ones too.")],
+    output: Annotated[Path | None, typer.Option(help="Folder of the report; default: that of the bag.")] = None,
+    config_dir: Annotated[Path | None, typer.Option(help="Configuration for what the bag does not hold.")] = None,
+) -> None:
+    """Rebuild the report of a recorded run from its bag alone."""
+    try:
+        written = write_report(bag, (output or bag.parent).resolve(), config_dir)
+    except (ConfigError, BagError, RecordError, OSError) as error:
+        Console(stderr=True, highlight=False).print(f"report: {error}", soft_wrap=True, markup=False)
+        raise typer.Exit(WRONG if isinstance(error, ConfigError) else UNUSABLE) from error
+    print_report(written, Console(highlight=False))
+    raise typer.Exit(0 if written.passed else FAILED)
+
+
+def main() -> None:
+    """Run the command."""
+    app(prog_name="report")

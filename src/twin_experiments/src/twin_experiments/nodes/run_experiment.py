@@ -1,0 +1,215 @@
+"""Command ``run_experiment``: runs the article's experiments on a running cell, records them, reports.
+
+    rosrun twin_experiments run_experiment real_leads twin_leads --output DIR --speed PERCENT
+
+Parameter: ``_config_dir:=FOLDER`` (experiments.yaml, robot.yaml). Calls ``recorder/start``, ``recorder/stop``, ``move_to`` and
+``twin_controller/command``; publishes ``experiment/marker``; starts programs by the pendant. Exit code: 0 all passed, 1 a
+verdict failed, 2 wrong configuration or arguments, 3 the run could not be made, 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import time
+from datetime import datetime
+from pathlib import Path
+from typing import Annotated
+
+import msgspec
+import rosgraph
+import rospy
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
+from scara_config import ConfigError, load_robot
+
+from twin_experiments.config import Experiment, ExperimentsFile, RealLeads, TwinLeads, load_experiments
+from twin_experiments.io.bag_reader import BagError
+from twin_experiments.io.pendant import Pendant, PendantError
+from twin_experiments.io.report import write_report
+from twin_experiments.io.runs import link_latest, new_run_folder
+from twin_experiments.nodes.cell import Cell, RunError
+from twin_experiments.nodes.terminal import print_report
+from twin_experiments.record import RecordError
+
+BAG_NAME = "run.bag"
+MASTER_POLL_S = 0.5
+TAIL_S = 0.3  # our choice: recorded after the last marker, so that both sides have samples beyond it
+FAILED, WRONG, NOT_RUN, INTERRUPTED = 1, 2, 3, 130
+
+app = typer.Typer(add_completion=False, help="Run experiments on a running cell, record them and report.")
+console = Console(highlight=False)
+
+
+class Runner:
+    """Runs experiments on a cell, one after the other."""
+
+    def __init__(self, cell: Cell, config: ExperimentsFile, pendant: Pendant, progress: Progress) -> None:
+        """Take what an experiment needs."""
+        self._cell = cell
+        self._config = config
+        self._pendant = pendant
+        self._progress = progress
+        self._rest = config.metrics.rest_s + 2.0 * config.metrics.rest_margin_s
+
+    def run(self, name: str, experiment: Experiment) -> None:
+        """Run one experiment between its markers, starting with both sides at rest."""
+        task = self._progress.add_task(f"{name}: getting ready", total=len(experiment.visits))
+        self._cell.wait_ready(lambda text: self._progress.update(task, description=f"{name}: {text}"))
+        if isinstance(experiment, TwinLeads):
+            self._progress.update(task, description=f"{name}: to {experiment.visits[0]}")
+            self._cell.move_to(self._config.positions_m[experiment.visits[0]], experiment.speed_percent)
+            self._cell.wait_still(self._rest)
+        self._cell.mark(f"start {name}")
+        if isinstance(experiment, TwinLeads):
+            self._twin_leads(name, experiment, task)
+        else:
+            self._real_leads(name, experiment, task)
+        self._cell.mark(f"end {name}")
+        self._progress.update(task, description=name, completed=len(experiment.visits))
+
+    def _twin_leads(self, name: str, experiment: TwinLeads, task: TaskID) -> None:
+        """Send the twin from position to position by move_to."""
+        for number, visit in enumerate(experiment.visits):
+            self._progress.update(task, description=f"{name}: {visit}", completed=number)
+            self._cell.move_to(self._config.positions_m[visit], experiment.speed_percent)
+            self._cell.wait_still(max(experiment.dwell_s, self._rest))
+
+    def _real_leads(self, name: str, experiment: RealLeads, task: TaskID) -> None:
+        """Start the program on the robot's own pendant and wait for its end."""
+        self._pendant("override", str(round(experiment.override_percent)))
+        self._pendant("run", experiment.program)
+        before, deadlines = self._cell.moves("real"), self._config.deadlines_s
+        self._cell.wait_until(lambda: self._cell.running, deadlines.service, f"program {experiment.program} to run")
+
+        def ended() -> bool:
+            begun = self._cell.moves("real") - before
+            self._progress.update(task, description=f"{name}: {experiment.program}", completed=min(begun, len(experiment.visits)))
+            return not self._cell.running
+
+        self._cell.wait_until(ended, deadlines.program, f"program {experiment.program} to end")
+        self._cell.wait_still(self._rest)
+
+
+@app.command()
+def run_experiment(
+    names: Annotated[list[str] | None, typer.Argument(help="Experiments of experiments.yaml; default: all.")] = None,
+    output: Annotated[
+        Path | None, typer.Option(help="Folder of bag and report; default: runs/<stamp>, linked as latest.")
+    ] = None,
+    speed: Annotated[float | None, typer.Option(help="Override of the robot and speed of move_to.", min=1, max=100)] = None,
+    robot_host: Annotated[str | None, typer.Option(help="For the pendant; default: emulator.yaml.")] = None,
+    robot_port: Annotated[int | None, typer.Option(help="For the pendant; default: emulator.yaml.")] = None,
+) -> None:
+    """Run experiments on a running cell, record them and report."""
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        folder = rospy.client.load_command_line_node_params(sys.argv).get("config_dir")
+        config = load_experiments(folder)
+        chosen = {name: _at_speed(experiment, speed) for name, experiment in config.select(names or []).items()}
+        robot = load_robot(folder)
+        _enter_ros(config.deadlines_s.cell)
+        cell = Cell(robot, config.metrics.moving_speed_percent, config.deadlines_s)
+        options = {"--host": robot_host, "--port": robot_port, "--config-dir": folder}
+        words = [word for name, value in options.items() if value is not None for word in (name, str(value))]
+        run_folder = _run_folder(output)
+        bag = run_folder / BAG_NAME
+        _record(cell, config, Pendant(words, config.deadlines_s.service), chosen, bag)
+        report = write_report(bag, run_folder, Path(folder) if folder else None)
+        if output is None:
+            link_latest(run_folder)
+    except ConfigError as error:
+        raise _end(WRONG, str(error)) from error
+    except (RunError, PendantError, BagError, RecordError, OSError) as error:
+        raise _end(NOT_RUN, str(error)) from error
+    except KeyboardInterrupt as error:
+        raise _end(INTERRUPTED, "interrupted") from error
+    print_report(report, console)
+    raise typer.Exit(0 if report.passed else FAILED)
+
+
+def _record(cell: Cell, config: ExperimentsFile, pendant: Pendant, chosen: dict[str, Experiment], bag: Path) -> None:
+    """Run the experiments into one bag; whatever ends them, motion and recording are stopped."""
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.completed:.0f}/{task.total:.0f}"),
+        TimeElapsedColumn(),
+    )
+    with console.status("looking for the cell") as status:
+        cell.wait_ready(lambda text: status.update(text))
+    if any(isinstance(experiment, RealLeads) for experiment in chosen.values()):
+        pendant("status")
+    cell.start_recording(bag)
+    try:
+        with Progress(*columns, console=console) as progress:
+            runner = Runner(cell, config, pendant, progress)
+            for name, experiment in chosen.items():
+                runner.run(name, experiment)
+        time.sleep(TAIL_S)
+    except BaseException:
+        console.print(f"stopping the motion{_colon(cell.stop_motion())}")
+        try:
+            cell.stop_recording()
+        except RunError as error:
+            console.print(str(error))
+        console.print(f"what was recorded is in {bag}", soft_wrap=True)
+        raise
+    console.print(f"{cell.stop_recording()} messages in {bag}", soft_wrap=True)
+
+
+def _enter_ros(deadline: float) -> None:
+    """Become a node as soon as there is a master.
+
+    Raises:
+        RunError: There is none after ``deadline`` [s].
+    """
+    end = time.monotonic() + deadline
+    if not rosgraph.is_master_online():
+        console.print(f"waiting for a ROS master at {rosgraph.get_master_uri()}: is the cell started?", soft_wrap=True)
+    while not rosgraph.is_master_online():
+        if time.monotonic() > end:
+            raise RunError(f"no ROS master at {rosgraph.get_master_uri()} after {deadline:g} s: start the cell first")
+        time.sleep(MASTER_POLL_S)
+    rospy.init_node("run_experiment", anonymous=True, disable_signals=True)
+
+
+def _at_speed(experiment: Experiment, speed: float | None) -> Experiment:
+    """Return the experiment with another speed, if one is given."""
+    if speed is None:
+        return experiment
+    field = "override_percent" if isinstance(experiment, RealLeads) else "speed_percent"
+    return msgspec.structs.replace(experiment, **{field: speed})
+
+
+def _run_folder(output: Path | None) -> Path:
+    """Return the folder of this run; an older bag in it is never overwritten.
+
+    Raises:
+        RunError: There is a bag already.
+    """
+    if output is None:
+        base = Path(os.environ.get("CELL_ROOT") or Path.cwd()) / "runs"
+        return new_run_folder(base, datetime.now().strftime("%Y-%m-%d_%H-%M-%S"))
+    if (output / BAG_NAME).exists():
+        raise RunError(f"{output / BAG_NAME} exists already: choose another folder")
+    output.mkdir(parents=True, exist_ok=True)
+    return output.resolve()
+
+
+def _colon(text: str) -> str:
+    """Return ``: text``, or nothing."""
+    return f": {text}" if text else ""
+
+
+def _end(code: int, text: str) -> typer.Exit:
+    """Say why and return the end with that exit code."""
+    Console(stderr=True, highlight=False).print(f"run_experiment: {text}", soft_wrap=True, markup=False)
+    return typer.Exit(code)
+
+
+def main() -> None:
+    """Run the command; ROS remappings and parameters are not its arguments."""
+    app(rospy.myargv(sys.argv)[1:], prog_name="run_experiment")

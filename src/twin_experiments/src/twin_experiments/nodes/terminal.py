@@ -1,0 +1,27 @@
+"""The result of a run as a table on the terminal."""
+
+from __future__ import annotations
+
+from rich.console import Console
+from rich.table import Table
+
+from twin_experiments.document import HEADINGS, paper_rows, summary_rows
+from twin_experiments.io.report import Report
+
+STYLES = {"pass": "bold green", "FAIL": "bold red"}
+
+
+def print_report(report: Report, console: Console) -> None:
+    """Print one column for each experiment, this project's limits, the article's results, and why something failed."""
+    config, reach_mm = report.configuration.experiments, report.configuration.robot.reach_mm
+    columns = [HEADINGS, *summary_rows(report.results, reach_mm), *paper_rows(config.limits, config.paper)]
+    table = Table(title="real robot and twin, errors in mm and percent of reach")
+    for column in columns:
+        table.add_column(column[0])
+    for cells in list(zip(*columns))[1:]:
+        table.add_row(*(f"[{STYLES[cell]}]{cell}[/]" if cell in STYLES else cell for cell in cells))
+    console.print(table)
+    for result in report.results:
+        for reason in result.reasons:
+            console.print(f"{result.span.name}: {reason}", markup=False, soft_wrap=True)
+    console.print(f"report: {report.folder / 'report.html'}", soft_wrap=True)
