@@ -1,0 +1,280 @@
+"""The real robot's link: a thread that polls, writes and reconnects, and never blocks its owner.
+
+Reads and writes go one after the other. One time-out or wrong answer ends the connection: an answer that comes late would
+be taken for the next one's.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Sequence
+from types import TracebackType
+from typing import Self
+
+from scara_config import Robot
+from scara_config.modbus_map import ModbusMap
+
+from twin_controller.io.modbus_outbox import Command, Outbox
+from twin_controller.io.modbus_port import LinkLostError, ModbusPort, RefusedError
+from twin_controller.io.modbus_settings import ModbusCounters, ModbusSettings
+from twin_controller.registers import RegisterCodec
+from twin_controller.robot_sample import AlarmStatus, ControlType, ProgramStatus, RobotSample, SampleError, SetpointError
+
+OnSample = Callable[[RobotSample, float, float], None]
+OnChange = Callable[[bool, str], None]
+OnStatus = Callable[[ProgramStatus, AlarmStatus], None]
+OnReject = Callable[[str], None]
+
+__all__ = ["ModbusCounters", "ModbusLink", "ModbusSettings", "NotWritableError"]
+
+_STATUS_SIGNALS = frozenset(("fault", "progrun", "paused"))
+
+
+class NotWritableError(ValueError):
+    """The map does not allow the twin controller to write there."""
+
+
+class ModbusLink:
+    """Poll the robot and write to it; a context manager. All calls return at once; all callbacks come from the link's thread.
+
+    Args:
+        settings: Address and times.
+        layout: modbus_map.yaml.
+        robot: robot.yaml.
+        on_sample: Gets each checked sample with the monotonic times at which its request was sent and its answer complete.
+        on_change: Told that the link is up (with the first good sample) or lost, and why.
+        on_status: Gets program and alarm when they may have changed.
+        on_reject: Told of an answer that was not believed and of a write that did not go through.
+    """
+
+    def __init__(
+        self,
+        settings: ModbusSettings,
+        layout: ModbusMap,
+        robot: Robot,
+        on_sample: OnSample,
+        on_change: OnChange,
+        on_status: OnStatus | None = None,
+        on_reject: OnReject | None = None,
+    ) -> None:
+        self.settings = settings
+        self.counters = ModbusCounters()
+        self.failure: BaseException | None = None
+        self._layout, self._robot = layout, robot
+        self._codec = RegisterCodec(layout, robot)
+        self._on_sample, self._on_change, self._on_status = on_sample, on_change, on_status
+        self._on_reject: OnReject = on_reject or (lambda reason: None)
+        self._port = ModbusPort(settings.host, settings.port, layout.device_id, settings.timeout)
+        self._outbox = Outbox()
+        self._up: bool | None = None
+        self._disarm = True
+        self._heartbeat = 0
+        self._beaten = False
+        self._idle_joints: tuple[float, ...] = ()
+        self._outputs: frozenset[str] | None = None
+        self._status_due = 0.0
+        self._retry = settings.retry_first
+        self._thread = threading.Thread(target=self._run, name="modbus_link", daemon=True)
+
+    def __enter__(self) -> Self:
+        """Start connecting."""
+        self._thread.start()
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        """End; see :meth:`close`."""
+        self.close()
+
+    @property
+    def connected(self) -> bool:
+        """Good samples come."""
+        return self._up is True
+
+    def close(self, disarm: bool = True) -> None:
+        """End the link; ``disarm`` tells the robot's watchdog first, so that the end is no alarm."""
+        self._disarm = disarm
+        self._outbox.close()
+        self._thread.join(timeout=2.0)
+
+    def write_setpoint(self, positions: Sequence[float], speed_percent: float) -> None:
+        """Write a set point of the twin's joints [rad or m] as soon as possible; an older unwritten one is replaced.
+
+        Joints that the twin does not have stay where they were when the stream began.
+        """
+        self._outbox.put_setpoint((tuple(positions), speed_percent))
+
+    def write_override(self, percent: int) -> None:
+        """Set the robot's override, 1..100."""
+        self._command(Command("override", percent, False))
+
+    def write_integer(self, name: str, value: int) -> None:
+        """Write one integer register.
+
+        Raises:
+            NotWritableError: The map does not mark it ``write: true``.
+        """
+        self._command(name, value, pulsed=False)
+
+    def set_coil(self, name: str, level: bool) -> None:
+        """Set one UI signal.
+
+        Raises:
+            NotWritableError: The map does not mark it ``write: true``.
+        """
+        self._command(Command(name, level, False))
+
+    def pulse(self, name: str) -> None:
+        """Switch one UI signal on and, a pulse length later, off.
+
+        Raises:
+            NotWritableError: The map does not mark it ``write: true``.
+        """
+        self._command(Command(name, True, True))
+
+    def _command(self, command: Command) -> None:
+        entry = self._layout.coils.get(command.name) or self._layout.holding_registers.get(command.name)
+        if entry is None or not entry.write:
+            raise NotWritableError(f"{command.name}: modbus_map.yaml does not mark it write: true")
+        self._outbox.put(command)
+
+    def _run(self) -> None:
+        """Connect and serve until closed; an error of a callback ends the link and is kept in ``failure``."""
+        try:
+            while not self._outbox.closed:
+                try:
+                    self._serve()
+                except LinkLostError as error:
+                    self._lost(str(error))
+        except BaseException as error:
+            self.failure = error
+            self._up = False
+            self._on_change(False, f"the link died: {error!r}")
+            raise
+        finally:
+            self._port.close()
+
+    def _lost(self, reason: str) -> None:
+        """Tell the owner once, then wait before the next attempt."""
+        self._port.close()
+        self.counters.losses += self._up is True
+        if self._up is not False:
+            self._up = False
+            self._on_change(False, reason)
+        pause, self._retry = self._retry, min(2.0 * self._retry, self.settings.retry_last)
+        self._outbox.pause(time.monotonic() + pause)
+
+    def _serve(self) -> None:
+        """Connect, poll on absolute deadlines and write in between, until closed or lost."""
+        self._port.open()
+        self._status_due = 0.0
+        if dropped := self._outbox.discard():
+            self.counters.dropped += dropped
+            self._on_reject(f"{dropped} writes dropped: there was no link")
+        due = time.monotonic()
+        while not self._outbox.closed:
+            self._write_all(due)
+            now = time.monotonic()
+            if now >= due:
+                self._poll()
+                due += self.settings.poll_period
+                if due < now:
+                    self.counters.late += 1
+                    due = now + self.settings.poll_period
+        if self._disarm and self.settings.heartbeat:
+            self._beat(0)
+
+    def _write_all(self, until: float) -> None:
+        """Write what comes until ``until`` (return after each batch)."""
+        setpoint, commands = self._outbox.take(until)
+        if setpoint is not None:
+            self._attempt(lambda: self._write_setpoint(*setpoint))
+        for command in commands:
+            self._attempt(lambda command=command: self._write(command))  # type: ignore[misc]
+        for name in self._outbox.due_releases():
+            self._attempt(lambda name=name: self._port.write_coil(self._layout.coils[name].offset, False))  # type: ignore[misc]
+
+    def _attempt(self, write: Callable[[], None]) -> None:
+        """Write; what the robot refuses or our own check does not let through is told and counted, the link stays."""
+        try:
+            write()
+        except (RefusedError, SetpointError) as error:
+            self.counters.refused += 1
+            self._on_reject(str(error))
+
+    def _poll(self) -> None:
+        """Read state and signals, beat, hand the sample over."""
+        self.counters.polls += 1
+        sent = time.monotonic()
+        words = self._port.read_words(self._codec.state)
+        received = time.monotonic()
+        signals = self._port.read_signals(self._codec.outputs)
+        self.counters.round_trip = received - sent
+        self.counters.longest_round_trip = max(self.counters.longest_round_trip, received - sent)
+        if self.settings.heartbeat and not self._beaten:
+            self._beat(self._next_heartbeat())
+        self._beaten = False
+        try:
+            sample = self._codec.decode_sample(words, signals)
+        except SampleError as error:
+            self.counters.rejected += 1
+            self._on_reject(f"sample: {error}")
+            return
+        self._accept(sample, sent, received)
+
+    def _accept(self, sample: RobotSample, sent: float, received: float) -> None:
+        """Hand over a checked sample, and the status blocks if they may have changed."""
+        changed = self._outputs is None or (self._outputs ^ sample.outputs) & _STATUS_SIGNALS
+        self._outputs = sample.outputs
+        if sample.control_type is not ControlType.STREAM or not self._idle_joints:
+            self._idle_joints = sample.positions
+        self.counters.samples += 1
+        if not self._up:
+            self._up = True
+            self.counters.connects += 1
+            self._retry = self.settings.retry_first
+            self._on_change(True, f"connected to {self._port.name}")
+        self._on_sample(sample, sent, received)
+        if self._on_status is not None and (changed or received >= self._status_due):
+            self._status_due = received + self.settings.status_period
+            self._read_status(self._on_status)
+
+    def _read_status(self, on_status: OnStatus) -> None:
+        """Read the program and alarm blocks."""
+        program, alarm = self._port.read_words(self._codec.program), self._port.read_words(self._codec.alarm)
+        try:
+            on_status(self._codec.decode_program(program), self._codec.decode_alarm(alarm))
+        except SampleError as error:
+            self.counters.rejected += 1
+            self._on_reject(f"status: {error}")
+
+    def _write_setpoint(self, positions: tuple[float, ...], speed_percent: float) -> None:
+        """Write PR[1] with the heartbeat in one request."""
+        if not self._idle_joints:
+            raise SetpointError("set point: the robot's pose is not known yet")
+        if len(positions) != len(self._robot.twin_joints):
+            raise SetpointError(f"set point: {len(positions)} positions for {len(self._robot.twin_joints)} joints of the twin")
+        twin = iter(positions)
+        filled = [next(twin) if joint.twin else idle for joint, idle in zip(self._robot.joints, self._idle_joints)]
+        heartbeat = self._next_heartbeat() if self.settings.heartbeat else 0
+        self._port.write_words(self._codec.setpoint.offset, self._codec.encode_setpoint(filled, heartbeat, speed_percent))
+        self.counters.setpoints += 1
+        self._beaten = True
+
+    def _write(self, command: Command) -> None:
+        """Write one coil or integer register."""
+        if command.name in self._layout.coils:
+            self._port.write_coil(self._layout.coils[command.name].offset, bool(command.value))
+            if command.pulsed:
+                self._outbox.end_pulse(command.name, time.monotonic() + self.settings.pulse)
+        else:
+            register = self._layout.holding_registers[command.name]
+            self._port.write_words(register.offset, self._codec.encode_int(command.name, command.value))
+
+    def _next_heartbeat(self) -> int:
+        """Count 1..32767; 0 would disarm."""
+        self._heartbeat = self._heartbeat % 32767 + 1
+        return self._heartbeat
+
+    def _beat(self, value: int) -> None:
+        self._attempt(lambda: self._port.write_words(self._layout.holding_registers["heartbeat"].offset, [value]))

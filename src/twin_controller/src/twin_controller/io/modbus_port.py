@@ -1,0 +1,112 @@
+"""One Modbus TCP connection (pymodbus): each request waits for its answer, each answer is checked."""
+
+from __future__ import annotations
+
+import socket
+from typing import Any
+
+import pymodbus
+from pymodbus.client import ModbusTcpClient
+from pymodbus.exceptions import ModbusException
+
+from twin_controller.registers import Block
+
+
+class LinkLostError(ConnectionError):
+    """The robot did not answer, or not as it should."""
+
+
+class RefusedError(RuntimeError):
+    """The robot answered a write with an exception; the connection is good."""
+
+
+class ModbusPort:
+    """A connection that stays closed once it is lost, until :meth:`open` is called again.
+
+    Args:
+        host: The robot's address.
+        port: TCP port.
+        device_id: Modbus device.
+        timeout: The longest wait for a connection or an answer [s].
+    """
+
+    def __init__(self, host: str, port: int, device_id: int, timeout: float) -> None:
+        pymodbus.pymodbus_apply_logging_config("CRITICAL")  # what it would log is raised here
+        self.name = f"{host}:{port}"
+        self._device_id = device_id
+        self._client: Any = ModbusTcpClient(host, port=port, timeout=timeout, retries=0)
+
+    def open(self) -> None:
+        """Connect.
+
+        Raises:
+            LinkLostError: Nobody accepts the connection in time.
+        """
+        if not self._client.connect():
+            raise LinkLostError(f"no robot at {self.name}")
+        self._client.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+
+    def close(self) -> None:
+        """Disconnect."""
+        self._client.close()
+
+    def read_words(self, block: Block) -> list[int]:
+        """Read holding registers.
+
+        Raises:
+            LinkLostError: No answer, an exception, or another number of words than asked for.
+        """
+        words: list[int] = self._read("read_holding_registers", block).registers
+        if len(words) != block.count:
+            raise LinkLostError(f"the robot at {self.name} answered {len(words)} words instead of {block.count}")
+        return words
+
+    def read_signals(self, block: Block) -> list[bool]:
+        """Read discrete inputs.
+
+        Raises:
+            LinkLostError: No answer, an exception, or fewer signals than asked for.
+        """
+        signals: list[bool] = self._read("read_discrete_inputs", block).bits
+        if len(signals) < block.count:
+            raise LinkLostError(f"the robot at {self.name} answered {len(signals)} signals instead of {block.count}")
+        return signals[: block.count]
+
+    def write_words(self, offset: int, words: list[int]) -> None:
+        """Write holding registers.
+
+        Raises:
+            RefusedError: The robot answers with an exception.
+            LinkLostError: No answer.
+        """
+        self._write("write_registers", offset, words)
+
+    def write_coil(self, offset: int, level: bool) -> None:
+        """Write one coil.
+
+        Raises:
+            RefusedError: The robot answers with an exception.
+            LinkLostError: No answer.
+        """
+        self._write("write_coil", offset, level)
+
+    def _read(self, function: str, block: Block) -> Any:
+        answer = self._request(function, block.offset, count=block.count)
+        if answer.isError():
+            raise LinkLostError(f"the robot at {self.name} refused to read {block.offset + 1}: exception {answer.exception_code}")
+        return answer
+
+    def _write(self, function: str, offset: int, value: list[int] | bool) -> None:
+        answer = self._request(function, offset, value)
+        if answer.isError():
+            raise RefusedError(f"the robot refused to write {offset + 1}: exception {answer.exception_code}")
+
+    def _request(self, function: str, offset: int, *arguments: Any, **options: Any) -> Any:
+        """Send one request; pymodbus itself would silently connect again, so a closed connection is an error here."""
+        if self._client.socket is None:
+            raise LinkLostError(f"the robot at {self.name} closed the connection")
+        try:
+            return getattr(self._client, function)(offset, *arguments, device_id=self._device_id, **options)
+        except (ModbusException, OSError) as error:
+            what = "did not answer in time" if "No response" in str(error) else f"was lost: {error}"
+            raise LinkLostError(f"the robot at {self.name} {what}") from error

@@ -1,0 +1,85 @@
+"""What the robot says about itself, as typed values."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+import msgspec
+
+
+class SampleError(ValueError):
+    """An answer of the robot is not to be believed; the text says which value and why."""
+
+
+class SetpointError(ValueError):
+    """A set point cannot be put into the registers."""
+
+
+class ControlType(IntEnum):
+    """What moves the robot."""
+
+    NONE = 0
+    PROGRAM = 1
+    STREAM = 2
+
+
+class WatchdogState(IntEnum):
+    """State of the robot's own heartbeat watchdog."""
+
+    DISARMED = 0
+    ARMED = 1
+    EXPIRED = 2
+
+
+class ProgramState(IntEnum):
+    """State of the robot's program."""
+
+    ABORTED = 0
+    PAUSED = 1
+    RUNNING = 2
+
+
+class RobotSample(msgspec.Struct, frozen=True):
+    """One checked reading of the robot.
+
+    Attributes:
+        positions: Joint positions in the order of robot.yaml [rad or m].
+        velocities: Joint speeds, same order [rad/s or m/s].
+        clock_ms: The robot's own clock when they were true.
+        program_speed: Programmed speed of the running motion [percent].
+        override: Override in force [percent].
+        outputs: Names of the UO signals that are on.
+    """
+
+    positions: tuple[float, ...]
+    velocities: tuple[float, ...]
+    clock_ms: int
+    control_type: ControlType
+    program_speed: int
+    override: int
+    heartbeat_echo: int
+    watchdog_state: WatchdogState
+    outputs: frozenset[str]
+
+
+class ProgramStatus(msgspec.Struct, frozen=True):
+    """The running or last program."""
+
+    name: str
+    line: int
+    state: ProgramState
+
+
+class AlarmStatus(msgspec.Struct, frozen=True):
+    """The active alarm; all empty when there is none."""
+
+    facility: int
+    number: int
+    severity: str
+    message: str
+    cause: str
+
+    @property
+    def text(self) -> str:
+        """One line for the operator, empty when there is no alarm."""
+        return f"{self.message} ({self.cause}, {self.severity})" if self.facility else ""
