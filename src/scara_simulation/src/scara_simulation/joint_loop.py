@@ -13,6 +13,9 @@ from scara_simulation.config import LoopGains
 
 Mode = Literal["trajectory", "position", "velocity"]
 
+_BRAKING_LAG = 0.05
+"""[s] Three time constants of the velocity loop: how late it may follow a braking command. Our choice."""
+
 
 class JointModel(msgspec.Struct, frozen=True):
     """What the loop knows of its joint, in SI: limits of robot.yaml, damping and friction of the URDF."""
@@ -120,7 +123,7 @@ class JointLoop:
         """Return the motion at time ``t`` that the inverse dynamics shall be computed for.
 
         A set point with a time is met in position, velocity and acceleration. Without one only gravity and the
-        velocity coupling at the measured state are wanted.
+        velocity coupling at the measured state are wanted, and the braking in front of a limit.
         """
         if self.mode == "trajectory":
             position, velocity, acceleration = self._sample(t)
@@ -129,10 +132,9 @@ class JointLoop:
             self.velocity_setpoint = velocity - 0.5 * dt * acceleration
             self._friction_effort = self.model.friction_effort(velocity)
             return position, velocity, acceleration
-        if self.mode == "velocity":
-            self._limit_velocity(q, qdot)
+        acceleration = self._limit_velocity(q, qdot) if self.mode == "velocity" else 0.0
         self._friction_effort = self.model.friction_effort(self.velocity_setpoint)
-        return q, qdot, 0.0
+        return q, qdot, acceleration
 
     def effort(self, q: float, qdot: float, feed_forward: float, dt: float) -> float:
         """Return the effort for this step [N m] or [N], within the joint's limit."""
@@ -173,22 +175,42 @@ class JointLoop:
         self.limited_steps += 1
         return min(max(sample[0], self.model.lower), self.model.upper), 0.0, 0.0
 
-    def _limit_velocity(self, q: float, qdot: float) -> None:
-        """Slow the velocity command down towards the joint's limit, and hold once it is 0 and the joint stands still."""
-        model = self.model
-        wanted = self._velocity_command
-        room = model.upper - q if wanted > 0.0 else q - model.lower
-        allowed = math.sqrt(2.0 * model.acceleration * max(0.0, room))
-        if abs(wanted) > allowed:
-            self.limited_steps += 1
-            wanted = math.copysign(allowed, wanted) if allowed > model.standstill else 0.0
-        self.velocity_setpoint = wanted
-        if wanted != 0.0:
+    def _limit_velocity(self, q: float, qdot: float) -> float:
+        """Brake in front of the joint's limit and hold there; hold at standstill when the command is 0.
+
+        Returns:
+            The acceleration of the braking.
+        """
+        model, wanted = self.model, self._velocity_command
+        limit, room = (model.upper, model.upper - q) if wanted > 0.0 else (model.lower, q - model.lower)
+        lag = model.acceleration * _BRAKING_LAG
+        allowed = math.sqrt(lag * lag + 2.0 * model.acceleration * max(0.0, room)) - lag
+        if abs(wanted) <= allowed:
+            self._drive(wanted, q, qdot)
+            return 0.0
+        self.limited_steps += 1
+        if allowed > model.standstill * (2.0 if self.holding else 1.0):  # once held, it stays held
+            self._drive(math.copysign(allowed, wanted), q, qdot)
+            return -model.acceleration * self.velocity_setpoint / (allowed + lag)
+        self._hold(limit)
+        return 0.0
+
+    def _drive(self, velocity: float, q: float, qdot: float) -> None:
+        """Close the velocity loop, or the position loop once 0 is wanted and reached."""
+        if velocity != 0.0:
             if self.holding:
                 self._close_loop("velocity", holding=False)
-        elif not self.holding and abs(qdot) <= model.standstill:
-            self._close_loop("velocity", holding=True)
-            self.position_setpoint = q
+            self.velocity_setpoint = velocity
+        elif not self.holding:
+            self.velocity_setpoint = 0.0
+            if abs(qdot) <= self.model.standstill:
+                self._hold(q)
+
+    def _hold(self, position: float) -> None:
+        """Close the position loop at ``position``, still in velocity mode."""
+        self._close_loop("velocity", holding=True)
+        self.position_setpoint = position
+        self.velocity_setpoint = 0.0
 
     def _close_loop(self, mode: Mode, *, holding: bool) -> None:
         """Change the mode; the effort of the integral is carried over to the other loop."""

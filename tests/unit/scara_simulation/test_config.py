@@ -1,0 +1,70 @@
+"""simulation.yaml and pid_gains.yaml: what ships loads, what is wrong is named."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from scara_config import ConfigError, load_robot
+from scara_simulation.config import load_gains, load_simulation
+
+CONFIG = Path(__file__).parents[3] / "config"
+ROBOT = load_robot(CONFIG)
+
+
+def changed(tmp_path, name, old, new):
+    """Copy a file of the package with one text replaced."""
+    text = (CONFIG / name).read_text()
+    assert old in text
+    (tmp_path / name).write_text(text.replace(old, new, 1))
+    return tmp_path
+
+
+def test_shipped_files_load():
+    """The article's position 1 is where the twin starts."""
+    config = load_simulation(ROBOT, CONFIG)
+    assert config.start_positions(ROBOT) == pytest.approx([0.0, 0.0, -0.160, 0.0])
+    assert (config.dt, config.step_ns) == (1e-3, 1_000_000)
+    assert len(load_gains(ROBOT, CONFIG)) == len(ROBOT.twin_joints)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "why"),
+    [
+        ("physics_rate_hz: 1000", "physics_rate_hz: 50", r"simulation\.yaml: physics_rate_hz = 50: .*>= 200"),
+        ("physics_rate_hz: 1000", "physics_rate_hz: 1500", "physics_rate_hz = 1500: must divide 1000000000"),
+        ("joint_states_rate_hz: 200", "joint_states_rate_hz: 300", "joint_states_rate_hz = 300: must divide physics_rate_hz"),
+        ("controller_state_rate_hz: 20", "controller_state_rate_hz: 30", "= 30: must divide joint_states_rate_hz = 200"),
+        ("max_catch_up_ms: 50.0", "max_catch_up_ms: 1.0", "wake_period_ms = 2.0: must not exceed max_catch_up_ms"),
+        ("feed_forward: true", "feed_forward: 3", "feed_forward = 3: Expected `bool`"),
+        ("feed_forward: true", "feedforward: true", "feedforward"),
+        ("joint_1: 0.0", "joint_1: 200.0", r"start_pose\.joint_1 = 200\.0 deg: is outside \[-148, 148\] deg"),
+        ("joint_3: -160.0", "joint_3: 160.0", r"start_pose\.joint_3 = 160\.0 mm: is outside \[-210, 0\] mm"),
+        ("joint_1: 0.0", "joint_9: 0.0", r"start_pose\.joint_9: no joint of the twin"),
+        ("  table_joint: 0.0", "", r"start_pose\.table_joint: is missing"),
+    ],
+)
+def test_wrong_simulation_is_refused(tmp_path, old, new, why):
+    """The text names file, key, value and what is allowed."""
+    with pytest.raises(ConfigError, match=why):
+        load_simulation(ROBOT, changed(tmp_path, "simulation.yaml", old, new))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "why"),
+    [
+        ("p: 8285.0", "p: -1.0", r"pid_gains\.yaml: joint_1|pid_gains\.yaml: .*-1\.0"),
+        ("\njoint_2:", "\njoint_4:", "joint_4: no joint of the twin"),
+        ("i_clamp: 1.5", "iclamp: 1.5", "iclamp"),
+    ],
+)
+def test_wrong_gains_are_refused(tmp_path, old, new, why):
+    """Gains are exactly those of the twin's joints."""
+    with pytest.raises(ConfigError, match=why):
+        load_gains(ROBOT, changed(tmp_path, "pid_gains.yaml", old, new))
+
+
+def test_missing_file_is_named(tmp_path):
+    """A folder without the file is no configuration."""
+    with pytest.raises(ConfigError, match=r"pid_gains\.yaml: cannot be read"):
+        load_gains(ROBOT, tmp_path)

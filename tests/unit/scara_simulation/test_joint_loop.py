@@ -1,0 +1,212 @@
+"""One joint's loop: the last command wins, switching makes no jump, limits hold and are counted."""
+
+from __future__ import annotations
+
+import pytest
+from scara_control.pid import PidGains
+from scara_control.setpoints import SetpointTrack
+from scara_simulation.config import LoopGains
+from scara_simulation.joint_loop import JointLoop, JointModel
+
+DT = 1e-3
+INERTIA = 2.0
+GAINS = LoopGains(
+    position=PidGains(p=INERTIA * 3600.0, i=INERTIA * 36000.0, d=INERTIA * 120.0, i_clamp=5.0),
+    velocity=PidGains(p=INERTIA * 60.0, i=INERTIA * 45.0, i_clamp=5.0),
+)
+MODEL = JointModel("joint_1", lower=-1.0, upper=1.0, velocity=3.0, acceleration=10.0, effort=100.0, standstill=0.003)
+
+
+class Joint:
+    """An inertia with a constant load, moved by a loop as the simulator does it."""
+
+    def __init__(self, load=0.0, q=0.0, feed_forward=True, model=MODEL):
+        self.loop = JointLoop(model, GAINS, q)
+        self.q, self.qdot, self.t, self.load, self.feed_forward = q, 0.0, 0.0, load, feed_forward
+        self.efforts = []
+
+    def run(self, steps):
+        """Advance and return the joint."""
+        for _ in range(steps):
+            wanted = self.loop.reference(self.t, self.q, self.qdot, DT)
+            effort = self.loop.effort(self.q, self.qdot, INERTIA * wanted[2] if self.feed_forward else 0.0, DT)
+            self.efforts.append(effort)
+            self.qdot += (effort - self.load) / INERTIA * DT
+            self.q += self.qdot * DT
+            self.t += DT
+        return self
+
+
+def track(times, points, **options):
+    """Make a track of one joint."""
+    defaults = {"extrapolation_limit": 0.05, "stop_accelerations": [10.0]}
+    columns = [[[point[k]] for point in points] for k in range(3)]
+    return SetpointTrack(times, *columns, **(defaults | options))
+
+
+def test_joint_starts_by_holding_its_position():
+    """Without a command nothing moves, whatever the load."""
+    joint = Joint(load=3.0, q=0.4).run(3000)
+    assert joint.loop.mode == "position"
+    assert joint.q == pytest.approx(0.4, abs=1e-6)
+
+
+def test_position_command_is_reached_and_reported():
+    """The position loop ends at the set point; error is set point minus measured."""
+    joint = Joint()
+    joint.loop.command_position(0.01)
+    joint.run(1)
+    state = joint.loop.state(joint.q, joint.qdot)
+    assert (state.kind, state.set_point) == ("position", 0.01)
+    assert state.error == pytest.approx(0.01)
+    joint.run(1500)
+    assert joint.q == pytest.approx(0.01, abs=1e-6)
+
+
+def test_velocity_command_is_reached_and_zero_turns_into_holding():
+    """0 at standstill closes the position loop where the joint stands."""
+    joint = Joint()
+    joint.loop.command_velocity(0.5)
+    joint.run(400)
+    assert joint.qdot == pytest.approx(0.5, abs=0.01)
+    assert not joint.loop.holding
+    joint.loop.command_velocity(0.0)
+    joint.run(1500)
+    held = joint.loop.position_setpoint
+    assert joint.loop.holding
+    assert joint.loop.mode == "velocity"
+    joint.load = 4.0
+    joint.run(2000)
+    assert joint.q == pytest.approx(held, abs=1e-5)
+
+
+def test_last_command_wins():
+    """Each command changes the mode at once, and forgets the one before."""
+    joint = Joint()
+    joint.loop.command_track(track([0.0], [(0.5, 0.0, 0.0)]), 0)
+    assert joint.loop.mode == "trajectory"
+    joint.loop.command_velocity(0.1)
+    assert joint.loop.mode == "velocity"
+    joint.loop.command_position(-0.2)
+    assert joint.loop.mode == "position"
+    assert joint.run(2000).q == pytest.approx(-0.2, abs=1e-5)
+
+
+def test_switching_the_mode_makes_no_jump_of_the_effort():
+    """What the integral carries is taken over to the other loop and back."""
+    joint = Joint(load=4.0).run(3000)
+    carried = joint.efforts[-1]
+    assert carried == pytest.approx(4.0, abs=1e-3)
+    joint.loop.command_velocity(0.0)
+    joint.run(1)
+    assert joint.efforts[-1] == pytest.approx(carried, abs=1e-3)
+    joint.loop.command_velocity(1e-4)
+    joint.run(1)
+    assert joint.efforts[-1] == pytest.approx(carried, abs=0.1)
+    joint.loop.command_position(joint.q)
+    joint.run(1)
+    assert joint.efforts[-1] == pytest.approx(carried, abs=0.1)
+
+
+def test_trajectory_with_feed_forward_is_followed_without_error():
+    """Position, velocity and acceleration of a set point are met, half a step of the integrator included."""
+    joint = Joint()
+    joint.loop.command_track(track([0.0, 0.4], [(0.0, 0.0, 0.0), (0.8, 0.0, 0.0)]), 0)
+    worst = 0.0
+    for _ in range(400):
+        expected = joint.loop.reference(joint.t, joint.q, joint.qdot, DT)[0]
+        worst = max(worst, abs(expected - joint.q))
+        joint.run(1)
+    assert max(map(abs, joint.efforts)) > 40.0
+    assert worst < 2e-5
+
+
+def test_newer_track_takes_over_at_its_first_point():
+    """A packet that begins later does not interrupt what is due before it."""
+    joint = Joint()
+    joint.loop.command_track(track([0.0], [(0.1, 0.0, 0.0)]), 0)
+    joint.loop.command_track(track([0.5], [(0.3, 0.0, 0.0)]), 0)
+    assert joint.loop.reference(0.4, 0.0, 0.0, DT)[0] == 0.1
+    assert joint.loop.reference(0.5, 0.0, 0.0, DT)[0] == 0.3
+
+
+def test_newer_track_replaces_all_that_was_to_come_after_its_first_point():
+    """A stop that is due now ends every motion announced for later."""
+    joint = Joint()
+    for start, q in ((0.0, 0.1), (0.5, 0.3), (0.2, 0.2)):
+        joint.loop.command_track(track([start], [(q, 0.0, 0.0)]), 0)
+    assert joint.loop.reference(0.4, 0.0, 0.0, DT)[0] == 0.2
+    assert joint.loop.reference(0.9, 0.0, 0.0, DT)[0] == 0.2
+
+
+def test_postponed_track_is_the_same_motion_later():
+    """After a pause the motion goes on where it stood."""
+    joint = Joint()
+    joint.loop.command_track(track([0.0, 1.0], [(0.0, 0.5, 0.0), (0.5, 0.5, 0.0)]), 0)
+    before = joint.loop.reference(0.4, 0.0, 0.0, DT)
+    joint.loop.postpone(10.0)
+    assert joint.loop.reference(10.4, 0.0, 0.0, DT) == pytest.approx(before)
+
+
+def test_set_point_beyond_a_limit_is_kept_inside_and_counted():
+    """An extrapolation must not drive the joint into its stop."""
+    joint = Joint(q=0.9)
+    joint.loop.command_track(track([0.0], [(0.95, 3.0, 0.0)]), 0)
+    assert joint.loop.reference(0.04, 0.9, 0.0, DT) == (1.0, 0.0, 0.0)
+    assert joint.loop.limited_steps == 1
+
+
+def test_velocity_command_towards_a_limit_slows_down_and_stops_there():
+    """The joint stands at its limit without overrunning it."""
+    joint = Joint(q=0.5)
+    joint.loop.command_velocity(3.0)
+    joint.run(3000)
+    assert joint.q == pytest.approx(1.0, abs=1e-4)
+    assert joint.loop.holding
+    assert joint.loop.limited_steps > 0
+    joint.loop.command_velocity(-0.5)
+    joint.run(300)
+    assert joint.qdot == pytest.approx(-0.5, abs=0.02)
+
+
+def test_saturated_effort_is_limited_counted_and_stops_the_integral():
+    """Past the joint's effort nothing goes out, and the integral waits."""
+    joint = Joint()
+    joint.loop.command_position(1.0)
+    joint.run(5)
+    assert joint.efforts == [100.0] * 5
+    assert joint.loop.saturated_steps == 5
+    joint.loop.command_position(joint.q)
+    joint.qdot = 0.0
+    joint.run(1)
+    assert joint.efforts[-1] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_friction_is_overcome_in_the_direction_of_the_set_point_without_a_jump():
+    """Damping grows with the speed, dry friction sets in over the speed that counts as standing still."""
+    model = JointModel("j", -1, 1, 3, 10, 100, standstill=0.01, damping=2.0, friction=0.5)
+    assert model.friction_effort(0.0) == 0.0
+    assert model.friction_effort(0.005) == pytest.approx(0.26)
+    assert model.friction_effort(1.0) == pytest.approx(2.5)
+    assert model.friction_effort(-1.0) == pytest.approx(-2.5)
+
+
+def test_reset_forgets_every_command():
+    """After a reset the joint holds the given position in position mode."""
+    joint = Joint()
+    joint.loop.command_track(track([0.0], [(0.5, 1.0, 0.0)]), 0)
+    joint.run(100)
+    joint.loop.reset(0.0)
+    joint.q = joint.qdot = 0.0
+    joint.run(100)
+    assert (joint.loop.mode, joint.q, joint.loop.applied_effort) == ("position", 0.0, 0.0)
+
+
+def test_velocity_loop_is_reported_in_velocity_mode():
+    """Set point and value are velocities then."""
+    joint = Joint()
+    joint.loop.command_velocity(0.5)
+    joint.run(10)
+    state = joint.loop.state(joint.q, joint.qdot)
+    assert (state.joint, state.kind, state.set_point, state.process_value) == ("joint_1", "velocity", 0.5, joint.qdot)
+    assert state.gains is GAINS.velocity

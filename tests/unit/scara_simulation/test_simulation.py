@@ -1,0 +1,105 @@
+"""The nominal time axis: exact stamps, skips and pauses."""
+
+from __future__ import annotations
+
+import pytest
+from scara_control.pid import PidGains
+from scara_control.setpoints import SetpointTrack
+from scara_simulation.config import LoopGains
+from scara_simulation.joint_control import JointControl
+from scara_simulation.joint_loop import JointModel
+from scara_simulation.simulation import Simulation, Timing
+
+MS = 1_000_000
+EPOCH = 1_700_000_000_123_456_789
+
+
+class Mass:
+    """One kilogram on a rail."""
+
+    def __init__(self):
+        self.q, self.qdot = 0.0, 0.0
+
+    def read(self):
+        """Return position and velocity."""
+        return [self.q], [self.qdot]
+
+    def step(self, efforts):
+        """Move on by 1 ms."""
+        self.qdot += efforts[0] * 1e-3
+        self.q += self.qdot * 1e-3
+
+    def reset(self, positions):
+        """Stand there."""
+        self.q, self.qdot = positions[0], 0.0
+
+
+@pytest.fixture
+def simulation():
+    """Give the mass under control."""
+    model = JointModel("slide", -5.0, 5.0, 10.0, 50.0, 1e4, 0.01)
+    gains = LoopGains(PidGains(p=3600.0, d=120.0), PidGains(p=60.0))
+    control = JointControl([model], [gains], [0.25], 1e-3, lambda q, qdot, qddot: qddot)
+    return Simulation(Mass(), control, [0.25], Timing(MS, EPOCH, 5, 10))
+
+
+def moving(velocity=1.0, start=0.25, duration=2.0):
+    """Make a track of even speed."""
+    return SetpointTrack(
+        [0.0, duration],
+        [[start], [start + velocity * duration]],
+        [[velocity]] * 2,
+        [[0.0]] * 2,
+        extrapolation_limit=0.05,
+        stop_accelerations=[50.0],
+    )
+
+
+def test_stamps_are_exact_and_snapshots_evenly_spaced(simulation):
+    """Every fifth step, whatever the size of the runs; integer nanoseconds."""
+    stamps = [s.stamp_ns for run in (3, 4, 1, 12) for s in simulation.advance(run)]
+    assert stamps == [EPOCH + k * 5 * MS for k in (1, 2, 3, 4)]
+
+
+def test_loop_states_come_with_every_second_snapshot_here(simulation):
+    """They are asked for at a lower rate."""
+    assert [len(s.loops) for s in simulation.advance(20)] == [0, 1, 0, 1]
+
+
+def test_set_points_are_met_at_their_nominal_time(simulation):
+    """The state stamped t is the one wanted at t, however late the step was run."""
+    simulation.control.command_track(["slide"], moving())
+    last = simulation.advance(500)[-1]
+    assert last.positions[0] == pytest.approx(0.25 + simulation.axis_time(last.stamp_ns), abs=1e-5)
+
+
+def test_skipped_time_moves_the_stamps_and_not_the_due_times(simulation):
+    """After a stall the joint is sent to where it should be by now."""
+    simulation.control.command_track(["slide"], moving())
+    simulation.advance(100)
+    simulation.skip(300 * MS)
+    last = simulation.advance(400)[-1]
+    assert last.stamp_ns == EPOCH + 800 * MS
+    assert last.positions[0] == pytest.approx(0.25 + 0.8, abs=1e-4)
+
+
+def test_paused_time_moves_stamps_and_due_times(simulation):
+    """After a pause the motion goes on where it stood, without a jump."""
+    simulation.control.command_track(["slide"], moving())
+    simulation.advance(100)
+    simulation.thaw(10_000 * MS)
+    after = simulation.advance(5)[-1]
+    assert after.stamp_ns == EPOCH + 10_105 * MS
+    assert after.velocities[0] == pytest.approx(1.0, abs=0.05)
+    assert after.positions[0] == pytest.approx(0.25 + 0.105, abs=2e-3)
+
+
+def test_reset_returns_to_the_start_and_time_goes_on(simulation):
+    """Commands are forgotten; stamps never go back."""
+    simulation.control.command_track(["slide"], moving())
+    simulation.advance(200)
+    simulation.reset()
+    assert simulation.control.modes == "slide:position"
+    last = simulation.advance(200)[-1]
+    assert last.positions == [0.25]
+    assert last.stamp_ns == EPOCH + 400 * MS
