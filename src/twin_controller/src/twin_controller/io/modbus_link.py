@@ -106,7 +106,18 @@ class ModbusLink:
 
     def write_override(self, percent: int) -> None:
         """Set the robot's override, 1..100."""
-        self._command(Command("override", percent, False))
+        self.write_integer("override", percent)
+
+    def write_integer(self, name: str, value: int) -> None:
+        """Write one integer register.
+
+        Raises:
+            NotWritableError: The map does not mark it ``write: true``, or it holds no single integer.
+        """
+        register = self._layout.holding_registers.get(name)
+        if register is None or register.type not in ("int16", "int32") or register.count != 1:
+            raise NotWritableError(f"{name}: modbus_map.yaml has no integer register of this name")
+        self._command(Command(name, value, False))
 
     def write_integer(self, name: str, value: int) -> None:
         """Write one integer register.
@@ -122,6 +133,7 @@ class ModbusLink:
         Raises:
             NotWritableError: The map does not mark it ``write: true``.
         """
+        self._check_signal(name)
         self._command(Command(name, level, False))
 
     def pulse(self, name: str) -> None:
@@ -130,7 +142,12 @@ class ModbusLink:
         Raises:
             NotWritableError: The map does not mark it ``write: true``.
         """
+        self._check_signal(name)
         self._command(Command(name, True, True))
+
+    def _check_signal(self, name: str) -> None:
+        if name not in self._layout.coils:
+            raise NotWritableError(f"{name}: modbus_map.yaml has no signal of this name")
 
     def _command(self, command: Command) -> None:
         entry = self._layout.coils.get(command.name) or self._layout.holding_registers.get(command.name)
@@ -257,7 +274,8 @@ class ModbusLink:
         twin = iter(positions)
         filled = [next(twin) if joint.twin else idle for joint, idle in zip(self._robot.joints, self._idle_joints)]
         heartbeat = self._next_heartbeat() if self.settings.heartbeat else 0
-        self._port.write_words(self._codec.setpoint.offset, self._codec.encode_setpoint(filled, heartbeat, speed_percent))
+        ceiling = min(100.0, speed_percent * self.settings.stream_speed_margin)
+        self._port.write_words(self._codec.setpoint.offset, self._codec.encode_setpoint(filled, heartbeat, ceiling))
         self.counters.setpoints += 1
         self._beaten = True
 

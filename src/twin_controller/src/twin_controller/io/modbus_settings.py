@@ -16,6 +16,7 @@ class ModbusSettings:
         pulse: How long a pulsed signal stays on.
         retry_first: Pause before the first new attempt; doubled at each failure.
         retry_last: Longest pause.
+        stream_speed_margin: R[2] above the speed of the set points: right at the robot's own limit they would be clipped and lag.
         heartbeat: Keep the robot's watchdog awake.
     """
 
@@ -27,6 +28,7 @@ class ModbusSettings:
     pulse: float = 0.03
     retry_first: float = 0.1
     retry_last: float = 2.0
+    stream_speed_margin: float = 1.2
     heartbeat: bool = True
 
 
