@@ -59,7 +59,10 @@ def session(first=None, now=NOW):
         (packet(point(), point(), times=[NOW, NOW]), "times do not increase"),
         (packet(times=[NOW - 0.101]), "stale: the last point is 101 ms old, allowed 100"),
         (packet(times=[NOW + 0.6]), "stamp is 600 ms in the future, allowed 500"),
-        (packet(point(), point(q=(0.4, 0.2, -0.1, 0.0))), "jump between points 0 and 1: joint_1 by 17.19 deg in 10 ms, allowed 7.10"),
+        (
+            packet(point(), point(q=(0.4, 0.2, -0.1, 0.0))),
+            "jump between points 0 and 1: joint_1 by 17.19 deg in 10 ms, allowed 7.10",
+        ),
         (packet(point(q=(0.16, 0.2, -0.1, 0.0))), "align first: joint_1 is 3.44 deg from the first set point, allowed 3"),
         (packet(point(q=(0.1, 0.2, -0.106, 0.0))), "align first: joint_3 is 6.00 mm from the first set point, allowed 5"),
     ],
@@ -79,7 +82,10 @@ def test_a_stream_does_not_begin_with_a_wrong_packet(bad, text):
             packet(point(q=HERE[:1], qdot=(0.0,), qddot=(0.0,)), names=("joint_1",), times=[NOW + 0.01]),
             "other joints than before: joint_1 after joint_1, joint_2",
         ),
-        (packet(point(q=(0.1, 0.2, -0.14, 0.0)), times=[NOW + 0.01]), "jump since the last packet: joint_3 by -40.00 mm in 10 ms"),
+        (
+            packet(point(q=(0.1, 0.2, -0.14, 0.0)), times=[NOW + 0.01]),
+            "jump since the last packet: joint_3 by -40.00 mm in 10 ms",
+        ),
     ],
 )
 def test_a_stream_does_not_go_on_with_a_wrong_packet(bad, text):
@@ -137,11 +143,11 @@ def test_a_stream_times_out_by_arrival_not_by_stamp():
 
 def test_a_barred_stream_is_heard_again_only_after_a_pause():
     """A late packet after a STOP does not restart motion, however long the stream goes on."""
-    gate = StreamGate(0.1)
+    gate = StreamGate("packets", 0.1)
     gate.check(0.0)
     gate.bar(0.05)
     for k in range(6, 60):
-        with pytest.raises(MotionRefusedError, match="stopped: the stream is ignored until it pauses for 100 ms"):
+        with pytest.raises(MotionRefusedError, match="stopped: packets are ignored until they pause for 100 ms"):
             gate.check(k * 0.01)
     gate.check(0.8)
     gate.check(0.81)
@@ -149,7 +155,7 @@ def test_a_barred_stream_is_heard_again_only_after_a_pause():
 
 def test_a_stop_without_a_stream_bars_nothing():
     """The next stream may begin at once."""
-    gate = StreamGate(0.1)
+    gate = StreamGate("packets", 0.1)
     gate.check(0.0)
     gate.bar(0.2)
     gate.check(0.21)

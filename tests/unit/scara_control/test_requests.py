@@ -20,7 +20,13 @@ TARGET = (0.1, 0.2, -0.1, 0.0)
 @pytest.mark.parametrize(
     ("names", "positions", "speed", "error", "text"),
     [
-        (["elbow"], [0.0], 50.0, MotionRefusedError, "unknown joint 'elbow': the twin has joint_1, joint_2, joint_3, table_joint"),
+        (
+            ["elbow"],
+            [0.0],
+            50.0,
+            MotionRefusedError,
+            "unknown joint 'elbow': the twin has joint_1, joint_2, joint_3, table_joint",
+        ),
         (["joint_4"], [0.0], 50.0, MotionRefusedError, "unknown joint 'joint_4'"),
         (["joint_1", "joint_1"], [0.0, 0.0], 50.0, MotionRefusedError, "a joint occurs twice: joint_1, joint_1"),
         ([], [0.0] * 3, 50.0, JointVectorError, "got 3 joint values, expected 4"),

@@ -116,8 +116,9 @@ class FollowSession:
 class StreamGate:
     """Whether the stream is listened to: after a STOP not before it has paused, so that a late packet moves nothing."""
 
-    def __init__(self, timeout: float) -> None:
-        """Start open; ``timeout`` [s] is the pause that counts."""
+    def __init__(self, what: str, timeout: float) -> None:
+        """Start open; ``what`` comes streamed, ``timeout`` [s] is the pause that counts."""
+        self._what = what
         self._timeout = timeout
         self._heard = -math.inf
         self._barred = False
@@ -135,4 +136,4 @@ class StreamGate:
         pause, self._heard = now - self._heard, now
         self._barred = self._barred and pause <= self._timeout
         if self._barred:
-            raise MotionRefusedError(f"stopped: the stream is ignored until it pauses for {self._timeout * 1e3:.0f} ms")
+            raise MotionRefusedError(f"stopped: {self._what} are ignored until they pause for {self._timeout * 1e3:.0f} ms")

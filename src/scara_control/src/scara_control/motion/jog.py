@@ -40,7 +40,7 @@ class JogController:
         self._joints = robot.twin_joints
         self._columns = {joint.name: k for k, joint in enumerate(self._joints)}
         self._config = config
-        self._gate = StreamGate(config.jog.timeout)
+        self._gate = StreamGate("commands", config.jog.timeout)
         self._ownership = Ownership("velocity")
         self._feedback = Feedback(self._joints, config)
         self._wanted: dict[str, float] = {}

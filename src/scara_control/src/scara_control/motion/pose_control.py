@@ -40,7 +40,7 @@ class PoseController:
         self._commanded = self.names
         self._stopping = self._paused = self._estopped = False
         self._parked = False
-        self._gate = StreamGate(config.follow.timeout)
+        self._gate = StreamGate("packets", config.follow.timeout)
         self._refused_packets = 0
         self._requested, self._limit = config.move.default_speed_percent, 100.0
         self._message = ""

@@ -1,0 +1,523 @@
+"""The core of joint_pose_controller, tick by tick, with a twin that is always exactly at its set point."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scara_config import load_robot
+from scara_control.config import load_motion
+from scara_control.errors import ScaraControlError
+from scara_control.motion.commands import Command, MotionRefusedError
+from scara_control.motion.packets import Measurement, SetpointPacket
+from scara_control.motion.plan import JointMotion
+from scara_control.motion.pose_control import PoseController
+
+ROBOT, CONFIG = load_robot(), load_motion()
+JOINTS = ROBOT.twin_joints
+NAMES = tuple(joint.name for joint in JOINTS)
+ACCELERATION = np.array([joint.acceleration for joint in JOINTS])
+HOME = (0.0, 0.0, -0.16, 0.0)
+FAR = (1.0, -0.8, -0.02, 0.4)
+DT = CONFIG.period
+MODES = dict.fromkeys(NAMES, "trajectory")
+
+
+class Bench:
+    """A controller, its clock and an ideal twin."""
+
+    def __init__(self, q=HOME):
+        self.now = 50.0
+        self.core = PoseController(ROBOT, CONFIG, self.now)
+        self.q, self.qdot = tuple(q), (0.0,) * 4
+        self.setpoints, self.packets, self.outcomes, self.states = [], [], [], []
+        self.measuring = True
+        self.modes(MODES)
+        self.tick()
+
+    def modes(self, modes):
+        """Tell the controller whom each joint obeys."""
+        self.core.update_modes(modes)
+
+    def obey(self, packet):
+        """Put the twin where a packet wants it."""
+        columns = [NAMES.index(name) for name in packet.names]
+        q, qdot = list(self.q), list(self.qdot)
+        for column, position, velocity in zip(columns, packet.points[0].q, packet.points[0].qdot):
+            q[column], qdot[column] = position, velocity
+        self.q, self.qdot = tuple(q), tuple(qdot)
+
+    def tick(self, count=1):
+        """Go on by periods; return the last state."""
+        for _ in range(count):
+            self.now += DT
+            if self.measuring:
+                self.core.measure(Measurement(self.q, self.qdot, self.now))
+            packet = self.core.tick(self.now)
+            if packet is not None:
+                self.packets.append(packet)
+                self.obey(packet)
+                self.setpoints.append(packet.points[0])
+            self.outcomes += self.core.take_outcomes()
+            self.states.append(self.core.report(self.now).state)
+        return self.states[-1]
+
+    def until(self, state, most=1000):
+        """Tick until ``state`` is reported; fail if it never is."""
+        for _ in range(most):
+            if self.tick() == state:
+                return
+        raise AssertionError(f"never {state}: {self.states[-5:]}")
+
+    def move(self, target=FAR, percent=100.0, names=()):
+        """Begin a move."""
+        return self.core.move(names, target, percent, self.now)
+
+    def command(self, command, reason=""):
+        """Give a command."""
+        self.core.command(command, reason, self.now)
+        self.outcomes += self.core.take_outcomes()
+
+    def stream(self, q, qdot=(0.0,) * 4, names=NAMES, stamp=None):
+        """Send one streamed point; return what is forwarded."""
+        point = JointMotion(tuple(q), tuple(qdot), (0.0,) * len(names))
+        packet = SetpointPacket(names, (self.now if stamp is None else stamp,), (point,))
+        passed = self.core.follow(packet, self.now)
+        self.outcomes += self.core.take_outcomes()
+        self.obey(passed)
+        return passed
+
+    @property
+    def report(self):
+        """Return the controller's report now."""
+        return self.core.report(self.now)
+
+
+def smooth(setpoints):
+    """Say whether no velocity changes by more than acceleration times dt (5 % for the curve between)."""
+    return (np.abs(np.diff([s.qdot for s in setpoints], axis=0)) <= ACCELERATION * DT * 1.05).all()
+
+
+def test_a_move_is_announced_then_driven_then_answered_then_silent():
+    """0.1 s of announcement; 0.15 s of lookahead; one packet at rest; the outcome when the joints are there."""
+    bench = Bench()
+    assert bench.report.standing_still
+    number = bench.move()
+    assert bench.report.state == "announcing" and not bench.report.standing_still
+    bench.tick(10)
+    assert set(bench.states[1:-1]) == {"announcing"} and all(s == JointMotion.at_rest(HOME) for s in bench.setpoints)
+    assert bench.packets[0].points[-1].q != HOME
+    bench.tick()
+    bench.until("idle")
+    assert bench.setpoints[-1] == JointMotion.at_rest(FAR) and bench.report.setpoint == FAR
+    bench.tick(3)
+    (outcome,) = bench.outcomes
+    assert outcome.success and outcome.move_id == number and outcome.positions == FAR
+    count = len(bench.packets)
+    bench.tick(50)
+    assert len(bench.packets) == count and bench.report.standing_still
+
+
+def test_each_packet_looks_ahead_on_the_grid_and_keeps_its_promise():
+    """Points are a period apart from now to the horizon, and what was promised is what comes."""
+    bench = Bench()
+    bench.move()
+    bench.until("idle")
+    promised = {}
+    for packet in bench.packets:
+        assert np.allclose(np.diff(packet.times), DT) and packet.times[-1] - packet.times[0] <= CONFIG.move.horizon + 1e-9
+        for time, point in zip(packet.times, packet.points):
+            key = round(time / DT)
+            assert point == promised.setdefault(key, point)
+    assert len(bench.packets[0].points) == round(CONFIG.move.horizon / DT) + 1
+    assert len(bench.packets[-1].points) == 1
+
+
+def test_the_cap_stretches_running_and_coming_moves():
+    """Requested and applied are reported apart, before, during and after a change of the cap."""
+    bench = Bench()
+    bench.core.limit_speed(80.0)
+    bench.move(percent=100.0)
+    bench.tick(15)
+    assert bench.report.speed_requested_percent == 100.0 and bench.report.speed_applied_percent == 80.0
+    bench.core.limit_speed(40.0)
+    bench.tick(20)
+    assert bench.report.speed_applied_percent == pytest.approx(40.0) and bench.report.speed_limit_percent == 40.0
+    bench.until("idle")
+    line = np.array(FAR) - np.array(HOME)
+    q = np.array([s.q for s in bench.setpoints])
+    assert np.allclose(q, np.array(HOME) + ((q[:, 0] - HOME[0]) / line[0])[:, None] * line, atol=1e-9)
+    assert smooth(bench.setpoints)
+
+
+def test_a_move_slower_than_the_cap_is_not_stretched():
+    """The cap is a cap."""
+    bench = Bench()
+    bench.core.limit_speed(80.0)
+    bench.move(percent=30.0)
+    bench.tick(15)
+    assert bench.report.speed_applied_percent == 30.0
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(1, 60), st.integers(1, 80))
+def test_pause_and_resume_at_any_time_keep_path_and_smoothness(after, during):
+    """The twin stands on its path and goes on along it; no velocity jumps."""
+    bench = Bench()
+    bench.move()
+    bench.tick(after)
+    bench.command(Command.PAUSE)
+    bench.tick(during)
+    bench.command(Command.RESUME)
+    bench.until("idle")
+    line = np.array(FAR) - np.array(HOME)
+    q = np.array([s.q for s in bench.setpoints])
+    assert np.allclose(q, np.array(HOME) + ((q[:, 0] - HOME[0]) / line[0])[:, None] * line, atol=1e-9)
+    assert smooth(bench.setpoints) and bench.setpoints[-1] == JointMotion.at_rest(FAR)
+    bench.tick(2)
+    assert [outcome.success for outcome in bench.outcomes] == [True]
+
+
+def test_paused_stands_still_in_silence_and_refuses_a_new_move():
+    """The target is kept; only RESUME or STOP lead on."""
+    bench = Bench()
+    bench.move(percent=50.0)
+    bench.tick(20)
+    bench.command(Command.PAUSE, "lunch")
+    assert bench.report.state == "pausing"
+    bench.until("paused")
+    assert bench.report.standing_still and bench.report.target == FAR and bench.report.speed_applied_percent == 0.0
+    count = len(bench.packets)
+    bench.tick(50)
+    assert len(bench.packets) == count and not bench.outcomes
+    with pytest.raises(MotionRefusedError, match="paused: RESUME or STOP first"):
+        bench.move(HOME)
+    bench.command(Command.STOP, "dinner")
+    assert [outcome.message for outcome in bench.outcomes] == ["aborted by STOP: dinner"]
+    bench.until("idle")
+    bench.move(HOME)
+
+
+def test_pause_before_the_first_motion_holds_the_move():
+    """Announced, paused, resumed: it begins then."""
+    bench = Bench()
+    bench.move()
+    bench.tick(3)
+    bench.command(Command.PAUSE)
+    bench.tick(40)
+    assert bench.report.state == "paused" and bench.q == HOME
+    bench.command(Command.RESUME)
+    bench.until("idle")
+    assert bench.q == FAR and smooth(bench.setpoints)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(1, 60), st.booleans())
+def test_stop_at_any_time_ramps_down_and_aborts_with_the_reason(after, emergency):
+    """Velocities change no faster than the accelerations allow, the joints stand, the caller is answered at once."""
+    bench = Bench()
+    bench.move()
+    bench.tick(after)
+    running = bench.report.state != "idle"
+    command = Command.ESTOP if emergency else Command.STOP
+    bench.command(command, "gate open")
+    if running:
+        assert [(o.success, o.message) for o in bench.outcomes] == [(False, f"aborted by {command.name}: gate open")]
+        assert bench.report.state == ("estopped" if emergency else "stopping")
+    for _ in range(200):
+        bench.tick()
+    assert bench.report.standing_still and not any(bench.qdot) and bench.report.target == ()
+    assert smooth(bench.setpoints) and bench.report.state == ("estopped" if emergency else "idle")
+
+
+def test_emergency_stop_is_latched_until_reset_which_moves_nothing():
+    """Neither moves nor streams before RESET; RESET alone starts nothing."""
+    bench = Bench()
+    bench.move()
+    bench.tick(20)
+    bench.command(Command.ESTOP, "button")
+    bench.tick(100)
+    where = bench.q
+    for attempt in (bench.move, lambda: bench.stream(bench.q)):
+        with pytest.raises(MotionRefusedError, match="emergency stop is latched: RESET first"):
+            attempt()
+    bench.command(Command.RESUME)
+    bench.command(Command.STOP)
+    assert bench.report.state == "estopped"
+    bench.command(Command.RESET)
+    bench.tick(50)
+    assert bench.report.state == "idle" and bench.q == where
+    bench.move(HOME)
+    bench.until("moving")
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(1, 60), st.floats(5.0, 100.0))
+def test_a_new_move_replaces_the_running_one_without_a_jerk(after, percent):
+    """The older caller is told by whom; the path goes on from what the joints do."""
+    bench = Bench()
+    bench.move()
+    bench.tick(after)
+    running = not bench.outcomes
+    bench.move((-0.5, 0.5, -0.2, 0.0), percent)
+    bench.tick()
+    if running:
+        assert [outcome.message for outcome in bench.outcomes] == ["aborted: replaced by move 2"]
+    bench.until("idle")
+    bench.tick(3)
+    assert bench.outcomes[-1].success and bench.q == (-0.5, 0.5, -0.2, 0.0) and smooth(bench.setpoints)
+
+
+def test_a_move_of_one_joint_holds_the_others():
+    """The table does not move with the arm, nor the arm with the table."""
+    bench = Bench()
+    bench.move([0.5], names=["table_joint"])
+    bench.until("idle")
+    assert bench.q == (*HOME[:3], 0.5)
+
+
+def test_a_replacing_move_of_one_joint_brings_the_others_to_a_stop():
+    """What is not named does not run on to its old target, nor stops dead."""
+    bench = Bench()
+    bench.move()
+    bench.tick(25)
+    bench.move([0.0], names=["table_joint"])
+    bench.until("idle")
+    assert HOME[0] < bench.q[0] < FAR[0] and bench.q[3] == 0.0 and smooth(bench.setpoints)
+
+
+@pytest.mark.parametrize(
+    ("prepare", "text"),
+    [
+        (lambda bench: bench.core.tick(bench.now + 0.6), r"twin/joint_states is 0\.60 s old, allowed 0\.5"),
+        (
+            lambda bench: bench.core.measure(Measurement((0.5, *HOME[1:]), (0.2, 0, 0, 0), bench.now)),
+            "joint_1 moves at 11.46 deg/s: stop",
+        ),
+    ],
+)
+def test_a_move_needs_to_know_where_the_joints_are(prepare, text):
+    """Fresh and at rest, unless the motion is our own."""
+    bench = Bench()
+    prepare(bench)
+    bench.now += 0.6 if "old" in text else 0.0
+    with pytest.raises(MotionRefusedError, match=text):
+        bench.move()
+    assert bench.report.message.startswith("refused: ")
+
+
+def test_before_the_first_measurement_nothing_moves():
+    """A simulator that is not there is said to be missing."""
+    core = PoseController(ROBOT, CONFIG, 0.0)
+    with pytest.raises(MotionRefusedError, match="no twin/joint_states yet"):
+        core.move((), FAR, 50.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("positions", "percent", "text"),
+    [
+        ((0.0, math.nan, 0.0, 0.0), 50.0, "not finite: joint_2 = nan"),
+        ((0.0, 2.71, 0.0, 0.0), 50.0, r"joint_2 = 2\.71 rad is outside \[-2\.618, 2\.618\]"),
+        ((0.0, 0.0), 50.0, "got 2 joint values, expected 4"),
+        (FAR, 120.0, r"speed_percent = 120 is outside \[1, 100\]"),
+    ],
+)
+def test_a_refused_move_leaves_the_running_one_alone(positions, percent, text):
+    """Refusals appear in the state's message."""
+    bench = Bench()
+    bench.move()
+    bench.tick(20)
+    with pytest.raises(ScaraControlError, match=text):
+        bench.move(positions, percent)
+    assert bench.report.message.startswith("refused: ") and bench.report.target == FAR
+    bench.until("idle")
+    assert bench.q == FAR
+
+
+def test_a_wrong_cap_is_refused():
+    """A cap of 0 would freeze the twin without a word."""
+    bench = Bench()
+    for percent in (0.0, 101.0, math.nan):
+        with pytest.raises(MotionRefusedError, match=r"speed_limit_percent = .* is outside \[1, 100\]"):
+            bench.core.limit_speed(percent)
+    assert bench.report.speed_limit_percent == 100.0
+
+
+def test_a_move_starts_where_the_joints_were_left_by_somebody_else():
+    """After jogging the old set point means nothing; a small rest of the PID does not count as that."""
+    bench = Bench()
+    bench.move()
+    bench.until("idle")
+    bench.tick(3)
+    bench.q = (FAR[0] + 0.004, FAR[1], FAR[2], FAR[3])
+    bench.tick()
+    bench.modes(MODES | {"joint_2": "position"})
+    bench.q = (bench.q[0], FAR[1] + 0.004, FAR[2] - 0.01, FAR[3])
+    bench.tick()
+    bench.move(HOME)
+    bench.tick()
+    assert bench.setpoints[-1].q == (FAR[0], FAR[1] + 0.004, FAR[2] - 0.01, FAR[3])
+
+
+def test_a_joint_that_another_controller_takes_ends_the_move():
+    """The others ramp down; the taken one is left alone."""
+    bench = Bench()
+    bench.move()
+    bench.tick(25)
+    bench.modes(MODES | {"joint_2": "velocity"})
+    bench.tick()
+    assert [outcome.message for outcome in bench.outcomes] == ["aborted: joint_2 was taken by its velocity controller"]
+    assert bench.packets[-1].names == ("joint_1", "joint_3", "table_joint") and bench.report.state == "stopping"
+    with pytest.raises(MotionRefusedError, match="still stopping after a joint was taken"):
+        bench.move(HOME)
+    bench.until("idle")
+    assert all(packet.names != NAMES for packet in bench.packets[-5:])
+
+
+def test_a_move_without_measurements_is_stopped():
+    """A simulator that died does not leave its caller waiting."""
+    bench = Bench()
+    bench.move(percent=5.0)
+    bench.tick(20)
+    bench.measuring = False
+    bench.tick(60)
+    assert [outcome.message for outcome in bench.outcomes] == ["aborted: twin/joint_states is 0.51 s old, allowed 0.5"]
+
+
+def test_joints_that_never_arrive_fail_the_move():
+    """After the time-out, with joint and rest."""
+    bench = Bench()
+    bench.move((0.0, 0.0, -0.16, 0.0))
+    bench.obey = lambda packet: None
+    bench.q = (0.001, *HOME[1:])
+    bench.tick(300)
+    (outcome,) = bench.outcomes
+    assert not outcome.success and "joint_1 is 0.057 deg from its target" in outcome.message
+    assert bench.report.message == outcome.message
+
+
+def test_a_late_loop_does_not_make_the_twin_jump():
+    """After a stall longer than the horizon the path goes on where the last packet ended."""
+    bench = Bench()
+    bench.move()
+    bench.tick(20)
+    promised = bench.packets[-1].points[-1]
+    bench.now += 0.4
+    bench.tick()
+    assert bench.setpoints[-1] == promised
+    bench.until("idle")
+    assert bench.q == FAR
+
+
+def test_a_clock_that_goes_back_ends_all_motion():
+    """After a reset of the simulation nothing of the old time axis is left."""
+    bench = Bench()
+    bench.move()
+    bench.tick(20)
+    bench.now = 0.0
+    bench.tick()
+    assert [outcome.message for outcome in bench.outcomes] == ["aborted: the clock went back"]
+    assert bench.report.state == "idle"
+    bench.tick()
+    bench.q, bench.qdot = HOME, (0.0,) * 4
+    bench.tick()
+    bench.move()
+    bench.until("idle")
+
+
+def test_a_stream_is_forwarded_as_it_is_and_its_end_is_a_smooth_stop():
+    """At once, with its own stamps; after the time-out a ramp from where the joints are by extrapolation."""
+    bench = Bench()
+    for k in range(30):
+        bench.tick()
+        sent = bench.stream((0.04 * k, 0.0, -0.16, 0.0), (4.0 if k else 0.0, 0.0, 0.0, 0.0))
+    assert sent.times == (bench.now,) and sent.points[0].q[0] == pytest.approx(1.16) and not bench.packets
+    assert bench.report.state == "following" and not bench.report.standing_still
+    bench.tick(10)
+    assert bench.report.state == "following"
+    bench.tick(2)
+    assert bench.report.state == "stopping" and bench.report.message == "follow: no packet for 100 ms"
+    bench.until("idle")
+    assert smooth(bench.setpoints) and 1.36 < bench.q[0] < 1.6 and not bench.outcomes
+
+
+def test_a_stream_of_a_robot_at_rest_stands_still():
+    """Following is not moving."""
+    bench = Bench()
+    bench.stream(HOME)
+    assert bench.report.state == "following" and bench.report.standing_still
+
+
+def test_following_refuses_moves_and_moving_refuses_streams():
+    """One source at a time; the refused packets are counted."""
+    bench = Bench()
+    bench.stream(HOME)
+    with pytest.raises(MotionRefusedError, match="following a stream: it ends by STOP, or when no packet comes any more"):
+        bench.move()
+    bench.command(Command.STOP)
+    bench.until("idle")
+    bench.tick(20)
+    bench.move()
+    for k in (1, 2):
+        bench.tick()
+        with pytest.raises(MotionRefusedError, match="a move is running: STOP it first"):
+            bench.stream(HOME)
+        assert bench.report.message == f"follow: refused {k}: a move is running: STOP it first"
+
+
+def test_stop_while_following_is_not_undone_by_the_rest_of_the_stream():
+    """The stream is heard again only after it has paused."""
+    bench = Bench()
+    for k in range(20):
+        bench.tick()
+        bench.stream((0.02 * k, 0.0, -0.16, 0.0), (2.0 if k else 0.0, 0.0, 0.0, 0.0))
+    bench.command(Command.STOP, "enough")
+    assert bench.report.state == "stopping" and bench.report.message == "aborted by STOP: enough"
+    for k in range(20, 60):
+        bench.tick()
+        with pytest.raises(MotionRefusedError, match="stopped: packets are ignored until they pause"):
+            bench.stream((0.02 * k, 0.0, -0.16, 0.0), (2.0, 0.0, 0.0, 0.0))
+    assert bench.report.state == "idle" and smooth(bench.setpoints)
+    bench.tick(15)
+    bench.stream(bench.q)
+    assert bench.report.state == "following"
+
+
+def test_a_stream_far_from_the_joints_is_refused_with_align_first():
+    """And the running state is what it was."""
+    bench = Bench()
+    with pytest.raises(MotionRefusedError, match=r"align first: joint_1 is 28\.65 deg"):
+        bench.stream((0.5, 0.0, -0.16, 0.0))
+    assert bench.report.state == "idle" and bench.report.message.startswith("follow: refused 1: align first")
+
+
+def test_pause_while_following_is_left_to_the_source():
+    """The stream decides; its ramp down is followed."""
+    bench = Bench()
+    bench.stream(HOME)
+    bench.command(Command.PAUSE)
+    bench.tick()
+    assert bench.report.state == "following" and "pause its source" in bench.report.message
+
+
+def test_a_stream_after_the_end_of_a_plan_replaces_the_settling_move():
+    """Whoever waits for the joints to arrive is told."""
+    bench = Bench()
+    bench.move((0.0, 0.0, -0.16, 0.0))
+    bench.obey = lambda packet: None
+    bench.q = (0.001, *HOME[1:])
+    bench.tick(20)
+    bench.stream(HOME)
+    assert [outcome.message for outcome in bench.outcomes] == ["aborted: replaced by a stream"]
+
+
+def test_a_joint_taken_from_a_stream_ends_it():
+    """As in a move."""
+    bench = Bench()
+    bench.stream((0.0,), (0.0,), names=("joint_1",))
+    bench.modes(MODES | {"joint_1": "position"})
+    bench.tick()
+    assert bench.report.state == "idle" and "joint_1 was taken by its position controller" in bench.report.message
