@@ -119,14 +119,6 @@ class ModbusLink:
             raise NotWritableError(f"{name}: modbus_map.yaml has no integer register of this name")
         self._command(Command(name, value, False))
 
-    def write_integer(self, name: str, value: int) -> None:
-        """Write one integer register.
-
-        Raises:
-            NotWritableError: The map does not mark it ``write: true``.
-        """
-        self._command(name, value, pulsed=False)
-
     def set_coil(self, name: str, level: bool) -> None:
         """Set one UI signal.
 
