@@ -1,1 +1,1 @@
-"""The bridge between the real robot and its twin: links, arbitration, safety, recorder"""
+"""The bridge between the real robot and its twin: links, arbitration, safety, recorder."""

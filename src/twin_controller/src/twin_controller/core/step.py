@@ -127,7 +127,7 @@ def _transition(setup: Setup, state: CoreState, trigger: Trigger, now: float, co
     if row.silent:
         return state, []
     before, seen = state.mode, triggers.onsets(setup, state)
-    why = f"{trigger.value}: {row.why}" if row.why else trigger.value
+    why = f"{trigger.value}{_detail(state, trigger)}: {row.why}" if row.why else trigger.value
     state = _enter(state, row, trigger, now)
     actions: list[AnyAction] = []
     for do in row.do:
@@ -149,6 +149,14 @@ def _transition(setup: Setup, state: CoreState, trigger: Trigger, now: float, co
     )
     kept = (*state.decisions, decision)[-setup.config.decision_history :]
     return replace(state, seq=decision.seq, why=why, decisions=kept), [decision, *actions]
+
+
+def _detail(state: CoreState, trigger: Trigger) -> str:
+    """Return what a person wants to know beside the trigger."""
+    if trigger is Trigger.LINK_LOST:
+        down = [f"{name}: {side.reason}" for name, side in (("real", state.real), ("twin", state.twin)) if not side.history]
+        return f" ({'; '.join(down)})"
+    return f" ({state.alarm})" if trigger is Trigger.REAL_FAULT and state.alarm else ""
 
 
 def _enter(state: CoreState, row: Row, trigger: Trigger, now: float) -> CoreState:

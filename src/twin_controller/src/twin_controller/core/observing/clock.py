@@ -14,6 +14,10 @@ from __future__ import annotations
 import msgspec
 
 
+DRIFT_SPAN = 30.0
+"""Below this span [s] the first sample's uncertainty hides the drift, and 0 is shown."""
+
+
 class ClockEstimate(msgspec.Struct, frozen=True):
     """Interval that holds the offset remote - local [s] at local time ``at``."""
 
@@ -45,7 +49,7 @@ class ClockEstimate(msgspec.Struct, frozen=True):
     def drift_ppm(self) -> float:
         """Mean drift of the remote clock since the first sample after a jump [ppm]."""
         span = self.at - self.first_at
-        return (self.offset - self.first_offset) / span * 1e6 if span > 1.0 else 0.0
+        return (self.offset - self.first_offset) / span * 1e6 if span > DRIFT_SPAN else 0.0
 
     def to_local(self, remote: float) -> float:
         """Convert a remote stamp to local time [s]."""

@@ -1,0 +1,189 @@
+"""Run the core: one thread takes all inputs in the order in which they came and carries its decisions out."""
+
+from __future__ import annotations
+
+import queue
+import threading
+import time
+from collections.abc import Callable
+from concurrent.futures import Future
+from types import TracebackType
+from typing import Any, Protocol
+
+from twin_controller.core.actions import (
+    AnyAction,
+    CapTwin,
+    Decided,
+    Do,
+    FollowTwin,
+    MoveTwin,
+    OverrideReal,
+    Perform,
+    Reply,
+    StreamReal,
+)
+from twin_controller.core.events import AnyEvent, LinkChanged, MoveEnded, Operator, Tick
+from twin_controller.core.state import CoreState, Setup, initial_state
+from twin_controller.core.step import step
+
+TICK = 0.01
+
+
+class RealDoor(Protocol):
+    """What the engine asks of the link to the real robot; every call returns at once."""
+
+    def stream(self, q: tuple[float, ...], speed_percent: float) -> None:
+        """Write one set point, SI."""
+
+    def perform(self, do: Do) -> None:
+        """Carry out one action on the real robot."""
+
+    def override(self, speed_percent: float) -> None:
+        """Set the override."""
+
+
+class TwinDoor(Protocol):
+    """What the engine asks of the link to the twin; every call returns at once."""
+
+    def follow(self, action: FollowTwin) -> None:
+        """Send one set point."""
+
+    def perform(self, action: Perform, stamp: float) -> None:
+        """Send one motion command; ``stamp`` is the twin's ROS time."""
+
+    def cap(self, speed_percent: float) -> None:
+        """Send the speed cap."""
+
+    def move(self, action: MoveTwin, done: Callable[[bool, str], None]) -> None:
+        """Start a move; ``done`` is told how it ended."""
+
+
+class Listener(Protocol):
+    """Who wants to know."""
+
+    def stepped(self, events: list[AnyEvent], state: CoreState, decided: list[Decided]) -> None:
+        """Hear of a batch of inputs, the state after it, and the decisions in it."""
+
+
+class Engine:
+    """Owner of the core's state; a context manager."""
+
+    def __init__(self, setup: Setup, real: RealDoor, twin: TwinDoor, listener: Listener) -> None:
+        """Wire the engine.
+
+        Args:
+            setup: Profile and numbers.
+            real: Link to the real robot.
+            twin: Link to the twin.
+            listener: Told after each batch.
+        """
+        self._setup, self._real, self._twin, self._listener = setup, real, twin, listener
+        self._inputs: queue.SimpleQueue[AnyEvent | None] = queue.SimpleQueue()
+        self._replies: dict[int, Future[Reply]] = {}
+        self._replies_lock = threading.Lock()
+        self._number = 0
+        self.state = initial_state(setup.config)
+        self._thread = threading.Thread(target=self._run, name="engine", daemon=True)
+        self.failure: BaseException | None = None
+
+    def __enter__(self) -> Engine:
+        """Start."""
+        self._thread.start()
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        """Stop after what has already come in."""
+        self._inputs.put(None)
+        self._thread.join(timeout=2.0)
+
+    @property
+    def running(self) -> bool:
+        """Whether the engine still decides; ``failure`` says why not."""
+        return self._thread.is_alive()
+
+    def put(self, event: AnyEvent) -> None:
+        """Hand one input over; returns at once, from any thread."""
+        self._inputs.put(event)
+
+    def operate(self, command: str, timeout: float = 2.0, **arguments: Any) -> Reply:
+        """Hand one command of the operator over and wait for the answer.
+
+        Raises:
+            TimeoutError: The engine did not answer in time.
+        """
+        future: Future[Reply] = Future()
+        with self._replies_lock:
+            self._number += 1
+            number = self._number
+            self._replies[number] = future
+        self.put(Operator(time.monotonic(), command, number, **arguments))
+        try:
+            return future.result(timeout)
+        finally:
+            with self._replies_lock:
+                self._replies.pop(number, None)
+
+    def _run(self) -> None:
+        try:
+            last = time.monotonic()
+            while True:
+                batch = self._next_batch()
+                if batch is None:
+                    return
+                now = time.monotonic()
+                if now - last >= TICK or not batch:
+                    batch.append(Tick(now))
+                    last = now
+                self._process(batch)
+        except BaseException as error:
+            self.failure = error
+            raise
+
+    def _next_batch(self) -> list[AnyEvent] | None:
+        """Wait for the next input, at most one tick, and take what else is there."""
+        batch: list[AnyEvent] = []
+        try:
+            event = self._inputs.get(timeout=TICK)
+            while True:
+                if event is None:
+                    return None
+                batch.append(event)
+                event = self._inputs.get_nowait()
+        except queue.Empty:
+            return batch
+
+    def _process(self, batch: list[AnyEvent]) -> None:
+        decided: list[Decided] = []
+        for event in batch:
+            self.state, actions = step(self._setup, self.state, event)
+            for action in actions:
+                self._carry_out(action)
+                if isinstance(action, Decided):
+                    decided.append(action)
+        self._listener.stepped(batch, self.state, decided)
+
+    def _carry_out(self, action: AnyAction) -> None:
+        match action:
+            case FollowTwin():
+                self._twin.follow(action)
+            case StreamReal():
+                self._real.stream(action.q, action.speed_percent)
+            case Perform(do=do) if do.name.endswith("_TWIN"):
+                self._twin.perform(action, self.state.twin.clock.to_remote(time.monotonic()))
+            case Perform(do=do):
+                self._real.perform(do)
+            case CapTwin():
+                self._twin.cap(action.speed_percent)
+            case OverrideReal():
+                self._real.override(action.speed_percent)
+            case MoveTwin():
+                self._twin.move(action, lambda ok, text: self.put(MoveEnded(time.monotonic(), ok, text)))
+            case Reply():
+                with self._replies_lock:
+                    future = self._replies.get(action.id)
+                if future is not None and not future.done():
+                    future.set_result(action)
+
+    def link_changed(self, side: str, connected: bool, reason: str) -> None:
+        """Report a link's change; the callback of both links."""
+        self.put(LinkChanged(time.monotonic(), "real" if side == "real" else "twin", connected, reason))

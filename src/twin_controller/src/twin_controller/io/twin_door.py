@@ -1,0 +1,166 @@
+"""The twin behind its web socket: typed actions go out, checked inputs come in."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Callable
+from types import TracebackType
+from typing import Any, Self
+
+from twin_controller.core.actions import FollowTwin, MoveTwin, Perform
+from twin_controller.core.events import AnyEvent
+from twin_controller.core.state import Setup
+from twin_controller.io.rosbridge_link import LinkSettings, RosbridgeLink
+from twin_controller.packets import (
+    FOLLOW,
+    JOINT_SETPOINTS,
+    JOINT_STATES,
+    MOTION_COMMAND,
+    MOTION_STATE,
+    SPEED_LIMIT,
+    PacketError,
+    clock_probe,
+    command_packet,
+    follow_packet,
+    twin_measured,
+    twin_motion,
+    twin_plan,
+)
+
+_LOG = logging.getLogger("rosout.twin_door")
+MOVE_TIMEOUT_S = 120.0
+FIRST_PROBES_S = 0.02
+
+
+class TwinDoor:
+    """The link to the twin; a context manager."""
+
+    def __init__(
+        self, setup: Setup, put: Callable[[AnyEvent], None], changed: Callable[[str, bool, str], None], url: str
+    ) -> None:
+        """Prepare the link.
+
+        Args:
+            setup: Profile and numbers.
+            put: Takes checked inputs.
+            changed: Told side, connected and why not.
+            url: ``ws://host:port`` of the gateway.
+        """
+        self._setup, self._put = setup, put
+        self._rejected = 0
+        self._probes = 0
+        self._stop = threading.Event()
+        settings = LinkSettings(silent_timeout=setup.config.twin.stale_ms * 1e-3)
+        self._link = RosbridgeLink(
+            url, self._receive, lambda up, why: self._change(changed, up, why), self._remark, settings=settings
+        )
+        twin = setup.config.twin
+        self._link.subscribe(JOINT_STATES, "sensor_msgs/JointState", throttle_ms=round(twin.state_period_ms))
+        self._link.subscribe(JOINT_SETPOINTS, "trajectory_msgs/JointTrajectory", throttle_ms=round(twin.plan_period_ms))
+        self._link.subscribe(MOTION_STATE, "scara_msgs/MotionState", queue_length=10)
+        self._link.advertise(FOLLOW, "trajectory_msgs/JointTrajectory")
+        self._link.advertise(SPEED_LIMIT, "std_msgs/Float64")
+        self._link.advertise(MOTION_COMMAND, "scara_msgs/MotionCommand")
+        self._prober = threading.Thread(target=self._probe, name="twin clock", daemon=True)
+
+    def __enter__(self) -> Self:
+        """Connect, again and again."""
+        self._link.start()
+        self._prober.start()
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        """Disconnect."""
+        self._stop.set()
+        self._prober.join(timeout=1.0)
+        self._link.close()
+
+    @property
+    def counters(self) -> dict[str, int]:
+        """What went over the link, for diagnostics."""
+        link = self._link.counters
+        return {
+            "sent": link.sent,
+            "received": link.received,
+            "rejected": link.rejected + self._rejected,
+            "connects": link.connects,
+        }
+
+    def follow(self, action: FollowTwin) -> None:
+        """Send one set point."""
+        self._link.publish(FOLLOW, follow_packet(action, self._setup.names))
+
+    def perform(self, action: Perform, stamp: float) -> None:
+        """Send one motion command; ``stamp`` is the twin's ROS time."""
+        self._link.publish(MOTION_COMMAND, command_packet(action, stamp))
+
+    def cap(self, speed_percent: float) -> None:
+        """Send the speed cap."""
+        self._link.publish(SPEED_LIMIT, {"data": speed_percent})
+
+    def move(self, action: MoveTwin, done: Callable[[bool, str], None]) -> None:
+        """Start a move; ``done`` is told how it ended."""
+        if action.command == "MOVE":
+            x, y, z = action.target
+            service = "move_to"
+            arguments: dict[str, Any] = {"x": x, "y": y, "z": z, "speed_percent": action.speed_percent, "elbow": action.elbow}
+        else:
+            service = "joint_pose_controller/move"
+            positions = list(action.target)
+            arguments = {
+                "joint_names": list(self._setup.names),
+                "joint_positions": positions,
+                "speed_percent": action.speed_percent,
+            }
+
+        def answered(result: bool, values: Any, received: float, sent: float) -> None:
+            if not result or not isinstance(values, dict):
+                done(False, str(values))
+            else:
+                done(bool(values.get("success")), str(values.get("message", "")))
+
+        if not self._link.call_service(service, arguments, answered, MOVE_TIMEOUT_S):
+            done(False, "the twin's link is down")
+
+    def _change(self, changed: Callable[[str, bool, str], None], connected: bool, reason: str) -> None:
+        self._probes = 0
+        changed("twin", connected, reason)
+
+    def _remark(self, level: str, text: str) -> None:
+        _LOG.warning("the twin's gateway says (%s): %s", level, text)
+
+    def _receive(self, topic: str, message: dict[str, Any], received: float) -> None:
+        try:
+            match topic.lstrip("/"):
+                case name if name.endswith(JOINT_STATES):
+                    self._put(twin_measured(message, self._setup.names, received))
+                case name if name.endswith(JOINT_SETPOINTS):
+                    self._put(twin_plan(message, self._setup.names, received))
+                case name if name.endswith(MOTION_STATE):
+                    self._put(twin_motion(message, received))
+        except PacketError as error:
+            self._reject(f"{topic}: {error}")
+
+    def _reject(self, text: str) -> None:
+        self._rejected += 1
+        if self._rejected & (self._rejected - 1) == 0:
+            _LOG.error("packet of the twin rejected (%d so far): %s", self._rejected, text)
+
+    def _probe(self) -> None:
+        """Ask the twin's clock: quickly at first, then at the configured period."""
+        config = self._setup.config.twin
+        while not self._stop.is_set():
+            if self._link.connected:
+                self._link.call_service("/rosapi/get_time", {}, self._probed, 1.0)
+            quick = self._probes < 4 * config.probes
+            self._stop.wait(FIRST_PROBES_S if quick else config.probe_period_ms * 1e-3)
+
+    def _probed(self, result: bool, values: Any, received: float, sent: float) -> None:
+        try:
+            if not result or not isinstance(values, dict):
+                raise PacketError(f"get_time: {values!r}")
+            self._put(clock_probe(values, sent, received))
+            self._probes += 1
+        except PacketError as error:
+            self._reject(str(error))

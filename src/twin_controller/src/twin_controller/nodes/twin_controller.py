@@ -1,0 +1,127 @@
+"""Node ``twin_controller``: the bridge between the real robot (Modbus) and its twin (web socket).
+
+Parameters: ``~config_dir`` (robot.yaml, twin_controller.yaml, modbus_map.yaml); ``~modbus_host``, ``~modbus_port`` and
+``~gateway_url`` override the end points of twin_controller.yaml.
+Services: ``twin_controller/command`` (scara_msgs/TwinCommand), ``twin_controller/why`` (scara_msgs/Why).
+Publishes: ``twin_controller/state``, ``decisions``, ``inputs``, ``configuration`` (latched), ``real/joint_states``,
+``real/robot_data``, ``/diagnostics``.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from pathlib import Path
+
+import msgspec
+import rospy
+from scara_config import ConfigError, Robot, config_directory, load_robot
+from scara_config.modbus_map import ModbusMap, load_modbus_map
+from std_msgs.msg import String
+
+from scara_msgs.srv import TwinCommand, TwinCommandResponse, Why, WhyResponse
+from twin_controller.config import TwinControllerConfig, load_twin_controller
+from twin_controller.core.state import Setup
+from twin_controller.io.engine import Engine
+from twin_controller.io.real_door import RealDoor
+from twin_controller.io.twin_door import TwinDoor
+from twin_controller.nodes.publishing import Publishing
+from twin_controller.view import decision_text, statuses
+
+DIAGNOSTICS_PERIOD_S = 1.0  # REP-107
+WATCH_PERIOD_S = 0.05
+DEFAULT_DECISIONS = 10
+
+
+class Node:
+    """Engine, both doors and the ROS side, wired."""
+
+    def __init__(self, robot: Robot, config: TwinControllerConfig, layout: ModbusMap) -> None:
+        """Build everything; nothing connects before ``run``."""
+        self._setup = Setup(robot, config)
+        self._publishing = Publishing(self._setup, robot)
+        host, port = rospy.get_param("~modbus_host", config.real.host), int(rospy.get_param("~modbus_port", config.real.port))
+        url = rospy.get_param("~gateway_url", config.twin.url)
+        self._real = RealDoor(self._setup, robot, layout, host, port, self._put, self._changed, self._publishing.robot_data)
+        self._twin = TwinDoor(self._setup, self._put, self._changed, url)
+        self._engine = Engine(self._setup, self._real, self._twin, self._publishing)
+
+    def run(self) -> int:
+        """Serve until shut down; return the exit code."""
+        services = [
+            rospy.Service("twin_controller/command", TwinCommand, self._command),
+            rospy.Service("twin_controller/why", Why, self._why),
+        ]
+        with self._engine, self._real, self._twin:
+            self._watch()
+        for service in services:
+            service.shutdown("the twin controller ends")
+        if self._engine.failure is not None:
+            rospy.logfatal("the engine died: %r", self._engine.failure)
+            return 1
+        return 0
+
+    def _watch(self) -> None:
+        """Publish diagnostics each second and when the mode changes; end with the engine."""
+        due, shown = 0.0, ""
+        while not rospy.is_shutdown() and self._engine.running:
+            counters = {"real": self._real.counters, "twin": self._twin.counters}
+            self._publishing.counted(counters)
+            state, now = self._engine.state, time.monotonic()
+            if now >= due or shown != state.mode + state.why:
+                due, shown = now + DIAGNOSTICS_PERIOD_S, state.mode + state.why
+                self._publishing.diagnose(statuses(self._setup, state, counters, now))
+            time.sleep(WATCH_PERIOD_S)
+
+    def _put(self, event: object) -> None:
+        self._engine.put(event)  # type: ignore[arg-type]
+
+    def _changed(self, side: str, connected: bool, reason: str) -> None:
+        rospy.loginfo("link %s: %s", side, "connected" if connected else reason)
+        self._engine.link_changed(side, connected, reason)
+
+    def _command(self, request: TwinCommand._request_class) -> TwinCommandResponse:
+        command = request.command.strip().upper()
+        target: tuple[float, ...] = ()
+        if command == "MOVE":
+            target = (request.x, request.y, request.z)
+        elif command == "MOVE_JOINTS":
+            target = tuple(request.joint_positions)
+        try:
+            reply = self._engine.operate(command, speed_percent=request.speed_percent, target=target, elbow=request.elbow)
+        except TimeoutError:
+            return TwinCommandResponse(False, "the controller did not answer in time")
+        return TwinCommandResponse(reply.success, reply.message)
+
+    def _why(self, request: Why._request_class) -> WhyResponse:
+        decisions = self._engine.state.decisions[-(request.count or DEFAULT_DECISIONS) :]
+        return WhyResponse([decision_text(decision) for decision in decisions])
+
+
+def _publish_configuration(folder: Path) -> rospy.Publisher:
+    """Latch all YAML files in force as one JSON object, for the bag."""
+    files = {path.name: path.read_text(encoding="utf-8") for path in sorted(folder.glob("**/*.yaml"))}
+    publisher = rospy.Publisher("twin_controller/configuration", String, queue_size=1, latch=True)
+    publisher.publish(String(msgspec.json.encode(files).decode()))
+    return publisher
+
+
+def main() -> None:
+    """Bridge until shut down."""
+    rospy.init_node("twin_controller")
+    try:
+        folder = Path(rospy.get_param("~config_dir", "") or config_directory())
+        robot = load_robot(folder)
+        config = load_twin_controller(robot, folder)
+        layout = load_modbus_map(folder)
+    except ConfigError as error:
+        rospy.logfatal("twin_controller: %s", error)
+        sys.exit(2)
+    publisher = _publish_configuration(folder)
+    node = Node(robot, config, layout)
+    code = node.run()
+    publisher.unregister()
+    if code:
+        rospy.signal_shutdown("the engine died")
+        os._exit(code)
