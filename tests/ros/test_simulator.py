@@ -1,0 +1,232 @@
+"""Node ``simulator`` by rosrun: rates, stamps, commands, services, refusals."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import pytest
+
+START = [0.0, 0.0, -0.160, 0.0]
+
+
+@pytest.fixture(scope="module")
+def node(ros_module):
+    """Start the simulator once for this module."""
+    ros_module.run("scara_simulation", "simulator")
+    ros_module.wait_for_service("reset_simulation")
+    return ros_module
+
+
+@pytest.fixture
+def cell(node):
+    """Give a running simulator at its start pose."""
+    from std_srvs.srv import Empty
+
+    for name in ("unpause_physics", "reset_simulation"):
+        node.service(name, Empty)()
+    return node
+
+
+def empty(ros, name):
+    """Call one of Gazebo's services."""
+    from std_srvs.srv import Empty
+
+    return ros.service(name, Empty)()
+
+
+def command(ros, joint, kind, value):
+    """Send one command to a joint's controller."""
+    from std_msgs.msg import Float64
+
+    ros.publisher(f"twin/{joint}_{kind}_controller/command", Float64).publish(Float64(value))
+
+
+def state_such_that(ros, condition, timeout=10.0):
+    """Return the next joint state that meets ``condition``."""
+    from sensor_msgs.msg import JointState
+
+    return ros.wait_for_message("twin/joint_states", JointState, timeout, such_that=condition)
+
+
+def refusal(ros, text, timeout=10.0):
+    """Return the diagnostics entry whose last refusal contains ``text``."""
+    from diagnostic_msgs.msg import DiagnosticArray
+
+    def entry(message):
+        values = [
+            {pair.key: pair.value for pair in status.values}
+            for status in message.status
+            if status.name == f"{ros.namespace}/simulator: physics"
+        ]
+        return any(text in found.get("last refusal", "") for found in values)
+
+    return ros.wait_for_message("/diagnostics", DiagnosticArray, timeout, such_that=entry)
+
+
+def test_joint_states_come_every_5_ms_of_nominal_time(cell):
+    """The stamps are exactly 5 ms apart unless a stall was skipped, and they are the system's time."""
+    import rospy
+    from sensor_msgs.msg import JointState
+
+    states = cell.collect("twin/joint_states", JointState)
+    cell.wait_until(lambda: len(states) >= 400, 20.0, "400 joint states")
+    stamps = [state.header.stamp.to_nsec() for state in states[:400]]
+    steps = [later - earlier for earlier, later in itertools.pairwise(stamps)]
+    assert steps.count(5_000_000) >= 395
+    assert all(step > 0 and step % 1_000_000 == 0 for step in steps)
+    assert abs(rospy.get_time() - states[-1].header.stamp.to_sec()) < 0.5
+    assert states[0].name == ["joint_1", "joint_2", "joint_3", "table_joint"]
+    assert list(states[0].position) == pytest.approx(START, abs=1e-6)
+    assert states[0].effort[2] > 5.0
+
+
+def test_position_command_moves_the_joint(cell):
+    """The joint ends at the set point, and its controller tells so."""
+    from control_msgs.msg import JointControllerState
+
+    command(cell, "joint_1", "position", 0.2)
+    state = state_such_that(cell, lambda s: abs(s.position[0] - 0.2) < 1e-4 and abs(s.velocity[0]) < 1e-3)
+    assert list(state.position[1:]) == pytest.approx(START[1:], abs=0.02)
+    loop = cell.wait_for_message("twin/joint_1_position_controller/state", JointControllerState)
+    assert loop.set_point == 0.2
+    assert loop.error == pytest.approx(loop.set_point - loop.process_value, abs=1e-4)
+    assert loop.p > 0.0
+    assert loop.time_step == pytest.approx(0.001)
+
+
+def test_velocity_command_turns_the_table_until_zero_comes(cell):
+    """In velocity mode the velocity controller tells its state."""
+    from std_msgs.msg import String
+
+    from control_msgs.msg import JointControllerState
+
+    command(cell, "table_joint", "velocity", 0.5)
+    state_such_that(cell, lambda s: s.position[3] > 0.1 and abs(s.velocity[3] - 0.5) < 0.02)
+    loop = cell.wait_for_message("twin/table_joint_velocity_controller/state", JointControllerState)
+    assert loop.set_point == 0.5
+    modes = cell.wait_for_message("twin/controller_modes", String)
+    assert modes.data == "joint_1:position joint_2:position joint_3:position table_joint:velocity"
+    command(cell, "table_joint", "velocity", 0.0)
+    stopped = state_such_that(cell, lambda s: abs(s.velocity[3]) < 1e-6)
+    assert state_such_that(cell, lambda s: True).position[3] == pytest.approx(stopped.position[3], abs=1e-3)
+
+
+def test_set_points_are_met_at_their_time(cell):
+    """A streamed motion of two joints: the state stamped t is where the set points are at t."""
+    import rospy
+    from sensor_msgs.msg import JointState
+    from std_msgs.msg import String
+    from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+    publisher = cell.publisher("twin/joint_setpoints", JointTrajectory)
+    states = cell.collect("twin/joint_states", JointState)
+    cell.wait_until(lambda: states, 10.0, "a joint state")
+    begin = rospy.Time.from_sec(rospy.get_time() + 0.3)
+    message = JointTrajectory(joint_names=["table_joint", "joint_2"])
+    message.header.stamp = begin
+    for t, q in ((0.0, 0.0), (0.5, 0.4)):
+        message.points.append(JointTrajectoryPoint([q, 2 * q], [0.0, 0.0], [0.0, 0.0], [], rospy.Duration.from_sec(t)))
+    publisher.publish(message)
+    cell.wait_until(lambda: states[-1].header.stamp.to_sec() > begin.to_sec() + 0.7, 10.0, "the end of the motion")
+    for state in states:
+        s = min(max((state.header.stamp - begin).to_sec() / 0.5, 0.0), 1.0)
+        wanted = 0.4 * (10 * s**3 - 15 * s**4 + 6 * s**5)
+        assert state.position[3] == pytest.approx(wanted, abs=2e-4)
+        assert state.position[1] == pytest.approx(2 * wanted, abs=2e-4)
+    assert "joint_2:trajectory" in cell.wait_for_message("twin/controller_modes", String).data
+
+
+def test_pause_step_and_unpause(cell):
+    """Gazebo's services: time stands still, goes on by hand, and goes on by itself."""
+    from sensor_msgs.msg import JointState
+
+    from scara_msgs.srv import Step
+
+    step = cell.service("step", Step)
+    running = step(1)
+    assert not running.success
+    assert "call pause_physics first" in running.message
+    empty(cell, "pause_physics")
+    states = cell.collect("twin/joint_states", JointState)
+    too_many = step(60_001)
+    assert (too_many.success, too_many.message) == (False, "steps = 60001 is outside [0, 60000]")
+    assert step(50).success
+    cell.wait_until(lambda: len(states) >= 10, 5.0, "10 states for 50 steps")
+    assert len(states) == 10
+    stamps = [state.header.stamp.to_nsec() for state in states]
+    assert [b - a for a, b in itertools.pairwise(stamps)] == [5_000_000] * 9
+    empty(cell, "unpause_physics")
+    cell.wait_until(lambda: len(states) > 30, 10.0, "states after the pause")
+
+
+def test_reset_clears_every_command(cell):
+    """All joints return to the start pose and hold it in position mode."""
+    from std_msgs.msg import String
+
+    command(cell, "joint_2", "velocity", 0.8)
+    state_such_that(cell, lambda s: s.position[1] > 0.1)
+    empty(cell, "reset_simulation")
+    state = state_such_that(cell, lambda s: abs(s.position[1]) < 0.01)
+    assert list(state.position) == pytest.approx(START, abs=1e-4)
+    modes = cell.wait_for_message("twin/controller_modes", String)
+    assert modes.data.count(":position") == 4
+
+
+@pytest.mark.parametrize(
+    ("joint", "kind", "value", "text"),
+    [
+        ("joint_1", "position", math.nan, "joint_1 = nan: not finite"),
+        ("joint_3", "position", 0.1, "joint_3 = 0.1 m is outside [-0.21, 0] m"),
+        ("joint_2", "velocity", 99.0, "joint_2 velocity = 99 rad/s is outside"),
+    ],
+)
+def test_bad_command_moves_nothing_and_is_shown(cell, joint, kind, value, text):
+    """Refused, counted, and told in the diagnostics with joint, value and range."""
+    command(cell, joint, kind, value)
+    refusal(cell, text)
+    assert list(state_such_that(cell, lambda s: True).position) == pytest.approx(START, abs=1e-5)
+
+
+def test_bad_set_points_are_refused_whole(cell):
+    """An unknown joint in the message spoils all of it."""
+    import rospy
+    from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+    message = JointTrajectory(joint_names=["joint_1", "joint_9"], points=[JointTrajectoryPoint(positions=[0.3, 0.3])])
+    message.header.stamp = rospy.Time.from_sec(rospy.get_time())
+    cell.publisher("twin/joint_setpoints", JointTrajectory).publish(message)
+    refusal(cell, "unknown joint 'joint_9'")
+    assert list(state_such_that(cell, lambda s: True).position) == pytest.approx(START, abs=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        (["_real_time_factor:=0"], "needs ~publish_clock:=true"),
+        (["_real_time_factor:=-1", "_publish_clock:=true"], "must be a number in [0, 1000]"),
+        (["_config_dir:=/nowhere"], "/nowhere/robot.yaml: cannot be read"),
+    ],
+)
+def test_wrong_parameters_end_the_node_with_code_2(ros, arguments, text):
+    """One line says what is wrong."""
+    node = ros.run("scara_simulation", "simulator", *arguments)
+    assert node.wait(20.0) == 2
+    assert text in node.output
+    assert "Traceback" not in node.output
+
+
+def test_faster_than_real_time_publishes_the_clock(ros):
+    """Simulated time is then the simulation's own, and a signal ends it cleanly."""
+    import time
+
+    from rosgraph_msgs.msg import Clock
+
+    node = ros.run("scara_simulation", "simulator", "_real_time_factor:=0", "_publish_clock:=true")
+    clocks = ros.collect("/clock", Clock)
+    ros.wait_until(lambda: len(clocks) > 2, 20.0, "the clock")
+    first, began = clocks[-1].clock.to_sec(), time.monotonic()
+    ros.wait_until(lambda: clocks[-1].clock.to_sec() > first + 10.0, 20.0, "10 s of simulated time")
+    assert clocks[-1].clock.to_sec() - first > 2.0 * (time.monotonic() - began)
+    assert node.stop() == 0
+    assert "Traceback" not in node.output
