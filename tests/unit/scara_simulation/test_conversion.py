@@ -74,14 +74,14 @@ def test_what_json_cannot_say_is_null_on_the_wire(value: float) -> None:
 
 
 def test_null_comes_in_as_nan() -> None:
-    """null is NaN for every float field."""
+    """A null is NaN for every float field."""
     assert math.isnan(message_of(Float64, {"data": None}).data)
     assert math.isnan(message_of(Float32, {"data": None}).data)
     assert math.isnan(message_of(JointState, {"position": [None]}).position[0])
 
 
 def test_bytes_are_base64_both_ways() -> None:
-    """uint8[] is base64 text; a list of numbers is understood too."""
+    """Arrays of uint8 are base64 text; a list of numbers is understood too."""
     message = reread(Image(data=bytes([0, 127, 255])))
     assert values_of(message)["data"] == "AH//"
     assert message_of(Image, {"data": "AH//"}).data == b"\x00\x7f\xff"
@@ -90,7 +90,7 @@ def test_bytes_are_base64_both_ways() -> None:
 
 
 def test_times_are_seconds_and_nanoseconds() -> None:
-    """time and duration as {secs, nsecs}; a missing part is 0."""
+    """They go as {secs, nsecs}; a missing part is 0."""
     assert values_of(message_of(Time, {"data": {"secs": 5}})) == {"data": {"secs": 5, "nsecs": 0}}
     assert values_of(message_of(Duration, {"data": {"secs": -5, "nsecs": 1}})) == {"data": {"secs": -5, "nsecs": 1}}
 
@@ -102,7 +102,7 @@ def test_missing_fields_keep_their_defaults() -> None:
 
 
 def test_arguments_may_be_a_list_in_field_order() -> None:
-    """rosbridge allows positional arguments of a call."""
+    """A call of rosbridge may have positional arguments."""
     assert message_of(MoveToRequest, [0.5, 0.1, 0.0, 10.0, "lefty"]).elbow == "lefty"
     assert message_of(MoveToRequest, None) == MoveToRequest()
 
@@ -113,7 +113,7 @@ def test_integers_are_numbers_too() -> None:
 
 
 def test_message_without_fields_is_an_empty_object() -> None:
-    """std_msgs/Empty is {}."""
+    """Such as std_msgs/Empty."""
     assert values_of(Empty()) == {} and message_of(Empty, {}) == Empty()
 
 

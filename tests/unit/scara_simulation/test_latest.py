@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -98,7 +99,7 @@ def test_throttled_queue_goes_out_at_the_interval() -> None:
     outbox.subscribe("t", 0.1, 10)
     sent = list(source(outbox, [0.0, 0.001, 0.002, 0.003]))
     assert [came for _, came in sent] == [0.0, 0.001, 0.002, 0.003]
-    assert all(0.099 < b - a < 0.101 for (a, _), (b, _) in zip(sent, sent[1:]))
+    assert all(0.099 < b - a < 0.101 for (a, _), (b, _) in pairwise(sent))
 
 
 @given(st.lists(st.floats(0.0, 2.0), min_size=2, max_size=60, unique=True), st.floats(0.001, 0.5))

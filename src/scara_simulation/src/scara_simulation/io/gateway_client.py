@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import itertools
 import time
 from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any, Protocol
 
 from msgspec import UNSET
@@ -16,7 +15,8 @@ from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
 from scara_simulation.gateway_config import GatewayConfig
-from scara_simulation.io.gateway_graph import Ask, Graph, GraphError, ServiceCall
+from scara_simulation.io.gateway_graph import Graph, GraphError, ServiceCall
+from scara_simulation.io.gateway_questions import Questions
 from scara_simulation.rosbridge import packets, rosapi
 from scara_simulation.rosbridge.conversion import ConversionError
 from scara_simulation.rosbridge.latest import Outbox
@@ -58,8 +58,7 @@ class Client:
         self._full_since: float | None = None
         self._written_names: dict[str, str] = {}
         self._calls: dict[asyncio.Task[None], ServiceCall] = {}
-        self._asked: dict[str, tuple[str, Future[dict[str, Any]]]] = {}
-        self._asked_ids = itertools.count(1)
+        self._questions = Questions(self._loop, self.answer)
 
     async def run(self) -> None:
         """Serve the client until its connection ends, then free what it used."""
@@ -129,14 +128,14 @@ class Client:
                     await self._in_graph(graph.unadvertise, self.owner, name)
             case packets.AdvertiseService() as packet:
                 timeout = self._shared.config.service_timeout
-                ask = self._asker(packet.service)
+                ask = self._questions.asker(packet.service)
                 await self._in_graph(graph.advertise_service, self.owner, name, packet.type, ask, timeout)
                 self.session.provides(name, True)
             case packets.UnadvertiseService():
                 await self._in_graph(graph.unadvertise_service, self.owner, name)
                 self.session.provides(name, False)
             case packets.ServiceResponse() as packet:
-                self._answered(packet)
+                self._questions.answered(packet)
 
     async def _in_graph(self, function: Callable[..., Any], *args: Any) -> Any:
         """Run a function of the graph in the graph's thread; other clients are served meanwhile."""
@@ -218,38 +217,6 @@ class Client:
         if answer is not None:
             self.answer(answer)
 
-    def _asker(self, written_name: str) -> Ask:
-        """Return what the graph's threads use to hand a request to this client."""
-
-        def ask(args: dict[str, Any]) -> Future[dict[str, Any]]:
-            future: Future[dict[str, Any]] = Future()
-            self._loop.call_soon_threadsafe(self._send_question, written_name, args, future)
-            return future
-
-        return ask
-
-    def _send_question(self, written_name: str, args: dict[str, Any], future: Future[dict[str, Any]]) -> None:
-        if self._gone:
-            future.set_exception(GraphError(f"the client that answers {written_name} has gone"))
-            return
-        question = f"{written_name}:{next(self._asked_ids)}"
-        self._asked[question] = (written_name, future)
-        future.add_done_callback(lambda _: self._loop.call_soon_threadsafe(self._asked.pop, question, None))
-        self.answer(packets.CallService(id=question, service=written_name, args=args))
-
-    def _answered(self, packet: packets.ServiceResponse) -> None:
-        """Hand a provider's response to the waiting call; without an id the oldest call of that service is meant."""
-        key = packet.id if isinstance(packet.id, str) else None
-        if key is None:
-            key = next((k for k, (service, _) in self._asked.items() if service == packet.service), None)
-        _, future = self._asked.pop(key or "", (None, None))
-        if future is None or not future.set_running_or_notify_cancel():
-            raise GraphError(f"no call of {packet.service} waits for a response with id {packet.id!r}")
-        if packet.result and isinstance(packet.values, dict):
-            future.set_result(packet.values)
-        else:
-            future.set_exception(GraphError(f"{packet.service} failed: {packet.values!r}"))
-
     def answer(self, packet: Packet) -> None:
         """Send an answer, in order with the other answers."""
         if self.outbox.put_answer(packets.encode(packet)):
@@ -304,9 +271,7 @@ class Client:
             self._timer.cancel()
         for call in self._calls.values():
             call.cancel()
-        for written_name, future in list(self._asked.values()):
-            if future.set_running_or_notify_cancel():
-                future.set_exception(GraphError(f"the client that answers {written_name} has gone"))
+        self._questions.close()
         for name in self.session.subscriptions:
             self._stop_listening(name)
         await self._in_graph(self._leave_graph)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import concurrent.futures
-import io
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -16,7 +15,8 @@ import roslib.message
 import rospy
 
 from scara_simulation.io.gateway_graph import Ask, GraphError
-from scara_simulation.io.ros_service import ServiceCallError, ServiceLine
+from scara_simulation.io.ros_service import ServiceCallError
+from scara_simulation.nodes.ros_service_call import RosServiceCall, ServiceTypes, find_service_class
 from scara_simulation.rosbridge.conversion import ConversionError, Converter, Converters
 
 _BURST = 100
@@ -37,47 +37,6 @@ class _Subscription:
     subscriber: rospy.Subscriber | None = None
 
 
-class RosServiceCall:
-    """One service call with a deadline, in a thread of its own."""
-
-    def __init__(self, graph: RosGraph, service: str, args: Any, timeout: float) -> None:
-        self._graph = graph
-        self._service = service
-        self._args = args
-        self._timeout = timeout
-        self._line: ServiceLine | None = None
-        self._cancelled = False
-
-    def run(self) -> dict[str, Any]:
-        """Call and return the response's values.
-
-        Raises:
-            GraphError: There is no such service, it failed or was too slow.
-            ConversionError: The arguments do not fit its type.
-        """
-        try:
-            service_class = self._graph.service_class(self._service, self._timeout)
-            request, response = self._graph.service_converters(service_class)
-            payload = _serialise(request.to_message(self._args))
-            with self._graph.open_service(self._service, self._timeout, service_class._md5sum) as self._line:
-                if self._cancelled:
-                    raise GraphError(f"service {self._service}: the caller has gone")
-                answer = response.message_class()
-                answer.deserialize(self._line.call(payload))
-        except ServiceCallError as error:
-            self._graph.forget_service(self._service)
-            raise GraphError(str(error)) from error
-        except genpy.MessageException as error:
-            raise GraphError(str(error)) from error
-        return response.to_values(answer)
-
-    def cancel(self) -> None:
-        """End a running call."""
-        self._cancelled = True
-        if self._line is not None:
-            self._line.close()
-
-
 class RosGraph:
     """Implements :class:`scara_simulation.io.gateway_graph.Graph` with rospy."""
 
@@ -90,7 +49,7 @@ class RosGraph:
         self._publishers: dict[tuple[int, str], tuple[rospy.Publisher, Converter]] = {}
         self._subscriptions: dict[str, _Subscription] = {}
         self._services: dict[str, tuple[int, rospy.Service]] = {}
-        self._service_classes: dict[str, Any] = {}
+        self._service_types = ServiceTypes(self._converters)
 
     def advertise(self, owner: int, topic: str, type_name: str | None, latch: bool, queue_size: int) -> None:
         """Open a publisher for a client; asynchronous, so that a slow ROS node cannot hold up the gateway."""
@@ -158,44 +117,14 @@ class RosGraph:
 
     def service_call(self, service: str, args: Any, timeout: float) -> RosServiceCall:
         """Prepare a service call."""
-        return RosServiceCall(self, service, args, timeout)
-
-    def open_service(self, service: str, timeout: float, md5sum: str | None = None) -> ServiceLine:
-        """Connect to a service; without ``md5sum`` only to ask for its type.
-
-        Raises:
-            GraphError: There is none of that name, or no master.
-            ServiceCallError: It cannot be reached.
-        """
-        try:
-            uri = rosgraph.Master(rospy.get_name()).lookupService(service)
-        except rosgraph.MasterError as error:
-            raise GraphError(f"service {service} does not exist") from error
-        except OSError as error:
-            raise GraphError(f"service {service}: roscore does not answer: {error}") from error
-        return ServiceLine(service, uri, rospy.get_name(), timeout, md5sum)
-
-    def service_class(self, service: str, timeout: float) -> Any:
-        """Return the class of a service's type, asked for at its first call."""
-        if service not in self._service_classes:
-            with self.open_service(service, timeout) as line:
-                self._service_classes[service] = find_service_class(line.type)
-        return self._service_classes[service]
-
-    def forget_service(self, service: str) -> None:
-        """Ask for its type again at the next call: it may have been started anew with another one."""
-        self._service_classes.pop(service, None)
-
-    def service_converters(self, service_class: Any) -> tuple[Converter, Converter]:
-        """Return the converters of a service's request and response."""
-        return self._converters.by_class(service_class._request_class), self._converters.by_class(service_class._response_class)
+        return RosServiceCall(self._service_types, service, args, timeout)
 
     def advertise_service(self, owner: int, service: str, type_name: str, ask: Ask, timeout: float) -> None:
         """Offer a service that a client answers."""
         if service in self._services:
             raise GraphError(f"service {service} is offered by a client of this gateway already")
         service_class = find_service_class(type_name)
-        request, response = self.service_converters(service_class)
+        request, response = self._service_types.converters(service_class)
 
         def handle(message: Any) -> Any:
             future = ask(request.to_values(message))
@@ -236,8 +165,7 @@ class RosGraph:
     def service_type(self, service: str) -> str:
         """Return the type of a service, empty if there is none."""
         try:
-            with self.open_service(service, _PROBE_TIMEOUT) as line:
-                return line.type
+            return self._service_types.type_name(service, _PROBE_TIMEOUT)
         except (GraphError, ServiceCallError):
             return ""
 
@@ -256,24 +184,3 @@ class RosGraph:
         if type_name is not None and known is not None and type_name != known:
             raise GraphError(f"{topic} has type {known}, not {type_name}")
         return self._converters.by_name(known or type_name or "")
-
-
-def find_service_class(type_name: str) -> Any:
-    """Return the class of ``package/Type``.
-
-    Raises:
-        GraphError: The type is unknown here.
-    """
-    try:
-        found = roslib.message.get_service_class(type_name)
-    except ValueError as error:
-        raise GraphError(f"unknown service type {type_name!r}: {error}") from error
-    if found is None:
-        raise GraphError(f"unknown service type {type_name!r}: no package on this machine has it")
-    return found
-
-
-def _serialise(message: Any) -> bytes:
-    buffer = io.BytesIO()
-    message.serialize(buffer)
-    return buffer.getvalue()

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 import logging
-import socket
 import threading
 import time
 from collections.abc import Callable, Mapping
@@ -13,37 +11,17 @@ from types import TracebackType
 from typing import Any, Self
 
 import msgspec
-from websocket import ABNF, WebSocket, WebSocketBadStatusException, WebSocketException, WebSocketTimeoutException
 
 from twin_controller.io.rosbridge_calls import Answer, OnAnswer, PendingCalls
+from twin_controller.io.rosbridge_socket import LinkLostError, LinkSettings, RosbridgeSocket
 
 OnMessage = Callable[[str, dict[str, Any], float], None]
 OnChange = Callable[[bool, str], None]
 OnStatus = Callable[[str, str], None]
 
+__all__ = ["LinkCounters", "LinkSettings", "RosbridgeLink"]
+
 _LOG = logging.getLogger("rosout.rosbridge_link")
-_CLOSE_TIMEOUT = 0.2
-_PING_PART = 0.4
-_WAKE_PART = 0.2
-
-
-@dataclasses.dataclass(frozen=True, slots=True)
-class LinkSettings:
-    """Times of a link [s].
-
-    Attributes:
-        silent_timeout: A peer of which nothing comes for so long, not even a pong, is taken for dead.
-        send_timeout: The longest that sending may block.
-        connect_timeout: Of connecting, at each step of the handshake.
-        retry_first: Pause before the first new attempt; doubled at each failure.
-        retry_last: Longest pause.
-    """
-
-    silent_timeout: float = 0.25
-    send_timeout: float = 0.05
-    connect_timeout: float = 1.0
-    retry_first: float = 0.1
-    retry_last: float = 2.0
 
 
 @dataclasses.dataclass(slots=True)
@@ -109,7 +87,7 @@ class RosbridgeLink:
         self._settings = settings or LinkSettings()
         self._standing: dict[tuple[str, str], dict[str, Any]] = {}
         self._calls = PendingCalls()
-        self._line: WebSocket | None = None
+        self._line: RosbridgeSocket | None = None
         self._drop_reason = ""
         self._lock = threading.Lock()
         self._stop = threading.Event()
@@ -178,34 +156,31 @@ class RosbridgeLink:
         if line is None:
             return False
         try:
-            line.send(_ENCODER.encode(packet), ABNF.OPCODE_TEXT)
-        except (OSError, WebSocketException) as error:
-            self._drop(line, f"sending failed: {_text(error)}")
+            line.send(_ENCODER.encode(packet))
+        except LinkLostError as error:
+            self._drop(line, str(error))
             return False
         self.counters.sent += 1
         return True
 
-    def _drop(self, line: WebSocket, reason: str) -> None:
+    def _drop(self, line: RosbridgeSocket, reason: str) -> None:
         """Give up a connection; the link's thread notices at once."""
         with self._lock:
             if self._line is line:
                 self._line = None
                 self._drop_reason = reason
-        if line.sock is not None:
-            with contextlib.suppress(OSError):
-                line.sock.shutdown(socket.SHUT_RDWR)
+        line.abort()
 
     def _run(self) -> None:
         """Connect, receive until the connection ends, and again."""
         pause, told = self._settings.retry_first, None
         while not self._stop.is_set():
             try:
-                line = self._connect()
-            except (OSError, WebSocketException, ValueError) as error:
-                reason = f"{self._url}: {_text(error)}"
-                if reason != told:
-                    self._guard(self._on_change, False, reason)
-                told = reason
+                line = RosbridgeSocket(self._url, self._headers, self._settings)
+            except LinkLostError as error:
+                if str(error) != told:
+                    told = str(error)
+                    self._guard(self._on_change, False, f"{self._url}: {told}")
             else:
                 pause, told = self._settings.retry_first, None
                 reason = self._serve(line)
@@ -215,59 +190,28 @@ class RosbridgeLink:
             self._stop.wait(pause)
             pause = min(2.0 * pause, self._settings.retry_last)
 
-    def _connect(self) -> WebSocket:
-        line = WebSocket(
-            sockopt=[(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)], skip_utf8_validation=True, enable_multithread=True
-        )
-        line.settimeout(self._settings.connect_timeout)
-        line.connect(  # type: ignore[no-untyped-call]
-            self._url, header=self._headers, suppress_origin=True, http_no_proxy=["*"], redirect_limit=0
-        )
-        line.settimeout(min(self._settings.send_timeout, _WAKE_PART * self._settings.silent_timeout))
-        return line
-
-    def _serve(self, line: WebSocket) -> str:
+    def _serve(self, line: RosbridgeSocket) -> str:
         """Use a connection until it ends; return why it did."""
         with self._lock:
             self._line, self._drop_reason = line, ""
             standing = list(self._standing.values())
         self.counters.connects += 1
+        reason = ""
         try:
             if all([self._send(packet) for packet in standing]):
                 self._guard(self._on_change, True, "")
-                self._receive(line)
-            reason = self._drop_reason
-        except (OSError, WebSocketException) as error:
-            reason = self._drop_reason or _text(error)
-        finally:
-            with self._lock:
-                self._line = None
-        if self._stop.is_set():
-            with contextlib.suppress(OSError, WebSocketException):
-                line.close(timeout=_CLOSE_TIMEOUT)
-        line.shutdown()  # type: ignore[no-untyped-call]
+            while self._line is line and not self._stop.is_set():
+                packet = line.receive()
+                if packet is not None:
+                    self._take(*packet)
+                self._tell(self._calls.expired(time.monotonic()))
+        except LinkLostError as error:
+            reason = str(error)
+        with self._lock:
+            self._line = None
+            reason = self._drop_reason or reason
+        line.close(politely=self._stop.is_set())
         return reason
-
-    def _receive(self, line: WebSocket) -> None:
-        """Hand on what comes; ask a silent peer for a sign of life, and drop it when none comes."""
-        heard = asked = time.monotonic()
-        while self._line is line and not self._stop.is_set():
-            try:
-                opcode, frame = line.recv_data_frame(control_frame=True)
-            except WebSocketTimeoutException:
-                now = time.monotonic()
-                if now - heard > self._settings.silent_timeout:
-                    self._drop(line, f"silent for {self._settings.silent_timeout:g} s")
-                elif now - max(heard, asked) > _PING_PART * self._settings.silent_timeout:
-                    asked = now
-                    line.ping()
-            else:
-                heard = now = time.monotonic()
-                if opcode == ABNF.OPCODE_CLOSE:
-                    self._drop(line, f"closed by the server: {frame.data[2:].decode('utf-8', 'replace')}".rstrip(": "))
-                elif opcode in (ABNF.OPCODE_TEXT, ABNF.OPCODE_BINARY):
-                    self._take(frame.data, heard)
-            self._tell(self._calls.expired(now))
 
     def _take(self, data: bytes, received: float) -> None:
         """Hand one packet to its callback; what is no packet is counted."""
@@ -307,11 +251,3 @@ class RosbridgeLink:
         except Exception:
             self.counters.callback_errors += 1
             _LOG.exception("a callback of the link to %s failed", self._url)
-
-
-def _text(error: Exception) -> str:
-    """Say an error in few words: a refused handshake with the server's own."""
-    if isinstance(error, WebSocketBadStatusException):
-        body = error.resp_body.decode("utf-8", "replace").strip() if isinstance(error.resp_body, bytes) else ""
-        return f"refused with HTTP {error.status_code}: {body[:200]}".rstrip(": ")
-    return str(error) or type(error).__name__
