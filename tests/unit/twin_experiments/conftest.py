@@ -95,13 +95,20 @@ class BagMaker:
 
 
 class Pair(NamedTuple):
-    """How the follower differs from the leader in a bag that imitates a run."""
+    """How the follower differs from the leader in a bag that imitates a run.
+
+    ``without`` names topics that are missing; ``silent`` is a topic and the experiment during which nothing came on it; ``hole``
+    is a topic and the times [s] within each experiment between which nothing came; after ``frozen_after`` [s] nothing moves.
+    """
 
     lag_s: float = 0.005
     offset: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
     noise: float = 0.0
     configuration: str | None = None
     without: tuple[str, ...] = ()
+    silent: tuple[str, str] = ("", "")
+    hole: tuple[str, float, float] = ("", 0.0, 0.0)
+    frozen_after: float = 1e9
 
 
 def imitate(maker: BagMaker, pair: Pair, experiments: tuple[str, ...] = ("real_leads", "twin_leads")) -> None:
@@ -115,8 +122,12 @@ def imitate(maker: BagMaker, pair: Pair, experiments: tuple[str, ...] = ("real_l
             ("twin/joint_states", 200.0, name == "real_leads"),
         ):
             times = np.arange(-0.1, DURATION_S + 0.1, 1.0 / rate)
-            positions, velocities = article_motion(times - pair.lag_s * delayed)
+            if topic == pair.hole[0]:
+                times = times[(times < pair.hole[1]) | (times > pair.hole[2])]
+            positions, velocities = article_motion(np.minimum(times, pair.frozen_after) - pair.lag_s * delayed)
             positions = positions + np.array(pair.offset) * delayed + generator.normal(0.0, 1.0, positions.shape) * pair.noise
+            if (topic, name) == pair.silent:
+                continue
             names = list(JOINTS)
             if topic == "real/ground_truth":
                 names.insert(3, "joint_4")
@@ -165,14 +176,14 @@ def _say(maker: BagMaker, pair: Pair) -> None:
         )
 
 
-@pytest.fixture
-def make_bag(tmp_path: Path) -> Callable[..., Path]:
-    """Return a function that writes a bag like that of a whole run."""
+@pytest.fixture(scope="session")
+def make_bag(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Path]:
+    """Return a function that writes a bag like that of a whole run into a folder of its own."""
 
-    def make(name: str = "run.bag", namespace: str = "", **options: Any) -> Path:
+    def make(namespace: str = "", **options: Any) -> Path:
         maker = BagMaker(namespace)
         imitate(maker, Pair(**options))
-        return maker.write(tmp_path / name)
+        return maker.write(tmp_path_factory.mktemp("bag") / "run.bag")
 
     return make
 
@@ -180,7 +191,16 @@ def make_bag(tmp_path: Path) -> Callable[..., Path]:
 @pytest.fixture
 def recorded_configuration() -> str:
     """Return the shipped configuration as the twin controller publishes it."""
-    from ruamel.yaml import YAML
-
-    files = {p.name: YAML(typ="safe").load(p.read_text()) for p in sorted((ROOT / "config").glob("*.yaml"))}
+    files = {path.name: path.read_text() for path in sorted((ROOT / "config").glob("*.yaml"))}
     return json.dumps(files)
+
+
+@pytest.fixture
+def largest_tool_speed() -> float:
+    """Return the largest speed of the tool in the imitated run [m/s], by the chain rule of the plane's two links."""
+    positions, velocities = article_motion(np.arange(0.0, DURATION_S, 1e-3))
+    first, both = positions[:, 0], positions[:, 0] + positions[:, 1]
+    turn, turn_both = velocities[:, 0], velocities[:, 0] + velocities[:, 1]
+    x = -0.35 * np.sin(first) * turn - 0.3 * np.sin(both) * turn_both
+    y = 0.35 * np.cos(first) * turn + 0.3 * np.cos(both) * turn_both
+    return float(np.sqrt(x**2 + y**2 + velocities[:, 2] ** 2).max())

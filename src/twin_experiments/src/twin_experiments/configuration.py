@@ -6,9 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from scara_config import Robot, convert
+from ruamel.yaml import YAML
+from ruamel.yaml.error import YAMLError
+from scara_config import ConfigError, Robot, convert
 
 from twin_experiments.config import ExperimentsFile
+
+ROBOT, EXPERIMENTS = "robot.yaml", "experiments.yaml"
 
 
 @dataclass(frozen=True)
@@ -24,24 +28,31 @@ def choose(recorded: Mapping[str, Any], robot: Robot, experiments: ExperimentsFi
     """Take robot and experiments from the recorded files; what the bag does not hold is taken as given.
 
     Args:
-        recorded: File name, with or without ``.yaml``, to its content.
+        recorded: File name to its text.
         robot: Of the configuration folder at hand.
         experiments: Of the configuration folder at hand.
 
     Raises:
         ConfigError: A recorded file is not understood.
     """
-    held = {name: _file(recorded, name) for name in ("robot", "experiments")}
-    if held["robot"] is not None:
-        robot = convert(held["robot"], Robot, "robot.yaml in the bag")
-    if held["experiments"] is not None:
-        experiments = convert(held["experiments"], ExperimentsFile, "experiments.yaml in the bag")
-        experiments.check("experiments.yaml in the bag")
-    missing = [f"{name}.yaml" for name, tree in held.items() if tree is None]
-    origin = f"from the bag, except {' and '.join(missing)}, which it does not hold" if missing else "from the bag"
-    return Configuration(robot, experiments, "not in the bag: that of this machine" if len(missing) == len(held) else origin)
+    held = {name: recorded[name] for name in (ROBOT, EXPERIMENTS) if name in recorded}
+    if ROBOT in held:
+        robot = convert(_parse(held[ROBOT], ROBOT), Robot, f"{ROBOT} in the bag")
+    if EXPERIMENTS in held:
+        experiments = convert(_parse(held[EXPERIMENTS], EXPERIMENTS), ExperimentsFile, f"{EXPERIMENTS} in the bag")
+        experiments.check(f"{EXPERIMENTS} in the bag")
+    missing = [name for name in (ROBOT, EXPERIMENTS) if name not in held]
+    origin = f"in the bag, except {' and '.join(missing)}: of this machine" if missing else "in the bag"
+    return Configuration(robot, experiments, origin if held else "of this machine, the bag holds none")
 
 
-def _file(recorded: Mapping[str, Any], name: str) -> Any:
-    """Return one recorded file, None if it is not there."""
-    return recorded.get(f"{name}.yaml", recorded.get(name))
+def _parse(text: Any, name: str) -> Any:
+    """Parse the text of a recorded file.
+
+    Raises:
+        ConfigError: It is no YAML.
+    """
+    try:
+        return YAML(typ="safe").load(text)
+    except (YAMLError, TypeError, AttributeError) as error:
+        raise ConfigError(f"{name} in the bag: is no valid YAML: {error}") from error

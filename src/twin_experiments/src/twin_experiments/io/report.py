@@ -55,12 +55,11 @@ class Report:
         return all(result.passed for result in self.results)
 
 
-def write_report(bag: Path, folder: Path, config_directory: Path | None = None) -> Report:
-    """Analyse a bag and write its report into ``folder``.
+def analyse_bag(bag: Path, config_directory: Path | None = None) -> tuple[Run, Configuration, tuple[Result, ...]]:
+    """Read and analyse a bag.
 
     Args:
         bag: Recording of a run.
-        folder: Where the files go; created if need be.
         config_directory: Configuration for what the bag does not hold; default: the package scara_config.
 
     Raises:
@@ -74,10 +73,19 @@ def write_report(bag: Path, folder: Path, config_directory: Path | None = None) 
         run = read_run(opened, [joint.name for joint in robot.twin_joints])
     tool = partial(tool_positions, ScrewModel.from_robot(robot))
     arm_joints = [joint.name for joint in robot.arm_joints]
-    results = analyse(run, config, metrics_settings(config.metrics, robot), arm_joints, tool)
+    return run, chosen, analyse(run, config, metrics_settings(config.metrics, robot), arm_joints, tool)
+
+
+def write_report(bag: Path, folder: Path, config_directory: Path | None = None) -> Report:
+    """Analyse a bag and write its report into ``folder``, which is created if need be.
+
+    Raises:
+        BagError, RecordError, ConfigError: See :func:`analyse_bag`.
+    """
+    run, chosen, results = analyse_bag(bag, config_directory)
     folder.mkdir(parents=True, exist_ok=True)
     report = Report(results, chosen, folder)
-    document = report_document(results, robot.reach_mm, config.paper)
+    document = report_document(results, chosen.robot.reach_mm, chosen.experiments.paper)
     (folder / "report.html").write_text(_page(run, report, document), encoding="utf-8")
     (folder / "report.json").write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
     return report

@@ -1,0 +1,199 @@
+"""A whole report from bags that imitate a run, held against closed forms."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scara_config import ConfigError
+from twin_experiments.document import report_document
+from twin_experiments.io.bag_reader import BagError
+from twin_experiments.io.report import Report, analyse_bag, write_report
+from twin_experiments.record import RecordError
+
+CONFIG = Path(__file__).resolve().parents[3] / "config"
+MakeBag = Callable[..., Path]
+DESIGNED = {
+    "name", "leader", "samples", "duration_s", "lag_s", "path_error_max_mm", "path_error_max_percent", "path_error_rms_percent",
+    "positioning_error_max_mm", "positioning_error_max_percent", "verdict",
+}  # fmt: skip
+
+
+def analyse(bag: Path) -> dict[str, Any]:
+    """Return what report.json would hold."""
+    _, chosen, results = analyse_bag(bag, CONFIG)
+    return report_document(results, chosen.robot.reach_mm, chosen.experiments.paper)
+
+
+@pytest.fixture(scope="module")
+def written(make_bag: MakeBag) -> Report:
+    """Write the report of an imitated run once."""
+    bag = make_bag()
+    return write_report(bag, bag.parent / "out", CONFIG)
+
+
+def test_report_json_is_as_designed(written: Report) -> None:
+    """The keys that others read are there, for both experiments, beside the article's figures."""
+    document = json.loads((written.folder / "report.json").read_text())
+    assert written.passed
+    assert document["paper"] == {"path_error_percent": 5.0, "positioning_error_percent": 2.0}
+    assert list(document) == ["experiments", "paper"]
+    assert [(e["name"], e["leader"], e["verdict"]) for e in document["experiments"]] == [
+        ("real_leads", "real", "pass"),
+        ("twin_leads", "twin", "pass"),
+    ]
+    for experiment in document["experiments"]:
+        assert set(experiment) >= DESIGNED
+        assert experiment["held"] == ["P1", "P2", "P3", "P1", "P2", "P3", "P1"]
+
+
+@pytest.mark.parametrize("lag_s", [0.0, 0.007, 0.03])
+def test_the_lag_of_the_follower_is_found_whoever_leads(make_bag: MakeBag, lag_s: float) -> None:
+    """Sub-millisecond, with sides sampled at 250 and 200 Hz and a micrometre of noise."""
+    document = analyse(make_bag(lag_s=lag_s, noise=1e-6))
+    assert [e["lag_s"] for e in document["experiments"]] == pytest.approx([lag_s, lag_s], abs=2e-4)
+
+
+def test_the_path_error_is_lag_times_speed_and_vanishes_without_the_lag(make_bag: MakeBag, largest_tool_speed: float) -> None:
+    """For a short lag the largest distance is the largest tool speed times the lag."""
+    document = analyse(make_bag(lag_s=0.001))
+    first = document["experiments"][0]
+    assert first["path_error_max_mm"] == pytest.approx(1e3 * largest_tool_speed * 0.001, rel=1e-2)
+    assert first["path_error_max_after_lag_mm"] < 0.01
+
+
+def test_an_offset_of_the_follower_is_its_positioning_error(make_bag: MakeBag) -> None:
+    """0.5 mm up at the follower are 0.5 mm between the sides and against the set position, 0 for the leader."""
+    document = analyse(make_bag(offset=(0.0, 0.0, 0.0005, 0.0)))
+    first = document["experiments"][0]
+    assert first["positioning_error_max_mm"] == pytest.approx(0.5, abs=1e-3)
+    assert first["positioning_error_max_percent"] == pytest.approx(100.0 * 0.5 / 650.0, abs=1e-3)
+    for rest in first["positions"]:
+        assert rest["real_set_mm"] < 0.01 < rest["twin_set_mm"]
+
+
+@pytest.mark.parametrize(
+    ("options", "reason"),
+    [
+        ({"lag_s": 0.1}, r"path error \d+\.\d+ % of reach, limit 2 %"),
+        ({"offset": (0.0, 0.0, 0.002, 0.0)}, r"positioning error 0.308 % of reach, limit 0.2 %"),
+        ({"offset": (0.0, 0.0, -0.05, 0.0)}, r"positioning error 7.692 % of reach"),
+        ({"hole": ("twin/joint_states", 1.0, 1.5)}, r"5\.\d % of the time has no samples, limit 1 %"),
+        ({"frozen_after": 3.0}, r"both stood still at P1 P2 P3, expected P1 P2 P3 P1 P2 P3 P1"),
+    ],
+)
+def test_a_limit_that_is_missed_is_the_reason_to_fail(make_bag: MakeBag, options: dict[str, Any], reason: str) -> None:
+    """The verdict says by how much."""
+    document = analyse(make_bag(**options))
+    for experiment in document["experiments"]:
+        assert experiment["verdict"] == "fail"
+        assert any(re.search(reason, text) for text in experiment["reasons"])
+
+
+def test_the_age_of_samples_is_receipt_minus_the_time_they_were_due(make_bag: MakeBag) -> None:
+    """Set points due 10 ms after their stamp and received 12 ms after it are 2 ms old."""
+    document = analyse(make_bag())
+    age = document["experiments"][0]["sample_age_ms"]["joint_pose_controller/follow"]
+    assert age == pytest.approx({"median": 2.0, "p95": 2.0, "max": 2.0}, abs=1e-3)
+
+
+def test_the_configuration_in_the_bag_is_used(make_bag: MakeBag, recorded_configuration: str) -> None:
+    """A report of an old bag is judged by the limits of its day."""
+    files = json.loads(recorded_configuration)
+    files["experiments.yaml"] = files["experiments.yaml"].replace("path_error_percent: 2.0", "path_error_percent: 0.01")
+    bag = make_bag(configuration=json.dumps(files))
+    report = write_report(bag, bag.parent, CONFIG)
+    assert report.configuration.origin == "in the bag"
+    assert "limit 0.01 %" in report.results[0].reasons[0]
+    page = (report.folder / "report.html").read_text()
+    assert "modbus_map.yaml" in page and "Analysed with the configuration in the bag." in page
+
+
+def test_a_wrong_configuration_in_the_bag_is_named(make_bag: MakeBag, recorded_configuration: str) -> None:
+    """It is no excuse to take another one."""
+    files = json.loads(recorded_configuration)
+    files["robot.yaml"] = files["robot.yaml"].replace("reach_mm: 650.0", "reach_mm: -1.0")
+    with pytest.raises(ConfigError, match=r"robot.yaml in the bag: reach_mm = -1.0"):
+        analyse(make_bag(configuration=json.dumps(files)))
+    with pytest.raises(BagError, match="configuration is no JSON"):
+        analyse(make_bag(configuration="{"))
+    with pytest.raises(ConfigError, match=r"robot.yaml in the bag: is no valid YAML"):
+        analyse(make_bag(configuration=json.dumps({"robot.yaml": "a: ["})))
+
+
+class _Page(HTMLParser):
+    """Collects what a page asks for, and its images."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.images: list[str] = []
+        self.asked: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        for name, value in attrs:
+            if name in ("src", "href", "data"):
+                (self.images if (value or "").startswith("data:image/png;base64,") else self.asked).append(value or "")
+
+
+def test_the_page_is_self_contained_and_escapes_what_nodes_said(written: Report) -> None:
+    """Six embedded figures, no request, text of a node stays text."""
+    text = (written.folder / "report.html").read_text()
+    page = _Page()
+    page.feed(text)
+    assert (len(page.images), page.asked) == (6, [])
+    assert "url(" not in text and "@import" not in text and "<script" not in text
+    assert "late &lt;&amp;&gt;" in text and "late <&>" not in text
+    assert text.count("WARN: late") == 1, "a warning that stays is listed once"
+    for word in ("the real robot moved first", "article", "Versions", "prefers-color-scheme: dark"):
+        assert word in text
+
+
+def test_the_figures_are_images_of_a_readable_size(written: Report) -> None:
+    """Blue and orange lines are on the paths' figure."""
+    from matplotlib.image import imread
+
+    image = imread(written.folder / "real_leads_paths.png")[..., :3]
+    assert image.shape[1] > 1000
+    for red, green, blue in ((0x16, 0x67, 0xC2), (0xFF, 0x9A, 0x1F)):
+        assert (np.abs(image - np.array([red, green, blue]) / 255.0).max(axis=2) < 0.02).sum() > 200
+
+
+def test_an_experiment_that_was_not_finished_fails_but_is_reported(make_bag: MakeBag) -> None:
+    """A crash in the middle costs the verdict, not the figures."""
+    path = make_bag()
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 3])
+    report = write_report(path, path.parent, CONFIG)
+    assert "the recording ends before the experiment does" in report.results[0].reasons
+    comparison = report.results[0].comparison
+    assert comparison is not None and comparison.path.max_mm > 0.0
+    assert "a repaired copy was read" in (report.folder / "report.html").read_text()
+
+
+def test_a_side_without_samples_fails_the_experiment_with_its_name(make_bag: MakeBag) -> None:
+    """The others are reported all the same."""
+    document = analyse(make_bag(silent=("twin/joint_states", "twin_leads")))
+    first, second = document["experiments"]
+    assert first["verdict"] == "pass"
+    assert (second["verdict"], second["samples"], second["lag_s"]) == ("fail", 0, None)
+    assert "twin: " in second["reasons"][0] and "samples between" in second["reasons"][0]
+
+
+@pytest.mark.parametrize("topic", ["real/ground_truth", "twin/joint_states", "experiment/marker"])
+def test_a_topic_that_is_missing_is_named(make_bag: MakeBag, topic: str) -> None:
+    """No figure is made up."""
+    with pytest.raises(BagError, match=rf"run.bag: no message of {topic}; the bag holds"):
+        analyse(make_bag(without=(topic,)))
+
+
+def test_an_experiment_that_nobody_knows_is_refused(make_bag: MakeBag, recorded_configuration: str) -> None:
+    """The text lists those that are known."""
+    files = json.loads(recorded_configuration)
+    files["experiments.yaml"] = files["experiments.yaml"].replace("  twin_leads:", "  both_lead:")
+    with pytest.raises(RecordError, match=r"unknown experiment twin_leads: experiments\.yaml has real_leads, both_lead"):
+        analyse(make_bag(configuration=json.dumps(files)))
