@@ -12,6 +12,7 @@ import msgspec
 from twin_controller.core.events import Joints
 
 PEAK = 1.875
+SHORTEST_S = 1e-6
 
 
 class Blend(msgspec.Struct, frozen=True):
@@ -31,7 +32,7 @@ def begin_blend(offset: Joints, start: float, speeds: Joints) -> Blend:
         speeds: Largest speed of each joint, SI, positive.
     """
     duration = max((PEAK * abs(gap) / speed for gap, speed in zip(offset, speeds)), default=0.0)
-    return Blend(offset, start, duration)
+    return Blend(offset, start, duration if duration > SHORTEST_S else 0.0)
 
 
 def sample_blend(blend: Blend, t: float) -> tuple[Joints, Joints, Joints]:

@@ -6,7 +6,9 @@ A remote clock reads :math:`c` at some instant between sending the question (:ma
 .. math:: c - r \le \theta \le c + p - s .
 
 The intersection of these intervals over time, widened by the largest possible drift, holds the true offset; its half
-width is the uncertainty. An empty intersection means that a clock jumped: the estimate starts again.
+width is the uncertainty. The lower bound is hard: no answer holds a time that has not been yet. The upper one is soft: a
+remote that was late to renew its reading answers with an older one. A small conflict therefore costs the upper bound; a
+large one, or one that stays, means that a clock jumped, and the estimate starts again.
 """
 
 from __future__ import annotations
@@ -18,6 +20,13 @@ DRIFT_SPAN = 30.0
 """Below this span [s] the first sample's uncertainty hides the drift, and 0 is shown."""
 
 
+JUMP = 0.02
+"""A conflict larger than this [s] is a jump of a clock, not a late reading."""
+
+LASTING = 50
+"""So many conflicts in a row are one too."""
+
+
 class ClockEstimate(msgspec.Struct, frozen=True):
     """Interval that holds the offset remote - local [s] at local time ``at``."""
 
@@ -26,6 +35,7 @@ class ClockEstimate(msgspec.Struct, frozen=True):
     at: float = 0.0
     samples: int = 0
     jumps: int = 0
+    conflicts: int = 0
     round_trip: float = 0.0
     first_offset: float = 0.0
     first_at: float = 0.0
@@ -77,17 +87,19 @@ def observe(
         The narrower estimate; a fresh one if the clock jumped.
     """
     lower, upper = remote - received, remote + period - sent
+    trip = received - sent
     if estimate.known:
         widened = abs(received - estimate.at) * drift_ppm * 1e-6
         low, high = max(estimate.lower - widened, lower), min(estimate.upper + widened, upper)
-        if low <= high:
+        conflicts = estimate.conflicts + 1 if low > high else 0
+        if low - high < JUMP and conflicts < LASTING:
+            high = low + trip if conflicts else high
             return msgspec.structs.replace(
-                estimate, lower=low, upper=high, at=received, samples=estimate.samples + 1, round_trip=received - sent
+                estimate, lower=low, upper=high, at=received, samples=estimate.samples + 1, conflicts=conflicts, round_trip=trip
             )
     middle = 0.5 * (lower + upper)
-    return ClockEstimate(
-        lower, upper, received, 1, estimate.jumps + (1 if estimate.known else 0), received - sent, middle, received
-    )
+    jumps = estimate.jumps + (1 if estimate.known else 0)
+    return ClockEstimate(lower, upper, received, 1, jumps, 0, trip, middle, received)
 
 
 def unwrap_ms(previous: int | None, clock_ms: int, bits: int = 31) -> int:
