@@ -9,8 +9,8 @@ from collections.abc import Sequence
 def stopping_speed(distance: float, deceleration: float, dt: float) -> float:
     r"""Compute the largest speed from which a stop within ``distance`` is possible.
 
-    Solves :math:`v\,dt/2 + v^2/(2a) = d`: the distance of a ramp that loses ``a dt`` in each step of ``dt``, after a first
-    step at ``v``. Never more than the distance in one step, so the last step lands exactly.
+    In steps of ``dt`` a ramp of ``n`` steps from ``v`` covers :math:`n v\,dt - a\,dt^2 n(n-1)/2`; ``n`` is the least that reaches
+    ``d``, and the speed is the one that ends exactly there. Braking from it by ``a dt`` a step is therefore always possible.
 
     Args:
         distance: What is left, in any unit u; negative counts as zero.
@@ -22,8 +22,9 @@ def stopping_speed(distance: float, deceleration: float, dt: float) -> float:
     """
     if distance <= 0.0:
         return 0.0
-    half = 0.5 * dt
-    return min(deceleration * (math.sqrt(half * half + 2.0 * distance / deceleration) - half), distance / dt)
+    change = deceleration * dt
+    steps = max(1, math.ceil(0.5 * (math.sqrt(1.0 + 8.0 * distance / (change * dt)) - 1.0)))
+    return distance / (steps * dt) + 0.5 * change * (steps - 1)
 
 
 class JointMove:

@@ -154,10 +154,16 @@ class RegisterCodec:
         return words + [1, heartbeat & 0x7FFF, math.ceil(speed_percent)]
 
     def encode_int(self, name: str, value: int) -> list[int]:
-        """Return the words of one integer register."""
-        if self._registers[name].type == "int32":
-            return self._split(struct.pack(">i", value))
-        return [value & 0xFFFF]
+        """Return the words of one integer register.
+
+        Raises:
+            SetpointError: The value does not fit the register.
+        """
+        wide = self._registers[name].type == "int32"
+        limit = 1 << (31 if wide else 15)
+        if not -limit <= value < limit:
+            raise SetpointError(f"{name} = {value} is outside [{-limit}, {limit - 1}]")
+        return self._split(struct.pack(">i", value)) if wide else [value & 0xFFFF]
 
     def _block(self, names: Sequence[str], most: int) -> Block:
         """Return the span of the named registers."""

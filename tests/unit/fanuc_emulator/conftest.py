@@ -1,0 +1,75 @@
+"""The shipped configuration, and a controller to play with."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from fanuc_emulator.config import EmulatorConfig, load_emulator, load_programs
+from fanuc_emulator.controller import Controller, Snapshot
+from fanuc_emulator.program import Program
+from scara_config import Robot, load_robot
+
+CONFIG = Path(__file__).resolve().parents[3] / "config"
+
+
+class Bench:
+    """A controller, stepped by the test; keeps the last snapshot."""
+
+    def __init__(self, config: EmulatorConfig, robot: Robot, programs: dict[int, Program]) -> None:
+        self.config, self.robot = config, robot
+        self.controller = Controller(config, robot, programs, boot_seconds=1.7e9)
+        self.now = self.controller.snapshot()
+        self.history: list[Snapshot] = []
+
+    def run(self, seconds: float) -> Snapshot:
+        """Let time pass."""
+        for _ in range(round(seconds / self.config.dt)):
+            self.now = self.controller.step()
+            self.history.append(self.now)
+        return self.now
+
+    def run_until(self, condition: Callable[[Snapshot], bool], limit: float = 30.0) -> Snapshot:
+        """Let time pass until ``condition`` holds; fail after ``limit`` [s]."""
+        for _ in range(round(limit / self.config.dt)):
+            if condition(self.now):
+                return self.now
+            self.run(self.config.dt)
+        raise AssertionError(f"not within {limit} s: {self.now}")
+
+    def pulse(self, name: str) -> None:
+        """Switch an input on and off again, some milliseconds apart."""
+        self.controller.write_input(name, True)
+        self.run(0.01)
+        self.controller.write_input(name, False)
+        self.run(0.004)
+
+    def stream_to(self, joint: str, value: float) -> None:
+        """Write a set point with one joint changed [rad or m]."""
+        names = [each.name for each in self.robot.joints]
+        positions = list(self.now.positions)
+        positions[names.index(joint)] = value
+        self.controller.write_setpoint(positions)
+        self.controller.write_setpoint_valid(True)
+
+
+@pytest.fixture(scope="session")
+def robot() -> Robot:
+    """Return the shipped robot profile."""
+    return load_robot(CONFIG)
+
+
+@pytest.fixture(scope="session")
+def config(robot: Robot) -> EmulatorConfig:
+    """Return the shipped emulator.yaml."""
+    return load_emulator(robot, CONFIG)
+
+
+@pytest.fixture
+def bench(config: EmulatorConfig, robot: Robot) -> Bench:
+    """Return a freshly booted controller at 100 % override."""
+    bench = Bench(config, robot, load_programs(robot, CONFIG))
+    bench.controller.write_override(100)
+    bench.run(0.01)
+    return bench
