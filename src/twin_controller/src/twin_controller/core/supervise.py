@@ -16,7 +16,7 @@ replace = msgspec.structs.replace
 
 
 def judge_divergence(setup: Setup, state: CoreState) -> CoreState:
-    """Compare the tools: distance from the twin's recent path while moving, plain distance at rest."""
+    """Compare the tools: distance from the twin's recent and coming path while moving, plain distance at rest."""
     config = setup.config.divergence
     if not state.real.history or len(state.twin.history) < 2 or state.mode not in (*LEADING, Mode.IDLE):
         return state
@@ -24,11 +24,14 @@ def judge_divergence(setup: Setup, state: CoreState) -> CoreState:
     rows = [sample.q for sample in state.twin.history if abs(sample.t - real.t) <= config.history_ms * 1e-3]
     if not rows:
         return state
+    now_row = len(rows)
+    if state.stream is not None and state.plan is not None:
+        rows += state.plan.q
     columns = setup.arm_columns
     points = tool_positions(setup.arm, np.array([real.q, *rows])[:, columns])
     still = all(change.stands_still(side.change, real.t, setup.config.change) for side in (state.real, state.twin))
     limit = config.rest_mm if still else config.path_mm
-    distance = float(np.linalg.norm(points[0] - points[-1])) if still else path_distance(points[0], points[1:])
+    distance = float(np.linalg.norm(points[0] - points[now_row])) if still else path_distance(points[0], points[1:])
     return replace(state, divergence=judge(state.divergence, distance, limit, config))
 
 
