@@ -59,7 +59,7 @@ class Pair:
         self.limit = 100.0
         self.follow: FollowTwin | None = None
         self.setpoints: deque[tuple[float, Joints]] = deque()
-        self.stream_lag = 0.055
+        self.stream_lag = SETUP.config.real.follow_lag_ms * 1e-3
         self.noise: Callable[[], float] = lambda: 0.0
         self.actions: list[AnyAction] = []
         self.replies: dict[int, Reply] = {}

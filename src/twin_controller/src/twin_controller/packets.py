@@ -6,9 +6,9 @@ by the shell and never reaches the core.
 
 from __future__ import annotations
 
-import math
+import sys
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, TypeGuard, TypeVar
 
 from scara_control.errors import ScaraControlError
 from scara_control.setpoints import SetpointTrack
@@ -23,7 +23,11 @@ FOLLOW = "joint_pose_controller/follow"
 SPEED_LIMIT = "joint_pose_controller/speed_limit_percent"
 MOTION_COMMAND = "motion_command"
 SENDER = "twin_controller"
+MOTION_STATES = ("idle", "announcing", "moving", "following", "pausing", "paused", "stopping", "estopped")
+SECONDS = 1 << 32
+"""ROS times are uint32 seconds; what lies beyond cannot be one."""
 
+T = TypeVar("T")
 _COMMANDS = {Do.STOP_TWIN: 1, Do.PAUSE_TWIN: 2, Do.RESUME_TWIN: 3, Do.ESTOP_TWIN: 4, Do.RESET_TWIN: 5}
 
 
@@ -71,21 +75,24 @@ def twin_motion(message: Mapping[str, Any], now: float) -> TwinMotion:
     """Convert a scara_msgs/MotionState.
 
     Raises:
-        PacketError: A field is missing or of the wrong type.
+        PacketError: A field is missing, of the wrong type, or the state is unknown.
     """
-    try:
-        return TwinMotion(
-            now,
-            str(message["state"]),
-            _number(message, "speed_requested_percent"),
-            _number(message, "speed_applied_percent"),
-            _number(message, "speed_limit_percent"),
-            int(message["last_command_id"]),
-            bool(message["standing_still"]),
-            str(message["message"]),
-        )
-    except (KeyError, TypeError) as error:
-        raise PacketError(f"joint_pose_controller/state: {error}") from error
+    state = _typed(message, "state", str)
+    if state not in MOTION_STATES:
+        raise PacketError(f"state = {state[:40]!r}: expected one of {', '.join(MOTION_STATES)}")
+    number = _typed(message, "last_command_id", int)
+    if not 0 <= number < 1 << 32:
+        raise PacketError(f"last_command_id = {_shown(number)}: expected a uint32")
+    return TwinMotion(
+        now,
+        state,
+        _number(message, "speed_requested_percent"),
+        _number(message, "speed_applied_percent"),
+        _number(message, "speed_limit_percent"),
+        number,
+        _typed(message, "standing_still", bool),
+        _typed(message, "message", str),
+    )
 
 
 def clock_probe(values: Mapping[str, Any], sent: float, received: float) -> ClockProbe:
@@ -135,7 +142,7 @@ def _order(message: Mapping[str, Any], field: str, names: Sequence[str]) -> tupl
         raise PacketError(f"{field}: missing")
     missing = [name for name in names if name not in given]
     if missing:
-        raise PacketError(f"{field} = {given}: {', '.join(missing)} missing")
+        raise PacketError(f"{field} = {_shown(given)}: {', '.join(missing)} missing")
     return [given.index(name) for name in names], len(given)
 
 
@@ -144,19 +151,44 @@ def _row(message: Mapping[str, Any], field: str, order: tuple[list[int], int]) -
     values = message.get(field)
     places, count = order
     if not isinstance(values, list) or len(values) != count:
-        raise PacketError(f"{field}: expected {count} numbers, got {values!r}"[:200])
+        raise PacketError(f"{field}: expected {count} numbers, got {_shown(values)}")
     row = tuple(values[place] for place in places)
-    if not all(isinstance(value, int | float) and math.isfinite(value) for value in row):
-        raise PacketError(f"{field} = {list(row)}: not finite")
+    if not all(_is_finite(value) for value in row):
+        raise PacketError(f"{field} = {_shown(list(row))}: not finite")
     return tuple(float(value) for value in row)
 
 
 def _number(message: Mapping[str, Any], field: str) -> float:
     """Return one finite number."""
     value = message.get(field)
-    if not isinstance(value, int | float) or not math.isfinite(value):
-        raise PacketError(f"{field} = {value!r}: expected a finite number")
-    return float(value)
+    if _is_finite(value):
+        return float(value)
+    raise PacketError(f"{field} = {_shown(value)}: expected a finite number")
+
+
+def _is_finite(value: object) -> TypeGuard[float]:
+    """Return whether a JSON value is a number that a double can hold; true and false are none."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    return abs(value) <= sys.float_info.max
+
+
+def _typed(message: Mapping[str, Any], field: str, kind: type[T]) -> T:
+    """Return one field that must be of exactly this type."""
+    value = message.get(field)
+    if type(value) is not kind:
+        raise PacketError(f"{field} = {_shown(value)}: expected {kind.__name__}")
+    return value
+
+
+def _shown(value: object) -> str:
+    """Return a value for an error text, of bounded length."""
+    if isinstance(value, int) and abs(value) > SECONDS:
+        return "a huge number"
+    try:
+        return f"{value!r}"[:200]
+    except ValueError:
+        return "something with a huge number"
 
 
 def _stamp(message: Mapping[str, Any]) -> float:
@@ -170,9 +202,10 @@ def _stamp(message: Mapping[str, Any]) -> float:
 def _time(message: Mapping[str, Any], field: str) -> float:
     """Return a ROS time or duration [s]."""
     value = message.get(field) if isinstance(message, Mapping) else None
-    if not isinstance(value, Mapping) or not all(isinstance(value.get(part), int) for part in ("secs", "nsecs")):
-        raise PacketError(f"{field} = {value!r}: expected secs and nsecs")
-    return float(value["secs"]) + float(value["nsecs"]) * 1e-9
+    parts = [value.get(part) for part in ("secs", "nsecs")] if isinstance(value, Mapping) else []
+    if not parts or not all(type(part) is int and abs(part) <= SECONDS for part in parts):
+        raise PacketError(f"{field} = {_shown(value)}: expected secs and nsecs")
+    return float(parts[0]) + float(parts[1]) * 1e-9
 
 
 def _ros_time(t: float) -> dict[str, int]:

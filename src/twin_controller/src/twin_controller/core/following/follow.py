@@ -76,6 +76,8 @@ def aligned(setup: Setup, state: CoreState, now: float) -> bool:
     if follow is None or follow.blend is None or not finished(follow.blend, now):
         return False
     still = stands_still(state.real.change, now, setup.config.change)
+    if not still and now - state.mode_since < setup.config.change.still_time_ms * 1e-3:
+        return False
     return deviation(setup, state) <= (setup.config.align.tolerance if still else setup.config.align.lead_tolerance)
 
 

@@ -1,0 +1,166 @@
+"""Measurements become samples on the controller's clock; what is old, repeated or of an unknown time does not count."""
+
+from __future__ import annotations
+
+import msgspec
+import numpy as np
+import pytest
+from harness.pair import HOME, SETUP, Pair, shifted
+from hypothesis import given
+from hypothesis import strategies as st
+from twin_controller.core.events import ClockProbe, LinkChanged, RealMeasured, TwinMeasured
+from twin_controller.core.observing.measure import (
+    clock_probed,
+    interpolate,
+    link_changed,
+    paired,
+    real_measured,
+    side_lost,
+    twin_measured,
+)
+from twin_controller.core.state import CoreState, Sample, Side, initial_state
+from twin_controller.core.table import Mode
+
+replace = msgspec.structs.replace
+STILL = (0.0,) * len(HOME)
+FRESH = initial_state(SETUP.config)
+
+
+def real_answer(t: float, offset: float = 50.0, q: tuple[float, ...] = HOME, qdot: tuple[float, ...] = STILL) -> RealMeasured:
+    """Return an answer that was true at ``t`` on the controller's clock."""
+    return RealMeasured(t, t - 0.001, t, round((t + offset) * 1000), q, qdot)
+
+
+def known_twin(offset: float = 1e9) -> CoreState:
+    """Return a state that knows the twin's clock."""
+    return clock_probed(SETUP, FRESH, ClockProbe(1.0, 0.999, 1.0, 0.9995 + offset))
+
+
+@given(coefficients=st.tuples(*[st.floats(-3.0, 3.0)] * 4), share=st.floats(0.0, 1.0))
+def test_interpolation_is_exact_for_cubics(coefficients: tuple[float, ...], share: float) -> None:
+    """Position and velocity at two instants determine a cubic."""
+    curve = np.polynomial.Polynomial(coefficients)
+    slope = curve.deriv()
+    history = tuple(Sample(t, (float(curve(t)),), (float(slope(t)),)) for t in (0.0, 0.3, 0.7))
+    t = 0.7 * share
+    found = interpolate(history, t)
+    assert found is not None
+    assert found.q[0] == pytest.approx(curve(t), abs=1e-9)
+    assert found.qdot[0] == pytest.approx(slope(t), abs=1e-9)
+
+
+@pytest.mark.parametrize("t", [-0.1, 0.71])
+def test_nothing_is_known_outside_the_history(t: float) -> None:
+    """Interpolation never extrapolates."""
+    history = tuple(Sample(x, (0.0,), (0.0,)) for x in (0.0, 0.3, 0.7))
+    assert interpolate(history, t) is None
+    assert interpolate((), t) is None and interpolate(history[:1], 0.0) is None
+
+
+def test_a_sample_of_the_real_robot_is_dated_by_its_own_clock() -> None:
+    """Not by its arrival: the stamp converted by the estimated offset, within its uncertainty."""
+    state = FRESH
+    for k in range(20):
+        state = real_measured(SETUP, state, real_answer(1.0 + 0.01 * k))
+    side = state.real
+    assert abs(side.last.t - 1.19) <= side.clock.uncertainty + 1e-9 <= 0.0015 + 0.5e-3 * SETUP.config.real.sample_period_ms
+    assert (side.seen, state.clock_ms) == (pytest.approx(1.19, abs=2e-3), 51190)
+
+
+def test_an_answer_that_repeats_an_instant_does_not_count() -> None:
+    """A frozen robot clock brings no new sample and no freshness."""
+    first = real_measured(SETUP, FRESH, real_answer(1.0))
+    again = real_measured(SETUP, first, replace(real_answer(1.0), now=1.2, sent=1.199, received=1.2))
+    assert again == first
+
+
+def test_a_jump_of_the_real_clock_forgets_the_real_side() -> None:
+    """Nothing dated by the old clock may be compared with what is dated by the new one."""
+    state = FRESH
+    for k in range(5):
+        state = real_measured(SETUP, state, real_answer(1.0 + 0.01 * k))
+    jumped = real_measured(SETUP, state, real_answer(1.05, offset=3650.0))
+    assert jumped.real.history == () and jumped.real.seen is None and jumped.flags is None
+    assert jumped.real.clock.jumps == 1 and not jumped.real.clock.known
+    assert "jumped" in jumped.real.reason
+
+
+def test_a_jump_of_the_twin_clock_forgets_the_twin() -> None:
+    """Likewise."""
+    state = twin_measured(SETUP, known_twin(), TwinMeasured(1.01, 1.01 + 1e9, HOME, STILL))
+    assert state.twin.history
+    jumped = clock_probed(SETUP, state, ClockProbe(1.02, 1.019, 1.02, 1e9 - 3600.0))
+    assert jumped.twin.history == () and jumped.twin.clock.jumps == 1
+    assert "jumped" in jumped.twin.reason
+
+
+def test_a_joint_state_of_the_twin_waits_for_its_clock() -> None:
+    """A stamp without a clock is no time."""
+    assert twin_measured(SETUP, FRESH, TwinMeasured(1.0, 1e9, HOME, STILL)) == FRESH
+
+
+def test_joint_states_out_of_order_are_dropped() -> None:
+    """Reordered or repeated packets bring nothing new."""
+    state = twin_measured(SETUP, known_twin(), TwinMeasured(1.02, 1.02 + 1e9, HOME, STILL))
+    for stamp in (1.02, 1.01, 0.5):
+        assert twin_measured(SETUP, state, TwinMeasured(1.03, stamp + 1e9, shifted(HOME, 1.0), STILL)) == state
+
+
+@pytest.mark.parametrize("side", ["real", "twin"])
+def test_a_link_that_changes_forgets_its_side_only(side: str) -> None:
+    """Nothing old may count after a reconnect; the other side is not touched."""
+    pair = Pair()
+    pair.connect()
+    state = link_changed(pair.state, LinkChanged(pair.now, side, False, "cut"))  # type: ignore[arg-type]
+    lost, kept = (state.real, state.twin) if side == "real" else (state.twin, state.real)
+    assert (lost.connected, lost.reason, lost.history, lost.change.baseline, lost.tube.commands) == (False, "cut", (), (), ())
+    assert not lost.clock.known
+    assert kept.history and kept.clock.known
+    assert (state.flags is None, state.motion is None) == (side == "real", side == "twin")
+
+
+def test_a_lost_side_keeps_its_connection_and_its_count_of_jumps() -> None:
+    """Data that cannot be used are no broken link."""
+    side = Side(connected=True, clock=replace(known_twin().twin.clock, jumps=3))
+    state = side_lost(replace(FRESH, twin=side), "twin", "silent")
+    assert (state.twin.connected, state.twin.reason, state.twin.clock.jumps) == (True, "silent", 3)
+
+
+def streaming(behind: float, lag: float, speed: float) -> CoreState:
+    """Return the state after a twin at constant speed and a robot that is ``behind`` [s] have been measured once."""
+    qdot = tuple(speed * v for v in SETUP.velocity)
+
+    def at(t: float) -> tuple[float, ...]:
+        return tuple(a + v * (t - 1.0) for a, v in zip(HOME, qdot))
+
+    state = replace(known_twin(), mode=Mode.TWIN_LEADS, lag=lag)
+    for t in (0.98, 1.0, 1.02):
+        state = twin_measured(SETUP, state, TwinMeasured(t, t + state.twin.clock.offset, at(t), qdot))
+    return real_measured(SETUP, state, real_answer(1.01, q=at(1.01 - behind), qdot=qdot))
+
+
+@pytest.mark.parametrize("behind", [0.02, -0.02, 0.0])
+@pytest.mark.parametrize("speed", [0.2, 1.0, -0.6])
+def test_the_lag_is_corrected_by_what_remains_of_it(behind: float, speed: float) -> None:
+    """A robot that is d seconds behind at constant speed moves the estimate towards d by a fiftieth, whatever the speed."""
+    assert streaming(behind, 0.05, speed).lag - 0.05 == pytest.approx(behind / 50.0, abs=0.002 / 50.0)
+
+
+def test_the_lag_is_not_learned_from_a_pair_at_rest() -> None:
+    """Dividing by no speed tells nothing."""
+    assert streaming(0.02, 0.05, 0.01).lag == 0.05
+
+
+@pytest.mark.parametrize(("behind", "bound"), [(10.0, 1), (-10.0, 0)])
+def test_the_lag_stays_within_its_bounds(behind: float, bound: int) -> None:
+    """Whatever is measured."""
+    assert streaming(behind, 0.05, 1.0).lag == pytest.approx(SETUP.config.real.follow_lag_range_ms[bound] * 1e-3)
+
+
+def test_pairs_are_of_one_instant() -> None:
+    """The twin is interpolated to the time of the real sample, never the newest against the newest."""
+    pair = Pair()
+    pair.connect()
+    found = paired(pair.state)
+    assert found is not None and found[0].t == found[1].t
+    assert paired(FRESH) is None

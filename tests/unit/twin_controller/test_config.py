@@ -1,0 +1,76 @@
+"""twin_controller.yaml: the shipped file loads, a wrong one is refused with file, key, value and what is allowed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from harness.workspace import ROOT
+from harness.yaml_files import REMOVED, changed_yaml
+from scara_config import ConfigError, load_robot
+from twin_controller.config import load_twin_controller
+
+SHIPPED = ROOT / "config"
+ROBOT = load_robot(SHIPPED)
+
+
+def test_the_shipped_file_loads() -> None:
+    """The article's 80 % and home position are in it."""
+    config = load_twin_controller(ROBOT, SHIPPED)
+    assert config.limit.speed_percent == 80.0
+    assert config.change.decimals == 2
+    assert config.home.positions == {"joint_1": 0.0, "joint_2": 0.0, "joint_3": -160.0, "table_joint": 0.0}
+
+
+@pytest.mark.parametrize(
+    ("path", "value"),
+    [
+        (["limit", "speed_percent"], 100),
+        (["divergence", "pause"], False),
+        (["change", "confirm"], 3),
+        (["real", "follow_lag_ms"], 0.0),
+        (["real", "follow_lag_range_ms"], [0, 600]),
+        (["home", "positions", "joint_3"], -210.0),
+        (["real", "port"], 502),
+    ],
+)
+def test_other_values_are_accepted(tmp_path: Path, path: list[str | int], value: Any) -> None:
+    """Up to the limits of their range."""
+    load_twin_controller(ROBOT, changed_yaml(SHIPPED / "twin_controller.yaml", tmp_path, path, value))
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "text"),
+    [
+        (["limit", "speed_percent"], 0, r"limit\.speed_percent = 0: Expected `float` >= 1"),
+        (["limit", "speed_percent"], 101, r"limit\.speed_percent = 101: Expected `float` <= 100"),
+        (["limit", "step_margin"], 0.9, r"limit\.step_margin = 0\.9: Expected `float` >= 1"),
+        (["limit"], REMOVED, r"missing required field `limit`"),
+        (["real", "port"], 70000, r"real\.port = 70000: Expected `int` <= 65535"),
+        (["real", "stale_ms"], 0, r"real\.stale_ms = 0: Expected `float` > 0"),
+        (["real", "stale_ms"], "soon", r"real\.stale_ms = 'soon': Expected `float`"),
+        (["real", "colour"], "yellow", r"unknown field `colour`"),
+        (["change", "hysteresis"], 0.0, r"change\.hysteresis = 0\.0: Expected `float` > 0"),
+        (["change", "confirm"], 4, r"change\.confirm = 4: Expected at most change\.window = 3"),
+        (["divergence", "confirm"], 16, r"divergence\.confirm = 16: Expected at most divergence\.window = 15"),
+        (["divergence", "release_ratio"], 1.0, r"divergence\.release_ratio = 1\.0: Expected `float` < 1"),
+        (["real", "follow_lag_ms"], 151, r"real\.follow_lag_ms = 151: Expected 0 to 150"),
+        (["home", "positions", "joint_3"], 1.0, r"home\.positions\.joint_3 = 1: Expected -210 to 0 mm"),
+        (["home", "positions", "joint_1"], 149.0, r"home\.positions\.joint_1 = 149: Expected -148 to 148 deg"),
+        (["home", "positions", "joint_1"], REMOVED, r"home\.positions = .*: Expected the joints joint_1, .*table_joint"),
+        (["home", "positions", "joint_4"], 0.0, r"home\.positions = .*joint_4.*: Expected the joints"),
+        (["state_rate_hz"], 0.5, r"state_rate_hz = 0\.5: Expected `float` >= 1"),
+        (["decision_history"], 5, r"decision_history = 5: Expected `int` >= 10"),
+    ],
+)
+def test_a_wrong_file_is_refused(tmp_path: Path, path: list[str | int], value: Any, text: str) -> None:
+    """File, key, value and what is allowed."""
+    with pytest.raises(ConfigError, match=rf"twin_controller\.yaml: .*{text}"):
+        load_twin_controller(ROBOT, changed_yaml(SHIPPED / "twin_controller.yaml", tmp_path, path, value))
+
+
+def test_a_missing_file_is_refused(tmp_path: Path) -> None:
+    """It is named."""
+    with pytest.raises(ConfigError, match=r"twin_controller\.yaml: cannot be read"):
+        load_twin_controller(ROBOT, tmp_path)

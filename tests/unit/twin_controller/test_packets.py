@@ -1,0 +1,242 @@
+"""Packets of the twin are checked where they come in: names, counts, finite numbers, types."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from typing import Any
+
+import pytest
+from harness.pair import HOME, SETUP
+from hypothesis import given
+from hypothesis import strategies as st
+from twin_controller.core.actions import Do, FollowTwin, Perform
+from twin_controller.core.events import ClockProbe, TwinMeasured, TwinMotion, TwinPlan
+from twin_controller.packets import (
+    PacketError,
+    clock_probe,
+    command_packet,
+    follow_packet,
+    is_for_twin,
+    twin_measured,
+    twin_motion,
+    twin_plan,
+)
+
+NAMES = SETUP.names
+STAMP = {"stamp": {"secs": 100, "nsecs": 250_000_000}, "frame_id": ""}
+ZERO = [0.0] * 4
+
+
+def joint_state(**changes: Any) -> dict[str, Any]:
+    """Return a joint state of the twin with some fields changed."""
+    return {"header": STAMP, "name": list(NAMES), "position": [1, 2.0, 3.0, 4.0], "velocity": ZERO, "effort": []} | changes
+
+
+def point(due_ms: int, **changes: Any) -> dict[str, Any]:
+    """Return one set point due after ``due_ms``."""
+    due = {"secs": 0, "nsecs": due_ms * 1_000_000}
+    return {"positions": ZERO, "velocities": ZERO, "accelerations": ZERO, "time_from_start": due} | changes
+
+
+def trajectory(*points: dict[str, Any], **changes: Any) -> dict[str, Any]:
+    """Return the twin's coming set points with some fields changed."""
+    return {"header": STAMP, "joint_names": list(NAMES), "points": list(points)} | changes
+
+
+def motion_state(**changes: Any) -> dict[str, Any]:
+    """Return the state of joint_pose_controller with some fields changed."""
+    fields = {"state": "idle", "last_command_id": 7, "standing_still": True, "message": ""}
+    return fields | {f"speed_{kind}_percent": 10.0 for kind in ("requested", "applied", "limit")} | changes
+
+
+def test_a_joint_state_becomes_an_input_in_the_cores_order() -> None:
+    """The wire's order of joints is its own; more joints than ours are allowed."""
+    order = ["table_joint", "gripper", "joint_3", "joint_2", "joint_1"]
+    message = joint_state(name=order, position=[4, 9, 3, 2, 1], velocity=[0.4, 9, 0.3, 0.2, 0.1])
+    assert twin_measured(message, NAMES, 5.0) == TwinMeasured(5.0, 100.25, (1.0, 2.0, 3.0, 4.0), (0.1, 0.2, 0.3, 0.4))
+
+
+@pytest.mark.parametrize(
+    ("changes", "text"),
+    [
+        ({"name": list(NAMES[:3]), "position": ZERO[:3], "velocity": ZERO[:3]}, "name = .*: table_joint missing"),
+        ({"name": None}, "name: missing"),
+        ({"name": "joint_1"}, "name: missing"),
+        ({"position": ZERO[:3]}, r"position: expected 4 numbers, got \[0.0, 0.0, 0.0\]"),
+        ({"position": [*ZERO, 0.0]}, "position: expected 4 numbers"),
+        ({"position": None}, "position: expected 4 numbers, got None"),
+        ({"velocity": []}, "velocity: expected 4 numbers"),
+        ({"position": [0.0, math.nan, 0.0, 0.0]}, "position = .*: not finite"),
+        ({"position": [0.0, None, 0.0, 0.0]}, "position = .*: not finite"),
+        ({"position": [0.0, "1.0", 0.0, 0.0]}, "position = .*: not finite"),
+        ({"position": [0.0, True, 0.0, 0.0]}, "position = .*: not finite"),
+        ({"position": [0.0, 10**400, 0.0, 0.0]}, "position = .*: not finite"),
+        ({"velocity": [0.0, math.inf, 0.0, 0.0]}, "velocity = .*: not finite"),
+        ({"header": None}, "header: missing"),
+        ({"header": {}}, "stamp = None: expected secs and nsecs"),
+        ({"header": {"stamp": {"secs": 1.5, "nsecs": 0}}}, "stamp = .*: expected secs and nsecs"),
+        ({"header": {"stamp": {"secs": 10**400, "nsecs": 0}}}, "stamp = .*: expected secs and nsecs"),
+    ],
+)
+def test_a_bad_joint_state_is_refused(changes: dict[str, Any], text: str) -> None:
+    """The text names the field and what was expected."""
+    with pytest.raises(PacketError, match=text):
+        twin_measured(joint_state(**changes), NAMES, 0.0)
+
+
+def test_coming_set_points_become_a_plan() -> None:
+    """Times from the stamp, rows in the core's order."""
+    order = list(reversed(NAMES))
+    message = trajectory(point(0), point(10, positions=[4, 3, 2, 1]), joint_names=order)
+    plan = twin_plan(message, NAMES, 5.0)
+    assert plan == TwinPlan(5.0, 100.25, (0.0, 0.01), ((0.0,) * 4, (1.0, 2.0, 3.0, 4.0)), ((0.0,) * 4,) * 2, ((0.0,) * 4,) * 2)
+
+
+@pytest.mark.parametrize(
+    ("message", "text"),
+    [
+        (trajectory(), "points: empty"),
+        (trajectory(points=None), "points: empty"),
+        (trajectory(point(0), joint_names=["joint_1"]), "joint_2, joint_3, table_joint missing"),
+        (trajectory(point(10), point(10)), "points: point 1: time .* is not after point 0"),
+        (trajectory(point(10), point(0)), "is not after"),
+        (trajectory(point(0, positions=ZERO[:3])), "positions: expected 4 numbers"),
+        (trajectory(point(0, velocities=[])), "velocities: expected 4 numbers"),
+        (trajectory(point(0, accelerations=[math.nan, 0.0, 0.0, 0.0])), "accelerations = .*: not finite"),
+        (trajectory(point(0, time_from_start=None)), "time_from_start = None: expected secs and nsecs"),
+        (trajectory(None), "time_from_start = None"),  # type: ignore[arg-type]
+        (trajectory("point"), "time_from_start = None"),  # type: ignore[arg-type]
+        (trajectory(point(0), header=None), "header: missing"),
+    ],
+)
+def test_bad_set_points_are_refused(message: dict[str, Any], text: str) -> None:
+    """Likewise."""
+    with pytest.raises(PacketError, match=text):
+        twin_plan(message, NAMES, 0.0)
+
+
+def test_the_state_of_the_pose_controller_becomes_an_input() -> None:
+    """Field by field."""
+    message = motion_state(state="moving", standing_still=False, message="busy", speed_limit_percent=80)
+    assert twin_motion(message, 5.0) == TwinMotion(5.0, "moving", 10.0, 10.0, 80.0, 7, False, "busy")
+
+
+@pytest.mark.parametrize("field", sorted(motion_state()))
+def test_a_state_without_a_field_is_refused(field: str) -> None:
+    """All fields are needed."""
+    message = motion_state()
+    del message[field]
+    with pytest.raises(PacketError, match=field):
+        twin_motion(message, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("changes", "text"),
+    [
+        ({"speed_limit_percent": math.nan}, "speed_limit_percent = nan: expected a finite number"),
+        ({"speed_limit_percent": "80"}, "speed_limit_percent = '80': expected a finite number"),
+        ({"speed_requested_percent": True}, "speed_requested_percent = True: expected a finite number"),
+        ({"last_command_id": "seven"}, "last_command_id = 'seven'"),
+        ({"last_command_id": None}, "last_command_id = None"),
+        ({"last_command_id": math.nan}, "last_command_id = nan: expected int"),
+        ({"last_command_id": -1}, "last_command_id = -1: expected a uint32"),
+        ({"last_command_id": 10**400}, "last_command_id = a huge number: expected a uint32"),
+        ({"state": "dancing"}, "state = 'dancing': expected one of idle, announcing"),
+        ({"standing_still": "no"}, "standing_still = 'no'"),
+        ({"state": 3}, "state = 3"),
+        ({"message": None}, "message = None"),
+    ],
+)
+def test_a_state_of_the_wrong_type_is_refused(changes: dict[str, Any], text: str) -> None:
+    """Nothing is converted silently: a text "no" is not True."""
+    with pytest.raises(PacketError, match=text):
+        twin_motion(motion_state(**changes), 0.0)
+
+
+def test_the_answer_of_the_twins_clock_becomes_a_probe() -> None:
+    """Its time, and when we asked and heard."""
+    assert clock_probe({"time": {"secs": 7, "nsecs": 500_000_000}}, 1.0, 1.5) == ClockProbe(1.5, 1.0, 1.5, 7.5)
+
+
+@pytest.mark.parametrize(
+    "values", [{}, {"time": None}, {"time": 7.5}, {"time": {"secs": 7}}, {"time": {"secs": "7", "nsecs": 0}}]
+)
+def test_an_answer_without_a_time_is_refused(values: dict[str, Any]) -> None:
+    """A clock that says nothing is not believed."""
+    with pytest.raises(PacketError, match=r"time = .*: expected secs and nsecs"):
+        clock_probe(values, 1.0, 1.5)
+
+
+@given(stamp=st.floats(0.0, 4e9), q=st.tuples(*[st.floats(-5.0, 5.0)] * 4))
+def test_a_set_point_for_the_twin_survives_the_wire(stamp: float, q: tuple[float, ...]) -> None:
+    """What is sent reads back as the same plan, its stamp to the nanosecond."""
+    packet = json.loads(json.dumps(follow_packet(FollowTwin(stamp, q, q, q), NAMES)))
+    plan = twin_plan(packet, NAMES, 0.0)
+    assert plan.stamp == pytest.approx(stamp, abs=1e-9 + 1e-6)
+    assert (plan.q, plan.qdot, plan.qddot, plan.times) == ((q,), (q,), (q,), (0.0,))
+    assert 0 <= packet["header"]["stamp"]["nsecs"] < 1_000_000_000
+
+
+@pytest.mark.parametrize(
+    ("do", "command"), [(Do.STOP_TWIN, 1), (Do.PAUSE_TWIN, 2), (Do.RESUME_TWIN, 3), (Do.ESTOP_TWIN, 4), (Do.RESET_TWIN, 5)]
+)
+def test_a_command_to_the_twin_carries_its_id_and_reason(do: Do, command: int) -> None:
+    """Numbers of scara_msgs/MotionCommand."""
+    packet = command_packet(Perform(do, "because", 12), 7.25)
+    assert (packet["command"], packet["id"], packet["reason"]) == (command, 12, "because")
+    assert packet["header"] == {"stamp": {"secs": 7, "nsecs": 250_000_000}, "frame_id": "twin_controller"}
+
+
+def test_the_command_numbers_are_those_of_the_message() -> None:
+    """Read from MotionCommand.msg, so that the two cannot drift apart."""
+    from harness.workspace import ROOT
+
+    text = (ROOT / "src" / "scara_msgs" / "msg" / "MotionCommand.msg").read_text(encoding="utf-8")
+    numbers = {name: int(number) for name, number in re.findall(r"^uint8 (\w+)=(\d+)", text, re.MULTILINE)}
+    sent = {do.name.removesuffix("_TWIN"): command_packet(Perform(do, "", 1), 0.0)["command"] for do in Do if is_for_twin(do)}
+    assert sent == numbers
+
+
+def test_only_motion_commands_are_for_the_twin() -> None:
+    """Actions on the real robot and inner ones are not."""
+    assert {do for do in Do if is_for_twin(do)} == {
+        Do.STOP_TWIN,
+        Do.PAUSE_TWIN,
+        Do.RESUME_TWIN,
+        Do.ESTOP_TWIN,
+        Do.RESET_TWIN,
+    }
+
+
+JSON = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
+    lambda inner: st.lists(inner, max_size=5) | st.dictionaries(st.text(max_size=5), inner, max_size=5),
+    max_leaves=8,
+)
+
+
+@given(field=st.sampled_from(["header", "name", "position", "velocity"]), value=JSON)
+def test_whatever_stands_in_a_field_only_packet_errors_come_out(field: str, value: Any) -> None:
+    """The link's thread survives any packet, and what passes is finite."""
+    for convert, message in (
+        (twin_measured, joint_state(**{field: value})),
+        (twin_plan, trajectory(point(0, **{{"position": "positions", "velocity": "velocities"}.get(field, field): value}))),
+    ):
+        try:
+            event = convert(message, NAMES, 0.0)
+        except PacketError:
+            continue
+        row = event.q if isinstance(event, TwinMeasured) else event.q[0]  # type: ignore[attr-defined]
+        assert len(row) == len(HOME)
+
+
+@given(field=st.sampled_from(sorted(motion_state())), value=JSON)
+def test_whatever_stands_in_the_motion_state_only_packet_errors_come_out(field: str, value: Any) -> None:
+    """Likewise."""
+    try:
+        event = twin_motion(motion_state(**{field: value}), 0.0)
+    except PacketError:
+        return
+    assert math.isfinite(event.speed_limit_percent) and isinstance(event.state, str)
