@@ -1,0 +1,110 @@
+"""A whole cell as a user starts it: ``rosrun scara_bringup cell``, on free ports, in an environment of its own."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import struct
+from pathlib import Path
+from typing import Any
+
+from ruamel.yaml import YAML
+
+from harness.processes import Process, Stage, free_port, wait_until
+from harness.workspace import workspace_environment
+
+NODES = (
+    "robot_state_publisher",
+    "simulator",
+    "gateway",
+    "kinematics_server",
+    "joint_pose_controller",
+    "joint_vel_controller",
+    "motion_server",
+    "emulator",
+    "twin_controller",
+    "recorder",
+)
+
+
+class LiveCell:
+    """One bring-up and the tools around it."""
+
+    def __init__(self, folder: Path, master_uri: str | None = None, namespace: str | None = None) -> None:
+        """Choose ports; nothing is started yet. ``master_uri``: a master that runs already."""
+        self.folder = folder
+        self.output = folder / "output"
+        self.modbus_port, self.gateway_port = free_port(), free_port()
+        self.master_port = None if master_uri else free_port()
+        self.master_uri = master_uri or f"http://127.0.0.1:{self.master_port}"
+        env = {**workspace_environment(), "ROS_MASTER_URI": self.master_uri}
+        if namespace:
+            env["ROS_NAMESPACE"] = namespace
+        self.stage = Stage(folder / "processes", env)
+
+    def start(self, verb: str = "up", *arguments: str, env: dict[str, str] | None = None) -> Process:
+        """Start the bring-up."""
+        words = ["rosrun", "scara_bringup", "cell", verb, "--output", str(self.output)]
+        words += ["--modbus-port", str(self.modbus_port), "--gateway-port", str(self.gateway_port)]
+        words += ["--master-port", str(self.master_port)] if self.master_port else []
+        return self.stage.start(*words, *arguments, name=f"cell_{verb}", env=env)
+
+    def wait_ready(self, bringup: Process, timeout: float = 90.0) -> None:
+        """Wait until the bring-up says that the cell is ready."""
+
+        def ready() -> bool:
+            assert bringup.poll() is None, f"the cell ended with {bringup.poll()}:\n{bringup.output}"
+            return "cell: ready after" in bringup.output
+
+        wait_until(ready, timeout, f"a ready cell:\n{bringup.output}", period=0.1)
+
+    def tool(self, *command: str, timeout: float = 60.0) -> str:
+        """Run a command line tool to its end and return what it printed; fail if it fails."""
+        process = self.stage.start(*command, env={"SCARA_CONFIG_DIR": str(self.output / "config")})
+        code = process.wait(timeout)
+        assert code == 0, f"{process} ended with {code}:\n{process.tail()}"
+        return process.output
+
+    def call(self, service: str, request: str = "{}", timeout: float = 60.0) -> dict[str, Any]:
+        """Return the answer of ``rosservice call``."""
+        answer = YAML(typ="safe").load(self.tool("rosservice", "call", service, request, timeout=timeout))
+        assert isinstance(answer, dict), answer
+        return answer
+
+    def real_joints(self) -> list[float]:
+        """Read J1..J9 of the robot stand-in with mbpoll, in deg and mm."""
+        command = ("mbpoll", "-m", "tcp", "-a", "1", "-p", str(self.modbus_port), "-1", "-q")
+        output = self.tool(*command, "-t", "4:float", "-r", "1001", "-c", "9", "127.0.0.1")
+        return [float(value) for value in re.findall(r"^\[\d+\]:\s+(\S+)", output, re.MULTILINE)]
+
+    def real_tool(self) -> tuple[float, float, float]:
+        """Compute the tool's position of the robot stand-in [m] from its registers, by the closed form."""
+        return forward(self.real_joints())
+
+    def mode(self) -> str:
+        """Return the twin controller's mode."""
+        state = self.tool("rostopic", "echo", "-n", "1", "/twin_controller/state/mode")
+        return state.split()[0].strip('"')
+
+    def close(self) -> None:
+        """End everything; fail if something is left."""
+        self.stage.close(grace=20.0)
+
+
+def forward(joints_deg_mm: list[float]) -> tuple[float, float, float]:
+    """Closed form of facts: x = L1 c1 + L2 c12, y = L1 s1 + L2 s12, z = h + q3 [m]."""
+    q1, q12 = math.radians(joints_deg_mm[0]), math.radians(joints_deg_mm[0] + joints_deg_mm[1])
+    x, y = 0.35 * math.cos(q1) + 0.30 * math.cos(q12), 0.35 * math.sin(q1) + 0.30 * math.sin(q12)
+    return x, y, 0.160 + joints_deg_mm[2] / 1000.0
+
+
+def float_of_words(low: int, high: int) -> float:
+    """Join two registers, low word first, to a float32."""
+    value: float = struct.unpack(">f", struct.pack(">HH", high, low))[0]
+    return value
+
+
+def read_json(file: Path) -> Any:
+    """Read a JSON file."""
+    return json.loads(file.read_text(encoding="utf-8"))

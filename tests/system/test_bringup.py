@@ -1,0 +1,168 @@
+"""Starting and ending a cell: nothing is left behind, and every fault is named."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import signal
+import socket
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from harness.live_cell import NODES, LiveCell
+from harness.processes import Process, free_port, wait_until
+from harness.ros import Master
+from harness.workspace import ROOT
+from harness.yaml_files import changed_yaml
+
+pytestmark = pytest.mark.system
+
+
+def pid_of(bringup: Process, node: str) -> int:
+    """Read a node's process id from the table that ``up`` prints."""
+    (found,) = re.findall(rf"^\W*{node}\s*\W\s*(\d+)", bringup.output, re.MULTILINE)
+    return int(found)
+
+
+def config_with(folder: Path, file: str, path: list[str | int], value: object) -> dict[str, str]:
+    """Return the environment of a copy of the configuration with one value changed."""
+    shutil.copytree(ROOT / "config", folder, ignore=shutil.ignore_patterns("src", "*.py", "__pycache__"))
+    changed_yaml(ROOT / "config" / file, folder, path, value)
+    return {"SCARA_CONFIG_DIR": str(folder)}
+
+
+def test_pids_of_the_table_are_the_nodes_themselves(live_cell: LiveCell) -> None:
+    """Rosrun replaces itself by the node, so a signal to the shown process reaches the node."""
+    bringup = live_cell.stage.processes[0]
+    for node in NODES:
+        words = Path(f"/proc/{pid_of(bringup, node)}/cmdline").read_bytes().split(b"\0")
+        assert any(word.endswith(b"/" + node.encode()) for word in words[:2]), (node, words)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP], ids=lambda number: number.name)
+def test_signal_ends_the_cell_in_order_and_leaves_no_process(cell: LiveCell, number: signal.Signals) -> None:
+    """Ctrl-C, a polite kill and a closed terminal: the exit code tells which; nothing needed a harder signal."""
+    bringup = cell.start()
+    cell.wait_ready(bringup)
+    os.kill(bringup.pid, number)
+    assert bringup.wait(25.0) == 128 + number
+    wait_until(lambda: not cell.stage.left_over(), 3.0, "the end of all processes")
+    assert f"{number.name}: ending the cell" in bringup.output
+    assert "still there" not in bringup.output, bringup.output
+
+
+def test_signal_while_starting_leaves_no_process(cell: LiveCell) -> None:
+    """Impatience does no harm."""
+    bringup = cell.start()
+    wait_until(lambda: "starting" in bringup.output, 10.0)
+    os.kill(bringup.pid, signal.SIGINT)
+    assert bringup.wait(25.0) != 0
+    wait_until(lambda: not cell.stage.left_over(), 3.0, "the end of all processes")
+
+
+def test_killed_bring_up_leaves_no_process(cell: LiveCell) -> None:
+    """SIGKILL gives it no chance to end anything; the kernel does."""
+    bringup = cell.start()
+    cell.wait_ready(bringup)
+    os.kill(bringup.pid, signal.SIGKILL)
+    bringup.wait()
+    wait_until(lambda: not cell.stage.left_over(), 5.0, "the end of all processes")
+
+
+@pytest.mark.parametrize("node", ["simulator", "twin_controller"])
+def test_node_that_dies_is_named_and_ends_the_cell_with_its_error(cell: LiveCell, node: str) -> None:
+    """The exit code is the node's, its last lines are shown, nothing stays."""
+    bringup = cell.start()
+    cell.wait_ready(bringup)
+    os.kill(pid_of(bringup, node), signal.SIGKILL)
+    assert bringup.wait(25.0) == 128 + signal.SIGKILL
+    assert f"node {node} was killed by SIGKILL" in bringup.output
+    assert f"the last lines of {cell.output}/log/{node}.log" in bringup.output
+    wait_until(lambda: not cell.stage.left_over(), 3.0, "the end of all processes")
+
+
+def test_node_with_a_wrong_configuration_is_named_with_its_fatal_line(cell: LiveCell) -> None:
+    """File, key, value and what is allowed reach the terminal; the exit code is 2."""
+    env = config_with(cell.folder / "wrong", "robot.yaml", ["joints", 0, "velocity_deg_s"], -1.0)
+    bringup = cell.start(env=env)
+    assert bringup.wait(60.0) == 2, bringup.output
+    assert re.search(r"robot\.yaml: joints\[0\]\.velocity_deg_s = -1\.0: Expected `float` > 0", bringup.output)
+
+
+def test_wrong_configuration_of_the_bring_up_ends_it_before_it_starts_anything(cell: LiveCell) -> None:
+    """One line, exit code 2."""
+    bringup = cell.start(env=config_with(cell.folder / "wrong", "bringup.yaml", ["ready_timeout"], "long"))
+    assert bringup.wait(20.0) == 2
+    assert re.search(r"bringup\.yaml: ready_timeout = 'long': Expected `float`", bringup.output)
+    assert "starting" not in bringup.output
+
+
+def test_cell_that_does_not_get_ready_says_what_is_missing(cell: LiveCell) -> None:
+    """Without a robot the twin controller stays OFFLINE; it and its reason are named."""
+    bringup = cell.start(
+        "up", "--without", "emulator", env=config_with(cell.folder / "c", "bringup.yaml", ["ready_timeout"], 6.0)
+    )
+    assert bringup.wait(60.0) == 1
+    assert "not ready after 6 s; missing:" in bringup.output
+    assert re.search(r"twin_controller: mode IDLE: it is OFFLINE \(.+\)", bringup.output), bringup.output
+
+
+@pytest.fixture
+def taken_port() -> Iterator[int]:
+    """Give a port that this process listens at."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        yield server.getsockname()[1]
+
+
+@pytest.mark.parametrize("which", ["modbus_port", "gateway_port", "master_port"])
+def test_taken_port_is_said_with_its_owner_before_anything_starts(cell: LiveCell, which: str, taken_port: int) -> None:
+    """The owner is this very test."""
+    setattr(cell, which, taken_port)
+    bringup = cell.start()
+    assert bringup.wait(20.0) == 1
+    assert re.search(rf"port {taken_port}, wanted by .+, is taken by pid {os.getpid()} \(", bringup.output), bringup.output
+    assert "starting" not in bringup.output
+
+
+def test_second_cell_lives_beside_the_first_in_its_own_namespace(ros_master: Master, tmp_path: Path) -> None:
+    """All names are relative: two cells at one running master, which is used and survives both."""
+    first, second = (LiveCell(tmp_path / name, ros_master.uri, f"/{name}") for name in ("cell_1", "cell_2"))
+    try:
+        one = first.start()
+        first.wait_ready(one)
+        two = second.start()
+        second.wait_ready(two)
+        assert "using the ROS master that runs" in one.output
+        names = first.tool("rosservice", "list").split()
+        assert {"/cell_1/move_to", "/cell_2/move_to"} <= set(names) and "/move_to" not in names
+        third = LiveCell(tmp_path / "cell_3", ros_master.uri, "/cell_2")
+        try:
+            refused = third.start()
+            assert refused.wait(20.0) == 1
+            assert "run already in namespace /cell_2" in refused.output
+        finally:
+            third.close()
+        answer = second.call("/cell_2/move_to", "{x: 0.51, y: 0.16, z: 0.10, speed_percent: 50}")
+        assert answer["success"], answer
+        assert first.real_joints() == pytest.approx([0, 0, -160, 0, 0, 0, 0, 0, 0], abs=0.02), "the first cell stood still"
+    finally:
+        second.close()
+        first.close()
+    assert ros_master.answers()
+
+
+def test_unknown_node_to_leave_out_is_refused(cell: LiveCell) -> None:
+    """The known ones are listed."""
+    bringup = cell.start("up", "--without", "emulatr")
+    assert bringup.wait(20.0) == 1
+    assert "no node is called emulatr; there are:" in bringup.output
+
+
+def test_master_of_another_machine_is_not_started_here(cell: LiveCell) -> None:
+    """ROS_MASTER_URI points elsewhere and nobody answers: the sentence says so."""
+    cell.master_port = None
+    bringup = cell.start(env={"ROS_MASTER_URI": f"http://192.0.2.1:{free_port()}"})
+    assert bringup.wait(20.0) == 1
+    assert "another machine: start roscore there" in bringup.output

@@ -1,0 +1,86 @@
+"""The demo: one command to a measured run, within the limits that the project promises."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+from harness.live_cell import LiveCell, read_json
+from harness.processes import Process
+
+pytestmark = pytest.mark.system
+
+FIELDS = {
+    "name",
+    "leader",
+    "samples",
+    "duration_s",
+    "lag_s",
+    "path_error_max_mm",
+    "path_error_max_percent",
+    "path_error_rms_percent",
+    "positioning_error_max_mm",
+    "positioning_error_max_percent",
+    "verdict",
+}
+
+
+@pytest.fixture(scope="module")
+def demo(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[LiveCell, Process]]:
+    """Run the demo once, to its own end."""
+    cell = LiveCell(tmp_path_factory.mktemp("demo"))
+    try:
+        bringup = cell.start("demo")
+        bringup.wait(300.0)
+        yield cell, bringup
+    finally:
+        cell.close()
+
+
+def test_demo_ends_by_itself_without_error_and_leaves_no_process(demo: tuple[LiveCell, Process]) -> None:
+    """The exit code is the experiments'."""
+    cell, bringup = demo
+    assert bringup.poll() == 0, bringup.output
+    assert cell.stage.left_over() == []
+
+
+def test_report_holds_both_experiments_with_every_field(demo: tuple[LiveCell, Process]) -> None:
+    """The fields of report.json are the design's, exactly; runs/latest leads to it."""
+    cell, _ = demo
+    report = read_json(cell.output.parent / "latest" / "report.json")
+    assert [(e["name"], e["leader"]) for e in report["experiments"]] == [("real_leads", "real"), ("twin_leads", "twin")]
+    assert all(set(experiment) >= FIELDS for experiment in report["experiments"])
+    assert report["paper"] == {"path_error_percent": 5.0, "positioning_error_percent": 2.0}
+
+
+@pytest.mark.parametrize("number", [0, 1], ids=["real_leads", "twin_leads"])
+def test_errors_are_within_the_promise(demo: tuple[LiveCell, Process], number: int) -> None:
+    """Path error at most 2 % of reach, positioning error at most 0.2 %, from ground truth on both sides."""
+    cell, _ = demo
+    experiment = read_json(cell.output / "report.json")["experiments"][number]
+    assert 0.0 < experiment["path_error_max_percent"] <= 2.0, experiment
+    assert 0.0 <= experiment["positioning_error_max_percent"] <= 0.2, experiment
+    assert experiment["samples"] > 1000 and experiment["duration_s"] > 5.0
+
+
+def test_percent_is_of_the_reach(demo: tuple[LiveCell, Process]) -> None:
+    """650 mm are 100 %."""
+    cell, _ = demo
+    for experiment in read_json(cell.output / "report.json")["experiments"]:
+        assert experiment["path_error_max_percent"] == pytest.approx(experiment["path_error_max_mm"] / 6.5, rel=0.01)
+
+
+def test_rosbag_info_reads_the_bag(demo: tuple[LiveCell, Process]) -> None:
+    """A standard tool finds both sides in it."""
+    cell, _ = demo
+    (bag,) = cell.output.glob("*.bag")
+    text = cell.tool("rosbag", "info", str(bag))
+    for topic in ("/twin/joint_states", "/real/joint_states", "/real/ground_truth", "/twin_controller/state"):
+        assert topic in text
+
+
+def test_page_of_the_report_is_there(demo: tuple[LiveCell, Process]) -> None:
+    """report.html with its figures, complete in the folder."""
+    cell, _ = demo
+    page = (cell.output / "report.html").read_text(encoding="utf-8")
+    assert "real_leads" in page and "twin_leads" in page
