@@ -33,6 +33,7 @@ TARGETS = st.lists(
 
 
 def new_axis(position: float = 0.0) -> Axis:
+    """Return an axis with the parameters above, at rest."""
     return Axis(PARAMETERS, (5, 10), position, DT, 2)
 
 

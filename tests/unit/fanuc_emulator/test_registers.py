@@ -10,6 +10,7 @@ from scara_config.modbus_map import Register
 
 
 def register(kind: str, count: int = 1) -> Register:
+    """Return a register of one kind."""
     return Register(address=1001, type=kind, unit="", meaning="", count=count)  # type: ignore[arg-type]
 
 

@@ -1,0 +1,57 @@
+"""The list of active alarms."""
+
+import pytest
+from fanuc_emulator.alarms import Alarm, AlarmList, Severity
+
+from fanuc_emulator import alarms
+
+
+def test_kinds_are_told_apart_by_facility_and_number() -> None:
+    """No two kinds share a code, each text names its code."""
+    codes = [(code.facility, code.number) for code in alarms.ALL_CODES]
+    assert len(set(codes)) == len(codes)
+    assert alarms.IMSTP.text == "SRVO-037 IMSTP input"
+    assert all(len(code.text) <= 80 and code.text.isascii() for code in alarms.ALL_CODES)
+
+
+def test_a_warning_is_shown_but_is_no_fault_and_hides_behind_a_real_alarm() -> None:
+    """WARN raises no FAULT; what stops the robot is shown first."""
+    active = AlarmList()
+    active.add(Alarm(alarms.START_REFUSED, "why", 1.0))
+    assert not active.fault
+    assert active.shown is not None
+    active.add(Alarm(alarms.IMSTP, "switched off", 2.0))
+    active.add(Alarm(alarms.START_REFUSED, "again", 3.0))
+    assert active.fault
+    assert active.shown.code is alarms.START_REFUSED or active.shown.code is alarms.IMSTP
+    assert active.shown is not None and active.shown.code is alarms.IMSTP
+
+
+def test_an_active_alarm_keeps_its_first_cause_and_a_warning_its_last() -> None:
+    """The first cause is the one that matters; a warning repeats what was refused last."""
+    active = AlarmList()
+    for cause in ("first", "second"):
+        active.add(Alarm(alarms.IMSTP, cause, 1.0))
+    assert active.shown is not None and active.shown.cause == "first"
+    active.clear()
+    for cause in ("first", "second"):
+        active.add(Alarm(alarms.START_REFUSED, cause, 1.0))
+    assert active.shown is not None and active.shown.cause == "second"
+
+
+def test_clear_keeps_what_it_is_told_to() -> None:
+    """A reset with the emergency stop still pressed keeps that alarm."""
+    active = AlarmList()
+    active.add(Alarm(alarms.IMSTP, "", 1.0))
+    active.add(Alarm(alarms.POSITION_LIMIT, "", 2.0))
+    active.clear(keep=alarms.IMSTP)
+    assert active.shown is not None and active.shown.code is alarms.IMSTP
+    active.clear()
+    assert active.shown is None and not active.fault
+
+
+@pytest.mark.parametrize("code", alarms.ALL_CODES)
+def test_date_is_utc_in_six_numbers(code: alarms.AlarmCode) -> None:
+    """Year, month, day, hour, minute, second, as the alarm registers hold them."""
+    assert Alarm(code, "", 1_700_000_000.9).date == (2023, 11, 14, 22, 13, 20)
+    assert code.severity in Severity

@@ -1,0 +1,108 @@
+"""emulator.yaml and the programs: the shipped ones load, wrong ones are refused with file, place, value and range."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from fanuc_emulator.config import EmulatorConfig, axis_parameters, load_emulator, load_programs
+from fanuc_emulator.program import MoveStep
+from harness.yaml_files import REMOVED, changed_yaml
+from scara_config import ConfigError, Robot
+
+CONFIG = Path(__file__).resolve().parents[3] / "config"
+ARTICLE = CONFIG / "programs" / "article.yaml"
+
+
+def test_article_positions_give_the_articles_coordinates(robot: Robot) -> None:
+    """Forward kinematics of the program's P1, P2, P3, P1 ... hits the article's points within 1 um."""
+    l1, l2, h = (getattr(robot.geometry, name) / 1000 for name in ("l1_mm", "l2_mm", "h_mm"))
+    p1, p2, p3 = (0.65, 0.0, 0.0), (0.51, 0.16, 0.10), (0.51, -0.16, 0.16)
+    moves = [step for step in load_programs(robot, CONFIG)[2].steps if isinstance(step, MoveStep)]
+    for step, point in zip(moves, (p1, p2, p3, p1, p2, p3, p1), strict=True):
+        q1, q2, q3 = step.target[:3]
+        x, y = l1 * np.cos(q1) + l2 * np.cos(q1 + q2), l1 * np.sin(q1) + l2 * np.sin(q1 + q2)
+        assert np.abs(np.array([x, y, h + q3]) - point).max() < 1e-6
+
+
+def test_shipped_programs_have_their_own_rsr_and_two_point_goes_there_and_back(robot: Robot) -> None:
+    """RSR2 is the article's experiment, RSR3 its scenario: two positions, one speed for each direction."""
+    programs = load_programs(robot, CONFIG)
+    assert {number: program.name for number, program in programs.items()} == {2: "ARTICLE", 3: "TWO_POINT"}
+    moves = [step for step in programs[3].steps if isinstance(step, MoveStep)]
+    assert len({step.target for step in moves}) == 2
+    assert {step.speed_percent for step in moves if step.target == moves[1].target} == {30.0}
+    assert {step.speed_percent for step in moves[1:] if step.target == moves[0].target} == {60.0}
+
+
+def test_drives_can_do_more_than_the_twin_asks_for(config: EmulatorConfig, robot: Robot) -> None:
+    """A stream inside the twin's limits is never clipped by the command, nor the command by the motor."""
+    for joint in robot.joints:
+        parameters = axis_parameters(config, joint)
+        assert joint.acceleration < parameters.command_acceleration < parameters.servo_acceleration
+        assert parameters.program_acceleration < parameters.command_acceleration
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "text"),
+    [
+        (["port"], 0, r"emulator.yaml: port = 0: Expected `int` >= 1"),
+        (["axes", "joint_9"], {}, r"axes.joint_9 = .*missing required field|joint_9.*no joint"),
+        (["axes", "joint_2"], REMOVED, r"axes.joint_2: is missing"),
+        (["axes", "joint_1", "damping"], -1.0, r"damping"),
+        (
+            ["axes", "joint_3", "travel_per_turn_mm"],
+            REMOVED,
+            r"axes.joint_3: needs travel_per_turn_mm and not travel_per_turn_deg",
+        ),
+        (["filter_ms"], [15], r"filter_ms.*multiple"),
+        (["interpolation_period_ms"], 3, r"interpolation_period_ms = 3: must divide 10"),
+        (["start_position", "joint_3_mm"], 5.0, r"start_position.joint_3_mm = 5.0: outside \[-210.0, 0.0\] mm"),
+        (["start_position", "joint_1_deg"], REMOVED, r"start_position.joint_1_deg: is missing"),
+        (["stream_program"], "lower case", r"stream_program"),
+    ],
+)
+def test_a_wrong_emulator_yaml_is_refused(tmp_path: Path, robot: Robot, path: list[str | int], value: Any, text: str) -> None:
+    """The text names file, key, value and what is allowed."""
+    folder = changed_yaml(CONFIG / "emulator.yaml", tmp_path, path, value)
+    with pytest.raises(ConfigError, match=text):
+        load_emulator(robot, folder)
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "text"),
+    [
+        (
+            ["positions", "P2", "joint_1_deg"],
+            150.0,
+            r"article.yaml, line 8: positions.P2.joint_1_deg = 150.0: outside \[-148.0, 148.0\] deg",
+        ),
+        (["positions", "P3", "joint_3_mm"], 1.0, r"line 9: positions.P3.joint_3_mm = 1.0: outside \[-210.0, 0.0\] mm"),
+        (["positions", "P1", "joint_7_deg"], 1.0, r"positions.P1.joint_7_deg = 1.0: unknown, allowed are joint_1_deg"),
+        (["positions", "P1", "joint_4_deg"], REMOVED, r"line 7: positions.P1.joint_4_deg: is missing"),
+        (["positions", "P1"], REMOVED, r"line 1: position 'P1' is unknown, there are P2, P3"),
+        (["name"], "A_NAME_OF_17_CHAR", r"name = 'A_NAME_OF_17_CHAR'"),
+        (["rsr"], 1, r"rsr = 1: Expected `int` >= 2"),
+        (["lines", 0, "speed_percent"], 101, r"speed_percent = 101: Expected `float` <= 100"),
+        (["lines", 0, "do"], "jump", r"Invalid value 'jump'"),
+        (["lines"], [], r"lines = \[\]"),
+    ],
+)
+def test_a_wrong_program_is_refused(tmp_path: Path, robot: Robot, path: list[str | int], value: Any, text: str) -> None:
+    """A position outside the range names file, line, joint, value and range."""
+    (tmp_path / "programs").mkdir()
+    changed_yaml(ARTICLE, tmp_path / "programs", path, value)
+    with pytest.raises(ConfigError, match=text):
+        load_programs(robot, tmp_path)
+
+
+def test_two_programs_may_not_share_a_number(tmp_path: Path, robot: Robot) -> None:
+    """RSR2 starts one program only."""
+    (tmp_path / "programs").mkdir()
+    shutil.copy(ARTICLE, tmp_path / "programs" / "a.yaml")
+    shutil.copy(ARTICLE, tmp_path / "programs" / "b.yaml")
+    with pytest.raises(ConfigError, match=r"b.yaml: name ARTICLE, rsr 2: taken by ARTICLE, rsr 2"):
+        load_programs(robot, tmp_path)

@@ -1,0 +1,358 @@
+"""The controller's reactions: signals, alarms, watchdog, programs, stream."""
+
+from __future__ import annotations
+
+import math
+import statistics
+from typing import TYPE_CHECKING
+
+import pytest
+from fanuc_emulator.controller import ControlType
+from fanuc_emulator.program import ProgramState
+from fanuc_emulator.watchdog import WatchdogState
+
+from fanuc_emulator import alarms
+
+if TYPE_CHECKING:
+    from conftest import Bench
+
+ABORTED, PAUSED, RUNNING = ProgramState.ABORTED, ProgramState.PAUSED, ProgramState.RUNNING
+
+
+def moving(bench: Bench) -> bool:
+    """Tell whether an axis moves."""
+    return any(velocity != 0.0 for velocity in bench.now.velocities)
+
+
+def start_moving(bench: Bench, program: str = "rsr2") -> None:
+    """Run until the program's first real motion is at speed."""
+    bench.pulse(program)
+    bench.run_until(lambda now: max(abs(v) for v in now.velocities) > 1.0)
+
+
+def cruising(bench: Bench, axis: int) -> float:
+    """Return the speed that an axis kept longest [rad/s]."""
+    speeds = [abs(now.velocities[axis]) for now in bench.history]
+    return statistics.median(speed for speed in speeds if speed > 0.8 * max(speeds))
+
+
+def start_stream(bench: Bench) -> None:
+    """Start the stream program at the present position."""
+    bench.stream_to("joint_1", bench.now.positions[0])
+    bench.pulse("rsr1")
+    bench.run(0.05)
+    assert bench.now.control_type is ControlType.STREAM
+
+
+def test_article_program_visits_its_positions_and_rests_exactly_there(bench: Bench) -> None:
+    """P1, then P2, P3, P1 twice, each reached exactly and held for 0.5 s or more."""
+    bench.pulse("rsr2")
+    bench.run_until(lambda now: now.program_state is ABORTED)
+    rests, still = [], 0
+    for before, now in zip(bench.history, bench.history[1:]):
+        still = still + 1 if before.positions == now.positions else 0
+        if still == round(0.5 / bench.config.dt):
+            rests.append(tuple(round(q / joint.scale, 6) for q, joint in zip(now.positions, bench.robot.joints)))
+    p1, p2, p3 = (0, 0, -160, 0, 0), (-14.321759, 69.600038, -60, 0, 0), (-49.157701, 69.600038, 0, 0, 0)
+    assert rests == [pytest.approx(p) for p in (p1, p2, p3, p1, p2, p3, p1)]
+    assert bench.now.outputs.cmdenbl and not bench.now.outputs.progrun and bench.now.outputs.atperch
+
+
+def test_cold_start_override_slows_a_program_down(bench: Bench) -> None:
+    """A joint move runs at programmed speed times override."""
+    bench.controller.write_override(10)
+    bench.pulse("rsr2")
+    bench.run(2.5)
+    assert cruising(bench, 1) == pytest.approx(bench.robot.joint("joint_2").velocity * 0.5 * 0.1, rel=0.02)
+
+
+def test_override_is_ten_percent_after_a_cold_start(bench: Bench) -> None:
+    """The real controller comes up slow."""
+    fresh = type(bench)(bench.config, bench.robot, {})
+    assert fresh.now.override == 10
+
+
+@pytest.mark.parametrize("name", ["hold", "enbl"])
+def test_hold_decelerates_on_the_path_and_start_resumes_it(bench: Bench, name: str) -> None:
+    """*HOLD or ENBL off: PAUSED on the straight joint path; back on moves nothing; START goes on to the same end."""
+    start_moving(bench)
+    bench.controller.write_input(name, False)
+    bench.run(0.6)
+    held = bench.now.positions
+    assert not moving(bench)
+    assert bench.now.program_state is PAUSED and bench.now.outputs.paused
+    assert bench.now.outputs.held is (name == "hold")
+    assert held[1] / math.radians(69.600037824) == pytest.approx(held[0] / math.radians(-14.321759156), rel=1e-4)
+    bench.controller.write_input(name, True)
+    bench.run(0.3)
+    assert bench.now.positions == held
+    bench.pulse("start")
+    assert bench.now.program_state is RUNNING
+    bench.run_until(lambda now: now.program_line == 5)
+    bench.run(0.3)
+    assert bench.now.positions[1] == pytest.approx(math.radians(69.600037824), abs=1e-12)
+
+
+def test_start_while_held_is_refused_with_a_warning(bench: Bench) -> None:
+    """START needs *HOLD on; a refusal is a WARN and no FAULT."""
+    start_moving(bench)
+    bench.controller.write_input("hold", False)
+    bench.run(0.5)
+    bench.pulse("start")
+    assert bench.now.program_state is PAUSED
+    assert bench.now.alarm is not None and bench.now.alarm.cause == "HOLD is off"
+    assert not bench.now.outputs.fault
+
+
+def test_cstopi_ends_a_program_and_nothing_can_resume_it(bench: Bench) -> None:
+    """The state is paused while it decelerates and aborted at standstill."""
+    start_moving(bench)
+    bench.controller.write_input("cstopi", True)
+    bench.run(0.002)
+    assert bench.now.program_state is PAUSED
+    bench.run(0.6)
+    assert bench.now.program_state is ABORTED and not moving(bench)
+    stopped = bench.now.positions
+    bench.controller.write_input("cstopi", False)
+    bench.pulse("start")
+    bench.run(0.3)
+    assert bench.now.positions == stopped
+
+
+def test_imstp_cuts_the_drives_at_once_and_latches_an_alarm(bench: Bench) -> None:
+    """Immediate stop, SRVO alarm, SYSRDY and CMDENBL off; letting it go changes nothing before FAULT_RESET."""
+    start_moving(bench)
+    bench.controller.write_input("imstp", False)
+    bench.run(0.002)
+    outputs = bench.now.outputs
+    assert outputs.fault and not outputs.sysrdy and not outputs.cmdenbl and not outputs.progrun
+    assert bench.now.alarm is not None and bench.now.alarm.code is alarms.IMSTP
+    assert bench.now.program_state is ABORTED
+    bench.run(0.4)
+    stopped = bench.now.positions
+    assert not moving(bench)
+    bench.pulse("fault_reset")
+    assert bench.now.outputs.fault, "the input is still off"
+    bench.controller.write_input("imstp", True)
+    bench.run(0.2)
+    assert bench.now.outputs.fault and not bench.now.outputs.sysrdy
+    bench.pulse("fault_reset")
+    assert bench.now.outputs.sysrdy and bench.now.outputs.cmdenbl and not bench.now.outputs.fault
+    bench.run(0.5)
+    assert bench.now.positions == pytest.approx(stopped, abs=1e-6)
+
+
+def stopping_distance(bench: Bench, signal: str) -> float:
+    """Move joint_2 up to speed, switch a signal off and return how far joint_2 still went [rad]."""
+    start_moving(bench)
+    bench.run_until(lambda now: abs(now.velocities[1]) > 5.0)
+    begin = bench.now.positions[1]
+    bench.controller.write_input(signal, False)
+    bench.run(0.6)
+    return abs(bench.now.positions[1] - begin)
+
+
+def test_emergency_stop_is_shorter_than_hold(bench: Bench) -> None:
+    """Brakes do not wait for filters and ramps."""
+    held = stopping_distance(bench, "hold")
+    bench.controller.write_input("hold", True)
+    bench.pulse("cstopi")
+    bench.run(0.5)
+    bench.stream_to("joint_2", 0.0)
+    bench.pulse("rsr1")
+    bench.run(1.0)
+    bench.pulse("cstopi")
+    bench.run(0.5)
+    assert stopping_distance(bench, "imstp") < 0.6 * held
+
+
+def test_reset_while_still_braking_is_refused(bench: Bench) -> None:
+    """Drives are not switched on while an axis moves."""
+    start_moving(bench)
+    bench.controller.write_input("imstp", False)
+    bench.controller.write_input("imstp", True)
+    bench.controller.write_input("fault_reset", True)
+    bench.controller.write_input("fault_reset", False)
+    bench.run(0.002)
+    assert not bench.now.outputs.sysrdy and bench.now.outputs.fault
+
+
+def test_safety_speed_caps_the_override_and_forbids_a_start(bench: Bench) -> None:
+    """*SFSPD off: a running program slows down, a new one is refused; the written override comes back afterwards."""
+    start_moving(bench)
+    bench.controller.write_input("sfspd", False)
+    bench.run(0.4)
+    assert bench.now.override == bench.config.safety_speed_percent
+    assert abs(bench.now.velocities[1]) <= 0.06 * bench.robot.joint("joint_2").velocity
+    assert not bench.now.outputs.cmdenbl
+    bench.controller.write_input("sfspd", True)
+    bench.run(0.01)
+    assert bench.now.override == 100
+
+
+@pytest.mark.parametrize(
+    ("prepare", "cause"),
+    [
+        (["rsr4"], "RSR4 has no program"),
+        (["-hold", "rsr2"], "HOLD is off"),
+        (["-sfspd", "rsr2"], "SFSPD is off"),
+        (["-enbl", "rsr2"], "ENBL is off"),
+        (["rsr2", "rsr3"], "ARTICLE is running"),
+        (["rsr2", "-hold", "rsr3"], "ARTICLE is paused"),
+    ],
+)
+def test_a_refused_start_says_why_and_is_no_fault(bench: Bench, prepare: list[str], cause: str) -> None:
+    """Every obstacle of a remote start is named in a WARN."""
+    for action in prepare:
+        if action.startswith("-"):
+            bench.controller.write_input(action[1:], False)
+            bench.run(0.01)
+        else:
+            bench.pulse(action)
+    assert bench.now.alarm is not None
+    assert (bench.now.alarm.code, bench.now.alarm.cause) == (alarms.START_REFUSED, cause)
+    assert not bench.now.outputs.fault
+
+
+def test_a_start_with_a_fault_names_the_fault_not_the_warning(bench: Bench) -> None:
+    """While the drives are off nothing starts and the alarm that matters stays on show."""
+    bench.controller.write_input("imstp", False)
+    bench.run(0.01)
+    bench.pulse("rsr2")
+    assert bench.now.program_state is ABORTED
+    assert bench.now.alarm is not None and bench.now.alarm.code is alarms.IMSTP
+
+
+def test_stream_follows_set_points_after_the_start_delay(bench: Bench) -> None:
+    """RSR1 starts following PR[1]; the delay is that of emulator.yaml."""
+    bench.stream_to("joint_1", 0.01)
+    bench.controller.write_input("rsr1", True)
+    begin = bench.now.tick
+    bench.run_until(lambda now: now.positions[0] != 0.0)
+    assert (bench.now.tick - begin) * bench.config.interpolation_period_ms == pytest.approx(bench.config.start_delay_ms, abs=4)
+    bench.run(0.3)
+    assert bench.now.positions[0] == pytest.approx(0.01, abs=1e-12)
+    assert bench.now.control_type is ControlType.STREAM and bench.now.program_name == "STREAM"
+
+
+def test_stream_speed_and_override_limit_a_far_set_point(bench: Bench) -> None:
+    """R[2] and the override multiply, as for any joint move."""
+    bench.controller.write_stream_speed(40)
+    bench.controller.write_override(50)
+    start_stream(bench)
+    bench.stream_to("joint_1", 1.5)
+    bench.run(1.0)
+    assert cruising(bench, 0) == pytest.approx(0.2 * bench.robot.joint("joint_1").velocity, rel=0.01)
+    assert bench.now.program_speed == 40
+
+
+def test_an_invalid_set_point_is_not_used(bench: Bench) -> None:
+    """setpoint_valid 0: the robot stays, without an alarm."""
+    start_stream(bench)
+    bench.stream_to("joint_1", 1.0)
+    bench.controller.write_setpoint_valid(False)
+    bench.run(0.3)
+    assert bench.now.positions[0] == 0.0 and bench.now.alarm is None
+
+
+@pytest.mark.parametrize(
+    ("joint", "value", "code", "cause"),
+    [
+        ("joint_1", 3.0, alarms.POSITION_LIMIT, "J1 = 171.887 deg"),
+        ("joint_3", 0.01, alarms.POSITION_LIMIT, "J3 = 10.000 mm"),
+        ("table_joint", -3.5, alarms.POSITION_LIMIT, "J5 = -200.535 deg"),
+        ("joint_2", math.nan, alarms.POSITION_INVALID, "J2 = nan deg"),
+        ("joint_4", math.inf, alarms.POSITION_INVALID, "J4 = inf deg"),
+    ],
+)
+def test_an_impossible_set_point_aborts_and_is_not_approached(
+    bench: Bench, joint: str, value: float, code: alarms.AlarmCode, cause: str
+) -> None:
+    """Out of range or no number: alarm with axis and value, program ended, nothing moves towards it."""
+    start_stream(bench)
+    before = bench.now.positions
+    bench.stream_to(joint, value)
+    bench.run(0.3)
+    assert bench.now.alarm is not None
+    assert (bench.now.alarm.code, bench.now.alarm.cause) == (code, cause)
+    assert bench.now.program_state is ABORTED and bench.now.outputs.fault
+    assert bench.now.positions == before
+
+
+def test_a_wrong_set_point_harms_nobody_while_no_stream_runs(bench: Bench) -> None:
+    """PR[1] is judged when it is used, and then at once."""
+    bench.stream_to("joint_1", 3.0)
+    bench.run(0.1)
+    assert bench.now.alarm is None
+    bench.pulse("rsr1")
+    bench.run(0.1)
+    assert bench.now.alarm is not None and bench.now.alarm.code is alarms.POSITION_LIMIT
+    assert not any(bench.now.velocities)
+
+
+def test_watchdog_stops_the_stream_on_its_ramp_and_latches(bench: Bench) -> None:
+    """A client that falls silent: controlled stop, alarm, watchdog_state 2 until FAULT_RESET."""
+    start_stream(bench)
+    for beat in range(1, 20):
+        bench.controller.write_heartbeat(beat)
+        bench.stream_to("joint_1", 0.05 * beat)
+        bench.run(0.01)
+    assert bench.now.watchdog_state is WatchdogState.ARMED and moving(bench)
+    bench.run(bench.config.heartbeat_timeout_ms / 1000 + 0.5)
+    assert not moving(bench)
+    assert bench.now.watchdog_state is WatchdogState.EXPIRED
+    assert bench.now.program_state is ABORTED and bench.now.outputs.fault
+    assert bench.now.alarm is not None and bench.now.alarm.code is alarms.HEARTBEAT_LOST
+    bench.controller.write_heartbeat(50)
+    bench.pulse("rsr1")
+    assert bench.now.program_state is ABORTED
+    bench.pulse("fault_reset")
+    assert bench.now.watchdog_state is WatchdogState.DISARMED and not bench.now.outputs.fault
+
+
+def test_watchdog_stops_a_program_too_and_zero_is_a_farewell(bench: Bench) -> None:
+    """Whoever armed it must stay or say good-bye; a program without a client runs on."""
+    bench.controller.write_heartbeat(7)
+    bench.run(0.01)
+    bench.controller.write_heartbeat(0)
+    start_moving(bench)
+    bench.run(0.3)
+    assert bench.now.program_state is RUNNING
+    bench.controller.write_heartbeat(8)
+    bench.run(0.8)
+    assert bench.now.program_state is ABORTED and not moving(bench)
+
+
+def test_a_held_stream_catches_up_within_its_limits_after_resume(bench: Bench) -> None:
+    """The set point may have gone on meanwhile."""
+    start_stream(bench)
+    bench.stream_to("joint_1", 0.5)
+    bench.run(0.1)
+    bench.controller.write_input("hold", False)
+    bench.run(0.3)
+    held = bench.now.positions[0]
+    assert not moving(bench) and 0.0 < held < 0.5
+    bench.controller.write_input("hold", True)
+    bench.pulse("start")
+    bench.run(1.0)
+    assert bench.now.positions[0] == pytest.approx(0.5, abs=1e-12)
+
+
+def test_snapshots_belong_together(bench: Bench) -> None:
+    """Clock and position are latched at one instant: the clock goes in whole periods and the encoder agrees with the truth."""
+    start_moving(bench)
+    bench.run(0.1)
+    for before, now in zip(bench.history, bench.history[1:]):
+        assert now.clock_ms - before.clock_ms == bench.config.interpolation_period_ms
+        assert now.clock_ms == bench.config.clock.boot_offset_ms + now.tick * bench.config.interpolation_period_ms
+        assert now.measured_positions == pytest.approx(now.positions, abs=1e-5)
+
+
+def test_clock_wraps_to_zero(bench: Bench) -> None:
+    """clock_ms is a positive int32 for ever."""
+    import msgspec
+
+    clock = msgspec.structs.replace(bench.config.clock, boot_offset_ms=2**31 - 3)
+    late = type(bench)(msgspec.structs.replace(bench.config, clock=clock), bench.robot, {})
+    clocks = [late.run(0.002).clock_ms for _ in range(3)]
+    assert clocks == [2**31 - 1, 1, 3]

@@ -1,0 +1,114 @@
+"""What a Modbus client sees and what its writes mean."""
+
+from __future__ import annotations
+
+import struct
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+from fanuc_emulator.register_image import RegisterImage
+from fanuc_emulator.registers import RegisterError, decode
+from scara_config.modbus_map import ModbusMap, load_modbus_map
+
+if TYPE_CHECKING:
+    from conftest import Bench
+
+CONFIG = Path(__file__).resolve().parents[3] / "config"
+
+
+@pytest.fixture(scope="module")
+def layout() -> ModbusMap:
+    """Return the shipped register map."""
+    return load_modbus_map(CONFIG)
+
+
+@pytest.fixture
+def image(layout: ModbusMap, bench: Bench) -> RegisterImage:
+    """Return an image that shows the freshly booted controller."""
+    image = RegisterImage(layout, bench.robot)
+    image.show(bench.now)
+    return image
+
+
+def at(image: RegisterImage, layout: ModbusMap, name: str) -> object:
+    """Decode one register of the image."""
+    register = layout.holding_registers[name]
+    begin = register.offset - image.first
+    return decode(register, image.words[begin : begin + register.words])
+
+
+def test_pose_stands_at_1001_in_degrees_and_millimetres_low_word_first(image: RegisterImage) -> None:
+    """POS[0]: J3 = -160 mm is float32 0xC3200000, so 1005 holds 0x0000 and 1006 holds 0xC320; 1019 says valid."""
+    assert image.first == 1000
+    assert image.words[4:6] == [0x0000, 0xC320]
+    assert image.words[18] == 1
+
+
+def test_a_moving_snapshot_is_shown_whole(image: RegisterImage, layout: ModbusMap, bench: Bench) -> None:
+    """Position, speed and clock of the block are those of one snapshot; table_joint is J5, J6..J9 are zero."""
+    bench.pulse("rsr3")
+    bench.run(0.3)
+    image.show(bench.now)
+    position, velocity = at(image, layout, "position"), at(image, layout, "velocity")
+    assert isinstance(position, tuple) and isinstance(velocity, tuple)
+    for axis, joint in enumerate(bench.robot.joints):
+        assert position[axis] == pytest.approx(bench.now.measured_positions[axis] / joint.scale, rel=1e-6)
+        assert velocity[axis] == pytest.approx(bench.now.measured_velocities[axis] / joint.scale, rel=1e-6)
+    assert position[5:] == (0.0,) * 4 and velocity[5:] == (0.0,) * 4
+    assert at(image, layout, "clock_ms") == (bench.now.clock_ms,)
+    assert at(image, layout, "program_name") == "TWO_POINT"
+    assert at(image, layout, "program_state") == (2,)
+    assert at(image, layout, "control_type") == (1,)
+    assert at(image, layout, "override_now") == (100,)
+
+
+def test_alarm_block_names_code_severity_time_and_cause(image: RegisterImage, layout: ModbusMap, bench: Bench) -> None:
+    """ALM[1] while an alarm is active, zeros and empty texts afterwards."""
+    bench.controller.write_input("imstp", False)
+    image.show(bench.run(0.2))
+    assert (at(image, layout, "alarm_id"), at(image, layout, "alarm_number")) == ((11,), (37,))
+    assert (at(image, layout, "alarm_severity"), at(image, layout, "alarm_severity_text")) == ((4,), "SERVO")
+    assert at(image, layout, "alarm_message") == "SRVO-037 IMSTP input"
+    assert at(image, layout, "alarm_cause") == "the input was switched off"
+    assert at(image, layout, "alarm_time") == (2023, 11, 14, 22, 13, 20)
+    bench.controller.write_input("imstp", True)
+    bench.pulse("fault_reset")
+    image.show(bench.now)
+    assert (at(image, layout, "alarm_id"), at(image, layout, "alarm_message")) == ((0,), "")
+
+
+def test_one_request_with_set_point_heartbeat_and_speed_reaches_the_controller(image: RegisterImage, bench: Bench) -> None:
+    """1051-1071 in one request, as the twin controller writes it."""
+    axes = [11.459155902616466, 0.0, -160.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+    words = list(struct.unpack("<18H", struct.pack("<9f", *axes))) + [1, 77, 60]
+    image.apply(bench.controller, image.take(1050, words))
+    bench.pulse("rsr1")
+    bench.run(1.0)
+    assert bench.now.positions[0] == pytest.approx(0.2, abs=1e-6)
+    assert (bench.now.heartbeat, bench.now.program_speed) == (77, 60)
+
+
+def test_half_a_value_keeps_its_other_half(image: RegisterImage) -> None:
+    """A client may write words one by one; each write gives the value that the words make then."""
+    assert image.take(1051, [0x3F80]) == [("setpoint", (1.0,) + (0.0,) * 8)]
+
+
+@pytest.mark.parametrize(
+    ("offset", "words", "text"),
+    [
+        (1100, [0, 0], r"override = 0 is outside \[1, 100\]"),
+        (1100, [101, 0], r"override = 101 is outside"),
+        (1070, [0], r"stream_speed = 0 is outside"),
+        (1069, [0x8000], r"heartbeat = -32768 is outside"),
+        (1068, [2], r"setpoint_valid = 2 is outside"),
+    ],
+)
+def test_a_value_outside_its_range_is_refused_and_not_kept(
+    image: RegisterImage, offset: int, words: list[int], text: str
+) -> None:
+    """Modbus answers exception 3 and the register keeps its value."""
+    before = list(image.words)
+    with pytest.raises(RegisterError, match=text):
+        image.take(offset, words)
+    assert image.words == before
