@@ -75,14 +75,9 @@ def test_a_wrong_emulator_yaml_is_refused(tmp_path: Path, robot: Robot, path: li
 @pytest.mark.parametrize(
     ("path", "value", "text"),
     [
-        (
-            ["positions", "P2", "joint_1_deg"],
-            150.0,
-            r"article.yaml, line 8: positions.P2.joint_1_deg = 150.0: outside \[-148.0, 148.0\] deg",
-        ),
-        (["positions", "P3", "joint_3_mm"], 1.0, r"line 9: positions.P3.joint_3_mm = 1.0: outside \[-210.0, 0.0\] mm"),
+        (["positions", "P3", "joint_3_mm"], 1.0, r"positions.P3.joint_3_mm = 1.0: outside \[-210.0, 0.0\] mm"),
         (["positions", "P1", "joint_7_deg"], 1.0, r"positions.P1.joint_7_deg = 1.0: unknown, allowed are joint_1_deg"),
-        (["positions", "P1", "joint_4_deg"], REMOVED, r"line 7: positions.P1.joint_4_deg: is missing"),
+        (["positions", "P1", "joint_4_deg"], REMOVED, r"positions.P1.joint_4_deg: is missing"),
         (["positions", "P1"], REMOVED, r"line 1: position 'P1' is unknown, there are P2, P3"),
         (["name"], "A_NAME_OF_17_CHAR", r"name = 'A_NAME_OF_17_CHAR'"),
         (["rsr"], 1, r"rsr = 1: Expected `int` >= 2"),
@@ -96,6 +91,18 @@ def test_a_wrong_program_is_refused(tmp_path: Path, robot: Robot, path: list[str
     (tmp_path / "programs").mkdir()
     changed_yaml(ARTICLE, tmp_path / "programs", path, value)
     with pytest.raises(ConfigError, match=text):
+        load_programs(robot, tmp_path)
+
+
+def test_a_position_out_of_range_names_the_line_of_the_file(tmp_path: Path, robot: Robot) -> None:
+    """File, line, joint, value and range: nobody has to search."""
+    (tmp_path / "programs").mkdir()
+    text = ARTICLE.read_text().replace("joint_1_deg: -14.321759156", "joint_1_deg: 150.0")
+    line = next(number for number, row in enumerate(text.splitlines(), 1) if "150.0" in row)
+    (tmp_path / "programs" / "bad.yaml").write_text(text)
+    with pytest.raises(
+        ConfigError, match=rf"bad.yaml, line {line}: positions.P2.joint_1_deg = 150.0: outside \[-148.0, 148.0\] deg"
+    ):
         load_programs(robot, tmp_path)
 
 

@@ -84,9 +84,11 @@ def test_one_request_with_set_point_heartbeat_and_speed_reaches_the_controller(i
     words = list(struct.unpack("<18H", struct.pack("<9f", *axes))) + [1, 77, 60]
     image.apply(bench.controller, image.take(1050, words))
     bench.pulse("rsr1")
-    bench.run(1.0)
-    assert bench.now.positions[0] == pytest.approx(0.2, abs=1e-6)
+    bench.run(0.08)
     assert (bench.now.heartbeat, bench.now.program_speed) == (77, 60)
+    bench.controller.write_heartbeat(0)
+    bench.run(0.5)
+    assert bench.now.positions[0] == pytest.approx(0.2, abs=1e-6)
 
 
 def test_half_a_value_keeps_its_other_half(image: RegisterImage) -> None:
