@@ -135,14 +135,19 @@ def test_pause_stops_time_and_unpause_returns_to_the_present(clock):
 def test_steps_by_hand_only_in_a_pause(clock):
     """They are published with their nominal stamps and count as simulated time."""
     cell = Cell(clock)
-    assert cell.work.step(10) is False
-    cell.work.pause()
-    assert cell.work.step(250) is True
-    assert milliseconds(cell) == [5.0 * k for k in range(1, 51)]
-    cell.run(300)
-    cell.work.unpause()
-    cell.run(100)
-    assert milliseconds(cell)[-1] == pytest.approx(400, abs=5 + WAKE_MS)
+    answers = []
+    by_hand = [
+        (50, lambda: answers.append(cell.work.step(10))),
+        (100, cell.work.pause),
+        (150, lambda: answers.append(cell.work.step(200))),
+        (500, cell.work.unpause),
+    ]
+    cell.run(800, by_hand)
+    assert answers == [False, True]
+    stamps = milliseconds(cell)
+    assert stamps[:59] == [5.0 * k for k in range(1, 60)]
+    assert not [stamp for stamp in stamps if 310 < stamp < 495]
+    assert stamps[-1] == pytest.approx(800, abs=5 + WAKE_MS)
 
 
 def test_reset_returns_the_simulation_to_its_start(clock):

@@ -35,7 +35,7 @@ def test_shipped_files_load():
         ("physics_rate_hz: 1000", "physics_rate_hz: 1500", "physics_rate_hz = 1500: must divide 1000000000"),
         ("joint_states_rate_hz: 200", "joint_states_rate_hz: 300", "joint_states_rate_hz = 300: must divide physics_rate_hz"),
         ("controller_state_rate_hz: 20", "controller_state_rate_hz: 30", "= 30: must divide joint_states_rate_hz = 200"),
-        ("max_catch_up_ms: 50.0", "max_catch_up_ms: 1.0", "wake_period_ms = 2.0: must not exceed max_catch_up_ms"),
+        ("max_catch_up_ms: 50.0", "max_catch_up_ms: 0.5", "wake_period_ms = 1.0: must not exceed max_catch_up_ms"),
         ("feed_forward: true", "feed_forward: 3", "feed_forward = 3: Expected `bool`"),
         ("feed_forward: true", "feedforward: true", "feedforward"),
         ("joint_1: 0.0", "joint_1: 200.0", r"start_pose\.joint_1 = 200\.0 deg: is outside \[-148, 148\] deg"),

@@ -28,10 +28,10 @@ class Clockwork:
         publish: Callable[[Sequence[Snapshot]], None],
         report: Callable[[Status], None],
     ) -> None:
-        """Begin now.
+        """Be ready to :meth:`run`.
 
         Args:
-            simulation: Its epoch is now, in system time.
+            simulation: What to run.
             config: Wake period, catch-up, report rate.
             factor: Simulated time per real time; 0: as fast as possible.
             follow_system_clock: Move the nominal time axis when the system's clock is stepped.
@@ -42,12 +42,7 @@ class Clockwork:
         self.simulation = simulation
         self._config, self._factor, self._follow = config, factor, follow_system_clock
         self._publish, self._report = publish, report
-        self._clock_offset_ns = time.time_ns() - time.monotonic_ns()
-        now = time.monotonic_ns()
-        self._deadlines = Deadlines(int(config.wake_period_ms * 1e6), now)
-        self._pace = Pace(config.step_ns, factor, int(config.max_catch_up_ms * 1e6), now)
-        self._window = (now, simulation.steps, DeadlineReport(0, 0, 0.0, 0.0, 0.0), 0.0)
-        self._reported = (now, (False, 0, 0, 0))
+        self._begin(time.monotonic_ns())
         self._paused_steps = 0
         self._failure: Exception | None = None
         self.paused = False
@@ -56,6 +51,8 @@ class Clockwork:
 
     def run(self, stopped: Callable[[], bool]) -> None:
         """Run until ``stopped``; an error of the simulation or of :meth:`fail` ends it."""
+        with self.lock:
+            self._begin(time.monotonic_ns())
         while not stopped():
             if self._factor > 0.0 or self.paused:
                 time.sleep(self._deadlines.wait_ns(time.monotonic_ns()) * 1e-9)
@@ -70,6 +67,17 @@ class Clockwork:
             self._report_if_due(now)
             if self._failure is not None:
                 raise self._failure
+
+    def _begin(self, now_ns: int) -> None:
+        """Let step 0, the first deadline and the first report period begin now, in system time."""
+        config = self._config
+        self._clock_offset_ns = time.time_ns() - now_ns
+        if self._follow:
+            self.simulation.skip(now_ns + self._clock_offset_ns - self.simulation.stamp_ns)
+        self._deadlines = Deadlines(int(config.wake_period_ms * 1e6), now_ns)
+        self._pace = Pace(config.step_ns, self._factor, int(config.max_catch_up_ms * 1e6), now_ns)
+        self._window = (now_ns, self.simulation.steps, DeadlineReport(0, 0, 0.0, 0.0, 0.0), 0.0)
+        self._reported = (now_ns, (False, 0, 0, 0))
 
     def fail(self, error: Exception) -> None:
         """End :meth:`run` with ``error``."""
