@@ -1,0 +1,366 @@
+"""ModbusLink against a small Modbus TCP server in the test, written on bare sockets, that can misbehave."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import re
+import socket
+import struct
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from harness.processes import free_port, wait_until
+from scara_config import load_robot
+from scara_config.modbus_map import load_modbus_map
+from twin_controller.io.modbus_link import ModbusLink, ModbusSettings, NotWritableError
+from twin_controller.robot_sample import AlarmStatus, ProgramStatus, RobotSample
+
+CONFIG = Path(__file__).resolve().parents[3] / "config"
+ROBOT, LAYOUT = load_robot(CONFIG), load_modbus_map(CONFIG)
+UP, DOWN = True, False
+Written = tuple[int, int, tuple[int, ...]]
+
+
+class Robot:
+    """Answers FC2, FC3, FC5 and FC16; keeps every write as (function, PDU address, values).
+
+    ``fault`` makes it misbehave: silent, short, exception, transaction, device, close, refuse_writes.
+    """
+
+    def __init__(self, port: int = 0) -> None:
+        self.words = {address: 0 for address in range(1000, 1401)}
+        self.words[1018] = self.words[1043] = 1
+        self.put_float(1004, -160.0)
+        self.words[1020] = 1
+        self.signals = 0b11
+        self.written: list[Written] = []
+        self.fault = ""
+        self._listener = socket.create_server(("127.0.0.1", port), reuse_port=True)
+        self.port = self._listener.getsockname()[1]
+        self._open: list[socket.socket] = []
+        threading.Thread(target=self._accept, daemon=True).start()
+
+    def put_float(self, address: int, value: float) -> None:
+        """Store a float32, low word first."""
+        self.words[address], self.words[address + 1] = struct.unpack("<2H", struct.pack("<f", value))
+
+    def close(self) -> None:
+        """Drop all clients and stop listening."""
+        self._listener.shutdown(socket.SHUT_RDWR)
+        self._listener.close()
+        for line in self._open:
+            line.close()
+
+    def writes(self, address: int) -> list[tuple[int, ...]]:
+        """Return what was written at one PDU address."""
+        return [values for _, at, values in list(self.written) if at == address]
+
+    def _accept(self) -> None:
+        while True:
+            try:
+                line, _ = self._listener.accept()
+            except OSError:
+                return
+            self._open.append(line)
+            threading.Thread(target=self._serve, args=(line,), daemon=True).start()
+
+    def _serve(self, line: socket.socket) -> None:
+        try:
+            while header := line.recv(7, socket.MSG_WAITALL):
+                transaction, _, length, device = struct.unpack(">HHHB", header)
+                request = line.recv(length - 1, socket.MSG_WAITALL)
+                if self.fault == "close":
+                    line.close()
+                    return
+                if self.fault == "silent":
+                    continue
+                answer = self._answer(request)
+                transaction += self.fault == "transaction"
+                device += self.fault == "device"
+                line.sendall(struct.pack(">HHHB", transaction, 0, len(answer) + 1, device) + answer)
+        except OSError:
+            return
+
+    def _answer(self, request: bytes) -> bytes:
+        function, address, count = struct.unpack(">BHH", request[:5])
+        if self.fault == "exception" or (self.fault == "refuse_writes" and function > 3):
+            return bytes([function | 0x80, 2])
+        if function == 3:
+            count -= self.fault == "short"
+            words = [self.words.get(address + i, 0) for i in range(count)]
+            return struct.pack(f">BB{count}H", 3, 2 * count, *words)
+        if function == 2:
+            return struct.pack(">BBH", 2, 2, ((self.signals & 0xFF) << 8) | (self.signals >> 8))
+        values = (count,) if function == 5 else struct.unpack(f">{count}H", request[6:])
+        self.written.append((function, address, values))
+        return request[:5]
+
+
+class Owner:
+    """Collects what the link tells."""
+
+    def __init__(self) -> None:
+        self.samples: list[tuple[RobotSample, float, float]] = []
+        self.changes: list[tuple[bool, str]] = []
+        self.statuses: list[tuple[ProgramStatus, AlarmStatus]] = []
+        self.rejects: list[str] = []
+
+    def link(self, port: int, **settings: float | bool) -> ModbusLink:
+        """Return a link that tells this owner."""
+        quick = {"retry_first": 0.02, "retry_last": 0.05, **settings}
+        return ModbusLink(
+            ModbusSettings("127.0.0.1", port, **quick),  # type: ignore[arg-type]
+            LAYOUT,
+            ROBOT,
+            lambda *sample: self.samples.append(sample),
+            lambda *change: self.changes.append(change),
+            lambda *status: self.statuses.append(status),
+            self.rejects.append,
+        )
+
+    def wait_for(self, *changes: bool) -> None:
+        """Wait until the link was reported up and down in this order."""
+        wait_until(lambda: tuple(up for up, _ in self.changes) == changes, 5.0, f"{changes}, seen {self.changes}")
+
+
+@pytest.fixture
+def robot() -> Iterator[Robot]:
+    """Return a robot that listens."""
+    robot = Robot()
+    yield robot
+    robot.close()
+
+
+@pytest.fixture
+def owner() -> Owner:
+    """Return a fresh owner."""
+    return Owner()
+
+
+def test_samples_come_with_the_times_of_their_request_and_answer(robot: Robot, owner: Owner) -> None:
+    """The owner can form round-trip mid-points: sent <= received, in order, about one poll period apart."""
+    with owner.link(robot.port) as link:
+        wait_until(lambda: len(owner.samples) >= 20)
+        assert link.connected
+    assert owner.changes[0] == (True, f"connected to 127.0.0.1:{robot.port}")
+    times = [(sent, received) for _, sent, received in owner.samples]
+    assert all(sent <= received for sent, received in times)
+    assert all(before[1] <= after[0] for before, after in itertools.pairwise(times))
+    assert owner.samples[0][0].positions[2] == pytest.approx(-0.160)
+    assert owner.samples[0][0].outputs == {"cmdenbl", "sysrdy"}
+
+
+def test_heartbeat_changes_each_cycle_and_the_end_disarms(robot: Robot, owner: Owner) -> None:
+    """The robot's watchdog sees a counter that never repeats, and 0 as a farewell."""
+    with owner.link(robot.port):
+        wait_until(lambda: len(robot.writes(1069)) >= 10)
+    beats = [values[0] for values in robot.writes(1069)]
+    assert beats[-1] == 0
+    assert beats[:-1] == list(range(1, len(beats)))
+
+
+def test_close_without_disarm_leaves_the_watchdog_armed(robot: Robot, owner: Owner) -> None:
+    """The robot then stops by itself."""
+    with owner.link(robot.port) as link:
+        wait_until(lambda: robot.writes(1069))
+        link.close(disarm=False)
+    assert robot.writes(1069)[-1] != (0,)
+
+
+def test_a_set_point_goes_out_in_one_request_with_the_heartbeat(robot: Robot, owner: Owner) -> None:
+    """PR[1] in deg and mm, valid, R[1], R[2]; joint_4, which the twin does not have, stays where the robot has it."""
+    robot.put_float(1006, 33.0)
+    with owner.link(robot.port) as link:
+        owner.wait_for(UP)
+        link.write_setpoint((math.pi / 2, 0.0, -0.1, 0.5), 50.0)
+        (words,) = wait_until(lambda: robot.writes(1050))
+    axes = struct.unpack("<9f", struct.pack("<18H", *words[:18]))
+    assert axes == pytest.approx((90.0, 0.0, -100.0, 33.0, math.degrees(0.5), 0.0, 0.0, 0.0, 0.0), rel=1e-6)
+    assert words[18] == 1 and words[19] > 0
+    assert words[20] == 60, "R[2] leaves headroom over the set points"
+    beats = [values[0] for _, at, values in robot.written if at == 1069] + [words[19]]
+    assert len(set(beats)) == len(beats)
+
+
+def test_the_latest_set_point_wins(robot: Robot, owner: Owner) -> None:
+    """A slow wire never makes a queue of old set points."""
+    with owner.link(robot.port) as link:
+        owner.wait_for(UP)
+        for k in range(200):
+            link.write_setpoint((0.001 * k, 0.0, 0.0, 0.0), 50.0)
+        wait_until(lambda: robot.writes(1050) and robot.writes(1050)[-1][0:2] == _words(math.degrees(0.199)))
+        assert len(robot.writes(1050)) < 200
+
+
+def _words(value: float) -> tuple[int, ...]:
+    """Return a float32 low word first."""
+    return struct.unpack("<2H", struct.pack("<f", value))
+
+
+@pytest.mark.parametrize(
+    ("positions", "speed", "text"),
+    [
+        ((0.0, 0.0, 0.0), 50.0, "3 positions for 4 joints of the twin"),
+        ((math.nan, 0.0, 0.0, 0.0), 50.0, "joint_1 = nan rad is outside"),
+        ((9.0, 0.0, 0.0, 0.0), 50.0, "joint_1 = 9.0 rad is outside"),
+        ((0.0, 0.0, 0.0, 0.0), 0.0, "speed_percent = 0.0 is outside"),
+    ],
+)
+def test_a_bad_set_point_never_reaches_the_wire(
+    robot: Robot, owner: Owner, positions: tuple[float, ...], speed: float, text: str
+) -> None:
+    """It is told and counted; the link goes on."""
+    with owner.link(robot.port) as link:
+        owner.wait_for(UP)
+        link.write_setpoint(positions, speed)
+        wait_until(lambda: owner.rejects)
+        assert text in owner.rejects[0] and link.counters.refused == 1
+        seen = len(owner.samples)
+        wait_until(lambda: len(owner.samples) > seen + 2)
+    assert robot.writes(1050) == []
+
+
+def test_signals_pulses_and_integers_are_written_in_order(robot: Robot, owner: Owner) -> None:
+    """A pulse is on, then off; commands keep their order."""
+    with owner.link(robot.port) as link:
+        owner.wait_for(UP)
+        link.set_coil("hold", False)
+        link.pulse("fault_reset")
+        link.write_override(80)
+        link.write_integer("setpoint_valid", 0)
+        wait_until(lambda: (5, 6004, (0,)) in robot.written)
+    commands = [entry for entry in robot.written if entry[1] != 1069]
+    assert commands == [(5, 6001, (0,)), (5, 6004, (0xFF00,)), (16, 1100, (80, 0)), (16, 1068, (0,)), (5, 6004, (0,))]
+
+
+@pytest.mark.parametrize(
+    ("call", "name"),
+    [
+        ("set_coil", "sfspd"),
+        ("pulse", "rsr2"),
+        ("set_coil", "nonsense"),
+        ("pulse", "override"),
+        ("integer", "position_valid"),
+        ("integer", "imstp"),
+        ("integer", "setpoint"),
+    ],
+)
+def test_what_the_map_does_not_mark_is_never_written(owner: Owner, call: str, name: str) -> None:
+    """Refused before the wire, with the name."""
+    link = owner.link(free_port())
+    with pytest.raises(NotWritableError, match=name):
+        if call == "integer":
+            link.write_integer(name, 1)
+        elif call == "pulse":
+            link.pulse(name)
+        else:
+            link.set_coil(name, True)
+
+
+@pytest.mark.parametrize(
+    ("fault", "text"),
+    [
+        ("silent", "did not answer in time"),
+        ("short", "answered 43 words instead of 44"),
+        ("exception", "refused to read 1001: exception 2"),
+        ("transaction", "did not answer in time"),
+        ("device", "did not answer in time"),
+        ("close", "closed|was lost"),
+    ],
+)
+def test_each_wrong_answer_ends_the_link_and_it_comes_back(robot: Robot, owner: Owner, fault: str, text: str) -> None:
+    """One bad answer is enough; when the robot is well again the link is too, and it says so once."""
+    with owner.link(robot.port) as link:
+        owner.wait_for(UP)
+        robot.fault = fault
+        owner.wait_for(UP, DOWN)
+        assert re.search(text, owner.changes[1][1]), owner.changes
+        assert link.counters.losses == 1
+        robot.fault = ""
+        owner.wait_for(UP, DOWN, UP)
+    assert len(owner.changes) == 3
+
+
+def test_a_silent_robot_is_found_within_a_tenth_of_a_second(robot: Robot, owner: Owner) -> None:
+    """A half-open connection: the last good sample is at most a poll period and a time-out old."""
+    with owner.link(robot.port) as link:
+        owner.wait_for(UP)
+        assert link.settings.poll_period + link.settings.timeout < 0.1
+        robot.fault = "silent"
+        owner.wait_for(UP, DOWN)
+
+
+def test_nobody_listening_is_told_once_and_start_order_does_not_matter(owner: Owner) -> None:
+    """The link waits for the robot; a back-off bounds the attempts."""
+    port = free_port()
+    with owner.link(port):
+        owner.wait_for(DOWN)
+        assert owner.changes[0][1] == f"no robot at 127.0.0.1:{port}"
+        robot = Robot(port)
+        owner.wait_for(DOWN, UP)
+        robot.close()
+
+
+def test_nothing_is_replayed_after_a_reconnect(robot: Robot, owner: Owner) -> None:
+    """Writes that wait while there is no link are dropped, counted and told."""
+    with owner.link(robot.port, retry_first=0.3, retry_last=0.3) as link:
+        owner.wait_for(UP)
+        robot.fault = "silent"
+        owner.wait_for(UP, DOWN)
+        link.write_setpoint((0.1, 0.0, 0.0, 0.0), 50.0)
+        link.pulse("rsr1")
+        robot.fault = ""
+        owner.wait_for(UP, DOWN, UP)
+        assert link.counters.dropped == 2
+        assert owner.rejects == ["2 writes dropped: there was no link"]
+    assert robot.writes(1050) == [] and robot.writes(6008) == []
+
+
+def test_a_refused_write_is_told_and_the_link_stays(robot: Robot, owner: Owner) -> None:
+    """Exception 2 to a write is the robot's right."""
+    with owner.link(robot.port, heartbeat=False) as link:
+        owner.wait_for(UP)
+        robot.fault = "refuse_writes"
+        link.set_coil("hold", False)
+        wait_until(lambda: owner.rejects)
+        assert owner.rejects == ["the robot refused to write 6002: exception 2"]
+        assert link.connected and link.counters.refused == 1
+
+
+def test_a_sample_that_is_not_believed_is_counted_and_kept_out(robot: Robot, owner: Owner) -> None:
+    """NaN in a position: no sample, a reason, the link stays."""
+    with owner.link(robot.port) as link:
+        owner.wait_for(UP)
+        robot.put_float(1000, math.nan)
+        wait_until(lambda: owner.rejects)
+        assert "joint_1 = nan deg" in owner.rejects[0]
+        assert link.connected and link.counters.rejected >= 1
+    assert all(math.isfinite(sample.positions[0]) for sample, _, _ in owner.samples)
+
+
+def test_status_is_read_at_first_and_when_its_signals_change(robot: Robot, owner: Owner) -> None:
+    """FAULT brings the alarm at once, not after a second."""
+    with owner.link(robot.port, status_period=1000.0):
+        wait_until(lambda: owner.statuses)
+        robot.words[1300], robot.words[1301], robot.words[1311] = 11, 37, 0x4142
+        robot.signals |= 1 << 5
+        wait_until(lambda: len(owner.statuses) == 2)
+    assert owner.statuses[0][1].text == ""
+    assert (owner.statuses[1][1].facility, owner.statuses[1][1].message) == (11, "AB")
+
+
+def test_an_error_of_the_owner_ends_the_link_and_is_kept(robot: Robot, owner: Owner, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A bug in a callback is never swallowed."""
+    monkeypatch.setattr(threading, "excepthook", lambda arguments: None)
+
+    def fail(*_: object) -> None:
+        raise RuntimeError("a bug")
+
+    link = ModbusLink(ModbusSettings("127.0.0.1", robot.port), LAYOUT, ROBOT, fail, lambda *change: owner.changes.append(change))
+    with link:
+        owner.wait_for(UP, DOWN)
+    assert isinstance(link.failure, RuntimeError)
+    assert "the link died" in owner.changes[1][1]

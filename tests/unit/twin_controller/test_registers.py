@@ -1,0 +1,187 @@
+"""The twin controller's view of the registers against words written by hand."""
+
+from __future__ import annotations
+
+import math
+import struct
+from pathlib import Path
+
+import msgspec
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scara_config import ConfigError, Robot, load_robot
+from scara_config.modbus_map import ModbusMap, load_modbus_map
+from twin_controller.registers import Block, RegisterCodec
+from twin_controller.robot_sample import (
+    AlarmStatus,
+    ControlType,
+    ProgramState,
+    ProgramStatus,
+    SampleError,
+    SetpointError,
+    WatchdogState,
+)
+
+CONFIG = Path(__file__).resolve().parents[3] / "config"
+ROBOT: Robot = load_robot(CONFIG)
+LAYOUT: ModbusMap = load_modbus_map(CONFIG)
+CODEC = RegisterCodec(LAYOUT, ROBOT)
+SIGNALS = [True, True, True, False, False, False, False, False, False, True]
+
+
+def low_first(*values: float) -> list[int]:
+    """Return float32 words as the controller's manual lays them out: low word first."""
+    return list(struct.unpack(f"<{2 * len(values)}H", struct.pack(f"<{len(values)}f", *values)))
+
+
+def state_words(position: tuple[float, ...] = (10.0, 20.0, -160.0, 30.0, -40.0), **changed: int) -> list[int]:
+    """Return an answer to the state block: 44 words from 1001 on."""
+    words = low_first(*position, 0.0, 0.0, 0.0, 0.0) + [changed.get("valid", 1)]
+    words += [0x5678, changed.get("clock_high", 0x1234)] + low_first(1.0, 2.0, 3.0, 4.0, 5.0, 0.0, 0.0, 0.0, 0.0)
+    words += [changed.get("control", 2), changed.get("speed", 50), 77, changed.get("watchdog", 1), changed.get("override", 100)]
+    return words
+
+
+def test_one_read_covers_the_state_and_one_write_the_set_point() -> None:
+    """1001-1044 is read, 1051-1071 written, UO[1..10] read, each by one request (PDU addresses are one less)."""
+    assert CODEC.state == Block(1000, 44)
+    assert CODEC.setpoint == Block(1050, 21)
+    assert CODEC.outputs == Block(6000, 10)
+    assert CODEC.program.count <= 125 and CODEC.alarm.count <= 125
+
+
+def test_a_state_block_is_decoded_in_si_in_the_order_of_the_profile() -> None:
+    """Degrees and millimetres become rad and m; J5 is table_joint; signals have names."""
+    sample = CODEC.decode_sample(state_words(), SIGNALS)
+    expected = (math.radians(10), math.radians(20), -0.160, math.radians(30), math.radians(-40))
+    assert sample.positions == pytest.approx(expected, rel=1e-6)
+    assert sample.velocities == pytest.approx(
+        (math.radians(1), math.radians(2), 0.003, math.radians(4), math.radians(5)), rel=1e-6
+    )
+    assert sample.clock_ms == 0x12345678
+    assert (sample.control_type, sample.watchdog_state) == (ControlType.STREAM, WatchdogState.ARMED)
+    assert (sample.program_speed, sample.override, sample.heartbeat_echo) == (50, 100, 77)
+    assert sample.outputs == {"cmdenbl", "sysrdy", "progrun", "busy"}
+
+
+@pytest.mark.parametrize(
+    ("words", "signals", "text"),
+    [
+        (state_words()[:-1], SIGNALS, "43 words instead of 44"),
+        (state_words() + [0], SIGNALS, "45 words instead of 44"),
+        (state_words(), SIGNALS[:9], "9 signals instead of 10"),
+        (state_words(valid=0), SIGNALS, "position is not valid"),
+        (state_words((math.nan, 0.0, 0.0, 0.0, 0.0)), SIGNALS, "joint_1 = nan deg is outside"),
+        (state_words((0.0, math.inf, 0.0, 0.0, 0.0)), SIGNALS, "joint_2 = inf deg is outside"),
+        (state_words((148.5, 0.0, 0.0, 0.0, 0.0)), SIGNALS, r"joint_1 = 148.5 deg is outside \[-148, 148\]"),
+        (state_words((0.0, 0.0, 1.0, 0.0, 0.0)), SIGNALS, r"joint_3 = 1.0 mm is outside \[-210, 0\]"),
+        (state_words(control=3), SIGNALS, "3 is not a valid ControlType"),
+        (state_words(watchdog=-1), SIGNALS, "is not a valid WatchdogState"),
+        (state_words(override=101), SIGNALS, r"override_now = 101 is outside \[0, 100\]"),
+        (state_words(clock_high=0x8000), SIGNALS, "clock_ms = -2147461512 is negative"),
+    ],
+)
+def test_a_doubtful_answer_is_refused_with_its_reason(words: list[int], signals: list[bool], text: str) -> None:
+    """Nothing that cannot be true gets inside."""
+    with pytest.raises(SampleError, match=text):
+        CODEC.decode_sample([word & 0xFFFF for word in words], signals)
+
+
+def test_an_impossible_speed_is_refused() -> None:
+    """A speed far above the joint's greatest is a wrong answer, not a motion."""
+    words = state_words()
+    words[21:23] = low_first(700.0)
+    with pytest.raises(SampleError, match=r"joint_1 moves at 700.0 deg/s"):
+        CODEC.decode_sample(words, SIGNALS)
+
+
+def test_a_position_just_over_its_limit_is_read() -> None:
+    """Rounding at the end of the range is no error."""
+    assert CODEC.decode_sample(state_words((148.0001, 0.0, 0.0002, 0.0, 0.0)), SIGNALS).positions[2] > 0.0
+
+
+def test_set_points_stand_low_word_first_in_degrees_and_millimetres() -> None:
+    """PR[1], valid, R[1], R[2]: 90 deg is 0x42B40000, -160 mm is 0xC3200000; a speed is rounded up to whole percent."""
+    words = CODEC.encode_setpoint((math.pi / 2, 0.0, -0.160, 0.0, 0.0), 4711, 79.2)
+    assert words[0:2] == [0x0000, 0x42B4]
+    assert words[4:6] == [0x0000, 0xC320]
+    assert words[6:18] == [0] * 12
+    assert words[18:] == [1, 4711, 80]
+
+
+@pytest.mark.parametrize(
+    ("positions", "speed", "text"),
+    [
+        ((0.0,) * 4, 50.0, "4 positions for 5 joints"),
+        ((math.nan, 0.0, 0.0, 0.0, 0.0), 50.0, "joint_1 = nan rad is outside"),
+        ((0.0, 2.7, 0.0, 0.0, 0.0), 50.0, r"joint_2 = 2.7 rad is outside \[-2.61799, 2.61799\]"),
+        ((0.0, 0.0, 0.001, 0.0, 0.0), 50.0, r"joint_3 = 0.001 m is outside \[-0.21, 0\]"),
+        ((0.0,) * 5, 0.0, r"speed_percent = 0.0 is outside"),
+        ((0.0,) * 5, 101.0, r"speed_percent = 101.0 is outside"),
+    ],
+)
+def test_a_set_point_that_cannot_be_meant_is_refused(positions: tuple[float, ...], speed: float, text: str) -> None:
+    """The last check before the wire rejects, it never clamps."""
+    with pytest.raises(SetpointError, match=text):
+        CODEC.encode_setpoint(positions, 1, speed)
+
+
+@given(st.tuples(st.floats(-2.5, 2.5), st.floats(-2.6, 2.6), st.floats(-0.21, 0.0), st.floats(-12.0, 12.0), st.floats(-3.1, 3.1)))
+def test_what_is_written_is_read_back_by_the_same_layout(positions: tuple[float, ...]) -> None:
+    """PR[1] and POS[0] have one layout: the words of a set point are a legal position block."""
+    written = CODEC.encode_setpoint(positions, 1, 100.0)[:18]
+    sample = CODEC.decode_sample(written + state_words()[18:], SIGNALS)
+    assert sample.positions == pytest.approx(positions, rel=1e-6, abs=1e-9)
+
+
+def test_high_word_first_is_obeyed() -> None:
+    """Another controller may order its words the other way."""
+    swapped = RegisterCodec(msgspec.structs.replace(LAYOUT, word_order="high_first"), ROBOT)
+    assert swapped.encode_setpoint((math.pi / 2, 0.0, 0.0, 0.0, 0.0), 1, 50.0)[0:2] == [0x42B4, 0x0000]
+    assert swapped.encode_int("override", 100) == [0, 100]
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "words"), [("override", 100, [100, 0]), ("override", -2, [0xFFFE, 0xFFFF]), ("setpoint_valid", 0, [0])]
+)
+def test_integers_are_encoded_by_their_width(name: str, value: int, words: list[int]) -> None:
+    """int32 low word first, int16 one word."""
+    assert CODEC.encode_int(name, value) == words
+
+
+def test_an_integer_that_does_not_fit_is_refused() -> None:
+    """No wrap-around on the wire."""
+    with pytest.raises(SetpointError, match=r"stream_speed = 40000 is outside"):
+        CODEC.encode_int("stream_speed", 40000)
+
+
+def test_program_and_alarm_blocks_become_text() -> None:
+    """Two characters a word, ended by NUL."""
+    program = [0x4152, 0x5449, 0x434C, 0x4500, 0, 0, 0, 0, 5, 2]
+    assert CODEC.decode_program(program) == ProgramStatus("ARTICLE", 5, ProgramState.RUNNING)
+    alarm = [0] * CODEC.alarm.count
+    assert CODEC.decode_alarm(alarm).text == ""
+    alarm[0:2] = [11, 37]
+    alarm[11:13] = [0x4142, 0x4300]
+    assert CODEC.decode_alarm(alarm) == AlarmStatus(11, 37, "", "ABC", "")
+
+
+@pytest.mark.parametrize(
+    ("decode", "words", "text"),
+    [("decode_program", [0] * 9, "9 words"), ("decode_program", [0] * 9 + [7], "ProgramState"), ("decode_alarm", [0], "1 words")],
+)
+def test_wrong_status_blocks_are_refused(decode: str, words: list[int], text: str) -> None:
+    """As for the state block."""
+    with pytest.raises(SampleError, match=text):
+        getattr(CODEC, decode)(words)
+
+
+@pytest.mark.parametrize(
+    ("name", "address", "text"), [("override_now", 1200, "one request carries 125"), ("stream_speed", 1090, "without a gap")]
+)
+def test_a_map_that_needs_more_than_one_request_is_refused(name: str, address: int, text: str) -> None:
+    """Position, speed and clock must come in one answer, the set point go in one request."""
+    registers = {**LAYOUT.holding_registers, name: msgspec.structs.replace(LAYOUT.holding_registers[name], address=address)}
+    with pytest.raises(ConfigError, match=text):
+        RegisterCodec(msgspec.structs.replace(LAYOUT, holding_registers=registers), ROBOT)
