@@ -27,6 +27,7 @@ class Real(Section, frozen=True):
     port: Annotated[int, Meta(ge=1, le=65535)]
     poll_period_ms: PositiveMs
     sample_period_ms: PositiveMs
+    sample_latency_ms: Ms
     samples: Count
     timeout_ms: PositiveMs
     stale_ms: PositiveMs

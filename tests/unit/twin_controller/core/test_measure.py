@@ -63,7 +63,9 @@ def test_a_sample_of_the_real_robot_is_dated_by_its_own_clock() -> None:
     for k in range(20):
         state = real_measured(SETUP, state, real_answer(1.0 + 0.01 * k))
     side = state.real
-    assert abs(side.last.t - 1.19) <= side.clock.uncertainty + 1e-9 <= 0.0015 + 0.5e-3 * SETUP.config.real.sample_period_ms
+    real = SETUP.config.real
+    age = side.last.t - (1.19 - 1e-3 * real.sample_latency_ms)
+    assert abs(age) <= side.clock.uncertainty + 1e-9 <= 0.0015 + 0.5e-3 * real.sample_period_ms
     assert (side.seen, state.clock_ms) == (pytest.approx(1.19, abs=2e-3), 51190)
 
 

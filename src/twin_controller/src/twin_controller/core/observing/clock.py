@@ -7,18 +7,18 @@ A remote clock reads :math:`c` at some instant between sending the question (:ma
 
 The intersection of these intervals over time, widened by the largest possible drift, holds the true offset; its half
 width is the uncertainty. The lower bound is hard: no answer holds a time that has not been yet. The upper one is soft: a
-remote that was late to renew its reading answers with an older one. A small conflict therefore costs the upper bound; a
-large one, or one that stays, means that a clock jumped, and the estimate starts again.
+remote that was late to renew its reading answers with an older one, so the interval is never narrower than the shortest
+round trip, and a small conflict costs the upper bound; a large one, or one that stays, means that a clock jumped, and the
+estimate starts again. What a remote needs to bring a reading into its registers cannot be seen from outside: it is a
+constant of the profile.
 """
 
 from __future__ import annotations
 
 import msgspec
 
-
 DRIFT_SPAN = 30.0
 """Below this span [s] the first sample's uncertainty hides the drift, and 0 is shown."""
-
 
 JUMP = 0.02
 """A conflict larger than this [s] is a jump of a clock, not a late reading."""
@@ -37,6 +37,7 @@ class ClockEstimate(msgspec.Struct, frozen=True):
     jumps: int = 0
     conflicts: int = 0
     round_trip: float = 0.0
+    best_trip: float = 0.0
     first_offset: float = 0.0
     first_at: float = 0.0
 
@@ -71,7 +72,13 @@ class ClockEstimate(msgspec.Struct, frozen=True):
 
 
 def observe(
-    estimate: ClockEstimate, remote: float, sent: float, received: float, drift_ppm: float, period: float = 0.0
+    estimate: ClockEstimate,
+    remote: float,
+    sent: float,
+    received: float,
+    drift_ppm: float,
+    period: float = 0.0,
+    latency: float = 0.0,
 ) -> ClockEstimate:
     """Intersect the estimate with one more observation.
 
@@ -81,25 +88,37 @@ def observe(
         sent: Local time before the question [s].
         received: Local time after the answer [s].
         drift_ppm: Largest drift between the two clocks.
-        period: Largest age of the reading when the remote answered [s].
+        period: How often the remote renews its reading [s].
+        latency: Age of a reading when it becomes visible [s].
 
     Returns:
         The narrower estimate; a fresh one if the clock jumped.
     """
-    lower, upper = remote - received, remote + period - sent
+    lower, upper = remote + latency - received, remote + latency + period - sent
     trip = received - sent
     if estimate.known:
         widened = abs(received - estimate.at) * drift_ppm * 1e-6
         low, high = max(estimate.lower - widened, lower), min(estimate.upper + widened, upper)
         conflicts = estimate.conflicts + 1 if low > high else 0
         if low - high < JUMP and conflicts < LASTING:
-            high = low + trip if conflicts else high
-            return msgspec.structs.replace(
-                estimate, lower=low, upper=high, at=received, samples=estimate.samples + 1, conflicts=conflicts, round_trip=trip
+            best = min(trip, estimate.best_trip + widened)
+            if period > 0.0 or conflicts:
+                high = max(high, low + best)
+            return ClockEstimate(
+                lower=low,
+                upper=high,
+                at=received,
+                samples=estimate.samples + 1,
+                jumps=estimate.jumps,
+                conflicts=conflicts,
+                round_trip=trip,
+                best_trip=best,
+                first_offset=estimate.first_offset,
+                first_at=estimate.first_at,
             )
     middle = 0.5 * (lower + upper)
     jumps = estimate.jumps + (1 if estimate.known else 0)
-    return ClockEstimate(lower, upper, received, 1, jumps, 0, trip, middle, received)
+    return ClockEstimate(lower, upper, received, 1, jumps, 0, trip, trip, middle, received)
 
 
 def unwrap_ms(previous: int | None, clock_ms: int, bits: int = 31) -> int:

@@ -43,6 +43,7 @@ def real_measured(setup: Setup, state: CoreState, event: RealMeasured) -> CoreSt
         event.received,
         config.real.clock_drift_ppm,
         config.real.sample_period_ms * 1e-3,
+        config.real.sample_latency_ms * 1e-3,
     )
     if estimate.jumps != state.real.clock.jumps:
         lost = side_lost(state, "real", "its clock jumped")
