@@ -202,7 +202,7 @@ def _stamp(message: Mapping[str, Any]) -> float:
 def _time(message: Mapping[str, Any], field: str) -> float:
     """Return a ROS time or duration [s]."""
     value = message.get(field) if isinstance(message, Mapping) else None
-    parts = [value.get(part) for part in ("secs", "nsecs")] if isinstance(value, Mapping) else []
+    parts: list[Any] = [value.get(part) for part in ("secs", "nsecs")] if isinstance(value, Mapping) else []
     if not parts or not all(type(part) is int and abs(part) <= SECONDS for part in parts):
         raise PacketError(f"{field} = {_shown(value)}: expected secs and nsecs")
     return float(parts[0]) + float(parts[1]) * 1e-9

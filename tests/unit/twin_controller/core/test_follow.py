@@ -54,7 +54,7 @@ def moving_pair() -> tuple[Pair, float]:
     pair = Pair()
     pair.connect()
     pair.move_twin(ramp(HOME, shifted(HOME, 40.0), 1.0))
-    start = pair.twin_path_start
+    start = pair.now + pair.announce
     pair.run(0.4)
     return pair, start
 

@@ -7,8 +7,9 @@ import msgspec
 from twin_controller.core.actions import AnyAction, Do, MoveTwin, Perform
 from twin_controller.core.events import Operator
 from twin_controller.core.observing import change
+from twin_controller.core.reports import OWN_COMMAND
 from twin_controller.core.state import CoreState, Follow, Setup, Side, StreamState
-from twin_controller.core.triggers import OWN_COMMAND, onsets
+from twin_controller.core.triggers import onsets
 
 replace = msgspec.structs.replace
 
@@ -30,9 +31,7 @@ def perform(
     """
     if do in TO_TWIN:
         number = OWN_COMMAND | (state.command_id + 1)
-        state = replace(state, command_id=state.command_id + 1)
-        if do is Do.RESET_TWIN:
-            state = replace(state, reset_id=number)
+        state = replace(state, command_id=state.command_id + 1, asked=state.motion, asked_at=now)
         if do in (Do.STOP_TWIN, Do.ESTOP_TWIN):
             state = replace(state, twin_stopped_at=now, plan=None)
         return state, [Perform(do, reason, number)]

@@ -103,7 +103,7 @@ class StreamState(msgspec.Struct, frozen=True):
         starting: The stream program is asked for as soon as a set point has been sent: never with an old one.
         started: When it was asked for last [s].
         attempts: How often.
-        seen: The stream program has been seen running.
+        seen: The stream program has been seen running, not held.
         onset: When the twin's motion begins, by its announcement [s]; a robot that moved before it was first.
     """
 
@@ -136,10 +136,11 @@ class CoreState(msgspec.Struct, frozen=True):
         clock_ms: Its clock, unwrapped.
         links_up: Both sides were usable at the last look.
         command_id: Last id given to a command to the twin.
+        asked: What the twin reported when that was sent; until it takes effect the twin goes on reporting so.
+        asked_at: When it was sent [s].
         paused_mode: The mode that PAUSE interrupted.
         paused_seen: Whether the real robot and the twin have shown that they paused since.
         reset_since: When the real robot was asked to reset [s], None if it was not.
-        reset_id: Id of the last RESET to the twin; older reports of an emergency stop do not count.
         program_was_off: The real robot's own program was seen ended since the last stop.
         move_pending: The twin has not answered the operator's move yet.
     """
@@ -163,12 +164,13 @@ class CoreState(msgspec.Struct, frozen=True):
     divergence: DivergenceState = DivergenceState()
     links_up: bool = False
     command_id: int = 0
+    asked: TwinMotion | None = None
+    asked_at: float = 0.0
     twin_stopped_at: float = -1e9
     paused_mode: Mode | None = None
     paused_seen: tuple[bool, bool] = (False, False)
     needs_acknowledge: bool = False
     reset_since: float | None = None
-    reset_id: int = 0
     program_was_off: bool = True
     move_pending: bool = False
     decisions: tuple[Decided, ...] = ()

@@ -6,7 +6,7 @@ import math
 
 import msgspec
 
-from twin_controller.core import triggers
+from twin_controller.core import reports, triggers
 from twin_controller.core.actions import AnyAction, Decided, Do, OverrideReal, Perform, Reply
 from twin_controller.core.events import (
     AnyEvent,
@@ -68,7 +68,7 @@ def step(setup: Setup, state: CoreState, event: AnyEvent) -> Result:
 
 def _first_that_counts(setup: Setup, state: CoreState, event: AnyEvent) -> Trigger | None:
     """Return the most urgent trigger that means something in this mode."""
-    found = triggers.link_triggers(setup, state) or triggers.side_triggers(setup, state, event.now)
+    found = triggers.link_triggers(setup, state) or reports.side_triggers(setup, state, event.now)
     if isinstance(event, RealMeasured | TwinMeasured | TwinPlan | TwinMotion):
         found = [*found, *triggers.leader_triggers(setup, state), *triggers.rest_triggers(setup, state, event.now)]
     return next((trigger for trigger in found if not look_up(state.mode, trigger, state.paused_mode).silent), None)
@@ -87,7 +87,7 @@ def _absorb(setup: Setup, state: CoreState, event: AnyEvent) -> CoreState:
         case RealMeasured():
             state = real_measured(setup, state, event)
             stream = state.stream
-            if stream is not None and event.streaming:
+            if stream is not None and event.streaming and not event.paused:
                 state = replace(state, stream=replace(stream, seen=True))
             return state if event.own_program else replace(state, program_was_off=True)
         case RealAlarm():
@@ -109,7 +109,7 @@ def _remember_pauses(setup: Setup, state: CoreState, now: float) -> CoreState:
     """Note that a side has paused, and agree on positions once a stopped side stands still."""
     if state.mode is Mode.PAUSED and state.flags is not None and state.motion is not None:
         real, twin = state.paused_seen
-        seen = (real or state.flags.paused, twin or state.motion.state == "paused")
+        seen = (real or state.flags.paused, twin or state.motion.state in ("pausing", "paused"))
         return state if seen == state.paused_seen else replace(state, paused_seen=seen)
     if state.mode is not Mode.STOPPED or now - state.mode_since < setup.config.settle.minimum_ms * 1e-3:
         return state
@@ -249,7 +249,7 @@ def _start_stream(setup: Setup, state: CoreState, actions: list[AnyAction], now:
     stream, flags, config = state.stream, state.flags, setup.config.stream
     if stream is None or flags is None or flags.own_program or state.mode is Mode.PAUSED:
         return state, actions
-    late = not stream.seen and now - stream.started > config.retry_ms * 1e-3 and 0 < stream.attempts < config.attempts
+    late = not stream.seen and now - stream.started > config.retry_ms * 1e-3 and stream.attempts < config.attempts
     if not stream.starting and not late:
         return state, actions
     stream = replace(stream, starting=False, started=now, attempts=stream.attempts + 1)

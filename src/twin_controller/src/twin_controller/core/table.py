@@ -50,6 +50,7 @@ class Trigger(StrEnum):
     TWIN_PAUSED = "the twin was paused on its side"
     TWIN_RESUMED = "the twin goes on"
     TWIN_ESTOPPED = "the twin was frozen on its side"
+    RELEASED_BLOCKED = "a side goes on before the divergence was acknowledged"
     STREAM_FAILED = "the real robot does not start its stream program"
     REJECTED = "a set point for the real robot was rejected"
     DIVERGED = "the pair came apart"
@@ -115,6 +116,7 @@ DEFAULTS: dict[Trigger, Row] = {
     Trigger.TWIN_PAUSED: STAY,
     Trigger.TWIN_RESUMED: STAY,
     Trigger.TWIN_ESTOPPED: Row(Mode.ESTOP, (Do.ESTOP_REAL,), "latched; RESET once the cause is gone"),
+    Trigger.RELEASED_BLOCKED: STAY,
     Trigger.STREAM_FAILED: STAY,
     Trigger.REJECTED: STAY,
     Trigger.DIVERGED: STAY,
@@ -161,7 +163,9 @@ _FOLLOWING: dict[Trigger, Row] = {
 
 ROWS: dict[Mode, dict[Trigger, Row]] = {
     Mode.OFFLINE: {
-        Trigger.LINKS_READY: Row(Mode.ALIGNING, (Do.BEGIN_ALIGN,), "nothing is replayed; the twin aligns slowly"),
+        Trigger.LINKS_READY: Row(
+            Mode.ALIGNING, (Do.STOP_TWIN, Do.BEGIN_ALIGN), "nothing is replayed, the twin's own motion ends; it aligns slowly"
+        ),
         Trigger.LINK_LOST: Row(None, BOTH_STOP, "the side still reached is stopped"),
         Trigger.REAL_FAULT: STAY,
         Trigger.REAL_DRIVES_OFF: STAY,
@@ -231,6 +235,8 @@ ROWS: dict[Mode, dict[Trigger, Row]] = {
     Mode.PAUSED: {
         Trigger.TWIN_STOPPED: _STOPPED,
         Trigger.REAL_STOPPED: _STOPPED,
+        Trigger.REAL_TOOK_OVER: _TAKE_OVER,
+        Trigger.RELEASED_BLOCKED: _STOPPED,
         Trigger.REJECTED: _STOPPED,
         Trigger.PAUSE: Row(None, (), "already paused"),
         Trigger.ACKNOWLEDGE: Row(None, (), "RESUME is possible again"),

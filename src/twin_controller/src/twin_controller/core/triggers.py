@@ -11,9 +11,6 @@ from twin_controller.core.observing.measure import side_lost
 from twin_controller.core.state import CoreState, Setup, Side
 from twin_controller.core.table import LEADING, Mode, Trigger
 
-OWN_COMMAND = 1 << 30
-FOLLOWS_TWIN = (Mode.TWIN_LEADS, Mode.OPERATOR_LEADS)
-
 
 class Onsets(msgspec.Struct, frozen=True):
     """When each side moved on the controller's clock [s], and how uncertain their difference is."""
@@ -46,75 +43,6 @@ def link_triggers(setup: Setup, state: CoreState) -> list[Trigger]:
     return []
 
 
-def side_triggers(setup: Setup, state: CoreState, now: float) -> list[Trigger]:
-    """Return what the two sides report of themselves: stops, pauses, faults, programs."""
-    found: list[Trigger] = []
-    flags, motion = state.flags, state.motion
-    if flags is None or motion is None or state.mode is Mode.OFFLINE:
-        return found
-    if not flags.drives_on:
-        found.append(Trigger.REAL_DRIVES_OFF)
-    elif flags.fault:
-        found.append(Trigger.REAL_FAULT)
-    found += _twin_reports(state)
-    found += _real_reports(setup, state, now)
-    if state.divergence.alarm and setup.config.divergence.pause and state.mode in LEADING:
-        found.append(Trigger.DIVERGED)
-    if state.reset_since is not None and state.mode in (Mode.ESTOP, Mode.FAULT):
-        waited = now - state.reset_since
-        if flags.drives_on and not flags.fault and waited >= setup.config.reset.wait_ms * 1e-3:
-            found.append(Trigger.RESET_DONE)
-        elif waited > setup.config.reset.timeout_ms * 1e-3:
-            found.append(Trigger.RESET_FAILED)
-    return found
-
-
-def _twin_reports(state: CoreState) -> list[Trigger]:
-    """Return stops and pauses that came from the twin's side, not from us."""
-    motion = state.motion
-    assert motion is not None
-    own = motion.last_command_id == 0 or motion.last_command_id & OWN_COMMAND
-    if motion.state == "estopped" and state.mode is not Mode.ESTOP:
-        older = own and motion.last_command_id and motion.last_command_id < state.reset_id
-        return [] if older else [Trigger.TWIN_ESTOPPED]
-    if own:
-        pass
-    elif motion.state == "stopping":
-        return [Trigger.TWIN_STOPPED]
-    elif motion.state in ("pausing", "paused") and state.mode in LEADING:
-        return [Trigger.TWIN_PAUSED]
-    if state.mode is Mode.PAUSED and state.paused_seen[1] and motion.state in ("moving", "announcing"):
-        return [Trigger.TWIN_RESUMED]
-    return []
-
-
-def _real_reports(setup: Setup, state: CoreState, now: float) -> list[Trigger]:
-    """Return what the real robot's program says."""
-    flags = state.flags
-    assert flags is not None
-    if flags.own_program and not flags.paused and (state.program_was_off or state.mode is Mode.IDLE):
-        if state.mode is Mode.PAUSED:
-            return [Trigger.REAL_RELEASED] if state.paused_seen[0] else []
-        return [Trigger.REAL_TOOK_OVER]
-    if state.mode is Mode.PAUSED and state.paused_seen[0] and not flags.paused:
-        running = flags.own_program or flags.streaming
-        return [Trigger.REAL_RELEASED if running else Trigger.REAL_STOPPED]
-    if state.mode not in FOLLOWS_TWIN or state.stream is None:
-        return []
-    own = state.real.change.onset if change.moved(state.real.change, setup.config.change) else None
-    if own is not None and state.stream.onset is not None and own <= state.stream.onset:
-        return [Trigger.REAL_TOOK_OVER]
-    if flags.paused and state.stream.seen:
-        return [Trigger.REAL_HELD]
-    if flags.streaming or flags.paused:
-        return []
-    if state.stream.seen:
-        return [Trigger.REAL_STOPPED]
-    config = setup.config.stream
-    waited = now - state.stream.started > config.retry_ms * 1e-3
-    return [Trigger.STREAM_FAILED] if waited and state.stream.attempts >= config.attempts else []
-
-
 def onsets(setup: Setup, state: CoreState) -> Onsets:
     """Return when each side's change began; a side without a confirmed one has none."""
     config = setup.config.change
@@ -144,7 +72,7 @@ def _first_row_away(setup: Setup, plan: TwinPlan, baseline: tuple[float, ...], s
 
 def leader_triggers(setup: Setup, state: CoreState) -> list[Trigger]:
     """Say who moved first, once both sides' data reach past the earlier onset; a tie goes to the real robot."""
-    if state.mode not in (Mode.IDLE, Mode.STOPPED):
+    if state.mode not in (Mode.IDLE, Mode.STOPPED) or not state.real.history or not state.twin.history:
         return []
     found = onsets(setup, state)
     if found.real is None and found.twin is None:

@@ -13,6 +13,7 @@ from twin_controller.core.observing import echo
 from twin_controller.core.observing.change import stands_still
 from twin_controller.core.observing.measure import paired
 from twin_controller.core.state import CoreState, Sample, Setup
+from twin_controller.core.table import Mode
 
 replace = msgspec.structs.replace
 
@@ -47,7 +48,9 @@ def follow_twin(setup: Setup, state: CoreState, now: float) -> tuple[CoreState, 
         ahead = state.twin.last.t - sample.t
         leader = tuple(p + v * ahead for p, v in zip(sample.q, sample.qdot))
         offset = tuple(a - b for a, b in zip(state.twin.last.q, leader))
-        follow = replace(follow, blend=close_gap(setup, offset, sample.t))
+        slowly = state.mode is Mode.ALIGNING
+        blend = begin_blend(offset, sample.t, setup.align_speeds()) if slowly else close_gap(setup, offset, sample.t)
+        follow = replace(follow, blend=blend)
     assert follow.blend is not None
     gap, gap_rate, gap_curve = sample_blend(follow.blend, sample.t)
     q = tuple(a + b for a, b in zip(sample.q, gap))
@@ -71,14 +74,15 @@ def close_gap(setup: Setup, offset: Joints, start: float) -> Blend:
 
 
 def aligned(setup: Setup, state: CoreState, now: float) -> bool:
-    """Return whether the offset is gone and both sides are together."""
-    follow = state.follow
+    """Return whether the offset is gone and both sides are together: at rest both, or the twin with a robot that moves."""
+    follow, config = state.follow, setup.config
     if follow is None or follow.blend is None or not finished(follow.blend, now):
         return False
-    still = stands_still(state.real.change, now, setup.config.change)
-    if not still and now - state.mode_since < setup.config.change.still_time_ms * 1e-3:
+    if now - state.mode_since < config.change.still_time_ms * 1e-3:
         return False
-    return deviation(setup, state) <= (setup.config.align.tolerance if still else setup.config.align.lead_tolerance)
+    if not stands_still(state.real.change, now, config.change):
+        return deviation(setup, state) <= config.align.lead_tolerance
+    return stands_still(state.twin.change, now, config.change) and deviation(setup, state) <= config.align.tolerance
 
 
 def deviation(setup: Setup, state: CoreState) -> float:
