@@ -57,6 +57,7 @@ class RobotServer:
             PortError: The port is taken or the address is not this machine's.
         """
         pymodbus.pymodbus_apply_logging_config("CRITICAL")
+        self._image.show(self._servo.snapshot)
         self._thread.start()
         self._ready.wait()
         if self._failure is not None:

@@ -1,0 +1,154 @@
+"""The emulator and its pendant as processes: with and without a roscore, read by mbpoll, stopped by its watchdog."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import Any
+
+import pytest
+from harness.processes import Process, free_port, wait_until
+from harness.ros import Ros
+from pymodbus.client import ModbusTcpClient
+from sensor_msgs.msg import JointState
+
+NAMES = ["joint_1", "joint_2", "joint_3", "joint_4", "table_joint"]
+
+
+class Cell:
+    """A running emulator on a port of its own."""
+
+    def __init__(self, ros: Ros) -> None:
+        self.ros = ros
+        self.port = free_port()
+        self.process: Process = ros.run("fanuc_emulator", "emulator", f"_port:={self.port}")
+        self.client: Any = ModbusTcpClient("127.0.0.1", port=self.port, timeout=2.0, retries=0)
+        wait_until(self._answers, 20.0, "the emulator's Modbus server")
+
+    def _answers(self) -> bool:
+        assert self.process.poll() is None, self.process.tail()
+        return bool(self.client.connect())
+
+    def pendant(self, *arguments: str) -> tuple[int, str]:
+        """Run the pendant and return its exit code and output."""
+        process = self.ros.stage.start("rosrun", "fanuc_emulator", "pendant", *arguments, "--port", str(self.port))
+        return process.wait(30.0), process.output
+
+    def words(self, number: int, count: int = 1) -> list[int]:
+        """Read registers by their number."""
+        words: list[int] = self.client.read_holding_registers(number - 1, count=count).registers
+        return words
+
+
+@pytest.fixture
+def cell(ros: Ros) -> Iterator[Cell]:
+    """Return a running emulator."""
+    cell = Cell(ros)
+    yield cell
+    cell.client.close()
+
+
+def test_ground_truth_is_stamped_every_four_milliseconds_of_nominal_time(cell: Cell) -> None:
+    """real/ground_truth: all joints, true positions and speeds, stamps on the servo's axis whatever the load."""
+    received = cell.ros.collect("real/ground_truth", JointState)
+    wait_until(lambda: len(received) >= 200, 20.0, "ground truth")
+    assert received[0].name == NAMES
+    assert received[0].position == pytest.approx((0.0, 0.0, -0.160, 0.0, 0.0))
+    gaps = [after.header.stamp.to_sec() - before.header.stamp.to_sec() for before, after in pairwise(list(received))]
+    assert sorted(gaps)[len(gaps) // 2] == pytest.approx(0.004, abs=2e-5)
+
+
+def test_mbpoll_reads_the_joints(cell: Cell) -> None:
+    """An independent Modbus client reads J1..J5 as float32 low word first, and the signals."""
+    read = ["mbpoll", "-m", "tcp", "-p", str(cell.port), "-a", "1", "-1", "127.0.0.1"]
+    joints = subprocess.run([*read, "-t", "4:float", "-r", "1001", "-c", "9"], capture_output=True, text=True, timeout=20)
+    values = [float(line.split()[1]) for line in joints.stdout.splitlines() if line.startswith("[")]
+    assert values == [0.0, 0.0, -160.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], joints.stdout + joints.stderr
+    signals = subprocess.run([*read, "-t", "1", "-r", "6001", "-c", "10"], capture_output=True, text=True, timeout=20)
+    levels = [line.split()[1] for line in signals.stdout.splitlines() if line.startswith("[")]
+    assert levels == ["1", "1", "0", "0", "0", "0", "1", "0", "0", "0"]
+
+
+def test_pendant_runs_holds_resumes_and_ends_a_program(cell: Cell) -> None:
+    """The whole way of a program by its panel, with answers and exit codes."""
+    assert cell.pendant("override", "50") == (0, "override 50 %\n")
+    code, text = cell.pendant("run", "ARTICLE")
+    assert (code, text) == (0, "ARTICLE started at override 50 %\n")
+    code, text = cell.pendant("run", "TWO_POINT")
+    assert code == 1 and "ARTICLE is running; first: pendant abort" in text
+    assert cell.pendant("hold") == (0, "held\n")
+    code, text = cell.pendant("status")
+    assert code == 0 and "ARTICLE line" in text and "paused" in text and "HELD" in text and "table_joint" in text
+    assert cell.pendant("resume") == (0, "resumed\n")
+    assert cell.pendant("abort") == (0, "aborted\n")
+    code, text = cell.pendant("resume")
+    assert code == 1 and "no program is paused" in text
+
+
+def test_pendant_waits_for_the_end_of_a_program(cell: Cell) -> None:
+    """``run --wait`` shows the lines and ends with the program."""
+    cell.pendant("override", "100")
+    code, text = cell.pendant("run", "ARTICLE", "--wait")
+    assert code == 0
+    assert "ARTICLE line 4 running" in text and text.endswith("ARTICLE ended\n")
+
+
+def test_pendant_says_why_it_cannot(cell: Cell) -> None:
+    """Unknown program, fault, wrong value, nobody there: one line and an exit code that is not 0."""
+    code, text = cell.pendant("run", "NOPE")
+    assert code == 1 and "no program 'NOPE': there are ARTICLE, STREAM, TWO_POINT" in text
+    cell.client.write_coil(6000, False)
+    wait_until(lambda: cell.client.read_discrete_inputs(6005, count=1).bits[0], 2.0)
+    code, text = cell.pendant("run", "ARTICLE")
+    assert code == 1 and "SRVO-037 IMSTP input" in text and "pendant reset" in text
+    assert cell.pendant("reset") == (0, "ready\n")
+    assert cell.pendant("override", "101")[0] == 2
+    lonely = cell.ros.stage.start("rosrun", "fanuc_emulator", "pendant", "status", "--port", str(free_port()))
+    assert lonely.wait(20.0) == 1 and "no robot at 127.0.0.1" in lonely.output
+
+
+def test_watchdog_stops_the_robot_when_its_client_falls_silent(cell: Cell) -> None:
+    """Armed by the client, then no more writes: the program is ended, FAULT is on, the joints stand."""
+    cell.pendant("override", "5")
+    assert cell.pendant("run", "TWO_POINT")[0] == 0
+    cell.client.write_register(1069, 1)
+    wait_until(lambda: cell.words(1043) == [2], 5.0, "the watchdog")
+    wait_until(lambda: cell.words(1210) == [0], 5.0, "the end of the program")
+    assert cell.client.read_discrete_inputs(6005, count=1).bits[0]
+    pose = cell.words(1001, 18)
+    assert cell.words(1022, 18) == [0] * 18
+    assert cell.words(1001, 18) == pose
+    code, text = cell.pendant("status")
+    assert code == 0 and "heartbeat lost" in text
+
+
+def test_a_taken_port_ends_the_node_with_code_2(cell: Cell) -> None:
+    """The line names address and cause."""
+    second = cell.ros.stage.start("rosrun", "fanuc_emulator", "emulator", f"_port:={cell.port}")
+    assert second.wait(20.0) == 2
+    assert f"cannot listen on 127.0.0.1:{cell.port}" in second.output
+
+
+@pytest.mark.parametrize("argument", ["_port:=0", "_port:=abc", "_config_dir:=/nowhere"])
+def test_a_wrong_parameter_ends_the_node_with_code_2(ros: Ros, argument: str) -> None:
+    """Wrong port or folder: one line, no traceback."""
+    process = ros.stage.start("rosrun", "fanuc_emulator", "emulator", argument)
+    assert process.wait(20.0) == 2
+    assert "Traceback" not in process.output
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_it_runs_without_a_roscore_and_ends_at_once(ros: Ros, number: signal.Signals) -> None:
+    """No master: the robot works, says what is missing, and a signal ends it with code 0."""
+    port = free_port()
+    nobody = {"ROS_MASTER_URI": f"http://127.0.0.1:{free_port()}"}
+    process = ros.run("fanuc_emulator", "emulator", f"_port:={port}", env=nobody)
+    client: Any = ModbusTcpClient("127.0.0.1", port=port, timeout=2.0, retries=0)
+    wait_until(client.connect, 20.0)
+    wait_until(lambda: "no roscore yet" in process.output, 20.0)
+    assert client.read_holding_registers(1018, count=1).registers == [1]
+    client.close()
+    process.signal(number)
+    assert process.wait(3.0) == 0

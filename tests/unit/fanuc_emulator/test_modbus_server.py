@@ -1,0 +1,144 @@
+"""The Modbus server and the servo loop in real time: what a client reads, what its writes do, what it is refused."""
+
+from __future__ import annotations
+
+import itertools
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from fanuc_emulator.controller import Controller, Snapshot
+from fanuc_emulator.io.modbus_server import PortError, RobotServer
+from fanuc_emulator.io.servo_loop import ServoLoop
+from fanuc_emulator.register_image import RegisterImage
+from harness.processes import free_port, wait_until
+from pymodbus.client import ModbusTcpClient
+from scara_config.modbus_map import load_modbus_map
+
+if TYPE_CHECKING:
+    from conftest import Bench
+
+CONFIG = Path(__file__).resolve().parents[3] / "config"
+LAYOUT = load_modbus_map(CONFIG)
+
+
+@pytest.fixture
+def client(bench: Bench) -> Iterator[Any]:
+    """Return a connected client of a running robot."""
+    port = free_port()
+    loop = ServoLoop(bench.controller, bench.config.dt, 0.0)
+    with loop, RobotServer("127.0.0.1", port, LAYOUT, RegisterImage(LAYOUT, bench.robot), loop):
+        client = ModbusTcpClient("127.0.0.1", port=port, timeout=2.0, retries=0)
+        assert client.connect()
+        yield client
+        client.close()
+    assert loop.failure is None
+
+
+def test_clock_and_position_go_on_while_a_program_runs(client: Any) -> None:
+    """Each read returns the newest snapshot; the clock counts the robot's own milliseconds."""
+    client.write_coil(6009, True)
+    readings = []
+    begin = time.monotonic()
+    while time.monotonic() < begin + 1.5:
+        words = client.read_holding_registers(1000, count=44).registers
+        readings.append((client.convert_from_registers(words[19:21], client.DATATYPE.INT32, "little"), tuple(words[2:4])))
+    clocks = [clock for clock, _ in readings]
+    assert all(after - before >= 0 for before, after in itertools.pairwise(clocks))
+    assert all(clock % 2 == clocks[0] % 2 for clock in clocks)
+    assert clocks[-1] - clocks[0] == pytest.approx((time.monotonic() - begin) * 1000, abs=100)
+    assert len({pair for _, pair in readings}) > 50, "joint_2 moves"
+
+
+def test_every_register_can_be_read_and_gaps_cannot(client: Any) -> None:
+    """Only what the map names exists."""
+    for register in LAYOUT.holding_registers.values():
+        assert len(client.read_holding_registers(register.offset, count=register.words).registers) == register.words
+    assert client.read_holding_registers(1044, count=1).exception_code == 2
+    assert client.read_holding_registers(0, count=1).exception_code == 2
+    assert client.read_holding_registers(1043, count=2).exception_code == 2
+    assert client.read_input_registers(1000, count=1).exception_code == 2
+
+
+def test_coils_start_at_their_normal_level_and_keep_what_is_written(client: Any) -> None:
+    """*IMSTP, *HOLD, *SFSPD and ENBL are on at rest."""
+    assert client.read_coils(6000, count=18).bits[:18] == [bit.normal for bit in LAYOUT.coils.values()]
+    client.write_coil(6001, False)
+    assert client.read_coils(6001, count=1).bits[0] is False
+
+
+def test_a_hold_is_seen_in_the_signals(client: Any) -> None:
+    """UI2 off gives UO5 HELD on, within a few servo periods."""
+    assert client.read_discrete_inputs(6000, count=10).bits[:5] == [True, True, False, False, False]
+    client.write_coil(6001, False)
+    wait_until(lambda: client.read_discrete_inputs(6004, count=1).bits[0], 2.0)
+
+
+@pytest.mark.parametrize(
+    ("function", "address", "value", "code"),
+    [
+        ("write_registers", 1000, [1, 2], 2),
+        ("write_registers", 1043, [1], 2),
+        ("write_registers", 1071, [1], 2),
+        ("write_registers", 1100, [0, 0], 3),
+        ("write_registers", 1070, [101], 3),
+        ("write_register", 1018, 0, 2),
+        ("write_coil", 6018, True, 2),
+        ("write_coil", 5999, True, 2),
+        ("write_coils", 6016, [True, False, True], 2),
+    ],
+)
+def test_what_may_not_be_written_is_refused_by_its_exception(
+    client: Any, function: str, address: int, value: object, code: int
+) -> None:
+    """2 for a register that does not exist or is read-only, 3 for a value outside its range."""
+    assert getattr(client, function)(address, value).exception_code == code
+
+
+def test_a_write_is_read_back_and_takes_effect(client: Any) -> None:
+    """The override written is the override in force."""
+    client.write_registers(1100, [42, 0])
+    assert client.read_holding_registers(1100, count=2).registers == [42, 0]
+    wait_until(lambda: client.read_holding_registers(1043, count=1).registers == [42], 2.0)
+
+
+def test_a_taken_port_is_named(bench: Bench) -> None:
+    """The error says address and cause, at once."""
+    port = free_port()
+    loop = ServoLoop(bench.controller, bench.config.dt, 0.0)
+    first, second = (RobotServer("127.0.0.1", port, LAYOUT, RegisterImage(LAYOUT, bench.robot), loop) for _ in range(2))
+    with first, pytest.raises(PortError, match=f"cannot listen on 127.0.0.1:{port}.*in use"):
+        second.__enter__()
+
+
+def test_ticks_are_due_on_a_nominal_time_axis(bench: Bench) -> None:
+    """Whenever a step is computed, the time at which it is true is base + k dt of the robot's clock."""
+    seen: list[tuple[Snapshot, float]] = []
+    with ServoLoop(bench.controller, bench.config.dt, 200.0, lambda snapshot, due: seen.append((snapshot, due))):
+        wait_until(lambda: len(seen) >= 100)
+    first = seen[0]
+    for snapshot, due in seen:
+        own = (snapshot.tick - first[0].tick) * bench.config.dt
+        assert due - first[1] == pytest.approx(own / (1 + 200e-6), abs=1e-9)
+
+
+def test_writes_keep_their_order_and_a_failing_step_is_not_swallowed(bench: Bench) -> None:
+    """An error in the controller ends the loop and is kept for the node to raise."""
+    order: list[int] = []
+    failed = threading.Event()
+
+    def fail(controller: Controller) -> None:
+        failed.set()
+        raise RuntimeError("a bug")
+
+    loop = ServoLoop(bench.controller, bench.config.dt, 0.0)
+    with loop:
+        for number in range(50):
+            loop.post(lambda controller, number=number: order.append(number))  # type: ignore[misc]
+        loop.post(fail)
+        assert failed.wait(5.0) and loop.ended.wait(5.0)
+    assert order == list(range(50))
+    assert isinstance(loop.failure, RuntimeError)
