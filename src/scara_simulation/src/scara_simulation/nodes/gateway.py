@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
+import signal
 import sys
 import time
 
@@ -51,11 +52,14 @@ def main() -> None:
 
 
 def _wait_for_master() -> None:
-    """Wait for roscore; say once that it is missing."""
-    if not rosgraph.is_master_online():
-        print(f"gateway: no roscore at {rosgraph.get_master_uri()}: waiting for it", file=sys.stderr, flush=True)
+    """Wait for roscore; say once that it is missing. A signal ends the waiting."""
+    if rosgraph.is_master_online():
+        return
+    print(f"gateway: no roscore at {rosgraph.get_master_uri()}: waiting for it", file=sys.stderr, flush=True)
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
     while not rosgraph.is_master_online():
         time.sleep(_RETRY_PERIOD)
+    signal.signal(signal.SIGTERM, before)
 
 
 def _configuration() -> GatewayConfig:
