@@ -117,6 +117,14 @@ class Geometry(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     h_mm: Finite
 
 
+class WatchedPointEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A point whose place and speed are watched: where it is at the home pose, and the last joint that carries it."""
+
+    name: str
+    carried_by: str
+    home_mm: tuple[Finite, Finite, Finite]
+
+
 class Robot(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """The robot of robot.yaml."""
 
@@ -127,6 +135,7 @@ class Robot(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     geometry: Geometry
     home_pose: tuple[Row4, Row4, Row4, Row4]
     joints: list[Joint]
+    watched_points: list[WatchedPointEntry] = []
 
     @property
     def twin_joints(self) -> list[Joint]:

@@ -90,6 +90,43 @@ class Limit(Section, frozen=True):
     position_tolerance: Positive
 
 
+Point = tuple[
+    Annotated[float, Meta(ge=-1e5, le=1e5)], Annotated[float, Meta(ge=-1e5, le=1e5)], Annotated[float, Meta(ge=-1e5, le=1e5)]
+]
+
+
+class KeepOut(Section, frozen=True):
+    """A box in the base frame that no watched point may enter."""
+
+    name: str
+    lower_mm: Point
+    upper_mm: Point
+
+
+class CellLimits(Section, frozen=True):
+    """What holds in the whole cell, whoever leads."""
+
+    cartesian_speed_mm_s: Positive | None
+    braking_delay_ms: Ms
+    keep_out: list[KeepOut]
+
+
+class Separation(Section, frozen=True):
+    """Terms of the protective distance."""
+
+    enabled: bool
+    human_speed_mm_s: Positive
+    reaction_ms: Ms
+    deceleration_m_s2: Positive
+    intrusion_mm: Ms
+    sensor_uncertainty_mm: Ms
+    robot_uncertainty_mm: Ms
+    margin_mm: Ms
+    full_speed_mm_s: Positive
+    standstill_mm_s: Positive
+    stale_ms: PositiveMs
+
+
 class Reset(Section, frozen=True):
     """How long the robot may take to become ready."""
 
@@ -132,6 +169,8 @@ class TwinControllerConfig(Section, frozen=True):
     align: Align
     settle: Settle
     limit: Limit
+    cell: CellLimits
+    separation: Separation
     reset: Reset
     stream: Stream
     divergence: Divergence
@@ -164,6 +203,9 @@ def load_twin_controller(robot: Robot, directory: Path | str | None = None) -> T
     ):
         if low > high:
             raise ConfigError(f"{path}: {section}.confirm = {low}: Expected at most {section}.window = {high}")
+    for zone in config.cell.keep_out:
+        if not all(low < high for low, high in zip(zone.lower_mm, zone.upper_mm)):
+            raise ConfigError(f"{path}: cell.keep_out.{zone.name}: lower_mm is not below upper_mm")
     low_ms, high_ms = config.real.follow_lag_range_ms
     if not low_ms <= config.real.follow_lag_ms <= high_ms:
         raise ConfigError(f"{path}: real.follow_lag_ms = {config.real.follow_lag_ms:g}: Expected {low_ms:g} to {high_ms:g}")

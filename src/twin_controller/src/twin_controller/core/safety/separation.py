@@ -1,0 +1,88 @@
+r"""Speed and separation monitoring by the protective distance of ISO/TS 15066, sec. 5.5.4.
+
+.. math:: S_p(v) = v_h (T_r + T_s) + v T_r + \frac{v^2}{2a} + C + Z_d + Z_r, \quad T_s = \frac{v}{a}
+
+The speed is scaled so that the distance to the nearest person is never less than this; if it is, motion stops
+protectively. This is no certified safety function: the sensor, this computer and the network are not rated.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import msgspec
+import numpy as np
+
+from twin_controller.config import Separation
+from twin_controller.core.events import Joints
+from twin_controller.core.safety.points import WatchedPoint, positions
+
+
+class Person(msgspec.Struct, frozen=True):
+    """The nearest person: when seen [s] and where [m] in the base frame."""
+
+    seen: float
+    position: tuple[float, float, float]
+
+
+class Distance(msgspec.Struct, frozen=True):
+    """Separation now.
+
+    Attributes:
+        distance: From the nearest watched point [m]; infinite when monitoring is off.
+        protective: Protective distance at the present speed [m].
+        cap: Program speed that keeps the protective distance [percent].
+        too_close: Motion must stop, and none may begin.
+        reason: In words.
+    """
+
+    distance: float = math.inf
+    protective: float = 0.0
+    cap: float = 100.0
+    too_close: bool = False
+    reason: str = ""
+
+
+def protective_distance(speed: float, config: Separation) -> float:
+    """Return S_p [m] for a robot moving at ``speed`` [m/s]."""
+    fixed = (config.intrusion_mm + config.sensor_uncertainty_mm + config.robot_uncertainty_mm) * 1e-3
+    human, reaction = config.human_speed_mm_s * 1e-3, config.reaction_ms * 1e-3
+    stopping = speed / config.deceleration_m_s2
+    return human * (reaction + stopping) + speed * reaction + 0.5 * speed * stopping + fixed
+
+
+def allowed_speed(distance: float, config: Separation) -> float:
+    """Return the largest speed [m/s] whose protective distance is ``distance`` [m]; the inverse of S_p, 0 if there is none."""
+    room = distance - protective_distance(0.0, config)
+    if room <= 0.0:
+        return 0.0
+    linear = config.human_speed_mm_s * 1e-3 + config.reaction_ms * 1e-3 * config.deceleration_m_s2
+    return math.sqrt(linear * linear + 2.0 * config.deceleration_m_s2 * room) - linear
+
+
+def judge_separation(
+    points: Sequence[WatchedPoint], person: Person | None, q: Joints, speed: float, now: float, config: Separation
+) -> Distance:
+    """Judge the distance to the nearest person.
+
+    Args:
+        points: Watched points of the arm.
+        person: Where the nearest person was seen; None if never.
+        q: Joint positions, SI.
+        speed: Largest speed of a watched point now [m/s].
+        now: Time [s].
+        config: Terms of the formula.
+    """
+    if not config.enabled:
+        return Distance()
+    if person is None or now - person.seen > config.stale_ms * 1e-3:
+        return Distance(0.0, 0.0, 0.0, True, "the sensor that sees people is silent")
+    rows = np.array([q])
+    distance = min(math.dist(positions(point, rows)[0], person.position) for point in points)
+    protective = protective_distance(speed, config)
+    at_rest = protective_distance(0.0, config)
+    allowed = allowed_speed(distance - config.margin_mm * 1e-3, config)
+    too_close = distance <= at_rest or (speed > config.standstill_mm_s * 1e-3 and distance < protective)
+    reason = f"a person is {distance * 1e3:.0f} mm away, the protective distance is {protective * 1e3:.0f} mm"
+    return Distance(distance, protective, min(100.0, 100.0 * allowed / (config.full_speed_mm_s * 1e-3)), too_close, reason)
