@@ -14,6 +14,23 @@ from scara_config.loader import ConfigError, config_directory, load
 Address = Annotated[int, Meta(ge=1, le=65536)]
 WORDS = {"int16": 1, "int32": 2, "float32": 2, "string": 1}
 
+# What both sides need to find in the map; addresses are free, more registers are welcome.
+_AXES = dict.fromkeys(("position", "velocity", "setpoint"), ("float32", 9))
+_WORDS = dict.fromkeys(
+    ("position_valid", "control_type", "program_speed", "heartbeat_echo", "watchdog_state", "override_now", "setpoint_valid")
+    + ("heartbeat", "stream_speed", "program_line", "program_state", "alarm_id", "alarm_number", "alarm_severity"),
+    ("int16", 1),
+)
+_LONGS = dict.fromkeys(("clock_ms", "override"), ("int32", 1))
+_TEXTS = ("program_name", "program_caller", "alarm_message", "alarm_cause", "alarm_severity_text")
+_NEEDED = {**_AXES, **_WORDS, **_LONGS, "alarm_time": ("int16", 6), **dict.fromkeys(_TEXTS, ("string", None))}
+_SIGNALS = {
+    "coils": ("imstp", "hold", "sfspd", "cstopi", "fault_reset", "start", "home", "enbl")
+    + tuple(f"rsr{number}" for number in range(1, 9))
+    + ("pnstrobe", "prod_start"),
+    "discrete_inputs": ("cmdenbl", "sysrdy", "progrun", "paused", "held", "fault", "atperch", "tpenbl", "batalm", "busy"),
+}
+
 
 class Register(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """One value (or ``count`` equal ones in a row) in the holding registers."""
@@ -64,7 +81,8 @@ def load_modbus_map(directory: Path | str | None = None) -> ModbusMap:
     """Read modbus_map.yaml of ``directory`` (default: the package scara_config).
 
     Raises:
-        ConfigError: The file is missing or wrong, or two registers overlap.
+        ConfigError: The file is missing or wrong, two registers overlap, a needed register is missing or of another type,
+            a signal is missing or unknown.
     """
     path = Path(directory or config_directory()) / "modbus_map.yaml"
     layout = load(path, ModbusMap)
@@ -79,4 +97,21 @@ def load_modbus_map(directory: Path | str | None = None) -> ModbusMap:
         addresses = [bit.address for bit in getattr(layout, table).values()]
         if len(set(addresses)) != len(addresses):
             raise ConfigError(f"{path}: {table}: an address occurs more than once")
+    _check_names(layout, path)
     return layout
+
+
+def _check_names(layout: ModbusMap, path: Path) -> None:
+    """Raise ConfigError unless everything that the two sides use is there, in the form they use it."""
+    for name, (kind, count) in _NEEDED.items():
+        register = layout.holding_registers.get(name)
+        if register is None:
+            raise ConfigError(f"{path}: holding_registers.{name}: is missing")
+        if register.type != kind or count not in (None, register.count):
+            wanted = kind if count in (None, 1) else f"{kind}, count {count}"
+            raise ConfigError(f"{path}: holding_registers.{name} = {register.type}, count {register.count}: must be {wanted}")
+    for table, names in _SIGNALS.items():
+        bits = getattr(layout, table)
+        for name in sorted(set(names) ^ set(bits)):
+            what = "is unknown, allowed are " + ", ".join(names) if name in bits else "is missing"
+            raise ConfigError(f"{path}: {table}.{name}: {what}")
