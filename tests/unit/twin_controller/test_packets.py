@@ -120,7 +120,7 @@ def test_bad_set_points_are_refused(message: dict[str, Any], text: str) -> None:
 def test_the_state_of_the_pose_controller_becomes_an_input() -> None:
     """Field by field."""
     message = motion_state(state="moving", standing_still=False, message="busy", speed_limit_percent=80)
-    assert twin_motion(message, 5.0) == TwinMotion(5.0, "moving", 10.0, 10.0, 80.0, 7, False, "busy")
+    assert twin_motion(message, NAMES, 5.0) == TwinMotion(5.0, "moving", 10.0, 10.0, 80.0, 7, False, "busy")
 
 
 @pytest.mark.parametrize("field", sorted(motion_state()))
@@ -129,7 +129,7 @@ def test_a_state_without_a_field_is_refused(field: str) -> None:
     message = motion_state()
     del message[field]
     with pytest.raises(PacketError, match=field):
-        twin_motion(message, 0.0)
+        twin_motion(message, NAMES, 0.0)
 
 
 @pytest.mark.parametrize(
@@ -152,7 +152,7 @@ def test_a_state_without_a_field_is_refused(field: str) -> None:
 def test_a_state_of_the_wrong_type_is_refused(changes: dict[str, Any], text: str) -> None:
     """Nothing is converted silently: a text "no" is not True."""
     with pytest.raises(PacketError, match=text):
-        twin_motion(motion_state(**changes), 0.0)
+        twin_motion(motion_state(**changes), NAMES, 0.0)
 
 
 def test_the_answer_of_the_twins_clock_becomes_a_probe() -> None:
@@ -236,7 +236,7 @@ def test_whatever_stands_in_a_field_only_packet_errors_come_out(field: str, valu
 def test_whatever_stands_in_the_motion_state_only_packet_errors_come_out(field: str, value: Any) -> None:
     """Likewise."""
     try:
-        event = twin_motion(motion_state(**{field: value}), 0.0)
+        event = twin_motion(motion_state(**{field: value}), NAMES, 0.0)
     except PacketError:
         return
     assert math.isfinite(event.speed_limit_percent) and isinstance(event.state, str)

@@ -71,7 +71,7 @@ def twin_plan(message: Mapping[str, Any], names: Sequence[str], now: float) -> T
     return TwinPlan(now, _stamp(message), times, q, qdot, qddot)
 
 
-def twin_motion(message: Mapping[str, Any], now: float) -> TwinMotion:
+def twin_motion(message: Mapping[str, Any], names: Sequence[str], now: float) -> TwinMotion:
     """Convert a scara_msgs/MotionState.
 
     Raises:
@@ -92,6 +92,7 @@ def twin_motion(message: Mapping[str, Any], now: float) -> TwinMotion:
         number,
         _typed(message, "standing_still", bool),
         _typed(message, "message", str),
+        _row(message, "target", _order(message, "name", names)) if message.get("target") else (),
     )
 
 

@@ -86,7 +86,7 @@ class TwinPlan(Event, frozen=True, tag="plan"):
 
 
 class TwinMotion(Event, frozen=True, tag="motion"):
-    """State of the twin's joint_pose_controller."""
+    """State of the twin's joint_pose_controller; ``target`` is where its running move ends, empty if there is none."""
 
     state: str
     speed_requested_percent: float
@@ -95,6 +95,13 @@ class TwinMotion(Event, frozen=True, tag="motion"):
     last_command_id: int
     standing_still: bool
     message: str
+    target: Joints = ()
+
+
+class PersonSeen(Event, frozen=True, tag="person"):
+    """Where the nearest person is [m], in the base frame."""
+
+    position: tuple[float, float, float]
 
 
 class ClockProbe(Event, frozen=True, tag="probe"):
@@ -123,5 +130,15 @@ class Operator(Event, frozen=True, tag="operator"):
 
 
 AnyEvent = (
-    Tick | LinkChanged | RealMeasured | RealAlarm | TwinMeasured | TwinPlan | TwinMotion | ClockProbe | MoveEnded | Operator
+    Tick
+    | LinkChanged
+    | RealMeasured
+    | RealAlarm
+    | TwinMeasured
+    | TwinPlan
+    | TwinMotion
+    | PersonSeen
+    | ClockProbe
+    | MoveEnded
+    | Operator
 )

@@ -15,6 +15,9 @@ from twin_controller.core.observing.change import ChangeState
 from twin_controller.core.observing.clock import ClockEstimate
 from twin_controller.core.observing.divergence import DivergenceState
 from twin_controller.core.observing.echo import EchoTube
+from twin_controller.core.safety.points import watched_points
+from twin_controller.core.safety.separation import Distance, Person
+from twin_controller.core.safety.zones import Way
 from twin_controller.core.table import Mode
 
 HISTORY = 48
@@ -38,6 +41,7 @@ class Setup:
         self.upper = tuple(joint.upper for joint in self.joints)
         self.velocity = tuple(joint.velocity for joint in self.joints)
         self.acceleration = tuple(joint.acceleration for joint in self.joints)
+        self.points = watched_points(robot)
         self.arm = ScrewModel.from_robot(robot)
         self.arm_columns = np.array([k for k, joint in enumerate(self.joints) if joint.screw_axis is not None])
         self.home = tuple(config.home.positions[joint.name] * joint.scale for joint in self.joints)
@@ -117,7 +121,16 @@ class StreamState(msgspec.Struct, frozen=True):
 
 
 class SpeedState(msgspec.Struct, frozen=True):
-    """Program speed, requested and applied [percent], and why it was limited."""
+    """Program speed, requested and applied [percent], and why it was limited.
+
+    Attributes:
+        cap: The operator's cap for both sides.
+        cap_sent: When the twin's cap was sent last [s].
+        real_cap: Lowest cap of this lead of the real robot, from its measured Cartesian speed.
+        override_before: The robot's override before we lowered it, None while it is its own.
+        override_sent: The override we sent last.
+        override_at: When [s].
+    """
 
     cap: float = 100.0
     requested: float = 0.0
@@ -125,6 +138,10 @@ class SpeedState(msgspec.Struct, frozen=True):
     limited: bool = False
     reason: str = ""
     cap_sent: float | None = None
+    real_cap: float = 100.0
+    override_before: float | None = None
+    override_sent: float = 0.0
+    override_at: float = 0.0
 
 
 class CoreState(msgspec.Struct, frozen=True):
@@ -138,6 +155,9 @@ class CoreState(msgspec.Struct, frozen=True):
         command_id: Last id given to a command to the twin.
         asked: What the twin reported when that was sent; until it takes effect the twin goes on reporting so.
         asked_at: When it was sent [s].
+        way: The twin's running move as the watched points see it.
+        person: Where the nearest person was seen last.
+        separation: Distance to that person and what follows from it.
         paused_mode: The mode that PAUSE interrupted.
         paused_seen: Whether the real robot and the twin have shown that they paused since.
         reset_since: When the real robot was asked to reset [s], None if it was not.
@@ -166,6 +186,9 @@ class CoreState(msgspec.Struct, frozen=True):
     command_id: int = 0
     asked: TwinMotion | None = None
     asked_at: float = 0.0
+    way: Way = Way()
+    person: Person | None = None
+    separation: Distance = Distance()
     twin_stopped_at: float = -1e9
     paused_mode: Mode | None = None
     paused_seen: tuple[bool, bool] = (False, False)

@@ -1,4 +1,4 @@
-"""Watch over the pair: divergence of the tools, and the cap on the twin's speed."""
+"""Watch over the pair: divergence, zones, people, and the caps on both sides' speed."""
 
 from __future__ import annotations
 
@@ -6,13 +6,19 @@ import msgspec
 import numpy as np
 from scara_control.screws import tool_positions
 
-from twin_controller.core.actions import AnyAction, CapTwin
+from twin_controller.core.actions import AnyAction, CapTwin, OverrideReal
 from twin_controller.core.observing import change
 from twin_controller.core.observing.divergence import judge, path_distance
+from twin_controller.core.safety.separation import judge_separation
+from twin_controller.core.safety.zones import Way, braking_way, judge_way, point_speed, speed_cap
 from twin_controller.core.state import CoreState, Setup
 from twin_controller.core.table import LEADING, Mode
 
 replace = msgspec.structs.replace
+
+BRAKING_STEPS = 8
+CAP_STEP = 0.5
+RESEND_S = 0.2
 
 
 def judge_divergence(setup: Setup, state: CoreState) -> CoreState:
@@ -35,26 +41,108 @@ def judge_divergence(setup: Setup, state: CoreState) -> CoreState:
     return replace(state, divergence=judge(state.divergence, distance, limit, config))
 
 
+def judge_move(setup: Setup, state: CoreState) -> CoreState:
+    """Judge the whole way of a move that the twin announces, once, before its first motion."""
+    motion = state.motion
+    if motion is None or motion.state not in ("announcing", "moving") or not motion.target or not state.twin.history:
+        return replace(state, way=Way()) if state.way != Way() else state
+    if motion.target == state.way.target:
+        return state
+    way = judge_way(setup.points, setup.config.cell.keep_out, state.twin.last.q, motion.target, setup.velocity)
+    return replace(state, way=way)
+
+
+def watch_real(setup: Setup, state: CoreState) -> CoreState:
+    """Judge the real robot's motion: where it can stop at the earliest, how fast it is, how far people are."""
+    if not state.real.history:
+        return state
+    last, config = state.real.last, setup.config
+    speed = point_speed(setup.points, last.q, last.qdot) if any(last.qdot) else 0.0
+    separation = judge_separation(setup.points, state.person, last.q, speed, last.t, config.separation)
+    state = replace(state, separation=separation)
+    if state.mode not in LEADING or speed <= 0.0:
+        return state
+    if config.cell.keep_out and not state.way.violation:
+        stop = braking_way(last.q, last.qdot, setup.acceleration, config.cell.braking_delay_ms * 1e-3)
+        braking = judge_way(setup.points, config.cell.keep_out, last.q, stop, setup.velocity, steps=BRAKING_STEPS)
+        if braking.violation:
+            state = replace(state, way=replace(state.way, violation=braking.violation))
+    limit = config.cell.cartesian_speed_mm_s
+    if limit is None or state.mode is not Mode.REAL_LEADS or state.flags is None:
+        return state
+    full = speed * 100.0 / max(state.flags.override_percent, 1.0)
+    return replace(state, speed=replace(state.speed, real_cap=min(state.speed.real_cap, speed_cap(full, limit))))
+
+
 def cap_speed(setup: Setup, state: CoreState, now: float) -> tuple[CoreState, list[AnyAction]]:
-    """Keep the twin's speed cap in force, and say what was requested, what is applied, and why."""
-    motion, flags, speed = state.motion, state.flags, state.speed
+    """Keep the speed caps in force, and say what was requested, what is applied, and why."""
+    motion, flags = state.motion, state.flags
     if motion is None or not state.twin.connected:
         return state, []
-    cap, reason = speed.cap, "the operator's SPEED"
-    if state.real.connected and flags is not None:
-        for limit, why in (
-            (setup.config.limit.speed_percent, f"above {setup.config.limit.speed_percent:g} % the real robot gets that much"),
-            (max(flags.override_percent, 1.0), f"the real robot's override is {flags.override_percent:g} %"),
-        ):
-            if limit < cap:
-                cap, reason = limit, why
+    cap, reason = _twin_cap(setup, state)
     real_leads = state.leader == "real" and flags is not None
-    requested = flags.speed_percent if real_leads and flags else motion.speed_requested_percent
+    requested = (
+        flags.speed_percent if real_leads and flags else max(motion.speed_requested_percent, _measured_percent(setup, state))
+    )
+    state, actions = _cap_real(setup, state, now)
     applied = requested if real_leads else min(requested, cap)
     limited = requested > applied + 0.01
-    actions: list[AnyAction] = []
-    if abs(motion.speed_limit_percent - cap) > 0.01 and (speed.cap_sent is None or now - speed.cap_sent > 0.2):
+    if real_leads and state.speed.override_before is not None:
+        applied, limited = min(requested, state.speed.override_sent), True
+        requested = max(requested, state.speed.override_before)
+        reason = "Cartesian speed or a person near the robot"
+    speed = state.speed
+    if abs(motion.speed_limit_percent - cap) > CAP_STEP and (speed.cap_sent is None or now - speed.cap_sent > RESEND_S):
         actions.append(CapTwin(cap))
         speed = replace(speed, cap_sent=now)
     new = replace(speed, requested=requested, applied=applied, limited=limited, reason=reason if limited else "")
     return (state if new == state.speed else replace(state, speed=new)), actions
+
+
+def _twin_cap(setup: Setup, state: CoreState) -> tuple[float, str]:
+    """Return the lowest cap of the twin's program speed [percent] and where it comes from."""
+    limit, cell = setup.config.limit, setup.config.cell
+    caps = [(state.speed.cap, "the operator's SPEED")]
+    if state.real.connected and state.flags is not None:
+        override = max(state.flags.override_percent, 1.0)
+        caps += [
+            (limit.speed_percent, f"above {limit.speed_percent:g} % the real robot gets that much"),
+            (override, f"the real robot's override is {override:g} %"),
+        ]
+    if cell.cartesian_speed_mm_s is not None:
+        caps.append(
+            (
+                speed_cap(state.way.peak_speed, cell.cartesian_speed_mm_s),
+                f"tool and elbow may do {cell.cartesian_speed_mm_s:g} mm/s",
+            )
+        )
+    caps.append((state.separation.cap, state.separation.reason))
+    cap, reason = min(caps, key=lambda entry: entry[0])
+    return max(cap, 1.0), reason
+
+
+def _measured_percent(setup: Setup, state: CoreState) -> float:
+    """Return the twin's measured speed [percent of the joints' largest] while it leads; it is believed over the claimed one."""
+    if state.leader not in ("twin", "operator") or not state.twin.history:
+        return 0.0
+    return 100.0 * max(abs(v) / limit for v, limit in zip(state.twin.last.qdot, setup.velocity))
+
+
+def _cap_real(setup: Setup, state: CoreState, now: float) -> tuple[CoreState, list[AnyAction]]:
+    """Lower the leading robot's override as far as its limits ask, and give it back afterwards."""
+    speed, flags = state.speed, state.flags
+    if flags is None or now - speed.override_at < RESEND_S:
+        return state, []
+    allowed = min(speed.real_cap, state.separation.cap) if state.leader == "real" else 100.0
+    before = speed.override_before
+    if allowed < flags.override_percent - CAP_STEP:
+        wanted, before = float(max(1, int(allowed))), flags.override_percent if before is None else before
+    elif before is not None and abs(flags.override_percent - speed.override_sent) < 0.5:
+        wanted = float(max(1, int(min(before, allowed))))
+    else:
+        return (replace(state, speed=replace(speed, override_before=None)) if before is not None else state), []
+    if abs(wanted - flags.override_percent) < 0.5:
+        return state, []
+    kept = None if before is not None and wanted >= before else before
+    speed = replace(speed, override_before=kept, override_sent=wanted, override_at=now)
+    return replace(state, speed=speed), [OverrideReal(wanted)]

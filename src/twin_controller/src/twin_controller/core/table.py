@@ -54,10 +54,12 @@ class Trigger(StrEnum):
     STREAM_FAILED = "the real robot does not start its stream program"
     REJECTED = "a set point for the real robot was rejected"
     DIVERGED = "the pair came apart"
+    KEEP_OUT = "the way leads through a keep-out zone"
+    TOO_CLOSE = "a person is too close"
     STOP = "STOP by the operator"
     PAUSE = "PAUSE by the operator"
     RESUME = "RESUME by the operator"
-    RESUME_BLOCKED = "RESUME before the divergence was acknowledged"
+    RESUME_BLOCKED = "RESUME while its cause persists"
     RESET = "RESET by the operator"
     RESET_BLOCKED = "RESET while a link is down"
     RESET_DONE = "the real robot is ready again"
@@ -120,6 +122,8 @@ DEFAULTS: dict[Trigger, Row] = {
     Trigger.STREAM_FAILED: STAY,
     Trigger.REJECTED: STAY,
     Trigger.DIVERGED: STAY,
+    Trigger.KEEP_OUT: STAY,
+    Trigger.TOO_CLOSE: STAY,
     Trigger.STOP: Row(Mode.STOPPED, BOTH_STOP, "the target is cleared"),
     Trigger.PAUSE: _refuse("nothing moves that could be paused"),
     Trigger.RESUME: _refuse("nothing is paused"),
@@ -146,6 +150,8 @@ _REALIGN = Row(Mode.ALIGNING, (Do.STOP_REAL, Do.BEGIN_ALIGN), "the twin goes slo
 _NO_LEAD = Row(Mode.ALIGNING, (Do.STOP_TWIN, Do.BEGIN_ALIGN), "it aligns first; send the command again afterwards")
 _PAUSE_TWIN = Row(Mode.PAUSED, (Do.PAUSE_TWIN,), "the target is kept")
 _HOLD_REAL = Row(Mode.PAUSED, (Do.HOLD_REAL,), "the target is kept")
+_BEFORE_ZONE = Row(Mode.STOPPED, BOTH_STOP, "both are stopped before it")
+_PROTECT = Row(Mode.PAUSED, (Do.HOLD_REAL, Do.PAUSE_TWIN), "protective stop; RESUME once the person is gone")
 _DIVERGED = Row(Mode.PAUSED, (Do.HOLD_REAL, Do.PAUSE_TWIN), "both are paused until the operator acknowledges")
 _STOPPED = Row(Mode.STOPPED, BOTH_STOP, "both are stopped")
 _FAILED = Row(Mode.FAULT, BOTH_STOP, "both are stopped; RESET, then ALIGN")
@@ -157,6 +163,8 @@ _RESET_DONE = Row(Mode.STOPPED, (Do.RESET_TWIN,), "nothing moves; ALIGN or a new
 _RESET_FAILED = Row(None, (), "its cause persists: remove it, then RESET again")
 
 _FOLLOWING: dict[Trigger, Row] = {
+    Trigger.KEEP_OUT: _BEFORE_ZONE,
+    Trigger.TOO_CLOSE: _PROTECT,
     Trigger.TWIN_STOPPED: _STOPPED,
     Trigger.DIVERGED: _DIVERGED,
 }
@@ -184,6 +192,7 @@ ROWS: dict[Mode, dict[Trigger, Row]] = {
     Mode.ALIGNING: {
         Trigger.ALIGNED: Row(Mode.IDLE, (Do.BASELINE,), "the pair is ready"),
         Trigger.ALIGN_FAILED: _FAILED,
+        Trigger.TOO_CLOSE: _STOPPED,
         Trigger.REAL_TOOK_OVER: STAY,
         Trigger.TWIN_STOPPED: _STOPPED,
         Trigger.ALIGN: Row(None, (), "already aligning"),
@@ -192,6 +201,7 @@ ROWS: dict[Mode, dict[Trigger, Row]] = {
         Trigger.PAUSE: _refuse("the twin is aligning: STOP ends it"),
     },
     Mode.IDLE: {
+        Trigger.KEEP_OUT: _BEFORE_ZONE,
         Trigger.REAL_MOVED: _REAL_LEADS,
         Trigger.REAL_TOOK_OVER: _REAL_LEADS,
         Trigger.TWIN_MOVED: _TWIN_LEADS,
@@ -240,10 +250,11 @@ ROWS: dict[Mode, dict[Trigger, Row]] = {
         Trigger.REJECTED: _STOPPED,
         Trigger.PAUSE: Row(None, (), "already paused"),
         Trigger.ACKNOWLEDGE: Row(None, (), "RESUME is possible again"),
-        Trigger.RESUME_BLOCKED: _refuse("the pair came apart: ACKNOWLEDGE first"),
+        Trigger.RESUME_BLOCKED: _refuse("ACKNOWLEDGE a divergence; wait until a person is gone"),
         Trigger.ALIGN: _refuse("a motion is paused: STOP first"),
     },
     Mode.STOPPED: {
+        Trigger.KEEP_OUT: Row(None, BOTH_STOP, "both are stopped before it"),
         Trigger.REAL_MOVED: _REAL_LEADS,
         Trigger.REAL_TOOK_OVER: _REAL_LEADS,
         Trigger.TWIN_MOVED: _TWIN_LEADS,

@@ -43,6 +43,12 @@ def link_triggers(setup: Setup, state: CoreState) -> list[Trigger]:
     return []
 
 
+def safety_triggers(state: CoreState) -> list[Trigger]:
+    """Return what forbids the present motion: a zone on its way, a person too close."""
+    found = [Trigger.KEEP_OUT] if state.way.violation else []
+    return [*found, Trigger.TOO_CLOSE] if state.separation.too_close else found
+
+
 def onsets(setup: Setup, state: CoreState) -> Onsets:
     """Return when each side's change began; a side without a confirmed one has none."""
     config = setup.config.change
@@ -131,7 +137,7 @@ def operator_trigger(setup: Setup, state: CoreState, event: Operator) -> Trigger
     """Return the trigger of an operator's command, None for one that is not in the table."""
     if event.command in ("MOVE", "MOVE_JOINTS", "HOME"):
         return Trigger.MOVE if pair_agreed(setup, state) else Trigger.MOVE_UNALIGNED
-    if event.command == "RESUME" and state.needs_acknowledge:
+    if event.command == "RESUME" and (state.needs_acknowledge or state.separation.too_close):
         return Trigger.RESUME_BLOCKED
     if event.command == "RESET" and not state.links_up:
         return Trigger.RESET_BLOCKED

@@ -138,7 +138,7 @@ class TwinDoor:
                 case name if name.endswith(JOINT_SETPOINTS):
                     self._put(twin_plan(message, self._setup.names, received))
                 case name if name.endswith(MOTION_STATE):
-                    self._put(twin_motion(message, received))
+                    self._put(twin_motion(message, self._setup.names, received))
         except PacketError as error:
             self._reject(f"{topic}: {error}")
 

@@ -29,7 +29,9 @@ class Way(msgspec.Struct, frozen=True):
     peak_speed: float = 0.0
 
 
-def judge_way(points: Sequence[WatchedPoint], zones: Sequence[KeepOut], start: Joints, end: Joints, velocity: Joints) -> Way:
+def judge_way(
+    points: Sequence[WatchedPoint], zones: Sequence[KeepOut], start: Joints, end: Joints, velocity: Joints, steps: int = STEPS
+) -> Way:
     r"""Judge the straight joint-space way from ``start`` to ``end``.
 
     All joints start and end together, so at full program speed the slowest one sets the pace and a point moves at most
@@ -41,9 +43,10 @@ def judge_way(points: Sequence[WatchedPoint], zones: Sequence[KeepOut], start: J
         start: Joint positions, SI.
         end: Joint positions, SI.
         velocity: Largest joint speeds, SI.
+        steps: How many parts the way is cut into.
     """
     first, last = np.array(start), np.array(end)
-    share = np.linspace(0.0, 1.0, STEPS + 1)
+    share = np.linspace(0.0, 1.0, steps + 1)
     rows = first + share[:, None] * (last - first)
     duration = float(np.max(np.abs(last - first) / np.array(velocity)))
     peak, violation = 0.0, ""
@@ -51,7 +54,7 @@ def judge_way(points: Sequence[WatchedPoint], zones: Sequence[KeepOut], start: J
         path = positions(point, rows)
         if duration > 0.0:
             step = float(np.max(np.linalg.norm(np.diff(path, axis=0), axis=1)))
-            peak = max(peak, step * STEPS / duration)
+            peak = max(peak, step * steps / duration)
         violation = violation or entered(point.name, path, zones)
     return Way(end, violation, peak)
 
