@@ -12,7 +12,11 @@ import pytest
 from harness.processes import Process, free_port, wait_until
 from harness.ros import Ros
 from pymodbus.client import ModbusTcpClient
+from scara_config import load_robot
+from scara_config.modbus_map import load_modbus_map
 from sensor_msgs.msg import JointState
+from twin_controller.io.modbus_link import ModbusLink, ModbusSettings
+from twin_controller.robot_sample import RobotSample
 
 NAMES = ["joint_1", "joint_2", "joint_3", "joint_4", "table_joint"]
 
@@ -122,6 +126,24 @@ def test_watchdog_stops_the_robot_when_its_client_falls_silent(cell: Cell) -> No
     assert cell.words(1001, 18) == pose
     code, text = cell.pendant("status")
     assert code == 0 and "heartbeat lost" in text
+
+
+def test_twin_controllers_link_streams_and_its_silence_stops_the_robot(cell: Cell) -> None:
+    """Both ends, written apart, agree on every word: the robot goes where the set points say; a dead client stops it."""
+    samples: list[RobotSample] = []
+    robot = load_robot()
+    settings = ModbusSettings("127.0.0.1", cell.port)
+    with ModbusLink(settings, load_modbus_map(), robot, lambda sample, *_: samples.append(sample), lambda *_: None) as link:
+        wait_until(lambda: link.connected, 10.0)
+        link.write_override(100)
+        link.write_setpoint((0.1, -0.2, -0.1, 0.3), 50.0)
+        link.pulse("rsr1")
+        wait_until(lambda: samples[-1].positions == pytest.approx((0.1, -0.2, -0.1, 0.0, 0.3), abs=1e-5), 10.0)
+        assert samples[-1].control_type.name == "STREAM" and samples[-1].watchdog_state.name == "ARMED"
+        assert link.counters.rejected == link.counters.refused == 0
+        link.close(disarm=False)
+    wait_until(lambda: cell.words(1043) == [2] and cell.words(1210) == [0], 5.0, "the watchdog")
+    assert cell.client.read_discrete_inputs(6005, count=1).bits[0]
 
 
 def test_a_taken_port_ends_the_node_with_code_2(cell: Cell) -> None:
