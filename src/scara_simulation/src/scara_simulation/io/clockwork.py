@@ -54,12 +54,7 @@ class Clockwork:
         with self.lock:
             self._begin(time.monotonic_ns())
         while not stopped():
-            if self._factor > 0.0 or self.paused:
-                time.sleep(self._deadlines.wait_ns(time.monotonic_ns()) * 1e-9)
-            else:
-                time.sleep(0.0)  # lets the other threads in
-            now = time.monotonic_ns()
-            self._deadlines.woke(now)
+            now = self._wait()
             with self.lock:
                 snapshots = self._run_due(now)
             if snapshots:
@@ -67,6 +62,16 @@ class Clockwork:
             self._report_if_due(now)
             if self._failure is not None:
                 raise self._failure
+
+    def _wait(self) -> int:
+        """Sleep until the next wake and return when it was."""
+        if self._factor == 0.0 and not self.paused:
+            time.sleep(0.0)  # lets the other threads in
+            return time.monotonic_ns()
+        time.sleep(self._deadlines.wait_ns(time.monotonic_ns()) * 1e-9)
+        now = time.monotonic_ns()
+        self._deadlines.woke(now)
+        return now
 
     def _begin(self, now_ns: int) -> None:
         """Let step 0, the first deadline and the first report period begin now, in system time."""
@@ -128,7 +133,7 @@ class Clockwork:
         if self.paused:
             return []
         if self._factor == 0.0:
-            return self.simulation.advance(int(self._config.wake_period_ms * 1e6) // self._config.step_ns or 1)
+            return self.simulation.advance(self._config.physics_rate_hz // self._config.joint_states_rate_hz)
         due = self._pace.due(now_ns)
         if due.skipped:
             self._stalls += 1
