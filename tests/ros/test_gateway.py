@@ -186,7 +186,7 @@ def test_not_a_number_crosses_both_ways(cell: Cell) -> None:
 
 
 def test_late_subscriber_gets_the_latched_message(cell: Cell) -> None:
-    """The first client and one that shares its subscription later; a type is not needed when ROS knows it."""
+    """So do the first client and one that shares its subscription, without a type, as long as the publisher lives."""
     publisher = rospy.Publisher(cell.ros.name("latched"), String, latch=True, queue_size=1)
     publisher.publish("kept")
     for _ in range(2):
@@ -195,6 +195,13 @@ def test_late_subscriber_gets_the_latched_message(cell: Cell) -> None:
         heard = client.held[0] if client.held else client.hear("publish")
         assert heard["msg"] == {"data": "kept"}
     publisher.unregister()
+
+    def nothing_comes() -> bool:
+        client = cell.client()
+        client.subscribe("latched", "std_msgs/String")
+        return not client.held
+
+    cell.ros.wait_until(nothing_comes, DEADLINE, "the latched message to go with its publisher")
 
 
 def test_subscription_ends_with_its_last_client(cell: Cell) -> None:

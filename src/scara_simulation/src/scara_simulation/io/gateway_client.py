@@ -143,17 +143,23 @@ class Client:
 
     async def _subscribe(self, packet: packets.Subscribe, name: str) -> None:
         """Listen before the graph delivers, so that a latched message is not missed."""
-        before = name in self.session.subscriptions
-        self._written_names[name] = packet.topic
-        self.outbox.subscribe(name, *self.session.subscribed(name, packet))
-        self._shared.listeners.setdefault(name, set()).add(self)
+        fresh = name not in self.session.subscriptions
+        if fresh:
+            self._listen(packet, name)
         try:
             await self._in_graph(self._shared.graph.subscribe, self.owner, name, packet.type)
         except Exception:
-            if not before:
+            if fresh:
                 self.session.unsubscribed(name, UNSET)
                 self._stop_listening(name)
             raise
+        if not fresh:
+            self._listen(packet, name)
+
+    def _listen(self, packet: packets.Subscribe, name: str) -> None:
+        self._written_names[name] = packet.topic
+        self.outbox.subscribe(name, *self.session.subscribed(name, packet))
+        self._shared.listeners.setdefault(name, set()).add(self)
 
     async def _unsubscribe(self, packet: packets.Unsubscribe, name: str) -> None:
         if self.session.unsubscribed(name, packet.id):

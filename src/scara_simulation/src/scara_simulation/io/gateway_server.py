@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from fnmatch import translate
 from http import HTTPStatus
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 from websockets.asyncio.server import ServerConnection, serve
 from websockets.http11 import Request, Response
@@ -29,6 +29,7 @@ from scara_simulation.rosbridge.roles import Roles
 from scara_simulation.rosbridge.session import Session
 
 _HARD_SIZE_FACTOR = 8
+_NO_CLOSE_FRAME = 1006
 _SILENT = logging.getLogger("scara_simulation.gateway.websockets")
 _SILENT.addHandler(logging.NullHandler())
 _SILENT.propagate = False
@@ -88,6 +89,7 @@ class GatewayServer:
         self._turned_away = 0
         self._past = [0, 0, 0]
         self._loop = asyncio.new_event_loop()
+        self._loop.set_exception_handler(self._callback_failed)
         self._stop = asyncio.Event()
         self._ready = threading.Event()
         self._failure: BaseException | None = None
@@ -134,6 +136,11 @@ class GatewayServer:
         for client in tuple(self.listeners.get(topic, ())):
             if owner in (None, client.owner):
                 client.deliver(topic, message)
+
+    def _callback_failed(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+        """Count and tell what went wrong in a callback of the loop, where nobody else would see it."""
+        self.errors += 1
+        self.log(f"error in the gateway: {context.get('exception') or context.get('message')!r}")
 
     def statistics(self) -> Statistics:
         """Return the counters; roughly right while clients come and go."""
@@ -209,10 +216,14 @@ class GatewayServer:
         self.log(f"client {peer} came as {role}")
         try:
             await client.run()
+        except Exception as error:
+            client.drop(f"error in the gateway: {error!r}")
+            self.errors += 1
         finally:
             del self._clients[client.owner]
             counts = session.counters
-            reason = client.drop_reason or f"code {connection.close_code} {connection.close_reason or ''}".rstrip()
+            code = "connection lost" if connection.close_code == _NO_CLOSE_FRAME else f"code {connection.close_code}"
+            reason = client.drop_reason or f"{code} {connection.close_reason or ''}".rstrip()
             for index, count in enumerate((counts.received, counts.refused, client.outbox.dropped)):
                 self._past[index] += count
             self.log(

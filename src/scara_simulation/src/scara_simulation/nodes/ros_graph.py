@@ -34,7 +34,7 @@ class _Subscription:
     owners: set[int] = field(default_factory=set)
     latched: dict[str, bytes] = field(default_factory=dict)
     lock: threading.Lock = field(default_factory=threading.Lock)
-    subscriber: rospy.Subscriber | None = None
+    subscriber: Any = None
 
 
 class RosGraph:
@@ -70,8 +70,8 @@ class RosGraph:
         publisher, converter = self._publishers[owner, topic]
         try:
             publisher.publish(converter.to_message(values))
-        except (rospy.ROSException, genpy.MessageException) as error:
-            raise GraphError(f"{topic} cannot be published: {error}") from error
+        except (ConversionError, rospy.ROSException, genpy.MessageException) as error:
+            raise GraphError(f"{topic}: {error}") from error
 
     def subscribe(self, owner: int, topic: str, type_name: str | None) -> None:
         """Share one rospy subscriber; a late comer gets the latched messages at once."""
@@ -88,15 +88,17 @@ class RosGraph:
         with shared.lock:
             if owner not in shared.owners:
                 shared.owners.add(owner)
-                for message in shared.latched.values():
-                    self.deliver(topic, message, owner)
+                alive = {connection.callerid_pub for connection in shared.subscriber.impl.connections}
+                for caller, message in shared.latched.items():
+                    if caller in alive:
+                        self.deliver(topic, message, owner)
 
     def unsubscribe(self, owner: int, topic: str) -> None:
         """Leave a shared subscriber; the last one closes it."""
         shared = self._subscriptions[topic]
         with shared.lock:
             shared.owners.discard(owner)
-        if not shared.owners and shared.subscriber is not None:
+        if not shared.owners:
             del self._subscriptions[topic]
             shared.subscriber.unregister()
 
