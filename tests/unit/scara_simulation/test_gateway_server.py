@@ -457,9 +457,9 @@ def test_silent_client_is_found(make_cell: MakeCell) -> None:
 
 def test_client_that_only_sends_is_not_silent(make_cell: MakeCell) -> None:
     """A script that publishes and never reads leaves pings unanswered, but it is alive."""
-    cell = make_cell(ping_interval=0.1, ping_timeout=0.1)
+    cell = make_cell(ping_interval=0.2, ping_timeout=0.4)
     client = cell.client()
-    end = time.monotonic() + 1.0
+    end = time.monotonic() + 1.5
     while time.monotonic() < end:
         client.say(op="publish", topic="t", msg={})
         threading.Event().wait(0.01)
