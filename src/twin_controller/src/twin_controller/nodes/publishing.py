@@ -11,7 +11,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from scara_config import Robot
 from sensor_msgs.msg import JointState
 
-from scara_msgs.msg import CoreInput, LinkState, RobotData, TwinControllerState
+from scara_msgs.msg import Audit, CoreInput, LinkState, RobotData, TwinControllerState
 from scara_msgs.msg import Decision as DecisionMessage
 from twin_controller.core.actions import Decided
 from twin_controller.core.events import AnyEvent, RealMeasured
@@ -35,6 +35,7 @@ class Publishing:
         self._inputs = rospy.Publisher("twin_controller/inputs", CoreInput, queue_size=1000, tcp_nodelay=True)
         self._joints = rospy.Publisher("real/joint_states", JointState, queue_size=2, tcp_nodelay=True)
         self._data = rospy.Publisher("real/robot_data", RobotData, queue_size=2, tcp_nodelay=True)
+        self._audit = rospy.Publisher("twin_controller/audit", Audit, queue_size=100, tcp_nodelay=True)
         self._diagnostics = rospy.Publisher("/diagnostics", DiagnosticArray, queue_size=2, tcp_nodelay=True)
         self._next_state = self._next_data = 0.0
         self._shown: tuple[object, ...] = ()
@@ -56,6 +57,8 @@ class Publishing:
             for decision in decided:
                 self._decisions.publish(_decision(decision, stamp))
                 rospy.loginfo("%s -> %s: %s", decision.mode_before, decision.mode_after, decision.why)
+                if decision.actions:
+                    self.audit("twin_controller", ", ".join(decision.actions), True, decision.why)
             for event in events:
                 if isinstance(event, RealMeasured) and state.real.history:
                     self._publish_joints(event, state, now, stamp)
@@ -81,6 +84,10 @@ class Publishing:
         message = JointState(header=_header(true_at), name=list(self._setup.names))
         message.position, message.velocity = list(event.q), list(event.qdot)
         self._joints.publish(message)
+
+    def audit(self, who: str, what: str, success: bool, outcome: str) -> None:
+        """Publish who commanded what, and what came of it."""
+        self._audit.publish(Audit(_header(rospy.get_rostime()), who, what, success, outcome))
 
     def robot_data(self, sample: RobotSample, program: str, alarm: str) -> None:
         """Publish the article's package of the real robot at 10 Hz and when anything but the position changes."""

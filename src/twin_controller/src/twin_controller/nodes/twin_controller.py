@@ -3,12 +3,14 @@
 Parameters: ``~config_dir`` (robot.yaml, twin_controller.yaml, modbus_map.yaml); ``~modbus_host``, ``~modbus_port`` and
 ``~gateway_url`` override the end points of twin_controller.yaml.
 Services: ``twin_controller/command`` (scara_msgs/TwinCommand), ``twin_controller/why`` (scara_msgs/Why).
-Publishes: ``twin_controller/state``, ``decisions``, ``inputs``, ``configuration`` (latched), ``real/joint_states``,
-``real/robot_data``, ``/diagnostics``.
+Subscribes: ``people/nearest`` (geometry_msgs/PointStamped in the base frame), for speed and separation monitoring.
+Publishes: ``twin_controller/state``, ``decisions``, ``inputs``, ``audit``, ``configuration`` (latched),
+``real/joint_states``, ``real/robot_data``, ``/diagnostics``.
 """
 
 from __future__ import annotations
 
+import math
 import os
 import sys
 import time
@@ -16,12 +18,14 @@ from pathlib import Path
 
 import msgspec
 import rospy
+from geometry_msgs.msg import PointStamped
 from scara_config import ConfigError, Robot, config_directory, load_robot
 from scara_config.modbus_map import ModbusMap, load_modbus_map
 from std_msgs.msg import String
 
 from scara_msgs.srv import TwinCommand, TwinCommandResponse, Why, WhyResponse
 from twin_controller.config import TwinControllerConfig, load_twin_controller
+from twin_controller.core.events import PersonSeen
 from twin_controller.core.state import Setup
 from twin_controller.io.engine import Engine
 from twin_controller.io.real_door import RealDoor
@@ -40,6 +44,7 @@ class Node:
     def __init__(self, robot: Robot, config: TwinControllerConfig, layout: ModbusMap) -> None:
         """Build everything; nothing connects before ``run``."""
         self._setup = Setup(robot, config)
+        self._base_frame = robot.base_frame
         self._publishing = Publishing(self._setup, robot)
         host, port = rospy.get_param("~modbus_host", config.real.host), int(rospy.get_param("~modbus_port", config.real.port))
         url = rospy.get_param("~gateway_url", config.twin.url)
@@ -49,6 +54,7 @@ class Node:
 
     def run(self) -> int:
         """Serve until shut down; return the exit code."""
+        rospy.Subscriber("people/nearest", PointStamped, self._person, queue_size=1, tcp_nodelay=True)
         services = [
             rospy.Service("twin_controller/command", TwinCommand, self._command),
             rospy.Service("twin_controller/why", Why, self._why),
@@ -90,9 +96,26 @@ class Node:
             target = tuple(request.joint_positions)
         try:
             reply = self._engine.operate(command, speed_percent=request.speed_percent, target=target, elbow=request.elbow)
+            answer = TwinCommandResponse(reply.success, reply.message)
         except TimeoutError:
-            return TwinCommandResponse(False, "the controller did not answer in time")
-        return TwinCommandResponse(reply.success, reply.message)
+            answer = TwinCommandResponse(False, "the controller did not answer in time")
+        who = request._connection_header.get("callerid", "unknown")
+        what = (
+            f"{command} target {list(target)} speed {request.speed_percent:g} %"
+            if target
+            else f"{command} {request.speed_percent:g} %"
+        )
+        self._publishing.audit(who, what, answer.success, answer.message)
+        return answer
+
+    def _person(self, message: PointStamped) -> None:
+        """Take a sighting; one in another frame counts as no sighting, and that stops the pair when monitoring is on."""
+        if message.header.frame_id.lstrip("/") != self._base_frame:
+            rospy.logerr_throttle(1.0, "people/nearest: frame %r, expected %r", message.header.frame_id, self._base_frame)
+            return
+        point = (message.point.x, message.point.y, message.point.z)
+        if all(map(math.isfinite, point)):
+            self._engine.put(PersonSeen(time.monotonic(), point))
 
     def _why(self, request: Why._request_class) -> WhyResponse:
         decisions = self._engine.state.decisions[-(request.count or DEFAULT_DECISIONS) :]
