@@ -14,7 +14,9 @@ GAINS = LoopGains(
     position=PidGains(p=INERTIA * 3600.0, i=INERTIA * 36000.0, d=INERTIA * 120.0, i_clamp=5.0),
     velocity=PidGains(p=INERTIA * 60.0, i=INERTIA * 45.0, i_clamp=5.0),
 )
-MODEL = JointModel("joint_1", lower=-1.0, upper=1.0, velocity=3.0, acceleration=10.0, effort=100.0, standstill=0.003)
+MODEL = JointModel(
+    "joint_1", lower=-1.0, upper=1.0, velocity=3.0, acceleration=10.0, effort=100.0, standstill=0.003, tolerance=1e-4
+)
 
 
 class Joint:
@@ -154,6 +156,14 @@ def test_set_point_beyond_a_limit_is_kept_inside_and_counted():
     joint.loop.command_track(track([0.0], [(0.95, 3.0, 0.0)]), 0)
     assert joint.loop.reference(0.04, 0.9, 0.0, DT) == (1.0, 0.0, 0.0)
     assert joint.loop.limited_steps == 1
+
+
+def test_set_point_beyond_a_limit_by_less_than_the_tolerance_is_followed():
+    """Rounding at the limit is no trouble worth counting."""
+    joint = Joint(q=1.0)
+    joint.loop.command_track(track([0.0], [(1.00009, 0.0, 0.0)]), 0)
+    assert joint.loop.reference(0.0, 1.0, 0.0, DT)[0] == 1.00009
+    assert joint.loop.limited_steps == 0
 
 
 def test_velocity_command_towards_a_limit_slows_down_and_stops_there():

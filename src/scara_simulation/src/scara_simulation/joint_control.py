@@ -109,6 +109,7 @@ def joint_models(robot: Robot, config: SimulationConfig, damping: Sequence[float
             acceleration=joint.acceleration,
             effort=joint.effort,
             standstill=joint.velocity * config.standstill_percent / 100.0,
+            tolerance=config.position_tolerance(joint),
             damping=d,
             friction=f,
         )

@@ -18,7 +18,10 @@ _BRAKING_LAG = 0.05
 
 
 class JointModel(msgspec.Struct, frozen=True):
-    """What the loop knows of its joint, in SI: limits of robot.yaml, damping and friction of the URDF."""
+    """What the loop knows of its joint, in SI: limits of robot.yaml, damping and friction of the URDF.
+
+    ``standstill`` is the speed that counts as none, ``tolerance`` how far a set point may pass a limit unnoticed.
+    """
 
     name: str
     lower: float
@@ -27,6 +30,7 @@ class JointModel(msgspec.Struct, frozen=True):
     acceleration: float
     effort: float
     standstill: float
+    tolerance: float = 0.0
     damping: float = 0.0
     friction: float = 0.0
 
@@ -170,10 +174,11 @@ class JointLoop:
             queue.pop(0)
         track, column, delay = queue[0]
         sample = track.sample_joint(column, t - delay)
-        if self.model.lower <= sample[0] <= self.model.upper:
+        model = self.model
+        if model.lower - model.tolerance <= sample[0] <= model.upper + model.tolerance:
             return sample
         self.limited_steps += 1
-        return min(max(sample[0], self.model.lower), self.model.upper), 0.0, 0.0
+        return min(max(sample[0], model.lower), model.upper), 0.0, 0.0
 
     def _limit_velocity(self, q: float, qdot: float) -> float:
         """Brake in front of the joint's limit and hold there; hold at standstill when the command is 0.
