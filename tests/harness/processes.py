@@ -147,8 +147,9 @@ class Stage:
         assert not left, f"processes left behind: {left}"
 
     def report(self) -> str:
-        """Return the last lines of every process, for the report of a failed test."""
-        parts = [f"--- {p} (exit code {p.poll()})\n{p.tail()}" for p in self.processes]
+        """Return the last lines of every process that runs, has failed, or was among the last, for a failed test."""
+        telling = [p for p in self.processes if p.poll() != 0 or p in self.processes[-3:]]
+        parts = [f"--- {p} (exit code {p.poll()})\n{p.tail()}" for p in telling]
         return "\n".join(parts)
 
 

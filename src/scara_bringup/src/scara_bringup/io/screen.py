@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Iterable, Mapping
 from pathlib import PurePath
@@ -12,11 +13,12 @@ from rich.table import Table
 from scara_bringup.config import Doors
 from scara_bringup.plan import NodePlan
 
+DEFAULT_MASTER = "http://127.0.0.1:11311"
 EXAMPLES = (
-    'rosservice call /move_to "{x: 0.51, y: 0.16, z: 0.10}"',
+    'rosservice call move_to "{x: 0.51, y: 0.16, z: 0.10}"',
     "rosrun fanuc_emulator pendant status",
-    "rosservice call /twin_controller/why 5",
-    "rostopic echo /twin_controller/state",
+    "rosservice call twin_controller/why 5",
+    "rostopic echo twin_controller/state",
 )
 
 
@@ -44,7 +46,7 @@ def show_cell(nodes: Iterable[NodePlan], pids: Mapping[str, int], doors: Doors, 
     for heading in ("node", "pid", "by hand", "log"):
         table.add_column(heading)
     for node in nodes:
-        words = ("rosrun", node.package, node.executable) if node.package else (node.executable,)
+        words = ("rosrun", node.package, node.executable) if node.package else ("roscore",)
         table.add_row(node.name, str(pids.get(node.name, "")), " ".join((*words, *node.arguments)), f"log/{node.name}.log")
     console = Console(width=None if sys.stdout.isatty() else 140)
     console.print(table)
@@ -53,6 +55,12 @@ def show_cell(nodes: Iterable[NodePlan], pids: Mapping[str, int], doors: Doors, 
     say(f"Modbus TCP   {doors.modbus.host}:{doors.modbus.port}   the real robot's stand-in")
     say(f"output       {folder}")
     say("In another shell, after `source env.sh`:")
-    for example in EXAMPLES:
-        say(f"  {example}")
-    say("Ctrl-C ends the cell.")
+    for line in (*_settings(master_uri), *EXAMPLES):
+        say(f"  {line}")
+
+
+def _settings(master_uri: str) -> list[str]:
+    """Return the exports without which another shell would not meet this very cell."""
+    wanted = {"ROS_MASTER_URI": master_uri if master_uri != DEFAULT_MASTER else ""}
+    wanted |= {name: os.environ.get(name, "") for name in ("ROS_NAMESPACE", "SCARA_CONFIG_DIR")}
+    return [f"export {name}={value}" for name, value in wanted.items() if value]

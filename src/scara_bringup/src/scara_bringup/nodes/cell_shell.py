@@ -108,9 +108,10 @@ class CellShell:
                 self._leave_master()
                 self._processes.signal(action.names, action.number)
             elif isinstance(action, Announce):
-                screen.say(f"cell: ready after {time.monotonic() - self._began:.1f} s")
                 if not self._foreground:
                     screen.show_cell(cell.nodes, self._processes.pids(), self._doors, self._master.uri, self._folder)
+                ending = "" if self._foreground else "; Ctrl-C ends it"
+                screen.say(f"cell: ready after {time.monotonic() - self._began:.1f} s{ending}")
             elif isinstance(action, Explain):
                 self._explain(action)
 
