@@ -17,6 +17,7 @@ import rospy
 from harness.processes import Process
 from harness.ros import Ros
 from sensor_msgs.msg import JointState
+from std_msgs.msg import String
 
 from scara_msgs.msg import RobotData, TwinControllerState
 from scara_msgs.srv import MoveTo, MoveToResponse, TwinCommand, TwinCommandResponse
@@ -38,6 +39,7 @@ class PlayedCell:
         self._lag, self._offset = lag, offset
         self._here = self._there = POSES[0.65, 0.0, 0.0]
         self._since = -10.0
+        self.mode = "IDLE"
         self.commands: list[str] = []
         self._stop = threading.Event()
         self._publishers = {
@@ -78,7 +80,7 @@ class PlayedCell:
                 message.header.stamp = now
                 self._publishers[topic].publish(message)
             self._publishers["real/robot_data"].publish(RobotData(control_type="none"))
-            self._publishers["twin_controller/state"].publish(TwinControllerState(mode="IDLE"))
+            self._publishers["twin_controller/state"].publish(TwinControllerState(mode=self.mode, why="told so"))
 
     def close(self) -> None:
         """Leave nothing behind."""
@@ -169,6 +171,27 @@ def test_ctrl_c_stops_the_motion_and_keeps_the_bag(ros: Ros, cell: PlayedCell) -
     assert str(bag) in run.output.replace("\n", "")
     with rosbag.Bag(str(bag)) as opened:
         assert opened.get_message_count(ros.name("real/ground_truth")) > 100
+
+
+@pytest.mark.parametrize(("mode", "way_out"), [("STOPPED", "ALIGN"), ("ESTOP", "RESET and ALIGN"), ("PAUSED", "RESUME")])
+def test_a_stop_of_the_operator_is_not_overruled(ros: Ros, cell: PlayedCell, mode: str, way_out: str) -> None:
+    """The command ends at once and says what the operator has to do."""
+    cell.mode = mode
+    run = start_twin_leads(ros, ros.folder / "out")
+    assert run.wait(20.0) == 3
+    assert f"it is in {mode}: told so" in run.output and f"first give {way_out}" in run.output
+    assert not (ros.folder / "out" / "run.bag").exists()
+
+
+def test_a_stop_during_a_run_ends_it(ros: Ros, cell: PlayedCell) -> None:
+    """The reason is said, both are stopped, the bag is kept."""
+    said = ros.collect("experiment/marker", String)
+    run = start_twin_leads(ros, ros.folder / "out")
+    ros.wait_until(lambda: said, 30.0, "a marker")
+    cell.mode = "STOPPED"
+    assert run.wait(20.0) == 3
+    assert "the twin controller went to STOPPED: told so" in run.output
+    assert cell.commands == ["STOP"]
 
 
 def test_what_is_missing_is_named(ros: Ros) -> None:

@@ -71,9 +71,11 @@ class GroundTruth:
         if self._stop.is_set():
             return
         import rospy
+        from scara_ros.nodes.registration import keep_registered
         from sensor_msgs.msg import JointState
 
         rospy.init_node("emulator", disable_signals=True)
+        keep_registered()
         rospy.on_shutdown(self._stop.set)
         self._message, self._time = JointState, rospy.Time.from_sec
         self._measure_offset(rospy.get_time)

@@ -12,6 +12,7 @@ from typing import Any
 import rosgraph
 import rospy
 from scara_config import ConfigError, Robot, config_directory, load_robot
+from scara_ros.nodes.registration import keep_registered
 from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
@@ -34,6 +35,7 @@ def start_node(name: str) -> tuple[Robot, MotionConfig]:
     except KeyboardInterrupt:
         sys.exit(0)
     rospy.init_node(name)
+    keep_registered()
     try:
         folder = rospy.get_param("~config_dir", "") or config_directory()
         return load_robot(folder), load_motion(folder)

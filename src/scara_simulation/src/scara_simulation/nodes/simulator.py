@@ -20,6 +20,7 @@ import time
 import rosgraph
 import rospy
 from scara_config import ConfigError, Robot, load_robot
+from scara_ros.nodes.registration import keep_registered
 
 from scara_simulation.commands import CommandGate
 from scara_simulation.config import LoopGains, SimulationConfig, load_gains, load_simulation
@@ -38,6 +39,7 @@ def main() -> None:
     try:
         _wait_for_master()
         rospy.init_node("simulator")
+        keep_registered()
         directory = rospy.get_param("~config_dir", None)
         robot = load_robot(directory)
         config, gains = load_simulation(robot, directory), load_gains(robot, directory)
@@ -103,6 +105,7 @@ def _simulation(world: World, robot: Robot, config: SimulationConfig, gains: lis
         start,
         config.dt,
         world.inverse_dynamics if config.feed_forward else None,
+        config.tracking_bandwidth_rad_s,
     )
     timing = Timing(
         step_ns=config.step_ns,

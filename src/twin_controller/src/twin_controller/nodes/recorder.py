@@ -18,6 +18,7 @@ from pathlib import Path
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from scara_config import ConfigError, config_directory, load
+from scara_ros.nodes.registration import keep_registered
 
 from scara_msgs.srv import StartRecording, StartRecordingResponse, StopRecording, StopRecordingResponse
 from twin_controller.io.bag_writer import BagWriter, BagWriterError
@@ -128,6 +129,7 @@ def _message(found: Diagnosis) -> DiagnosticArray:
 def main() -> None:
     """Record on request until shut down."""
     rospy.init_node("recorder")
+    keep_registered()
     try:
         folder = Path(rospy.get_param("~config_dir", "") or config_directory())
         settings = load(folder / "experiments.yaml", RecorderFile).recorder

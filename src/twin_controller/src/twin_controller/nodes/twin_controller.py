@@ -21,6 +21,7 @@ import rospy
 from geometry_msgs.msg import PointStamped
 from scara_config import ConfigError, Robot, config_directory, load_robot
 from scara_config.modbus_map import ModbusMap, load_modbus_map
+from scara_ros.nodes.registration import keep_registered
 from std_msgs.msg import String
 
 from scara_msgs.srv import TwinCommand, TwinCommandResponse, Why, WhyResponse
@@ -133,6 +134,7 @@ def _publish_configuration(folder: Path) -> rospy.Publisher:
 def main() -> None:
     """Bridge until shut down."""
     rospy.init_node("twin_controller")
+    keep_registered()
     try:
         folder = Path(rospy.get_param("~config_dir", "") or config_directory())
         robot = load_robot(folder)

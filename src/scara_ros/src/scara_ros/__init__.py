@@ -1,0 +1,1 @@
+"""What every node does about the ROS graph itself."""

@@ -1,0 +1,1 @@
+"""ROS wiring that all nodes share."""

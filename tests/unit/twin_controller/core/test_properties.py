@@ -1,0 +1,174 @@
+"""Whatever the two sides, their links, their clocks and the operator do, the rules hold, step by step."""
+
+from __future__ import annotations
+
+import msgspec
+from harness.pair import HOME, SETUP, Pair, ramp, shifted
+from harness.watch import Watch
+from hypothesis import HealthCheck, settings
+from hypothesis import strategies as st
+from hypothesis.stateful import RuleBasedStateMachine, initialize, precondition, rule
+from twin_controller.core.actions import AnyAction, Do
+from twin_controller.core.events import AnyEvent
+from twin_controller.core.state import initial_state
+from twin_controller.core.step import step
+from twin_controller.core.table import Mode
+
+ENCODER = msgspec.msgpack.Encoder()
+DECODER = msgspec.msgpack.Decoder(AnyEvent)
+OFFSETS = st.tuples(st.floats(-25.0, 25.0), st.floats(-35.0, 35.0), st.floats(-40.0, 90.0), st.floats(-15.0, 15.0))
+TARGETS = OFFSETS.map(lambda border: shifted(HOME, *border))
+SIDES = st.sampled_from(["real", "twin"])
+COMMANDS = ["STOP", "PAUSE", "RESUME", "RESET", "ESTOP", "ALIGN", "ACKNOWLEDGE", "HOME", "MOVE", "DANCE"]
+TWIN_COMMANDS = [Do.STOP_TWIN, Do.PAUSE_TWIN, Do.RESUME_TWIN, Do.ESTOP_TWIN, Do.RESET_TWIN]
+NORMAL_CLOCKS = {"real": 5000.0, "twin": 1.7e9}
+
+
+class Cell(RuleBasedStateMachine):
+    """A pair, everything that can happen to it, and the rules it is held against."""
+
+    @initialize(delays=st.sampled_from([(0.0, 0.0), (0.03, 0.02)]), off=st.booleans())
+    def start(self, delays: tuple[float, float], off: bool) -> None:
+        """Connect a pair, its commands and reports at once or late, its twin at home or away."""
+        self.pair = Pair(twin=shifted(HOME, 5.0) if off else HOME)
+        self.pair.command_delay, self.pair.report_delay = delays
+        Watch(self.pair)
+        self.pair.connect()
+
+    @rule(ms=st.sampled_from([10, 50, 200, 500, 1000]))
+    def wait(self, ms: int) -> None:
+        """Time passes."""
+        self.pair.run(ms * 1e-3)
+
+    @rule(command=st.sampled_from(COMMANDS))
+    def operator_commands(self, command: str) -> None:
+        """The operator gives a command."""
+        self.pair.operate(command, target=(0.5, 0.1, 0.1) if command == "MOVE" else ())
+
+    @rule(pose=TARGETS)
+    def operator_moves(self, pose: tuple[float, ...]) -> None:
+        """The operator moves both."""
+        self.pair.operate("MOVE_JOINTS", target=pose)
+        self.pair.run(0.3)
+
+    @rule(pose=TARGETS, duration=st.floats(0.8, 3.0))
+    def program_begins(self, pose: tuple[float, ...], duration: float) -> None:
+        """A program is started on the real robot's own panel."""
+        self.pair.start_program(ramp(self.pair.real_q, pose, duration))
+        self.pair.run(0.3)
+
+    @rule()
+    def program_ends(self) -> None:
+        """It ends."""
+        self.pair.end_program()
+
+    @precondition(lambda self: self.pair.drives and not self.pair.own_program)
+    @rule(pose=TARGETS, duration=st.floats(0.8, 3.0))
+    def real_is_jogged(self, pose: tuple[float, ...], duration: float) -> None:
+        """The real robot moves without a program."""
+        self.pair.jog_real(ramp(self.pair.real_q, pose, duration))
+
+    @rule(pose=TARGETS, duration=st.floats(0.8, 3.0))
+    def twin_moves(self, pose: tuple[float, ...], duration: float) -> None:
+        """The twin moves by its pose controller."""
+        self.pair.move_twin(ramp(self.pair.twin_q, pose, duration))
+        self.pair.run(0.3)
+
+    @precondition(lambda self: self.pair.motion == "idle")
+    @rule(pose=TARGETS, duration=st.floats(0.8, 3.0))
+    def twin_is_jogged(self, pose: tuple[float, ...], duration: float) -> None:
+        """The twin moves unannounced."""
+        self.pair.jog_twin(ramp(self.pair.twin_q, pose, duration), self.pair.now)
+
+    @rule(do=st.sampled_from(TWIN_COMMANDS), number=st.sampled_from([0, 17, 18]))
+    def twin_is_commanded(self, do: Do, number: int) -> None:
+        """Somebody commands the twin on its side."""
+        self.pair.order_twin(do, number)
+
+    @precondition(lambda self: self.pair.own_program or self.pair.streaming)
+    @rule()
+    def real_is_held_or_released(self) -> None:
+        """The pendant holds the robot, or lets it go on."""
+        self.pair.paused = not self.pair.paused
+
+    @rule()
+    def emergency_stop_is_pressed_or_released(self) -> None:
+        """The robot's own emergency stop; releasing it switches nothing on."""
+        if self.pair.estop_pressed:
+            self.pair.estop_pressed = False
+        else:
+            self.pair.press_estop()
+
+    @rule()
+    def alarm_comes_or_its_cause_goes(self) -> None:
+        """An alarm that stops the robot."""
+        if self.pair.fault_persists:
+            self.pair.fault_persists = False
+        else:
+            self.pair.alarm("SRVO-050 collision")
+
+    @rule(side=SIDES)
+    def link_is_cut_or_mended(self, side: str) -> None:
+        """A connection goes or comes; the real robot's own watchdog ends its stream."""
+        self.pair.link(side, not getattr(self.pair, f"{side}_up"))
+        if side == "real" and not self.pair.real_up:
+            self.pair.streaming = False
+            self.pair.setpoints.clear()
+
+    @rule(side=SIDES, ms=st.sampled_from([60, 150, 400]))
+    def side_is_silent(self, side: str, ms: int) -> None:
+        """A half-open connection: nothing comes and nothing gets through."""
+        was = getattr(self.pair, f"{side}_up")
+        setattr(self.pair, f"{side}_up", False)
+        self.pair.run(ms * 1e-3)
+        setattr(self.pair, f"{side}_up", was)
+
+    @rule(side=SIDES, jump=st.sampled_from([3600.0, -3600.0, 1.0, -1.0]))
+    def clock_jumps(self, side: str, jump: float) -> None:
+        """Somebody sets a clock."""
+        setattr(self.pair, f"{side}_clock", getattr(self.pair, f"{side}_clock") + jump)
+
+    @rule(side=SIDES, drift=st.sampled_from([200e-6, -200e-6, 0.0, -2.0, -1.0]))
+    def clock_drifts(self, side: str, drift: float) -> None:
+        """A clock is fast or slow, runs backwards, or stands."""
+        setattr(self.pair, f"{side}_drift", drift)
+
+    def teardown(self) -> None:
+        """After all faults are mended the pair comes back, and the record replays to the same decisions."""
+        if hasattr(self, "pair"):
+            mend(self.pair)
+            assert replayed(self.pair.inputs) == self.pair.actions
+            assert replayed([DECODER.decode(ENCODER.encode(event)) for event in self.pair.inputs]) == self.pair.actions
+
+
+def mend(pair: Pair) -> None:
+    """Take all causes of trouble away, do what the operator has to do, and wait for the pair to be idle."""
+    pair.real_drift = pair.twin_drift = 0.0
+    pair.estop_pressed = pair.fault_persists = pair.paused = False
+    pair.jog = None
+    for side in ("real", "twin"):
+        if not getattr(pair, f"{side}_up"):
+            pair.link(side, True)
+    pair.run(1.5)
+    for _ in range(3):
+        if pair.state.mode in (Mode.ESTOP, Mode.FAULT):
+            assert pair.operate("RESET").success, pair.state.why
+            pair.run(0.5)
+    assert pair.operate("STOP").success
+    pair.run(1.0)
+    if pair.state.mode is not Mode.OFFLINE:
+        assert pair.operate("ALIGN").success, pair.state.why
+    pair.run_until(lambda: pair.state.mode is Mode.IDLE, 30.0)
+
+
+def replayed(events: list[AnyEvent]) -> list[AnyAction]:
+    """Return the core's actions on recorded inputs."""
+    state, actions = initial_state(SETUP.config), []
+    for event in events:
+        state, done = step(SETUP, state, event)
+        actions += done
+    return actions
+
+
+TestCell = Cell.TestCase
+TestCell.settings = settings(max_examples=60, stateful_step_count=10, deadline=None, suppress_health_check=[HealthCheck.too_slow])
