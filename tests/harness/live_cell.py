@@ -43,9 +43,9 @@ class LiveCell:
             env["ROS_NAMESPACE"] = namespace
         self.stage = Stage(folder / "processes", env)
 
-    def start(self, verb: str = "up", *arguments: str, env: dict[str, str] | None = None) -> Process:
-        """Start the bring-up."""
-        words = ["rosrun", "scara_bringup", "cell", verb, "--output", str(self.output)]
+    def start(self, verb: str = "up", *arguments: str, env: dict[str, str] | None = None, choose_output: bool = True) -> Process:
+        """Start the bring-up; without ``choose_output`` it chooses its own folder."""
+        words = ["rosrun", "scara_bringup", "cell", verb, *(["--output", str(self.output)] if choose_output else [])]
         words += ["--modbus-port", str(self.modbus_port), "--gateway-port", str(self.gateway_port)]
         words += ["--master-port", str(self.master_port)] if self.master_port else []
         return self.stage.start(*words, *arguments, name=f"cell_{verb}", env=env)

@@ -27,11 +27,12 @@ FIELDS = {
 
 @pytest.fixture(scope="module")
 def demo(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[LiveCell, Process]]:
-    """Run the demo once, to its own end."""
+    """Run the demo once, to its own end, as `./cell demo` does: into runs/ of the workspace (here: of a folder of its own)."""
     cell = LiveCell(tmp_path_factory.mktemp("demo"))
     try:
-        bringup = cell.start("demo")
+        bringup = cell.start("demo", env={"CELL_ROOT": str(cell.folder)}, choose_output=False)
         bringup.wait(300.0)
+        (cell.output,) = (folder for folder in (cell.folder / "runs").iterdir() if not folder.is_symlink())
         yield cell, bringup
     finally:
         cell.close()

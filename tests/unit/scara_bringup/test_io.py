@@ -15,6 +15,7 @@ from xmlrpc.server import SimpleXMLRPCRequestHandler, SimpleXMLRPCServer
 import pytest
 from harness.processes import free_port, wait_until
 from scara_bringup.io.master import Address, MasterProbe
+from scara_bringup.io.output import link_latest, make_output
 from scara_bringup.io.ports import listening_ports, owner_of
 from scara_bringup.io.preflight import CannotStartError, check_before_start
 from scara_bringup.io.processes import Processes
@@ -197,3 +198,30 @@ def test_master_of_another_machine_is_not_started_here() -> None:
     """The text says where to start it."""
     with pytest.raises(CannotStartError, match="another machine: start roscore there"):
         check_before_start([], MasterProbe("http://192.0.2.1:11311", timeout=0.2))
+
+
+def test_output_without_a_wish_is_named_by_the_time_in_the_workspace(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """CELL_ROOT is set by env.sh; `latest` follows the newest run."""
+    monkeypatch.setenv("CELL_ROOT", str(tmp_path))
+    folder = make_output(None)
+    assert folder.is_dir() and folder.parent == tmp_path / "runs"
+    older = folder.parent / "older"
+    older.mkdir()
+    link_latest(older)
+    link_latest(folder)
+    assert (folder.parent / "latest").resolve() == folder
+
+
+def test_real_folder_called_latest_is_left_alone(tmp_path: Path) -> None:
+    """Somebody's data is not replaced by a link."""
+    (tmp_path / "latest").mkdir()
+    (tmp_path / "run").mkdir()
+    link_latest(tmp_path / "run")
+    assert not (tmp_path / "latest").is_symlink() and list(tmp_path.glob(".latest*")) == []
+
+
+def test_file_in_the_place_of_the_output_is_an_error(tmp_path: Path) -> None:
+    """Nothing is overwritten."""
+    (tmp_path / "file").write_text("x")
+    with pytest.raises(OSError, match="File exists"):
+        make_output(tmp_path / "file")

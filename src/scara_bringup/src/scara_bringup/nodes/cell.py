@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import os
 import sys
-from datetime import datetime
 from pathlib import Path
 from typing import Annotated
 
@@ -19,6 +18,7 @@ from scara_bringup.config import load_bringup, load_doors
 from scara_bringup.io import screen
 from scara_bringup.io.configuration import copy_with_ports
 from scara_bringup.io.master import MasterProbe
+from scara_bringup.io.output import link_latest, make_output
 from scara_bringup.io.preflight import CannotStartError, check_before_start
 from scara_bringup.io.processes import Processes
 from scara_bringup.nodes.cell_shell import CellShell
@@ -42,7 +42,7 @@ def up(
     gateway_port: GatewayPort = None,
 ) -> None:
     """Start the cell and keep it until Ctrl-C."""
-    folder = make_output(output)
+    folder = prepare(output)
     raise typer.Exit(run(folder, None, tuple(without or ()), master_port, modbus_port, gateway_port))
 
 
@@ -56,7 +56,9 @@ def demo(
     gateway_port: GatewayPort = None,
 ) -> None:
     """Start the cell, run the article's two experiments, write the report, end the cell."""
-    folder = make_output(output)
+    folder = prepare(output)
+    if output is None:
+        link_latest(folder)
     arguments = () if speed is None else ("--speed", f"{speed:g}")
     experiments = experiment_plan(str(folder), ("real_leads", "twin_leads"), arguments)
     raise typer.Exit(run(folder, experiments, tuple(without or ()), master_port, modbus_port, gateway_port))
@@ -93,16 +95,13 @@ def run(
         return 1
 
 
-def make_output(wanted: Path | None) -> Path:
-    """Create the folder of this run; without a wish it is runs/<time> of the workspace, or of the present folder."""
-    stamp = datetime.now().strftime("%Y-%m-%d_%H-%M-%S")
-    folder = wanted or Path(os.environ.get("CELL_ROOT", ".")) / "runs" / stamp
+def prepare(wanted: Path | None) -> Path:
+    """Create the folder of this run, or end with the reason why not."""
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        return make_output(wanted)
     except OSError as error:
-        screen.complain(f"{folder}: cannot be made: {error.strerror}")
+        screen.complain(f"{error.filename}: cannot be used as output: {error.strerror}")
         raise typer.Exit(1) from error
-    return folder.resolve()
 
 
 def main() -> None:

@@ -1,0 +1,32 @@
+"""The folder of one run: logs, bag and report."""
+
+from __future__ import annotations
+
+import os
+from datetime import datetime
+from pathlib import Path
+
+
+def runs_folder() -> Path:
+    """Return runs/ of the workspace, or of the present folder outside of one."""
+    return Path(os.environ.get("CELL_ROOT") or Path.cwd()) / "runs"
+
+
+def make_output(wanted: Path | None) -> Path:
+    """Create the folder of this run and return it; without a wish it is ``runs/<time>``.
+
+    Raises:
+        OSError: It cannot be made, or is no folder.
+    """
+    folder = wanted or runs_folder() / datetime.now().strftime("%Y-%m-%d_%H-%M-%S")
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder.resolve()
+
+
+def link_latest(folder: Path) -> None:
+    """Let ``latest`` beside ``folder`` point to it, at once; a real folder of that name is left alone."""
+    link, fresh = folder.parent / "latest", folder.parent / f".latest_{os.getpid()}"
+    if link.is_dir() and not link.is_symlink():
+        return
+    fresh.symlink_to(folder.name)
+    fresh.replace(link)
