@@ -37,7 +37,9 @@ def world():
 def simulation(world, feed_forward=True):
     """Give the shipped control on a world, with a snapshot each step."""
     models = joint_models(ROBOT, CONFIG, world.damping, world.friction)
-    control = JointControl(models, GAINS, START, CONFIG.dt, world.inverse_dynamics if feed_forward else None)
+    control = JointControl(
+        models, GAINS, START, CONFIG.dt, world.inverse_dynamics if feed_forward else None, CONFIG.tracking_bandwidth_rad_s
+    )
     return Simulation(world, control, START, Timing(CONFIG.step_ns, 0, 1, 50))
 
 

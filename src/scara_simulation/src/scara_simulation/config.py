@@ -22,6 +22,7 @@ class SimulationConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     physics_rate_hz: Annotated[int, Meta(ge=200, le=10_000)]
     gravity_m_s2: Annotated[float, Meta(ge=0.0, le=100.0)]
     feed_forward: bool
+    tracking_bandwidth_rad_s: Annotated[float, Meta(ge=0.0, le=400.0)]
     wake_period_ms: Annotated[float, Meta(ge=0.1, le=20.0)]
     max_catch_up_ms: Milliseconds
     clock_step_limit_ms: Milliseconds

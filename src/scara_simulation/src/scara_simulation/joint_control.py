@@ -1,4 +1,15 @@
-"""All joints' loops together: set points in, efforts out, with the inverse dynamics as feed-forward."""
+r"""All joints' loops together: set points in, efforts out, with the inverse dynamics as feed-forward.
+
+The feed-forward is computed torque: the acceleration it is asked for holds the tracking error of streamed set points,
+
+.. math:: a = \ddot q_r + \omega^2 (q_r - q) + 2 \omega (\dot q_r - \dot q),
+
+so that the mass matrix spreads the correction over the joints. A correction of one joint then does not push the others,
+and a set point that was extrapolated wrongly is recovered from at the bandwidth :math:`\omega`, whatever the pose. The PID
+loops stay as they are and take what the model does not know.
+
+Source: Lynch & Park, Modern Robotics (2017), sec. 11.4.
+"""
 
 from __future__ import annotations
 
@@ -24,6 +35,7 @@ class JointControl:
         start: Sequence[float],
         dt: float,
         inverse_dynamics: InverseDynamics | None,
+        bandwidth: float = 0.0,
     ) -> None:
         """Hold the start pose.
 
@@ -33,12 +45,14 @@ class JointControl:
             start: Positions to hold, shape (n,): [rad], prismatic [m].
             dt: Length of a step [s].
             inverse_dynamics: None: no feed-forward, not even of gravity.
+            bandwidth: Of the error in the computed torque [rad/s]; 0: pure feed-forward.
         """
         self.loops = [JointLoop(model, gain, q) for model, gain, q in zip(models, gains, start, strict=True)]
         self._index = {model.name: k for k, model in enumerate(models)}
         self._start = tuple(start)
         self._dt = dt
         self._inverse_dynamics = inverse_dynamics
+        self._stiffness, self._damping = bandwidth * bandwidth, 2.0 * bandwidth
         self._no_feed_forward = [0.0] * len(self.loops)
 
     @property
@@ -94,7 +108,11 @@ class JointControl:
         wanted = [loop.reference(t, q[k], qdot[k], dt) for k, loop in enumerate(loops)]
         feed_forward: Sequence[float] = self._no_feed_forward
         if self._inverse_dynamics is not None:
-            feed_forward = self._inverse_dynamics([w[0] for w in wanted], [w[1] for w in wanted], [w[2] for w in wanted])
+            stiffness, damping = self._stiffness, self._damping
+            accelerations = [
+                a + stiffness * (p - q[k]) + damping * (v - 0.5 * dt * a - qdot[k]) for k, (p, v, a) in enumerate(wanted)
+            ]
+            feed_forward = self._inverse_dynamics([w[0] for w in wanted], [w[1] for w in wanted], accelerations)
         return [loop.effort(q[k], qdot[k], feed_forward[k], dt) for k, loop in enumerate(loops)]
 
 
