@@ -37,7 +37,7 @@ def report_document(results: Sequence[Result], reach_mm: float, paper: PaperFigu
 
 def _experiment(result: Result, reach_mm: float) -> dict[str, Any]:
     """Return one experiment of report.json."""
-    figures = NOT_COMPARED if result.comparison is None else _figures(result.comparison, reach_mm)
+    figures = NOT_COMPARED if result.comparison is None else _figures(result.comparison, reach_mm, result.span.start)
     entry = {
         "name": result.span.name,
         "leader": result.leader,
@@ -54,8 +54,8 @@ def _experiment(result: Result, reach_mm: float) -> dict[str, Any]:
     return rounded
 
 
-def _figures(comparison: Comparison, reach_mm: float) -> dict[str, Any]:
-    """Return the figures of an experiment that could be compared."""
+def _figures(comparison: Comparison, reach_mm: float, start: float) -> dict[str, Any]:
+    """Return the figures of an experiment that could be compared; times count from its start."""
     aligned, after = comparison.trace.aligned, comparison.path_after_lag
     positioning = comparison.positioning_max_mm
     return {
@@ -71,17 +71,17 @@ def _figures(comparison: Comparison, reach_mm: float) -> dict[str, Any]:
         "path_error_max_travelled_percent": comparison.travelled_percent,
         "positioning_error_max_mm": positioning,
         "positioning_error_max_percent": None if positioning is None else 100.0 * positioning / reach_mm,
-        "positions": [_rest(rest) for rest in comparison.rests],
+        "positions": [_rest(rest, start) for rest in comparison.rests],
         "excluded_percent": 100.0 * aligned.excluded_share,
-        "gaps": [{"side": gap.side, "start_s": gap.start, "duration_s": gap.duration} for gap in aligned.gaps],
+        "gaps": [{"side": gap.side, "start_s": gap.start - start, "duration_s": gap.duration} for gap in aligned.gaps],
     }
 
 
-def _rest(rest: Rest) -> dict[str, Any]:
+def _rest(rest: Rest, start: float) -> dict[str, Any]:
     """Return one rest of report.json."""
     return {
         "set_position": rest.set_position,
-        "start_s": rest.start,
+        "start_s": rest.start - start,
         "real_twin_mm": rest.deviation_mm,
         "real_set_mm": rest.real_error_mm,
         "twin_set_mm": rest.twin_error_mm,

@@ -72,6 +72,7 @@ def _paths(comparison: Comparison, positions: Mapping[str, Array]) -> Figure:
     figure = Figure(figsize=(10.5, 5.2))
     axes = figure.subplots(1, 2)
     seen = comparison.trace
+    middle = MM * float(np.mean([position[0] for position in positions.values()]))
     for axis, (across, up, title) in zip(axes, ((0, 1, "from above"), (0, 2, "from the side"))):
         for tool, line in ((seen.real_tool, REAL_LINE), (seen.twin_tool, TWIN_LINE)):
             thin = tool[_thin(len(tool))] * MM
@@ -79,7 +80,9 @@ def _paths(comparison: Comparison, positions: Mapping[str, Array]) -> Figure:
         for name, position in positions.items():
             place = (position[across] * MM, position[up] * MM)
             axis.plot(*place, "o", markersize=9, markerfacecolor="none", markeredgecolor="black", markeredgewidth=1.2)
-            axis.annotate(name, place, (8, 7), textcoords="offset points", fontweight="bold")
+            outward = 1.0 if place[0] > middle else -1.0
+            align: Any = "left" if outward > 0.0 else "right"
+            axis.annotate(name, place, (9.0 * outward, 6), textcoords="offset points", fontweight="bold", ha=align)
         axis.set(title=title, xlabel="x [mm]", ylabel="xyz"[up] + " [mm]")
         axis.set_aspect("equal", adjustable="datalim")
         axis.margins(0.14)
@@ -119,8 +122,8 @@ def _errors(result: Result, reach_mm: float, path_limit_percent: float) -> Figur
         for gap in comparison.trace.aligned.gaps:
             axis.axvspan(gap.start - start, gap.start + gap.duration - start, color="#fde2e2", linewidth=0)
     for seen, line in (
-        (comparison.trace, {"color": RED, "linewidth": 1.2, "label": "as it is"}),
-        (comparison.trace_after_lag, {"color": GREY, "linewidth": 1.0, "label": "lag removed"}),
+        (comparison.trace_after_lag, {"color": "#b9bfc9", "linewidth": 2.4, "label": "lag removed"}),
+        (comparison.trace, {"color": RED, "linewidth": 1.1, "label": "as it is"}),
     ):
         if seen is not None:
             thin = _thin(len(seen.deviation_mm))

@@ -34,6 +34,7 @@ TOPICS = {
     "twin_controller/state": TwinControllerState,
 }
 ENDED_MODES = ("STOPPED", "ESTOP", "FAULT", "OFFLINE")
+WAYS_OUT = {"STOPPED": "ALIGN", "PAUSED": "RESUME, or STOP and ALIGN", "ESTOP": "RESET and ALIGN"}  # the operator's, not ours
 
 
 class RunError(RuntimeError):
@@ -96,7 +97,7 @@ class Cell:
         """Wait until the cell can run an experiment; ``tell`` is given what is missing, when it changes.
 
         Raises:
-            RunError: Something is still missing at the deadline; all of it is named.
+            RunError: Something is still missing at the deadline, all of it is named; or only the operator can go on.
         """
         told: list[str] = []
         deadline = time.monotonic() + self._deadlines.cell
@@ -104,6 +105,8 @@ class Cell:
             if missing != told:
                 tell(f"waiting for {', '.join(missing)}")
                 told = missing
+            if self.mode in WAYS_OUT and len(missing) == 1:
+                raise RunError(f"waiting for {missing[0]}; first give {WAYS_OUT[self.mode]} to service twin_controller/command")
             if time.monotonic() > deadline:
                 raise RunError(f"not there after {self._deadlines.cell:g} s: {', '.join(missing)}")
             time.sleep(POLL_S)
