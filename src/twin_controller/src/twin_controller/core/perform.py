@@ -29,6 +29,8 @@ def perform(
         now: Time of the decision [s].
         command: The operator's command that caused it, if one did.
     """
+    if do in (Do.ESTOP_REAL, Do.ESTOP_TWIN):
+        state = replace(state, estop_at=now)
     if do in TO_TWIN:
         number = OWN_COMMAND | (state.command_id + 1)
         state = replace(state, command_id=state.command_id + 1, asked=state.motion, asked_at=now)

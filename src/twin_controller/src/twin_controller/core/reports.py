@@ -10,6 +10,9 @@ from twin_controller.core.table import LEADING, Mode, Trigger
 OWN_COMMAND = 1 << 30
 """Set in the id of each of our commands to the twin, which reports the last one it obeyed."""
 
+ESTOP_REPEAT_S = 0.5
+"""A side that does not obey a latched emergency stop is told again after this time [s]."""
+
 FOLLOWS_TWIN = (Mode.TWIN_LEADS, Mode.OPERATOR_LEADS)
 
 
@@ -25,9 +28,18 @@ def side_triggers(setup: Setup, state: CoreState, now: float) -> list[Trigger]:
         found.append(Trigger.REAL_FAULT)
     found += _twin_reports(setup, state, motion, now)
     found += _real_reports(setup, state, flags, now)
+    if _estop_missed(setup, state, flags, motion, now):
+        found.append(Trigger.ESTOP_MISSED)
     if state.divergence.alarm and setup.config.divergence.pause and state.mode in LEADING:
         found.append(Trigger.DIVERGED)
     return found + _reset_reports(setup, state, flags, now)
+
+
+def _estop_missed(setup: Setup, state: CoreState, flags: RealMeasured, motion: TwinMotion, now: float) -> bool:
+    """Return whether a side does not obey a latched emergency stop: it was not reached then, or was let go on its side."""
+    if state.mode is not Mode.ESTOP or state.reset_since is not None or now - state.estop_at < ESTOP_REPEAT_S:
+        return False
+    return flags.drives_on or (motion.state != "estopped" and not _is_old(setup, state, motion, now))
 
 
 def _reset_reports(setup: Setup, state: CoreState, flags: RealMeasured, now: float) -> list[Trigger]:

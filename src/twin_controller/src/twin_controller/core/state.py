@@ -70,7 +70,7 @@ class Side(msgspec.Struct, frozen=True):
     Attributes:
         connected: Its link is up.
         reason: Why not.
-        seen: When the newest sample arrived [s]; None before the first one since the link came up.
+        seen: When the newest sample was true at the latest [s]; None before the first one since the link came up.
         history: Samples, newest last.
         change: Agreed position, onset and standstill.
         tube: Our own last commands to it.
@@ -125,6 +125,7 @@ class SpeedState(msgspec.Struct, frozen=True):
 
     Attributes:
         cap: The operator's cap for both sides.
+        gate: Why the last set point for the real robot was slowed down; empty if it was not.
         cap_sent: When the twin's cap was sent last [s].
         real_cap: Lowest cap of this lead of the real robot, from its measured Cartesian speed.
         override_before: The robot's override before we lowered it, None while it is its own.
@@ -137,6 +138,7 @@ class SpeedState(msgspec.Struct, frozen=True):
     applied: float = 0.0
     limited: bool = False
     reason: str = ""
+    gate: str = ""
     cap_sent: float | None = None
     real_cap: float = 100.0
     override_before: float | None = None
@@ -160,6 +162,7 @@ class CoreState(msgspec.Struct, frozen=True):
         separation: Distance to that person and what follows from it.
         paused_mode: The mode that PAUSE interrupted.
         paused_seen: Whether the real robot and the twin have shown that they paused since.
+        estop_at: When the emergency stop was sent last [s].
         reset_since: When the real robot was asked to reset [s], None if it was not.
         program_was_off: The real robot's own program was seen ended since the last stop.
         move_pending: The twin has not answered the operator's move yet.
@@ -193,6 +196,7 @@ class CoreState(msgspec.Struct, frozen=True):
     paused_mode: Mode | None = None
     paused_seen: tuple[bool, bool] = (False, False)
     needs_acknowledge: bool = False
+    estop_at: float = -1e9
     reset_since: float | None = None
     program_was_off: bool = True
     move_pending: bool = False

@@ -45,6 +45,7 @@ def step(setup: Setup, state: CoreState, event: AnyEvent) -> Result:
         The new state, and the actions in the order in which they are to be carried out.
     """
     actions: list[AnyAction] = []
+    newest = state.real.history[-1:]
     state = _absorb(setup, state, event)
     state = triggers.drop_stale(setup, state, event.now)
     state = _remember_pauses(setup, state, event.now)
@@ -55,7 +56,7 @@ def step(setup: Setup, state: CoreState, event: AnyEvent) -> Result:
     if isinstance(event, Operator):
         state, done = operate(setup, state, event)
         actions += done
-    if isinstance(event, RealMeasured):
+    if isinstance(event, RealMeasured) and state.real.history[-1:] != newest:
         state, done = _command_followers(setup, state, event.now)
         actions += done
     state, done = cap_speed(setup, state, event.now)
@@ -126,7 +127,7 @@ def _remember_pauses(setup: Setup, state: CoreState, now: float) -> CoreState:
 
 
 def _command_followers(setup: Setup, state: CoreState, now: float) -> Result:
-    """Send the follower its next set point, once for each answer of the real robot."""
+    """Send the follower its next set point, once for each new sample of the real robot."""
     state, actions = follow_twin(setup, state, now)
     state, streamed, rejected = stream_real(setup, state, now)
     actions += streamed
@@ -144,7 +145,8 @@ def _start_stream(setup: Setup, state: CoreState, actions: list[AnyAction], now:
     stream, flags, config = state.stream, state.flags, setup.config.stream
     if stream is None or flags is None or flags.own_program or state.mode is Mode.PAUSED:
         return state, actions
-    late = not stream.seen and now - stream.started > config.retry_ms * 1e-3 and stream.attempts < config.attempts
+    silent = not stream.seen and not flags.paused and now - stream.started > config.retry_ms * 1e-3
+    late = silent and stream.attempts < config.attempts
     if not stream.starting and not late:
         return state, actions
     stream = replace(stream, starting=False, started=now, attempts=stream.attempts + 1)

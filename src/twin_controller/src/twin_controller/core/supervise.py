@@ -91,7 +91,9 @@ def cap_speed(setup: Setup, state: CoreState, now: float) -> tuple[CoreState, li
         applied, limited = min(requested, state.speed.override_sent), True
         requested = max(requested, state.speed.override_before)
         reason = "Cartesian speed or a person near the robot"
-    speed = state.speed
+    speed = state.speed if state.stream is not None else replace(state.speed, gate="")
+    if speed.gate and not limited:
+        limited, reason = True, speed.gate
     if abs(motion.speed_limit_percent - cap) > CAP_STEP and (speed.cap_sent is None or now - speed.cap_sent > RESEND_S):
         actions.append(CapTwin(cap))
         speed = replace(speed, cap_sent=now)

@@ -50,6 +50,7 @@ class Trigger(StrEnum):
     TWIN_PAUSED = "the twin was paused on its side"
     TWIN_RESUMED = "the twin goes on"
     TWIN_ESTOPPED = "the twin was frozen on its side"
+    ESTOP_MISSED = "a side does not obey the latched emergency stop"
     RELEASED_BLOCKED = "a side goes on before the divergence was acknowledged"
     STREAM_FAILED = "the real robot does not start its stream program"
     REJECTED = "a set point for the real robot was rejected"
@@ -118,6 +119,7 @@ DEFAULTS: dict[Trigger, Row] = {
     Trigger.TWIN_PAUSED: STAY,
     Trigger.TWIN_RESUMED: STAY,
     Trigger.TWIN_ESTOPPED: Row(Mode.ESTOP, (Do.ESTOP_REAL,), "latched; RESET once the cause is gone"),
+    Trigger.ESTOP_MISSED: STAY,
     Trigger.RELEASED_BLOCKED: STAY,
     Trigger.STREAM_FAILED: STAY,
     Trigger.REJECTED: STAY,
@@ -268,6 +270,7 @@ ROWS: dict[Mode, dict[Trigger, Row]] = {
         Trigger.REAL_FAULT: STAY,
         Trigger.REAL_DRIVES_OFF: STAY,
         Trigger.TWIN_ESTOPPED: STAY,
+        Trigger.ESTOP_MISSED: Row(None, (Do.ESTOP_REAL, Do.ESTOP_TWIN), "sent again"),
         Trigger.STOP: Row(None, BOTH_STOP, "the emergency stop stays latched"),
         Trigger.ESTOP: Row(None, (Do.ESTOP_REAL, Do.ESTOP_TWIN), "already latched; sent again"),
         Trigger.RESET: _RESET,

@@ -79,7 +79,7 @@ def _enter(state: CoreState, row: Row, trigger: Trigger, now: float) -> CoreStat
     """Change the mode and forget what belonged to the old one."""
     if trigger is Trigger.ACKNOWLEDGE:
         state = replace(state, needs_acknowledge=False)
-    if trigger is Trigger.RESET_FAILED:
+    if trigger in (Trigger.RESET_FAILED, Trigger.LINK_LOST):
         state = replace(state, reset_since=None)
     if trigger is Trigger.KEEP_OUT:
         state = replace(state, way=Way(state.way.target))
@@ -111,5 +111,5 @@ def _enter(state: CoreState, row: Row, trigger: Trigger, now: float) -> CoreStat
         needs_acknowledge=trigger is Trigger.DIVERGED if mode is Mode.PAUSED else False,
         reset_since=None,
         move_pending=state.move_pending and active is Mode.OPERATOR_LEADS,
-        divergence=DivergenceState() if trigger in RESUMING else state.divergence,
+        divergence=DivergenceState() if trigger in RESUMING or mode is Mode.ALIGNING else state.divergence,
     )

@@ -11,6 +11,9 @@ from twin_controller.core.observing.measure import side_lost
 from twin_controller.core.state import CoreState, Setup, Side
 from twin_controller.core.table import LEADING, Mode, Trigger
 
+CONFIRM_S = 0.05
+"""How long a change that is not confirmed yet is waited for [s]; a few samples."""
+
 
 class Onsets(msgspec.Struct, frozen=True):
     """When each side moved on the controller's clock [s], and how uncertain their difference is."""
@@ -70,7 +73,10 @@ def _planned_onset(setup: Setup, state: CoreState) -> float | None:
 
 def _first_row_away(setup: Setup, plan: TwinPlan, baseline: tuple[float, ...], state: CoreState) -> float | None:
     threshold = setup.config.change.hysteresis
+    begin = state.twin.clock.to_remote(state.mode_since) - plan.stamp
     for offset, row in zip(plan.times, plan.q):
+        if offset < begin:
+            continue
         if max(abs(a - b) for a, b in zip(setup.to_border(row), baseline)) > threshold:
             return state.twin.clock.to_local(plan.stamp + offset)
     return None
@@ -89,10 +95,17 @@ def leader_triggers(setup: Setup, state: CoreState) -> list[Trigger]:
             return []
         return [_twin_moved(setup, state)]
     if found.twin is None:
-        return [Trigger.REAL_MOVED] if state.twin.last.t >= found.real else []
+        waits = state.twin.last.t < found.real or _may_be_first(state.twin, found.real)
+        return [] if waits else [Trigger.REAL_MOVED]
     if found.real <= found.twin + found.uncertainty:
         return [Trigger.REAL_MOVED]
     return [_twin_moved(setup, state)]
+
+
+def _may_be_first(side: Side, onset: float) -> bool:
+    """Return whether a side's change that is not confirmed yet began before ``onset`` [s]; that shows within a few samples."""
+    began = side.change.onset
+    return began is not None and began < onset and side.last.t < onset + CONFIRM_S
 
 
 def _twin_moved(setup: Setup, state: CoreState) -> Trigger:

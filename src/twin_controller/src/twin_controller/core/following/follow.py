@@ -135,6 +135,8 @@ def stream_real(setup: Setup, state: CoreState, now: float) -> tuple[CoreState, 
     stream = state.stream
     if stream is None or not state.twin.history or not state.real.history:
         return state, [], ""
+    if stream.last is not None and now <= stream.last.t:
+        return state, [], ""
     aim = now + state.lag
     target, _ = twin_ahead(setup, state, aim)
     if stream.blend is None:
@@ -150,7 +152,6 @@ def stream_real(setup: Setup, state: CoreState, now: float) -> tuple[CoreState, 
     if isinstance(verdict, Rejected):
         return state, [], verdict.reason
     tube = echo.remember(state.real.tube, now, setup.to_border(verdict.q), MEMORY_S)
-    speed = replace(state.speed, limited=state.speed.limited or verdict.limited, reason=verdict.reason or state.speed.reason)
     sent = replace(stream, last=Sample(now, verdict.q, (0.0,) * len(q)))
-    state = replace(state, stream=sent, speed=speed, real=replace(state.real, tube=tube))
+    state = replace(state, stream=sent, speed=replace(state.speed, gate=verdict.reason), real=replace(state.real, tube=tube))
     return state, [StreamReal(verdict.q, 100.0 * share)], ""

@@ -12,7 +12,9 @@ from twin_controller.core.table import LEADING, Mode
 
 replace = msgspec.structs.replace
 
-FOLLOWING_TWIN = (Mode.ALIGNING, Mode.REAL_LEADS)
+FUTURE_S = 0.1
+"""A stamp so far ahead [s] shows that a clock jumped; a simulator that catches up may be a little ahead."""
+
 FOLLOWING_REAL = (Mode.TWIN_LEADS, Mode.OPERATOR_LEADS)
 
 
@@ -49,7 +51,8 @@ def real_measured(setup: Setup, state: CoreState, event: RealMeasured) -> CoreSt
         lost = side_lost(state, "real", "its clock jumped")
         return replace(lost, real=replace(lost.real, clock=ClockEstimate(jumps=estimate.jumps)))
     sample = Sample(estimate.to_local(clock_ms * 1e-3), event.q, event.qdot)
-    side = _sampled(setup, replace(state.real, clock=estimate, seen=event.now), sample)
+    seen = min(event.now, sample.t + estimate.uncertainty)
+    side = _sampled(setup, replace(state.real, clock=estimate, seen=seen), sample)
     state = replace(state, real=side, flags=event, clock_ms=clock_ms)
     return replace(state, lag=_adapted_lag(setup, state)) if state.mode in FOLLOWING_REAL else state
 
@@ -62,7 +65,11 @@ def twin_measured(setup: Setup, state: CoreState, event: TwinMeasured) -> CoreSt
     sample = Sample(side.clock.to_local(event.stamp), event.q, event.qdot)
     if side.history and sample.t <= side.last.t:
         return state
-    return replace(state, twin=_sampled(setup, replace(side, seen=event.now), sample))
+    latest = sample.t - side.clock.uncertainty
+    if latest > event.now + FUTURE_S:
+        return side_lost(state, "twin", f"its stamps are {latest - event.now:.3g} s ahead of its clock")
+    seen = min(event.now, sample.t + side.clock.uncertainty)
+    return replace(state, twin=_sampled(setup, replace(side, seen=seen), sample))
 
 
 def clock_probed(setup: Setup, state: CoreState, event: ClockProbe) -> CoreState:

@@ -1,0 +1,252 @@
+"""Faults and their ends: what is sent again, what is forgotten, what is not believed."""
+
+from __future__ import annotations
+
+import msgspec
+import pytest
+from harness.pair import HOME, SETUP, Pair, ramp, shifted
+from harness.watch import Watch
+from twin_controller.core.actions import Do, FollowTwin, Perform
+from twin_controller.core.events import RealMeasured, Tick, TwinMeasured
+from twin_controller.core.observing.divergence import DivergenceState
+from twin_controller.core.step import step
+from twin_controller.core.supervise import cap_speed
+from twin_controller.core.table import Mode
+
+replace = msgspec.structs.replace
+AWAY = shifted(HOME, 20.0, -30.0, 40.0, 10.0)
+PLAIN, LATE = (0.0, 0.0), (0.03, 0.02)
+
+
+@pytest.fixture(params=[PLAIN, LATE], ids=["at once", "late"])
+def pair(request: pytest.FixtureRequest) -> Pair:
+    """Return a connected and watched pair, IDLE at home, its commands and reports at once or late."""
+    made = Pair()
+    made.command_delay, made.report_delay = request.param
+    Watch(made)
+    made.connect()
+    return made
+
+
+def performed(pair: Pair, since: int = 0) -> list[Do]:
+    """Return the actions performed since the given index."""
+    return [action.do for action in pair.actions[since:] if isinstance(action, Perform)]
+
+
+def triggers(pair: Pair, since: int = 0) -> list[str]:
+    """Return the triggers decided on since the given index of decisions."""
+    return [decision.trigger for decision in pair.decisions()[since:]]
+
+
+@pytest.mark.parametrize("side", ["real", "twin"])
+def test_an_emergency_stop_reaches_a_side_that_was_away(pair: Pair, side: str) -> None:
+    """Latched means latched: the side that comes back is stopped too, and nothing of it moves meanwhile."""
+    pair.link(side, False)
+    assert pair.operate("ESTOP").success
+    pair.run(0.5)
+    pair.link(side, True)
+    pair.run(1.0)
+    assert not pair.drives and pair.motion == "estopped"
+    assert pair.operate("RESET").success
+    pair.run(1.0)
+    assert pair.state.mode is Mode.STOPPED and pair.drives and pair.motion == "idle"
+
+
+def test_a_side_that_is_let_go_on_its_own_side_is_stopped_again(pair: Pair) -> None:
+    """The controller's latch is left by its RESET only; the repetition is slow enough to be read."""
+    assert pair.operate("ESTOP").success
+    pair.run(1.0)
+    since = len(pair.decisions())
+    pair.drives = True
+    pair.order_twin(Do.RESET_TWIN, 17)
+    pair.run(1.5)
+    assert pair.state.mode is Mode.ESTOP and not pair.drives and pair.motion == "estopped"
+    assert 1 <= triggers(pair, since).count("ESTOP_MISSED") <= 3
+
+
+def test_an_emergency_stop_that_persists_cannot_be_reset(pair: Pair) -> None:
+    """RESET fails with a text while the button is pressed; nothing is switched on."""
+    pair.press_estop()
+    pair.run(0.2)
+    assert pair.state.mode is Mode.ESTOP and pair.motion == "estopped"
+    assert pair.operate("RESET").success
+    pair.run(2.5)
+    assert pair.state.mode is Mode.ESTOP and "cause persists" in pair.state.why
+    pair.estop_pressed = False
+    pair.run(1.0)
+    assert pair.state.mode is Mode.ESTOP, "releasing alone changes nothing"
+    assert pair.operate("RESET").success
+    pair.run(1.0)
+    assert pair.state.mode is Mode.STOPPED
+
+
+def test_a_reset_does_not_outlive_a_lost_link(pair: Pair) -> None:
+    """Drives that somebody switches on after the link came back are no answer to the old RESET."""
+    pair.press_estop()
+    pair.run(0.2)
+    assert pair.operate("RESET").success
+    pair.run(0.1)
+    pair.link("real", False)
+    pair.estop_pressed = False
+    pair.run(0.3)
+    pair.link("real", True)
+    pair.drives = True
+    pair.run(1.0)
+    assert pair.state.mode is Mode.ESTOP
+
+
+@pytest.mark.parametrize("resumed_by", ["operator", "pendant"])
+def test_a_hold_on_the_robots_side_ends_once(pair: Pair, resumed_by: str) -> None:
+    """A report from before the release is no new hold."""
+    pair.move_twin(ramp(HOME, AWAY, 3.0))
+    pair.run(1.0)
+    since = len(pair.decisions())
+    pair.paused = True
+    pair.run(1.0)
+    assert pair.state.mode is Mode.PAUSED and pair.motion == "paused"
+    if resumed_by == "operator":
+        assert pair.operate("RESUME").success
+    else:
+        pair.paused = False
+    pair.run_until(lambda: pair.state.mode is Mode.IDLE, 8.0)
+    assert len(triggers(pair, since)) == 3
+
+
+def test_a_robot_that_stays_held_after_resume_pauses_the_twin_again(pair: Pair) -> None:
+    """The twin does not go on alone."""
+    pair.move_twin(ramp(HOME, AWAY, 6.0))
+    pair.run(1.0)
+    pair.paused = True
+    pair.run(0.5)
+    pair.command_real = lambda do: None  # type: ignore[method-assign]
+    assert pair.operate("RESUME").success
+    pair.run(1.5)
+    assert pair.state.mode is Mode.PAUSED and pair.motion == "paused"
+
+
+def test_a_stream_that_was_ended_during_a_pause_is_started_again(pair: Pair) -> None:
+    """RESUME brings the real robot along, or fails with a text; the twin never goes on alone unnoticed."""
+    pair.move_twin(ramp(HOME, AWAY, 5.0))
+    pair.run(1.0)
+    pair.order_twin(Do.PAUSE_TWIN, 17)
+    pair.run(0.5)
+    pair.streaming = False
+    pair.run(0.2)
+    assert pair.state.mode is Mode.PAUSED
+    assert pair.operate("RESUME").success
+    pair.run(0.5)
+    assert pair.state.mode is Mode.TWIN_LEADS and pair.streaming
+
+
+def test_a_program_of_the_robot_takes_over_from_a_paused_twin(pair: Pair) -> None:
+    """The paused move ends; the twin follows."""
+    pair.move_twin(ramp(HOME, AWAY, 5.0))
+    pair.run(1.0)
+    pair.order_twin(Do.PAUSE_TWIN, 17)
+    pair.run(0.5)
+    pair.start_program(ramp(pair.real_q, HOME, 2.0))
+    pair.run(0.8)
+    assert pair.state.mode is Mode.REAL_LEADS and pair.motion == "following"
+
+
+@pytest.mark.parametrize("released", ["real", "twin"])
+def test_a_release_does_not_go_round_the_acknowledgement(pair: Pair, released: str) -> None:
+    """After a divergence a side that goes on by itself stops both."""
+    pair.move_twin(ramp(HOME, AWAY, 8.0))
+    pair.run(1.0)
+    pair.state = replace(pair.state, divergence=DivergenceState((True,) * 15, True, 30.0))
+    pair.run(0.5)
+    assert pair.state.mode is Mode.PAUSED and pair.state.needs_acknowledge and pair.paused
+    if released == "real":
+        pair.paused = False
+    else:
+        pair.order_twin(Do.RESUME_TWIN, 17)
+    pair.run(0.3)
+    assert pair.state.mode is Mode.STOPPED
+    assert triggers(pair)[-1] == "RELEASED_BLOCKED"
+
+
+def test_an_old_alarm_does_not_pause_an_aligned_pair(pair: Pair) -> None:
+    """Aligning ends a divergence; a program that begins at once is not paused for it."""
+    pair.operate("STOP")
+    pair.run(0.5)
+    pair.state = replace(pair.state, divergence=DivergenceState((True,) * 15, True, 30.0))
+    pair.start_program(ramp(HOME, AWAY, 4.0))
+    assert pair.operate("ALIGN").success
+    pair.run(1.0)
+    assert "DIVERGED" not in triggers(pair)
+
+
+def test_stamps_from_the_future_are_not_believed() -> None:
+    """A clock that jumped is found by the first stamp, not only by the next probe."""
+    pair = Pair()
+    pair.connect()
+    stamp = pair.now + pair.twin_clock + 3600.0
+    pair.feed(TwinMeasured(pair.now, stamp, shifted(HOME, 9.0), (0.0,) * 4))
+    assert pair.state.mode is Mode.OFFLINE
+    assert "ahead of its clock" in pair.state.twin.reason
+
+
+def test_data_that_come_late_are_not_fresh() -> None:
+    """A connection that delivers everything 0.3 s late is no connection: age counts from the stamp, not from arrival."""
+    pair = Pair()
+    pair.connect()
+    pair.twin_delay_begins = pair.now  # type: ignore[attr-defined]
+    pair.report_delay = 0.3
+    pair.run(0.6)
+    assert pair.state.mode is Mode.OFFLINE
+    before = len(pair.actions)
+    pair.run(3.0)
+    assert not [action for action in pair.actions[before:] if isinstance(action, FollowTwin)]
+
+
+def test_an_answer_that_repeats_an_instant_commands_nobody(pair: Pair) -> None:
+    """The follower gets one set point for each new sample."""
+    pair.start_program(ramp(HOME, AWAY, 3.0))
+    pair.run(1.0)
+    last = next(event for event in reversed(pair.inputs) if isinstance(event, RealMeasured))
+    state, actions = step(
+        SETUP, pair.state, replace(last, now=last.now + 0.01, sent=last.sent + 0.01, received=last.received + 0.01)
+    )
+    assert not actions and state.real.history == pair.state.real.history
+
+
+def test_the_end_of_an_old_plan_is_no_new_motion() -> None:
+    """Rows that were due before the positions were agreed tell nothing about who moves first now."""
+    pair = Pair()
+    pair.connect()
+    pair.move_twin(ramp(HOME, AWAY, 1.0))
+    pair.run(0.8)
+    old = pair.state.plan
+    pair.run_until(lambda: pair.state.mode is Mode.IDLE, 5.0)
+    assert old is not None and pair.state.motion is not None
+    pair.feed(replace(pair.state.motion, now=pair.now, state="announcing"))
+    pair.feed(replace(old, now=pair.now))
+    assert pair.state.mode is Mode.IDLE
+
+
+def test_what_the_gate_slowed_down_is_shown() -> None:
+    """Nothing is limited silently; the reason goes when the stream ends."""
+    pair = Pair()
+    pair.connect()
+    pair.move_twin(ramp(HOME, AWAY, 4.0))
+    pair.run(1.5)
+    assert not pair.state.speed.gate
+    slowed = replace(pair.state, speed=replace(pair.state.speed, gate="joint_1 at 95 % of its largest speed, allowed 80 %"))
+    slowed = replace(slowed, motion=replace(slowed.motion, speed_requested_percent=10.0))  # type: ignore[type-var]
+    shown, _ = cap_speed(SETUP, slowed, pair.now)
+    assert shown.speed.limited and "joint_1 at 95 %" in shown.speed.reason
+    gone, _ = cap_speed(SETUP, replace(slowed, stream=None), pair.now)
+    assert not gone.speed.limited and not gone.speed.gate
+
+
+def test_a_side_lost_in_the_step_that_decides_a_leader_leads_nobody() -> None:
+    """The twin moved, and in the same step the real robot turns out to be silent: OFFLINE, not an error."""
+    pair = Pair()
+    pair.connect()
+    pair.jog_twin(ramp(HOME, AWAY, 2.0), pair.now)
+    pair.real_up = False
+    pair.run(0.3)
+    assert pair.state.mode is Mode.OFFLINE
+    late = step(SETUP, replace(pair.state, mode=Mode.IDLE, links_up=True), Tick(pair.now))[0]
+    assert late.mode is Mode.OFFLINE
