@@ -18,6 +18,7 @@ from scara_config.modbus_map import ModbusMap
 from twin_controller.io.modbus_outbox import Command, Outbox
 from twin_controller.io.modbus_port import LinkLostError, ModbusPort, RefusedError
 from twin_controller.io.modbus_settings import ModbusCounters, ModbusSettings
+from twin_controller.plausible import Plausibility, Reading, Verdict, judge
 from twin_controller.registers import RegisterCodec
 from twin_controller.robot_sample import AlarmStatus, ControlType, ProgramStatus, RobotSample, SampleError, SetpointError
 
@@ -29,6 +30,7 @@ OnReject = Callable[[str], None]
 __all__ = ["ModbusCounters", "ModbusLink", "ModbusSettings", "NotWritableError"]
 
 _STATUS_SIGNALS = frozenset(("fault", "progrun", "paused"))
+_CLOCK_WRAP = 2.0**31 * 1e-3
 
 
 class NotWritableError(ValueError):
@@ -72,6 +74,7 @@ class ModbusLink:
         self._heartbeat = 0
         self._beaten = False
         self._idle_joints: tuple[float, ...] = ()
+        self._plausible = Plausibility()
         self._outputs: frozenset[str] | None = None
         self._status_due = 0.0
         self._retry = settings.retry_first
@@ -176,7 +179,7 @@ class ModbusLink:
     def _serve(self) -> None:
         """Connect, poll on absolute deadlines and write in between, until closed or lost."""
         self._port.open()
-        self._status_due = 0.0
+        self._status_due, self._plausible = 0.0, Plausibility()
         if dropped := self._outbox.discard():
             self.counters.dropped += dropped
             self._on_reject(f"{dropped} writes dropped: there was no link")
@@ -229,7 +232,20 @@ class ModbusLink:
             self.counters.rejected += 1
             self._on_reject(f"sample: {error}")
             return
-        self._accept(sample, sent, received)
+        if self._follows(sample, received):
+            self._accept(sample, sent, received)
+
+    def _follows(self, sample: RobotSample, received: float) -> bool:
+        """Return whether a sample can follow the one before; readings that have really jumped end the connection."""
+        reading = Reading(sample.positions, sample.velocities, sample.clock_ms * 1e-3, received)
+        self._plausible, verdict = judge(self._plausible, reading, self._robot.joints, wrap=_CLOCK_WRAP)
+        if verdict is Verdict.ACCEPTED:
+            return True
+        self.counters.rejected += 1
+        self._on_reject(f"sample: {self._plausible.reason}")
+        if verdict is Verdict.JUMPED:
+            raise LinkLostError(f"the readings of the robot at {self._port.name} jumped: {self._plausible.reason}")
+        return False
 
     def _accept(self, sample: RobotSample, sent: float, received: float) -> None:
         """Hand over a checked sample, and the status blocks if they may have changed."""

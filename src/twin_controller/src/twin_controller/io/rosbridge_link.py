@@ -145,6 +145,12 @@ class RosbridgeLink:
         packet = {"op": "call_service", "id": call_id, "service": service, "args": args, "timeout": timeout}
         return self._send(packet) or not self._calls.withdraw(call_id)
 
+    def drop(self, reason: str) -> None:
+        """Give the connection up, because what comes over it cannot be true; the next one begins anew."""
+        line = self._line
+        if line is not None:
+            self._drop(line, reason)
+
     def _stand(self, kind: str, topic: str, packet: dict[str, Any]) -> None:
         """Remember a packet for each connect, and send it now if there is a connection."""
         with self._lock:

@@ -9,7 +9,7 @@ from types import TracebackType
 from typing import Any, Self
 
 from twin_controller.core.actions import FollowTwin, MoveTwin, Perform
-from twin_controller.core.events import AnyEvent
+from twin_controller.core.events import AnyEvent, TwinMeasured
 from twin_controller.core.state import Setup
 from twin_controller.io.rosbridge_link import LinkSettings, RosbridgeLink
 from twin_controller.packets import (
@@ -27,10 +27,13 @@ from twin_controller.packets import (
     twin_motion,
     twin_plan,
 )
+from twin_controller.plausible import TWIN_ACCELERATION, Plausibility, Reading, Verdict, judge
 
 _LOG = logging.getLogger("rosout.twin_door")
 MOVE_TIMEOUT_S = 120.0
 FIRST_PROBES_S = 0.02
+RANGE_MARGIN = 0.02
+"""How far outside its range, as a part of it, a joint of the twin may be read: physics gives way at a limit."""
 
 
 class TwinDoor:
@@ -50,6 +53,7 @@ class TwinDoor:
         self._setup, self._put = setup, put
         self._rejected = 0
         self._probes = 0
+        self._plausible = Plausibility()
         self._stop = threading.Event()
         settings = LinkSettings(silent_timeout=setup.config.twin.stale_ms * 1e-3)
         self._link = RosbridgeLink(
@@ -124,7 +128,7 @@ class TwinDoor:
             done(False, "the twin's link is down")
 
     def _change(self, changed: Callable[[str, bool, str], None], connected: bool, reason: str) -> None:
-        self._probes = 0
+        self._probes, self._plausible = 0, Plausibility()
         changed("twin", connected, reason)
 
     def _remark(self, level: str, text: str) -> None:
@@ -134,13 +138,28 @@ class TwinDoor:
         try:
             match topic.lstrip("/"):
                 case name if name.endswith(JOINT_STATES):
-                    self._put(twin_measured(message, self._setup.names, received))
+                    self._measured(twin_measured(message, self._setup.names, received))
                 case name if name.endswith(JOINT_SETPOINTS):
                     self._put(twin_plan(message, self._setup.names, received))
                 case name if name.endswith(MOTION_STATE):
                     self._put(twin_motion(message, self._setup.names, received))
         except PacketError as error:
             self._reject(f"{topic}: {error}")
+
+    def _measured(self, event: TwinMeasured) -> None:
+        """Hand on what the twin can be; readings that have really jumped (a reset of the simulation) begin anew."""
+        setup = self._setup
+        for joint, q in zip(setup.joints, event.q):
+            margin = RANGE_MARGIN * (joint.upper - joint.lower)
+            if not joint.lower - margin <= q <= joint.upper + margin:
+                raise PacketError(f"position of {joint.name} = {q:g} is outside [{joint.lower:.6g}, {joint.upper:.6g}]")
+        reading = Reading(event.q, event.qdot, event.stamp, event.now)
+        self._plausible, verdict = judge(self._plausible, reading, setup.joints, TWIN_ACCELERATION)
+        if verdict is Verdict.JUMPED:
+            self._link.drop(f"the readings of the twin jumped: {self._plausible.reason}")
+        if verdict is not Verdict.ACCEPTED:
+            raise PacketError(self._plausible.reason)
+        self._put(event)
 
     def _reject(self, text: str) -> None:
         self._rejected += 1
