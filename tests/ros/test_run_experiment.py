@@ -178,7 +178,7 @@ def test_a_stop_of_the_operator_is_not_overruled(ros: Ros, cell: PlayedCell, mod
     """The command ends at once and says what the operator has to do."""
     cell.mode = mode
     run = start_twin_leads(ros, ros.folder / "out")
-    assert run.wait(20.0) == 3
+    assert run.wait(60.0) == 3
     assert f"it is in {mode}: told so" in run.output and f"first give {way_out}" in run.output
     assert not (ros.folder / "out" / "run.bag").exists()
 
@@ -189,7 +189,7 @@ def test_a_stop_during_a_run_ends_it(ros: Ros, cell: PlayedCell) -> None:
     run = start_twin_leads(ros, ros.folder / "out")
     ros.wait_until(lambda: said, 30.0, "a marker")
     cell.mode = "STOPPED"
-    assert run.wait(20.0) == 3
+    assert run.wait(60.0) == 3
     assert "the twin controller went to STOPPED: told so" in run.output
     assert cell.commands == ["STOP"]
 
@@ -198,7 +198,7 @@ def test_what_is_missing_is_named(ros: Ros) -> None:
     """Nothing is started on half a cell."""
     folder = short_configuration(ros, cell_deadline=1.0)
     run = ros.run("twin_experiments", "run_experiment", "--output", str(ros.folder / "out"), f"_config_dir:={folder}")
-    assert run.wait(30.0) == 3
+    assert run.wait(60.0) == 3
     for name in ("topic {}/twin/joint_states", "service {}/recorder/start", "service {}/move_to"):
         assert name.format(ros.namespace) in run.output
     assert not (ros.folder / "out" / "run.bag").exists()
@@ -209,7 +209,7 @@ def test_a_missing_master_is_named(ros: Ros) -> None:
     folder = short_configuration(ros, cell_deadline=0.5)
     uri = f"http://127.0.0.1:{ros.free_port()}"
     run = ros.run("twin_experiments", "run_experiment", f"_config_dir:={folder}", env={"ROS_MASTER_URI": uri})
-    assert run.wait(30.0) == 3
+    assert run.wait(60.0) == 3
     assert f"no ROS master at {uri}" in run.output
 
 

@@ -104,7 +104,8 @@ def run_experiment(
     robot_port: Annotated[int | None, typer.Option(help="For the pendant; default: emulator.yaml.")] = None,
 ) -> None:
     """Run experiments on a running cell, record them and report."""
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    for number in (signal.SIGINT, signal.SIGTERM):  # SIGINT too: a shell's background job is started with it ignored
+        signal.signal(number, signal.default_int_handler)
     try:
         folder = rospy.client.load_command_line_node_params(sys.argv).get("config_dir")
         config = load_experiments(folder)

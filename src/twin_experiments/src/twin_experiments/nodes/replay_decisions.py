@@ -1,0 +1,79 @@
+"""Command ``replay_decisions``: the recorded inputs through the actual core give the same decisions, bit for bit.
+
+    rosrun twin_experiments replay_decisions BAG
+
+Needs no cell and no ROS master. Exit code: 0 all the same, 1 a difference or lost messages, 2 wrong configuration in the
+bag, 3 the bag cannot be used.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from scara_config import ConfigError
+from twin_controller.reporting.snapshots import SnapshotError
+
+from twin_experiments.io.bag_reader import BagError, open_bag
+from twin_experiments.io.decision_reader import read_decisions, read_inputs, read_setups
+from twin_experiments.replay.decisions import ReplayResult, replay
+
+DIFFERENT, WRONG, UNUSABLE = 1, 2, 3
+MOST_BREAKS = 10
+
+app = typer.Typer(add_completion=False, help="Replay the twin controller's decisions from a bag.")
+
+
+@app.command()
+def replay_decisions(bag: Annotated[Path, typer.Argument(help="Recording of a run, unfinished ones too.")]) -> None:
+    """Replay the recorded inputs through the controller's core and compare every decision and state."""
+    try:
+        result, repaired = _replay(bag)
+    except (ConfigError, BagError, SnapshotError) as error:
+        Console(stderr=True, highlight=False).print(f"replay_decisions: {error}", soft_wrap=True, markup=False)
+        raise typer.Exit(WRONG if isinstance(error, ConfigError) else UNUSABLE) from error
+    _print(result, repaired, Console(highlight=False, markup=False, soft_wrap=True))
+    raise typer.Exit(0 if result.exact else DIFFERENT)
+
+
+def _replay(bag: Path) -> tuple[ReplayResult, bool]:
+    """Read and replay.
+
+    Raises:
+        BagError: It cannot be read, lacks a topic, or holds no state to begin with.
+    """
+    with open_bag(bag) as opened:
+        setups, recorded = read_setups(opened), read_decisions(opened)
+        result = replay(setups, read_inputs(opened), recorded, opened.end - opened.start)
+        if not result.messages:
+            raise BagError(f"{bag}: {result.skipped} messages of inputs, but no state to begin with")
+        return result, opened.repaired
+
+
+def _print(result: ReplayResult, repaired: bool, console: Console) -> None:
+    """Print what was replayed and what is different."""
+    if repaired:
+        console.print("the recording was not finished, a repaired copy was read")
+    begun = ", ".join(f"{at:.2f}" for at in result.starts)
+    console.print(f"{result.messages} messages with {result.inputs} inputs replayed, from {begun} s on")
+    if result.skipped:
+        console.print(f"{result.skipped} messages not replayed: no state to begin with")
+    for text in result.breaks[:MOST_BREAKS]:
+        console.print(text)
+    if len(result.breaks) > MOST_BREAKS:
+        console.print(f"... {len(result.breaks)} breaks in all")
+    if result.outside or result.unrecorded:
+        console.print(f"at the edges: {result.outside} decisions without inputs, {result.unrecorded} not recorded")
+    console.print(
+        f"{result.decisions} decisions and {result.snapshots} states compared: {len(result.differences)} differences"
+        + (f", {len(result.breaks)} breaks" if result.breaks else "")
+    )
+    if result.differences:
+        console.print(f"first difference: {result.differences[0]}")
+
+
+def main() -> None:
+    """Run the command."""
+    app(prog_name="replay_decisions")
