@@ -160,6 +160,13 @@ class Home(Section, frozen=True):
     speed_percent: Percent
 
 
+class Shadow(Section, frozen=True):
+    """What the service ``twin_controller/shadow`` remembers."""
+
+    period_ms: PositiveMs
+    memory_s: Annotated[float, Meta(gt=0.0, le=3600.0)]
+
+
 class TwinControllerConfig(Section, frozen=True):
     """Everything in twin_controller.yaml."""
 
@@ -175,6 +182,7 @@ class TwinControllerConfig(Section, frozen=True):
     stream: Stream
     divergence: Divergence
     home: Home
+    shadow: Shadow
     state_rate_hz: Annotated[float, Meta(ge=1.0, le=100.0)]
     decision_history: Annotated[int, Meta(ge=10, le=100_000)]
 

@@ -11,15 +11,17 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from scara_config import Robot
 from sensor_msgs.msg import JointState
 
-from scara_msgs.msg import Audit, CoreInput, LinkState, RobotData, TwinControllerState
+from scara_msgs.msg import Audit, LinkState, RobotData, TwinControllerState
 from scara_msgs.msg import Decision as DecisionMessage
 from twin_controller.core.actions import Decided
 from twin_controller.core.events import AnyEvent, RealMeasured
 from twin_controller.core.state import CoreState, Setup
+from twin_controller.nodes.input_publisher import InputPublisher
+from twin_controller.nodes.shadow_service import ShadowService
+from twin_controller.nodes.status_publisher import StatusPublisher
 from twin_controller.robot_sample import RobotSample
 from twin_controller.view import LinkView, Status, state_view
 
-_ENCODER = msgspec.msgpack.Encoder()
 DATA_PERIOD_S = 0.1
 NAN = float("nan")
 
@@ -27,12 +29,13 @@ NAN = float("nan")
 class Publishing:
     """All publishers of the node. ``stepped`` runs in the engine's thread."""
 
-    def __init__(self, setup: Setup, robot: Robot) -> None:
-        """Advertise."""
-        self._setup, self._robot = setup, robot
+    def __init__(self, setup: Setup, robot: Robot, shadow: ShadowService) -> None:
+        """Advertise; ``shadow`` remembers each state."""
+        self._setup, self._robot, self._shadow = setup, robot, shadow
         self._state = rospy.Publisher("twin_controller/state", TwinControllerState, queue_size=2, tcp_nodelay=True)
         self._decisions = rospy.Publisher("twin_controller/decisions", DecisionMessage, queue_size=100, tcp_nodelay=True)
-        self._inputs = rospy.Publisher("twin_controller/inputs", CoreInput, queue_size=1000, tcp_nodelay=True)
+        self._inputs = InputPublisher(setup.config)
+        self._status = StatusPublisher(setup)
         self._joints = rospy.Publisher("real/joint_states", JointState, queue_size=2, tcp_nodelay=True)
         self._data = rospy.Publisher("real/robot_data", RobotData, queue_size=2, tcp_nodelay=True)
         self._audit = rospy.Publisher("twin_controller/audit", Audit, queue_size=100, tcp_nodelay=True)
@@ -40,7 +43,6 @@ class Publishing:
         self._next_state = self._next_data = 0.0
         self._shown: tuple[object, ...] = ()
         self._data_shown: tuple[object, ...] = ()
-        self._seq = 0
         self._lock = threading.Lock()
         self._links: dict[str, dict[str, int]] = {}
 
@@ -52,8 +54,7 @@ class Publishing:
         """Publish a batch of inputs, the decisions and, when due or changed, the state."""
         now, stamp = time.monotonic(), rospy.get_rostime()
         with self._lock:
-            self._seq += 1
-            self._inputs.publish(CoreInput(seq=self._seq, data=_ENCODER.encode(events), header=_header(stamp)))
+            self._inputs.publish(events, state, stamp)
             for decision in decided:
                 self._decisions.publish(_decision(decision, stamp))
                 rospy.loginfo("%s -> %s: %s", decision.mode_before, decision.mode_after, decision.why)
@@ -63,6 +64,8 @@ class Publishing:
                 if isinstance(event, RealMeasured) and state.real.history:
                     self._publish_joints(event, state, now, stamp)
             self.publish_state(state, now, stamp)
+            self._status.publish(state, now, stamp)
+        self._shadow.remember(state, now, stamp.to_sec())
 
     def publish_state(self, state: CoreState, now: float, stamp: rospy.Time) -> None:
         """Publish the state at its rate and at once when mode, reason or a link changes."""
@@ -95,6 +98,7 @@ class Publishing:
         speed = sample.override * sample.program_speed * 1e-2
         running = "progrun" in sample.outputs
         ready = "sysrdy" in sample.outputs and "fault" not in sample.outputs
+        self._status.pendant_enabled = "tpenbl" in sample.outputs
         shown = (kind, speed, running, ready, program, alarm)
         now = time.monotonic()
         if now < self._next_data and shown == self._data_shown:

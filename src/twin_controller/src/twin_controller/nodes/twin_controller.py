@@ -2,14 +2,16 @@
 
 Parameters: ``~config_dir`` (robot.yaml, twin_controller.yaml, modbus_map.yaml); ``~modbus_host``, ``~modbus_port`` and
 ``~gateway_url`` override the end points of twin_controller.yaml.
-Services: ``twin_controller/command`` (scara_msgs/TwinCommand), ``twin_controller/why`` (scara_msgs/Why).
+Services: ``twin_controller/command`` (scara_msgs/TwinCommand), ``twin_controller/why`` (scara_msgs/Why),
+``twin_controller/shadow`` (scara_msgs/Shadow).
 Subscribes: ``people/nearest`` (geometry_msgs/PointStamped in the base frame), for speed and separation monitoring.
 Publishes: ``twin_controller/state``, ``decisions``, ``inputs``, ``audit``, ``configuration`` (latched),
-``real/joint_states``, ``real/robot_data``, ``/diagnostics``.
+``real/joint_states``, ``real/robot_data``, ``robot_status``, ``speed_scaling_factor``, ``/diagnostics``.
 """
 
 from __future__ import annotations
 
+import hashlib
 import math
 import os
 import sys
@@ -32,6 +34,7 @@ from twin_controller.io.engine import Engine
 from twin_controller.io.real_door import RealDoor
 from twin_controller.io.twin_door import TwinDoor
 from twin_controller.nodes.publishing import Publishing
+from twin_controller.nodes.shadow_service import ShadowService
 from twin_controller.view import decision_text, statuses
 
 DIAGNOSTICS_PERIOD_S = 1.0  # REP-107
@@ -42,11 +45,12 @@ DEFAULT_DECISIONS = 10
 class Node:
     """Engine, both doors and the ROS side, wired."""
 
-    def __init__(self, robot: Robot, config: TwinControllerConfig, layout: ModbusMap) -> None:
-        """Build everything; nothing connects before ``run``."""
+    def __init__(self, robot: Robot, config: TwinControllerConfig, layout: ModbusMap, configuration: str) -> None:
+        """Build everything; nothing connects before ``run``. ``configuration`` identifies the files in force."""
         self._setup = Setup(robot, config)
         self._base_frame = robot.base_frame
-        self._publishing = Publishing(self._setup, robot)
+        self._shadow = ShadowService(self._setup, configuration)
+        self._publishing = Publishing(self._setup, robot, self._shadow)
         host, port = rospy.get_param("~modbus_host", config.real.host), int(rospy.get_param("~modbus_port", config.real.port))
         url = rospy.get_param("~gateway_url", config.twin.url)
         self._real = RealDoor(self._setup, robot, layout, host, port, self._put, self._changed, self._publishing.robot_data)
@@ -59,6 +63,7 @@ class Node:
         services = [
             rospy.Service("twin_controller/command", TwinCommand, self._command),
             rospy.Service("twin_controller/why", Why, self._why),
+            self._shadow.offer(),
         ]
         with self._engine, self._real, self._twin:
             self._watch()
@@ -123,12 +128,13 @@ class Node:
         return WhyResponse([decision_text(decision) for decision in decisions])
 
 
-def _publish_configuration(folder: Path) -> rospy.Publisher:
-    """Latch all YAML files in force as one JSON object, for the bag."""
+def _publish_configuration(folder: Path) -> tuple[rospy.Publisher, str]:
+    """Latch all YAML files in force as one JSON object, for the bag; return what identifies them too."""
     files = {path.name: path.read_text(encoding="utf-8") for path in sorted(folder.glob("**/*.yaml"))}
+    text = msgspec.json.encode(files)
     publisher = rospy.Publisher("twin_controller/configuration", String, queue_size=1, latch=True)
-    publisher.publish(String(msgspec.json.encode(files).decode()))
-    return publisher
+    publisher.publish(String(text.decode()))
+    return publisher, hashlib.sha256(text).hexdigest()[:12]
 
 
 def main() -> None:
@@ -143,8 +149,8 @@ def main() -> None:
     except ConfigError as error:
         rospy.logfatal("twin_controller: %s", error)
         sys.exit(2)
-    publisher = _publish_configuration(folder)
-    node = Node(robot, config, layout)
+    publisher, configuration = _publish_configuration(folder)
+    node = Node(robot, config, layout, configuration)
     code = node.run()
     publisher.unregister()
     if code:

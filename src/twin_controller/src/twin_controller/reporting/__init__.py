@@ -1,0 +1,1 @@
+"""What others are told of the controller: its state for replay, the pair's shadow, the robot's status."""

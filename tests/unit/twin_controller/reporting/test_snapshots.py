@@ -1,0 +1,53 @@
+"""Inputs and states survive the way through a recording, bit for bit."""
+
+from __future__ import annotations
+
+import msgspec
+import pytest
+from harness.pair import Pair
+from harness.recording import eventful
+from twin_controller.reporting.snapshots import (
+    SnapshotError,
+    decode_events,
+    decode_state,
+    encode_events,
+    encode_state,
+    first_difference,
+)
+
+
+def test_every_state_of_an_eventful_run_survives_encoding() -> None:
+    """A state read back encodes to the same bytes and is the same in all its fields; infinities included."""
+    recording = eventful(Pair(), batch=7, every=1)
+    assert len(recording.inputs) > 100
+    for message in recording.inputs:
+        state = decode_state(message.state)
+        assert encode_state(state) == message.state
+        events = decode_events(message.data)
+        assert encode_events(events) == message.data
+
+
+def test_the_past_decisions_are_left_out_of_a_state() -> None:
+    """Nothing is decided by them, and they are recorded as messages of their own."""
+    pair = Pair()
+    pair.connect()
+    assert pair.state.decisions
+    again = decode_state(encode_state(pair.state))
+    assert again.decisions == ()
+    assert first_difference(again, pair.state) == ""
+
+
+def test_the_first_different_field_is_named_with_both_values() -> None:
+    """A replay that goes astray shows where."""
+    pair = Pair()
+    other = msgspec.structs.replace(pair.state, lag=0.25)
+    assert first_difference(pair.state, other) == f"lag = {pair.state.lag!r} instead of 0.25"
+
+
+@pytest.mark.parametrize("data", [b"", b"\xc1", b"\x01", b"\x91\x81\xa4kind\xa5dance"])
+def test_foreign_bytes_are_refused(data: bytes) -> None:
+    """A recording of another version is named, not misread."""
+    with pytest.raises(SnapshotError, match="inputs: "):
+        decode_events(data)
+    with pytest.raises(SnapshotError, match="state: "):
+        decode_state(data)
