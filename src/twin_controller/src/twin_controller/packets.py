@@ -121,6 +121,11 @@ def follow_packet(action: FollowTwin, names: Sequence[str]) -> dict[str, Any]:
     }
 
 
+def end_packet(stamp: float) -> dict[str, Any]:
+    """Build the trajectory_msgs/JointTrajectory without points that ends the twin's following; ``stamp`` is its ROS time."""
+    return {"header": {"stamp": _ros_time(stamp), "frame_id": SENDER}, "joint_names": [], "points": []}
+
+
 def command_packet(action: Perform, stamp: float) -> dict[str, Any]:
     """Build the scara_msgs/MotionCommand of an action for the twin; ``stamp`` is the twin's ROS time."""
     return {

@@ -88,6 +88,11 @@ class PoseController:
             raise
         return packet.select(self._commanded) if self._commanded != packet.names else packet
 
+    def end_follow(self) -> None:
+        """End the stream because its source says so: what still moves is stopped, and a move is possible at once."""
+        if self._session is not None:
+            self._stop("follow: ended by its source")
+
     def command(self, command: Command, reason: str, now: float) -> None:
         """Obey a command."""
         if command is Command.STOP or command is Command.ESTOP:

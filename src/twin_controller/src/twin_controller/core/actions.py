@@ -23,6 +23,7 @@ class Do(StrEnum):
     RESUME_TWIN = "resume the twin"
     ESTOP_TWIN = "freeze the twin"
     RESET_TWIN = "reset the twin"
+    RELEASE_TWIN = "end the twin's following"
     BEGIN_ALIGN = "align the twin"
     BEGIN_FOLLOW_TWIN = "let the twin follow"
     BEGIN_STREAM = "let the real robot follow"

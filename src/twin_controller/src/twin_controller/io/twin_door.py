@@ -8,7 +8,7 @@ from collections.abc import Callable
 from types import TracebackType
 from typing import Any, Self
 
-from twin_controller.core.actions import FollowTwin, MoveTwin, Perform
+from twin_controller.core.actions import Do, FollowTwin, MoveTwin, Perform
 from twin_controller.core.events import AnyEvent, TwinMeasured
 from twin_controller.core.state import Setup
 from twin_controller.io.rosbridge_link import LinkSettings, RosbridgeLink
@@ -22,6 +22,7 @@ from twin_controller.packets import (
     PacketError,
     clock_probe,
     command_packet,
+    end_packet,
     follow_packet,
     twin_measured,
     twin_motion,
@@ -96,7 +97,10 @@ class TwinDoor:
         self._link.publish(FOLLOW, follow_packet(action, self._setup.names))
 
     def perform(self, action: Perform, stamp: float) -> None:
-        """Send one motion command; ``stamp`` is the twin's ROS time."""
+        """Send one motion command, or the end of following; ``stamp`` is the twin's ROS time."""
+        if action.do is Do.RELEASE_TWIN:
+            self._link.publish(FOLLOW, end_packet(stamp))
+            return
         self._link.publish(MOTION_COMMAND, command_packet(action, stamp))
 
     def cap(self, speed_percent: float) -> None:
