@@ -240,5 +240,9 @@ class TwinSide:
 
     def perform_twin(self, action: Perform, now: float) -> None:
         """Obey an action of the twin controller."""
-        if self.twin_up:
+        if not self.twin_up:
+            return
+        if action.do is not Do.RELEASE_TWIN:
             self.command_twin(action.do, action.id, now)
+        elif self.motion == "following":
+            self.motion, self.follow = "idle", None

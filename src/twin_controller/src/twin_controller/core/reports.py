@@ -64,7 +64,7 @@ def _twin_reports(setup: Setup, state: CoreState, motion: TwinMotion, now: float
     if _pauses(motion) and not own and state.mode in LEADING:
         return [Trigger.TWIN_PAUSED]
     if state.mode is Mode.PAUSED and state.paused_seen[1] and motion.state in ("moving", "announcing"):
-        return [Trigger.RELEASED_BLOCKED if state.needs_acknowledge else Trigger.TWIN_RESUMED]
+        return [Trigger.RELEASED_BLOCKED if state.resume_blocked else Trigger.TWIN_RESUMED]
     return []
 
 
@@ -91,7 +91,7 @@ def _real_reports(setup: Setup, state: CoreState, flags: RealMeasured, now: floa
         return []
     own = state.real.change.onset if change.moved(state.real.change, setup.config.change) else None
     if own is not None and state.stream.onset is not None and own <= state.stream.onset:
-        return [Trigger.REAL_TOOK_OVER]
+        return [Trigger.REAL_WAS_FIRST]
     return _stream_reports(setup, state, flags, now)
 
 
@@ -116,6 +116,6 @@ def _paused_real_reports(state: CoreState, flags: RealMeasured) -> list[Trigger]
     if state.paused_seen[0]:
         if not (flags.own_program or flags.streaming):
             return [Trigger.REAL_STOPPED]
-        return [Trigger.RELEASED_BLOCKED if state.needs_acknowledge else Trigger.REAL_RELEASED]
+        return [Trigger.RELEASED_BLOCKED if state.resume_blocked else Trigger.REAL_RELEASED]
     own = flags.own_program and state.program_was_off and state.paused_mode in FOLLOWS_TWIN
     return [Trigger.REAL_TOOK_OVER] if own else []

@@ -202,6 +202,11 @@ class CoreState(msgspec.Struct, frozen=True):
     move_pending: bool = False
     decisions: tuple[Decided, ...] = ()
 
+    @property
+    def resume_blocked(self) -> bool:
+        """Whether a paused motion may not go on, whoever lets it: a divergence is not acknowledged, a person is too close."""
+        return self.needs_acknowledge or self.separation.too_close
+
 
 def initial_state(config: TwinControllerConfig) -> CoreState:
     """Return the state before the first input."""

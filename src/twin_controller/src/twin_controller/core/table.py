@@ -37,6 +37,7 @@ class Trigger(StrEnum):
     ALIGN_FAILED = "the twin did not reach the real robot's pose in time"
     REAL_MOVED = "the real robot moved first"
     REAL_TOOK_OVER = "the real robot moves on its own"
+    REAL_WAS_FIRST = "the real robot had moved before the twin"
     TWIN_MOVED = "the twin moved first"
     TWIN_MOVED_UNALIGNED = "the twin moved while it was not aligned"
     AT_REST = "both stand still and agree"
@@ -51,7 +52,7 @@ class Trigger(StrEnum):
     TWIN_RESUMED = "the twin goes on"
     TWIN_ESTOPPED = "the twin was frozen on its side"
     ESTOP_MISSED = "a side does not obey the latched emergency stop"
-    RELEASED_BLOCKED = "a side goes on before the divergence was acknowledged"
+    RELEASED_BLOCKED = "a side goes on while RESUME is blocked"
     STREAM_FAILED = "the real robot does not start its stream program"
     REJECTED = "a set point for the real robot was rejected"
     DIVERGED = "the pair came apart"
@@ -106,6 +107,7 @@ DEFAULTS: dict[Trigger, Row] = {
     Trigger.ALIGN_FAILED: STAY,
     Trigger.REAL_MOVED: STAY,
     Trigger.REAL_TOOK_OVER: STAY,
+    Trigger.REAL_WAS_FIRST: STAY,
     Trigger.TWIN_MOVED: STAY,
     Trigger.TWIN_MOVED_UNALIGNED: STAY,
     Trigger.AT_REST: STAY,
@@ -143,9 +145,10 @@ DEFAULTS: dict[Trigger, Row] = {
 
 _REAL_LEADS = Row(Mode.REAL_LEADS, (Do.BEGIN_FOLLOW_TWIN,), "the twin follows")
 _TAKE_OVER = Row(Mode.REAL_LEADS, (Do.STOP_TWIN, Do.BEGIN_FOLLOW_TWIN), "the real robot wins; the twin's own motion ends")
+_WAS_FIRST = Row(Mode.REAL_LEADS, (Do.STOP_REAL, Do.STOP_TWIN, Do.BEGIN_FOLLOW_TWIN), "its stream ends, the twin follows")
 _TWIN_LEADS = Row(Mode.TWIN_LEADS, (Do.BEGIN_STREAM, Do.START_STREAM), "the real robot follows")
 _OPERATOR_LEADS = Row(Mode.OPERATOR_LEADS, (Do.BEGIN_STREAM, Do.START_STREAM, Do.MOVE_TWIN), "both are commanded")
-_TO_IDLE = Row(Mode.IDLE, (Do.BASELINE,), "the positions are agreed")
+_TO_IDLE = Row(Mode.IDLE, (Do.RELEASE_TWIN, Do.BASELINE), "the positions are agreed")
 _TO_IDLE_STREAMED = Row(Mode.IDLE, (Do.STOP_REAL, Do.BASELINE), "the positions are agreed")
 _ALIGN = Row(Mode.ALIGNING, (Do.BEGIN_ALIGN,), "the twin goes slowly to the real robot's pose")
 _REALIGN = Row(Mode.ALIGNING, (Do.STOP_REAL, Do.BEGIN_ALIGN), "the twin goes slowly to the real robot's pose")
@@ -170,6 +173,19 @@ _FOLLOWING: dict[Trigger, Row] = {
     Trigger.TWIN_STOPPED: _STOPPED,
     Trigger.DIVERGED: _DIVERGED,
 }
+_STREAMING: dict[Trigger, Row] = {
+    **_FOLLOWING,
+    Trigger.AT_REST: _TO_IDLE_STREAMED,
+    Trigger.UNSETTLED: _REALIGN,
+    Trigger.REAL_TOOK_OVER: _TAKE_OVER,
+    Trigger.REAL_WAS_FIRST: _WAS_FIRST,
+    Trigger.REAL_HELD: _PAUSE_TWIN,
+    Trigger.REAL_STOPPED: _STOPPED,
+    Trigger.TWIN_PAUSED: Row(Mode.PAUSED, (), "the target is kept"),
+    Trigger.STREAM_FAILED: _FAILED,
+    Trigger.REJECTED: _STOPPED,
+    Trigger.PAUSE: _PAUSE_TWIN,
+}
 
 ROWS: dict[Mode, dict[Trigger, Row]] = {
     Mode.OFFLINE: {
@@ -192,10 +208,9 @@ ROWS: dict[Mode, dict[Trigger, Row]] = {
         Trigger.ACKNOWLEDGE: _OFFLINE,
     },
     Mode.ALIGNING: {
-        Trigger.ALIGNED: Row(Mode.IDLE, (Do.BASELINE,), "the pair is ready"),
+        Trigger.ALIGNED: Row(Mode.IDLE, (Do.RELEASE_TWIN, Do.BASELINE), "the pair is ready"),
         Trigger.ALIGN_FAILED: _FAILED,
         Trigger.TOO_CLOSE: _STOPPED,
-        Trigger.REAL_TOOK_OVER: STAY,
         Trigger.TWIN_STOPPED: _STOPPED,
         Trigger.ALIGN: Row(None, (), "already aligning"),
         Trigger.MOVE: _refuse("the twin is aligning: wait"),
@@ -208,7 +223,6 @@ ROWS: dict[Mode, dict[Trigger, Row]] = {
         Trigger.REAL_TOOK_OVER: _REAL_LEADS,
         Trigger.TWIN_MOVED: _TWIN_LEADS,
         Trigger.TWIN_MOVED_UNALIGNED: _NO_LEAD,
-        Trigger.UNSETTLED: _REALIGN,
         Trigger.ALIGN: _ALIGN,
         Trigger.MOVE: _OPERATOR_LEADS,
         Trigger.MOVE_UNALIGNED: _refuse("the twin is not aligned: ALIGN first"),
@@ -220,30 +234,8 @@ ROWS: dict[Mode, dict[Trigger, Row]] = {
         Trigger.TWIN_PAUSED: _HOLD_REAL,
         Trigger.PAUSE: _HOLD_REAL,
     },
-    Mode.TWIN_LEADS: {
-        **_FOLLOWING,
-        Trigger.AT_REST: _TO_IDLE_STREAMED,
-        Trigger.UNSETTLED: _REALIGN,
-        Trigger.REAL_TOOK_OVER: _TAKE_OVER,
-        Trigger.REAL_HELD: _PAUSE_TWIN,
-        Trigger.REAL_STOPPED: _STOPPED,
-        Trigger.TWIN_PAUSED: Row(Mode.PAUSED, (), "the target is kept"),
-        Trigger.STREAM_FAILED: _FAILED,
-        Trigger.REJECTED: _STOPPED,
-        Trigger.PAUSE: _PAUSE_TWIN,
-    },
-    Mode.OPERATOR_LEADS: {
-        **_FOLLOWING,
-        Trigger.AT_REST: _TO_IDLE_STREAMED,
-        Trigger.UNSETTLED: _REALIGN,
-        Trigger.REAL_TOOK_OVER: _TAKE_OVER,
-        Trigger.REAL_HELD: _PAUSE_TWIN,
-        Trigger.REAL_STOPPED: _STOPPED,
-        Trigger.TWIN_PAUSED: Row(Mode.PAUSED, (), "the target is kept"),
-        Trigger.STREAM_FAILED: _FAILED,
-        Trigger.REJECTED: _STOPPED,
-        Trigger.PAUSE: _PAUSE_TWIN,
-    },
+    Mode.TWIN_LEADS: _STREAMING,
+    Mode.OPERATOR_LEADS: _STREAMING,
     Mode.PAUSED: {
         Trigger.TWIN_STOPPED: _STOPPED,
         Trigger.REAL_STOPPED: _STOPPED,

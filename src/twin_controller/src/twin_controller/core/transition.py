@@ -17,7 +17,13 @@ from twin_controller.core.table import RESUMING, Mode, Row, Trigger, look_up
 replace = msgspec.structs.replace
 
 LEADERS = {Mode.REAL_LEADS: "real", Mode.TWIN_LEADS: "twin", Mode.OPERATOR_LEADS: "operator"}
-ONSET_TRIGGERS = (Trigger.REAL_MOVED, Trigger.TWIN_MOVED, Trigger.TWIN_MOVED_UNALIGNED, Trigger.REAL_TOOK_OVER)
+ONSET_TRIGGERS = (
+    Trigger.REAL_MOVED,
+    Trigger.REAL_WAS_FIRST,
+    Trigger.REAL_TOOK_OVER,
+    Trigger.TWIN_MOVED,
+    Trigger.TWIN_MOVED_UNALIGNED,
+)
 
 
 def transition(

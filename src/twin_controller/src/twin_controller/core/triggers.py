@@ -150,7 +150,7 @@ def operator_trigger(setup: Setup, state: CoreState, event: Operator) -> Trigger
     """Return the trigger of an operator's command, None for one that is not in the table."""
     if event.command in ("MOVE", "MOVE_JOINTS", "HOME"):
         return Trigger.MOVE if pair_agreed(setup, state) else Trigger.MOVE_UNALIGNED
-    if event.command == "RESUME" and (state.needs_acknowledge or state.separation.too_close):
+    if event.command == "RESUME" and state.resume_blocked:
         return Trigger.RESUME_BLOCKED
     if event.command == "RESET" and not state.links_up:
         return Trigger.RESET_BLOCKED
