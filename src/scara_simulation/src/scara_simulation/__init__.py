@@ -1,1 +1,1 @@
-"""The twin's world in PyBullet, and its web-socket door"""
+"""The twin's world in PyBullet, and its web-socket door."""

@@ -36,6 +36,8 @@ class SimulationConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     velocity_tolerance_percent: Percent
     acceleration_tolerance_percent: Percent
     standstill_percent: Annotated[float, Meta(gt=0.0, le=5.0)]
+    stick_band_deg: Annotated[float, Meta(ge=0.0, le=1.0)]
+    stick_band_mm: Annotated[float, Meta(ge=0.0, le=1.0)]
     start_pose: dict[str, float]
 
     @property
@@ -51,6 +53,10 @@ class SimulationConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def position_tolerance(self, joint: Joint) -> float:
         """How far a set point may lie outside the joint's limits and is pulled back [rad] or [m]."""
         return {"deg": self.position_tolerance_deg, "mm": self.position_tolerance_mm}[joint.unit] * joint.scale
+
+    def stick_band(self, joint: Joint) -> float:
+        """Position error at rest for which the whole dry friction of the joint is pushed against [rad] or [m]."""
+        return {"deg": self.stick_band_deg, "mm": self.stick_band_mm}[joint.unit] * joint.scale
 
     def start_positions(self, robot: Robot) -> list[float]:
         """Return the start pose of the twin's joints, in robot.yaml's order [rad] or [m]."""

@@ -1,6 +1,6 @@
 r"""All joints' loops together: set points in, efforts out, with the inverse dynamics as feed-forward.
 
-The feed-forward is computed torque: the acceleration it is asked for holds the tracking error of streamed set points,
+The feed-forward is computed torque: the acceleration it is asked for holds the error of the wanted position,
 
 .. math:: a = \ddot q_r + \omega^2 (q_r - q) + 2 \omega (\dot q_r - \dot q),
 
@@ -15,11 +15,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from scara_config import Robot
 from scara_control.setpoints import SetpointTrack
 
-from scara_simulation.config import LoopGains, SimulationConfig
-from scara_simulation.joint_loop import JointLoop, JointModel
+from scara_simulation.config import LoopGains
+from scara_simulation.joint_loop import JointLoop
+from scara_simulation.joint_model import JointModel
 
 InverseDynamics = Callable[[list[float], list[float], list[float]], Sequence[float]]
 """Efforts of all joints for positions, velocities and accelerations, without damping and friction."""
@@ -44,10 +44,13 @@ class JointControl:
             gains: One for each joint.
             start: Positions to hold, shape (n,): [rad], prismatic [m].
             dt: Length of a step [s].
-            inverse_dynamics: None: no feed-forward, not even of gravity.
+            inverse_dynamics: None: plain PID, no feed-forward, not even of gravity and friction.
             bandwidth: Of the error in the computed torque [rad/s]; 0: pure feed-forward.
         """
-        self.loops = [JointLoop(model, gain, q) for model, gain, q in zip(models, gains, start, strict=True)]
+        model_based = inverse_dynamics is not None
+        self.loops = [
+            JointLoop(model, gain, q, model_based=model_based) for model, gain, q in zip(models, gains, start, strict=True)
+        ]
         self._index = {model.name: k for k, model in enumerate(models)}
         self._start = tuple(start)
         self._dt = dt
@@ -114,22 +117,3 @@ class JointControl:
             ]
             feed_forward = self._inverse_dynamics([w[0] for w in wanted], [w[1] for w in wanted], accelerations)
         return [loop.effort(q[k], qdot[k], feed_forward[k], dt) for k, loop in enumerate(loops)]
-
-
-def joint_models(robot: Robot, config: SimulationConfig, damping: Sequence[float], friction: Sequence[float]) -> list[JointModel]:
-    """Return what the loops need to know, from the robot's limits and the URDF's damping and friction."""
-    return [
-        JointModel(
-            name=joint.name,
-            lower=joint.lower,
-            upper=joint.upper,
-            velocity=joint.velocity,
-            acceleration=joint.acceleration,
-            effort=joint.effort,
-            standstill=joint.velocity * config.standstill_percent / 100.0,
-            tolerance=config.position_tolerance(joint),
-            damping=d,
-            friction=f,
-        )
-        for joint, d, f in zip(robot.twin_joints, damping, friction, strict=True)
-    ]

@@ -1,4 +1,9 @@
-"""One joint's control loop: the last command wins, and switching makes no jump of the effort."""
+"""One joint's control loop: the last command wins, and switching makes no jump of the effort.
+
+With a model of its joint the loop takes a position command to it along a jerk-limited path, so that a step of any size
+stays within the effort, and overcomes friction by the model. Without one (the article's plain PID) the command itself is
+the set point, and damping, friction and weight are left to the gains.
+"""
 
 from __future__ import annotations
 
@@ -6,37 +11,18 @@ import math
 from typing import Literal
 
 import msgspec
+from scara_control.motion.plan import Path
 from scara_control.pid import PidGains, compute_command, integral_for_effort, saturate
 from scara_control.setpoints import Sample, SetpointTrack
 
 from scara_simulation.config import LoopGains
+from scara_simulation.joint_model import JointModel
+from scara_simulation.track_queue import TrackQueue
 
 Mode = Literal["trajectory", "position", "velocity"]
 
 _BRAKING_LAG = 0.05
 """[s] Three time constants of the velocity loop: how late it may follow a braking command. Our choice."""
-
-
-class JointModel(msgspec.Struct, frozen=True):
-    """What the loop knows of its joint, in SI: limits of robot.yaml, damping and friction of the URDF.
-
-    ``standstill`` is the speed that counts as none, ``tolerance`` how far a set point may pass a limit unnoticed.
-    """
-
-    name: str
-    lower: float
-    upper: float
-    velocity: float
-    acceleration: float
-    effort: float
-    standstill: float
-    tolerance: float = 0.0
-    damping: float = 0.0
-    friction: float = 0.0
-
-    def friction_effort(self, velocity: float) -> float:
-        """Return the effort that overcomes damping and dry friction at ``velocity``, without a jump at rest."""
-        return self.damping * velocity + self.friction * min(max(velocity / self.standstill, -1.0), 1.0)
 
 
 class LoopState(msgspec.Struct, frozen=True):
@@ -59,15 +45,20 @@ class JointLoop:
     """
 
     __slots__ = (
-        "_friction_effort",
-        "_gains",
         "_integral",
+        "_last_velocity",
+        "_model_based",
+        "_next_velocity",
+        "_path",
+        "_path_time",
         "_queue",
+        "_target",
         "_velocity_command",
+        "_wanted",
         "applied_effort",
-        "error",
         "holding",
         "limited_steps",
+        "loop_gains",
         "mode",
         "model",
         "position_setpoint",
@@ -75,10 +66,11 @@ class JointLoop:
         "velocity_setpoint",
     )
 
-    def __init__(self, model: JointModel, gains: LoopGains, position: float) -> None:
-        """Hold ``position``."""
+    def __init__(self, model: JointModel, gains: LoopGains, position: float, *, model_based: bool = True) -> None:
+        """Hold ``position``; ``model_based``: with paths and friction compensation, else plain PID."""
         self.model = model
-        self._gains = gains
+        self.loop_gains = gains
+        self._model_based = model_based
         self.saturated_steps = 0
         self.limited_steps = 0
         self.reset(position)
@@ -89,23 +81,32 @@ class JointLoop:
         self.holding = True
         self.position_setpoint = position
         self.velocity_setpoint = 0.0
-        self.error = 0.0
-        self.applied_effort = 0.0
-        self._velocity_command = 0.0
-        self._friction_effort = 0.0
-        self._integral = 0.0
-        self._queue: list[tuple[SetpointTrack, int, float]] = []
+        self.applied_effort = self._integral = 0.0
+        self._velocity_command = self._last_velocity = self._next_velocity = 0.0
+        self._queue = TrackQueue()
+        self._target = position
+        self._wanted: Sample = (position, 0.0, 0.0)
+        self._path: Path | None = None
+        self._path_time = 0.0
 
     @property
     def gains(self) -> PidGains:
         """Gains of the loop that is closed now."""
-        return self._gains.position if self.holding else self._gains.velocity
+        return self.loop_gains.position if self.holding else self.loop_gains.velocity
+
+    def set_gains(self, gains: LoopGains) -> None:
+        """Go on with other gains; the effort of the integral stays, as far as the new clamp allows."""
+        effort = self._integral_effort()
+        self.loop_gains = gains
+        self._integral = integral_for_effort(self.gains, effort)
 
     def command_position(self, position: float) -> None:
-        """Go to ``position`` with zero velocity reference."""
+        """Go to ``position``: along a path that begins with the present motion, or by a step without a model."""
         self._close_loop("position", holding=True)
-        self.position_setpoint = position
-        self.velocity_setpoint = 0.0
+        self._target, self._path_time = position, 0.0
+        self._path = self.model.plan(self._wanted, position) if self._model_based else None
+        if self._path is None:
+            self._wanted = position, 0.0, 0.0
 
     def command_velocity(self, velocity: float) -> None:
         """Move with ``velocity``; 0 holds the position as soon as the joint stands still."""
@@ -115,41 +116,49 @@ class JointLoop:
 
     def command_track(self, track: SetpointTrack, column: int) -> None:
         """Follow a column of ``track`` from its first point on; what was sent for earlier stays."""
-        earlier = [entry for entry in self._queue if entry[0].first_time + entry[2] < track.first_time]
         self._close_loop("trajectory", holding=True)
-        self._queue = earlier + [(track, column, 0.0)]
+        self._queue.add(track, column)
 
     def postpone(self, duration: float) -> None:
         """Let all set points be due ``duration`` [s] later."""
-        self._queue = [(track, column, delay + duration) for track, column, delay in self._queue]
+        self._queue.postpone(duration)
 
     def reference(self, t: float, q: float, qdot: float, dt: float) -> Sample:
         """Return the motion at time ``t`` that the inverse dynamics shall be computed for.
 
-        A set point with a time is met in position, velocity and acceleration. Without one only gravity and the
-        velocity coupling at the measured state are wanted, and the braking in front of a limit.
+        A set point with a time and a path are met in position, velocity and acceleration. In velocity mode no position is
+        wanted but the measured one; the velocity set point goes to the commanded one within the joint's acceleration.
         """
         if self.mode == "trajectory":
-            position, velocity, acceleration = self._sample(t)
-            # The integrator's velocity belongs to the middle of the last step, so the reference does too.
-            self.position_setpoint = position
-            self.velocity_setpoint = velocity - 0.5 * dt * acceleration
-            self._friction_effort = self.model.friction_effort(velocity)
-            return position, velocity, acceleration
-        acceleration = self._limit_velocity(q, qdot) if self.mode == "velocity" else 0.0
-        self._friction_effort = self.model.friction_effort(self.velocity_setpoint)
-        return q, qdot, acceleration
+            self._wanted = self._sample(t)
+        elif self.mode == "velocity":
+            self._limit_velocity(q, qdot)
+            if not self.holding:
+                self._wanted = self._towards_velocity(q, dt)
+                return self._wanted
+        elif self._path is not None:
+            self._wanted = self._along_path(dt)
+        position, velocity, acceleration = self._wanted
+        # The integrator's velocity belongs to the middle of the last step, so the reference does too.
+        self.position_setpoint = position
+        self.velocity_setpoint = velocity - 0.5 * dt * acceleration
+        return self._wanted
 
     def effort(self, q: float, qdot: float, feed_forward: float, dt: float) -> float:
         """Return the effort for this step [N m] or [N], within the joint's limit."""
         if self.holding:
-            self.error = self.position_setpoint - q
-            gains, error_dot = self._gains.position, self.velocity_setpoint - qdot
+            error = self.position_setpoint - q
+            gains, error_dot = self.loop_gains.position, self.velocity_setpoint - qdot
         else:
-            self.error = self.velocity_setpoint - qdot
-            gains, error_dot = self._gains.velocity, 0.0
-        command, integral = compute_command(gains, self._integral, self.error, error_dot, dt)
-        self.applied_effort, saturated = saturate(command + feed_forward + self._friction_effort, self.model.effort)
+            error = self.velocity_setpoint - qdot
+            # Of the measured velocity alone: a step of the set point makes no kick.
+            gains, error_dot = self.loop_gains.velocity, (self._last_velocity - qdot) / dt
+        self._last_velocity = qdot
+        command, integral = compute_command(gains, self._integral, error, error_dot, dt)
+        if self._model_based:
+            wanted_velocity = self._wanted[1] if self.holding else self.velocity_setpoint
+            feed_forward += self.model.friction_effort(wanted_velocity, error if self.holding else 0.0)
+        self.applied_effort, saturated = saturate(command + feed_forward, self.model.effort)
         if saturated:
             self.saturated_steps += 1
         else:
@@ -157,72 +166,87 @@ class JointLoop:
         return self.applied_effort
 
     def state(self, q: float, qdot: float) -> LoopState:
-        """Return what the loop did in the last step; in velocity mode the velocity loop, also while it holds."""
+        """Return what the loop did in the last step; in velocity mode the velocity loop, also while it holds.
+
+        The set point of the position and velocity modes is the commanded one, within the limits of the joint.
+        """
+        kind: Literal["position", "velocity"]
         if self.mode == "velocity":
-            value, value_dot, set_point, gains = qdot, 0.0, self.velocity_setpoint, self._gains.velocity
-            return LoopState(
-                self.model.name, "velocity", set_point, value, value_dot, set_point - value, self.applied_effort, gains
-            )
-        return LoopState(
-            self.model.name, "position", self.position_setpoint, q, qdot, self.error, self.applied_effort, self._gains.position
-        )
+            kind, value, value_dot, set_point, gains = "velocity", qdot, 0.0, self._target, self.loop_gains.velocity
+        else:
+            set_point = self._target if self.mode == "position" else self.position_setpoint
+            kind, value, value_dot, gains = "position", q, qdot, self.loop_gains.position
+        return LoopState(self.model.name, kind, set_point, value, value_dot, set_point - value, self.applied_effort, gains)
+
+    def _along_path(self, dt: float) -> Sample:
+        """Go on by a step on the path, and leave it at its end."""
+        assert self._path is not None
+        self._path_time += dt
+        motion = self._path.at(self._path_time)
+        if self._path_time >= self._path.duration:
+            self._path = None
+        return motion.q[0], motion.qdot[0], motion.qddot[0]
 
     def _sample(self, t: float) -> Sample:
         """Sample the set points that are due, kept inside the joint's limits."""
-        queue = self._queue
-        while len(queue) > 1 and queue[1][0].first_time + queue[1][2] <= t:
-            queue.pop(0)
-        track, column, delay = queue[0]
-        sample = track.sample_joint(column, t - delay)
-        model = self.model
+        sample, model = self._queue.sample(t), self.model
         if model.lower - model.tolerance <= sample[0] <= model.upper + model.tolerance:
             return sample
         self.limited_steps += 1
         return min(max(sample[0], model.lower), model.upper), 0.0, 0.0
 
-    def _limit_velocity(self, q: float, qdot: float) -> float:
-        """Brake in front of the joint's limit and hold there; hold at standstill when the command is 0.
-
-        Returns:
-            The acceleration of the braking.
-        """
+    def _limit_velocity(self, q: float, qdot: float) -> None:
+        """Brake in front of the joint's limit and hold there; hold at standstill when the command is 0."""
         model, wanted = self.model, self._velocity_command
         limit, room = (model.upper, model.upper - q) if wanted > 0.0 else (model.lower, q - model.lower)
         lag = model.acceleration * _BRAKING_LAG
         allowed = math.sqrt(lag * lag + 2.0 * model.acceleration * max(0.0, room)) - lag
         if abs(wanted) <= allowed:
             self._drive(wanted, q, qdot)
-            return 0.0
+            return
         self.limited_steps += 1
         if allowed > model.standstill * (2.0 if self.holding else 1.0):  # once held, it stays held
             self._drive(math.copysign(allowed, wanted), q, qdot)
-            return -model.acceleration * self.velocity_setpoint / (allowed + lag)
-        self._hold(limit)
-        return 0.0
+        else:
+            self._hold(limit)
 
     def _drive(self, velocity: float, q: float, qdot: float) -> None:
         """Close the velocity loop, or the position loop once 0 is wanted and reached."""
+        self._target = velocity
         if velocity != 0.0:
             if self.holding:
                 self._close_loop("velocity", holding=False)
-            self.velocity_setpoint = velocity
-        elif not self.holding:
-            self.velocity_setpoint = 0.0
-            if abs(qdot) <= self.model.standstill:
-                self._hold(q)
+        elif not self.holding and self.velocity_setpoint == 0.0 and abs(qdot) <= self.model.standstill:
+            self._hold(q)
+
+    def _towards_velocity(self, q: float, dt: float) -> Sample:
+        """Move the velocity set point on towards the commanded one; without a model it jumps there."""
+        velocity, most = self._next_velocity, self.model.acceleration * dt
+        if not self._model_based:
+            self.velocity_setpoint = self._next_velocity = self._target
+            return q, self._target, 0.0
+        self._next_velocity = min(max(self._target, velocity - most), velocity + most)
+        self.velocity_setpoint = velocity
+        return q, 0.5 * (velocity + self._next_velocity), (self._next_velocity - velocity) / dt
 
     def _hold(self, position: float) -> None:
         """Close the position loop at ``position``, still in velocity mode."""
         self._close_loop("velocity", holding=True)
-        self.position_setpoint = position
-        self.velocity_setpoint = 0.0
+        self._target = 0.0
+        self._wanted = position, 0.0, 0.0
+
+    def _integral_effort(self) -> float:
+        """Return what the integral term of the closed loop makes now [N m] or [N]."""
+        gains = self.gains
+        return min(max(gains.i * self._integral, gains.lower), gains.upper)
 
     def _close_loop(self, mode: Mode, *, holding: bool) -> None:
         """Change the mode; the effort of the integral is carried over to the other loop."""
         if holding != self.holding:
-            effort = min(max(self.gains.i * self._integral, self.gains.lower), self.gains.upper)
+            effort = self._integral_effort()
             self.holding = holding
             self._integral = integral_for_effort(self.gains, effort)
+            self._next_velocity = self._wanted[1]
         self.mode = mode
         if mode != "trajectory":
-            self._queue = []
+            self._queue.clear()

@@ -26,7 +26,8 @@ from scara_simulation.commands import CommandGate
 from scara_simulation.config import LoopGains, SimulationConfig, load_gains, load_simulation
 from scara_simulation.io.clockwork import Clockwork
 from scara_simulation.io.world import World, description_path
-from scara_simulation.joint_control import JointControl, joint_models
+from scara_simulation.joint_control import JointControl
+from scara_simulation.joint_model import joint_models
 from scara_simulation.nodes.simulator_diagnostics import DiagnosticsPort
 from scara_simulation.nodes.simulator_ports import CommandPorts, StatePorts
 from scara_simulation.simulation import Simulation, Timing

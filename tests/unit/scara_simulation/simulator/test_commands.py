@@ -10,7 +10,7 @@ from scara_config import load_robot
 from scara_simulation.commands import CommandError, CommandGate, TrajectoryPoint
 from scara_simulation.config import load_simulation
 
-CONFIG = Path(__file__).parents[3] / "config"
+CONFIG = Path(__file__).parents[4] / "config"
 ROBOT = load_robot(CONFIG)
 ALL = ["joint_1", "joint_2", "joint_3", "table_joint"]
 

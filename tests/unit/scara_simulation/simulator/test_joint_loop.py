@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import msgspec
 import pytest
 from scara_control.pid import PidGains
 from scara_control.setpoints import SetpointTrack
 from scara_simulation.config import LoopGains
-from scara_simulation.joint_loop import JointLoop, JointModel
+from scara_simulation.joint_loop import JointLoop
+from scara_simulation.joint_model import JointModel
 
 DT = 1e-3
 INERTIA = 2.0
@@ -15,25 +17,27 @@ GAINS = LoopGains(
     velocity=PidGains(p=INERTIA * 60.0, i=INERTIA * 45.0, i_clamp=5.0),
 )
 MODEL = JointModel(
-    "joint_1", lower=-1.0, upper=1.0, velocity=3.0, acceleration=10.0, effort=100.0, standstill=0.003, tolerance=1e-4
+    "joint_1", lower=-1.0, upper=1.0, velocity=3.0, acceleration=10.0, effort=100.0, standstill=0.003, tolerance=1e-4, jerk=1000.0
 )
 
 
 class Joint:
-    """An inertia with a constant load, moved by a loop as the simulator does it."""
+    """An inertia with a constant load and dry friction, moved by a loop as the simulator does it."""
 
-    def __init__(self, load=0.0, q=0.0, feed_forward=True, model=MODEL):
-        self.loop = JointLoop(model, GAINS, q)
-        self.q, self.qdot, self.t, self.load, self.feed_forward = q, 0.0, 0.0, load, feed_forward
+    def __init__(self, load=0.0, q=0.0, model_based=True, model=MODEL, friction=0.0):
+        self.loop = JointLoop(model, GAINS, q, model_based=model_based)
+        self.q, self.qdot, self.t, self.load, self.model_based = q, 0.0, 0.0, load, model_based
+        self.friction = friction
         self.efforts = []
 
     def run(self, steps):
         """Advance and return the joint."""
         for _ in range(steps):
             wanted = self.loop.reference(self.t, self.q, self.qdot, DT)
-            effort = self.loop.effort(self.q, self.qdot, INERTIA * wanted[2] if self.feed_forward else 0.0, DT)
+            effort = self.loop.effort(self.q, self.qdot, INERTIA * wanted[2] if self.model_based else 0.0, DT)
             self.efforts.append(effort)
             self.qdot += (effort - self.load) / INERTIA * DT
+            self.qdot -= max(-abs(self.qdot), min(abs(self.qdot), self.friction / INERTIA * DT)) * (1 if self.qdot > 0 else -1)
             self.q += self.qdot * DT
             self.t += DT
         return self
@@ -53,16 +57,83 @@ def test_joint_starts_by_holding_its_position():
     assert joint.q == pytest.approx(0.4, abs=1e-6)
 
 
-def test_position_command_is_reached_and_reported():
-    """The position loop ends at the set point; error is set point minus measured."""
-    joint = Joint()
+@pytest.mark.parametrize("model_based", [True, False])
+def test_position_command_is_reached_and_reported(model_based):
+    """The position loop ends at the set point; what is told is the command, and error is set point minus measured."""
+    joint = Joint(model_based=model_based)
     joint.loop.command_position(0.01)
     joint.run(1)
     state = joint.loop.state(joint.q, joint.qdot)
     assert (state.kind, state.set_point) == ("position", 0.01)
-    assert state.error == pytest.approx(0.01)
+    assert state.error == pytest.approx(0.01 - joint.q)
     joint.run(1500)
     assert joint.q == pytest.approx(0.01, abs=1e-6)
+
+
+@pytest.mark.parametrize("step", [0.001, 0.01, 0.7, -0.9])
+def test_position_step_of_any_size_keeps_effort_speed_and_set_point(step):
+    """The way to the set point is limited, so the loop neither saturates nor overshoots."""
+    joint = Joint()
+    joint.loop.command_position(step)
+    speeds, shares = [], []
+    for _ in range(2000):
+        joint.run(1)
+        speeds.append(abs(joint.qdot))
+        shares.append(joint.q / step)
+    assert joint.loop.saturated_steps == 0
+    assert max(speeds) < 1.01 * MODEL.velocity
+    assert max(map(abs, joint.efforts)) < 1.3 * INERTIA * MODEL.acceleration
+    assert max(shares) < 1.005
+    assert joint.q == pytest.approx(step, abs=1e-7)
+
+
+def test_new_position_command_goes_on_from_the_present_motion():
+    """A command on the way makes no jump of the effort, and the last one is reached."""
+    joint = Joint(model=msgspec.structs.replace(MODEL, jerk=100.0))
+    joint.loop.command_position(0.9)
+    joint.run(300)
+    joint.loop.command_position(-0.9)
+    joint.run(1)
+    assert joint.efforts[-1] == pytest.approx(joint.efforts[-2], abs=2.0 * INERTIA * 100.0 * DT)
+    assert joint.run(3000).q == pytest.approx(-0.9, abs=1e-6)
+
+
+@pytest.mark.parametrize("known", [0.8, 1.0, 1.2])
+def test_joint_does_not_stick_beside_its_set_point(known):
+    """At rest the error says which way to push, also when the friction is not known exactly."""
+    model = msgspec.structs.replace(MODEL, friction=known * 8.0, stick_band=2e-5)
+    joint = Joint(model=model, friction=8.0)
+    for target in (0.002, -0.1, 0.0):
+        joint.loop.command_position(target)
+        assert joint.run(1500).q == pytest.approx(target, abs=1e-4)
+        joint.run(1000)
+        assert joint.q == pytest.approx(target, abs=4e-5)
+        assert abs(joint.qdot) < 0.01 * MODEL.standstill
+
+
+def test_new_gains_keep_the_effort_of_the_integral():
+    """The joint carries its load on without a jump; the other loop's gains are those of the next hand-over."""
+    joint = Joint(load=4.0).run(3000)
+    other = LoopGains(position=PidGains(p=9000.0, i=30000.0, d=300.0, i_clamp=6.0), velocity=GAINS.velocity)
+    joint.loop.set_gains(other)
+    assert joint.loop.loop_gains is other
+    joint.run(1)
+    assert joint.efforts[-1] == pytest.approx(4.0, abs=1e-3)
+    joint.loop.set_gains(msgspec.structs.replace(other, position=PidGains(p=9000.0, i=30000.0, d=300.0, i_clamp=3.0)))
+    joint.run(1)
+    assert joint.efforts[-1] == pytest.approx(3.0, abs=1e-2)
+
+
+def test_d_of_the_velocity_loop_acts_against_the_measured_acceleration():
+    """A step of the set point makes no kick, a push does."""
+    gains = LoopGains(position=GAINS.position, velocity=PidGains(d=5.0))
+    loop = JointLoop(MODEL, gains, 0.0, model_based=False)
+    loop.command_velocity(1.0)
+    efforts = []
+    for qdot in (0.0, 0.0, 0.01):
+        loop.reference(0.0, 0.0, qdot, DT)
+        efforts.append(loop.effort(0.0, qdot, 0.0, DT))
+    assert efforts == pytest.approx([0.0, 0.0, -5.0 * 0.01 / DT])
 
 
 def test_velocity_command_is_reached_and_zero_turns_into_holding():
@@ -103,11 +174,11 @@ def test_switching_the_mode_makes_no_jump_of_the_effort():
     joint.run(1)
     assert joint.efforts[-1] == pytest.approx(carried, abs=1e-3)
     joint.loop.command_velocity(1e-4)
-    joint.run(1)
+    joint.run(2)
     assert joint.efforts[-1] == pytest.approx(carried, abs=0.1)
     joint.loop.command_position(joint.q)
     joint.run(1)
-    assert joint.efforts[-1] == pytest.approx(carried, abs=0.1)
+    assert joint.efforts[-1] == pytest.approx(carried, abs=0.5)
 
 
 def test_trajectory_with_feed_forward_is_followed_without_error():
@@ -181,7 +252,7 @@ def test_velocity_command_towards_a_limit_slows_down_and_stops_there():
 
 def test_saturated_effort_is_limited_counted_and_stops_the_integral():
     """Past the joint's effort nothing goes out, and the integral waits."""
-    joint = Joint()
+    joint = Joint(model_based=False)
     joint.loop.command_position(1.0)
     joint.run(5)
     assert joint.efforts == [100.0] * 5
@@ -199,6 +270,16 @@ def test_friction_is_overcome_in_the_direction_of_the_set_point_without_a_jump()
     assert model.friction_effort(0.005) == pytest.approx(0.26)
     assert model.friction_effort(1.0) == pytest.approx(2.5)
     assert model.friction_effort(-1.0) == pytest.approx(-2.5)
+
+
+@pytest.mark.parametrize(
+    ("velocity", "error", "effort"),
+    [(0.0, 1e-4, 0.25), (0.0, -1e-3, -0.5), (0.005, 2e-4, 0.5), (0.005, -2e-4, 0.0), (0.01, -1.0, 0.5), (-1.0, 1.0, -0.5)],
+)
+def test_friction_at_rest_is_overcome_in_the_direction_of_the_error(velocity, error, effort):
+    """In proportion within the band; while the set point moves the error changes nothing."""
+    model = JointModel("j", -1, 1, 3, 10, 100, standstill=0.01, friction=0.5, stick_band=2e-4)
+    assert model.friction_effort(velocity, error) == pytest.approx(effort)
 
 
 def test_reset_forgets_every_command():

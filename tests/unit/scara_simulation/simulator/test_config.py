@@ -8,7 +8,7 @@ import pytest
 from scara_config import ConfigError, load_robot
 from scara_simulation.config import load_gains, load_simulation
 
-CONFIG = Path(__file__).parents[3] / "config"
+CONFIG = Path(__file__).parents[4] / "config"
 ROBOT = load_robot(CONFIG)
 
 

@@ -11,11 +11,11 @@ from scara_simulation.config import LoopGains, load_simulation
 from scara_simulation.io import clockwork as clockwork_module
 from scara_simulation.io.clockwork import Clockwork
 from scara_simulation.joint_control import JointControl
-from scara_simulation.joint_loop import JointModel
+from scara_simulation.joint_model import JointModel
 from scara_simulation.simulation import Simulation, Timing
 
 MS = 1_000_000
-CONFIG_FOLDER = Path(__file__).parents[3] / "config"
+CONFIG_FOLDER = Path(__file__).parents[4] / "config"
 CONFIG = load_simulation(load_robot(CONFIG_FOLDER), CONFIG_FOLDER)
 WAKE_MS = CONFIG.wake_period_ms
 

@@ -7,7 +7,7 @@ from scara_control.pid import PidGains
 from scara_control.setpoints import SetpointTrack
 from scara_simulation.config import LoopGains
 from scara_simulation.joint_control import JointControl
-from scara_simulation.joint_loop import JointModel
+from scara_simulation.joint_model import JointModel
 from scara_simulation.simulation import Simulation, Timing
 
 MS = 1_000_000

@@ -1,0 +1,36 @@
+"""The set points with time that one joint has been sent: which of them counts at an instant."""
+
+from __future__ import annotations
+
+from scara_control.setpoints import Sample, SetpointTrack
+
+
+class TrackQueue:
+    """Tracks in the order of their first points; each counts from its own first point on."""
+
+    __slots__ = ("_entries",)
+
+    def __init__(self) -> None:
+        """Begin empty."""
+        self._entries: list[tuple[SetpointTrack, int, float]] = []
+
+    def add(self, track: SetpointTrack, column: int) -> None:
+        """Let a column of ``track`` replace all that was to come after its first point; what is due before it stays."""
+        earlier = [entry for entry in self._entries if entry[0].first_time + entry[2] < track.first_time]
+        self._entries = earlier + [(track, column, 0.0)]
+
+    def clear(self) -> None:
+        """Forget all."""
+        self._entries = []
+
+    def postpone(self, duration: float) -> None:
+        """Let all be due ``duration`` [s] later."""
+        self._entries = [(track, column, delay + duration) for track, column, delay in self._entries]
+
+    def sample(self, t: float) -> Sample:
+        """Return the motion at time ``t``; tracks that have been replaced by then are forgotten."""
+        entries = self._entries
+        while len(entries) > 1 and entries[1][0].first_time + entries[1][2] <= t:
+            entries.pop(0)
+        track, column, delay = entries[0]
+        return track.sample_joint(column, t - delay)
