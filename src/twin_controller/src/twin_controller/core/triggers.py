@@ -91,12 +91,12 @@ def leader_triggers(setup: Setup, state: CoreState) -> list[Trigger]:
         return []
     if found.real is None:
         assert found.twin is not None
-        if state.real.last.t < found.twin and found.twin <= state.twin.last.t:
-            return []
-        return [_twin_moved(setup, state)]
+        tie = found.twin + found.uncertainty
+        waits = state.real.last.t < tie and found.twin <= state.twin.last.t
+        return [] if waits or _may_be_first(state.real, tie) else [_twin_moved(setup, state)]
     if found.twin is None:
-        waits = state.twin.last.t < found.real or _may_be_first(state.twin, found.real)
-        return [] if waits else [Trigger.REAL_MOVED]
+        waits = state.twin.last.t < found.real
+        return [] if waits or _may_be_first(state.twin, found.real - found.uncertainty) else [Trigger.REAL_MOVED]
     if found.real <= found.twin + found.uncertainty:
         return [Trigger.REAL_MOVED]
     return [_twin_moved(setup, state)]

@@ -1,0 +1,232 @@
+"""Who leads: the first mover, the real robot in a tie, never a follower, never noise, whatever the clocks say."""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+from harness.pair import HOME, SETUP, Pair, ramp, shifted
+from harness.watch import Watch
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+from twin_controller.core.actions import Decided, FollowTwin, StreamReal
+from twin_controller.core.table import LEADING, Mode
+
+OFFSETS = st.tuples(st.floats(-25.0, 25.0), st.floats(-35.0, 35.0), st.floats(-40.0, 90.0), st.floats(-15.0, 15.0))
+HARMLESS = {"LINK_LOST", "LINKS_READY", "ALIGNED"}
+FEW = settings(max_examples=12, deadline=None)
+"""A run of some virtual seconds costs some tens of milliseconds."""
+
+
+def connected(**arguments: float) -> Pair:
+    """Return a connected and watched pair, IDLE at home."""
+    pair = Pair(**arguments)  # type: ignore[arg-type]
+    Watch(pair)
+    pair.connect()
+    return pair
+
+
+def triggers(pair: Pair, since: int = 0) -> list[str]:
+    """Return the triggers decided on since the given index of decisions."""
+    return [decision.trigger for decision in pair.decisions()[since:]]
+
+
+def leaders(pair: Pair, since: int) -> list[str]:
+    """Return who led, one after the other."""
+    return [decision.leader for decision in pair.decisions()[since:] if decision.leader]
+
+
+def uniform(seed: int, width: float) -> Pair:
+    """Return a pair whose sensors are noisy: uniform, ``width`` from peak to peak, in degrees and millimetres."""
+    pair = Pair()
+    source = random.Random(seed)
+    pair.noise = lambda: width * (source.random() - 0.5)
+    return pair
+
+
+@FEW
+@given(edge=st.integers(-900, 900), width=st.floats(0.0, 1.0), seed=st.integers(0, 2**32 - 1))
+@example(edge=0, width=1.0, seed=1)
+def test_noise_below_the_hysteresis_changes_no_leader(edge: int, width: float, seed: int) -> None:
+    """Noise up to the hysteresis from peak to peak, all joints on rounding edges x.xx5: idle stays idle."""
+    pair = uniform(seed, width * SETUP.config.change.hysteresis)
+    at = shifted(HOME, *(edge * 0.01 + 0.005 for _ in range(2)), 0.005, edge * 0.01 + 0.005)
+    pair.real_q = pair.twin_q = at
+    Watch(pair)
+    pair.connect()
+    pair.run(4.0)
+    assert triggers(pair) == ["LINKS_READY", "ALIGNED"]
+
+
+def test_a_minute_of_idling_with_noise_changes_no_leader() -> None:
+    """An idle cell stays idle: 6000 samples of each side at full noise, both clocks 200 ppm off."""
+    pair = uniform(7, SETUP.config.change.hysteresis)
+    pair.real_drift, pair.twin_drift = 200e-6, -200e-6
+    pair.connect()
+    pair.run(60.0)
+    assert triggers(pair) == ["LINKS_READY", "ALIGNED"]
+
+
+@FEW
+@given(ahead_ms=st.integers(-60, 60), seed=st.integers(0, 100))
+@example(ahead_ms=0, seed=0)
+@example(ahead_ms=-4, seed=0)
+@example(ahead_ms=4, seed=0)
+def test_the_first_mover_leads_and_the_real_robot_wins_a_tie(ahead_ms: int, seed: int) -> None:
+    """Both begin unannounced, ``ahead_ms`` apart: one leader, once, and the right one as far as the clocks can tell."""
+    pair = connected()
+    pair.run(0.001 * (seed % 10))
+    since, begin = len(pair.decisions()), pair.now + 0.1
+    away, other = shifted(HOME, 20.0, -30.0), shifted(HOME, -20.0, 10.0)
+    for k in range(240):
+        if k == 100:
+            pair.jog_real(ramp(HOME, away, 0.5))
+        if k == 100 + ahead_ms:
+            pair.jog_twin(ramp(HOME, other, 0.5), pair.now)
+        pair.run(0.001)
+    assert pair.now > begin
+    uncertainty_ms = 1e3 * (pair.state.real.clock.uncertainty + pair.state.twin.clock.uncertainty)
+    found = leaders(pair, since)
+    assert len(found) == 1, "one winner, once"
+    if ahead_ms >= 0:
+        assert found == ["real"], "the real robot was first, or it is a tie"
+    elif ahead_ms < -uncertainty_ms - 4.0:
+        assert found == ["twin"], "the twin was first by more than what is uncertain"
+
+
+@FEW
+@given(offset=OFFSETS, duration=st.floats(0.6, 2.0), noise=st.floats(0.0, 1.0), late=st.booleans())
+def test_a_twin_that_follows_is_never_a_new_leader(offset: tuple[float, ...], duration: float, noise: float, late: bool) -> None:
+    """One lead of the real robot, then IDLE, whatever the path, the noise and the delays."""
+    pair = uniform(3, noise * SETUP.config.change.hysteresis)
+    pair.command_delay, pair.report_delay = (0.02, 0.01) if late else (0.0, 0.0)
+    Watch(pair)
+    pair.connect()
+    since = len(pair.decisions())
+    pair.start_program(ramp(HOME, shifted(HOME, *offset), duration))
+    pair.run(duration + 0.3)
+    pair.end_program()
+    pair.run(2.0)
+    assert triggers(pair, since) == ["REAL_TOOK_OVER", "AT_REST"]
+
+
+@FEW
+@given(offset=OFFSETS, duration=st.floats(1.0, 2.0), noise=st.floats(0.0, 1.0), lag_ms=st.integers(0, 140))
+@example(offset=(20.0, 0.0, 0.0, 0.0), duration=1.0, noise=1.0, lag_ms=140)
+def test_a_robot_that_follows_is_never_a_new_leader(
+    offset: tuple[float, ...], duration: float, noise: float, lag_ms: int
+) -> None:
+    """One lead of the twin, then IDLE, whatever the path, the noise and the robot's lag."""
+    if max(abs(part) for part in offset) < 1.0:
+        return
+    pair = uniform(5, noise * SETUP.config.change.hysteresis)
+    pair.stream_lag = lag_ms * 1e-3
+    Watch(pair)
+    pair.connect()
+    since = len(pair.decisions())
+    pair.move_twin(ramp(HOME, shifted(HOME, *offset), duration))
+    pair.run(duration + 2.5)
+    assert triggers(pair, since) == ["TWIN_MOVED", "AT_REST"]
+
+
+REPORT_S = 0.011
+"""A time that lies on an edge may fall on the next report by the rounding of a float."""
+SHIFTS = st.integers(-(10**7), 10**7)
+
+
+def scenario(pair: Pair) -> list[tuple[str, str, float]]:
+    """Let several things happen; return the decisions and when they fell after the beginning."""
+    start = pair.now
+    pair.connect()
+    pair.start_program(ramp(HOME, shifted(HOME, 20.0, -30.0, 40.0), 1.0))
+    pair.run(1.2)
+    pair.end_program()
+    pair.run(1.0)
+    pair.move_twin(ramp(pair.twin_q, HOME, 1.0))
+    pair.run(0.6)
+    pair.operate("PAUSE")
+    pair.run(0.5)
+    pair.operate("RESUME")
+    pair.run(1.5)
+    pair.operate("STOP")
+    pair.run(0.5)
+    return [(d.trigger, d.mode_after, round(d.now - start, 4)) for d in pair.decisions()]
+
+
+@FEW
+@given(shift=SHIFTS)
+def test_a_common_shift_of_both_clocks_changes_nothing(shift: int) -> None:
+    """Same decisions at the same times, same set points; only the stamps are shifted."""
+    pair, moved = Pair(), Pair(real_clock=5000.0 + 2.0 * shift, twin_clock=1.7e9 + 2.0 * shift)
+    assert scenario(moved) == scenario(pair)
+    for a, b in zip(pair.actions, moved.actions, strict=True):
+        if isinstance(a, FollowTwin):
+            assert isinstance(b, FollowTwin) and b.q == pytest.approx(a.q, abs=1e-5)
+            assert b.stamp - a.stamp == pytest.approx(2.0 * shift, abs=1e-4)
+        elif isinstance(a, StreamReal):
+            assert isinstance(b, StreamReal) and b.q == pytest.approx(a.q, abs=1e-5)
+        elif not isinstance(a, Decided):
+            assert a == b
+
+
+@FEW
+@given(start=st.integers(0, 10**6))
+def test_the_controllers_own_clock_may_begin_anywhere(start: int) -> None:
+    """Monotonic time has no meaning of its own."""
+    pair, moved = Pair(), Pair(real_clock=5100.0 - start, twin_clock=1.7e9 + 100.0 - start)
+    moved.now = float(start)
+    here, there = scenario(pair), scenario(moved)
+    assert [entry[:2] for entry in there] == [entry[:2] for entry in here]
+    assert [entry[2] for entry in there] == pytest.approx([entry[2] for entry in here], abs=REPORT_S)
+
+
+CLOCK_FAULT = st.tuples(
+    st.sampled_from(["real", "twin"]),
+    st.sampled_from(["jump", "drift"]),
+    st.sampled_from([3600.0, -3600.0, 0.5, -0.5, 0.03, -0.03]),
+    st.sampled_from([200e-6, -200e-6, -1.0, -2.0, 1.0]),
+    st.integers(10, 900),
+)
+
+
+@settings(max_examples=25, deadline=None)
+@given(faults=st.lists(CLOCK_FAULT, min_size=1, max_size=6), noise=st.booleans())
+def test_clocks_that_jump_drift_stand_or_run_backwards_make_nobody_lead(
+    faults: list[tuple[str, str, float, float, int]], noise: bool
+) -> None:
+    """Nobody moved, so nobody leads; afterwards the pair comes back by itself."""
+    pair = uniform(11, SETUP.config.change.hysteresis * noise)
+    Watch(pair)
+    pair.connect()
+    for side, kind, jump, drift, ms in faults:
+        if kind == "jump":
+            setattr(pair, f"{side}_clock", getattr(pair, f"{side}_clock") + jump)
+        else:
+            setattr(pair, f"{side}_drift", drift)
+        pair.run(ms * 1e-3)
+    assert set(triggers(pair)) <= HARMLESS
+    pair.real_drift = pair.twin_drift = 0.0
+    pair.run(0.5)
+    pair.run_until(lambda: pair.state.mode is Mode.IDLE, 12.0)
+    assert set(triggers(pair)) <= HARMLESS
+
+
+@pytest.mark.parametrize("drift", [200e-6, -200e-6])
+@pytest.mark.parametrize("side", ["real", "twin"])
+def test_drifting_clocks_keep_the_pair_together(side: str, drift: float) -> None:
+    """After 20 s at 200 ppm (4 ms) the twin still follows to the same place, and the drift is known."""
+    pair = connected()
+    setattr(pair, f"{side}_drift", drift)
+    pair.run(40.0)
+    pair.start_program(ramp(HOME, shifted(HOME, 20.0, -30.0), 1.0))
+    pair.run(0.5)
+    assert pair.state.mode is Mode.REAL_LEADS
+    assert max(abs(a - b) / scale for a, b, scale in zip(pair.real_q, pair.twin_q, SETUP.scale)) < 0.2
+    clock = getattr(pair.state, side).clock
+    assert clock.drift_ppm == pytest.approx(drift * 1e6, abs=120.0)
+    assert clock.jumps == 0
+
+
+def test_no_mode_has_two_leaders() -> None:
+    """Each leading mode names one."""
+    assert len({mode.name.partition("_")[0] for mode in LEADING}) == len(LEADING)
