@@ -17,6 +17,7 @@ from twin_controller.packets import (
     PacketError,
     clock_probe,
     command_packet,
+    end_packet,
     follow_packet,
     is_for_twin,
     twin_measured,
@@ -123,6 +124,29 @@ def test_the_state_of_the_pose_controller_becomes_an_input() -> None:
     assert twin_motion(message, NAMES, 5.0) == TwinMotion(5.0, "moving", 10.0, 10.0, 80.0, 7, False, "busy")
 
 
+def test_the_end_of_a_running_move_is_part_of_the_state() -> None:
+    """In the core's order; no move, no target."""
+    order = list(reversed(NAMES))
+    message = motion_state(state="moving", name=order, target=[4, 3, 2, 1])
+    assert twin_motion(message, NAMES, 0.0).target == (1.0, 2.0, 3.0, 4.0)
+    assert twin_motion(motion_state(name=order, target=[]), NAMES, 0.0).target == ()
+
+
+@pytest.mark.parametrize(
+    ("changes", "text"),
+    [
+        ({"target": [1.0], "name": list(NAMES)}, "target: expected 4 numbers"),
+        ({"target": [1.0, 2.0, math.nan, 4.0], "name": list(NAMES)}, "target = .*: not finite"),
+        ({"target": [1.0], "name": ["joint_1"]}, "name = .*: joint_2, joint_3, table_joint missing"),
+        ({"target": [1.0]}, "name: missing"),
+    ],
+)
+def test_a_bad_target_is_refused(changes: dict[str, Any], text: str) -> None:
+    """A way that is judged has to be the way that is driven."""
+    with pytest.raises(PacketError, match=text):
+        twin_motion(motion_state(**changes), NAMES, 0.0)
+
+
 @pytest.mark.parametrize("field", sorted(motion_state()))
 def test_a_state_without_a_field_is_refused(field: str) -> None:
     """All fields are needed."""
@@ -177,6 +201,14 @@ def test_a_set_point_for_the_twin_survives_the_wire(stamp: float, q: tuple[float
     assert plan.stamp == pytest.approx(stamp, abs=1e-9 + 1e-6)
     assert (plan.q, plan.qdot, plan.qddot, plan.times) == ((q,), (q,), (q,), (0.0,))
     assert 0 <= packet["header"]["stamp"]["nsecs"] < 1_000_000_000
+
+
+def test_a_packet_without_points_ends_the_following() -> None:
+    """Nothing in it can be a set point."""
+    packet = end_packet(7.25)
+    assert packet["points"] == [] and packet["header"]["stamp"] == {"secs": 7, "nsecs": 250_000_000}
+    with pytest.raises(PacketError, match="joint_1, joint_2, joint_3, table_joint missing"):
+        twin_plan(packet, NAMES, 0.0)
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,159 @@
+"""What is shown is what the core knows: rounded positions, reasons, links, alarms with what to do."""
+
+from __future__ import annotations
+
+import msgspec
+import pytest
+from harness.pair import HOME, SETUP, Pair, ramp, shifted
+from twin_controller.core.actions import Decided
+from twin_controller.core.state import CoreState
+from twin_controller.core.table import Mode
+from twin_controller.view import ERROR, OK, WARN, alarm_text, decision_text, state_view, statuses
+
+replace = msgspec.structs.replace
+AWAY = shifted(HOME, 20.0, -30.0, 40.0, 10.0)
+
+
+@pytest.fixture
+def pair() -> Pair:
+    """Return a connected pair, IDLE at home."""
+    made = Pair()
+    made.connect()
+    return made
+
+
+def level(pair_state: CoreState, name: str, now: float = 0.0) -> int:
+    """Return the level of one diagnostic."""
+    return next(status.level for status in statuses(SETUP, pair_state, {}, now) if status.name.endswith(name))
+
+
+def test_positions_are_rounded_and_their_difference_is_of_what_is_shown(pair: Pair) -> None:
+    """Two decimals in degrees and millimetres, real minus twin, home as the file says."""
+    pair.real_q = shifted(HOME, 0.0149)
+    pair.run(0.02)
+    view = state_view(SETUP, pair.state, pair.now)
+    assert view.name == ["joint_1", "joint_2", "joint_3", "table_joint"]
+    assert view.unit == ["deg", "deg", "mm", "deg"]
+    assert view.twin_position == [0.0, 0.0, -160.0, 0.0]
+    assert view.real_position == [0.01, 0.0, -160.0, 0.0]
+    assert view.deviation == [0.01, 0.0, 0.0, 0.0]
+
+
+def test_before_anything_is_known_nothing_is_claimed() -> None:
+    """Empty lists, links down with a reason, infinite age."""
+    state = Pair().state
+    view = state_view(SETUP, state, 1.0)
+    assert (view.mode, view.leader, view.real_position, view.twin_position, view.deviation) == ("OFFLINE", "", [], [], [])
+    assert [link.connected for link in view.links] == [False, False]
+    assert all(link.reason for link in view.links)
+    assert view.links[0].age == float("inf")
+    assert not view.real_standing_still and not view.twin_standing_still
+
+
+def test_links_show_clock_and_round_trip(pair: Pair) -> None:
+    """Offset, uncertainty and samples of each side's clock, and how old its newest sample is."""
+    real, twin = state_view(SETUP, pair.state, pair.now).links
+    assert (real.name, twin.name) == ("real", "twin")
+    assert real.connected and twin.connected and not real.reason and not twin.reason
+    latency = SETUP.config.real.sample_latency_ms * 1e-3
+    assert real.clock_offset == pytest.approx(5000.0, abs=0.002 + latency)
+    assert twin.clock_offset == pytest.approx(1.7e9, abs=0.002)
+    assert 0.0 < real.clock_uncertainty < 0.002 and 0.0 <= twin.clock_uncertainty < 0.002
+    assert real.round_trip == pytest.approx(0.0005) and twin.round_trip == pytest.approx(0.0008)
+    assert 0.0 <= real.age < 0.02 and 0.0 <= twin.age < 0.02
+    assert min(real.samples, twin.samples) >= 5
+
+
+def test_who_leads_and_what_is_limited_is_shown(pair: Pair) -> None:
+    """The leader, the speed asked for and allowed, and why."""
+    pair.move_twin(ramp(HOME, AWAY, 2.0))
+    pair.run(0.8)
+    view = state_view(SETUP, pair.state, pair.now)
+    assert (view.mode, view.leader) == ("TWIN_LEADS", "twin")
+    assert view.speed_limited and view.speed_applied_percent < view.speed_requested_percent
+    assert view.speed_reason
+    assert not view.twin_standing_still
+    assert view.follower_lag == pair.state.lag
+
+
+def mode(state: CoreState, name: Mode, **changes: object) -> CoreState:
+    """Return the state in another mode."""
+    return replace(state, mode=name, **changes)
+
+
+def test_an_alarm_says_what_to_do(pair: Pair) -> None:
+    """The robot's own text first; else what the mode needs; else nothing."""
+    state = pair.state
+    assert alarm_text(state) == ""
+    assert alarm_text(replace(state, alarm="SRVO-050 collision")) == "SRVO-050 collision"
+    assert "RESET, then ALIGN" in alarm_text(mode(state, Mode.ESTOP))
+    assert alarm_text(mode(state, Mode.FAULT, why="the stream does not start")) == "the stream does not start"
+    assert "ACKNOWLEDGE" in alarm_text(mode(state, Mode.PAUSED, needs_acknowledge=True))
+
+
+def test_the_reason_of_a_lost_link_is_shown(pair: Pair) -> None:
+    """Which side, and why, as text and as diagnostics of that link."""
+    pair.link("twin", False)
+    assert alarm_text(pair.state) == "twin: cut"
+    assert level(pair.state, "link twin") == ERROR
+    assert level(pair.state, "link real") == OK
+    assert "cut" in next(s.message for s in statuses(SETUP, pair.state, {}, pair.now) if s.name.endswith("link twin"))
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        (Mode.IDLE, OK),
+        (Mode.ALIGNING, OK),
+        (Mode.REAL_LEADS, OK),
+        (Mode.TWIN_LEADS, OK),
+        (Mode.OPERATOR_LEADS, OK),
+        (Mode.PAUSED, WARN),
+        (Mode.STOPPED, WARN),
+        (Mode.OFFLINE, ERROR),
+        (Mode.ESTOP, ERROR),
+        (Mode.FAULT, ERROR),
+    ],
+)
+def test_each_mode_has_a_diagnostic_level(pair: Pair, name: Mode, expected: int) -> None:
+    """What needs a person is a warning or an error."""
+    assert level(mode(pair.state, name), "mode") == expected
+
+
+def test_every_mode_has_been_given_a_level() -> None:
+    """A new mode has to be thought about."""
+    marks = test_each_mode_has_a_diagnostic_level.pytestmark  # type: ignore[attr-defined]
+    assert {case[0] for case in marks[0].args[1]} == set(Mode)
+
+
+def test_alarm_and_divergence_are_errors(pair: Pair) -> None:
+    """Each has its own diagnostic."""
+    state = pair.state
+    assert (level(state, "real robot"), level(state, "pair")) == (OK, OK)
+    assert level(replace(state, alarm="SRVO-050"), "real robot") == ERROR
+    assert level(replace(state, divergence=replace(state.divergence, alarm=True)), "pair") == ERROR
+
+
+def test_counters_of_the_links_are_among_their_values(pair: Pair) -> None:
+    """What was received, rejected, reconnected."""
+    found = statuses(SETUP, pair.state, {"real": {"rejected": 3}}, pair.now)
+    assert next(status.values["rejected"] for status in found if status.name.endswith("link real")) == "3"
+
+
+BASE = Decided(7, 12.3456, "IDLE", "REAL_MOVED", "REAL_LEADS", "real", (), "the real robot moved first: the twin follows")
+
+
+@pytest.mark.parametrize(
+    ("real", "twin", "expected"),
+    [
+        (None, None, "#7 12.346 s IDLE -> REAL_LEADS: the real robot moved first: the twin follows"),
+        (12.3, None, "(real moved at 12.3000 s, twin did not move, uncertainty 1.5 ms)"),
+        (None, 12.3, "(real did not move, twin moved at 12.3000 s, uncertainty 1.5 ms)"),
+        (12.3, 12.305, "(real moved at 12.3000 s, twin moved at 12.3050 s, difference +5.0 ms, uncertainty 1.5 ms)"),
+        (12.3, 12.298, "difference -2.0 ms"),
+    ],
+)
+def test_a_decision_is_told_in_plain_words(real: float | None, twin: float | None, expected: str) -> None:
+    """Who led, both onsets, their difference (positive: the real robot was first), its uncertainty."""
+    text = decision_text(replace(BASE, onset_real=real, onset_twin=twin, onset_uncertainty=0.0015))
+    assert expected in text and text.startswith("#7 12.346 s IDLE -> REAL_LEADS")
