@@ -1,0 +1,80 @@
+"""Change values of a YAML file in place: comments and order stay, and a reader never sees half a file."""
+
+from __future__ import annotations
+
+import io
+import os
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from ruamel.yaml import YAML
+from ruamel.yaml.error import YAMLError
+
+from scara_config.loader import ConfigError
+
+Key = tuple[str, ...]
+
+
+def changed_text(path: Path | str, changes: Mapping[Key, Any]) -> str:
+    """Return the text of ``path`` with some values changed.
+
+    Args:
+        path: YAML file.
+        changes: Key path, for example ``("joint_1", "position", "p")``, to the new value. Missing keys are added.
+
+    Raises:
+        ConfigError: The file cannot be read or is no YAML, or a key path leads through a value that is no mapping.
+    """
+    yaml = YAML()
+    yaml.preserve_quotes = True
+    yaml.width = 4096
+    try:
+        tree = yaml.load(Path(path).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ConfigError(f"{path}: cannot be read: {error.strerror}") from error
+    except YAMLError as error:
+        raise ConfigError(f"{path}: is no valid YAML: {error}") from error
+    for key, value in changes.items():
+        node = tree
+        for part in key[:-1]:
+            node = node.setdefault(part, {})
+            if not isinstance(node, dict):
+                raise ConfigError(f"{path}: {'.'.join(key)}: {part} is no mapping")
+        node[key[-1]] = value
+    text = io.StringIO()
+    yaml.dump(tree, text)
+    return text.getvalue()
+
+
+def replace_file(path: Path | str, text: str) -> None:
+    """Put ``text`` into ``path`` atomically: written beside it, synced, then renamed over it.
+
+    Raises:
+        ConfigError: The folder or the file cannot be written; the old file is untouched then.
+    """
+    path = Path(path)
+    name = ""
+    try:
+        mode = path.stat().st_mode & 0o777 if path.exists() else 0o644
+        handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        os.chmod(name, mode)
+        os.replace(name, path)
+    except OSError as error:
+        if name:
+            Path(name).unlink(missing_ok=True)
+        raise ConfigError(f"{path}: cannot be written: {error.strerror}") from error
+
+
+def write_values(path: Path | str, changes: Mapping[Key, Any]) -> None:
+    """Change values of a YAML file in place; see :func:`changed_text` and :func:`replace_file`.
+
+    Raises:
+        ConfigError: The file cannot be read or written.
+    """
+    replace_file(path, changed_text(path, changes))

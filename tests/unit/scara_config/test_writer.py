@@ -1,0 +1,69 @@
+"""Changing a YAML file keeps everything that was not asked to change."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from scara_config import ConfigError
+from scara_config.writer import changed_text, replace_file, write_values
+
+TEXT = """\
+# gains of the twin
+joint_1:                 # first
+  position: {p: 8285.0, i: 82850.0, d: 276.2}   # by hand
+joint_2:
+  position: {p: 1.0, i: 2.0, d: 3.0}
+"""
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    """Return a file with comments and an order of its own."""
+    path = tmp_path / "gains.yaml"
+    path.write_text(TEXT)
+    return path
+
+
+def test_only_the_value_changes(file: Path) -> None:
+    """Comments, order and flow style stay."""
+    write_values(file, {("joint_1", "position", "p"): 9000.0})
+    assert file.read_text() == TEXT.replace("8285.0", "9000.0")
+
+
+def test_a_missing_key_is_added(file: Path) -> None:
+    """New sections may be written."""
+    text = changed_text(file, {("joint_3", "position", "p"): 5.0})
+    assert text.startswith(TEXT) and "joint_3:" in text
+
+
+def test_nothing_but_the_file_is_left_in_the_folder(file: Path) -> None:
+    """The temporary file becomes the file."""
+    write_values(file, {("joint_2", "position", "d"): 4.0})
+    assert [path.name for path in file.parent.iterdir()] == ["gains.yaml"]
+
+
+def test_a_key_below_a_number_is_refused(file: Path) -> None:
+    """The path of a key must lead through mappings."""
+    with pytest.raises(ConfigError, match=r"joint_1.position.p.x: p is no mapping"):
+        changed_text(file, {("joint_1", "position", "p", "x"): 1.0})
+
+
+def test_a_missing_file_is_said(tmp_path: Path) -> None:
+    """The text names the file."""
+    with pytest.raises(ConfigError, match=r"none.yaml: cannot be read"):
+        changed_text(tmp_path / "none.yaml", {})
+
+
+def test_a_failed_write_leaves_the_old_file(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A full disk costs the change, never the file."""
+    import os
+
+    def full(_: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(ConfigError, match=r"cannot be written: No space left on device"):
+        replace_file(file, "new")
+    assert file.read_text() == TEXT
+    assert [path.name for path in file.parent.iterdir()] == ["gains.yaml"]
