@@ -50,6 +50,11 @@ class Bag:
         """Return how many messages of a topic there are."""
         return sum(c.msgcount for c in self._connections(topic))
 
+    def kind(self, topic: str) -> str:
+        """Return the message type of a topic, ``package/msg/Type``; empty if it is not in the bag."""
+        found = self._connections(topic)
+        return found[0].msgtype if found else ""
+
     def require(self, topics: Collection[str]) -> None:
         """Check that each topic has messages.
 

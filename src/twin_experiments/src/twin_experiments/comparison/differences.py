@@ -1,0 +1,227 @@
+"""The figures of a comparison: real against twin in one recording, and recording against recording."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from twin_controller.metrics import Comparison, MetricsSettings, compare
+from twin_controller.metrics_lag import estimate_lag
+from twin_controller.metrics_series import Aligned, Array, MetricsError, Motion, align
+
+from twin_experiments.comparison.config import ComparisonFile
+from twin_experiments.comparison.fidelity import Fidelity, measure_fidelity
+from twin_experiments.comparison.tracks import Mechanism, Track, along_path, distance_from_path, moving, onset, resample
+from twin_experiments.record import pick
+
+FOREIGN_SHARE = 0.01  # our choice: of a foreign joint's range of motion, accepted between two snapshots
+FINER = 4  # our choice: so much more finely the first recording's path is drawn
+PATH_WINDOW = 0.05  # our choice: part of the path within which the nearest place is looked for; later it may cross itself
+SMALLEST = 1e-4  # [rad] or [m], our choice: accepted at least
+
+
+@dataclass(frozen=True)
+class JointError:
+    """Root mean square and largest deviation of one joint in its border unit."""
+
+    name: str
+    unit: str
+    rms: float
+    max: float
+
+
+@dataclass(frozen=True)
+class PairErrors:
+    """Real against twin in one recording.
+
+    Args:
+        track: What was compared.
+        comparison: Errors of the tool; None for a robot without kinematics here.
+        joints: Errors of the joints.
+        lag_s: By how much the follower is behind; None if it cannot be told.
+        fidelity: By trace alignment.
+        mean_distance_mm: Distance of the tools in matched snapshots [mm]; None without kinematics or match.
+        begun: The leader's first motion [s].
+        over_time: Distance over time: instants after ``begun`` [s], distances in the unit of the places.
+        along_path: Distance along the leader's path: length so far, distances, both in the unit of the places.
+    """
+
+    track: Track
+    comparison: Comparison | None
+    joints: tuple[JointError, ...]
+    lag_s: float | None
+    fidelity: Fidelity
+    mean_distance_mm: float | None
+    begun: float
+    over_time: tuple[Array, Array]
+    along_path: tuple[Array, Array]
+
+
+@dataclass(frozen=True)
+class RunDifference:
+    """One side of a recording against the same side of the first one; lengths in the unit of the places.
+
+    Args:
+        label: Of the recording.
+        experiment: Which.
+        side: ``real`` or ``twin``.
+        time_rms: At the same time after the leader's first motion.
+        time_max: The largest.
+        path_rms: From the first recording's path, whatever the speed along it.
+        path_max: The largest.
+        length_percent: How much longer the path is.
+        fidelity: By trace alignment.
+    """
+
+    label: str
+    experiment: str
+    side: str
+    time_rms: float
+    time_max: float
+    path_rms: float
+    path_max: float
+    length_percent: float
+    fidelity: Fidelity
+
+
+class Comparer:
+    """Compares tracks of one mechanism."""
+
+    def __init__(self, mechanism: Mechanism, config: ComparisonFile, settings: MetricsSettings, percent: float) -> None:
+        """Take what all comparisons need.
+
+        Args:
+            mechanism: The joints.
+            config: comparison.yaml.
+            settings: Of the tool's errors.
+            percent: Speed from which a joint moves, of its largest.
+        """
+        self._mechanism, self._config, self._settings, self._percent = mechanism, config, settings, percent
+
+    def pair(self, track: Track) -> PairErrors:
+        """Hold real against twin.
+
+        Raises:
+            MetricsError: The two cannot be brought onto one time axis.
+        """
+        aligned = align(track.real, track.twin, self._settings.rate_hz, self._settings.longest_gap_s)
+        speeds = self._speeds([track])
+        fidelity = self._fidelity(track.real, track.twin, speeds)
+        begun = onset(track.side(track.leader), speeds)
+        distance = self._distance(aligned.real_positions, aligned.twin_positions)
+        _, instants, length = along_path(self._mechanism, track.side(track.leader), self._config.path_points)
+        zero = float(aligned.instants[0]) if begun is None else begun
+        return PairErrors(
+            track=track,
+            comparison=self._tool_errors(track, speeds),
+            joints=self._joint_errors(aligned),
+            lag_s=self._lag(track, aligned, speeds),
+            fidelity=fidelity,
+            mean_distance_mm=self._matched_distance(track, fidelity),
+            begun=zero,
+            over_time=(aligned.instants - zero, distance),
+            along_path=(np.linspace(0.0, length, len(instants)), np.interp(instants, aligned.instants, distance)),
+        )
+
+    def runs(self, first: Track, other: Track) -> tuple[RunDifference, RunDifference]:
+        """Hold a recording against the first one, side by side.
+
+        Raises:
+            MetricsError: In one of them nothing moves, or they have no time in common.
+        """
+        speeds = self._speeds([first, other])
+        shifts = []
+        for track in (first, other):
+            begun = onset(track.side(track.leader), speeds)
+            if begun is None:
+                raise MetricsError(f"{track.label} {track.experiment}: nothing moves")
+            shifts.append(-begun)
+        real, twin = (
+            self._run(first.side(side).shifted(shifts[0]), other.side(side).shifted(shifts[1]), other, speeds)
+            for side in ("real", "twin")
+        )
+        return real, twin
+
+    def _run(self, first: Motion, other: Motion, track: Track, speeds: Array) -> RunDifference:
+        """Compare one side of two recordings whose times count from the leader's first motion."""
+        aligned = align(first, other, self._settings.rate_hz, self._settings.longest_gap_s)
+        in_time = self._distance(aligned.real_positions, aligned.twin_positions)
+        count = self._config.path_points
+        reference, _, reference_length = along_path(self._mechanism, first, FINER * count)
+        places, _, length = along_path(self._mechanism, other, count)
+        on_path = distance_from_path(places, reference, round(PATH_WINDOW * FINER * count))
+        return RunDifference(
+            label=track.label,
+            experiment=track.experiment,
+            side=first.side,
+            time_rms=float(np.sqrt(np.mean(in_time**2))),
+            time_max=float(in_time.max()),
+            path_rms=float(np.sqrt(np.mean(on_path**2))),
+            path_max=float(on_path.max()),
+            length_percent=100.0 * (length / reference_length - 1.0) if reference_length > 0.0 else 0.0,
+            fidelity=self._fidelity(first, other, speeds),
+        )
+
+    def _speeds(self, tracks: Sequence[Track]) -> Array:
+        motions = tuple(motion for track in tracks for motion in (track.real, track.twin))
+        return self._mechanism.moving_speeds(motions, self._percent)
+
+    def _distance(self, one: Array, other: Array) -> Array:
+        return np.asarray(np.linalg.norm(self._mechanism.places(one) - self._mechanism.places(other), axis=1))
+
+    def _tool_errors(self, track: Track, speeds: Array) -> Comparison | None:
+        """Return the errors of the tool; none without kinematics or motion."""
+        mechanism = self._mechanism
+        if mechanism.tool is None:
+            return None
+        columns = list(mechanism.arm)
+        settings = replace(self._settings, moving_speeds=speeds[columns])
+        try:
+            return compare(pick(track.real, columns), pick(track.twin, columns), mechanism.tool, settings, _leader(track))
+        except MetricsError:
+            return None
+
+    def _joint_errors(self, aligned: Aligned) -> tuple[JointError, ...]:
+        deviation = (aligned.real_positions - aligned.twin_positions) / self._mechanism.scales
+        rms, largest = np.sqrt(np.mean(deviation**2, axis=0)), np.abs(deviation).max(axis=0)
+        rows = zip(self._mechanism.names, self._mechanism.units, rms, largest)
+        return tuple(JointError(name, unit, float(r), float(m)) for name, unit, r, m in rows)
+
+    def _lag(self, track: Track, aligned: Aligned, speeds: Array) -> float | None:
+        """Estimate the lag from the joints' velocities, each in parts of the speed from which it moves."""
+        real, twin = aligned.real_velocities / speeds, aligned.twin_velocities / speeds
+        sides = (real, twin) if track.leader == "real" else (twin, real)
+        return estimate_lag(*sides, aligned.segments, self._settings.rate_hz, self._settings.max_lag_s)
+
+    def _fidelity(self, one: Motion, other: Motion, speeds: Array) -> Fidelity:
+        """Align the snapshots of two motions over the time they have in common."""
+        start, end = max(one.stamps[0], other.stamps[0]), min(one.stamps[-1], other.stamps[-1])
+        rate = self._config.snapshots_hz
+        traces = [resample(motion, rate, float(start), float(end)) for motion in (one, other)]
+        positions = [positions for positions, _ in traces]
+        joints = self._mechanism.joints
+        accepted = self._config.accepted_of(list(joints)) if joints else _foreign_accepted(positions)
+        movings = (moving(traces[0][1], speeds), moving(traces[1][1], speeds))
+        band = round(self._config.longest_shift_s * rate)
+        return measure_fidelity(positions[0], positions[1], accepted, movings, self._config.gap_penalty, band)
+
+    def _matched_distance(self, track: Track, fidelity: Fidelity) -> float | None:
+        """Return the mean distance of the tools in matched snapshots [mm]."""
+        if self._mechanism.tool is None or not len(fidelity.pairs):
+            return None
+        start = float(max(track.real.stamps[0], track.twin.stamps[0]))
+        end = float(min(track.real.stamps[-1], track.twin.stamps[-1]))
+        real, twin = (resample(m, self._config.snapshots_hz, start, end)[0] for m in (track.real, track.twin))
+        return float(self._distance(real[fidelity.pairs[:, 0]], twin[fidelity.pairs[:, 1]]).mean())
+
+
+def _leader(track: Track) -> Literal["real", "twin"]:
+    return "twin" if track.leader == "twin" else "real"
+
+
+def _foreign_accepted(positions: Sequence[Array]) -> Array:
+    """Return what is accepted of joints without a profile: a share of their range of motion."""
+    rows = np.concatenate(positions)
+    return np.asarray(np.maximum(FOREIGN_SHARE * np.ptp(rows, axis=0), SMALLEST))

@@ -1,0 +1,168 @@
+"""A comparison as data: comparison.json, and the rows of its tables."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from twin_experiments.comparison.differences import PairErrors, RunDifference
+from twin_experiments.comparison.fidelity import Fidelity
+from twin_experiments.comparison.tracks import Mechanism
+
+DIGITS = 6
+PAIR_HEADINGS = (
+    "recording",
+    "leader",
+    "max",
+    "rms",
+    "lag",
+    "matched",
+    "of moving",
+    "matched apart",
+    "gaps",
+    "largest joint deviation",
+)
+RUN_HEADINGS = ("recording", "side", "same time: rms", "max", "off the path: rms", "max", "path longer by", "matched", "gaps")
+
+
+@dataclass(frozen=True)
+class ExperimentComparison:
+    """All recordings of one experiment; ``reasons`` say what could not be compared."""
+
+    name: str
+    pairs: tuple[PairErrors, ...]
+    runs: tuple[RunDifference, ...]
+    reasons: tuple[str, ...]
+
+
+def comparison_document(mechanism: Mechanism, labels: dict[str, str], compared: Sequence[ExperimentComparison]) -> dict[str, Any]:
+    """Return the content of comparison.json.
+
+    Args:
+        mechanism: What was compared.
+        labels: Label of each recording to its path; the first one is what the others are held against.
+        compared: Each experiment.
+    """
+    document = {
+        "recordings": labels,
+        "joints": list(mechanism.names),
+        "unit": mechanism.place_unit,
+        "experiments": [
+            {
+                "name": experiment.name,
+                "real_twin": [_pair(pair) for pair in experiment.pairs],
+                "against_first": [_run(run) for run in experiment.runs],
+                "reasons": list(experiment.reasons),
+            }
+            for experiment in compared
+        ],
+    }
+    rounded: dict[str, Any] = _rounded(document)
+    return rounded
+
+
+def _pair(pair: PairErrors) -> dict[str, Any]:
+    """Return real against twin of one recording."""
+    entry: dict[str, Any] = {"recording": pair.track.label, "leader": pair.track.leader}
+    if pair.comparison is not None:
+        path, after = pair.comparison.path, pair.comparison.path_after_lag
+        entry |= {
+            "path_error_max_mm": path.max_mm,
+            "path_error_max_percent": path.max_percent,
+            "path_error_rms_mm": path.rms_mm,
+            "path_error_max_after_lag_mm": None if after is None else after.max_mm,
+            "positioning_error_max_mm": pair.comparison.positioning_max_mm,
+        }
+    return entry | {
+        "lag_s": pair.lag_s,
+        "joints": {joint.name: {"unit": joint.unit, "rms": joint.rms, "max": joint.max} for joint in pair.joints},
+        "fidelity": {**_fidelity(pair.fidelity), "mean_distance_mm": pair.mean_distance_mm},
+        "notes": list(pair.track.notes),
+    }
+
+
+def _run(run: RunDifference) -> dict[str, Any]:
+    """Return one side of a recording against the first recording."""
+    return {
+        "recording": run.label,
+        "side": run.side,
+        "same_time_rms": run.time_rms,
+        "same_time_max": run.time_max,
+        "off_path_rms": run.path_rms,
+        "off_path_max": run.path_max,
+        "path_longer_percent": run.length_percent,
+        "fidelity": _fidelity(run.fidelity),
+    }
+
+
+def _fidelity(fidelity: Fidelity) -> dict[str, Any]:
+    """Return a trace alignment."""
+    return {
+        "snapshots": list(fidelity.snapshots),
+        "matched_percent": fidelity.matched_percent,
+        "matched_moving_percent": fidelity.moving_percent,
+        "mean_distance_of_accepted": fidelity.mean_distance,
+        "gaps": fidelity.gaps,
+        "longest_gap_snapshots": fidelity.longest_gap,
+        "mean_shift_snapshots": fidelity.mean_shift,
+    }
+
+
+def pair_rows(experiment: ExperimentComparison) -> list[tuple[str, ...]]:
+    """Return one row of text for each recording, cells as in ``PAIR_HEADINGS``."""
+    return [_pair_row(pair) for pair in experiment.pairs]
+
+
+def _pair_row(pair: PairErrors) -> tuple[str, ...]:
+    tool, fidelity = pair.comparison, pair.fidelity
+    worst = max(pair.joints, key=lambda joint: joint.max / (1.0 if joint.unit == "mm" else 0.1))
+    return (
+        pair.track.label,
+        pair.track.leader,
+        "-" if tool is None else f"{tool.path.max_mm:.2f} mm  {tool.path.max_percent:.3f} %",
+        "-" if tool is None else f"{tool.path.rms_mm:.2f} mm",
+        "-" if pair.lag_s is None else f"{1e3 * pair.lag_s:+.1f} ms",
+        f"{fidelity.matched_percent:.1f} %",
+        "-" if fidelity.moving_percent is None else f"{fidelity.moving_percent:.1f} %",
+        _apart(pair),
+        _gaps(fidelity),
+        f"{worst.name} {worst.max:.3f} {worst.unit}",
+    )
+
+
+def _apart(pair: PairErrors) -> str:
+    """Return how far matched snapshots are apart."""
+    if pair.mean_distance_mm is not None:
+        return f"{pair.mean_distance_mm:.3f} mm"
+    distance = pair.fidelity.mean_distance
+    return "-" if distance is None else f"{100.0 * distance:.1f} % of accepted"
+
+
+def _gaps(fidelity: Fidelity) -> str:
+    """Return number and largest length of gaps."""
+    return f"{fidelity.gaps}, longest {fidelity.longest_gap}" if fidelity.gaps else "0"
+
+
+def run_rows(experiment: ExperimentComparison, unit: str) -> list[tuple[str, ...]]:
+    """Return one row of text for each side of each recording but the first, cells as in ``RUN_HEADINGS``."""
+    return [
+        (
+            run.label,
+            run.side,
+            *(f"{value:.3f} {unit}" for value in (run.time_rms, run.time_max, run.path_rms, run.path_max)),
+            f"{run.length_percent:+.2f} %",
+            f"{run.fidelity.matched_percent:.1f} %",
+            _gaps(run.fidelity),
+        )
+        for run in experiment.runs
+    ]
+
+
+def _rounded(value: Any) -> Any:
+    """Round all floats of a tree."""
+    if isinstance(value, float):
+        return round(value, DIGITS)
+    if isinstance(value, dict):
+        return {key: _rounded(item) for key, item in value.items()}
+    return [_rounded(item) for item in value] if isinstance(value, list) else value

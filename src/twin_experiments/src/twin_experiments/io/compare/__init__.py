@@ -1,0 +1,1 @@
+"""Comparisons: bags in, figures and page out."""

@@ -1,0 +1,103 @@
+"""Read joint states from any bag: of this cell, or of somebody else's robot."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+
+import numpy as np
+from twin_controller.metrics_series import Array, Motion
+
+from twin_experiments.io.bag_reader import Bag, BagError
+from twin_experiments.record import RecordError, build_side
+
+JOINT_STATE = "sensor_msgs/msg/JointState"
+MOST_NAMED = 8
+
+
+@dataclass(frozen=True)
+class JointTopic:
+    """What a topic of joint states holds: joints of most messages, times [s] since the bag's start, values, remarks."""
+
+    topic: str
+    names: tuple[str, ...]
+    stamps: Array
+    positions: Array
+    velocities: Array | None
+    notes: tuple[str, ...]
+
+    def motion(self, side: str, names: tuple[str, ...]) -> Motion:
+        """Return the motion of the joints ``names``; missing velocities are differentiated.
+
+        Raises:
+            RecordError: Less than two samples, or a value is not finite.
+        """
+        columns = [self.names.index(name) for name in names]
+        positions = self.positions[:, columns]
+        rising = np.concatenate(([True], np.diff(np.maximum.accumulate(self.stamps)) > 0.0))
+        if self.velocities is not None:
+            velocities = self.velocities[:, columns]
+        elif rising.sum() > 1:
+            velocities = np.zeros_like(positions)
+            velocities[rising] = np.gradient(positions[rising], self.stamps[rising], axis=0)
+        else:
+            velocities = np.zeros_like(positions)
+        return build_side(side, self.stamps, positions, velocities).motion
+
+
+def read_joint_topic(bag: Bag, topic: str, side: str) -> JointTopic:
+    """Read a topic of joint states.
+
+    Args:
+        bag: An open bag.
+        topic: Name, relative or absolute.
+        side: ``real`` or ``twin``, for the text of errors.
+
+    Raises:
+        BagError: The topic is not in the bag, or holds something else; what the bag has is named.
+        RecordError: Its messages are empty or inconsistent.
+    """
+    _check_topic(bag, topic, side)
+    rows = [(at - bag.start, message) for at, message in bag.messages(topic)]
+    kinds = Counter(tuple(message.name) for _, message in rows)
+    names, count = kinds.most_common(1)[0]
+    rows = [(at, message) for at, message in rows if tuple(message.name) == names]
+    if not names or any(len(message.position) != len(names) for _, message in rows):
+        raise RecordError(f"{bag.path}: {topic}: joint states without names, or with other than one position for each name")
+    notes = []
+    if len(kinds) > 1:
+        notes.append(f"{topic}: {sum(kinds.values()) - count} messages with other joints than {', '.join(names)} are left out")
+    stamps = np.array([_stamp(message, bag.start) for _, message in rows])
+    if (stamps < -1e6).any():
+        stamps = np.array([at for at, _ in rows])
+        notes.append(f"{topic}: no stamps, times of receipt are used")
+    velocities = None
+    if all(len(message.velocity) == len(names) for _, message in rows):
+        velocities = np.array([message.velocity for _, message in rows])
+    else:
+        notes.append(f"{topic}: no velocities, positions are differentiated")
+    return JointTopic(topic, names, stamps, np.array([message.position for _, message in rows]), velocities, tuple(notes))
+
+
+def _check_topic(bag: Bag, topic: str, side: str) -> None:
+    """Refuse a topic that is missing or of another type, naming those that would do."""
+    suitable = [name for name in bag.topics if bag.kind(name) == JOINT_STATE]
+    held = ", ".join(suitable) or f"none; it has {_some(list(bag.topics))}"
+    option = f"--{side}-topic"
+    if not bag.count(topic):
+        raise BagError(f"{bag.path}: no message of {topic} ({option}); topics of joint states in the bag: {held}")
+    if bag.kind(topic) != JOINT_STATE:
+        raise BagError(f"{bag.path}: {topic} ({option}) is {bag.kind(topic)}; topics of joint states in the bag: {held}")
+
+
+def _some(names: list[str]) -> str:
+    """Return a list of names of bounded length."""
+    more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
+    return (", ".join(names[:MOST_NAMED]) or "nothing") + more
+
+
+def _stamp(message: object, origin: float) -> float:
+    """Return a message's stamp in seconds since ``origin``; far in the past if it has none."""
+    stamp = message.header.stamp  # type: ignore[attr-defined]
+    whole = int(origin)
+    return float((stamp.sec - whole) + stamp.nanosec * 1e-9 - (origin - whole))

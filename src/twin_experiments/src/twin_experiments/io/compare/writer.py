@@ -1,0 +1,167 @@
+"""Compare bags and write table, figures and page."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from twin_controller.metrics_series import MetricsError
+
+from twin_experiments.comparison.config import ComparisonFile, load_comparison
+from twin_experiments.comparison.differences import Comparer, PairErrors, RunDifference
+from twin_experiments.comparison.document import (
+    PAIR_HEADINGS,
+    RUN_HEADINGS,
+    ExperimentComparison,
+    comparison_document,
+    pair_rows,
+    run_rows,
+)
+from twin_experiments.comparison.fidelity import FidelityError
+from twin_experiments.comparison.tracks import Mechanism, Track
+from twin_experiments.config import metrics_settings
+from twin_experiments.io.compare.figures import CAPTIONS, draw_comparison
+from twin_experiments.io.compare.track_reader import Opened, Topics, find_mechanism, read_bag, tracks_of
+from twin_experiments.io.page import embedded, render, table
+
+LEGEND = (
+    "max, rms: distance of both tools at the same instant while either side moves, nothing compensated; lag > 0: the "
+    "follower is behind; matched: share of the snapshots of both sides that have a counterpart in the other, in order, with "
+    "every joint within what comparison.yaml accepts (trace alignment after Munoz et al., IEEE TSE 2024); of moving: the "
+    "same of those in motion; matched apart: mean distance of the tools in matched snapshots; gaps: runs of snapshots without "
+    "a match. Against the first recording: same time counts from the leader's first motion, off the path is the distance "
+    "from its path, whatever the speed."
+)
+
+
+@dataclass(frozen=True)
+class WrittenComparison:
+    """A comparison and where it was written."""
+
+    mechanism: Mechanism
+    experiments: tuple[ExperimentComparison, ...]
+    labels: dict[str, str]
+    remarks: tuple[str, ...]
+    folder: Path
+
+
+def write_comparison(bags: Sequence[Path], folder: Path, topics: Topics, config_directory: Path | None) -> WrittenComparison:
+    """Compare bags with each other and write comparison.json, comparison.html and figures into ``folder``.
+
+    Raises:
+        BagError: A bag cannot be read, or lacks a topic.
+        RecordError: What is in it cannot be used.
+        ConfigError: A configuration file is wrong.
+    """
+    config = load_comparison(config_directory)
+    labels = _labels(bags)
+    opened = [read_bag(path, label, topics, config_directory) for label, path in labels.items()]
+    mechanism = find_mechanism(opened)
+    compared = compare_opened(opened, mechanism, config)
+    folder.mkdir(parents=True, exist_ok=True)
+    named = {label: str(path) for label, path in labels.items()}
+    written = WrittenComparison(mechanism, compared, named, _remarks(opened), folder)
+    document = comparison_document(mechanism, named, compared)
+    (folder / "comparison.json").write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
+    (folder / "comparison.html").write_text(_page(written), encoding="utf-8")
+    return written
+
+
+def compare_opened(opened: Sequence[Opened], mechanism: Mechanism, config: ComparisonFile) -> tuple[ExperimentComparison, ...]:
+    """Compare real with twin in each recording, and each recording with the first one.
+
+    Raises:
+        RecordError: A side has less than two samples, or a value is not finite.
+    """
+    metrics = opened[0].experiments.metrics
+    percent = metrics.moving_speed_percent
+    comparer = Comparer(mechanism, config, metrics_settings(metrics, opened[0].robot), percent)
+    tracks = [track for bag in opened for track in tracks_of(bag, mechanism, percent)]
+    names = list(dict.fromkeys(track.experiment for track in tracks))
+    return tuple(_compare(name, [track for track in tracks if track.experiment == name], comparer) for name in names)
+
+
+def _compare(name: str, tracks: list[Track], comparer: Comparer) -> ExperimentComparison:
+    """Compare one experiment of all recordings that have it."""
+    pairs: list[PairErrors] = []
+    runs: list[RunDifference] = []
+    reasons: list[str] = []
+    for number, track in enumerate(tracks):
+        try:
+            pairs.append(comparer.pair(track))
+            if number:
+                runs += comparer.runs(tracks[0], track)
+        except (MetricsError, FidelityError) as error:
+            reasons.append(f"{track.label}: {error}")
+    return ExperimentComparison(name, tuple(pairs), tuple(runs), tuple(reasons))
+
+
+def _labels(bags: Sequence[Path]) -> dict[str, Path]:
+    """Name each bag as briefly as possible: by its folder if all are called run.bag, else by its name; never two alike."""
+    paths = [path.resolve() for path in bags]
+    stems = [path.parent.name if path.stem == "run" else path.stem for path in paths]
+    found: dict[str, Path] = {}
+    for stem, path in zip(stems, paths):
+        number = 1
+        label = stem
+        while label in found:
+            number += 1
+            label = f"{stem} ({number})"
+        found[label] = path
+    return found
+
+
+def _remarks(opened: Sequence[Opened]) -> tuple[str, ...]:
+    """Return what a reader must know of the recordings."""
+    remarks = []
+    for bag in opened:
+        if bag.repaired:
+            remarks.append(f"{bag.label}: the recording was not finished, a repaired copy was read")
+        remarks += [f"{bag.label}: {note}" for note in (*bag.real.notes, *bag.twin.notes)]
+        remarks.append(f"{bag.label}: real is {bag.real.topic}, twin is {bag.twin.topic}")
+    return tuple(remarks)
+
+
+def _page(written: WrittenComparison) -> str:
+    """Return the HTML page, after drawing the figures."""
+    mechanism = written.mechanism
+    place = "the tool" if mechanism.tool is not None else "the joints, whose kinematics are not known"
+    return render(
+        {
+            "title": "Recordings held against each other",
+            "subtitle": f"{len(written.labels)} recordings; joints {', '.join(mechanism.names)}; distances are of {place}",
+            "headings": ("experiment", *PAIR_HEADINGS),
+            "rows": [(experiment.name, *row) for experiment in written.experiments for row in pair_rows(experiment)],
+            "legend": LEGEND,
+            "experiments": [_experiment(experiment, written) for experiment in written.experiments],
+            "tables": [
+                ("Recordings", table(("name", "file"), list(written.labels.items()))),
+                ("Remarks", table(("",), [(remark,) for remark in written.remarks])),
+            ],
+            "configuration_origin": "Profile and thresholds: of the first recording if it holds them, else of this machine.",
+            "configuration": [],
+        }
+    )
+
+
+def _experiment(experiment: ExperimentComparison, written: WrittenComparison) -> dict[str, Any]:
+    """Return one experiment as the page takes it, after drawing its figures."""
+    drawn = draw_comparison(experiment, written.mechanism, written.folder)
+    joints = [
+        (pair.track.label, joint.name, f"{joint.rms:.4f} {joint.unit}", f"{joint.max:.4f} {joint.unit}")
+        for pair in experiment.pairs
+        for joint in pair.joints
+    ]
+    return {
+        "name": experiment.name,
+        "verdict": "",
+        "reasons": experiment.reasons,
+        "figures": [(CAPTIONS[kind], embedded(file)) for kind, file in drawn.items()],
+        "tables": [
+            ("Against the first recording", table(RUN_HEADINGS, run_rows(experiment, written.mechanism.place_unit))),
+            ("Joints, real against twin", table(("recording", "joint", "rms", "max"), joints)),
+        ],
+    }
