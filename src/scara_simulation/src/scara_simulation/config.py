@@ -16,6 +16,13 @@ Milliseconds = Annotated[float, Meta(gt=0.0, le=60_000.0)]
 Percent = Annotated[float, Meta(ge=0.0, le=10_000.0)]
 
 
+class JointDynamics(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Friction of one joint in place of the URDF's: [N m s/rad] and [N m], prismatic [N s/m] and [N]."""
+
+    damping: Annotated[float, Meta(ge=0.0, le=10_000.0)]
+    friction: Annotated[float, Meta(ge=0.0, le=10_000.0)]
+
+
 class SimulationConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """The world, its clockwork and what it accepts; keys as in simulation.yaml."""
 
@@ -39,6 +46,12 @@ class SimulationConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     stick_band_deg: Annotated[float, Meta(ge=0.0, le=1.0)]
     stick_band_mm: Annotated[float, Meta(ge=0.0, le=1.0)]
     start_pose: dict[str, float]
+    joint_dynamics: dict[str, JointDynamics] = {}
+
+    @property
+    def dynamics(self) -> dict[str, tuple[float, float]]:
+        """Damping and friction by joint, for the world."""
+        return {name: (entry.damping, entry.friction) for name, entry in self.joint_dynamics.items()}
 
     @property
     def step_ns(self) -> int:

@@ -6,7 +6,7 @@ The same inputs give bitwise the same states, in every process on the same machi
 from __future__ import annotations
 
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Self
 
@@ -36,7 +36,16 @@ def description_path() -> Path:
 class World:
     """The cell of a URDF under gravity. A context manager; close it to free the physics engine."""
 
-    def __init__(self, urdf: Path, joints: Sequence[str], tool_frame: str, *, dt: float, gravity: float) -> None:
+    def __init__(
+        self,
+        urdf: Path,
+        joints: Sequence[str],
+        tool_frame: str,
+        *,
+        dt: float,
+        gravity: float,
+        dynamics: Mapping[str, tuple[float, float]] | None = None,
+    ) -> None:
         """Load the URDF at the zero pose.
 
         Args:
@@ -45,6 +54,7 @@ class World:
             tool_frame: Link at the end of the arm; what is not on its chain is what the arm may hit.
             dt: Time step [s].
             gravity: [m/s^2], downwards.
+            dynamics: Damping and dry friction of joints by name, in place of the URDF's.
 
         Raises:
             ConfigError: The URDF cannot be loaded or its movable joints are not ``joints``.
@@ -53,7 +63,7 @@ class World:
         self._client: int = pybullet.connect(pybullet.DIRECT)
         try:
             self._load()
-            self._find_joints(joints)
+            self._find_joints(joints, dynamics or {})
             self._prepare_dynamics()
             self._prepare_collisions(tool_frame)
         except BaseException:
@@ -127,14 +137,14 @@ class World:
         self._infos: list[Any] = [pybullet.getJointInfo(self._body, k, physicsClientId=client) for k in range(count)]
         self._links = {info[12].decode(): info[0] for info in self._infos}
 
-    def _find_joints(self, joints: Sequence[str]) -> None:
+    def _find_joints(self, joints: Sequence[str], dynamics: Mapping[str, tuple[float, float]]) -> None:
         """Find the joints' indices, damping and friction, and their order in the engine's own tree."""
         movable = {info[1].decode(): info for info in self._infos if info[2] != pybullet.JOINT_FIXED}
         if sorted(movable) != sorted(joints):
             raise ConfigError(f"{self._urdf}: movable joints are {', '.join(movable)}; robot.yaml moves {', '.join(joints)}")
         self._joints = [movable[name][0] for name in joints]
-        self.damping = [movable[name][6] for name in joints]
-        self.friction = [movable[name][7] for name in joints]
+        chosen = [dynamics.get(name, (movable[name][6], movable[name][7])) for name in joints]
+        self.damping, self.friction = [entry[0] for entry in chosen], [entry[1] for entry in chosen]
         self._tree = sorted(range(len(joints)), key=lambda k: movable[joints[k]][0])
         self._order = [self._tree.index(k) for k in range(len(joints))]
 
@@ -148,6 +158,8 @@ class World:
                 pybullet.changeDynamics(
                     self._body, index, mass=0.0, localInertiaDiagonal=[0.0, 0.0, 0.0], physicsClientId=self._client
                 )
+        for index, damping in zip(self._joints, self.damping):
+            pybullet.changeDynamics(self._body, index, jointDamping=damping, physicsClientId=self._client)
         pybullet.setJointMotorControlArray(
             self._body,
             self._joints,

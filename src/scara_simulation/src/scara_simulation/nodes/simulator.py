@@ -46,7 +46,9 @@ def main() -> None:
         config, gains = load_simulation(robot, directory), load_gains(robot, directory)
         factor, publish_clock = _speed()
         names = [joint.name for joint in robot.twin_joints]
-        world = World(description_path(), names, robot.tool_frame, dt=config.dt, gravity=config.gravity_m_s2)
+        world = World(
+            description_path(), names, robot.tool_frame, dt=config.dt, gravity=config.gravity_m_s2, dynamics=config.dynamics
+        )
     except ConfigError as error:
         rospy.logfatal("%s", error)
         sys.exit(2)
