@@ -1,0 +1,134 @@
+"""Typed content of operator_panel.yaml, and what the page reads from the files of other rooms."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import msgspec
+from msgspec import Meta
+from scara_config import ConfigError, Robot, config_directory, load
+
+Percent = Annotated[float, Meta(gt=0.0, le=100.0)]
+Rate = Annotated[float, Meta(ge=1.0, le=50.0)]
+Seconds = Annotated[float, Meta(gt=0.0, le=600.0)]
+Positive = Annotated[float, Meta(gt=0.0, le=1e6)]
+Port = Annotated[int, Meta(ge=1, le=65535)]
+
+
+class Jog(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Jogging by a held button."""
+
+    dead_man_ms: Annotated[float, Meta(ge=50.0, le=1000.0)]
+    rate_hz: Annotated[float, Meta(ge=5.0, le=100.0)]
+    speed_percent: Percent
+
+
+class Control(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Who may command [s]."""
+
+    answer_s: Seconds
+    return_s: Seconds
+
+
+class Preview(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The step response shown before gains are set."""
+
+    inertia: dict[str, Positive]
+    step_deg: Positive
+    step_mm: Positive
+    duration_s: Annotated[float, Meta(gt=0.0, le=10.0)]
+
+
+class PanelConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """operator_panel.yaml."""
+
+    host: str
+    port: Port
+    update_rate_hz: Rate
+    silent_ms: Annotated[float, Meta(ge=100.0, le=60000.0)]
+    chart_window_s: Annotated[float, Meta(ge=2.0, le=120.0)]
+    chart_rate_hz: Rate
+    call_timeout_s: Seconds
+    program_timeout_s: Seconds
+    jog: Jog
+    control: Control
+    preview: Preview
+
+
+class Door(msgspec.Struct, frozen=True):
+    """Where the twin controller finds the real robot."""
+
+    host: str
+    port: Port
+
+
+class Program(msgspec.Struct, frozen=True):
+    """Name and comment of a program of the real robot."""
+
+    name: str
+    comment: str = ""
+
+
+class _TwinController(msgspec.Struct, frozen=True):
+    real: Door
+
+
+class _JogLimit(msgspec.Struct, frozen=True):
+    speed_percent: Percent
+
+
+class _Motion(msgspec.Struct, frozen=True):
+    jog: _JogLimit
+
+
+class _Experiments(msgspec.Struct, frozen=True):
+    positions_m: dict[str, tuple[float, float, float]]
+
+
+class Surroundings(msgspec.Struct, frozen=True):
+    """What the page shows or respects of the other rooms' files.
+
+    Attributes:
+        real: The real robot's address, for the pendant.
+        jog_limit_percent: What joint_vel_controller accepts, percent of the joint's speed.
+        positions: Named tool positions (x, y, z) [m].
+        programs: Programs of the real robot, by name.
+    """
+
+    real: Door
+    jog_limit_percent: float
+    positions: dict[str, tuple[float, float, float]]
+    programs: tuple[Program, ...]
+
+
+def load_panel(robot: Robot, directory: Path | str | None = None) -> PanelConfig:
+    """Read operator_panel.yaml of ``directory`` (default: the package scara_config).
+
+    Raises:
+        ConfigError: The file is missing, a value does not fit, or a joint is unknown or left out.
+    """
+    path = Path(directory or config_directory()) / "operator_panel.yaml"
+    config = load(path, PanelConfig)
+    wanted = {joint.name for joint in robot.twin_joints}
+    wrong = sorted(wanted ^ set(config.preview.inertia))
+    if wrong:
+        raise ConfigError(f"{path}: preview.inertia: {', '.join(wrong)}: needed are {', '.join(sorted(wanted))}")
+    return config
+
+
+def load_surroundings(directory: Path | str | None = None) -> Surroundings:
+    """Read twin_controller.yaml, motion.yaml, experiments.yaml and the programs of ``directory``.
+
+    Raises:
+        ConfigError: A file is missing, or a value that is needed here does not fit.
+    """
+    folder = Path(directory or config_directory())
+    files = sorted((folder / "programs").iterdir()) if (folder / "programs").exists() else []
+    programs = [load(file, Program) for file in files if file.suffix == ".yaml"]
+    return Surroundings(
+        real=load(folder / "twin_controller.yaml", _TwinController).real,
+        jog_limit_percent=load(folder / "motion.yaml", _Motion).jog.speed_percent,
+        positions=load(folder / "experiments.yaml", _Experiments).positions_m,
+        programs=tuple(sorted(programs, key=lambda program: program.name)),
+    )

@@ -1,0 +1,1 @@
+"""What the page lets an operator do, and when; pure."""

@@ -1,0 +1,62 @@
+"""What an operator types into a form, checked for being a number at all; whether it can be done is asked elsewhere."""
+
+from __future__ import annotations
+
+import math
+import re
+
+NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}")
+
+
+class FieldError(ValueError):
+    """What was typed cannot be used; the text stands beside the field."""
+
+
+def parse_number(text: object, what: str, unit: str, lower: float = -math.inf, upper: float = math.inf) -> float:
+    """Return the number in ``text``.
+
+    Args:
+        text: What the field holds.
+        what: Name of the field, for the error.
+        unit: Its unit, for the error.
+        lower: Smallest allowed value.
+        upper: Largest allowed value.
+
+    Raises:
+        FieldError: It is empty, no number, not finite, or out of range.
+    """
+    typed = str(text if text is not None else "").strip().replace("\N{MINUS SIGN}", "-")
+    if not typed:
+        raise FieldError(f"{what} is empty: a number in {unit}")
+    if "," in typed:
+        raise FieldError(f"{typed}: write the decimal with a point")
+    try:
+        value = float(typed)
+    except ValueError as error:
+        raise FieldError(f"{typed!r} is no number") from error
+    if not math.isfinite(value):
+        raise FieldError(f"{typed} is no finite number")
+    if not lower <= value <= upper:
+        raise FieldError(f"{typed} {unit} is outside {lower:g} to {upper:g} {unit}")
+    return value
+
+
+def parse_run_name(text: object) -> str:
+    """Return the name of a recording; empty means that the recorder chooses one.
+
+    Raises:
+        FieldError: It could leave the folder of runs, or has signs that a folder should not have.
+    """
+    typed = str(text if text is not None else "").strip()
+    if typed and not NAME.fullmatch(typed):
+        raise FieldError("letters, digits, point, dash and underline only, 64 at most, a letter or digit first")
+    return typed
+
+
+def error_text(check: object) -> str | None:
+    """Return the text of the FieldError that calling ``check`` raises, None if it raises none."""
+    try:
+        check()  # type: ignore[operator]
+    except FieldError as error:
+        return str(error)
+    return None

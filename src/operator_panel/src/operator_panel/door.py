@@ -1,0 +1,69 @@
+"""What the page asks of the cell; the node answers with ROS, a test with whatever it likes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol
+
+import msgspec
+
+from operator_panel.view.snapshot import Snapshot
+
+
+class Answer(msgspec.Struct, frozen=True):
+    """What a command or a question came to.
+
+    Attributes:
+        success: Whether it was done.
+        message: In words.
+        values: What else was answered.
+    """
+
+    success: bool
+    message: str
+    values: Mapping[str, Any] = {}
+
+
+class Gains(msgspec.Struct, frozen=True):
+    """The parameters of one joint's tuning server.
+
+    Attributes:
+        values: Name to number.
+        ranges: Name to (smallest, largest).
+        switches: Name to on or off.
+    """
+
+    values: dict[str, float]
+    ranges: dict[str, tuple[float, float]] = {}
+    switches: dict[str, bool] = {}
+
+
+class CellDoor(Protocol):
+    """The cell behind the page. Coroutines answer within a deadline and never raise for what the cell did."""
+
+    def snapshot(self) -> Snapshot:
+        """Return what is known now."""
+
+    async def command(self, command: str, **fields: Any) -> Answer:
+        """Send a command to the twin controller."""
+
+    async def reach(self, x: float, y: float, z: float, elbow: str, seed: Sequence[float]) -> Answer:
+        """Ask for the joint positions at a point [m]; values: joint_positions, elbow."""
+
+    async def record(self, path: str) -> Answer:
+        """Start a recording; values: path."""
+
+    async def stop_recording(self) -> Answer:
+        """Stop it; values: path."""
+
+    def gains(self, joint: str) -> Gains | None:
+        """Return a joint's tuning parameters; None while its server is missing."""
+
+    async def tune(self, joint: str, values: Mapping[str, float], switches: Mapping[str, bool]) -> Answer:
+        """Set a joint's tuning parameters."""
+
+    def jog(self, velocities: Mapping[str, float]) -> None:
+        """Send joint velocities [rad/s] or [m/s]."""
+
+    async def pendant(self, *words: str) -> Answer:
+        """Press a key of the real robot's pendant."""

@@ -1,0 +1,1 @@
+"""What touches the machine: files, processes, the web server and its page."""

@@ -1,0 +1,139 @@
+"""The live connection of each open page: frames out, held buttons in. Losing it greys the page and releases what it holds."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import Callable
+from typing import Any
+
+import msgspec
+from nicegui import app
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from operator_panel.config import PanelConfig
+from operator_panel.door import CellDoor
+from operator_panel.io.desk import Desk
+from operator_panel.view.alarms import active_alarms
+from operator_panel.view.frame import FrameMaker
+from operator_panel.view.history import History
+from operator_panel.view.snapshot import Snapshot
+
+PATH = "/live"
+_ENCODE = msgspec.json.Encoder().encode
+
+
+class _Line:
+    """What is still to be sent to one page: of each kind only the newest, so that a slow page is late by one frame."""
+
+    def __init__(self) -> None:
+        self.waiting: dict[str, str] = {}
+        self.filled = asyncio.Event()
+
+    def put(self, kind: str, text: str) -> None:
+        self.waiting[kind] = text
+        self.filled.set()
+
+    async def take(self) -> list[str]:
+        await self.filled.wait()
+        self.filled.clear()
+        texts, self.waiting = list(self.waiting.values()), {}
+        return texts
+
+
+class Live:
+    """Sends the same frame to all pages and hears their held buttons."""
+
+    def __init__(self, door: CellDoor, desk: Desk, maker: FrameMaker, config: PanelConfig) -> None:
+        """Offer the web socket; ``run`` sends."""
+        self._door, self._desk, self._maker, self._config = door, desk, maker, config
+        self._history = History(config.chart_window_s, config.chart_rate_hz)
+        self._lines: dict[str, _Line] = {}
+        self._lists = ""
+        self.listeners: list[Callable[[Snapshot, bool], None]] = []
+        app.add_api_websocket_route(PATH, self._serve)
+
+    async def run(self) -> None:
+        """Send frames at the update rate, on absolute deadlines, until cancelled."""
+        period = 1.0 / self._config.update_rate_hz
+        due = time.monotonic()
+        while True:
+            self._desk.tick()
+            self._step()
+            due = max(due + period, time.monotonic())
+            await asyncio.sleep(due - time.monotonic())
+
+    def _step(self) -> None:
+        now = time.monotonic()
+        snapshot = self._door.snapshot()
+        silent = snapshot.is_silent(now, self._config.silent_ms * 1e-3)
+        self._send(snapshot, now)
+        for listener in self.listeners:
+            listener(snapshot, silent)
+
+    def _send(self, snapshot: Snapshot, now: float) -> None:
+        frame = self._maker.make(snapshot, now)
+        if not self._history.add(frame):
+            frame = msgspec.structs.replace(frame, point={})
+        if not self._lines:
+            return
+        text = _message("frame", frame)
+        lists = self._lists_text(snapshot, now)
+        for line in self._lines.values():
+            line.put("frame", text)
+            if lists != self._lists:
+                line.put("lists", lists)
+        self._lists = lists
+
+    def _lists_text(self, snapshot: Snapshot, now: float) -> str:
+        alarms = active_alarms(snapshot, now, self._config.silent_ms * 1e-3)
+        return _message("lists", {"alarms": alarms, "decisions": snapshot.decisions})
+
+    async def _serve(self, socket: WebSocket) -> None:
+        page = socket.query_params.get("page", "")
+        await socket.accept()
+        if page not in self._desk.sessions or page in self._lines:
+            await socket.close(4404, "this page is not known: load it again")
+            return
+        line = self._lines[page] = _Line()
+        self._desk.arrived(page, socket.query_params.get("tab", ""))
+        line.put("history", _message("history", self._history.rows))
+        line.put("lists", self._lists_text(self._door.snapshot(), time.monotonic()))
+        sender = asyncio.create_task(_pump(line, socket))
+        try:
+            while True:
+                await self._hear(page, await socket.receive_json(), line)
+        except (WebSocketDisconnect, RuntimeError, ValueError):
+            pass  # the page is gone, or speaks nonsense: both end its connection
+        finally:
+            sender.cancel()
+            del self._lines[page]
+            self._desk.left(page)
+
+    async def _hear(self, page: str, packet: Any, line: _Line) -> None:
+        """Act on what a page says: a sign of a held button, its release, or STOP by the keyboard."""
+        match packet:
+            case {"hold": int(press), "joint": str(joint), "direction": int(direction), "percent": int() | float() as percent}:
+                refused = self._desk.hold(page, press, joint, direction, float(percent))
+                if refused:
+                    line.put("refused", _message("refused", {"press": press, "why": refused}))
+            case {"release": int(press)}:
+                self._desk.let_go(page, press)
+            case {"command": "STOP" | "ESTOP" as command}:
+                answer = await self._desk.command(page, command)
+                line.put("said", _message("said", {"success": answer.success, "text": f"{command}: {answer.message}"}))
+            case _:
+                raise ValueError(f"unknown packet {packet!r}")
+
+
+async def _pump(line: _Line, socket: WebSocket) -> None:
+    try:
+        while True:
+            for text in await line.take():
+                await socket.send_text(text)
+    except (WebSocketDisconnect, RuntimeError, OSError):
+        pass  # the other half of the connection notices too
+
+
+def _message(kind: str, content: object) -> str:
+    return _ENCODE({kind: content}).decode()

@@ -1,0 +1,83 @@
+"""Live charts of one joint: positions and deviation, and its PID loop. The browser keeps the points and draws them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from nicegui import ui
+
+from operator_panel.io.page.view import PageView, plain
+
+
+def build_charts(view: PageView) -> dict[str, Any]:
+    """Build both charts; return what the browser needs to feed them."""
+    joints = {joint.name: joint for joint in view.robot.twin_joints}
+    with ui.element("section").classes("card charts-card"):
+        with ui.element("div").classes("charts-head"):
+            plain(f"Last {view.config.chart_window_s:g} s", "card-title", "h2")
+            with ui.element("div").classes("segmented").props('role="tablist"'):
+                for name in joints:
+                    button = ui.element("button").props(f'type=button data-select="{name}"')
+                    with button:
+                        plain(joint_title(name))
+        with ui.element("div").classes("charts"):
+            motion = ui.echart(_motion_options()).classes("chart")
+            loop = ui.echart(_loop_options()).classes("chart")
+    return {
+        "motion": motion.id,
+        "loop": loop.id,
+        "window": view.config.chart_window_s,
+        "units": {name: joint.unit for name, joint in joints.items()},
+        "efforts": {name: "N m" if joint.unit == "deg" else "N" for name, joint in joints.items()},
+    }
+
+
+def joint_title(name: str) -> str:
+    """Return a joint's name for people."""
+    return name.removesuffix("_joint").replace("_", " ").capitalize()
+
+
+def _motion_options() -> dict[str, Any]:
+    return _options(
+        [("Real", "real", 0), ("Twin", "twin", 0), ("Deviation", "deviation", 1)],
+        y_axes=[{"gridIndex": 0, "scale": True}, {"gridIndex": 1, "scale": True, "splitNumber": 2}],
+    )
+
+
+def _loop_options() -> dict[str, Any]:
+    return _options(
+        [("Set point", "setpoint", 0), ("Measured", "twin", 0), ("Error", "deviation", 1), ("Effort", "effort", 2)],
+        y_axes=[
+            {"gridIndex": 0, "scale": True},
+            {"gridIndex": 1, "scale": True, "splitNumber": 2},
+            {"gridIndex": 1, "scale": True, "splitNumber": 2, "position": "right"},
+        ],
+    )
+
+
+def _options(series: list[tuple[str, str, int]], y_axes: list[dict[str, Any]]) -> dict[str, Any]:
+    """Return a chart of two grids, one above the other; colours come from the page's theme in the browser."""
+    axis = {"type": "value", "axisLabel": {"hideOverlap": True}, "splitLine": {"show": False}}
+    return {
+        "animation": False,
+        "legend": {"top": 0, "right": 8, "itemWidth": 14, "itemHeight": 2, "icon": "rect"},
+        "grid": [
+            {"left": 48, "right": 40, "top": 26, "height": "42%"},
+            {"left": 48, "right": 40, "bottom": 20, "height": "22%"},
+        ],
+        "xAxis": [{**axis, "gridIndex": 0, "axisLabel": {"show": False}}, {**axis, "gridIndex": 1}],
+        "yAxis": [{"type": "value", **one} for one in y_axes],
+        "series": [
+            {
+                "name": name,
+                "type": "line",
+                "showSymbol": False,
+                "data": [],
+                "xAxisIndex": 0 if place == 0 else 1,
+                "yAxisIndex": place,
+                "lineStyle": {"width": 1.6, "type": "dashed" if role == "setpoint" else "solid"},
+                "id": role,
+            }
+            for name, role, place in series
+        ],
+    }

@@ -1,0 +1,57 @@
+"""Programs of the real robot, started on its pendant; what it runs now."""
+
+from __future__ import annotations
+
+from nicegui import ui
+
+from operator_panel.control.fields import error_text, parse_number
+from operator_panel.io.page.view import PageView, live, plain
+
+
+def build_programs(view: PageView) -> None:
+    """Build the list and the override."""
+    with ui.element("div").classes("facts"):
+        for title, key in (("Program", "robot.program"), ("Speed", "robot.speed"), ("Robot", "robot.ready")):
+            with ui.element("div").classes("fact"):
+                plain(title, "fact-title")
+                live(key, "num")
+    with ui.element("div").classes("rows"):
+        for program in view.around.programs:
+            with ui.element("div").classes("row-line"):
+                plain(program.name, "row-name")
+                ui.label(program.comment).classes("row-text")
+                _press(view, "Run", "RUN", f"run-{program.name.lower()}", "run", program.name)
+    with ui.element("div").classes("row-line"):
+        plain("Override", "field-title")
+
+        def check(text: str) -> str | None:
+            return error_text(lambda: parse_number(text, "Override", "%", 1.0, 100.0))
+
+        field = ui.input(value="100", validation=check).props('dense outlined suffix="%" inputmode=decimal no-error-icon')
+        field.classes("field").mark("override")
+        view.guard(field, "SPEED")
+
+        async def send() -> None:
+            if field.validate():
+                await _say(view, "override", f"{parse_number(field.value, 'Override', '%'):.0f}")
+
+        view.button("Set", "SPEED", "small", send).mark("override-set")
+        plain("10 % after a cold start of the robot", "row-text")
+    with ui.element("div").classes("hint"):
+        plain("Keys of the robot's own pendant, pressed over Modbus. The twin follows what the robot does.")
+
+
+def _press(view: PageView, text: str, command: str, mark: str, *keys: str) -> None:
+    async def press() -> None:
+        await _say(view, *keys)
+
+    view.button(text, command, "small", press).mark(mark)
+
+
+async def _say(view: PageView, *keys: str) -> None:
+    """Press a key of the pendant, if this page is in control."""
+    refused = view.desk.refusal(view.session.page, "RUN")
+    if refused:
+        ui.notify(refused, type="negative", position="bottom-left")
+        return
+    view.tell(await view.door.pendant(*keys), " ".join(keys))

@@ -1,0 +1,107 @@
+"""The cell in three dimensions: the twin solid, the real robot as a ghost, a preview as another."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from nicegui import ui
+
+from operator_panel.io.page.view import plain
+from operator_panel.urdf import JointFrame, Model, Shape, Vector, joint_transform, origin_transform
+
+REAL, PREVIEW = "#2f7fe0", "#9b5de5"
+GHOST_OPACITY, PREVIEW_OPACITY = 0.38, 0.42
+SEGMENTS = 36
+
+
+def build_scene(model: Model, tool_link: str) -> dict[str, Any]:
+    """Build the picture; return what the browser needs to move it: for each side and joint the moving object."""
+    with ui.element("section").classes("card scene-card"):
+        scene = ui.scene(
+            width=640,
+            height=360,
+            grid=False,
+            background_color="#ffffff",
+            fps=25,
+            click_events=[],
+            camera=ui.scene.perspective_camera(fov=42, near=0.05, far=20),
+        )
+        scene.classes("scene")
+        _legend()
+    builder = _Builder(scene, model)
+    moved = {side: builder.tree(side) for side in ("twin", "real", "preview")}
+    scene.move_camera(x=1.22, y=-1.14, z=0.62, look_at_x=0.26, look_at_y=-0.08, look_at_z=-0.02, duration=0)
+    return {"scene": scene.id, "joints": moved, "ghosts": builder.ghosts}
+
+
+def _legend() -> None:
+    with ui.element("div").classes("legend"):
+        for style, text in (("twin", "twin"), ("real", "real robot"), ("preview", "target")):
+            with ui.element("span").classes(f"legend-item legend-{style}"):
+                plain(text)
+    with ui.element("div").classes("scene-tools"):
+        for name in ("real", "twin"):
+            with ui.element("div").classes(f"tool-line tone-{name}"):
+                plain("Tool " + ("real" if name == "real" else "twin"), "tool-name")
+                ui.element("span").props(f'data-live="tool.{name}"').classes("live num")
+
+
+class _Builder:
+    """Builds the tree of links once for each side; fixed parts only once."""
+
+    def __init__(self, scene: ui.scene, model: Model) -> None:
+        self._scene, self._model = scene, model
+        self.ghosts: dict[str, list[str]] = {"real": [], "preview": []}
+
+    def tree(self, side: str) -> dict[str, dict[str, Any]]:
+        """Build one side; return its moving groups by joint."""
+        moving: dict[str, dict[str, Any]] = {}
+        with self._scene, self._scene.group().with_name(side) as top:
+            self._link(side, self._model.root, moving, fixed=True)
+        if side == "preview":
+            top.visible(False)
+            moving["root"] = {"id": top.id}
+        return moving
+
+    def _link(self, side: str, link: str, moving: dict[str, dict[str, Any]], fixed: bool) -> None:
+        if side == "twin" or not fixed:
+            for shape in self._model.shapes[link]:
+                self._shape(side, shape)
+        for joint in self._model.joints:
+            if joint.parent == link and not (side == "preview" and joint.name.startswith("table")):
+                self._joint(side, joint, moving, fixed and not joint.moves)
+
+    def _joint(self, side: str, joint: JointFrame, moving: dict[str, dict[str, Any]], fixed: bool) -> None:
+        with _placed(self._scene.group(), joint_transform(joint, 0.0)), self._scene.group() as group:
+            if joint.moves:
+                moving[joint.name] = {"id": group.id, "axis": joint.axis, "slides": joint.kind == "prismatic"}
+            self._link(side, joint.child, moving, fixed)
+
+    def _shape(self, side: str, shape: Shape) -> None:
+        if shape.kind == "box":
+            width, depth, height = shape.size
+            made: Any = self._scene.box(width, depth, height)
+        elif shape.kind == "cylinder":
+            made = self._scene.cylinder(shape.size[0], shape.size[0], shape.size[1], SEGMENTS)
+        else:
+            made = self._scene.sphere(shape.size[0], SEGMENTS, SEGMENTS // 2)
+        _placed(made, _pose(shape.kind, shape.xyz, shape.rpy))
+        if side == "twin":
+            made.material(shape.colour)
+            return
+        colour, opacity = (REAL, GHOST_OPACITY) if side == "real" else (PREVIEW, PREVIEW_OPACITY)
+        made.material(colour, opacity)
+        self.ghosts[side].append(made.id)
+
+
+def _pose(kind: str, xyz: Vector, rpy: Vector) -> np.ndarray:
+    """Return a shape's pose; a cylinder of the scene lies along y, one of a URDF along z."""
+    pose = origin_transform(xyz, rpy)
+    return pose @ origin_transform((0.0, 0.0, 0.0), (math.pi / 2, 0.0, 0.0)) if kind == "cylinder" else pose
+
+
+def _placed(made: Any, pose: np.ndarray) -> Any:
+    """Move and turn an object of the scene."""
+    return made.move(*(float(v) for v in pose[:3, 3])).rotate_R([[float(v) for v in row] for row in pose[:3, :3]])

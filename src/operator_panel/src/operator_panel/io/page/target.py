@@ -1,0 +1,125 @@
+"""A tool position that is asked about while it is typed, shown as a ghost, and sent by a button."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from nicegui import ui
+
+from operator_panel.control.fields import error_text, parse_number
+from operator_panel.door import Answer
+from operator_panel.io.page.view import PageView
+from operator_panel.view import words
+
+AXES = ("x", "y", "z")
+ELBOWS = {"": "Nearest", "righty": "Righty", "lefty": "Lefty"}
+PREVIEW_DELAY_S = 0.25
+WIDEST_MM = 5000.0
+ASK = "Type or choose a position of the tool in base_link."
+
+
+def build_target(view: PageView) -> None:
+    """Build the form."""
+    _TargetForm(view)
+
+
+class _TargetForm:
+    """Fields, preview and button of one page."""
+
+    def __init__(self, view: PageView) -> None:
+        self._view = view
+        self._asked = 0
+        with ui.element("div").classes("target"):
+            self._fields = {axis: self._number(axis.upper(), "mm", "", -WIDEST_MM, WIDEST_MM) for axis in AXES}
+        with ui.element("div").classes("target"):
+            self._speed = self._number("Speed", "%", "50", 1.0, 100.0)
+            self._elbow = ui.select(ELBOWS, value="", label="Elbow").props("dense outlined options-dense").classes("field")
+            self._elbow.on_value_change(self._typed)
+            self._elbow.set_enabled(view.is_operator)
+            view.button("Move", "MOVE", "primary tall", self._move)
+        with ui.element("div").classes("target-picks"):
+            for name, position in view.around.positions.items():
+                pick = ui.button(name, on_click=lambda p=position: self._pick(p), color=None)
+                pick.props("unelevated no-caps dense").classes("button small").mark(f"pick-{name.lower()}")
+                pick.set_enabled(view.is_operator)
+            clear = ui.button("Clear", on_click=self._clear, color=None).props("unelevated no-caps dense")
+            clear.classes("button small").mark("target-clear")
+        self._text = ui.label(ASK).classes("preview").mark("preview")
+
+    def _number(self, label: str, unit: str, value: str, lower: float, upper: float) -> Any:
+        def check(text: str) -> str | None:
+            return error_text(lambda: parse_number(text, label, unit, lower, upper)) if text else None
+
+        field = ui.input(label, value=value, validation=check, on_change=self._typed)
+        field.props(f'dense outlined stack-label suffix="{unit}" inputmode=decimal no-error-icon').classes("field")
+        field.mark(f"target-{label.lower()}").set_enabled(self._view.is_operator)
+        return field
+
+    def _pick(self, position: tuple[float, float, float]) -> None:
+        for axis, value in zip(AXES, position):
+            self._fields[axis].set_value(f"{value * 1e3:g}")
+
+    def _clear(self) -> None:
+        for field in self._fields.values():
+            field.set_value("")
+
+    def _typed(self) -> None:
+        """Ask a little later, once nothing more is typed."""
+        self._asked += 1
+        number = self._asked
+
+        async def ask() -> None:
+            if number == self._asked:
+                await self._preview(number)
+
+        ui.timer(PREVIEW_DELAY_S, ask, once=True)
+
+    def _point(self) -> dict[str, float] | None:
+        """Return x, y, z [m]; None while a field is wrong or empty."""
+        texts = [(axis, field.value) for axis, field in self._fields.items()]
+        if any(error_text(lambda a=axis, t=text: parse_number(t, a, "mm", -WIDEST_MM, WIDEST_MM)) for axis, text in texts):
+            return None
+        return {axis: parse_number(text, axis, "mm") * 1e-3 for axis, text in texts}
+
+    async def _preview(self, number: int) -> None:
+        point = self._point()
+        if point is None:
+            self._show(ASK, "", None)
+            return
+        answer = await self._view.door.reach(**point, elbow=self._elbow.value or "", seed=self._seed())
+        if number != self._asked:
+            return
+        if answer.success:
+            self._show(*self._reachable(answer))
+        else:
+            self._show(f"Not reachable: {answer.message}", "bad", None)
+
+    def _reachable(self, answer: Answer) -> tuple[str, str, dict[str, float]]:
+        joints = self._view.robot.arm_joints
+        positions = [float(q) for q in answer.values["joint_positions"]]
+        shown = [f"{words.number(q / joint.scale)} {joint.unit}" for q, joint in zip(positions, joints)]
+        pose = {joint.name: q for q, joint in zip(positions, joints)}
+        return f"Reachable, {answer.values['elbow']}: {', '.join(shown)}", "good", pose
+
+    def _seed(self) -> list[float]:
+        """Return where the twin's arm is now, for the nearest elbow."""
+        state = self._view.door.snapshot().state
+        if state is None or len(state.twin_position) != len(state.name):
+            return []
+        now = dict(zip(state.name, state.twin_position))
+        return [now[joint.name] * joint.scale for joint in self._view.robot.arm_joints if joint.name in now]
+
+    def _show(self, text: str, tone: str, pose: dict[str, float] | None) -> None:
+        self._text.set_text(text)
+        self._text.classes(replace=f"preview {tone}")
+        ui.run_javascript(f"window.panel?.preview({json.dumps(pose)})")
+
+    async def _move(self) -> None:
+        point = self._point()
+        speed = error_text(lambda: parse_number(self._speed.value, "Speed", "%", 1.0, 100.0))
+        if point is None or speed:
+            self._view.tell(Answer(False, speed or "x, y and z are needed"), "Move")
+            return
+        percent = parse_number(self._speed.value, "Speed", "%")
+        await self._view.send("MOVE", **point, speed_percent=percent, elbow=self._elbow.value or "")

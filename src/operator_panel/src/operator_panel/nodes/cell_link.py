@@ -1,0 +1,171 @@
+"""The cell as the page sees it, over ROS."""
+
+from __future__ import annotations
+
+import os
+import sys
+import threading
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import rosgraph
+import rospy
+from dynamic_reconfigure.msg import BoolParameter, Config, ConfigDescription, DoubleParameter
+from dynamic_reconfigure.srv import Reconfigure
+from scara_config import Robot
+
+from control_msgs.msg import JointJog
+from operator_panel.config import PanelConfig, Surroundings
+from operator_panel.control.commands import WITHOUT_CONTROL
+from operator_panel.door import Answer, Gains
+from operator_panel.io.pendant import Pendant
+from operator_panel.nodes.calling import Lane, as_answer
+from operator_panel.nodes.listening import Listening
+from operator_panel.view.snapshot import Snapshot
+from scara_msgs.srv import InverseKinematics, StartRecording, StopRecording, TwinCommand
+
+MASTER_PERIOD_S = 1.0
+RECORDER_TIMEOUT_S = 15.0  # our choice: the recorder connects to all topics before it answers, and closes the bag
+
+
+class CellLink:
+    """Implements :class:`operator_panel.door.CellDoor`. ``connect`` waits for a ROS master in a thread of its own."""
+
+    def __init__(self, robot: Robot, config: PanelConfig, around: Surroundings, config_dir: Path) -> None:
+        """Build everything that needs no ROS master."""
+        self._listening = Listening(robot)
+        self._pendant = Pendant(around.real, config_dir, config.program_timeout_s)
+        timeout = config.call_timeout_s
+        self._commands = Lane("twin_controller/command", TwinCommand, timeout)
+        self._stops = Lane("twin_controller/command", TwinCommand, timeout)  # a STOP waits for no other command
+        self._reach = Lane("inverse_kinematics", InverseKinematics, timeout)
+        self._start = Lane("recorder/start", StartRecording, RECORDER_TIMEOUT_S)
+        self._stop = Lane("recorder/stop", StopRecording, RECORDER_TIMEOUT_S)
+        self._tuning = {
+            joint.name: _TuningLink(f"twin/pid/{joint.name}", Lane(f"twin/pid/{joint.name}/set_parameters", Reconfigure, timeout))
+            for joint in robot.twin_joints
+        }
+        self._jog: Any = None
+
+    def connect(self, ended: threading.Event) -> None:
+        """Become a ROS node once there is a master, and start anew when that was started again; end with ``ended``.
+
+        A node cannot register with a second master, so the whole process begins again; open pages come back by themselves.
+        """
+        waiting = False
+        while not rosgraph.is_master_online():
+            if not waiting:
+                print("operator_panel: no ROS master yet: looking again each second", flush=True)
+                waiting = True
+            if ended.wait(MASTER_PERIOD_S):
+                return
+        rospy.init_node("operator_panel", disable_signals=True)
+        self._jog = rospy.Publisher("joint_vel_controller/command", JointJog, queue_size=1, tcp_nodelay=True)
+        for link in self._tuning.values():
+            link.subscribe()
+        self._listening.subscribe()
+        while not ended.wait(MASTER_PERIOD_S):
+            if _is_forgotten():
+                print("operator_panel: the ROS master was started again: so does this node", flush=True)
+                os.execv(sys.executable, [sys.executable, *sys.argv])
+
+    def say(self, text: str) -> None:
+        """Log who commanded what."""
+        if rospy.core.is_initialized():
+            rospy.loginfo("%s", text)
+
+    def snapshot(self) -> Snapshot:
+        """Return what is known now."""
+        return self._listening.snapshot()
+
+    async def command(self, command: str, **fields: Any) -> Answer:
+        """Send a command to the twin controller; stops have a connection of their own."""
+        lane = self._stops if command in WITHOUT_CONTROL else self._commands
+        return as_answer(await lane.call(command=command, **fields))
+
+    async def reach(self, x: float, y: float, z: float, elbow: str, seed: Sequence[float]) -> Answer:
+        """Ask the kinematics server."""
+        return as_answer(await self._reach.call(x=x, y=y, z=z, elbow=elbow, seed=list(seed)), "joint_positions", "elbow")
+
+    async def record(self, path: str) -> Answer:
+        """Start a recording."""
+        return _with_path(as_answer(await self._start.call(path=path), "path"), "recording")
+
+    async def stop_recording(self) -> Answer:
+        """Stop the recording."""
+        return _with_path(as_answer(await self._stop.call(), "path"), "complete:")
+
+    def gains(self, joint: str) -> Gains | None:
+        """Return what the joint's tuning server has published."""
+        return self._tuning[joint].gains
+
+    async def tune(self, joint: str, values: Mapping[str, float], switches: Mapping[str, bool]) -> Answer:
+        """Set the joint's parameters; what the server made of them is in the answer."""
+        return await self._tuning[joint].set(values, switches)
+
+    def jog(self, velocities: Mapping[str, float]) -> None:
+        """Publish a jog command."""
+        if self._jog is not None:
+            message = JointJog(joint_names=list(velocities), velocities=list(velocities.values()))
+            message.header.stamp = rospy.get_rostime()
+            self._jog.publish(message)
+
+    async def pendant(self, *words: str) -> Answer:
+        """Press a key of the real robot's pendant."""
+        self.say(f"pendant {' '.join(words)}")
+        return await self._pendant.press(words)
+
+
+class _TuningLink:
+    """One dynamic_reconfigure server, by its standard topics and service."""
+
+    def __init__(self, name: str, lane: Lane) -> None:
+        self._name, self._lane = name, lane
+        self._ranges: dict[str, tuple[float, float]] = {}
+        self.gains: Gains | None = None
+
+    def subscribe(self) -> None:
+        rospy.Subscriber(f"{self._name}/parameter_descriptions", ConfigDescription, self._described, queue_size=1)
+        rospy.Subscriber(f"{self._name}/parameter_updates", Config, self._updated, queue_size=1)
+
+    async def set(self, values: Mapping[str, float], switches: Mapping[str, bool]) -> Answer:
+        request = Config(
+            doubles=[DoubleParameter(name, value) for name, value in values.items()],
+            bools=[BoolParameter(name, on) for name, on in switches.items()],
+        )
+        response = await self._lane.call(config=request)
+        if isinstance(response, Answer):
+            return response
+        taken = {parameter.name: parameter.value for parameter in response.config.doubles}
+        changed = [f"{name} = {taken.get(name, value):g}" for name, value in values.items()]
+        refused = [name for name, value in values.items() if abs(taken.get(name, value) - value) > 1e-9 * max(1.0, abs(value))]
+        if refused:
+            return Answer(False, f"the simulator took other values: {', '.join(changed)}")
+        return Answer(True, f"set {', '.join(changed)}")
+
+    def _described(self, message: ConfigDescription) -> None:
+        highest = {parameter.name: parameter.value for parameter in message.max.doubles}
+        self._ranges = {p.name: (p.value, highest[p.name]) for p in message.min.doubles if p.name in highest}
+        if self.gains is not None:
+            self.gains = Gains(self.gains.values, self._ranges, self.gains.switches)
+
+    def _updated(self, message: Config) -> None:
+        values = {parameter.name: parameter.value for parameter in message.doubles}
+        self.gains = Gains(values, self._ranges, {parameter.name: parameter.value for parameter in message.bools})
+
+
+def _is_forgotten() -> bool:
+    """Return whether a master answers that does not know this node: it was started after us."""
+    try:
+        rosgraph.Master(rospy.get_name()).lookupNode(rospy.get_name())
+    except rosgraph.MasterError:
+        return True
+    except OSError:
+        return False
+    return False
+
+
+def _with_path(answer: Answer, what: str) -> Answer:
+    path = answer.values.get("path", "")
+    return Answer(True, f"{what} {path}", answer.values) if answer.success else answer

@@ -1,0 +1,93 @@
+"""What the cell publishes becomes the snapshot of the page."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from datetime import datetime
+from typing import Any
+
+import msgspec
+import rospy
+from diagnostic_msgs.msg import DiagnosticArray
+from scara_config import Robot
+from std_msgs.msg import String
+
+from control_msgs.msg import JointControllerState
+from operator_panel.view.snapshot import CellState, DecisionLine, Diagnosis, Link, Loop, RobotPackage, Snapshot
+from scara_msgs.msg import Decision, RobotData, TwinControllerState
+
+DECISIONS_KEPT = 30
+CLOCK = "%H:%M:%S"
+
+
+class Listening:
+    """Subscribes, converts and keeps the newest of everything."""
+
+    def __init__(self, robot: Robot) -> None:
+        """Know nothing yet."""
+        self._lock = threading.Lock()
+        self._snapshot = Snapshot()
+        self._joints = [joint.name for joint in robot.twin_joints]
+
+    def subscribe(self) -> None:
+        """Subscribe to everything; the process is a ROS node by now."""
+        self._listen("twin_controller/state", TwinControllerState, self._state)
+        self._listen("twin_controller/decisions", Decision, self._decision, 20)
+        self._listen("real/robot_data", RobotData, self._package)
+        self._listen("joint_vel_controller/state", String, self._jog)
+        self._listen("/diagnostics", DiagnosticArray, self._diagnostics, 20)
+        for joint in self._joints:
+            self._listen(f"twin/{joint}_position_controller/state", JointControllerState, self._loop_of(joint))
+        self._change(master=True)
+
+    def snapshot(self) -> Snapshot:
+        """Return the newest of everything."""
+        with self._lock:
+            return self._snapshot
+
+    def _listen(self, topic: str, kind: type, take: Callable[[Any], None], queue: int = 1) -> None:
+        rospy.Subscriber(topic, kind, take, queue_size=queue, tcp_nodelay=True)
+
+    def _change(self, **fields: Any) -> None:
+        with self._lock:
+            self._snapshot = msgspec.structs.replace(self._snapshot, **fields)
+
+    def _state(self, message: TwinControllerState) -> None:
+        links = tuple(Link(**{name: getattr(link, name) for name in Link.__struct_fields__}) for link in message.links)
+        plain: dict[str, Any] = {name: getattr(message, name) for name in CellState.__struct_fields__ if name != "links"}
+        fields: dict[str, Any] = {
+            name: tuple(value) if isinstance(value, (list, tuple)) else value for name, value in plain.items()
+        }
+        clock = datetime.now().strftime(CLOCK)
+        self._change(state=CellState(links=links, **fields), received=time.monotonic(), silent_since=clock)
+
+    def _decision(self, message: Decision) -> None:
+        clock = datetime.fromtimestamp(message.header.stamp.to_sec()).strftime(CLOCK)
+        line = DecisionLine(clock, message.mode_before, message.mode_after, message.why)
+        self._change(decisions=(line, *self.snapshot().decisions)[:DECISIONS_KEPT])
+
+    def _package(self, message: RobotData) -> None:
+        self._change(package=RobotPackage(**{name: getattr(message, name) for name in RobotPackage.__struct_fields__}))
+
+    def _jog(self, message: String) -> None:
+        self._change(jog=message.data)
+
+    def _loop_of(self, joint: str) -> Callable[[JointControllerState], None]:
+        def take(message: JointControllerState) -> None:
+            loop = Loop(message.set_point, message.process_value, message.error, message.command)
+            with self._lock:
+                loops = {**self._snapshot.loops, joint: loop}
+                self._snapshot = msgspec.structs.replace(self._snapshot, loops=loops)
+
+        return take
+
+    def _diagnostics(self, message: DiagnosticArray) -> None:
+        now = time.monotonic()
+        found = {
+            status.name: Diagnosis(int(status.level), status.name, status.message, now, {v.key: v.value for v in status.values})
+            for status in message.status
+        }
+        with self._lock:
+            self._snapshot = msgspec.structs.replace(self._snapshot, diagnoses={**self._snapshot.diagnoses, **found})

@@ -1,0 +1,165 @@
+"""Node ``operator_panel``: the operator's web page.
+
+Parameters (``_name:=value`` on the command line, so that they hold without a ROS master too):
+    ~config_dir: Folder with the YAML files; default: the package scara_config.
+    ~host, ~port: Address of the page; default: operator_panel.yaml.
+    ~token: The operator's token; default: OPERATOR_PANEL_TOKEN, else the file operator_token in ROS_HOME, made if missing.
+    ~runs_dir: Folder of recorded runs; default: runs of CELL_ROOT, else of the working folder.
+Subscribes: ``twin_controller/state``, ``twin_controller/decisions``, ``real/robot_data``, ``joint_vel_controller/state``,
+``/diagnostics``, ``twin/<joint>_position_controller/state``, ``twin/pid/<joint>/parameter_descriptions``,
+``twin/pid/<joint>/parameter_updates``.
+Publishes: ``joint_vel_controller/command`` (control_msgs/JointJog) while a jog button is held.
+Calls: ``twin_controller/command``, ``inverse_kinematics``, ``recorder/start``, ``recorder/stop``,
+``twin/pid/<joint>/set_parameters``; starts ``rosrun fanuc_emulator pendant``.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import sys
+import threading
+import time
+import traceback
+from pathlib import Path
+
+import rospkg
+from nicegui import app, background_tasks, ui
+from scara_config import ConfigError, config_directory, load_robot
+
+from operator_panel.config import PanelConfig, load_panel, load_surroundings
+from operator_panel.control.jog import DeadMan
+from operator_panel.io.desk import Desk
+from operator_panel.io.live import Live
+from operator_panel.io.page.shell import Shell
+from operator_panel.io.token import FILE, TokenError, operator_token, ros_home
+from operator_panel.nodes.cell_link import CellLink
+from operator_panel.urdf import Model, UrdfError, parse_urdf
+from operator_panel.view.frame import FrameMaker
+
+
+class StartError(RuntimeError):
+    """The page cannot be served; the text says why."""
+
+
+def main() -> None:
+    """Serve until SIGINT or SIGTERM; exit code 2 for a wrong file or a taken port."""
+    private = {key[1:]: value for key, _, value in (text.partition(":=") for text in sys.argv[1:]) if key.startswith("_")}
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: None)  # uvicorn ends by them, then raises them again for us
+    try:
+        serve(private)
+    except (ConfigError, TokenError, UrdfError, StartError) as error:
+        print(f"operator_panel: {error}", file=sys.stderr, flush=True)
+        sys.exit(2)
+
+
+def serve(private: dict[str, str]) -> None:
+    """Build everything and serve the page.
+
+    Raises:
+        ConfigError: A file or parameter is wrong.
+        TokenError: The token's file cannot be used.
+        UrdfError: The robot description cannot be shown.
+        StartError: The address cannot be listened on.
+    """
+    folder = Path(private.get("config_dir") or config_directory())
+    robot = load_robot(folder)
+    config, around = load_panel(robot, folder), load_surroundings(folder)
+    host, port = private.get("host") or config.host, _port(private.get("port"), config.port)
+    token = operator_token(private.get("token", ""), ros_home())
+    runs = Path(private.get("runs_dir") or Path(os.environ.get("CELL_ROOT") or Path.cwd()) / "runs").resolve()
+    model = _model()
+    _check_free(host, port)
+    ended = threading.Event()
+    link = CellLink(robot, config, around, folder)
+    silent_s = config.silent_ms * 1e-3
+    dead_man = DeadMan(robot, around.jog_limit_percent, config.jog.dead_man_ms * 1e-3)
+    desk = Desk(link, dead_man, config.control, silent_s, link.say)
+    live = Live(link, desk, FrameMaker(robot, model, silent_s), config)
+    Shell(robot, model, config, around, link, desk, live, token, _share() / "web", runs, f"operator_panel_{port}")
+
+    @app.on_startup
+    def start() -> None:
+        background_tasks.create(_live(live), name="live")
+        threading.Thread(target=link.connect, args=(ended,), name="connect", daemon=True).start()
+        threading.Thread(target=_jog, args=(desk, config, ended), name="jog", daemon=True).start()
+        # A log file may be read by others: there the token stays in its own file.
+        shown = token if sys.stdout.isatty() else f"TOKEN, which is in {ros_home() / FILE} unless it was given"
+        print(f"operator_panel: http://{host}:{port}/ to watch, http://{host}:{port}/?token={shown} to operate", flush=True)
+
+    app.on_shutdown(ended.set)
+    ui.run(
+        host=host,
+        port=port,
+        title=f"{robot.name}: operator",
+        favicon="\N{BLACK SQUARE FOR STOP}",
+        dark=None,
+        show=False,
+        reload=False,
+        tailwind=False,
+        show_welcome_message=False,
+        reconnect_timeout=5.0,
+        ws_per_message_deflate=False,  # 20 small frames a second: packing them would cost more than sending them
+        timeout_graceful_shutdown=1,
+    )
+    ended.set()
+
+
+async def _live(live: Live) -> None:
+    """Send frames; pages that get none are no use, so an error ends the node."""
+    try:
+        await live.run()
+    except Exception:
+        traceback.print_exc()
+        os._exit(1)
+
+
+def _jog(desk: Desk, config: PanelConfig, ended: threading.Event) -> None:
+    """Send jog commands on absolute deadlines, whatever the pages do; without it no button may act, so its end ends all."""
+    due, period = time.monotonic(), 1.0 / config.jog.rate_hz
+    try:
+        while not ended.is_set():
+            desk.jog_tick()
+            due = max(due + period, time.monotonic())
+            time.sleep(max(0.0, due - time.monotonic()))
+    except Exception:
+        traceback.print_exc()
+        os._exit(1)
+
+
+def _share() -> Path:
+    return _package("operator_panel")
+
+
+def _model() -> Model:
+    file = _package("scara_description") / "urdf" / "scara_cell.urdf"
+    try:
+        return parse_urdf(file.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise StartError(f"{file}: cannot be read: {error.strerror}") from error
+
+
+def _package(name: str) -> Path:
+    try:
+        return Path(rospkg.RosPack().get_path(name))
+    except rospkg.ResourceNotFound as error:
+        raise StartError(f"package {name} is not on ROS_PACKAGE_PATH: source env.sh first") from error
+
+
+def _port(given: str | None, default: int) -> int:
+    if given is None:
+        return default
+    if not (given.isdigit() and 1 <= int(given) <= 65535):
+        raise ConfigError(f"~port = {given}: allowed is 1..65535")
+    return int(given)
+
+
+def _check_free(host: str, port: int) -> None:
+    """Find out now what uvicorn would only log."""
+    try:
+        with socket.create_server((host, port)):
+            pass
+    except OSError as error:
+        raise StartError(f"{host}:{port} cannot be listened on: {error.strerror}") from error

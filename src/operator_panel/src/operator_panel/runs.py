@@ -1,0 +1,54 @@
+"""Folders of recorded runs as they are listed, and which of their files may leave the machine."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Any
+
+import msgspec
+
+RUN = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,127}")
+# Logs and the folder of ROS stay inside: the operator's token is there.
+SHOWN = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,127}\.(html|json|png|svg|bag)")
+
+
+class Run(msgspec.Struct, frozen=True):
+    """One run as it is listed.
+
+    Attributes:
+        name: Its folder.
+        when: Time of day as text.
+        size: Of its bags, as text.
+        verdict: In words; empty without a report.
+        has_report: Whether report.html is there.
+    """
+
+    name: str
+    when: str
+    size: str
+    verdict: str
+    has_report: bool
+
+
+def may_be_shown(run: str, file: str) -> bool:
+    """Return whether ``file`` of the folder ``run`` is a report, a picture or a bag directly in it."""
+    return bool(RUN.fullmatch(run) and SHOWN.fullmatch(file)) and ".." not in run + file
+
+
+def size_text(size: int) -> str:
+    """Return a size in bytes for people."""
+    for limit, scale, unit in ((1e3, 1.0, "B"), (1e6, 1e3, "kB"), (1e9, 1e6, "MB")):
+        if size < limit:
+            return f"{size / scale:.0f} {unit}"
+    return f"{size / 1e9:.1f} GB"
+
+
+def verdict(report: Mapping[str, Any]) -> str:
+    """Return what report.json says of its experiments, in one line."""
+    found = []
+    for experiment in report.get("experiments", []):
+        error = experiment.get("path_error_max_percent")
+        words = f"path error {error:.2f} % of reach" if isinstance(error, (int, float)) else "no path error"
+        found.append(f"{experiment.get('name', '?')}: {experiment.get('verdict', '?')}, {words}")
+    return "; ".join(found)

@@ -1,0 +1,1 @@
+"""From what the cell says to what is shown; pure."""

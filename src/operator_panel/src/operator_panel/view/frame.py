@@ -1,0 +1,186 @@
+"""The frame that every open page gets at the update rate: texts, bars, poses and chart points, ready to be shown."""
+
+from __future__ import annotations
+
+import math
+
+import msgspec
+from scara_config import Robot
+
+from operator_panel.urdf import Model, link_pose
+from operator_panel.view import words
+from operator_panel.view.snapshot import CellState, Link, Loop, Snapshot
+
+NOTHING = words.UNKNOWN
+
+
+class Frame(msgspec.Struct, frozen=True, omit_defaults=True):
+    """What changes all the time.
+
+    Attributes:
+        t: Time of the chart points: monotonic [s].
+        text: What stands at each place of the page.
+        tone: CSS class of some places.
+        bar: For each joint where real and twin are within the limits, 0..1; empty if unknown.
+        pose: For each side the joint positions [rad] or [m].
+        point: For each joint real, twin [deg or mm], set point, measured, error [deg or mm], effort [N m or N]; null if unknown.
+        tool: For each side the tool's position [m].
+        silent: Text: since when the twin controller is silent; absent while it is not.
+    """
+
+    t: float
+    text: dict[str, str]
+    tone: dict[str, str]
+    bar: dict[str, tuple[float | None, float | None]] = {}
+    pose: dict[str, dict[str, float]] = {}
+    point: dict[str, tuple[float | None, ...]] = {}
+    tool: dict[str, tuple[float, float, float]] = {}
+    silent: str = ""
+
+
+class FrameMaker:
+    """Makes frames for one robot."""
+
+    def __init__(self, robot: Robot, model: Model, silent_s: float) -> None:
+        """Remember what does not change."""
+        self._joints = {joint.name: joint for joint in robot.twin_joints}
+        self._model = model
+        self._tool_link = robot.tool_frame
+        self._silent_s = silent_s
+
+    def make(self, snapshot: Snapshot, now: float) -> Frame:
+        """Return the frame of ``snapshot`` at the monotonic time ``now`` [s]."""
+        state = snapshot.state
+        if state is None:
+            why = "Waiting for the twin controller." if snapshot.master else "No ROS master answers. Trying again each second."
+            return Frame(t=now, text={"mode": "No data", "why": why}, tone={"mode": "bad"}, silent=why)
+        silent = f"The twin controller is silent since {snapshot.silent_since}." if self._is_silent(snapshot, now) else ""
+        poses = self._poses(state)
+        return Frame(
+            t=round(now, 3),
+            text=self._texts(snapshot, state, poses),
+            tone=_tones(state),
+            bar={name: self._bar(state, name) for name in self._joints},
+            pose=poses,
+            point={} if silent else {name: self._point(state, snapshot.loops, name) for name in self._joints},
+            tool={side: self._tool(pose) for side, pose in poses.items()},
+            silent=silent,
+        )
+
+    def _is_silent(self, snapshot: Snapshot, now: float) -> bool:
+        return snapshot.is_silent(now, self._silent_s)
+
+    def _texts(self, snapshot: Snapshot, state: CellState, poses: dict[str, dict[str, float]]) -> dict[str, str]:
+        text = {
+            "mode": words.mode_title(state.mode),
+            "why": _sentence(state.why),
+            "leader": words.leader_text(state.leader),
+            "motion": words.motion_text(state),
+            "speed.requested": words.percent(state.speed_requested_percent),
+            "speed.applied": words.percent(state.speed_applied_percent),
+            "speed.reason": words.speed_reason(state),
+            "deviation": f"{words.number(state.deviation_mm)} mm",
+            "lag": words.seconds(state.follower_lag),
+            "jog": snapshot.jog,
+        }
+        for index, name in enumerate(state.name):
+            for key, values, signed in _columns(state):
+                text[f"{name}.{key}"] = words.number(values[index], 2, signed) if index < len(values) else NOTHING
+        for side in ("real", "twin"):
+            text[f"tool.{side}"] = self._tool_text(poses.get(side))
+        for link in state.links:
+            text |= _link_texts(link)
+        return text | _package_texts(snapshot)
+
+    def _poses(self, state: CellState) -> dict[str, dict[str, float]]:
+        """Return joint positions in SI for each side that is known."""
+        sides = {"real": state.real_position, "twin": state.twin_position}
+        known = [(index, self._joints[name]) for index, name in enumerate(state.name) if name in self._joints]
+        return {
+            side: {joint.name: round(values[index] * joint.scale, 6) for index, joint in known}
+            for side, values in sides.items()
+            if len(values) == len(state.name)
+        }
+
+    def _tool(self, pose: dict[str, float]) -> tuple[float, float, float]:
+        x, y, z = (round(float(value), 5) for value in link_pose(self._model, self._tool_link, pose)[:3, 3])
+        return x, y, z
+
+    def _tool_text(self, pose: dict[str, float] | None) -> str:
+        if pose is None:
+            return NOTHING
+        x, y, z = (words.number(value * 1e3, 1) for value in self._tool(pose))
+        return f"x {x}  y {y}  z {z} mm"
+
+    def _bar(self, state: CellState, name: str) -> tuple[float | None, float | None]:
+        """Return where both sides are between the joint's limits, 0 to 1."""
+        joint = self._joints[name]
+        lower, upper = joint.lower / joint.scale, joint.upper / joint.scale
+        index = state.name.index(name) if name in state.name else None
+        places = []
+        for values in (state.real_position, state.twin_position):
+            known = index is not None and index < len(values)
+            places.append(round(min(max((values[index] - lower) / (upper - lower), 0.0), 1.0), 4) if known else None)  # type: ignore[index]
+        return places[0], places[1]
+
+    def _point(self, state: CellState, loops: dict[str, Loop], name: str) -> tuple[float | None, ...]:
+        index = state.name.index(name) if name in state.name else len(state.name)
+        sides = [values[index] if index < len(values) else None for values in (state.real_position, state.twin_position)]
+        loop = loops.get(name)
+        if loop is None:
+            return (*sides, None, None, None, None)
+        scale = self._joints[name].scale
+        border = [_finite(value / scale, 5) for value in (loop.set_point, loop.process_value, loop.error)]
+        return (*sides, *border, _finite(loop.command, 4))
+
+
+def _columns(state: CellState) -> tuple[tuple[str, tuple[float, ...], bool], ...]:
+    return (
+        ("real", state.real_position, False),
+        ("twin", state.twin_position, False),
+        ("deviation", state.deviation, True),
+    )
+
+
+def _link_texts(link: Link) -> dict[str, str]:
+    name = f"link.{link.name}"
+    uncertainty = f"\N{PLUS-MINUS SIGN} {words.seconds(link.clock_uncertainty)}"
+    return {
+        f"{name}.state": words.link_state(link),
+        f"{name}.age": words.seconds(link.age) if link.connected else NOTHING,
+        f"{name}.round_trip": words.seconds(link.round_trip) if link.connected else NOTHING,
+        f"{name}.offset": words.seconds(link.clock_offset) if link.connected else NOTHING,
+        f"{name}.uncertainty": uncertainty if link.connected else NOTHING,
+        f"{name}.counts": f"{link.rejected} rejected, {link.reconnects} reconnects",
+    }
+
+
+def _package_texts(snapshot: Snapshot) -> dict[str, str]:
+    package = snapshot.package
+    if package is None:
+        return {"robot.program": NOTHING, "robot.speed": NOTHING, "robot.ready": NOTHING}
+    return {
+        "robot.program": package.program or "no program",
+        "robot.speed": words.percent(package.speed_percent),
+        "robot.ready": "ready" if package.ready else "not ready",
+    }
+
+
+def _tones(state: CellState) -> dict[str, str]:
+    tone = {
+        "mode": words.mode_tone(state.mode),
+        "speed.applied": "warn" if state.speed_limited else "",
+        "deviation": "bad" if state.diverged else "",
+    }
+    for link in state.links:
+        tone[f"link.{link.name}.state"] = "good" if words.link_state(link) == "connected" else "bad"
+    return tone
+
+
+def _sentence(text: str) -> str:
+    """Return ``text`` with a capital at its start."""
+    return text[:1].upper() + text[1:]
+
+
+def _finite(value: float, decimals: int) -> float | None:
+    return round(value, decimals) if math.isfinite(value) else None

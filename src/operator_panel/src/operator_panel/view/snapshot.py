@@ -1,0 +1,110 @@
+"""What the page knows of the cell at one moment: plain values, filled from the ROS messages by the node."""
+
+from __future__ import annotations
+
+import math
+
+import msgspec
+
+
+class Link(msgspec.Struct, frozen=True):
+    """One link of the twin controller; fields as scara_msgs/LinkState, times in [s]."""
+
+    name: str
+    connected: bool
+    reason: str = ""
+    age: float = math.inf
+    round_trip: float = math.nan
+    clock_offset: float = math.nan
+    clock_uncertainty: float = math.nan
+    clock_drift_ppm: float = 0.0
+    rejected: int = 0
+    reconnects: int = 0
+
+
+class CellState(msgspec.Struct, frozen=True):
+    """Fields of scara_msgs/TwinControllerState; positions in deg or mm, empty while unknown."""
+
+    mode: str
+    leader: str = ""
+    why: str = ""
+    name: tuple[str, ...] = ()
+    unit: tuple[str, ...] = ()
+    real_position: tuple[float, ...] = ()
+    twin_position: tuple[float, ...] = ()
+    deviation: tuple[float, ...] = ()
+    speed_requested_percent: float = 0.0
+    speed_applied_percent: float = 0.0
+    speed_limited: bool = False
+    speed_reason: str = ""
+    deviation_mm: float = 0.0
+    follower_lag: float = 0.0
+    diverged: bool = False
+    real_standing_still: bool = False
+    twin_standing_still: bool = False
+    alarm: str = ""
+    links: tuple[Link, ...] = ()
+
+
+class RobotPackage(msgspec.Struct, frozen=True):
+    """Fields of scara_msgs/RobotData that are shown."""
+
+    control_type: str = "none"
+    speed_percent: float = 0.0
+    ready: bool = False
+    running: bool = False
+    program: str = ""
+    alarm: str = ""
+
+
+class Loop(msgspec.Struct, frozen=True):
+    """A PID loop as in control_msgs/JointControllerState, SI."""
+
+    set_point: float
+    process_value: float
+    error: float
+    command: float
+
+
+class Diagnosis(msgspec.Struct, frozen=True):
+    """One diagnostic_msgs/DiagnosticStatus and when it came (monotonic [s])."""
+
+    level: int
+    name: str
+    message: str
+    received: float
+    values: dict[str, str] = {}
+
+
+class DecisionLine(msgspec.Struct, frozen=True):
+    """One decision of the twin controller; ``clock`` is the time of day as text."""
+
+    clock: str
+    mode_before: str
+    mode_after: str
+    why: str
+
+
+class Snapshot(msgspec.Struct, frozen=True):
+    """Everything, with the monotonic time at which the state came; -inf: never.
+
+    Attributes:
+        master: Whether the panel is a node of a ROS master.
+        state: Newest twin_controller/state.
+        received: When it came.
+        silent_since: Time of day of the last one, as text, for people.
+    """
+
+    master: bool = False
+    state: CellState | None = None
+    received: float = -math.inf
+    silent_since: str = ""
+    package: RobotPackage | None = None
+    loops: dict[str, Loop] = {}
+    jog: str = ""
+    diagnoses: dict[str, Diagnosis] = {}
+    decisions: tuple[DecisionLine, ...] = ()
+
+    def is_silent(self, now: float, silent_s: float) -> bool:
+        """Return whether the twin controller has said nothing for longer than ``silent_s``."""
+        return self.state is None or now - self.received > silent_s

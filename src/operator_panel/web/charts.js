@@ -1,0 +1,122 @@
+// Keeps the points of all joints and draws those of the chosen one.
+const REAL = 0;
+const TWIN = 1;
+const SET_POINT = 2;
+const MEASURED = 3;
+const ERROR = 4;
+const EFFORT = 5;
+const DRAW_MS = 100;
+
+export class Charts {
+  constructor(told) {
+    this.told = told;
+    this.rows = [];
+    this.changed = true;
+    this.choose(Object.keys(told.units)[0]);
+    for (const button of document.querySelectorAll("[data-select]")) {
+      button.addEventListener("click", () => this.choose(button.dataset.select));
+    }
+    new MutationObserver(() => this.dress()).observe(document.body, { attributeFilter: ["class"] });
+    setInterval(() => this.draw(), DRAW_MS);
+  }
+
+  add(time, points) {
+    this.rows.push([time, points]);
+    while (time - this.rows[0][0] > this.told.window) this.rows.shift();
+    this.changed = true;
+  }
+
+  restart(rows) {
+    this.rows = rows;
+    this.changed = true;
+  }
+
+  choose(joint) {
+    this.joint = joint;
+    this.changed = true;
+    for (const button of document.querySelectorAll("[data-select]")) {
+      button.setAttribute("aria-selected", button.dataset.select === joint);
+    }
+    this.dressed = false;
+  }
+
+  draw() {
+    const motion = getElement(this.told.motion)?.chart;
+    const loop = getElement(this.told.loop)?.chart;
+    if (!motion || !loop || document.hidden || !this.changed) return;
+    if (!this.dressed) this.dress();
+    this.changed = false;
+    const now = this.rows.at(-1)?.[0] ?? 0;
+    const column = (value) => this.rows.map(([time, points]) => [time - now, value(points[this.joint] || [])]);
+    const of = (index) => column((point) => point[index] ?? null);
+    const deviation = column((p) => (p[REAL] == null || p[TWIN] == null ? null : p[REAL] - p[TWIN]));
+    const [real, twin, setPoint, measured, error, effort] = [REAL, TWIN, SET_POINT, MEASURED, ERROR, EFFORT].map(of);
+    this.put(motion, [span([real, twin], 1), around(deviation, 0.05)], { real, twin, deviation });
+    const axes = [span([setPoint, measured], 1), around(error, 0.05), around(effort, 1)];
+    this.put(loop, axes, { setpoint: setPoint, twin: measured, deviation: error, effort });
+  }
+
+  put(chart, yAxis, series) {
+    const x = { min: -this.told.window, max: 0 };
+    chart.setOption({ xAxis: [x, x], yAxis, series: Object.entries(series).map(([id, data]) => ({ id, data })) });
+  }
+
+  // Colours of the theme, names and units of the chosen joint.
+  dress() {
+    const css = (name) => getComputedStyle(document.body).getPropertyValue(name).trim();
+    const [text, line] = [css("--muted"), css("--line")];
+    const unit = this.told.units[this.joint];
+    const colours = { real: "--real", twin: "--twin", setpoint: "--text", deviation: "--deviation", effort: "--effort" };
+    const axis = (name) => ({
+      name, nameTextStyle: { color: text, fontSize: 11, align: "left" }, nameGap: 6,
+      axisLabel: { color: text, fontSize: 11 }, axisLine: { onZero: false, lineStyle: { color: line } }, axisTick: { show: false },
+      splitLine: { show: true, lineStyle: { color: line } },
+    });
+    const x = { ...axis(""), splitLine: { show: false } };
+    const style = (ids) => ids.map((id) => ({ id, lineStyle: { color: css(colours[id]) }, itemStyle: { color: css(colours[id]) } }));
+    const common = { textStyle: { fontFamily: "inherit" }, legend: { textStyle: { color: text, fontSize: 11 } } };
+    const bottom = { ...x, axisLabel: { ...x.axisLabel, formatter: (value) => `${value} s`.replace("-", "\u2212") } };
+    const top = { ...x, axisLabel: { show: false } };
+    const two = (name) => ({ ...axis(name), splitLine: { show: false } });
+    getElement(this.told.motion)?.chart?.setOption({
+      ...common, xAxis: [top, bottom], yAxis: [axis(unit), axis(unit)], series: style(["real", "twin", "deviation"]),
+    });
+    getElement(this.told.loop)?.chart?.setOption({
+      ...common, xAxis: [top, bottom], yAxis: [axis(unit), axis(unit), two(this.told.efforts[this.joint])],
+      series: style(["setpoint", "twin", "deviation", "effort"]),
+    });
+    this.dressed = true;
+    this.changed = true;
+  }
+}
+
+function values(series) {
+  return series.flatMap((data) => data.map(([, value]) => value)).filter((value) => value !== null);
+}
+
+// Limits of an axis that holds all values, at least `least` wide.
+function span(series, least) {
+  const all = values(series);
+  if (!all.length) return { min: 0, max: least };
+  const [low, high] = [Math.min(...all), Math.max(...all)];
+  const margin = Math.max(0.06 * (high - low), 0.5 * (least - (high - low)), 0);
+  const step = round(high - low + 2 * margin) / 4;
+  const [min, max] = [Math.floor((low - margin) / step), Math.ceil((high + margin) / step)];
+  return { min: tidy(min * step), max: tidy(max * step), interval: tidy(step * (max - min > 5 ? 2 : 1)) };
+}
+
+// Limits the same on both sides of zero, at least `least`.
+function around(data, least) {
+  const limit = round(Math.max(least, ...values([data]).map(Math.abs)));
+  return { min: -limit, max: limit, interval: limit };
+}
+
+// The next of 1, 2, 5 times a power of ten.
+function round(value) {
+  const power = 10 ** Math.floor(Math.log10(value));
+  return tidy(power * [1, 2, 5, 10].find((digit) => digit * power >= value * 0.999));
+}
+
+function tidy(value) {
+  return Number(value.toPrecision(8));
+}

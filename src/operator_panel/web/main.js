@@ -1,0 +1,61 @@
+// The page's own part in the browser: it shows what comes over the live connection and tells what is held.
+import { Live } from "./live.js";
+import { Texts } from "./texts.js";
+import { Scene } from "./scene.js";
+import { Charts } from "./charts.js";
+import { watchKeys, watchJog } from "./hands.js";
+
+const told = window.PANEL;
+
+function startTabs() {
+  const buttons = [...document.querySelectorAll("[data-tab]")];
+  const panels = [...document.querySelectorAll("[data-panel]")];
+  const show = (name) => {
+    for (const button of buttons) button.setAttribute("aria-selected", button.dataset.tab === name);
+    for (const panel of panels) panel.classList.toggle("shown", panel.dataset.panel === name);
+    sessionStorage.setItem("panel_tab", name);
+    window.dispatchEvent(new Event("resize"));
+  };
+  for (const button of buttons) button.addEventListener("click", () => show(button.dataset.tab));
+  const kept = sessionStorage.getItem("panel_tab");
+  show(buttons.some((button) => button.dataset.tab === kept) ? kept : buttons[0].dataset.tab);
+}
+
+function tabId() {
+  const kept = sessionStorage.getItem("panel_tab_id");
+  const id = kept || `${Date.now()}-${Math.random()}`;
+  sessionStorage.setItem("panel_tab_id", id);
+  return id;
+}
+
+function start() {
+  const texts = new Texts();
+  const scene = new Scene(told.scene);
+  const charts = new Charts(told.charts);
+  const live = new Live(`${told.live}?page=${told.page}&tab=${encodeURIComponent(tabId())}`, {
+    frame(frame) {
+      texts.show(frame);
+      scene.show(frame);
+      if (frame.point) charts.add(frame.t, frame.point);
+    },
+    lists: (lists) => texts.showLists(lists),
+    history: (rows) => charts.restart(rows),
+    refused: (refused) => texts.say(false, `Jog: ${refused.why}`),
+    said: (said) => texts.say(said.success, said.text),
+    lost: (since) => texts.lost(since),
+    back: () => texts.back(),
+  });
+  startTabs();
+  if (told.operator) {
+    watchKeys(live, (text) => texts.say(false, text));
+    watchJog(live, told.jog_period_ms);
+  }
+  window.panel = { preview: (pose) => scene.preview(pose), live };
+}
+
+// nicegui builds the page after this file is loaded.
+const waiting = setInterval(() => {
+  if (!document.querySelector("[data-panel]") || typeof getElement !== "function") return;
+  clearInterval(waiting);
+  start();
+}, 20);

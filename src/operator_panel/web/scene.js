@@ -1,0 +1,109 @@
+// Moves the groups of the 3-D scene; draws edges, ghosts and the trails of both tools.
+import { THREE } from "nicegui-scene";
+
+const TRAIL_POINTS = 240;
+const TRAIL_STEP_M = 0.0015;
+const EDGE_ANGLE_DEG = 30;
+
+export class Scene {
+  constructor(told) {
+    this.told = told;
+    this.finished = new Set();
+    this.trails = null;
+    this.pose = {};
+    this.size = "";
+  }
+
+  get view() {
+    return getElement(this.told.scene);
+  }
+
+  mesh(id) {
+    return this.view?.objects?.get(id)?.mesh;
+  }
+
+  show(frame) {
+    if (!this.view?.objects) return;
+    this.fit();
+    this.finish();
+    for (const [side, pose] of Object.entries(frame.pose || {})) this.place(side, pose);
+    for (const [side, tool] of Object.entries(frame.tool || {})) this.trace(side, tool);
+  }
+
+  place(side, pose) {
+    for (const [name, q] of Object.entries(pose)) {
+      const joint = this.told.joints[side]?.[name];
+      const mesh = joint && this.mesh(joint.id);
+      if (!mesh) continue;
+      const [x, y, z] = joint.axis;
+      if (joint.slides) mesh.position.set(x * q, y * q, z * q);
+      else mesh.setRotationFromAxisAngle({ x, y, z }, q);
+    }
+  }
+
+  preview(pose) {
+    const root = this.mesh(this.told.joints.preview.root.id);
+    if (root) root.visible = pose !== null;
+    if (pose !== null) this.place("preview", pose);
+  }
+
+  // Follow the size of the page; nicegui itself only follows the window.
+  fit() {
+    const { clientWidth, clientHeight } = this.view.$el;
+    const size = `${clientWidth}x${clientHeight}`;
+    if (size === this.size || !clientWidth || !this.view.renderer) return;
+    this.size = size;
+    this.view.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+    this.view.renderer.setClearColor(0x000000, 0);
+    this.view.resize();
+  }
+
+  // Give new meshes their edges, and ghosts a surface that hides nothing.
+  finish() {
+    const ghosts = new Map(Object.entries(this.told.ghosts).flatMap(([side, ids]) => ids.map((id) => [id, side])));
+    for (const [id, { mesh }] of this.view.objects) {
+      if (!mesh?.isMesh || this.finished.has(id)) continue;
+      this.finished.add(id);
+      const ghost = ghosts.get(id);
+      const colour = ghost ? mesh.material.color : 0x10161d;
+      const edges = new THREE.LineSegments(
+        new THREE.EdgesGeometry(mesh.geometry, EDGE_ANGLE_DEG),
+        new THREE.LineBasicMaterial({ color: colour, transparent: true, opacity: ghost ? 0.9 : 0.28 }),
+      );
+      mesh.add(edges);
+      if (!ghost) {
+        mesh.material.transparent = false;
+        continue;
+      }
+      Object.assign(mesh.material, { depthWrite: false, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
+      mesh.renderOrder = 1;
+    }
+  }
+
+  trace(side, tool) {
+    this.trails ||= { real: this.trail("--real"), twin: this.trail("--twin") };
+    const trail = this.trails[side];
+    const last = trail.points.at(-1);
+    if (last && Math.hypot(tool[0] - last[0], tool[1] - last[1], tool[2] - last[2]) < TRAIL_STEP_M) return;
+    trail.points.push(tool);
+    if (trail.points.length > TRAIL_POINTS) trail.points.shift();
+    trail.points.forEach((point, k) => trail.positions.set(point, 3 * k));
+    trail.line.geometry.attributes.position.needsUpdate = true;
+    trail.line.geometry.setDrawRange(0, trail.points.length);
+    trail.line.material.color.set(css(trail.colour));
+  }
+
+  trail(colour) {
+    const positions = new Float32Array(3 * TRAIL_POINTS);
+    const geometry = new THREE.BufferGeometry();
+    geometry.setAttribute("position", new THREE.BufferAttribute(positions, 3));
+    const line = new THREE.Line(geometry, new THREE.LineBasicMaterial({ color: css(colour) }));
+    line.frustumCulled = false;
+    this.view.scene.add(line);
+    return { points: [], positions, line, colour };
+  }
+}
+
+function css(variable) {
+  return getComputedStyle(document.body).getPropertyValue(variable).trim();
+}

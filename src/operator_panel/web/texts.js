@@ -1,0 +1,92 @@
+// Texts, bars, tones, lists and banners of the page.
+const TOAST_MS = 6000;
+
+function clock(date) {
+  return date.toLocaleTimeString([], { hour12: false });
+}
+
+export class Texts {
+  constructor() {
+    this.places = new Map();
+    for (const [kind, attribute] of [["text", "live"], ["tone", "tone"], ["bar", "bar"]]) {
+      const found = new Map();
+      for (const place of document.querySelectorAll(`[data-${attribute}]`)) {
+        const key = place.dataset[attribute];
+        found.set(key, [...(found.get(key) || []), place]);
+      }
+      this.places.set(kind, found);
+    }
+    this.silent = null;
+  }
+
+  each(kind, values, apply) {
+    for (const [key, value] of Object.entries(values || {})) {
+      for (const place of this.places.get(kind).get(key) || []) apply(place, value);
+    }
+  }
+
+  show(frame) {
+    this.each("text", frame.text, (place, text) => {
+      if (place.textContent !== text) place.textContent = text;
+    });
+    this.each("tone", frame.tone, (place, tone) => {
+      if (place.dataset.is !== tone) place.dataset.is = tone;
+    });
+    this.each("bar", frame.bar, (place, [real, twin]) => {
+      this.mark(place.children[0], real);
+      this.mark(place.children[1], twin);
+    });
+    const silent = frame.silent || "";
+    if (silent !== this.silent) {
+      this.silent = silent;
+      document.body.classList.toggle("is-silent", silent !== "");
+      document.querySelector(".silent-text").textContent = silent;
+    }
+  }
+
+  mark(element, place) {
+    const left = place === null ? "" : `${(100 * place).toFixed(2)}%`;
+    if (element.style.left !== left) element.style.left = left;
+    element.hidden = place === null;
+  }
+
+  showLists({ alarms, decisions }) {
+    const list = document.querySelector("[data-alarms]");
+    list.replaceChildren(...(alarms.length ? alarms.map(alarmLine) : [line("li", "alarm none", "No alarm")]));
+    document.querySelector("[data-decisions]").replaceChildren(...decisions.map(decisionLine));
+  }
+
+  lost(since) {
+    document.body.classList.add("is-lost");
+    document.querySelector(".lost-text").textContent =
+      `No connection to the operator panel since ${clock(since)}. Nothing here is current, STOP does not get through. Trying again.`;
+  }
+
+  back() {
+    document.body.classList.remove("is-lost");
+  }
+
+  say(success, text) {
+    const toast = line("div", `toast ${success ? "good" : "bad"}`, text);
+    document.body.append(toast);
+    setTimeout(() => toast.remove(), TOAST_MS);
+  }
+}
+
+function line(tag, style, text) {
+  return Object.assign(document.createElement(tag), { className: style, textContent: text });
+}
+
+function alarmLine(alarm) {
+  const item = line("li", `alarm ${alarm.level}`, "");
+  item.append(line("b", "alarm-source", alarm.source), line("span", "alarm-text", alarm.text));
+  item.append(line("span", "alarm-remedy", alarm.remedy));
+  return item;
+}
+
+function decisionLine(decision) {
+  const item = line("li", "decision", "");
+  const change = decision.mode_before === decision.mode_after ? decision.mode_after : `${decision.mode_before} \u2192 ${decision.mode_after}`;
+  item.append(line("time", "num", decision.clock), line("b", "", change), line("span", "", decision.why));
+  return item;
+}
