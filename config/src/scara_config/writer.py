@@ -30,6 +30,8 @@ def changed_text(path: Path | str, changes: Mapping[Key, Any]) -> str:
     yaml = YAML()
     yaml.preserve_quotes = True
     yaml.width = 4096
+    yaml.indent(mapping=2, sequence=4, offset=2)
+    yaml.representer.add_representer(type(None), _null)
     try:
         tree = yaml.load(Path(path).read_text(encoding="utf-8"))
     except OSError as error:
@@ -46,6 +48,11 @@ def changed_text(path: Path | str, changes: Mapping[Key, Any]) -> str:
     text = io.StringIO()
     yaml.dump(tree, text)
     return text.getvalue()
+
+
+def _null(representer: Any, _: None) -> Any:
+    """Write ``null`` in full."""
+    return representer.represent_scalar("tag:yaml.org,2002:null", "null")
 
 
 def replace_file(path: Path | str, text: str) -> None:

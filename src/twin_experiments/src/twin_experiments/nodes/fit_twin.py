@@ -1,0 +1,165 @@
+"""``rosrun twin_experiments fit_twin BAG``: fit the twin to the robot from one recorded run.
+
+The recorded set points go through the twin's physics and loops in process, faster than real time; gains, damping,
+friction, bandwidth and delay are searched on the first part of the recording and judged on the rest. A YAML difference is
+proposed; only ``--write`` changes the files. No ROS master is needed.
+"""
+
+from __future__ import annotations
+
+import difflib
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+from scara_config import ConfigError, Robot, config_directory, load_robot
+from scara_config.writer import changed_text, replace_file
+from scara_control.screws import ScrewModel, tool_positions
+from scara_simulation.config import load_gains, load_simulation
+from scara_simulation.io.world import World, description_path
+from twin_controller.config import load_twin_controller
+
+from twin_experiments.fitting.search import Fit, fit_twin
+from twin_experiments.fitting.twin_model import Choice, FloatArray, TwinModel, names_of, yaml_values
+from twin_experiments.io.bag_reader import BagError, open_bag
+from twin_experiments.io.fitting.offline_twin import SNAPSHOT_STEPS, OfflineTwin
+from twin_experiments.io.fitting.recording import Recording, read_recording
+
+MOVED_BORDER_UNITS = 1.0
+
+app = typer.Typer(add_completion=False, help=__doc__)
+
+
+@app.command()
+def fit(
+    bag: Annotated[Path, typer.Argument(help="bag of a run in which the real robot leads")],
+    config_dir: Annotated[Path | None, typer.Option(help="folder of the YAML files; default: the package scara_config")] = None,
+    held_out: Annotated[float, typer.Option(min=0.1, max=0.9, help="share of the recording that is not fitted")] = 0.4,
+    simulations: Annotated[int, typer.Option(min=10, max=10_000, help="most simulations of the search")] = 150,
+    write: Annotated[bool, typer.Option("--write", help="write the proposal into the YAML files")] = False,
+) -> None:
+    """Fit the twin to the robot."""
+    console = Console()
+    try:
+        folder = Path(config_dir or config_directory())
+        robot = load_robot(folder)
+        with open_bag(bag) as opened:
+            simulation = load_simulation(robot, folder)
+            recording = read_recording(opened, [j.name for j in robot.twin_joints], SNAPSHOT_STEPS * simulation.dt)
+        start = load_model(robot, folder)
+        choice = choose(robot, recording)
+        found = search(robot, folder, recording, start, choice, held_out, simulations, console)
+        show(console, robot, choice, start, found)
+        propose(console, folder, yaml_values(found.model, choice, [j.name for j in robot.twin_joints]), write)
+    except (ConfigError, BagError) as error:
+        console.print(f"fit_twin: {error}", style="red", markup=False)
+        raise typer.Exit(2) from error
+
+
+def load_model(robot: Robot, folder: Path) -> TwinModel:
+    """Return the twin's numbers of a configuration folder."""
+    simulation, names = load_simulation(robot, folder), [j.name for j in robot.twin_joints]
+    with World(
+        description_path(),
+        names,
+        robot.tool_frame,
+        dt=simulation.dt,
+        gravity=simulation.gravity_m_s2,
+        dynamics=simulation.dynamics,
+    ) as world:
+        damping, friction = tuple(world.damping), tuple(world.friction)
+    delay = load_twin_controller(robot, folder).real.sample_latency_ms * 1e-3
+    bandwidth = simulation.tracking_bandwidth_rad_s
+    return TwinModel(tuple(load_gains(robot, folder)), damping, friction, bandwidth, delay, simulation.feed_forward)
+
+
+def choose(robot: Robot, recording: Recording) -> Choice:
+    """Return what can be fitted: joints of the arm that moved, and the delay if there is ground truth to see it in."""
+    columns = [
+        k
+        for k, (joint, moved) in enumerate(zip(robot.twin_joints, recording.moved))
+        if joint.screw_axis is not None and moved / joint.scale > MOVED_BORDER_UNITS
+    ]
+    if not columns:
+        raise BagError("no joint of the arm moved in this recording")
+    return Choice(tuple(columns), recording.truth)
+
+
+def search(
+    robot: Robot,
+    folder: Path,
+    recording: Recording,
+    start: TwinModel,
+    choice: Choice,
+    held_out: float,
+    most: int,
+    console: Console,
+) -> Fit:
+    """Run the search under a progress bar."""
+    names = [joint.name for joint in robot.twin_joints]
+    arm, columns = ScrewModel.from_robot(robot), [k for k, j in enumerate(robot.twin_joints) if j.screw_axis is not None]
+    twin = OfflineTwin(robot, load_simulation(robot, folder), description_path())
+    real = tool_positions(arm, recording.real[:, columns])
+    recorded = start.delay if recording.delay is None else recording.delay
+
+    def simulate(model: TwinModel) -> FloatArray:
+        pose = [float(value) for value in recording.real[0]]
+        length = recording.duration + SNAPSHOT_STEPS * 1e-3
+        times, joints = twin.run(model, recording.packets, recorded, pose, length)
+        spread = np.stack([np.interp(recording.times, times, joints[:, k]) for k in columns], axis=1)
+        return tool_positions(arm, spread)
+
+    bar = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.completed:.0f}/{task.total:.0f}"),
+        TimeElapsedColumn(),
+    )
+    with Progress(*bar, console=console) as progress:
+        task = progress.add_task("fitting", total=most)
+
+        def told(error: float) -> None:
+            progress.update(task, advance=1, description=f"fitting, {error:.3f} mm rms")
+
+        training = int(len(real) * (1.0 - held_out))
+        found = fit_twin(start, choice, names, real, training, simulate, most, told)
+        progress.update(task, completed=most)
+    return found
+
+
+def show(console: Console, robot: Robot, choice: Choice, start: TwinModel, found: Fit) -> None:
+    """Print what was found and what it brings."""
+    names = names_of(choice, [joint.name for joint in robot.twin_joints], start)
+    table = Table(title=f"tool error, {found.evaluations} simulations")
+    for column in ("", "before", "after", "better by"):
+        table.add_column(column, justify="right" if column else "left")
+    for k, part in enumerate(("fitted part", "held-out part")):
+        for what in ("rms_mm", "max_mm"):
+            before, after = getattr(found.before[k], what), getattr(found.after[k], what)
+            table.add_row(f"{part}, {what[:3]}", f"{before:.3f} mm", f"{after:.3f} mm", f"{before / max(after, 1e-9):.1f} x")
+    console.print(table)
+    for name, value in zip(names, found.vector):
+        text = f"{20.0 * value:+.3f} ms" if name == "delay" else f"x {np.exp(value):.3f}"
+        console.print(f"  {name:<22}{text}", highlight=False)
+
+
+def propose(console: Console, folder: Path, values: dict[str, dict[tuple[str, ...], float]], write: bool) -> None:
+    """Show the YAML difference, and write it if asked to."""
+    texts = {name: changed_text(folder / name, changes) for name, changes in values.items()}
+    for name, text in texts.items():
+        before = (folder / name).read_text(encoding="utf-8")
+        lines = difflib.unified_diff(before.splitlines(), text.splitlines(), name, f"{name} (proposed)", lineterm="", n=0)
+        console.print("\n".join(lines), markup=False, highlight=False, soft_wrap=True)
+    if write:
+        for name, text in texts.items():
+            replace_file(folder / name, text)
+    console.print("written" if write else "nothing was written; --write does", style="bold")
+
+
+def main() -> None:
+    """Run the command."""
+    app()
