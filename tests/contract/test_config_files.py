@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 from fanuc_emulator.config import load_emulator, load_programs
 from harness.workspace import ROOT
+from operator_panel.config import load_panel
 from ruamel.yaml import YAML
 from scara_bringup.config import load_bringup
 from scara_config import ConfigError, load_robot
@@ -31,6 +32,7 @@ LOADERS: dict[str, Callable[[Path], Any]] = {
     "gateway.yaml": load_gateway_config,
     "modbus_map.yaml": load_modbus_map,
     "motion.yaml": load_motion,
+    "operator_panel.yaml": lambda folder: load_panel(ROBOT, folder),
     "pid_gains.yaml": lambda folder: load_gains(ROBOT, folder),
     "robot.yaml": load_robot,
     "simulation.yaml": lambda folder: load_simulation(ROBOT, folder),

@@ -62,6 +62,9 @@ class CellDoor(Protocol):
     async def tune(self, joint: str, values: Mapping[str, float], switches: Mapping[str, bool]) -> Answer:
         """Set a joint's tuning parameters."""
 
+    async def undo_tuning(self) -> Answer:
+        """Take the last change of gains back."""
+
     def jog(self, velocities: Mapping[str, float]) -> None:
         """Send joint velocities [rad/s] or [m/s]."""
 

@@ -11,8 +11,6 @@ from typing import Any
 
 import rosgraph
 import rospy
-from dynamic_reconfigure.msg import BoolParameter, Config, ConfigDescription, DoubleParameter
-from dynamic_reconfigure.srv import Reconfigure
 from scara_config import Robot
 
 from control_msgs.msg import JointJog
@@ -22,6 +20,7 @@ from operator_panel.door import Answer, Gains
 from operator_panel.io.pendant import Pendant
 from operator_panel.nodes.calling import Lane, as_answer
 from operator_panel.nodes.listening import Listening
+from operator_panel.nodes.tuning_link import TuningLink
 from operator_panel.view.snapshot import Snapshot
 from scara_msgs.srv import InverseKinematics, StartRecording, StopRecording, TwinCommand
 
@@ -42,10 +41,7 @@ class CellLink:
         self._reach = Lane("inverse_kinematics", InverseKinematics, timeout)
         self._start = Lane("recorder/start", StartRecording, RECORDER_TIMEOUT_S)
         self._stop = Lane("recorder/stop", StopRecording, RECORDER_TIMEOUT_S)
-        self._tuning = {
-            joint.name: _TuningLink(f"twin/pid/{joint.name}", Lane(f"twin/pid/{joint.name}/set_parameters", Reconfigure, timeout))
-            for joint in robot.twin_joints
-        }
+        self._tuning = TuningLink([joint.name for joint in robot.twin_joints], timeout)
         self._jog: Any = None
 
     def connect(self, ended: threading.Event) -> None:
@@ -62,8 +58,7 @@ class CellLink:
                 return
         rospy.init_node("operator_panel", disable_signals=True)
         self._jog = rospy.Publisher("joint_vel_controller/command", JointJog, queue_size=1, tcp_nodelay=True)
-        for link in self._tuning.values():
-            link.subscribe()
+        self._tuning.subscribe()
         self._listening.subscribe()
         while not ended.wait(MASTER_PERIOD_S):
             if _is_forgotten():
@@ -98,11 +93,15 @@ class CellLink:
 
     def gains(self, joint: str) -> Gains | None:
         """Return what the joint's tuning server has published."""
-        return self._tuning[joint].gains
+        return self._tuning.gains(joint)
 
     async def tune(self, joint: str, values: Mapping[str, float], switches: Mapping[str, bool]) -> Answer:
         """Set the joint's parameters; what the server made of them is in the answer."""
-        return await self._tuning[joint].set(values, switches)
+        return await self._tuning.set(joint, values, switches)
+
+    async def undo_tuning(self) -> Answer:
+        """Take the last change of gains back, in the simulator and in its file."""
+        return await self._tuning.undo()
 
     def jog(self, velocities: Mapping[str, float]) -> None:
         """Publish a jog command."""
@@ -115,44 +114,6 @@ class CellLink:
         """Press a key of the real robot's pendant."""
         self.say(f"pendant {' '.join(words)}")
         return await self._pendant.press(words)
-
-
-class _TuningLink:
-    """One dynamic_reconfigure server, by its standard topics and service."""
-
-    def __init__(self, name: str, lane: Lane) -> None:
-        self._name, self._lane = name, lane
-        self._ranges: dict[str, tuple[float, float]] = {}
-        self.gains: Gains | None = None
-
-    def subscribe(self) -> None:
-        rospy.Subscriber(f"{self._name}/parameter_descriptions", ConfigDescription, self._described, queue_size=1)
-        rospy.Subscriber(f"{self._name}/parameter_updates", Config, self._updated, queue_size=1)
-
-    async def set(self, values: Mapping[str, float], switches: Mapping[str, bool]) -> Answer:
-        request = Config(
-            doubles=[DoubleParameter(name, value) for name, value in values.items()],
-            bools=[BoolParameter(name, on) for name, on in switches.items()],
-        )
-        response = await self._lane.call(config=request)
-        if isinstance(response, Answer):
-            return response
-        taken = {parameter.name: parameter.value for parameter in response.config.doubles}
-        changed = [f"{name} = {taken.get(name, value):g}" for name, value in values.items()]
-        refused = [name for name, value in values.items() if abs(taken.get(name, value) - value) > 1e-9 * max(1.0, abs(value))]
-        if refused:
-            return Answer(False, f"the simulator took other values: {', '.join(changed)}")
-        return Answer(True, f"set {', '.join(changed)}")
-
-    def _described(self, message: ConfigDescription) -> None:
-        highest = {parameter.name: parameter.value for parameter in message.max.doubles}
-        self._ranges = {p.name: (p.value, highest[p.name]) for p in message.min.doubles if p.name in highest}
-        if self.gains is not None:
-            self.gains = Gains(self.gains.values, self._ranges, self.gains.switches)
-
-    def _updated(self, message: Config) -> None:
-        values = {parameter.name: parameter.value for parameter in message.doubles}
-        self.gains = Gains(values, self._ranges, {parameter.name: parameter.value for parameter in message.bools})
 
 
 def _is_forgotten() -> bool:

@@ -15,6 +15,7 @@ from operator_panel.step_response import describe, step_response
 from operator_panel.view.snapshot import Snapshot
 
 MISSING = "Not available: the simulator offers no tuning service for this joint."
+NOTE = "Set in the running simulator and written to pid_gains.yaml."
 
 
 def build_tuning(view: PageView) -> None:
@@ -42,6 +43,7 @@ class _Tuning:
         with ui.element("div").classes("tuning-foot"):
             self._preview_button = ui.button("Preview step", on_click=self._preview, color=None)
             self._preview_button.props("unelevated no-caps dense").classes("button small").mark("tuning-preview")
+            view.button("Undo", "SPEED", "small", self._undo).mark("tuning-undo")
             view.button("Set gains", "SPEED", "primary", self._set).mark("tuning-set")
             self._result = ui.label("").classes("preview grow").mark("tuning-result")
         self._chart = ui.echart(_step_options()).classes("step-chart")
@@ -53,16 +55,23 @@ class _Tuning:
         found = (self._choice.value, self._view.door.gains(self._choice.value))
         if found == self._shown:
             return
-        before, self._shown = self._shown, found
+        self._shown = found
         gains = found[1]
-        self._message.set_text(MISSING if gains is None else "Set in the running simulator and written to pid_gains.yaml.")
-        if gains is not None and before is not None and before[0] == found[0] and before[1] is not None:
-            for name, value in gains.values.items():
-                self._fields[name].set_value(f"{value:g}")
-            for name, on in gains.switches.items():
-                self._switches[name].set_value(on)
-            return
-        self._build(gains)
+        self._message.set_text(MISSING if gains is None else NOTE)
+        names = [*gains.values, *gains.switches] if gains is not None else []
+        if names != [*self._fields, *self._switches]:
+            self._build(gains)
+        elif gains is not None:
+            self._fill(gains)
+
+    def _fill(self, gains: Gains) -> None:
+        """Show the values in force; a range is only a hint, the simulator judges."""
+        for name, value in gains.values.items():
+            self._fields[name].set_value(f"{value:.10g}")
+            lower, upper = gains.ranges.get(name, (-math.inf, math.inf))
+            self._fields[name].props(f'title="alone: {lower:.4g} to {upper:.4g}"')
+        for name, on in gains.switches.items():
+            self._switches[name].set_value(on)
 
     def _build(self, gains: Gains | None) -> None:
         self._form.clear()
@@ -70,21 +79,20 @@ class _Tuning:
         if gains is None:
             return
         with self._form:
-            for name, value in gains.values.items():
-                self._fields[name] = self._number(name, value, gains.ranges.get(name, (-math.inf, math.inf)))
-            for name, on in gains.switches.items():
-                self._switches[name] = ui.checkbox(name.replace("_", " "), value=on).props("dense")
+            for name in gains.values:
+                self._fields[name] = self._number(name)
+            for name in gains.switches:
+                self._switches[name] = ui.checkbox(name.replace("_", " ")).props("dense").classes("switch")
                 self._switches[name].set_enabled(self._view.is_operator)
+        self._fill(gains)
 
-    def _number(self, name: str, value: float, limits: tuple[float, float]) -> Any:
+    def _number(self, name: str) -> Any:
         def check(text: str) -> str | None:
-            return error_text(lambda: parse_number(text, name, "", *limits))
+            return error_text(lambda: parse_number(text, name, "its unit"))
 
-        field = ui.input(name, value=f"{value:g}", validation=check).props(
-            "dense outlined stack-label inputmode=decimal no-error-icon"
-        )
-        field.classes("field").mark(f"gain-{name}")
-        field.set_enabled(self._view.is_operator)
+        field = ui.input(name.replace("_", " "), validation=check)
+        field.props("dense outlined stack-label inputmode=decimal no-error-icon").classes("field")
+        field.mark(f"gain-{name}").set_enabled(self._view.is_operator)
         return field
 
     def _typed(self) -> dict[str, float] | None:
@@ -122,6 +130,12 @@ class _Tuning:
             return
         switches = {name: bool(box.value) for name, box in self._switches.items()}
         answer = await self._view.door.tune(self._choice.value, typed, switches)
+        self._result.set_text(answer.message)
+        self._view.tell(answer, "Gains")
+
+    async def _undo(self) -> None:
+        refused = self._view.desk.refusal(self._view.session.page, "SPEED")
+        answer = Answer(False, refused) if refused else await self._view.door.undo_tuning()
         self._result.set_text(answer.message)
         self._view.tell(answer, "Gains")
 

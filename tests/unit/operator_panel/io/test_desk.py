@@ -1,0 +1,144 @@
+"""The desk lets through who may, and stops what nobody holds any more."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import pytest
+from harness.workspace import ROOT
+from operator_panel.config import Control
+from operator_panel.control.authority import Role
+from operator_panel.control.jog import DeadMan
+from operator_panel.door import Answer
+from operator_panel.io.desk import Desk
+from operator_panel.view.snapshot import CellState, Snapshot
+from scara_config import load_robot
+
+ROBOT = load_robot(ROOT / "config")
+
+
+class Door:
+    """A cell that obeys and remembers."""
+
+    def __init__(self) -> None:
+        self.mode = "IDLE"
+        self.commands: list[str] = []
+        self.jogs: list[dict[str, float]] = []
+
+    def snapshot(self) -> Snapshot:
+        """Return a state that is never silent."""
+        return Snapshot(master=True, state=CellState(self.mode), received=math.inf)
+
+    async def command(self, command: str, **_: Any) -> Answer:
+        """Remember."""
+        self.commands.append(command)
+        return Answer(True, "done")
+
+    def jog(self, velocities: Mapping[str, float]) -> None:
+        """Remember."""
+        self.jogs.append(dict(velocities))
+
+
+@pytest.fixture
+def door() -> Door:
+    """Give a cell."""
+    return Door()
+
+
+@pytest.fixture
+def desk(door: Door) -> Desk:
+    """Give a desk with two operators, a and b, and a viewer v; a is in control."""
+    made = Desk(door, DeadMan(ROBOT, 10.0, 0.25), Control(20.0, 5.0), 0.6, lambda _: None)  # type: ignore[arg-type]
+    for page, role in (("a", Role.OPERATOR), ("b", Role.OPERATOR), ("v", Role.VIEWER)):
+        made.open(page, role)
+        made.arrived(page, f"tab {page}")
+    return made
+
+
+def command(desk: Desk, page: str, name: str) -> Answer:
+    """Send a command."""
+    return asyncio.run(desk.command(page, name))
+
+
+def test_first_operator_has_control_and_the_second_has_not(desk: Desk) -> None:
+    """Without a question asked."""
+    assert desk.state.holder == "a" and desk.name_of("b") == "operator 2"
+
+
+@pytest.mark.parametrize(
+    ("page", "name", "passes"), [("a", "HOME", True), ("b", "HOME", False), ("b", "STOP", True), ("v", "STOP", False)]
+)
+def test_command_reaches_the_cell_only_from_who_may(desk: Desk, door: Door, page: str, name: str, passes: bool) -> None:
+    """Any operator stops, one moves, a viewer watches; the refusal is in words."""
+    answer = command(desk, page, name)
+    assert answer.success == passes and door.commands == ([name] if passes else [])
+    assert passes or answer.message
+
+
+def test_unknown_page_is_told_to_load_again(desk: Desk) -> None:
+    """After a restart of the panel."""
+    assert "load it again" in command(desk, "old", "STOP").message
+
+
+def test_stop_ends_a_held_jog_before_it_is_sent(desk: Desk, door: Door) -> None:
+    """The zero does not wait for the answer."""
+    assert desk.hold("a", 1, "joint_1", 1, 3.0) == ""
+    desk.jog_tick()
+    command(desk, "b", "STOP")
+    assert door.jogs[-1] == {"joint_1": 0.0}
+
+
+def test_lost_page_lets_go_of_its_joint(desk: Desk, door: Door) -> None:
+    """A closed tab, a torn cable."""
+    desk.hold("a", 1, "joint_1", 1, 3.0)
+    desk.left("a")
+    desk.jog_tick()
+    assert door.jogs == [{"joint_1": 0.0}]
+
+
+@pytest.mark.parametrize(
+    ("page", "mode", "why"), [("b", "IDLE", "another operator"), ("v", "IDLE", "only watches"), ("a", "ESTOP", "stand ready")]
+)
+def test_jog_is_refused_to_others_and_in_other_modes(desk: Desk, door: Door, page: str, mode: str, why: str) -> None:
+    """Nothing is sent."""
+    door.mode = mode
+    assert why in desk.hold(page, 1, "joint_1", 1, 3.0)
+    desk.jog_tick()
+    assert door.jogs == []
+
+
+def test_mode_that_changes_under_a_held_button_releases_it(desk: Desk, door: Door) -> None:
+    """An emergency stop on the other side, for example."""
+    desk.hold("a", 1, "joint_1", 1, 3.0)
+    door.mode = "ESTOP"
+    assert desk.hold("a", 1, "joint_1", 1, 3.0)
+    desk.jog_tick()
+    assert door.jogs == [{"joint_1": 0.0}]
+    door.mode = "IDLE"
+    assert desk.hold("a", 1, "joint_1", 1, 3.0) == ""
+    desk.jog_tick()
+    assert door.jogs == [{"joint_1": 0.0}], "the same press must not start again"
+
+
+def test_page_loaded_again_keeps_control(desk: Desk) -> None:
+    """Same browser tab, new id."""
+    desk.left("a")
+    desk.open("a2", Role.OPERATOR)
+    desk.arrived("a2", "tab a")
+    assert desk.state.holder == "a2"
+
+
+def test_other_tab_does_not_inherit(desk: Desk) -> None:
+    """It has to ask."""
+    desk.left("a")
+    desk.open("c", Role.OPERATOR)
+    desk.arrived("c", "tab c")
+    assert desk.state.holder == "a"
+
+
+def test_wrong_jog_of_a_browser_is_answered_in_words(desk: Desk) -> None:
+    """Not by an exception in the server."""
+    assert "unknown joint" in desk.hold("a", 1, "joint_9", 1, 3.0)

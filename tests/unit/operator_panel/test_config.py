@@ -1,0 +1,58 @@
+"""operator_panel.yaml, and what is read of the other rooms' files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from harness.workspace import ROOT
+from harness.yaml_files import changed_yaml
+from operator_panel.config import load_panel, load_surroundings
+from scara_config import ConfigError, load_robot
+
+CONFIG = ROOT / "config"
+ROBOT = load_robot(CONFIG)
+
+
+def test_dead_man_is_longer_than_two_signs_and_not_longer_than_the_jog_controllers_own_patience() -> None:
+    """One lost packet does not stutter, and the panel gives up no later than joint_vel_controller does."""
+    jog = load_panel(ROBOT, CONFIG).jog
+    assert 2.0 / jog.rate_hz < jog.dead_man_ms * 1e-3 <= 0.25
+
+
+def test_page_asks_for_no_faster_jog_than_is_accepted() -> None:
+    """The slider opens within its range."""
+    assert load_panel(ROBOT, CONFIG).jog.speed_percent <= load_surroundings(CONFIG).jog_limit_percent
+
+
+def test_programs_positions_and_the_robots_address_come_from_the_other_rooms_files() -> None:
+    """Nothing is written down twice."""
+    around = load_surroundings(CONFIG)
+    assert [program.name for program in around.programs] == sorted(program.name for program in around.programs)
+    assert "ARTICLE" in [program.name for program in around.programs]
+    assert around.positions["P1"] == (0.65, 0.0, 0.0)
+    assert around.real.port == 5020
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "text"),
+    [
+        (["port"], 0, r"port = 0"),
+        (["update_rate_hz"], 100, r"update_rate_hz = 100"),
+        (["jog", "dead_man_ms"], 5000, r"dead_man_ms = 5000"),
+        (["control", "answer_s"], 0, r"answer_s = 0"),
+        (["preview", "inertia", "joint_1"], -1.0, r"inertia"),
+    ],
+)
+def test_value_out_of_range_is_refused(tmp_path: Path, path: list[str | int], value: object, text: str) -> None:
+    """File, key and value are in the text."""
+    changed_yaml(CONFIG / "operator_panel.yaml", tmp_path, path, value)
+    with pytest.raises(ConfigError, match=rf"operator_panel\.yaml: .*{text}"):
+        load_panel(ROBOT, tmp_path)
+
+
+def test_inertia_of_an_unknown_joint_is_refused(tmp_path: Path) -> None:
+    """A typing error would leave a joint without a preview."""
+    changed_yaml(CONFIG / "operator_panel.yaml", tmp_path, ["preview", "inertia", "joint_9"], 1.0)
+    with pytest.raises(ConfigError, match=r"preview\.inertia: joint_9: needed are joint_1"):
+        load_panel(ROBOT, tmp_path)

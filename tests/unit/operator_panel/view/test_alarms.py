@@ -1,0 +1,86 @@
+"""What is wrong is listed once, worst first, with what to do."""
+
+from __future__ import annotations
+
+import pytest
+from operator_panel.view.alarms import ELSE, active_alarms, remedy
+from operator_panel.view.snapshot import CellState, Diagnosis, Snapshot
+
+NOW = 100.0
+
+
+def heard(state: CellState | None = None, *diagnoses: Diagnosis, received: float = NOW) -> Snapshot:
+    """Make a snapshot of a cell with a master."""
+    return Snapshot(
+        master=True,
+        state=state or CellState("IDLE"),
+        received=received,
+        silent_since="12:00:00",
+        diagnoses={d.name: d for d in diagnoses},
+    )
+
+
+def texts(snapshot: Snapshot) -> list[str]:
+    """Return the texts of the alarms."""
+    return [alarm.text for alarm in active_alarms(snapshot, NOW, 0.6)]
+
+
+def test_good_cell_has_no_alarm() -> None:
+    """Nothing is shown that needs no attention."""
+    assert active_alarms(heard(None, Diagnosis(0, "/recorder", "not recording", NOW)), NOW, 0.6) == ()
+
+
+def test_alarm_of_the_controller_comes_with_its_remedy() -> None:
+    """Text and what to do."""
+    text = "emergency stop is latched: remove the cause, RESET, then ALIGN"
+    (alarm,) = active_alarms(heard(CellState("ESTOP", alarm=text)), NOW, 0.6)
+    assert (alarm.level, alarm.text) == ("error", text) and "RESET" in alarm.remedy
+
+
+def test_one_trouble_is_one_line_and_names_its_source() -> None:
+    """The controller repeats the robot's alarm as its mode and as its own; the line that stays is the robot's."""
+    alarm = "SRVO-001 emergency stop"
+    snapshot = heard(
+        CellState("FAULT", alarm=alarm),
+        Diagnosis(2, "/twin_controller: mode", f"FAULT: {alarm}", NOW),
+        Diagnosis(2, "/twin_controller: real robot", alarm, NOW),
+    )
+    (shown,) = active_alarms(snapshot, NOW, 0.6)
+    assert shown.source == "real robot" and "pendant" in shown.remedy
+
+
+def test_errors_come_before_warnings() -> None:
+    """Whatever they are called."""
+    snapshot = heard(None, Diagnosis(1, "/a", "small", NOW), Diagnosis(2, "/b", "great", NOW))
+    assert texts(snapshot) == ["great", "small"]
+
+
+def test_diagnosis_that_is_not_repeated_is_forgotten() -> None:
+    """Its node is gone or well again."""
+    assert texts(heard(None, Diagnosis(2, "/a", "old", NOW - 4.0))) == []
+
+
+def test_silence_of_the_controller_is_an_alarm_with_its_time() -> None:
+    """Since when."""
+    assert texts(heard(received=NOW - 1.0)) == ["Silent since 12:00:00."]
+
+
+def test_missing_master_is_the_only_alarm() -> None:
+    """Everything else follows from it."""
+    (alarm,) = active_alarms(Snapshot(), NOW, 0.6)
+    assert alarm.source == "ROS master"
+
+
+@pytest.mark.parametrize(
+    ("source", "text", "what"),
+    [
+        ("recorder", "recording ended: the disk is full", "room on the disk"),
+        ("simulator: physics", "too slow: 0.70 of real time instead of 1", "overloaded"),
+        ("simulator: physics", "effort saturated in 3 joint steps", "lower speed"),
+        ("twin_controller: link real", "no fresh data for 100 ms", "Modbus"),
+        ("something new", "broken", ELSE),
+    ],
+)
+def test_remedy_fits_the_source(source: str, text: str, what: str) -> None:
+    """An unknown source has a remedy too."""
+    assert what in remedy(source, text)

@@ -1,0 +1,140 @@
+"""The frame that the pages get says what the cell says."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import msgspec
+import pytest
+from harness.workspace import ROOT
+from operator_panel.urdf import parse_urdf
+from operator_panel.view.frame import FrameMaker
+from operator_panel.view.history import History
+from operator_panel.view.snapshot import CellState, Link, Loop, RobotPackage, Snapshot
+from scara_config import load_robot
+
+ROBOT = load_robot(ROOT / "config")
+MODEL = parse_urdf((ROOT / "src" / "scara_description" / "urdf" / "scara_cell.urdf").read_text(encoding="utf-8"))
+MAKER = FrameMaker(ROBOT, MODEL, 0.6)
+NAMES = tuple(joint.name for joint in ROBOT.twin_joints)
+NOW = 50.0
+STATE = CellState(
+    mode="REAL_LEADS",
+    leader="real",
+    why="the real robot moved first: the twin follows",
+    name=NAMES,
+    unit=("deg", "deg", "mm", "deg"),
+    real_position=(90.0, 0.0, -10.0, 0.0),
+    twin_position=(89.5, 0.0, -10.0, -180.0),
+    deviation=(0.5, 0.0, 0.0, 180.0),
+    speed_requested_percent=90.0,
+    speed_applied_percent=80.0,
+    speed_limited=True,
+    speed_reason="above 80 %",
+    links=(Link("real", True, "", 0.004, 0.0003, 12.0, 0.0002), Link("twin", False, "refused")),
+)
+
+
+def frame_of(state: CellState = STATE, received: float = NOW, **fields: object) -> dict[str, object]:
+    """Return the frame as a page gets it."""
+    snapshot = Snapshot(master=True, state=state, received=received, silent_since="12:00:00", **fields)  # type: ignore[arg-type]
+    decoded = json.loads(msgspec.json.encode(MAKER.make(snapshot, NOW)))
+    assert isinstance(decoded, dict)
+    return decoded
+
+
+def test_joint_texts_have_two_decimals_and_a_signed_deviation() -> None:
+    """The article's rounding."""
+    text = frame_of()["text"]
+    assert isinstance(text, dict)
+    assert (text["joint_1.real"], text["joint_1.twin"], text["joint_1.deviation"]) == ("90.00", "89.50", "+0.50")
+
+
+def test_mode_leader_and_why_are_words() -> None:
+    """No code is shown for what has a name."""
+    text = frame_of()["text"]
+    assert isinstance(text, dict)
+    assert text["mode"] == "Real robot leads" and "twin follows" in text["leader"]
+    assert text["why"].startswith("The real robot moved first")
+
+
+def test_limited_speed_is_marked_with_its_reason() -> None:
+    """Requested, applied and why."""
+    frame = frame_of()
+    assert frame["text"]["speed.applied"] == "80 %" and frame["text"]["speed.reason"] == "above 80 %"  # type: ignore[index]
+    assert frame["tone"]["speed.applied"] == "warn"  # type: ignore[index]
+
+
+def test_poses_are_in_si_and_tools_where_the_kinematics_say() -> None:
+    """At 90 degrees the straight arm points along y."""
+    frame = frame_of()
+    assert frame["pose"]["real"]["joint_1"] == pytest.approx(math.pi / 2, abs=1e-6)  # type: ignore[index]
+    assert frame["pose"]["real"]["joint_3"] == pytest.approx(-0.01)  # type: ignore[index]
+    assert frame["tool"]["real"] == pytest.approx([0.0, 0.65, 0.15], abs=1e-5)  # type: ignore[index]
+
+
+def test_bars_are_shares_of_the_range() -> None:
+    """The lower limit is 0, the upper 1."""
+    bar = frame_of()["bar"]
+    assert bar["joint_2"] == [0.5, 0.5] and bar["table_joint"] == [0.5, 0.0]  # type: ignore[index]
+
+
+def test_unknown_side_is_a_dash_and_no_pose() -> None:
+    """While a link is down only the other side is known."""
+    frame = frame_of(msgspec.structs.replace(STATE, twin_position=(), deviation=()))
+    assert frame["text"]["joint_1.twin"] == "\N{EN DASH}" and frame["text"]["tool.twin"] == "\N{EN DASH}"  # type: ignore[index]
+    assert set(frame["pose"]) == {"real"} and frame["bar"]["joint_1"][1] is None  # type: ignore[arg-type, index]
+
+
+def test_link_that_is_down_shows_its_reason_and_no_figures() -> None:
+    """An old age would look like a good one."""
+    frame = frame_of()
+    text, tone = frame["text"], frame["tone"]
+    assert text["link.real.age"] == "4.0 ms" and tone["link.real.state"] == "good"  # type: ignore[index]
+    assert text["link.twin.state"] == "refused" and text["link.twin.age"] == "\N{EN DASH}"  # type: ignore[index]
+    assert tone["link.twin.state"] == "bad"  # type: ignore[index]
+
+
+def test_silent_controller_is_said_with_its_time_and_stops_the_charts() -> None:
+    """Old values are no new points."""
+    frame = frame_of(received=NOW - 1.0)
+    assert "silent since 12:00:00" in str(frame["silent"]) and "point" not in frame
+
+
+def test_points_are_in_the_joints_unit_and_its_effort() -> None:
+    """Set point, measured and error of the PID loop come in SI."""
+    loops = {"joint_1": Loop(math.pi, math.pi / 2, math.pi / 2, 12.5), "joint_3": Loop(-0.1, math.nan, 0.001, 1.0)}
+    point = frame_of(loops=loops)["point"]
+    assert point["joint_1"] == [90.0, 89.5, 180.0, 90.0, 90.0, 12.5]  # type: ignore[index]
+    assert point["joint_3"] == [-10.0, -10.0, -100.0, None, 1.0, 1.0]  # type: ignore[index]
+    assert point["joint_2"] == [0.0, 0.0, None, None, None, None]  # type: ignore[index]
+
+
+def test_program_of_the_robot_is_shown() -> None:
+    """The article's package."""
+    text = frame_of(package=RobotPackage("program", 50.0, True, True, "ARTICLE line 3 running"))["text"]
+    assert isinstance(text, dict)
+    assert (text["robot.program"], text["robot.speed"], text["robot.ready"]) == ("ARTICLE line 3 running", "50 %", "ready")
+
+
+@pytest.mark.parametrize(("master", "why"), [(True, "Waiting for the twin controller"), (False, "No ROS master")])
+def test_before_the_first_state_the_page_says_what_it_waits_for(master: bool, why: str) -> None:
+    """Any start order works."""
+    frame = MAKER.make(Snapshot(master=master), NOW)
+    assert why in frame.text["why"] and frame.silent
+
+
+def test_history_keeps_its_window_at_its_rate() -> None:
+    """A page that opens later sees the same charts."""
+    history = History(window_s=2.0, rate_hz=10.0)
+    frame = MAKER.make(Snapshot(master=True, state=STATE, received=NOW), NOW)
+    taken = [history.add(msgspec.structs.replace(frame, t=k * 0.05)) for k in range(100)]
+    times = [t for t, _ in history.rows]
+    assert sum(taken) == 50 and times[-1] - times[0] <= 2.0 and len(times) == 21
+
+
+def test_history_takes_no_frame_without_points() -> None:
+    """While the controller is silent."""
+    history = History(2.0, 10.0)
+    assert not history.add(MAKER.make(Snapshot(), NOW)) and history.rows == []

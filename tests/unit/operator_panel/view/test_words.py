@@ -1,0 +1,76 @@
+"""Numbers, times and states as an operator reads them."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from operator_panel.view import words
+from operator_panel.view.snapshot import CellState, Link
+
+
+@pytest.mark.parametrize(
+    ("value", "decimals", "signed", "text"),
+    [
+        (-14.321, 2, False, "\N{MINUS SIGN}14.32"),
+        (0.0, 2, True, "0.00"),
+        (-0.004, 2, True, "0.00"),
+        (0.05, 2, True, "+0.05"),
+        (1e3, 0, False, "1000"),
+        (math.nan, 2, False, "\N{EN DASH}"),
+        (math.inf, 2, False, "\N{EN DASH}"),
+    ],
+)
+def test_number_has_a_true_minus_and_no_minus_zero(value: float, decimals: int, signed: bool, text: str) -> None:
+    """What is not finite is a dash."""
+    assert words.number(value, decimals, signed) == text
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0.000291, "291 \u00b5s"),
+        (0.0041, "4.1 ms"),
+        (-0.5, "\N{MINUS SIGN}500.0 ms"),
+        (12.3456, "12.35 s"),
+        (7384.0, "2 h 3 min"),
+        (-1290312.0, "\N{MINUS SIGN}14 d 22 h"),
+        (math.inf, "\N{EN DASH}"),
+    ],
+)
+def test_time_is_in_the_unit_that_reads_best(value: float, text: str) -> None:
+    """A clock's offset may be microseconds or days."""
+    assert words.seconds(value) == text
+
+
+@pytest.mark.parametrize(
+    ("link", "text"),
+    [
+        (Link("real", True), "connected"),
+        (Link("real", False, "no answer"), "no answer"),
+        (Link("real", True, "no fresh data"), "no fresh data"),
+        (Link("real", False), "not connected"),
+    ],
+)
+def test_link_says_why_it_is_down(link: Link, text: str) -> None:
+    """Connected means connected and fresh."""
+    assert words.link_state(link) == text
+
+
+@pytest.mark.parametrize(
+    ("real", "twin", "text"),
+    [
+        (True, True, "both stand still"),
+        (False, True, "the real robot moves"),
+        (True, False, "the twin moves"),
+        (False, False, "both move"),
+    ],
+)
+def test_motion_is_said_of_both_sides(real: bool, twin: bool, text: str) -> None:
+    """In words, beside the mode."""
+    assert words.motion_text(CellState("IDLE", real_standing_still=real, twin_standing_still=twin)) == text
+
+
+def test_unknown_mode_and_leader_are_shown_as_they_are() -> None:
+    """A newer controller is not hidden."""
+    assert words.mode_title("DANCING") == "DANCING" and words.leader_text("moon") == "moon"
