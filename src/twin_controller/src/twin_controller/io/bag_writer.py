@@ -10,8 +10,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import genpy
 import rosbag
+import rospy
 from rosbag.bag import ROSBagException
 
 from twin_controller.recording import RecorderSettings, RecordingStatus
@@ -147,7 +147,7 @@ class BagWriter:
         written = False
         if all(header.get(name) for name in NEEDED_FIELDS) and self._types.setdefault(message.topic, md5sum) == md5sum:
             kind = type("Kind", (), {"_md5sum": md5sum, "_full_text": header["message_definition"]})
-            stamp = genpy.Time(*divmod(message.stamp_ns, 1_000_000_000))
+            stamp = rospy.Time(*divmod(message.stamp_ns, 1_000_000_000))
             raw = (header["type"], message.data, md5sum, kind)
             try:
                 self._bag.write(message.topic, raw, stamp, raw=True, connection_header={"topic": message.topic, **header})

@@ -186,7 +186,7 @@ def _versions() -> list[tuple[str, str]]:
     """Return interpreter and libraries of the machine that writes the report."""
     return [
         ("Python", platform.python_version()),
-        ("system", platform.platform()),
+        ("system", f"{platform.system()} {platform.machine()}"),
         *((name, version(name)) for name in LIBRARIES),
     ]
 
