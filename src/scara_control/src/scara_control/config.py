@@ -71,6 +71,20 @@ class TrimConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 class MotionConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Everything of motion.yaml."""
+class TrajectoryConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Trajectories given to trajectory_server; tolerances hold where a goal names none."""
+
+    path_tolerance_deg: Positive
+    path_tolerance_mm: Positive
+    goal_tolerance_deg: Positive
+    goal_tolerance_mm: Positive
+    goal_time_tolerance: Duration
+    longest: Annotated[float, Meta(gt=0.0, le=3600.0)]
+    feedback_rate_hz: Rate
+    stream_timeout: Duration
+    mode_timeout: Duration
+
+
 
     rate_hz: Rate
     state_rate_hz: Rate
@@ -82,6 +96,7 @@ class MotionConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     trim: TrimConfig
 
     @property
+    trajectory: TrajectoryConfig
     def period(self) -> float:
         """Time between two set points [s]."""
         return 1.0 / self.rate_hz

@@ -1,0 +1,175 @@
+"""Node ``trajectory_server``: the action ``joint_trajectory_action`` (control_msgs/FollowJointTrajectory) for the twin.
+
+Parameters: ``~config_dir`` (robot.yaml, motion.yaml; default: the package scara_config).
+Action: ``joint_trajectory_action``; a plain actionlib client is enough. A goal is rejected with a reason, or accepted and
+streamed to ``joint_pose_controller/follow``; a newer goal replaces a running one, which ramps down on its path first.
+Subscribes: ``twin/joint_states``, ``joint_pose_controller/state``, ``motion_command``, ``twin_controller/state`` (if there is
+a twin controller). Publishes: ``joint_pose_controller/follow`` (JointTrajectory).
+"""
+
+from __future__ import annotations
+
+import threading
+from typing import Any
+
+import actionlib
+import rospy
+from scara_config import Robot
+from sensor_msgs.msg import JointState
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+from control_msgs.msg import FollowJointTrajectoryAction, FollowJointTrajectoryFeedback, FollowJointTrajectoryResult
+from scara_control.config import MotionConfig
+from scara_control.motion.commands import Command, CommandInbox
+from scara_control.motion.packets import Measurement
+from scara_control.motion.plan import JointMotion
+from scara_control.nodes.wiring import Guard, JointStateReader, MotionClock, start_node, subscribe, to_message
+from scara_control.trajectory.desk import Desk
+from scara_control.trajectory.execution import Ended, Feedback
+from scara_control.trajectory.goal import Code, Goal, GoalError, Waypoint
+from scara_msgs.msg import MotionCommand, MotionState, TwinControllerState
+
+_NAME = "trajectory_server"
+_ACTION = "joint_trajectory_action"
+
+
+class TrajectoryServer:
+    """Converts, asks the core under one lock, converts."""
+
+    def __init__(self, robot: Robot, config: MotionConfig) -> None:
+        """Open topics and action."""
+        self._clock, self._lock, self._config = MotionClock(), threading.Lock(), config
+        self._desk = Desk(robot.twin_joints, config)
+        self._inbox = CommandInbox(config.command_memory)
+        self._goals: dict[str, Any] = {}
+        self._feedback_due = self._clock.now()
+        self._follow = rospy.Publisher("joint_pose_controller/follow", JointTrajectory, queue_size=10, tcp_nodelay=True)
+        guard = Guard()
+        reader = JointStateReader([joint.name for joint in robot.twin_joints], self._clock, self._on_measurement)
+        subscribe("twin/joint_states", JointState, reader, guard)
+        subscribe("joint_pose_controller/state", MotionState, self._on_motion_state, guard, queue_size=10)
+        subscribe("motion_command", MotionCommand, self._on_command, guard, queue_size=20)
+        subscribe("twin_controller/state", TwinControllerState, self._on_mode, guard)
+        goal, cancel = guard(self._on_goal), guard(self._on_cancel)
+        self._server = actionlib.ActionServer(_ACTION, FollowJointTrajectoryAction, goal, cancel, auto_start=False)
+        self._server.start()
+
+    def run(self) -> None:
+        """Stream until shut down."""
+        self._clock.run(self._config.period, self._tick)
+
+    def _tick(self, now: float) -> None:
+        with self._lock:
+            turn = self._desk.tick(now)
+            found = self._desk.feedback() if now >= self._feedback_due else None
+            told = [(self._goals.pop(str(key)), ended) for key, ended in turn.ended]
+            rejected = [(self._goals.pop(str(key)), error) for key, error in turn.rejected]
+            begun = [self._goals[str(key)] for key in turn.begun]
+            heard = self._goals.get(str(found[0])) if found is not None else None
+        if turn.packet is not None:
+            self._follow.publish(to_message(turn.packet, self._clock.offset()))
+        if turn.end_stream:
+            self._follow.publish(JointTrajectory(header=rospy.Header(stamp=rospy.Time.now(), frame_id=_NAME)))
+        # actionlib holds its own lock while it calls us, so it is only called without ours
+        for handle, ended in told:
+            _finish(handle, ended)
+        for handle, error in rejected:
+            _reject(handle, error)
+        for handle in begun:
+            handle.set_accepted()
+        if heard is not None and found is not None:
+            self._feedback_due = now + 1.0 / self._config.trajectory.feedback_rate_hz
+            heard.publish_feedback(_feedback(found[1]))
+
+    def _on_goal(self, handle: Any) -> None:
+        goal = to_goal(handle.get_goal(), self._clock.offset())
+        key = handle.get_goal_id().id
+        with self._lock:
+            try:
+                begun = self._desk.accept(key, goal, self._clock.now())
+            except GoalError as error:
+                _reject(handle, error)
+                return
+            self._goals[key] = handle
+        if begun:
+            handle.set_accepted()
+
+    def _on_cancel(self, handle: Any) -> None:
+        key = handle.get_goal_id().id
+        with self._lock:
+            waiting = self._desk.cancel(key) and self._goals.pop(key, None) is not None
+        if waiting:
+            _finish(handle, Ended(Code.SUCCESSFUL, "cancelled before it began", cancelled=True))
+
+    def _on_measurement(self, measured: Measurement) -> None:
+        with self._lock:
+            self._desk.measure(measured)
+
+    def _on_motion_state(self, message: MotionState) -> None:
+        with self._lock:
+            self._desk.hear_motion(message.state, message.message, message.speed_limit_percent)
+
+    def _on_mode(self, message: TwinControllerState) -> None:
+        with self._lock:
+            self._desk.hear_mode(message.mode, message.alarm or message.why, self._clock.now())
+
+    def _on_command(self, message: MotionCommand) -> None:
+        with self._lock:
+            if self._inbox.accept(message.header.frame_id, message.id, self._clock.now()):
+                self._desk.command(Command(message.command))
+
+
+def to_goal(message: Any, offset: float) -> Goal:
+    """Convert a FollowJointTrajectoryGoal; ``offset`` is ROS time minus the axis of times [s]. Nothing is checked here."""
+    trajectory = message.trajectory
+    stamp = trajectory.header.stamp
+    return Goal(
+        names=tuple(trajectory.joint_names),
+        points=tuple(
+            Waypoint(p.time_from_start.to_sec(), tuple(p.positions), tuple(p.velocities), tuple(p.accelerations))
+            for p in trajectory.points
+        ),
+        start=None if stamp.is_zero() else stamp.to_sec() - offset,
+        path_tolerance=tuple((tolerance.name, tolerance.position) for tolerance in message.path_tolerance),
+        goal_tolerance=tuple((tolerance.name, tolerance.position) for tolerance in message.goal_tolerance),
+        goal_time_tolerance=message.goal_time_tolerance.to_sec(),
+    )
+
+
+def _reject(handle: Any, error: GoalError) -> None:
+    """Tell a client why its goal is not accepted."""
+    rospy.logwarn("goal rejected: %s", error)
+    handle.set_rejected(FollowJointTrajectoryResult(error_code=int(error.code), error_string=str(error)), str(error))
+
+
+def _finish(handle: Any, ended: Ended) -> None:
+    """Tell a client how its goal has ended."""
+    result = FollowJointTrajectoryResult(error_code=int(ended.code), error_string=ended.text)
+    if ended.cancelled:
+        handle.set_canceled(result, ended.text)
+    elif ended.code is Code.SUCCESSFUL:
+        handle.set_succeeded(result, ended.text)
+    else:
+        rospy.logwarn("goal aborted: %s", ended.text)
+        handle.set_aborted(result, ended.text)
+
+
+def _feedback(found: Feedback) -> FollowJointTrajectoryFeedback:
+    """Build the message."""
+    elapsed = rospy.Duration.from_sec(found.elapsed)
+    desired, actual, error = (_point(motion, elapsed) for motion in (found.desired, found.actual, found.error))
+    message = FollowJointTrajectoryFeedback(joint_names=found.names, desired=desired, actual=actual, error=error)
+    message.header.stamp = rospy.Time.now()
+    return message
+
+
+def _point(motion: JointMotion, elapsed: rospy.Duration) -> JointTrajectoryPoint:
+    return JointTrajectoryPoint(motion.q, motion.qdot, motion.qddot, [], elapsed)
+
+
+def main() -> None:
+    """Run the node until it is told to end."""
+    robot, config = start_node(_NAME)
+    server = TrajectoryServer(robot, config)
+    rospy.loginfo("%s is ready", _NAME)
+    server.run()

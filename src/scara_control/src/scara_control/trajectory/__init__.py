@@ -1,0 +1,1 @@
+"""Trajectories given by others: checked, timed, executed as streamed set points."""
