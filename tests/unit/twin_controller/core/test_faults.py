@@ -6,6 +6,8 @@ import msgspec
 import pytest
 from harness.pair import HOME, SETUP, Pair, ramp, shifted
 from harness.watch import Watch
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from twin_controller.core.actions import Do, FollowTwin, Perform
 from twin_controller.core.events import RealMeasured, Tick, TwinMeasured
 from twin_controller.core.observing.divergence import DivergenceState
@@ -250,3 +252,62 @@ def test_a_side_lost_in_the_step_that_decides_a_leader_leads_nobody() -> None:
     assert pair.state.mode is Mode.OFFLINE
     late = step(SETUP, replace(pair.state, mode=Mode.IDLE, links_up=True), Tick(pair.now))[0]
     assert late.mode is Mode.OFFLINE
+
+
+POSE = st.tuples(st.floats(-25.0, 25.0), st.floats(-35.0, 35.0), st.floats(-40.0, 90.0), st.floats(-15.0, 15.0))
+FLAP = st.tuples(st.sampled_from(["real", "twin"]), st.integers(1, 900))
+
+
+@settings(max_examples=15, deadline=None)
+@given(real=POSE, twin=POSE, flaps=st.lists(FLAP, max_size=6))
+def test_a_reconnect_moves_the_twin_slowly_and_the_real_robot_not_at_all(
+    real: tuple[float, ...], twin: tuple[float, ...], flaps: list[tuple[str, int]]
+) -> None:
+    """Links that come and go in any order: nothing is replayed, the twin aligns within its speed, then all is idle."""
+    pair = Pair(real=shifted(HOME, *real), twin=shifted(HOME, *twin))
+    Watch(pair)
+    begin = pair.real_q
+    pair.link("twin", True)
+    pair.link("real", True)
+    for side, ms in flaps:
+        pair.link(side, not getattr(pair, f"{side}_up"))
+        pair.run(ms * 1e-3)
+    for side in ("real", "twin"):
+        if not getattr(pair, f"{side}_up"):
+            pair.link(side, True)
+    pair.run(1.0)
+    pair.run_until(lambda: pair.state.mode is Mode.IDLE, 15.0)
+    assert pair.real_q == begin
+    assert {action.do for action in pair.actions if isinstance(action, Perform)} <= {Do.STOP_REAL, Do.STOP_TWIN, Do.RELEASE_TWIN}
+    speeds = [abs(v) / limit for a in pair.actions if isinstance(a, FollowTwin) for v, limit in zip(a.qdot, SETUP.velocity)]
+    assert max(speeds) <= SETUP.config.align.speed_percent * 1e-2 + 1e-9
+    assert set(triggers(pair)) <= {"LINKS_READY", "LINK_LOST", "ALIGNED"}
+
+
+@settings(max_examples=10, deadline=None)
+@given(leader=st.sampled_from(["real", "twin", "operator"]), at_ms=st.integers(50, 1500), pressed=st.booleans())
+def test_releasing_an_emergency_stop_moves_nothing(leader: str, at_ms: int, pressed: bool) -> None:
+    """Whenever it comes and wherever it was given: after the release and after RESET both stay where they are."""
+    pair = Pair()
+    Watch(pair)
+    pair.connect()
+    if leader == "real":
+        pair.start_program(ramp(HOME, AWAY, 3.0))
+    elif leader == "twin":
+        pair.move_twin(ramp(HOME, AWAY, 3.0))
+    else:
+        assert pair.operate("MOVE_JOINTS", target=AWAY).success
+    pair.run(at_ms * 1e-3)
+    if pressed:
+        pair.press_estop()
+    else:
+        assert pair.operate("ESTOP").success
+    pair.run(0.5)
+    assert pair.state.mode is Mode.ESTOP
+    here = (pair.real_q, pair.twin_q)
+    pair.estop_pressed = False
+    pair.run(0.5)
+    assert pair.operate("RESET").success
+    pair.run(2.0)
+    assert pair.state.mode is Mode.STOPPED
+    assert (pair.real_q, pair.twin_q) == here
