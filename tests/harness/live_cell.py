@@ -22,6 +22,7 @@ NODES = (
     "joint_pose_controller",
     "joint_vel_controller",
     "motion_server",
+    "trajectory_server",
     "emulator",
     "twin_controller",
     "recorder",
@@ -48,6 +49,7 @@ class LiveCell:
         words = ["rosrun", "scara_bringup", "cell", verb, *(["--output", str(self.output)] if choose_output else [])]
         words += ["--modbus-port", str(self.modbus_port), "--gateway-port", str(self.gateway_port)]
         words += ["--master-port", str(self.master_port)] if self.master_port else []
+        words += ["--without", "operator_panel"] if verb == "up" else []  # its tests start it themselves
         return self.stage.start(*words, *arguments, name=f"cell_{verb}", env=env)
 
     def wait_ready(self, bringup: Process, timeout: float = 90.0) -> None:

@@ -29,7 +29,8 @@ def test_missing_file_is_named(tmp_path: Path) -> None:
 @pytest.mark.parametrize("port", ["0", "65536", "'9090'"])
 def test_impossible_port_is_refused(tmp_path: Path, port: str) -> None:
     """File, key and value are in the text."""
-    shutil.copy(CONFIG / "emulator.yaml", tmp_path)
+    for file in ("emulator.yaml", "operator_panel.yaml"):
+        shutil.copy(CONFIG / file, tmp_path)
     (tmp_path / "gateway.yaml").write_text(f"host: 127.0.0.1\nport: {port}\n")
     with pytest.raises(ConfigError, match=r"gateway\.yaml: port = "):
         load_doors(tmp_path)
@@ -37,9 +38,9 @@ def test_impossible_port_is_refused(tmp_path: Path, port: str) -> None:
 
 def test_copy_with_ports_changes_both_ends_and_nothing_else(tmp_path: Path) -> None:
     """Server and client of each link agree, every other value stays, comments too."""
-    copied = copy_with_ports(CONFIG, tmp_path / "config", 15021, 19091)
+    copied = copy_with_ports(CONFIG, tmp_path / "config", 15021, 19091, 18081)
     doors = load_doors(copied)
-    assert (doors.modbus.port, doors.gateway.port) == (15021, 19091)
+    assert (doors.modbus.port, doors.gateway.port, doors.panel.port) == (15021, 19091, 18081)
     before, after = load(CONFIG / "twin_controller.yaml", dict), load(copied / "twin_controller.yaml", dict)
     assert after["real"]["port"] == 15021 and after["twin"]["url"] == "ws://127.0.0.1:19091"
     after["real"]["port"], after["twin"]["url"] = before["real"]["port"], before["twin"]["url"]

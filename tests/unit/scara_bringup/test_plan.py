@@ -6,7 +6,7 @@ import pytest
 from scara_bringup.config import Door, Doors
 from scara_bringup.plan import cell_plan, ending_order, experiment_plan
 
-DOORS = Doors(modbus=Door("127.0.0.1", 15020), gateway=Door("127.0.0.1", 19090))
+DOORS = Doors(modbus=Door("127.0.0.1", 15020), gateway=Door("127.0.0.1", 19090), panel=Door("127.0.0.1", 18080))
 PLAN = cell_plan(DOORS)
 
 
@@ -22,6 +22,7 @@ def test_plan_holds_every_node_of_the_design() -> None:
         "joint_pose_controller",
         "joint_vel_controller",
         "motion_server",
+        "trajectory_server",
         "emulator",
         "recorder",
         "twin_controller",
@@ -31,6 +32,13 @@ def test_plan_holds_every_node_of_the_design() -> None:
 def test_ports_of_the_plan_are_those_of_the_configuration() -> None:
     """What is checked for a listener is what the nodes will open."""
     assert {node.name: node.port for node in PLAN if node.port} == {"emulator": 15020, "gateway": 19090}
+
+
+def test_operator_page_belongs_to_a_cell_for_people_only() -> None:
+    """An experiment needs no page; a page goes first when the cell ends, so that nobody commands a cell that ends."""
+    (panel,) = [node for node in cell_plan(DOORS, with_panel=True) if node not in PLAN]
+    assert (panel.name, panel.port) == ("operator_panel", 18080)
+    assert ending_order(cell_plan(DOORS, with_panel=True))[0] == frozenset({"operator_panel"})
 
 
 def test_robot_state_publisher_follows_the_twin() -> None:

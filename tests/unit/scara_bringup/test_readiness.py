@@ -9,7 +9,7 @@ from scara_bringup.config import Door, Doors
 from scara_bringup.plan import cell_plan
 from scara_bringup.readiness import Missing, Seen, missing, resolve
 
-PLAN = cell_plan(Doors(modbus=Door("127.0.0.1", 15020), gateway=Door("127.0.0.1", 19090)))
+PLAN = cell_plan(Doors(modbus=Door("127.0.0.1", 15020), gateway=Door("127.0.0.1", 19090), panel=Door("127.0.0.1", 18080)))
 
 
 def complete(namespace: str = "/") -> Seen:

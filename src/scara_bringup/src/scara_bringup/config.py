@@ -37,6 +37,7 @@ class Doors(msgspec.Struct, frozen=True):
 
     modbus: Door
     gateway: Door
+    panel: Door
 
 
 def load_bringup(directory: Path | str | None = None) -> Bringup:
@@ -49,10 +50,11 @@ def load_bringup(directory: Path | str | None = None) -> Bringup:
 
 
 def load_doors(directory: Path | str | None = None) -> Doors:
-    """Read the addresses from emulator.yaml and gateway.yaml of ``directory``.
+    """Read the addresses from emulator.yaml, gateway.yaml and operator_panel.yaml of ``directory``.
 
     Raises:
         ConfigError: A file is missing, or its host or port does not fit.
     """
     folder = Path(directory or config_directory())
-    return Doors(modbus=load(folder / "emulator.yaml", Door), gateway=load(folder / "gateway.yaml", Door))
+    files = {"modbus": "emulator.yaml", "gateway": "gateway.yaml", "panel": "operator_panel.yaml"}
+    return Doors(**{name: load(folder / file, Door) for name, file in files.items()})

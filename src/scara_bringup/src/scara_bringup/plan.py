@@ -35,17 +35,19 @@ class NodePlan:
 MASTER = NodePlan("rosmaster", "", "rosmaster", leaves=5)
 ROSOUT = NodePlan("rosout", "rosout", "rosout", leaves=4)
 CONTROLLER = "twin_controller"
+PANEL = "operator_panel"
 
 
-def cell_plan(doors: Doors, without: tuple[str, ...] = ()) -> list[NodePlan]:
+def cell_plan(doors: Doors, without: tuple[str, ...] = (), with_panel: bool = False) -> list[NodePlan]:
     """List the nodes of a cell, in the order in which they are started.
 
     Any order works; this one only saves the nodes some waiting. The twin controller ends first, so that it can
     disarm the robot's watchdog while the robot is still there; the recorder next, so that it records that.
 
     Args:
-        doors: Where emulator and gateway will listen.
+        doors: Where emulator, gateway and operator page will listen.
         without: Names to leave out, for example the emulator when a real robot is there.
+        with_panel: Whether the operator page belongs to it: in a cell for people, not in one that runs experiments.
 
     Raises:
         ValueError: ``without`` names a node that is not in the plan; the text lists those that are.
@@ -59,9 +61,12 @@ def cell_plan(doors: Doors, without: tuple[str, ...] = ()) -> list[NodePlan]:
         NodePlan("joint_pose_controller", "scara_control", "joint_pose_controller", services=("joint_pose_controller/move",)),
         NodePlan("joint_vel_controller", "scara_control", "joint_vel_controller", topics=("joint_vel_controller/state",)),
         NodePlan("motion_server", "scara_control", "motion_server", services=("move_to",)),
+        NodePlan("trajectory_server", "scara_control", "trajectory_server", topics=("joint_trajectory_action/status",)),
         NodePlan("recorder", CONTROLLER, "recorder", services=("recorder/start", "recorder/stop"), leaves=2),
         NodePlan(CONTROLLER, CONTROLLER, CONTROLLER, services=("twin_controller/command",), leaves=1),
     ]
+    if with_panel:
+        nodes.append(NodePlan(PANEL, PANEL, PANEL, port=doors.panel.port, leaves=0))
     unknown = sorted(set(without) - {node.name for node in nodes})
     if unknown:
         raise ValueError(f"no node is called {', '.join(unknown)}; there are: {', '.join(node.name for node in nodes)}")

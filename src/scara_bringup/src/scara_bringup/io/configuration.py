@@ -9,7 +9,9 @@ from typing import Any
 from ruamel.yaml import YAML
 
 
-def copy_with_ports(source: Path, target: Path, modbus_port: int | None, gateway_port: int | None) -> Path:
+def copy_with_ports(
+    source: Path, target: Path, modbus_port: int | None, gateway_port: int | None, panel_port: int | None = None
+) -> Path:
     """Copy all YAML files and programs from ``source`` to ``target`` and change the ports where both ends read them.
 
     Comments are kept. Returns ``target``.
@@ -25,6 +27,8 @@ def copy_with_ports(source: Path, target: Path, modbus_port: int | None, gateway
     if gateway_port is not None:
         _change(target / "gateway.yaml", ["port"], gateway_port)
         _change(target / "twin_controller.yaml", ["twin", "url"], f"ws://127.0.0.1:{gateway_port}")
+    if panel_port is not None:
+        _change(target / "operator_panel.yaml", ["port"], panel_port)
     return target
 
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterable, Mapping
-from pathlib import PurePath
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
 
 from rich.console import Console
 from rich.table import Table
 
 from scara_bringup.config import Doors
-from scara_bringup.plan import NodePlan
+from scara_bringup.plan import PANEL, NodePlan
 
 DEFAULT_MASTER = "http://127.0.0.1:11311"
 EXAMPLES = (
@@ -40,7 +40,16 @@ def show_log(path: str, lines: Iterable[str]) -> None:
     sys.stderr.flush()
 
 
-def show_cell(nodes: Iterable[NodePlan], pids: Mapping[str, int], doors: Doors, master_uri: str, folder: PurePath) -> None:
+def panel_address(doors: Doors, nodes: Iterable[NodePlan], folder: Path) -> str:
+    """Return the address of the operator's page with its token, an empty text if the page is no part of the cell."""
+    if PANEL not in [node.name for node in nodes]:
+        return ""
+    file = folder / "ros_home" / "operator_token"
+    token = os.environ.get("OPERATOR_PANEL_TOKEN") or (file.read_text(encoding="ascii").strip() if file.is_file() else "")
+    return f"http://{doors.panel.host}:{doors.panel.port}/" + (f"?token={token}" if token else "")
+
+
+def show_cell(nodes: Sequence[NodePlan], pids: Mapping[str, int], doors: Doors, master_uri: str, folder: Path) -> None:
     """Print the running nodes, the addresses and what one can do now."""
     table = Table(title=None)
     for heading in ("node", "pid", "by hand", "log"):
@@ -53,6 +62,8 @@ def show_cell(nodes: Iterable[NodePlan], pids: Mapping[str, int], doors: Doors, 
     say(f"ROS master   {master_uri}")
     say(f"web socket   ws://{doors.gateway.host}:{doors.gateway.port}   rosbridge v2, the twin's door")
     say(f"Modbus TCP   {doors.modbus.host}:{doors.modbus.port}   the real robot's stand-in")
+    if address := panel_address(doors, nodes, folder):
+        say(f"operator     {address}   the operator's page; without the token it only watches")
     say(f"output       {folder}")
     say("In another shell, after `source env.sh`:")
     for line in (*_settings(master_uri), *EXAMPLES):

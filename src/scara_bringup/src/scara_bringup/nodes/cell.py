@@ -30,6 +30,7 @@ Output = Annotated[Path | None, typer.Option(help="Folder of logs, bags and repo
 Without = Annotated[list[str] | None, typer.Option(help="Leave out a node, e.g. the emulator when a real robot is there.")]
 MasterPort = Annotated[int | None, typer.Option(help="Port of the ROS master. Default: ROS_MASTER_URI.")]
 ModbusPort = Annotated[int | None, typer.Option(help="Port of the robot stand-in. Default: emulator.yaml.")]
+PanelPort = Annotated[int | None, typer.Option(help="Port of the operator page. Default: operator_panel.yaml.")]
 GatewayPort = Annotated[int | None, typer.Option(help="Port of the twin's web socket. Default: gateway.yaml.")]
 
 
@@ -40,10 +41,11 @@ def up(
     master_port: MasterPort = None,
     modbus_port: ModbusPort = None,
     gateway_port: GatewayPort = None,
+    panel_port: PanelPort = None,
 ) -> None:
     """Start the cell and keep it until Ctrl-C."""
     folder = prepare(output)
-    raise typer.Exit(run(folder, None, tuple(without or ()), master_port, modbus_port, gateway_port))
+    raise typer.Exit(run(folder, None, tuple(without or ()), master_port, modbus_port, gateway_port, panel_port, True))
 
 
 @app.command()
@@ -71,17 +73,19 @@ def run(
     master_port: int | None,
     modbus_port: int | None,
     gateway_port: int | None,
+    panel_port: int | None = None,
+    with_panel: bool = False,
 ) -> int:
     """Start, watch and end one cell; return the exit code."""
     try:
         if master_port is not None:
             os.environ["ROS_MASTER_URI"] = f"http://127.0.0.1:{master_port}"
-        if modbus_port is not None or gateway_port is not None:
-            copied = copy_with_ports(config_directory(), folder / "config", modbus_port, gateway_port)
+        if (modbus_port, gateway_port, panel_port) != (None, None, None):
+            copied = copy_with_ports(config_directory(), folder / "config", modbus_port, gateway_port, panel_port)
             os.environ["SCARA_CONFIG_DIR"] = str(copied)
         os.environ["ROS_HOME"] = str(folder / "ros_home")
         deadlines, doors = load_bringup(), load_doors()
-        nodes = cell_plan(doors, without)
+        nodes = cell_plan(doors, without, with_panel)
         master = MasterProbe(os.environ["ROS_MASTER_URI"])
         own_master = check_before_start(nodes, master)
         with Processes(folder / "log", os.environ) as processes:
