@@ -6,38 +6,45 @@ import json
 import math
 import shutil
 from collections.abc import Callable, Iterator
+from functools import partial
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import pytest
-from fanuc_emulator.config import load_emulator, load_programs
+from fanuc_emulator.config import load_programs
 from harness.workspace import ROOT
-from operator_panel.config import load_panel
 from ruamel.yaml import YAML
-from scara_bringup.config import load_bringup
 from scara_config import ConfigError, load_robot
-from scara_config.modbus_map import load_modbus_map
-from scara_control.config import load_motion
-from scara_simulation.config import load_gains, load_simulation
-from scara_simulation.gateway_config import load_gateway_config
-from twin_controller.config import load_twin_controller
-from twin_experiments.config import load_experiments
 
 CONFIG = ROOT / "config"
 ROBOT = load_robot(CONFIG)
-LOADERS: dict[str, Callable[[Path], Any]] = {
-    "bringup.yaml": load_bringup,
-    "emulator.yaml": lambda folder: load_emulator(ROBOT, folder),
-    "experiments.yaml": load_experiments,
-    "gateway.yaml": load_gateway_config,
-    "modbus_map.yaml": load_modbus_map,
-    "motion.yaml": load_motion,
-    "operator_panel.yaml": lambda folder: load_panel(ROBOT, folder),
-    "pid_gains.yaml": lambda folder: load_gains(ROBOT, folder),
-    "robot.yaml": load_robot,
-    "simulation.yaml": lambda folder: load_simulation(ROBOT, folder),
-    "twin_controller.yaml": lambda folder: load_twin_controller(ROBOT, folder),
+SINGLE: dict[str, str] = {
+    "bringup.yaml": "scara_bringup.config:load_bringup",
+    "comparison.yaml": "twin_experiments.comparison.config:load_comparison",
+    "experiments.yaml": "twin_experiments.config:load_experiments",
+    "gateway.yaml": "scara_simulation.gateway_config:load_gateway_config",
+    "modbus_map.yaml": "scara_config.modbus_map:load_modbus_map",
+    "motion.yaml": "scara_control.config:load_motion",
+    "robot.yaml": "scara_config.robot:load_robot",
 }
+WITH_ROBOT: dict[str, str] = {
+    "emulator.yaml": "fanuc_emulator.config:load_emulator",
+    "operator_panel.yaml": "operator_panel.config:load_panel",
+    "pid_gains.yaml": "scara_simulation.config:load_gains",
+    "simulation.yaml": "scara_simulation.config:load_simulation",
+    "twin_controller.yaml": "twin_controller.config:load_twin_controller",
+}
+
+
+def loader(name: str) -> Callable[[Path], Any]:
+    """Return the loader of a file: a function of the folder it stands in."""
+    module, _, function = (SINGLE.get(name) or WITH_ROBOT[name]).partition(":")
+    load = getattr(import_module(module), function)
+    return load if name in SINGLE else partial(load, ROBOT)
+
+
+LOADERS = {name: loader(name) for name in sorted(SINGLE | WITH_ROBOT) if (CONFIG / name).is_file()}
 PROGRAMS = sorted(file.name for file in (CONFIG / "programs").glob("*.yaml"))
 TREES: dict[str, Any] = {name: YAML(typ="safe").load(CONFIG / name) for name in LOADERS}
 Path_ = tuple[str | int, ...]
