@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scara_config import load_robot
+from scara_control.motion.drive import Drive
 from scara_control.motion.plan import JointMotion, plan_move
-from scara_control.motion.time_scaling import Drive, ScaleBounds, TimeBase, advance, motion_at
+from scara_control.motion.time_scaling import ScaleBounds, TimeBase, advance, motion_at
 
 JOINTS = load_robot().twin_joints
 BOUNDS = ScaleBounds(ramp=4.0, jerk=80.0)
@@ -109,3 +110,12 @@ def test_a_drive_waits_for_its_time_and_then_begins():
     assert len(waiting) == 10 and all(drive.motion == JointMotion.at_rest(START) for drive in waiting)
     assert drives[11].motion.q != START and drives[10].motion == JointMotion.at_rest(START)
     assert drives[-1].motion == JointMotion.at_rest(TARGET)
+
+
+@pytest.mark.parametrize("wanted", [0.0, 0.4, 0.8])
+def test_a_new_scale_is_reached_without_running_past_it(wanted):
+    """From the planned speed down; no faster than the ramp plus what its jerk takes."""
+    _, bases, _ = driven(lambda k: 1.0 if k < 25 else wanted, steps=100)
+    scales = [base.scale for base in bases[25:]]
+    assert min(scales) >= wanted - 1e-3 and scales == sorted(scales, reverse=True)
+    assert scales.index(wanted) * DT <= (1.0 - wanted) / BOUNDS.ramp + BOUNDS.ramp / BOUNDS.jerk + 3 * DT

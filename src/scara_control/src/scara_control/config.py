@@ -63,14 +63,14 @@ class TrimConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     tolerance_mm: Positive
     timeout: Duration
     gain: Annotated[float, Meta(ge=0.1, le=50.0)]
+    integral_gain: Annotated[float, Meta(ge=0.0, le=50.0)]
+    breakaway_percent: Annotated[float, Meta(ge=0.0, le=5.0)]
     speed_mm_s: Positive
     range_mm: Positive
     settled: Duration
     service_timeout: Duration
 
 
-class MotionConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Everything of motion.yaml."""
 class TrajectoryConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Trajectories given to trajectory_server; tolerances hold where a goal names none."""
 
@@ -85,6 +85,8 @@ class TrajectoryConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     mode_timeout: Duration
 
 
+class MotionConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Everything of motion.yaml."""
 
     rate_hz: Rate
     state_rate_hz: Rate
@@ -94,9 +96,9 @@ class TrajectoryConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     follow: FollowConfig
     jog: JogConfig
     trim: TrimConfig
+    trajectory: TrajectoryConfig
 
     @property
-    trajectory: TrajectoryConfig
     def period(self) -> float:
         """Time between two set points [s]."""
         return 1.0 / self.rate_hz

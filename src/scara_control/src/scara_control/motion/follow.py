@@ -9,6 +9,7 @@ from scara_config import Joint
 
 from scara_control.config import FollowConfig, in_si
 from scara_control.motion.commands import MotionRefusedError
+from scara_control.motion.feedback import Feedback
 from scara_control.motion.follow_checks import check_packet, check_step
 from scara_control.motion.packets import Measurement, SetpointPacket
 from scara_control.motion.plan import JointMotion
@@ -137,3 +138,50 @@ class StreamGate:
         self._barred = self._barred and pause <= self._timeout
         if self._barred:
             raise MotionRefusedError(f"stopped: {self._what} are ignored until they pause for {self._timeout * 1e3:.0f} ms")
+
+
+class Stream:
+    """The streamed set points of joint_pose_controller: at most one session, its gate, and what was refused."""
+
+    def __init__(self, joints: Sequence[Joint], config: FollowConfig) -> None:
+        """Start without a session."""
+        self._joints = tuple(joints)
+        self._config = config
+        self._gate = StreamGate("packets", config.timeout)
+        self.session: FollowSession | None = None
+        self.refused = 0
+
+    def take(self, packet: SetpointPacket, feedback: Feedback, other: str, now: float) -> bool:
+        """Take a packet in; return whether it begins a session.
+
+        Args:
+            packet: Not checked yet.
+            feedback: Where the joints are.
+            other: What else has command of the joints, in words; empty: nothing.
+            now: [s]
+
+        Raises:
+            MotionRefusedError: It is refused; this is counted.
+        """
+        try:
+            self._gate.check(now)
+            if other:
+                raise MotionRefusedError(other)
+            if self.session is not None:
+                self.session.take(packet, now)
+                return False
+            self.session = FollowSession(self._joints, packet, self._config, feedback.fresh(now), now)
+        except MotionRefusedError:
+            self.refused += 1
+            raise
+        return True
+
+    def bar(self, now: float) -> None:
+        """Listen no more to the stream that is running now."""
+        self._gate.bar(now)
+
+    def silence(self, now: float) -> str:
+        """Say that the stream has broken off, or return an empty text."""
+        if self.session is None or not self.session.timed_out(now):
+            return ""
+        return f"follow: no packet for {self._config.timeout * 1e3:.0f} ms"

@@ -7,18 +7,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 from scara_config import Robot
 
 from scara_control.config import MotionConfig
 from scara_control.motion.commands import Command, MotionRefusedError, Ownership, taken_text
+from scara_control.motion.drive import Drive, PathDriver
 from scara_control.motion.feedback import Feedback
-from scara_control.motion.follow import FollowSession, StreamGate
+from scara_control.motion.follow import Stream
 from scara_control.motion.packets import Measurement, SetpointPacket
 from scara_control.motion.plan import JointMotion, Vector, plan_move, plan_stop
 from scara_control.motion.requests import MoveLedger, Outcome, PoseReport, check_move
-from scara_control.motion.time_scaling import Drive, ScaleBounds, TimeBase
+
+_LATCHED = "emergency stop is latched: RESET first"
 
 
 class PoseController:
@@ -29,19 +30,15 @@ class PoseController:
         self._joints = robot.twin_joints
         self.names = tuple(joint.name for joint in self._joints)
         self._config = config
-        self._bounds = ScaleBounds(config.move.time_scale_ramp, config.move.time_scale_jerk)
         self._ownership = Ownership("trajectory")
-        self._time = now
+        self._driver = PathDriver(self._joints, config, now)
         self._feedback = Feedback(self._joints, config)
         self._setpoint: Vector | None = None
-        self._drive: Drive | None = None
-        self._session: FollowSession | None = None
+        self._stream = Stream(self._joints, config.follow)
         self._ledger = MoveLedger(self._joints, config.move)
         self._commanded = self.names
         self._stopping = self._paused = self._estopped = False
         self._parked = False
-        self._gate = StreamGate("packets", config.follow.timeout)
-        self._refused_packets = 0
         self._requested, self._limit = config.move.default_speed_percent, 100.0
         self._message = ""
 
@@ -74,38 +71,33 @@ class PoseController:
             ScaraControlError: The packet is refused; this is counted and reported.
         """
         try:
-            self._check_stream(now)
-            if self._session is None:
-                session = FollowSession(self._joints, packet, self._config.follow, self._feedback.fresh(now), now)
-                self._end_move("aborted: replaced by a stream")
-                self._begin(packet.names, now, is_move=False)
-                self._session = session
-            else:
-                self._session.take(packet, now)
-        except ValueError as error:
-            self._refused_packets += 1
-            self._message = f"follow: refused {self._refused_packets}: {error}"
+            begins = self._stream.take(packet, self._feedback, self._other_command(), now)
+        except MotionRefusedError as error:
+            self._message = f"follow: refused {self._stream.refused}: {error}"
             raise
+        if begins:
+            self._end_move("aborted: replaced by a stream")
+            self._begin(packet.names, now, is_move=False)
         return packet.select(self._commanded) if self._commanded != packet.names else packet
 
     def end_follow(self) -> None:
         """End the stream because its source says so: what still moves is stopped, and a move is possible at once."""
-        if self._session is not None:
+        if self._stream.session is not None:
             self._stop("follow: ended by its source")
 
     def command(self, command: Command, reason: str, now: float) -> None:
         """Obey a command."""
         if command is Command.STOP or command is Command.ESTOP:
             self._estopped = self._estopped or command is Command.ESTOP
-            self._gate.bar(now)
+            self._stream.bar(now)
             self._stop(f"aborted by {command.text(reason)}")
         elif command is Command.RESET:
             self._estopped, self._message = False, ""
         elif command is Command.RESUME:
             self._paused = False
-        elif self._session is not None:
+        elif self._stream.session is not None:
             self._message = "PAUSE: following a stream, which decides; pause its source"
-        elif self._drive is not None and not self._stopping:
+        elif self._driver.drive is not None and not self._stopping:
             self._paused = True
 
     def limit_speed(self, percent: float) -> None:
@@ -122,34 +114,26 @@ class PoseController:
     def update_modes(self, modes: Mapping[str, str]) -> None:
         """Take in which controller each joint obeys; a joint taken from us ends the motion of all."""
         lost = self._ownership.update(modes)
-        if not lost or (self._drive is None and self._session is None):
+        if not lost or (self._driver.drive is None and self._stream.session is None):
             return
         self._commanded = tuple(name for name in self._commanded if name not in lost)
         self._stop(f"aborted: {taken_text(lost)}")
 
     def tick(self, now: float) -> SetpointPacket | None:
         """Go on to ``now``; return the set points to publish, if anything moves."""
-        dt = self._config.period
-        if now < self._time - dt:
+        if self._driver.went_back(now):
             self._restart(now)
-        steps = max(math.floor((now - self._time) / dt + 1e-6), 0)
-        kept = min(steps, round(self._config.move.horizon / dt))
-        for _ in range(kept):
-            self._drive = self._drive and self._step(self._drive)
-        if steps > kept and self._drive is not None:
-            late = (steps - kept) * dt
-            self._drive = replace(self._drive, time=self._drive.time + late, go_at=self._drive.go_at + late)
-        self._time += steps * dt
+        self._driver.advance(now, self._wanted_scale())
         self._watch(now)
         return self._setpoints()
 
     def report(self, now: float) -> PoseReport:
         """Return what the controller does."""
-        drive, moving = self._drive, self._drive is not None and not self._stopping
+        drive, moving = self._driver.drive, self._driver.drive is not None and not self._stopping
         if drive is not None:
             setpoint = drive.motion.q
-        elif self._session is not None:
-            setpoint = self._session.motion(now).q
+        elif self._stream.session is not None:
+            setpoint = self._stream.session.motion(now).q
         else:
             setpoint = self._setpoint or ()
         return PoseReport(
@@ -172,8 +156,8 @@ class PoseController:
         """Begin a joint move; see :meth:`move`."""
         request = check_move(self._joints, names, positions, speed_percent, self._config.move)
         if self._estopped:
-            raise MotionRefusedError("emergency stop is latched: RESET first")
-        if self._session is not None:
+            raise MotionRefusedError(_LATCHED)
+        if self._stream.session is not None:
             raise MotionRefusedError("following a stream: it ends by STOP, or when no packet comes any more")
         if self._paused:
             raise MotionRefusedError("paused: RESUME or STOP first")
@@ -184,35 +168,35 @@ class PoseController:
         self._begin(self.names, now, is_move=True)
         self._requested = request.speed_percent
         scale = 1.0 if any(start.qdot) or any(start.qddot) else self._wanted_scale()
-        self._drive = Drive(path, self._time, go_at, TimeBase(0.0, scale))
+        self._driver.start(path, go_at, scale)
         return self._ledger.move_id
 
     def _state(self) -> str:
         """Return the state's name."""
         if self._estopped:
             return "estopped"
-        if self._session is not None:
+        if self._stream.session is not None:
             return "following"
-        if self._drive is None:
+        if self._driver.drive is None:
             return "idle"
         if self._stopping:
             return "stopping"
         if self._paused:
-            return "paused" if self._drive.frozen else "pausing"
-        return "announcing" if self._drive.announcing else "moving"
+            return "paused" if self._driver.drive.frozen else "pausing"
+        return "announcing" if self._driver.drive.announcing else "moving"
 
     def _standing_still(self, now: float) -> bool:
         """Say whether the set point rests and no motion is announced."""
-        if self._session is not None:
-            return all(abs(v) <= slow for v, slow in zip(self._session.motion(now).qdot, self._feedback.standstill))
-        return self._drive is None or (self._paused and self._drive.frozen)
+        if self._stream.session is not None:
+            return all(abs(v) <= slow for v, slow in zip(self._stream.session.motion(now).qdot, self._feedback.standstill))
+        return self._driver.drive is None or (self._paused and self._driver.drive.frozen)
 
     def _restart(self, now: float) -> None:
         """Forget all motion: the clock went back, as when the simulation is reset."""
         self._end_move("aborted: the clock went back")
-        self._drive = self._session = self._setpoint = self._feedback.measured = None
+        self._driver.drive = self._stream.session = self._setpoint = self._feedback.measured = None
         self._stopping = self._paused = False
-        self._time = now
+        self._driver.time = now
 
     def _begin(self, names: tuple[str, ...], now: float, is_move: bool) -> None:
         """Begin a move or a stream of ``names``."""
@@ -223,22 +207,21 @@ class PoseController:
 
     def _start(self, now: float) -> tuple[JointMotion, float]:
         """Return the state from which a move begins, and when it may move: at once if it moves already."""
-        announced = math.ceil((now + self._config.move.announce - self._time) / self._config.period - 1e-6)
-        go_at = self._time + announced * self._config.period
-        if self._drive is None:
+        go_at = self._driver.announced(now)
+        if self._driver.drive is None:
             return JointMotion.at_rest(self._feedback.rest(self._setpoint, self._ownership, now)), go_at
         self._feedback.fresh(now)
         if self._commanded != self.names:
             raise MotionRefusedError("still stopping after a joint was taken")
-        return self._drive.motion, go_at if self._drive.announcing else self._time
+        return self._driver.drive.motion, go_at if self._driver.drive.announcing else self._driver.time
 
-    def _check_stream(self, now: float) -> None:
-        """Refuse streamed packets while something else has command."""
-        self._gate.check(now)
+    def _other_command(self) -> str:
+        """Say what has command of the joints, so that a stream has not."""
         if self._estopped:
-            raise MotionRefusedError("emergency stop is latched: RESET first")
-        if self._drive is not None:
-            raise MotionRefusedError("still stopping" if self._stopping else "a move is running: STOP it first")
+            return _LATCHED
+        if self._driver.drive is None:
+            return ""
+        return "still stopping" if self._stopping else "a move is running: STOP it first"
 
     def _wanted_scale(self) -> float:
         """Return how fast the path shall be driven."""
@@ -246,14 +229,11 @@ class PoseController:
             return 1.0
         return 0.0 if self._paused else min(1.0, self._limit / self._requested)
 
-    def _step(self, drive: Drive) -> Drive:
-        """Return the drive one period later."""
-        return drive.step(self._config.period, self._wanted_scale(), self._bounds, self._joints)
-
     def _watch(self, now: float) -> None:
         """Stop when the stream or the measurements fail to come; see whether the joints have arrived."""
-        if self._session is not None and self._session.timed_out(now):
-            self._stop(f"follow: no packet for {self._config.follow.timeout * 1e3:.0f} ms")
+        silence = self._stream.silence(now)
+        if silence:
+            self._stop(silence)
         trouble = self._feedback.trouble(now) if self._ledger.running else ""
         if trouble:
             self._stop(f"aborted: {trouble}")
@@ -263,27 +243,27 @@ class PoseController:
     def _stop(self, text: str) -> None:
         """Ramp down whatever moves; ``text`` says why."""
         motion = None
-        if self._session is not None:
-            motion = self._session.motion(self._time)
-        elif self._drive is not None:
-            motion = self._drive.motion
+        if self._stream.session is not None:
+            motion = self._stream.session.motion(self._driver.time)
+        elif self._driver.drive is not None:
+            motion = self._driver.drive.motion
         self._end_move(text)
         self._message = text
-        already = self._stopping and self._session is None
-        self._session, self._paused = None, False
+        already = self._stopping and self._stream.session is None
+        self._stream.session, self._paused = None, False
         if motion is None or not self._commanded:
-            self._drive, self._stopping = None, False
+            self._driver.drive, self._stopping = None, False
         elif not already:
-            self._drive = Drive(plan_stop(self._joints, motion), self._time, self._time, TimeBase())
+            self._driver.start(plan_stop(self._joints, motion), self._driver.time, 1.0)
             self._stopping = True
 
     def _end_move(self, why: str) -> None:
         """End the running move, if there is one, before it has arrived."""
-        self._ledger.end(False, why, self._feedback.measured, self._time)
+        self._ledger.end(False, why, self._feedback.measured, self._driver.time)
 
     def _setpoints(self) -> SetpointPacket | None:
         """Return the set points from now to the horizon; one last packet at rest, then none."""
-        drive = self._drive
+        drive = self._driver.drive
         if drive is None:
             return None
         ahead = [drive]
@@ -295,13 +275,12 @@ class PoseController:
             self._parked = True
         else:
             self._parked = False
-            while len(ahead) <= round(self._config.move.horizon / self._config.period) and not ahead[-1].done:
-                ahead.append(self._step(ahead[-1]))
+            ahead = self._driver.ahead(drive, self._wanted_scale())
         packet = SetpointPacket(self.names, tuple(d.time for d in ahead), tuple(d.motion for d in ahead))
         return packet if self._commanded == self.names else packet.select(self._commanded)
 
     def _finish(self, drive: Drive) -> None:
         """Note that the set points have arrived."""
-        self._ledger.settle(drive.path.end, self._time)
-        self._setpoint, self._drive = drive.path.end, None
+        self._ledger.settle(drive.path.end, self._driver.time)
+        self._setpoint, self._driver.drive = drive.path.end, None
         self._stopping = self._paused = False

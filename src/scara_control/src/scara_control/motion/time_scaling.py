@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from scara_config import Joint
 
 from scara_control.motion.plan import JointMotion, Path
 
-_SAME_TIME = 1e-6
+_THERE = 0.1
+"""Nearer than this share of the step that the jerk makes in one period, the scale is what is wanted (our choice)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +73,7 @@ def advance(path: Path, base: TimeBase, wanted: float, bounds: ScaleBounds, join
     low, high = _room(path.at(base.tau + base.scale * dt), max(scale, 0.0), joints)
     rate = min(max(rate, low), high)
     scale = base.scale + 0.5 * (base.rate + rate) * dt
-    if abs(wanted - scale) <= bounds.jerk * dt * dt and abs(rate) <= bounds.jerk * dt:
+    if abs(wanted - scale) <= _THERE * bounds.jerk * dt * dt and abs(rate) <= bounds.jerk * dt:
         scale, rate = wanted, 0.0
     elif not 0.0 < scale < 1.0:
         scale, rate = min(max(scale, 0.0), 1.0), 0.0
@@ -81,12 +82,15 @@ def advance(path: Path, base: TimeBase, wanted: float, bounds: ScaleBounds, join
 
 
 def _approach(base: TimeBase, wanted: float, bounds: ScaleBounds, dt: float) -> float:
-    """Return the rate that reaches ``wanted`` soonest without running past it."""
+    r"""Return the rate after ``dt`` that reaches ``wanted`` soonest without running past it.
+
+    What is missing covers this step and the braking after it: :math:`e = (r_0 + r) dt / 2 + r^2 / 2 j`.
+    """
     missing = wanted - base.scale
-    half = 0.5 * bounds.jerk * dt
-    fastest = min(bounds.ramp, math.sqrt(half * half + 2.0 * bounds.jerk * abs(missing)) - half)
-    rate = math.copysign(fastest, missing)
-    return min(max(rate, base.rate - bounds.jerk * dt), base.rate + bounds.jerk * dt)
+    sign, jerk, half = math.copysign(1.0, missing), bounds.jerk, 0.5 * bounds.jerk * dt
+    room = half * half + 2.0 * jerk * abs(missing) - jerk * dt * base.rate * sign
+    rate = sign * min(bounds.ramp, math.sqrt(max(room, 0.0)) - half)
+    return min(max(rate, base.rate - jerk * dt), base.rate + jerk * dt)
 
 
 def _room(planned: JointMotion, scale: float, joints: Sequence[Joint]) -> tuple[float, float]:
@@ -99,47 +103,3 @@ def _room(planned: JointMotion, scale: float, joints: Sequence[Joint]) -> tuple[
         second = (joint.acceleration - a * scale * scale) / v
         low, high = max(low, min(first, second)), min(high, max(first, second))
     return min(low, 0.0), max(high, 0.0)
-
-
-@dataclass(frozen=True, slots=True)
-class Drive:
-    """A path being driven, at one point of the time grid. Never changes: :meth:`step` returns the next.
-
-    Attributes:
-        path: Where it leads.
-        time: When it is here [s].
-        go_at: When the first motion is due [s]; until then it stands at the start.
-        base: Path time, scale and rate at ``time``.
-    """
-
-    path: Path
-    time: float
-    go_at: float
-    base: TimeBase
-
-    @property
-    def motion(self) -> JointMotion:
-        """The joints' motion at ``time``."""
-        return motion_at(self.path, self.base)
-
-    @property
-    def announcing(self) -> bool:
-        """Whether it waits for ``go_at``."""
-        return self.time < self.go_at - _SAME_TIME
-
-    @property
-    def done(self) -> bool:
-        """Whether the end of the path is reached."""
-        return not self.announcing and self.base.tau >= self.path.duration
-
-    @property
-    def frozen(self) -> bool:
-        """Whether the scale is 0, so that nothing moves until it is raised."""
-        return self.base.scale == 0.0 and self.base.rate == 0.0
-
-    def step(self, dt: float, wanted: float, bounds: ScaleBounds, joints: Sequence[Joint]) -> Drive:
-        """Return this drive ``dt`` later; see :func:`advance`."""
-        time = self.time + dt
-        if self.announcing:
-            return replace(self, time=time, base=TimeBase(0.0, wanted))
-        return replace(self, time=time, base=advance(self.path, self.base, wanted, bounds, joints, dt))

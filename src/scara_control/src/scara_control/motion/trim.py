@@ -10,6 +10,9 @@ from scara_control.config import MotionConfig
 from scara_control.scara import Scara, Triple, tool_position
 from scara_control.scara_velocity import joint_velocities, tool_velocity
 
+_EASING, _LEAST_EASE = 0.7, 0.15
+"""Gain after each overshoot, and the least that is left of it (our choice: settles with up to 0.15 s of delay)."""
+
 
 @dataclass(frozen=True, slots=True)
 class TrimStep:
@@ -24,38 +27,71 @@ def tool_error(scara: Scara, q: Sequence[float], point: Sequence[float]) -> floa
     return math.dist(tool_position(scara, *q), point)
 
 
-def trim_step(
-    scara: Scara, q: Sequence[float], target: Sequence[float], point: Sequence[float], config: MotionConfig
-) -> TrimStep:
-    r"""Compute small joint velocities towards the point.
+class Trim:
+    r"""Small joint velocities towards a point, in spite of friction.
 
-    .. math:: \dot q = J^{-1} k (p - p(q)), \quad \text{near the straight arm } \dot q = k (q_{target} - q)
+    .. math:: \dot q_w = J^{-1} k (p - p(q)), \quad \text{near the straight arm } \dot q_w = k (q_{target} - q)
 
-    There the tool's error says little about the joints, so theirs is used instead.
+    There the tool's error says little about the joints, so theirs is used instead. A velocity loop does not break a
+    joint loose for the smallest velocities; what the joint is slower than wanted is therefore integrated and added:
 
-    Args:
-        scara: The arm.
-        q: Measured joint positions, shape ``(3,)``.
-        target: Joint positions of the point, shape ``(3,)``.
-        point: Where the tool shall be [m].
-        config: Gain, largest speed, tolerance.
+    .. math:: \dot q = \dot q_w + k_i \int (\dot q_w - \dot q_{measured}) dt
 
-    Returns:
-        No velocity once within the tolerance; never faster than the trim's tool speed and the jog's joint speeds.
+    Each time a joint has run past its target its gain is eased, so that a slow machine only makes the trim slower.
     """
-    trim = config.trim
-    error = tool_error(scara, q, point)
-    if error <= trim.tolerance_mm * 1e-3:
-        return TrimStep((0.0, 0.0, 0.0), error)
-    wanted = joint_velocities(scara, q, [trim.gain * (p - here) for p, here in zip(point, tool_position(scara, *q))])
-    qdot = wanted.qdot
-    if wanted.damped:
-        qdot = (trim.gain * (target[0] - q[0]), trim.gain * (target[1] - q[1]), trim.gain * (target[2] - q[2]))
-    slower = [trim.speed_mm_s * 1e-3 / max(math.hypot(*tool_velocity(scara, q, qdot)), 1e-12)]
-    for joint, velocity in zip(scara.joints, qdot):
-        slower.append(joint.velocity * config.jog.speed_percent / 100.0 / max(abs(velocity), 1e-12))
-    share = min(1.0, *slower) * (1.0 - 1e-9)
-    return TrimStep((qdot[0] * share, qdot[1] * share, qdot[2] * share), error)
+
+    def __init__(self, scara: Scara, target: Sequence[float], point: Sequence[float], config: MotionConfig) -> None:
+        """Begin a trim.
+
+        Args:
+            scara: The arm.
+            target: Joint positions of the point, shape ``(3,)``.
+            point: Where the tool shall be [m].
+            config: Gains, largest speeds, tolerance.
+        """
+        self._scara, self._target, self._point = scara, tuple(target), tuple(point)
+        self._config = config.trim
+        self._fastest = tuple(joint.velocity * config.jog.speed_percent / 100.0 for joint in scara.joints)
+        self._most_added = tuple(joint.velocity * config.trim.breakaway_percent / 100.0 for joint in scara.joints)
+        self._added = [0.0, 0.0, 0.0]
+        self._ease = [1.0, 1.0, 1.0]
+
+    def step(self, q: Sequence[float], qdot: Sequence[float], dt: float) -> TrimStep:
+        """Return what to do now; no velocity once within the tolerance.
+
+        Args:
+            q: Measured joint positions, shape ``(3,)``.
+            qdot: Measured joint velocities, shape ``(3,)``.
+            dt: Time since the last step [s].
+        """
+        error = tool_error(self._scara, q, self._point)
+        if error <= self._config.tolerance_mm * 1e-3:
+            return TrimStep((0.0, 0.0, 0.0), error)
+        first, second, third = (self._push(k, wanted, qdot[k], dt) for k, wanted in enumerate(self._wanted(q)))
+        return TrimStep((first, second, third), error)
+
+    def _wanted(self, q: Sequence[float]) -> Triple:
+        """Return the joint velocities towards the point, not faster than the tool and the joints may be."""
+        trim, here = self._config, tool_position(self._scara, *q)
+        solved = joint_velocities(self._scara, q, [trim.gain * (p - at) for p, at in zip(self._point, here)])
+        qdot = solved.qdot
+        if solved.damped:
+            first, second, third = (trim.gain * (wanted - at) for wanted, at in zip(self._target, q))
+            qdot = (first, second, third)
+        slower = [trim.speed_mm_s * 1e-3 / max(math.hypot(*tool_velocity(self._scara, q, qdot)), 1e-12)]
+        slower += [fastest / max(abs(velocity), 1e-12) for fastest, velocity in zip(self._fastest, qdot)]
+        share = min(1.0, *slower)
+        return qdot[0] * share, qdot[1] * share, qdot[2] * share
+
+    def _push(self, k: int, wanted: float, qdot: float, dt: float) -> float:
+        """Return the velocity of joint ``k``: what is wanted, and what breaks it loose, not in the wrong direction."""
+        if self._added[k] * wanted < 0.0:
+            self._added[k] = 0.0
+            self._ease[k] = max(_EASING * self._ease[k], _LEAST_EASE)
+        wanted *= self._ease[k]
+        most, fastest = self._most_added[k], self._fastest[k]
+        self._added[k] = min(max(self._added[k] + self._config.integral_gain * (wanted - qdot) * dt, -most), most)
+        return min(max(wanted + self._added[k], -fastest), fastest)
 
 
 class Requests:

@@ -22,9 +22,10 @@ from trajectory_msgs.msg import JointTrajectory
 from scara_control.config import MotionConfig
 from scara_control.errors import ScaraControlError
 from scara_control.motion.commands import Command, CommandInbox, parse_modes
+from scara_control.motion.packets import Measurement
 from scara_control.motion.pose_control import PoseController
 from scara_control.motion.requests import Outcome
-from scara_control.nodes.wiring import Guard, JointStateReader, MotionClock, start_node, subscribe, to_message, to_packet
+from scara_control.nodes.wiring import Guard, JointStateReader, MotionClock, offer, start_node, subscribe, to_message, to_packet
 from scara_msgs.msg import MotionCommand, MotionState
 from scara_msgs.srv import MoveJoints, MoveJointsResponse
 
@@ -41,7 +42,7 @@ class JointPoseController:
         self._lock = threading.Lock()
         self._core = PoseController(robot, config, self._clock.now())
         self._inbox = CommandInbox(config.command_memory)
-        self._reader = JointStateReader(self._core.names, self._clock)
+        self._reader = JointStateReader(self._core.names, self._clock, self._measure)
         self._config = config
         self._waiting: dict[int, Callable[[Outcome], None]] = {}
         self._published: tuple[object, ...] = ()
@@ -49,13 +50,13 @@ class JointPoseController:
         self._setpoints = rospy.Publisher("twin/joint_setpoints", JointTrajectory, queue_size=10, tcp_nodelay=True)
         self._state = rospy.Publisher("joint_pose_controller/state", MotionState, queue_size=10, tcp_nodelay=True)
         guard = Guard()
-        subscribe("twin/joint_states", JointState, self._on_joint_states, guard)
+        subscribe("twin/joint_states", JointState, self._reader, guard)
         subscribe("twin/controller_modes", String, self._on_modes, guard, queue_size=10)
         subscribe("motion_command", MotionCommand, self._on_command, guard, queue_size=20)
         subscribe("joint_pose_controller/follow", JointTrajectory, self._on_follow, guard)
         subscribe("joint_pose_controller/target", JointState, self._on_target, guard, queue_size=10)
         subscribe("joint_pose_controller/speed_limit_percent", Float64, self._on_speed_limit, guard, queue_size=10)
-        rospy.Service("joint_pose_controller/move", MoveJoints, self._on_move)
+        offer("joint_pose_controller/move", MoveJoints, self._on_move)
 
     def run(self) -> None:
         """Publish set points and state until shut down."""
@@ -68,11 +69,9 @@ class JointPoseController:
                 self._setpoints.publish(to_message(packet, self._clock.offset()))
             self._settle(now)
 
-    def _on_joint_states(self, message: JointState) -> None:
-        measured = self._reader.read(message)
-        if measured is not None:
-            with self._lock:
-                self._core.measure(measured)
+    def _measure(self, measured: Measurement) -> None:
+        with self._lock:
+            self._core.measure(measured)
 
     def _on_modes(self, message: String) -> None:
         with self._lock:
@@ -95,6 +94,10 @@ class JointPoseController:
     def _on_follow(self, message: JointTrajectory) -> None:
         with self._lock:
             now, offset = self._clock.now(), self._clock.offset()
+            if not message.points:
+                self._core.end_follow()
+                self._settle(now)
+                return
             packet = to_packet(message, offset)
             try:
                 passed = self._core.follow(packet, now)
@@ -131,6 +134,7 @@ class JointPoseController:
             outcomes.append(outcome)
             ended.set()
 
+        self._reader.wait_for_first(self._config.move.settle_timeout)
         refusal = self._begin(request.joint_names, request.joint_positions, request.speed_percent, answer)
         if refusal:
             return MoveJointsResponse(False, refusal, (), 0.0)

@@ -20,6 +20,7 @@ from scara_control.config import MotionConfig
 from scara_control.errors import ScaraControlError
 from scara_control.motion.commands import Command, CommandInbox, parse_modes
 from scara_control.motion.jog import JogController
+from scara_control.motion.packets import Measurement
 from scara_control.nodes.wiring import Guard, JointStateReader, MotionClock, start_node, subscribe
 from scara_msgs.msg import MotionCommand
 
@@ -37,7 +38,7 @@ class JointVelController:
         self._lock = threading.Lock()
         self._core = JogController(robot, config, self._clock.now())
         self._inbox = CommandInbox(config.command_memory)
-        self._reader = JointStateReader(names, self._clock)
+        self._reader = JointStateReader(names, self._clock, self._measure)
         self._shown = ""
         self._state = rospy.Publisher("joint_vel_controller/state", String, queue_size=10, latch=True, tcp_nodelay=True)
         self._commands = {
@@ -45,7 +46,7 @@ class JointVelController:
             for name in names
         }
         guard = Guard()
-        subscribe("twin/joint_states", JointState, self._on_joint_states, guard)
+        subscribe("twin/joint_states", JointState, self._reader, guard)
         subscribe("twin/controller_modes", String, self._on_modes, guard, queue_size=10)
         subscribe("motion_command", MotionCommand, self._on_command, guard, queue_size=20)
         subscribe("joint_vel_controller/command", JointJog, self._on_jog, guard)
@@ -60,11 +61,9 @@ class JointVelController:
                 self._commands[name].publish(velocity)
             self._show()
 
-    def _on_joint_states(self, message: JointState) -> None:
-        measured = self._reader.read(message)
-        if measured is not None:
-            with self._lock:
-                self._core.measure(measured)
+    def _measure(self, measured: Measurement) -> None:
+        with self._lock:
+            self._core.measure(measured)
 
     def _on_modes(self, message: String) -> None:
         with self._lock:

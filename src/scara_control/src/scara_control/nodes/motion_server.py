@@ -11,7 +11,7 @@ Publishes: ``joint_vel_controller/command`` (JointJog), ``motion_command`` (a ST
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -25,9 +25,11 @@ from scara_control.config import MotionConfig
 from scara_control.errors import ScaraControlError
 from scara_control.motion.commands import Command, MotionRefusedError
 from scara_control.motion.feedback import Feedback
+from scara_control.motion.packets import Measurement
 from scara_control.motion.requests import check_speed
-from scara_control.motion.trim import Requests, tool_error, trim_step
-from scara_control.nodes.wiring import Guard, JointStateReader, MotionClock, start_node, subscribe
+from scara_control.motion.trim import Requests, Trim, tool_error
+from scara_control.nodes.service_calls import Call, PersistentService
+from scara_control.nodes.wiring import Guard, JointStateReader, MotionClock, offer, start_node, subscribe
 from scara_control.scara import Scara
 from scara_msgs.msg import MotionCommand
 from scara_msgs.srv import InverseKinematics, MoveJoints, MoveTo, MoveToResponse
@@ -56,7 +58,7 @@ class MotionServer:
         self._scara = Scara.from_robot(robot)
         self._names = [joint.name for joint in self._scara.joints]
         self._clock = MotionClock()
-        self._reader = JointStateReader(self._names, self._clock)
+        self._reader = JointStateReader(self._names, self._clock, self._measure)
         self._feedback = Feedback(self._scara.joints, config)
         self._lock = threading.Condition()
         self._requests = Requests()
@@ -66,14 +68,12 @@ class MotionServer:
         self._jog = rospy.Publisher("joint_vel_controller/command", JointJog, queue_size=1, tcp_nodelay=True)
         self._command = rospy.Publisher("motion_command", MotionCommand, queue_size=10, tcp_nodelay=True)
         guard = Guard()
-        subscribe("twin/joint_states", JointState, self._on_joint_states, guard)
+        subscribe("twin/joint_states", JointState, self._reader, guard)
         subscribe("motion_command", MotionCommand, self._on_command, guard, queue_size=20)
-        rospy.Service("move_to", MoveTo, self._on_move_to)
+        offer("move_to", MoveTo, self._on_move_to)
 
-    def _on_joint_states(self, message: JointState) -> None:
-        measured = self._reader.read(message)
-        if measured is not None:
-            self._feedback.measured = measured
+    def _measure(self, measured: Measurement) -> None:
+        self._feedback.measured = measured
 
     def _on_command(self, message: MotionCommand) -> None:
         with self._lock:
@@ -97,6 +97,7 @@ class MotionServer:
     def _move_to(self, request: Any) -> str:
         """Do it all; return what to say at the end."""
         check_speed(request.speed_percent, self._config.move)
+        self._reader.wait_for_first(self._config.trim.service_timeout)
         seed = self._feedback.fresh(self._clock.now()).q
         answer = self._kinematics(x=request.x, y=request.y, z=request.z, elbow=request.elbow, seed=seed)
         if not answer.success:
@@ -164,11 +165,13 @@ class MotionServer:
     def _trim(self, goal: Goal) -> float:
         """Drive out what the joint move has left; return the tool's error [m]."""
         trim, jogged, inside = self._config.trim, False, 0.0
+        trimming = Trim(self._scara, goal.target, goal.point, self._config)
         now = self._clock.now()
         deadline = now + trim.timeout
         try:
             while True:
-                step = trim_step(self._scara, self._feedback.fresh(now).q, goal.target, goal.point, self._config)
+                measured = self._feedback.fresh(now)
+                step = trimming.step(measured.q, measured.qdot, self._config.period)
                 self._check(goal)
                 inside = inside + self._config.period if step.qdot == (0.0, 0.0, 0.0) else 0.0
                 if inside >= trim.settled:
@@ -194,53 +197,6 @@ class MotionServer:
         jog = JointJog(joint_names=self._names, velocities=qdot)
         jog.header.stamp = rospy.Time.now()
         self._jog.publish(jog)
-
-
-class Call:
-    """A service call in a thread of its own, so that its caller can look around while it lasts."""
-
-    def __init__(self, call: Callable[[], Any]) -> None:
-        """Begin the call."""
-        self.ended = threading.Event()
-        self._call = call
-        self._answer: Any = None
-        self._error: Exception | None = None
-        threading.Thread(target=self._run, daemon=True).start()
-
-    def _run(self) -> None:
-        try:
-            self._answer = self._call()
-        except Exception as error:
-            self._error = error
-        self.ended.set()
-
-    def result(self) -> Any:
-        """Return the answer or raise what the call raised."""
-        if self._error is not None:
-            raise self._error
-        return self._answer
-
-
-class PersistentService:
-    """A service called through one connection, which is opened again when it broke."""
-
-    def __init__(self, name: str, kind: type[Any], timeout: float) -> None:
-        """Connect at the first call; ``timeout`` [s] is how long a call waits for the service to be there."""
-        self._name, self._kind, self._timeout = name, kind, timeout
-        self._lock = threading.Lock()
-        self._proxy: rospy.ServiceProxy | None = None
-
-    def __call__(self, **fields: Any) -> Any:
-        """Call; a broken connection is tried once more."""
-        with self._lock:
-            if self._proxy is not None:
-                try:
-                    return self._proxy(**fields)
-                except rospy.ServiceException:
-                    self._proxy.close()
-            rospy.wait_for_service(self._name, self._timeout)
-            self._proxy = rospy.ServiceProxy(self._name, self._kind, persistent=True)
-            return self._proxy(**fields)
 
 
 def main() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import threading
 import time
 import traceback
 from collections.abc import Callable, Sequence
@@ -75,6 +76,19 @@ def subscribe(name: str, kind: type[Any], callback: Callable[[Any], Any], guard:
     return rospy.Subscriber(name, kind, guard(callback), queue_size=queue_size, tcp_nodelay=True)
 
 
+def offer(name: str, kind: type[Any], answer: Callable[[Any], Any]) -> rospy.Service:
+    """Offer a service whose unexpected failure is logged and answered, not only raised."""
+
+    def handle(request: Any) -> Any:
+        try:
+            return answer(request)
+        except Exception as error:
+            rospy.logerr("%s failed:\n%s", name, traceback.format_exc())
+            return kind._response_class(success=False, message=f"{name} failed: {type(error).__name__}: {error}")
+
+    return rospy.Service(name, kind, handle)
+
+
 class MotionClock:
     """The axis of all core times: monotonic, or ROS time where /clock rules."""
 
@@ -122,28 +136,33 @@ class MotionClock:
 
 
 class JointStateReader:
-    """Puts a JointState into the order of our joints."""
+    """Hands on each JointState in the order of our joints."""
 
-    def __init__(self, names: Sequence[str], clock: MotionClock) -> None:
-        """Take the joints ``names``."""
+    def __init__(self, names: Sequence[str], clock: MotionClock, deliver: Callable[[Measurement], None]) -> None:
+        """Take the joints ``names``; ``deliver`` gets the measurements, in rospy's thread."""
         self._names = tuple(names)
         self._clock = clock
+        self._deliver = deliver
+        self._first = threading.Event()
 
-    def read(self, message: JointState) -> Measurement | None:
-        """Return a measurement on our time axis, or None if a joint is missing or a value is not there."""
+    def __call__(self, message: JointState) -> None:
+        """Hand a measurement on, on our time axis; leave it out if a joint or a value is missing."""
         at = {name: k for k, name in enumerate(message.name)}
         if any(name not in at for name in self._names) or min(len(message.position), len(message.velocity)) < len(at):
             rospy.logwarn_throttle(
                 _LOG_PERIOD, f"joint states without position and velocity of {', '.join(self._names)}: left out"
             )
-            return None
+            return
         columns = [at[name] for name in self._names]
         stamp = message.header.stamp.to_sec()
-        return Measurement(
-            tuple(message.position[k] for k in columns),
-            tuple(message.velocity[k] for k in columns),
-            stamp - self._clock.offset() if stamp else self._clock.now(),
-        )
+        at_time = stamp - self._clock.offset() if stamp else self._clock.now()
+        position, velocity = message.position, message.velocity
+        self._deliver(Measurement(tuple(position[k] for k in columns), tuple(velocity[k] for k in columns), at_time))
+        self._first.set()
+
+    def wait_for_first(self, timeout: float) -> None:
+        """Wait for the first joint states, so that a call right after the start is not refused; ``timeout`` [s]."""
+        self._first.wait(timeout)
 
 
 def to_packet(message: JointTrajectory, offset: float) -> SetpointPacket:

@@ -1,0 +1,106 @@
+"""A path driven along a time grid: announced, stepped, looked ahead."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from scara_config import Joint
+
+from scara_control.config import MotionConfig
+from scara_control.motion.plan import JointMotion, Path
+from scara_control.motion.time_scaling import ScaleBounds, TimeBase, advance, motion_at
+
+_SAME_TIME = 1e-6
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """A path being driven, at one point of the time grid. Never changes: :meth:`step` returns the next.
+
+    Attributes:
+        path: Where it leads.
+        time: When it is here [s].
+        go_at: When the first motion is due [s]; until then it stands at the start.
+        base: Path time, scale and rate at ``time``.
+    """
+
+    path: Path
+    time: float
+    go_at: float
+    base: TimeBase
+
+    @property
+    def motion(self) -> JointMotion:
+        """The joints' motion at ``time``."""
+        return motion_at(self.path, self.base)
+
+    @property
+    def announcing(self) -> bool:
+        """Whether it waits for ``go_at``."""
+        return self.time < self.go_at - _SAME_TIME
+
+    @property
+    def done(self) -> bool:
+        """Whether the end of the path is reached."""
+        return not self.announcing and self.base.tau >= self.path.duration
+
+    @property
+    def frozen(self) -> bool:
+        """Whether the scale is 0, so that nothing moves until it is raised."""
+        return self.base.scale == 0.0 and self.base.rate == 0.0
+
+    def step(self, dt: float, wanted: float, bounds: ScaleBounds, joints: Sequence[Joint]) -> Drive:
+        """Return this drive ``dt`` later; see :func:`advance`."""
+        time = self.time + dt
+        if self.announcing:
+            return replace(self, time=time, base=TimeBase(0.0, wanted))
+        return replace(self, time=time, base=advance(self.path, self.base, wanted, bounds, joints, dt))
+
+
+class PathDriver:
+    """At most one drive, and the time of the grid."""
+
+    def __init__(self, joints: Sequence[Joint], config: MotionConfig, now: float) -> None:
+        """Start without a drive, the grid at ``now``."""
+        self._joints = tuple(joints)
+        self._period = config.period
+        self._horizon = round(config.move.horizon / config.period)
+        self._announce = config.move.announce
+        self._bounds = ScaleBounds(config.move.time_scale_ramp, config.move.time_scale_jerk)
+        self.time = now
+        self.drive: Drive | None = None
+
+    def start(self, path: Path, go_at: float, scale: float) -> None:
+        """Drive a new path from now on."""
+        self.drive = Drive(path, self.time, go_at, TimeBase(0.0, scale))
+
+    def announced(self, now: float) -> float:
+        """Return the first time of the grid at which a move asked for at ``now`` may begin."""
+        return self.time + math.ceil((now + self._announce - self.time) / self._period - _SAME_TIME) * self._period
+
+    def went_back(self, now: float) -> bool:
+        """Say whether the clock went back."""
+        return now < self.time - self._period
+
+    def advance(self, now: float, scale: float) -> None:
+        """Go on to ``now``; a stall longer than the horizon delays the drive, so that the joints do not jump."""
+        steps = max(math.floor((now - self.time) / self._period + _SAME_TIME), 0)
+        for _ in range(min(steps, self._horizon)):
+            self.drive = self.drive and self._step(self.drive, scale)
+        late = max(steps - self._horizon, 0) * self._period
+        if late and self.drive is not None:
+            self.drive = replace(self.drive, time=self.drive.time + late, go_at=self.drive.go_at + late)
+        self.time += steps * self._period
+
+    def ahead(self, drive: Drive, scale: float) -> list[Drive]:
+        """Return the drive at each time of the grid from now to the horizon, or to its end."""
+        drives = [drive]
+        while len(drives) <= self._horizon and not drives[-1].done:
+            drives.append(self._step(drives[-1], scale))
+        return drives
+
+    def _step(self, drive: Drive, scale: float) -> Drive:
+        """Return the drive one period later."""
+        return drive.step(self._period, scale, self._bounds, self._joints)
