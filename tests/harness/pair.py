@@ -42,11 +42,19 @@ PLAN_ROWS = 16
 class Pair(RealSide, TwinSide):
     """The core between two simulated sides; ``run`` lets virtual time pass."""
 
-    def __init__(self, real: Joints = HOME, twin: Joints = HOME, real_clock: float = 5000.0, twin_clock: float = 1.7e9) -> None:
+    def __init__(
+        self,
+        real: Joints = HOME,
+        twin: Joints = HOME,
+        real_clock: float = 5000.0,
+        twin_clock: float = 1.7e9,
+        setup: Setup = SETUP,
+    ) -> None:
         """Place both sides; the clocks are the offsets of their clocks from the controller's [s]."""
+        self.setup = setup
         RealSide.__init__(self, real, SETUP.config.real.follow_lag_ms * 1e-3)
         TwinSide.__init__(self, twin)
-        self.state = initial_state(SETUP.config)
+        self.state = initial_state(setup.config)
         self.now = 100.0
         self.real_clock, self.twin_clock = real_clock, twin_clock
         self.real_drift = self.twin_drift = 0.0
@@ -62,7 +70,7 @@ class Pair(RealSide, TwinSide):
     def feed(self, event: AnyEvent) -> list[AnyAction]:
         """Give one input to the core and let the sides obey what it decides."""
         self.inputs.append(event)
-        self.state, actions = step(SETUP, self.state, event)
+        self.state, actions = step(self.setup, self.state, event)
         self.actions += actions
         self.watch(event, actions)
         for action in actions:

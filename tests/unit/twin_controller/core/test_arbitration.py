@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from twin_controller.core.actions import Decided, FollowTwin, StreamReal
 from twin_controller.core.table import LEADING, Mode
 
-OFFSETS = st.tuples(st.floats(-25.0, 25.0), st.floats(-35.0, 35.0), st.floats(-40.0, 90.0), st.floats(-15.0, 15.0))
+# joint_3 stays above the keep-out zone below the table.
+OFFSETS = st.tuples(st.floats(-25.0, 25.0), st.floats(-35.0, 35.0), st.floats(-25.0, 90.0), st.floats(-15.0, 15.0))
 HARMLESS = {"LINK_LOST", "LINKS_READY", "ALIGNED"}
 FEW = settings(max_examples=12, deadline=None)
 """A run of some virtual seconds costs some tens of milliseconds."""
