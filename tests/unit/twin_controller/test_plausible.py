@@ -23,8 +23,8 @@ def still(local: float, *degrees: float, remote: float | None = None) -> Reading
 
 
 def fed(*readings: Reading) -> tuple[Plausibility, list[Verdict]]:
-    """Judge readings one after the other."""
-    state, verdicts = Plausibility(), []
+    """Judge readings one after the other; the first one is believed already."""
+    state, verdicts = Plausibility(last=readings[0]), []
     for reading in readings:
         state, verdict = judge(state, reading, JOINTS, wrap=WRAP)
         verdicts.append(verdict)
@@ -56,7 +56,7 @@ def test_no_motion_that_the_robot_can_make_is_refused(share: float, seed: int) -
         noisy = tuple(v + rng.uniform(-0.2, 0.2) * joint.scale for v, joint in zip(qdot, JOINTS))
         reading = Reading(tuple(q), noisy, (true_at + 2147470.0) % WRAP, local)
         state, verdict = judge(state, reading, JOINTS, wrap=WRAP)
-        assert verdict is Verdict.ACCEPTED, (k, state.reason)
+        assert verdict is (Verdict.ACCEPTED if k else Verdict.FIRST), (k, state.reason)
 
 
 @pytest.mark.parametrize(
@@ -99,9 +99,18 @@ def test_random_readings_never_pass_and_are_soon_given_up() -> None:
     assert verdicts == [Verdict.ACCEPTED, *[Verdict.REFUSED] * (MOST_REFUSED - 1), Verdict.JUMPED]
 
 
+def test_the_first_reading_counts_once_a_second_one_fits_it() -> None:
+    """After a connect there is nothing to compare with: a lie at that moment would be the baseline."""
+    state, verdicts = Plausibility(), []
+    for reading in (still(10.0, -20.0), still(10.01, 20.0), still(10.02, 20.0)):
+        state, verdict = judge(state, reading, JOINTS)
+        verdicts.append(verdict)
+    assert verdicts == [Verdict.FIRST, Verdict.FIRST, Verdict.ACCEPTED]
+
+
 def test_nothing_is_compared_after_a_silence() -> None:
-    """The controller has forgotten that side, and aligns anew."""
-    assert fed(still(10.0, 20.0), still(10.0 + GAP + 0.01, 120.0))[1][-1] is Verdict.ACCEPTED
+    """The controller has forgotten that side, and aligns anew: a first reading again."""
+    assert fed(still(10.0, 20.0), still(10.0 + GAP + 0.01, 120.0))[1][-1] is Verdict.FIRST
 
 
 def test_a_clock_that_wraps_goes_on() -> None:

@@ -1,14 +1,16 @@
 r"""Judge whether a reading can follow the one before it: nothing that has mass jumps.
 
 Neither Modbus TCP nor JSON carries a checksum of its own, so a wrong value within its range can be recognised only by
-what the robot could have done since. With :math:`\Delta t` the longer of the two clocks' spans plus ``SLACK`` a reading fits
-if both clocks have gone on by the same, to ``CLOCK_STEP``, and if for each joint
+what the robot could have done since. A reading fits the one before if its clock did not go back and shows no time that
+has not been yet: readings come late, never early. ``late`` is by how much the last one was later than the promptest of the
+last seconds. And with :math:`\Delta t` the longer of the two clocks' spans plus ``SLACK`` each joint must obey
 
 .. math:: |q - q_0| \le k_v v_{max} \Delta t + r, \qquad |\dot q - \dot q_0| \le k_a a_{max} \Delta t + r / s,
    \qquad |q - q_0 - \dot q_0 \Delta t_r| \le \tfrac12 k_a a_{max} \Delta t^2 + |\dot q_0| s + r
 
 with :math:`r` the resolution and :math:`s` the slack. A single reading that does not fit is refused; readings that go on
-fitting each other mean that the robot or its clock has really jumped, and then nothing known of it holds.
+fitting each other mean that the robot or its clock has really jumped, and then nothing known of it holds. The first reading
+has none before it: it counts once a second one fits it.
 """
 
 from __future__ import annotations
@@ -23,8 +25,14 @@ SLACK = 0.005
 """Added to each span [s]: a reading may be one period of the remote older than its clock says. Our choice."""
 GAP = 0.3
 """After a longer silence [s] nothing is compared: the controller has forgotten that side too. Our choice."""
-CLOCK_STEP = 1.0
-"""How far [s] one span may differ between the clocks: a busy machine holds a robot's clock up. Our choice."""
+EARLY = 0.02
+"""How much [s] a reading may be prompter than the promptest so far. Our choice: jitter of a good line."""
+LATEST = 1.0
+"""A reading later than this [s] is none of now. Our choice."""
+FIRST_LATE = 0.05
+"""How late [s] the first reading may have been: a connection begins with much to do. Our choice."""
+FORGET = 5.0
+"""Time [s] after which the promptest reading says nothing any more: clocks drift, ways change. Our choice."""
 SPEED_FACTOR = 1.5
 """Of the greatest speed; the same as for a single reading. Our choice."""
 REAL_ACCELERATION = 4.0
@@ -51,6 +59,7 @@ class Reading(msgspec.Struct, frozen=True):
 class Verdict(Enum):
     """What becomes of a reading."""
 
+    FIRST = "first"
     ACCEPTED = "accepted"
     REFUSED = "refused"
     JUMPED = "jumped"
@@ -60,10 +69,11 @@ class Plausibility(msgspec.Struct, frozen=True):
     """The last reading believed, and the ones since that were not.
 
     Attributes:
-        suspect: The last refused reading.
+        suspect: The last reading that was refused, or the first one.
         agreeing: So many refused readings in a row fit each other.
         refused: So many were refused in a row.
         reason: Why the last reading was refused, empty if it was not.
+        late: How much later the last reading was than the promptest one [s].
     """
 
     last: Reading | None = None
@@ -71,6 +81,7 @@ class Plausibility(msgspec.Struct, frozen=True):
     agreeing: int = 0
     refused: int = 0
     reason: str = ""
+    late: float = FIRST_LATE
 
 
 def judge(
@@ -88,34 +99,55 @@ def judge(
     Returns:
         The new state with the reason of a refusal, and the verdict; after JUMPED judge the next one from a fresh state.
     """
-    reason = _conflict(state.last, reading, joints, acceleration, wrap)
+    follows = _Follows(joints, acceleration, wrap)
+    if state.last is None or reading.local - state.last.local > GAP:
+        if state.last is None and state.suspect and not follows.conflict(state.suspect, reading, FIRST_LATE):
+            return Plausibility(last=reading, late=follows.lateness(state.suspect, reading, FIRST_LATE)), Verdict.ACCEPTED
+        return Plausibility(suspect=reading), Verdict.FIRST
+    reason = follows.conflict(state.last, reading, state.late)
     if not reason:
-        return Plausibility(last=reading), Verdict.ACCEPTED
-    agrees = state.suspect is not None and not _conflict(state.suspect, reading, joints, acceleration, wrap)
-    after = Plausibility(state.last, reading, state.agreeing + 1 if agrees else 1, state.refused + 1, reason)
+        return Plausibility(last=reading, late=follows.lateness(state.last, reading, state.late)), Verdict.ACCEPTED
+    agrees = state.suspect is not None and not follows.conflict(state.suspect, reading, FIRST_LATE)
+    after = Plausibility(state.last, reading, state.agreeing + 1 if agrees else 1, state.refused + 1, reason, state.late)
     jumped = after.agreeing >= LASTING or after.refused >= MOST_REFUSED
     return after, Verdict.JUMPED if jumped else Verdict.REFUSED
 
 
-def _conflict(before: Reading | None, reading: Reading, joints: Sequence[Joint], acceleration: float, wrap: float) -> str:
-    """Return why ``reading`` cannot follow ``before``, or an empty text."""
-    if before is None or reading.local - before.local > GAP:
-        return ""
-    local, remote = reading.local - before.local, reading.remote - before.remote
-    if wrap and remote < -0.5 * wrap:
-        remote += wrap
-    if abs(remote - local) > CLOCK_STEP:
-        return f"the clock went on by {remote:.3f} s in {local:.3f} s"
-    rows = zip(joints, before.q, reading.q, before.qdot, reading.qdot)
-    found = (_jump(joint, q1 - q0, v0, v1, remote, max(local, remote) + SLACK, acceleration) for joint, q0, q1, v0, v1 in rows)
-    return next(filter(None, found), "")
+class _Follows(msgspec.Struct, frozen=True):
+    """Whether one reading can follow another."""
+
+    joints: Sequence[Joint]
+    acceleration: float
+    wrap: float
+
+    def spans(self, before: Reading, reading: Reading) -> tuple[float, float]:
+        """Return by how much our clock and the remote one went on."""
+        remote = reading.remote - before.remote
+        if self.wrap and remote < -0.5 * self.wrap:
+            remote += self.wrap
+        return reading.local - before.local, remote
+
+    def lateness(self, before: Reading, reading: Reading, late: float) -> float:
+        """Return how late ``reading`` is, when the one before was ``late``."""
+        local, remote = self.spans(before, reading)
+        return max(late + local - remote, 0.0) * max(1.0 - local / FORGET, 0.0)
+
+    def conflict(self, before: Reading, reading: Reading, late: float) -> str:
+        """Return why ``reading`` cannot follow ``before``, or an empty text."""
+        local, remote = self.spans(before, reading)
+        if remote < 0.0 or not -EARLY <= late + local - remote <= LATEST:
+            return f"the clock went on by {remote:.3f} s in {local:.3f} s"
+        span = max(local, remote) + SLACK
+        rows = zip(self.joints, before.q, reading.q, before.qdot, reading.qdot)
+        found = (_jump(joint, q1 - q0, v0, v1, remote, span, self.acceleration) for joint, q0, q1, v0, v1 in rows)
+        return next(filter(None, found), "")
 
 
 def _jump(joint: Joint, step: float, v0: float, v1: float, remote: float, span: float, acceleration: float) -> str:
     """Return why a joint cannot have moved by ``step`` within ``span`` [s] while its speed went from v0 to v1."""
     resolution, limit = RESOLUTION * joint.scale, acceleration * joint.acceleration
     reach = SPEED_FACTOR * joint.velocity * span
-    off = abs(step - v0 * max(remote, 0.0))
+    off = abs(step - v0 * remote)
     if abs(step) > reach + resolution or off > 0.5 * limit * span**2 + abs(v0) * SLACK + resolution:
         return f"{joint.name} jumped by {abs(step) / joint.scale:.3f} {joint.unit} in {1e3 * span:.0f} ms"
     if abs(v1 - v0) > limit * span + resolution / SLACK:

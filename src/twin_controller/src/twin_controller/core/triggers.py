@@ -32,6 +32,8 @@ def drop_stale(setup: Setup, state: CoreState, now: float) -> CoreState:
     for name, side, limit_ms in sides:
         if side.connected and side.seen is not None and now - side.seen > limit_ms * 1e-3:
             state = side_lost(state, name, f"no fresh data for {limit_ms:g} ms")
+    if state.motion is not None and now - state.motion.now > setup.config.twin.stale_ms * 1e-3:
+        state = side_lost(state, "twin", f"its pose controller was silent for {setup.config.twin.stale_ms:g} ms")
     return state
 
 

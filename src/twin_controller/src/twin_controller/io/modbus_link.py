@@ -239,8 +239,8 @@ class ModbusLink:
         """Return whether a sample can follow the one before; readings that have really jumped end the connection."""
         reading = Reading(sample.positions, sample.velocities, sample.clock_ms * 1e-3, received)
         self._plausible, verdict = judge(self._plausible, reading, self._robot.joints, wrap=_CLOCK_WRAP)
-        if verdict is Verdict.ACCEPTED:
-            return True
+        if verdict in (Verdict.ACCEPTED, Verdict.FIRST):
+            return verdict is Verdict.ACCEPTED
         self.counters.rejected += 1
         self._on_reject(f"sample: {self._plausible.reason}")
         if verdict is Verdict.JUMPED:

@@ -14,7 +14,7 @@ class ModbusSettings:
         timeout: The longest wait for one answer or for a connection.
         status_period: Of the program and alarm blocks, which are also read when FAULT, PROGRUN or PAUSED change.
         pulse: How long a pulsed signal stays on.
-        retry_first: Pause before the first new attempt; doubled at each failure.
+        retry_first: Pause before the first new attempt, short enough for the robot's watchdog; doubled at each failure.
         retry_last: Longest pause.
         stream_speed_margin: R[2] above the speed of the set points: right at the robot's own limit they would be clipped and lag.
         heartbeat: Keep the robot's watchdog awake.
@@ -26,7 +26,7 @@ class ModbusSettings:
     timeout: float = 0.04
     status_period: float = 1.0
     pulse: float = 0.03
-    retry_first: float = 0.1
+    retry_first: float = 0.02
     retry_last: float = 2.0
     stream_speed_margin: float = 1.2
     heartbeat: bool = True

@@ -161,9 +161,10 @@ class TwinDoor:
         self._plausible, verdict = judge(self._plausible, reading, setup.joints, TWIN_ACCELERATION)
         if verdict is Verdict.JUMPED:
             self._link.drop(f"the readings of the twin jumped: {self._plausible.reason}")
-        if verdict is not Verdict.ACCEPTED:
+        if verdict in (Verdict.REFUSED, Verdict.JUMPED):
             raise PacketError(self._plausible.reason)
-        self._put(event)
+        if verdict is Verdict.ACCEPTED:
+            self._put(event)
 
     def _reject(self, text: str) -> None:
         self._rejected += 1

@@ -1,0 +1,128 @@
+"""Faults of the two wires: silence, refusal, cuts, delay, splitting, damage, noise."""
+
+from __future__ import annotations
+
+import time
+from random import Random
+
+from harness.faults.damage import Delayed, Fault, Sometimes, Split
+from harness.faults.fault_cell import FaultCell
+from harness.faults.relay import Relay
+from harness.faults.rows import Row
+from harness.processes import wait_until
+
+MODBUS_FOUND_S, WEB_FOUND_S = 0.1, 0.25
+REACTION_S = 0.2
+STILL_MM_DEG = 0.05
+
+
+def reaction(cell: FaultCell, fault: str, since: float) -> Row:
+    """Return how long the robot went on after ``since``, without the ramp that its own speed asks for."""
+    wait_until(lambda: cell.real.standstill(since) < 5.0, 10.0, "standstill of the robot")
+    return Row(fault, "robot goes on [s], ramp not counted", REACTION_S, cell.real.standstill(since) - cell.real.ramp(since))
+
+
+def still_row(cell: FaultCell, fault: str, begin: float, side: str = "real") -> Row:
+    """Return how far a side has moved since ``begin``: nothing moves by itself."""
+    travel = getattr(cell, side).travel(begin)
+    return Row(fault, f"{'robot' if side == 'real' else 'twin'} moves by itself [deg or mm]", STILL_MM_DEG, travel)
+
+
+def frozen(cell: FaultCell, side: str, rng: Random) -> list[Row]:
+    """Half-open while the robot follows a move: found in time, the robot stands, nothing is replayed."""
+    fault, proxy, limit = _wire(cell, side)
+    cell.move(speed_percent=rng.uniform(4.0, 8.0))
+    time.sleep(rng.uniform(0.0, 0.05))
+    begun = time.time()
+    proxy.freeze(True)
+    rows = [
+        Row(f"{fault} half-open", "found after [s]", limit, cell.lost(begun) - begun),
+        reaction(cell, f"{fault} half-open", begun),
+    ]
+    rested = time.time()
+    time.sleep(0.3)
+    proxy.freeze(False)
+    cell.recover()
+    time.sleep(0.5)
+    return [*rows, still_row(cell, f"{fault} half-open", rested)]
+
+
+def cut(cell: FaultCell, side: str, rng: Random) -> list[Row]:
+    """A connection ends while the robot follows a move; when it is back, nothing goes on by itself."""
+    fault, proxy, limit = _wire(cell, side)
+    cell.move(speed_percent=rng.uniform(4.0, 8.0))
+    begun = time.time()
+    proxy.cut(reset=rng.random() < 0.5)
+    rows = [Row(f"{fault} cut", "found after [s]", limit, cell.lost(begun) - begun), reaction(cell, f"{fault} cut", begun)]
+    rested = time.time()
+    cell.recover()
+    time.sleep(0.5)
+    return [*rows, still_row(cell, f"{fault} cut", rested)]
+
+
+def refused(cell: FaultCell, side: str, rng: Random) -> list[Row]:
+    """Nobody listens for a while: the link comes back by itself within its longest pause."""
+    fault, proxy, _ = _wire(cell, side)
+    begun = time.time()
+    proxy.refuse(True)
+    cell.lost(begun)
+    time.sleep(rng.uniform(0.2, 1.5))
+    back = time.time()
+    proxy.refuse(False)
+    wait_until(proxy.connections, 5.0, "a new connection")
+    found = time.time() - back
+    cell.recover()
+    return [Row(f"{fault} refused", "connected again after [s]", 2.2, found), still_row(cell, f"{fault} refused", begun)]
+
+
+def disturbed(cell: FaultCell, side: str, name: str, fault: Fault, duration: float) -> list[Row]:
+    """Do something to every unit of an idle cell: nobody leads, nothing moves, and it is idle again afterwards."""
+    wire, proxy, _ = _wire(cell, side)
+    cell.wait_for("IDLE")
+    begun = time.time()
+    proxy.disturb(fault)
+    time.sleep(duration)
+    moved = still_row(cell, f"{wire} {name}", begun)
+    struck = sum(proxy.injected().values())
+    changes = leader_changes(cell, begun)
+    cell.recover()
+    rows = [moved, Row(f"{wire} {name}", "leader changes", 0.0, float(changes))]
+    return [*rows, Row(f"{wire} {name}", "units damaged", 1.0, float(struck), True)] if struck else rows
+
+
+def slow_line(cell: FaultCell, side: str, rng: Random) -> list[Row]:
+    """Delay and jitter well below the time-outs: no link is lost."""
+    begun = time.time()
+    rows = disturbed(cell, side, "delayed", Delayed(0.010, 0.010, rng), 2.0)
+    lost = [d for d in cell.decided(begun) if d.event == "LINK_LOST"]
+    return [*rows, Row(f"{_wire(cell, side)[0]} delayed", "links lost", 0.0, float(len(lost)))]
+
+
+def byte_by_byte(cell: FaultCell, side: str, rng: Random) -> list[Row]:
+    """Each byte in a segment of its own: the pair moves as if nothing was."""
+    wire, proxy, _ = _wire(cell, side)
+    begun = time.time()
+    proxy.disturb(Split())
+    cell.move(speed_percent=rng.uniform(4.0, 8.0))
+    cell.wait_for("IDLE", 30.0)
+    lost = [d for d in cell.decided(begun) if d.event == "LINK_LOST"]
+    proxy.heal()
+    return [Row(f"{wire} byte by byte", "links lost during a move", 0.0, float(len(lost)))]
+
+
+def damaged(cell: FaultCell, side: str, rng: Random, duration: float) -> list[Row]:
+    """Duplicated, corrupted, truncated, dropped, swapped answers."""
+    return disturbed(cell, side, "damaged", Sometimes(rng, 0.02), duration)
+
+
+def leader_changes(cell: FaultCell, since: float) -> int:
+    """Count how often somebody began to lead."""
+    before, changes = "", 0
+    for decision in cell.decided(since):
+        changes += bool(decision.leader and decision.leader != before)
+        before = decision.leader
+    return changes
+
+
+def _wire(cell: FaultCell, side: str) -> tuple[str, Relay, float]:
+    return ("Modbus", cell.modbus, MODBUS_FOUND_S) if side == "real" else ("web socket", cell.web, WEB_FOUND_S)
