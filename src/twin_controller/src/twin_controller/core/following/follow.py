@@ -121,7 +121,7 @@ def bounds_of(setup: Setup) -> Bounds:
         upper=setup.upper,
         velocity=setup.velocity,
         units=tuple(joint.si_unit for joint in setup.joints),
-        tolerance=config.position_tolerance * min(setup.scale),
+        tolerance=tuple(config.position_tolerance * scale for scale in setup.scale),
         step_margin=config.step_margin,
     )
 

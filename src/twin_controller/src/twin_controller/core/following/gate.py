@@ -1,7 +1,7 @@
 """The additional controller between twin and real robot: reject what is invalid, limit what is too fast.
 
-A set point is rejected, never repaired; only speed is limited, and that is said. What lies beyond a limit by less than
-the rounding of the robot's display is measuring noise at the limit and is sent as the limit.
+A set point is rejected, never repaired; only speed is limited, and that is said. A twin that stands at a
+limit overshoots it by hundredths: what lies beyond by less than the tolerance is sent as the limit.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ class Bounds(msgspec.Struct, frozen=True):
     upper: Joints
     velocity: Joints
     units: tuple[str, ...]
-    tolerance: float
+    tolerance: Joints
     step_margin: float
 
 
@@ -43,11 +43,12 @@ def check_setpoint(q: Joints, bounds: Bounds) -> str:
     """Return why ``q`` is invalid, or an empty text: count, not finite, range."""
     if len(q) != len(bounds.names):
         return f"{len(q)} positions for {len(bounds.names)} joints"
-    for name, value, lower, upper, unit in zip(bounds.names, q, bounds.lower, bounds.upper, bounds.units):
+    for k, (name, value) in enumerate(zip(bounds.names, q)):
+        lower, upper, tolerance = bounds.lower[k], bounds.upper[k], bounds.tolerance[k]
         if not math.isfinite(value):
             return f"{name} = {value} is not finite"
-        if not lower - bounds.tolerance <= value <= upper + bounds.tolerance:
-            return f"{name} = {value:.4f} {unit} is outside [{lower:.4f}, {upper:.4f}]"
+        if not lower - tolerance <= value <= upper + tolerance:
+            return f"{name} = {value:.6g} {bounds.units[k]} is outside [{lower:.6g}, {upper:.6g}]"
     return ""
 
 
