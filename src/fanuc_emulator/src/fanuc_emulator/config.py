@@ -52,6 +52,7 @@ class EmulatorConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     servo_substeps: Annotated[int, Meta(ge=1, le=16)]
     filter_ms: Annotated[list[Annotated[int, Meta(ge=10, le=500, multiple_of=10)]], Meta(min_length=1, max_length=4)]
     start_delay_ms: Annotated[int, Meta(ge=0, le=1000)]
+    answer_delay_ms: Annotated[float, Meta(ge=0.0, le=1000.0)]
     fine_tolerance_deg: Positive
     fine_tolerance_mm: Positive
     axes: dict[str, AxisFile]

@@ -36,13 +36,17 @@ class RobotServer:
         layout: modbus_map.yaml.
         image: Words of the holding registers; used by the server's thread only.
         loop: Gives snapshots, takes writes.
+        delay: How long a request and its answer are under way together [s], to try a slow network.
     """
 
-    def __init__(self, host: str, port: int, layout: ModbusMap, image: RegisterImage, loop: ServoLoop) -> None:
+    def __init__(
+        self, host: str, port: int, layout: ModbusMap, image: RegisterImage, loop: ServoLoop, delay: float = 0.0
+    ) -> None:
         self._address = (host, port)
         self._layout = layout
         self._image = image
         self._servo = loop
+        self._delay = delay
         self._coils = {bit.offset: name for name, bit in layout.coils.items()}
         self._asyncio: asyncio.AbstractEventLoop | None = None
         self._server: ModbusTcpServer | None = None
@@ -111,6 +115,16 @@ class RobotServer:
         self, function: int, start: int, address: int, count: int, current: list[int], values: list[int] | list[bool] | None
     ) -> ExcCodes | None:
         """Answer one request; ``current`` is pymodbus' memory of the whole block, from ``start``."""
+        if not self._delay:
+            return self._answer(function, start, address, current, values)
+        await asyncio.sleep(0.5 * self._delay)
+        answer = self._answer(function, start, address, current, values)
+        await asyncio.sleep(0.5 * self._delay)
+        return answer
+
+    def _answer(
+        self, function: int, start: int, address: int, current: list[int], values: list[int] | list[bool] | None
+    ) -> ExcCodes | None:
         if function in (_WRITE_COIL, _WRITE_COILS):
             return self._write_coils(address, [bool(value) for value in values or []])
         if function == _READ_DISCRETE:

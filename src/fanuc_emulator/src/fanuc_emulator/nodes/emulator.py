@@ -122,7 +122,7 @@ def run(config_dir: str | None, host: str | None, port: str | None) -> int:
         signal.signal(number, lambda *_: stop.set())
     truth = GroundTruth(robot, max(1, round(_GROUND_TRUTH_PERIOD / config.dt)), stop)
     loop = ServoLoop(Controller(config, robot, programs, time.time()), config.dt, config.clock.drift_ppm, truth.observe)
-    with loop, RobotServer(*address, layout, RegisterImage(layout, robot), loop):
+    with loop, RobotServer(*address, layout, RegisterImage(layout, robot), loop, config.answer_delay_ms * 1e-3):
         started = {1: config.stream_program} | {number: program.name for number, program in sorted(programs.items())}
         listed = ", ".join(f"RSR{number} {name}" for number, name in started.items())
         print(f"emulator: Modbus TCP on {address[0]}:{address[1]}, device {layout.device_id}; {listed}", flush=True)
