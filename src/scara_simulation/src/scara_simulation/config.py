@@ -113,13 +113,18 @@ def load_simulation(robot: Robot, directory: Path | str | None = None) -> Simula
     return config
 
 
+def gains_path(directory: Path | str | None = None) -> Path:
+    """Return where pid_gains.yaml of ``directory`` (default: the package scara_config) is."""
+    return Path(directory or config_directory()) / "pid_gains.yaml"
+
+
 def load_gains(robot: Robot, directory: Path | str | None = None) -> list[LoopGains]:
     """Read pid_gains.yaml of ``directory`` and return the twin's joints' gains in robot.yaml's order.
 
     Raises:
         ConfigError: The file is missing or wrong, or does not name exactly the twin's joints.
     """
-    path = Path(directory or config_directory()) / "pid_gains.yaml"
+    path = gains_path(directory)
     gains = load(path, dict[str, LoopGains])
     _check_names(path, "", gains, robot)
     return [gains[joint.name] for joint in robot.twin_joints]

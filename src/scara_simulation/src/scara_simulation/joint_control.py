@@ -86,6 +86,10 @@ class JointControl:
         for column, name in enumerate(names):
             self.loops[self._index[name]].command_track(track, column)
 
+    def set_gains(self, name: str, gains: LoopGains) -> None:
+        """Let one joint's loops go on with other gains."""
+        self.loops[self._index[name]].set_gains(gains)
+
     def postpone(self, duration: float) -> None:
         """Let all set points be due ``duration`` [s] later: time stood still that long."""
         for loop in self.loops:

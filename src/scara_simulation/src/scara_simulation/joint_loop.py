@@ -221,10 +221,7 @@ class JointLoop:
 
     def _towards_velocity(self, q: float, dt: float) -> Sample:
         """Move the velocity set point on towards the commanded one; without a model it jumps there."""
-        velocity, most = self._next_velocity, self.model.acceleration * dt
-        if not self._model_based:
-            self.velocity_setpoint = self._next_velocity = self._target
-            return q, self._target, 0.0
+        velocity, most = self._next_velocity, self.model.acceleration * dt if self._model_based else math.inf
         self._next_velocity = min(max(self._target, velocity - most), velocity + most)
         self.velocity_setpoint = velocity
         return q, 0.5 * (velocity + self._next_velocity), (self._next_velocity - velocity) / dt

@@ -6,7 +6,7 @@ Topics out: ``twin/joint_states``, ``twin/<joint>_position_controller/state``, `
 (of the loop that is closed), ``twin/controller_modes``, ``/diagnostics``, ``/clock`` on request.
 Topics in: ``twin/joint_setpoints``, ``twin/<joint>_position_controller/command``,
 ``twin/<joint>_velocity_controller/command``.
-Services: ``pause_physics``, ``unpause_physics``, ``reset_simulation``, ``step``.
+Services: ``pause_physics``, ``unpause_physics``, ``reset_simulation``, ``step``; tuning: see tuning_ports.
 Exit codes: 0 after a signal, 1 when the simulation died, 2 when it cannot start.
 """
 
@@ -16,6 +16,7 @@ import gc
 import math
 import sys
 import time
+from pathlib import Path
 
 import rosgraph
 import rospy
@@ -23,14 +24,17 @@ from scara_config import ConfigError, Robot, load_robot
 from scara_ros.nodes.registration import keep_registered
 
 from scara_simulation.commands import CommandGate
-from scara_simulation.config import LoopGains, SimulationConfig, load_gains, load_simulation
+from scara_simulation.config import LoopGains, SimulationConfig, gains_path, load_gains, load_simulation
 from scara_simulation.io.clockwork import Clockwork
 from scara_simulation.io.world import World, description_path
 from scara_simulation.joint_control import JointControl
 from scara_simulation.joint_model import joint_models
 from scara_simulation.nodes.simulator_diagnostics import DiagnosticsPort
 from scara_simulation.nodes.simulator_ports import CommandPorts, StatePorts
+from scara_simulation.nodes.tuning_ports import TuningPorts
 from scara_simulation.simulation import Simulation, Timing
+from scara_simulation.tuning.gains import Tuning, TuningError
+from scara_simulation.tuning.stability import sample_plant
 
 _RETRY_PERIOD = 0.5
 
@@ -49,6 +53,7 @@ def main() -> None:
         world = World(
             description_path(), names, robot.tool_frame, dt=config.dt, gravity=config.gravity_m_s2, dynamics=config.dynamics
         )
+        tuning = _tuning(world, robot, config, gains, gains_path(directory))
     except ConfigError as error:
         rospy.logfatal("%s", error)
         sys.exit(2)
@@ -65,6 +70,7 @@ def main() -> None:
             report=DiagnosticsPort(factor).report,
         )
         CommandPorts(names, clockwork, CommandGate(robot, config), states)
+        TuningPorts(names, clockwork, tuning, gains_path(directory))
         _run(clockwork)
 
 
@@ -97,6 +103,22 @@ def _speed() -> tuple[float, bool]:
     if not math.isclose(factor, 1.0) and not publish_clock:
         raise ConfigError(f"simulator: ~real_time_factor = {factor:g}: needs ~publish_clock:=true, time is not the system's")
     return float(factor), publish_clock
+
+
+def _tuning(world: World, robot: Robot, config: SimulationConfig, gains: list[LoopGains], file: Path) -> Tuning:
+    """Check the gains against the inertia that the joints see over the workspace; ``file`` is named in errors."""
+    joints = robot.twin_joints
+    plant = sample_plant(
+        world.mass_matrix,
+        [(joint.lower, joint.upper) for joint in joints],
+        world.damping,
+        config.dt,
+        config.tracking_bandwidth_rad_s if config.feed_forward else 0.0,
+    )
+    try:
+        return Tuning([joint.name for joint in joints], gains, [joint.effort for joint in joints], plant)
+    except TuningError as error:
+        raise ConfigError(f"{file}: {error}") from error
 
 
 def _simulation(world: World, robot: Robot, config: SimulationConfig, gains: list[LoopGains]) -> Simulation:
