@@ -171,6 +171,20 @@ def test_a_stop_aborts_the_goal_with_its_reason(bench: Bench, command: Command) 
             bench.desk.accept("b", GOAL, bench.now)
 
 
+def test_a_goal_right_after_a_stop_waits_until_a_stream_is_listened_to_again(bench: Bench) -> None:
+    """After a STOP a stream must have paused, so that a late packet moves nothing; the goal begins behind the pause."""
+    bench.desk.accept("a", GOAL, bench.now)
+    bench.run(0.6)
+    bench.pose.command(Command.STOP, "", bench.now)
+    bench.until_ended()
+    while bench.pose.report(bench.now).state != "idle":
+        bench.step()
+    refused = bench.refused
+    assert not bench.desk.accept("b", GOAL, bench.now)
+    assert bench.until_ended(2).code is Code.SUCCESSFUL
+    assert bench.refused == refused and bench.begun == ["b"]
+
+
 def test_a_newer_goal_replaces_the_running_one(bench: Bench) -> None:
     """The old one ramps down and is cancelled; the new one begins from there and succeeds."""
     bench.desk.accept("a", GOAL, bench.now)

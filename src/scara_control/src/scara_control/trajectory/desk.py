@@ -19,6 +19,9 @@ BLOCKING = ("OFFLINE", "ALIGNING", "REAL_LEADS", "OPERATOR_LEADS", "PAUSED", "ES
 
 LEADING = "TWIN_LEADS"
 
+QUIET = 1.5
+"""After a stop joint_pose_controller listens to no stream that has not paused for its time-out; so many of these we pause."""
+
 
 @dataclass(frozen=True, slots=True)
 class Turn:
@@ -60,6 +63,7 @@ class Desk:
         self._measured: Measurement | None = None
         self._state, self._message, self._limit = "", "", 100.0
         self._mode, self._why, self._mode_at = "", "", -float("inf")
+        self._quiet_until = -float("inf")
         self._running: _Running | None = None
         self._waiting: tuple[Hashable, Goal, float] | None = None
 
@@ -88,7 +92,7 @@ class Desk:
             self._running.execution.paused = command is Command.PAUSE
 
     def accept(self, key: Hashable, goal: Goal, now: float) -> bool:
-        """Judge a goal; return whether it begins at once, else it waits for the running one to ramp down.
+        """Judge a goal; return whether it begins at once, else it waits: for the running one to ramp down, or after a stop.
 
         Raises:
             GoalError: It is rejected; the text says why.
@@ -98,13 +102,17 @@ class Desk:
             self._plan(goal, now)
             self._running.execution.end(Ended(Code.SUCCESSFUL, "replaced by a newer goal", cancelled=True))
             if self._waiting is not None:
-                raise GoalError(Code.INVALID_GOAL, "another goal is waiting for the running one to ramp down")
+                raise GoalError(Code.INVALID_GOAL, "another goal is waiting already")
             self._waiting = (key, goal, now)
             return False
         self._judge_mode(now)
         if self._state != "idle":
             state = f"is {self._state}" if self._state else "has not said anything yet"
             raise GoalError(Code.INVALID_GOAL, f"joint_pose_controller {state}{_reason(self._message)}{_way_out(self._state)}")
+        if now < self._quiet_until:
+            self._plan(goal, now)
+            self._waiting = (key, goal, now)
+            return False
         self._begin(key, goal, now)
         return True
 
@@ -148,6 +156,8 @@ class Desk:
             place = JointMotion.at_rest(running.execution.place)
             return Turn(SetpointPacket(running.execution.names, (now,), (place,)))
         self._running = None
+        if not following:
+            self._quiet_until = now + QUIET * self._config.follow.timeout
         return Turn(None, following, [(running.key, running.verdict)])
 
     def _next(self, now: float) -> Turn:
@@ -156,7 +166,7 @@ class Desk:
             return Turn()
         key, goal, since = self._waiting
         late = now - since > self._config.trajectory.goal_time_tolerance + self._config.trajectory.stream_timeout
-        if self._state != "idle" and not late:
+        if now < self._quiet_until or (self._state != "idle" and not late):
             return Turn()
         self._waiting = None
         try:

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 from scara_config import Joint
 
 from scara_control.config import MotionConfig, in_si
+from scara_control.motion.drive import Drive
 from scara_control.motion.packets import Measurement, SetpointPacket
 from scara_control.motion.plan import JointMotion
-from scara_control.motion.time_scaling import Drive, ScaleBounds, TimeBase
+from scara_control.motion.time_scaling import ScaleBounds, TimeBase
 from scara_control.trajectory.goal import (
     Code,
     Goal,

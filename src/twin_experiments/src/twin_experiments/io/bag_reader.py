@@ -32,6 +32,11 @@ class Bag:
         self._known: set[str] = set()
 
     @property
+    def readable(self) -> Path:
+        """The file that is read: the bag itself, or the repaired copy as long as this bag is open."""
+        return Path(str(self._reader.path))
+
+    @property
     def topics(self) -> dict[str, int]:
         """Topic, as recorded, to number of messages."""
         return {name: info.msgcount for name, info in sorted(self._reader.topics.items())}

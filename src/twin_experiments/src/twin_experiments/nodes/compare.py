@@ -45,11 +45,11 @@ def compare(
     except (ConfigError, BagError, RecordError, OSError) as error:
         Console(stderr=True, highlight=False).print(f"compare: {error}", soft_wrap=True, markup=False)
         raise typer.Exit(WRONG if isinstance(error, ConfigError) else UNUSABLE) from error
-    _print(written, Console(highlight=False))
+    print_comparison(written, Console(highlight=False))
     raise typer.Exit(INCOMPLETE if any(experiment.reasons for experiment in written.experiments) else 0)
 
 
-def _print(written: WrittenComparison, console: Console) -> None:
+def print_comparison(written: WrittenComparison, console: Console) -> None:
     """Print the tables, one column for each recording, and all remarks."""
     unit = written.mechanism.place_unit
     for experiment in written.experiments:

@@ -61,13 +61,18 @@ def write_comparison(bags: Sequence[Path], folder: Path, topics: Topics, config_
     opened = [read_bag(path, label, topics, config_directory) for label, path in labels.items()]
     mechanism = find_mechanism(opened)
     compared = compare_opened(opened, mechanism, config)
-    folder.mkdir(parents=True, exist_ok=True)
     named = {label: str(path) for label, path in labels.items()}
-    written = WrittenComparison(mechanism, compared, named, _remarks(opened), folder)
-    document = comparison_document(mechanism, named, compared)
-    (folder / "comparison.json").write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
-    (folder / "comparison.html").write_text(_page(written), encoding="utf-8")
+    written = WrittenComparison(mechanism, compared, named, remarks_of(opened), folder)
+    write_files(written)
     return written
+
+
+def write_files(written: WrittenComparison) -> None:
+    """Write comparison.json, comparison.html and the figures."""
+    written.folder.mkdir(parents=True, exist_ok=True)
+    document = comparison_document(written.mechanism, written.labels, written.experiments)
+    (written.folder / "comparison.json").write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
+    (written.folder / "comparison.html").write_text(_page(written), encoding="utf-8")
 
 
 def compare_opened(opened: Sequence[Opened], mechanism: Mechanism, config: ComparisonFile) -> tuple[ExperimentComparison, ...]:
@@ -76,16 +81,21 @@ def compare_opened(opened: Sequence[Opened], mechanism: Mechanism, config: Compa
     Raises:
         RecordError: A side has less than two samples, or a value is not finite.
     """
-    metrics = opened[0].experiments.metrics
-    percent = metrics.moving_speed_percent
-    comparer = Comparer(mechanism, config, metrics_settings(metrics, opened[0].robot), percent)
+    comparer, percent = comparer_of(opened[0], mechanism, config)
     tracks = [track for bag in opened for track in tracks_of(bag, mechanism, percent)]
     names = list(dict.fromkeys(track.experiment for track in tracks))
-    return tuple(_compare(name, [track for track in tracks if track.experiment == name], comparer) for name in names)
+    return tuple(compare_tracks(name, [track for track in tracks if track.experiment == name], comparer) for name in names)
 
 
-def _compare(name: str, tracks: list[Track], comparer: Comparer) -> ExperimentComparison:
-    """Compare one experiment of all recordings that have it."""
+def comparer_of(first: Opened, mechanism: Mechanism, config: ComparisonFile) -> tuple[Comparer, float]:
+    """Return what compares, with the thresholds of the first recording, and the speed from which a joint moves [percent]."""
+    metrics = first.experiments.metrics
+    settings = metrics_settings(metrics, first.robot)
+    return Comparer(mechanism, config, settings, metrics.moving_speed_percent), metrics.moving_speed_percent
+
+
+def compare_tracks(name: str, tracks: list[Track], comparer: Comparer) -> ExperimentComparison:
+    """Compare one experiment of all recordings that have it; the others are held against the first one."""
     pairs: list[PairErrors] = []
     runs: list[RunDifference] = []
     reasons: list[str] = []
@@ -114,7 +124,7 @@ def _labels(bags: Sequence[Path]) -> dict[str, Path]:
     return found
 
 
-def _remarks(opened: Sequence[Opened]) -> tuple[str, ...]:
+def remarks_of(opened: Sequence[Opened]) -> tuple[str, ...]:
     """Return what a reader must know of the recordings."""
     remarks = []
     for bag in opened:

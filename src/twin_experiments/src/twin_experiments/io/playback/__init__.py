@@ -1,0 +1,1 @@
+"""A recorded robot in front of a live twin."""

@@ -1,0 +1,166 @@
+"""A robot that does again what was recorded: its motion at each period of its own clock, and the controller that shows it.
+
+Between recorded samples the motion is the cubic that has their positions and velocities. Alarms, drives and the programs'
+names are not played: the operator who reset them then is not there now.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import msgspec
+import numpy as np
+from fanuc_emulator.config import EmulatorConfig
+from fanuc_emulator.controller import Controller, ControlType, Snapshot
+from fanuc_emulator.program import ProgramState
+from scara_config import Robot
+from twin_controller.metrics_series import Array, Mask, Motion, interpolate
+
+from twin_experiments.record import RecordError
+
+REPORTED = 1.4  # our choice: the twin controller believes no joint that is faster than 1.5 times its largest speed
+BEFORE_S = 0.05  # our choice: a program is shown as running so long before and after the motion itself
+
+
+@dataclass(frozen=True)
+class Playback:
+    """What the robot shows at each period after the start.
+
+    Args:
+        period: Between two rows, on the clock of the playing robot [s].
+        rate: How much faster than recorded.
+        begin: Where in the recording the first row is [s].
+        positions: Joint positions in the order of robot.yaml, shape ``(k, n)``: [rad], prismatic [m].
+        velocities: Likewise, as fast as they are played.
+        running: Whether a program of the robot's own runs, shape ``(k,)``.
+    """
+
+    period: float
+    rate: float
+    begin: float
+    positions: Array
+    velocities: Array
+    running: Mask
+
+    @property
+    def duration(self) -> float:
+        """How long it is played [s]."""
+        return (len(self.positions) - 1) * self.period
+
+    def motion(self, start: float, columns: list[int]) -> Motion:
+        """Return what was played as a motion.
+
+        Args:
+            start: When the first row was shown [s].
+            columns: Joints, in the order of robot.yaml.
+        """
+        stamps = np.asarray(start + np.arange(len(self.positions)) * self.period, dtype=np.float64)
+        return Motion("real", stamps, self.positions[:, columns], self.velocities[:, columns])
+
+
+def plan_playback(robot: Robot, motion: Motion, running: Mask | None, rate: float, period: float) -> Playback:
+    """Plan how a recorded motion is played.
+
+    Args:
+        robot: Its joints; those that the twin does not have stay at 0.
+        motion: Of the twin's joints, as recorded.
+        running: For each sample whether a program ran; None: whenever something moves.
+        rate: How much faster than recorded.
+        period: Of the playing robot [s].
+
+    Raises:
+        RecordError: A joint would be too fast to be believed, or leaves its limits; the text names it.
+    """
+    joints = robot.twin_joints
+    begin, end = float(motion.stamps[0]), float(motion.stamps[-1])
+    count = math.floor((end - begin) / rate / period + 1e-9) + 1
+    instants = np.minimum(begin + np.arange(count) * period * rate, end)
+    positions, velocities = interpolate(motion, instants)
+    velocities = velocities * rate
+    fastest = np.abs(velocities).max(axis=0)
+    for joint, speed, low, high in zip(joints, fastest, positions.min(axis=0), positions.max(axis=0)):
+        if speed > REPORTED * joint.velocity:
+            raise RecordError(
+                f"{joint.name} would move at {speed / joint.scale:.0f} {joint.unit}/s at rate {rate:g}, "
+                f"its largest speed is {joint.velocity / joint.scale:.0f}"
+            )
+        margin = 1e-3 * (joint.upper - joint.lower)
+        if low < joint.lower - margin or high > joint.upper + margin:
+            raise RecordError(
+                f"{joint.name} was recorded from {low:.4g} to {high:.4g}, allowed is {joint.lower:.4g} to {joint.upper:.4g}"
+            )
+    columns = [k for k, joint in enumerate(robot.joints) if joint.twin]
+    shown = np.zeros((2, count, len(robot.joints)))
+    shown[0][:, columns], shown[1][:, columns] = positions, velocities
+    if running is None:
+        ran = _around(np.abs(velocities).max(axis=1) > 0.0, round(BEFORE_S / period))
+    else:
+        ran = running[np.clip(np.searchsorted(motion.stamps, instants, side="right") - 1, 0, len(running) - 1)]
+    return Playback(period, rate, begin, shown[0], shown[1], ran)
+
+
+def _around(mask: Mask, margin: int) -> Mask:
+    """Return where ``mask`` is true within ``margin`` places before or after."""
+    padded = np.convolve(mask.astype(np.int64), np.ones(2 * margin + 1, dtype=np.int64), mode="same")
+    return np.asarray(padded[: len(mask)] > 0)
+
+
+class PlaybackController(Controller):
+    """The robot stand-in's controller, except that its joints do what was recorded. It obeys no set point and no stop."""
+
+    def __init__(self, config: EmulatorConfig, robot: Robot, playback: Playback) -> None:
+        """Stand at the first recorded position; nothing is played before :meth:`play`."""
+        super().__init__(config, robot, {}, 0.0)
+        self._playback = playback
+        self._begun: int | None = None
+        self.write_override(100)
+
+    def play(self) -> None:
+        """Begin with the next period."""
+        self._begun = self._tick + 1
+
+    @property
+    def row(self) -> int:
+        """Row of the playback that is shown now."""
+        if self._begun is None:
+            return 0
+        return min(max(self._tick - self._begun, 0), len(self._playback.positions) - 1)
+
+    @property
+    def playing(self) -> bool:
+        """Whether the first row has been shown as such."""
+        return self._begun is not None and self._tick >= self._begun
+
+    @property
+    def part(self) -> float:
+        """How much has been played, 0 to 1."""
+        return self.row / max(len(self._playback.positions) - 1, 1)
+
+    @property
+    def ended(self) -> bool:
+        """Whether all has been played."""
+        return self._begun is not None and self._tick - self._begun >= len(self._playback.positions) - 1
+
+    def snapshot(self) -> Snapshot:
+        """Return what can be read now."""
+        shown, played, row = super().snapshot(), self._playback, self.row
+        moves = self._begun is not None and not self.ended
+        running = moves and bool(played.running[row])
+        velocities = tuple(played.velocities[row].tolist()) if moves else (0.0,) * played.positions.shape[1]
+        positions = tuple(played.positions[row].tolist())
+        return msgspec.structs.replace(
+            shown,
+            measured_positions=positions,
+            measured_velocities=velocities,
+            positions=positions,
+            velocities=velocities,
+            control_type=ControlType.PROGRAM if running else ControlType.NONE,
+            program_speed=100 if running else 0,
+            program_name="REPLAY" if running else "",
+            program_state=ProgramState.RUNNING if running else ProgramState.ABORTED,
+            alarm=None,
+            outputs=msgspec.structs.replace(
+                shown.outputs, cmdenbl=True, sysrdy=True, progrun=running, paused=False, held=False, fault=False, busy=running
+            ),
+        )
