@@ -23,7 +23,7 @@ import time
 from collections.abc import Callable
 from typing import Self
 
-from harness.faults.damage import Fault, Piece, passed
+from harness.wires.damage import Fault, Piece, passed
 
 Units = Callable[[bytearray], list[bytes]]
 
@@ -100,15 +100,13 @@ class Proxy:
     @property
     def connections(self) -> int:
         """How many connections stand."""
-        self._lines = [line for line in self._lines if line.open]
-        return len(self._lines)
+        return sum(line.open for line in self._lines.copy())
 
     def cut(self, reset: bool = False) -> float:
         """End all connections; ``reset`` without a farewell. Return when (monotonic)."""
         now = time.monotonic()
-        for line in self._lines:
-            line.close(reset)
-        self._lines = []
+        while self._lines:
+            self._lines.pop().close(reset)
         return now
 
     def refuse(self, on: bool) -> float:
@@ -151,6 +149,7 @@ class Proxy:
             _end(client)
             return
         server.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._lines[:] = [line for line in self._lines if line.open]
         self._lines.append(_Line(self, client, server))
 
     def carry(self, source: socket.socket, put: Callable[[list[Piece]], None], answers: bool) -> None:

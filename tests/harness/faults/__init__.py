@@ -1,1 +1,1 @@
-"""Faults on purpose: damage to data, a cell that can be broken, and what is measured on it."""
+"""A cell that can be broken, what is done to it, and what is measured."""

@@ -14,10 +14,10 @@ from typing import Any
 from scara_config import load_robot
 
 from harness.faults.motion import Motion
-from harness.faults.relay import Relay
 from harness.processes import Process, free_port, wait_until
 from harness.proxy import modbus_units, websocket_units
 from harness.ros import Ros
+from harness.wires.relay import Relay
 from harness.workspace import ROOT
 
 ROBOT = load_robot(ROOT / "config")
@@ -30,7 +30,7 @@ PACKAGES = {
     "twin_controller": "twin_controller",
     "recorder": "twin_controller",
 }
-THERE, BACK = (0.5, 0.6, -0.10, 0.4), (0.0, 0.0, -0.16, 0.0)
+THERE, BACK = (1.2, 1.0, -0.10, 0.8), (0.0, 0.0, -0.16, 0.0)
 
 
 class FaultCell:
@@ -145,14 +145,14 @@ class FaultCell:
 
         wait_until(there, timeout, f"{mode}; it is {self.mode}: {self.states[-1].why if self.states else ''}")
 
-    def move(self, speed_percent: float = 6.0) -> None:
+    def move(self, speed_percent: float = 15.0) -> None:
         """Let the operator move both sides to the further of two poses; wait until the robot is under way."""
         self.wait_for("IDLE")
         here = self.twin.position()
         target = max((THERE, BACK), key=lambda pose: abs(pose[0] - here[0]))
         answer = self.command("MOVE_JOINTS", joint_positions=target, speed_percent=speed_percent)
         assert answer.success, answer.message
-        wait_until(lambda: self.real.under_way(0.6e-2 * speed_percent, 0.15), 8.0, "a robot under way")
+        wait_until(lambda: self.real.under_way(0.6e-2 * speed_percent, 0.1), 8.0, "a robot under way")
 
     def until(self, condition: Callable[[], bool], timeout: float, what: str = "") -> None:
         """Wait for ``condition``, which may fail meanwhile."""

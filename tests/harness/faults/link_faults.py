@@ -5,11 +5,11 @@ from __future__ import annotations
 import time
 from random import Random
 
-from harness.faults.damage import Delayed, Fault, Sometimes, Split
 from harness.faults.fault_cell import FaultCell
-from harness.faults.relay import Relay
 from harness.faults.rows import Row
 from harness.processes import wait_until
+from harness.wires.damage import Delayed, Fault, Sometimes, Split
+from harness.wires.relay import Relay
 
 MODBUS_FOUND_S, WEB_FOUND_S = 0.1, 0.25
 REACTION_S = 0.2
@@ -17,9 +17,9 @@ STILL_MM_DEG = 0.05
 
 
 def reaction(cell: FaultCell, fault: str, since: float) -> Row:
-    """Return how long the robot went on after ``since``, without the ramp that its own speed asks for."""
+    """Return how long the robot moved on after ``since``; allowed is 0.2 s and the ramp that its speed asks for."""
     wait_until(lambda: cell.real.standstill(since) < 5.0, 10.0, "standstill of the robot")
-    return Row(fault, "robot goes on [s], ramp not counted", REACTION_S, cell.real.standstill(since) - cell.real.ramp(since))
+    return Row(fault, "robot stands after [s], 0.2 and its ramp", REACTION_S + cell.real.ramp(since), cell.real.standstill(since))
 
 
 def still_row(cell: FaultCell, fault: str, begin: float, side: str = "real") -> Row:
@@ -31,7 +31,7 @@ def still_row(cell: FaultCell, fault: str, begin: float, side: str = "real") -> 
 def frozen(cell: FaultCell, side: str, rng: Random) -> list[Row]:
     """Half-open while the robot follows a move: found in time, the robot stands, nothing is replayed."""
     fault, proxy, limit = _wire(cell, side)
-    cell.move(speed_percent=rng.uniform(4.0, 8.0))
+    cell.move(speed_percent=rng.uniform(10.0, 30.0))
     time.sleep(rng.uniform(0.0, 0.05))
     begun = time.time()
     proxy.freeze(True)
@@ -50,7 +50,7 @@ def frozen(cell: FaultCell, side: str, rng: Random) -> list[Row]:
 def cut(cell: FaultCell, side: str, rng: Random) -> list[Row]:
     """A connection ends while the robot follows a move; when it is back, nothing goes on by itself."""
     fault, proxy, limit = _wire(cell, side)
-    cell.move(speed_percent=rng.uniform(4.0, 8.0))
+    cell.move(speed_percent=rng.uniform(10.0, 30.0))
     begun = time.time()
     proxy.cut(reset=rng.random() < 0.5)
     rows = [Row(f"{fault} cut", "found after [s]", limit, cell.lost(begun) - begun), reaction(cell, f"{fault} cut", begun)]
@@ -83,7 +83,7 @@ def disturbed(cell: FaultCell, side: str, name: str, fault: Fault, duration: flo
     proxy.disturb(fault)
     time.sleep(duration)
     moved = still_row(cell, f"{wire} {name}", begun)
-    struck = sum(proxy.injected().values())
+    struck = sum(proxy.report().values())
     changes = leader_changes(cell, begun)
     cell.recover()
     rows = [moved, Row(f"{wire} {name}", "leader changes", 0.0, float(changes))]
@@ -102,8 +102,8 @@ def byte_by_byte(cell: FaultCell, side: str, rng: Random) -> list[Row]:
     """Each byte in a segment of its own: the pair moves as if nothing was."""
     wire, proxy, _ = _wire(cell, side)
     begun = time.time()
-    proxy.disturb(Split())
-    cell.move(speed_percent=rng.uniform(4.0, 8.0))
+    proxy.disturb(Split(16 if side == "twin" else 1000, rng))
+    cell.move(speed_percent=rng.uniform(10.0, 30.0))
     cell.wait_for("IDLE", 30.0)
     lost = [d for d in cell.decided(begun) if d.event == "LINK_LOST"]
     proxy.heal()

@@ -20,8 +20,6 @@ BRAKE = 1.3
 """The stand-in brakes with this multiple of the acceleration in robot.yaml (config/emulator.yaml)."""
 FILTERS_S = 0.030
 """And its filters follow this much later."""
-SETTLING_S = 0.060
-"""And its servo, at 22 Hz, needs so long for the last 0.2 % of the speed."""
 
 
 class Motion:
@@ -71,7 +69,7 @@ class Motion:
         before = self.between(since - 0.2, since)
         at = dict(zip(before[-1].name, before[-1].velocity))
         ramps: list[float] = [abs(at[joint.name]) / (BRAKE * joint.acceleration) for joint in self._joints]
-        return max(ramps) + FILTERS_S + SETTLING_S
+        return max(ramps) + FILTERS_S
 
     def travel(self, begin: float, end: float = math.inf) -> float:
         """Return the largest way of any joint within [begin, end], in degrees or millimetres."""

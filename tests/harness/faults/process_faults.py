@@ -16,7 +16,7 @@ BACK_S = 30.0
 
 def controller_killed(cell: FaultCell, rng: Random) -> list[Row]:
     """Kill -9 of the twin controller while the robot follows: its own watchdog stops it, a new controller moves nothing."""
-    cell.move(rng.uniform(4.0, 8.0))
+    cell.move(rng.uniform(10.0, 30.0))
     time.sleep(rng.uniform(0.0, 0.05))
     begun = cell.kill("twin_controller")
     rows = [reaction(cell, "twin_controller killed", begun)]
@@ -26,9 +26,23 @@ def controller_killed(cell: FaultCell, rng: Random) -> list[Row]:
     return [*rows, still_row(cell, "twin_controller killed", rested)]
 
 
+def controller_killed_under_a_program(cell: FaultCell, rng: Random) -> list[Row]:
+    """Kill -9 of the twin controller while the robot runs a program of its own: its watchdog ends the program."""
+    fault = "twin_controller killed, robot leads"
+    cell.pendant("run", "TWO_POINT")
+    wait_until(lambda: cell.mode == "REAL_LEADS" and cell.real.under_way(0.05, 0.1), 15.0, "a robot under way")
+    time.sleep(rng.uniform(0.0, 0.1))
+    begun = cell.kill("twin_controller")
+    rows = [reaction(cell, fault, begun), twin_stops(cell, fault, begun)]
+    rested = time.time()
+    cell.start("twin_controller")
+    cell.recover()
+    return [*rows, still_row(cell, fault, rested)]
+
+
 def controller_stopped(cell: FaultCell, rng: Random) -> list[Row]:
     """SIGSTOP and SIGCONT of the twin controller: what it had in mind before is not done afterwards."""
-    cell.move(rng.uniform(4.0, 8.0))
+    cell.move(rng.uniform(10.0, 30.0))
     begun = cell.stop("twin_controller")
     rows = [reaction(cell, "twin_controller stopped", begun)]
     time.sleep(rng.uniform(0.0, 1.0))
@@ -40,7 +54,7 @@ def controller_stopped(cell: FaultCell, rng: Random) -> list[Row]:
 
 def emulator_killed(cell: FaultCell, rng: Random) -> list[Row]:
     """Kill -9 of the robot's controller: found in time; the twin stops; a new one is aligned to, slowly."""
-    cell.move(rng.uniform(4.0, 8.0))
+    cell.move(rng.uniform(10.0, 30.0))
     begun = cell.kill("emulator")
     rows = [
         Row("robot killed", "found after [s]", MODBUS_FOUND_S, cell.lost(begun) - begun),
@@ -61,7 +75,7 @@ def emulator_killed(cell: FaultCell, rng: Random) -> list[Row]:
 
 def emulator_stopped(cell: FaultCell, rng: Random) -> list[Row]:
     """SIGSTOP of the robot's controller: half-open; found in time; afterwards the robot stays where it is."""
-    cell.move(rng.uniform(4.0, 8.0))
+    cell.move(rng.uniform(10.0, 30.0))
     begun = cell.stop("emulator")
     rows = [
         Row("robot silent", "found after [s]", MODBUS_FOUND_S, cell.lost(begun) - begun),
@@ -69,7 +83,6 @@ def emulator_stopped(cell: FaultCell, rng: Random) -> list[Row]:
     ]
     time.sleep(rng.uniform(0.2, 1.0))
     again = cell.go_on("emulator")
-    wait_until(lambda: cell.real.standstill(again) < 5.0, 10.0, "standstill of the robot")
     rows.append(
         Row("robot silent", "robot goes on [s], ramp not counted", 0.2, cell.real.standstill(again) - cell.real.ramp(again))
     )
@@ -82,7 +95,7 @@ def emulator_stopped(cell: FaultCell, rng: Random) -> list[Row]:
 def twin_side_gone(cell: FaultCell, node: str, how: str, rng: Random) -> list[Row]:
     """Kill or stop gateway, simulator or pose controller while the robot follows: it stands, and the cell comes back."""
     name = f"{node} {'killed' if how == 'kill' else 'stopped'}"
-    cell.move(rng.uniform(4.0, 8.0))
+    cell.move(rng.uniform(10.0, 30.0))
     begun = cell.kill(node) if how == "kill" else cell.stop(node)
     rows = [Row(name, "noticed after [s]", WEB_FOUND_S, cell.noticed(begun) - begun), reaction(cell, name, begun)]
     rested = time.time()

@@ -14,10 +14,10 @@ from twin_controller.io.twin_door import TwinDoor
 from twin_controller.plausible import REAL_ACCELERATION, TWIN_ACCELERATION
 from twin_controller.robot_sample import ControlType, RobotSample, WatchdogState
 
-from harness.faults.lying_robot import LAYOUT, ROBOT, LyingRobot, truth
-from harness.faults.lying_twin import LyingTwin
-from harness.faults.lying_twin import truth as twin_truth
 from harness.faults.rows import Row
+from harness.opponents.lying_robot import LAYOUT, ROBOT, LyingRobot, truth
+from harness.opponents.lying_twin import LyingTwin
+from harness.opponents.lying_twin import truth as twin_truth
 from harness.pair import SETUP
 
 TIMEOUT_S = 0.008

@@ -5,6 +5,8 @@ A fault is called for each unit with ``answers`` (it comes from the server). All
 
 from __future__ import annotations
 
+import itertools
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from random import Random
@@ -34,13 +36,16 @@ class Delayed:
 
 @dataclass
 class Split:
-    """Send every byte by itself, ``pause`` [s] apart."""
+    """Send the first ``alone`` bytes each by itself, and the rest in two parts."""
 
-    pause: float = 0.0
+    alone: int = 16
+    rng: Random = field(default_factory=Random)
 
     def __call__(self, unit: bytes, answers: bool) -> list[Piece]:
         """Return what comes out."""
-        return [(self.pause * k, unit[k : k + 1]) for k in range(len(unit))]
+        cut = self.rng.randrange(len(unit))
+        places = [*range(min(self.alone, len(unit))), max(cut, self.alone), len(unit)]
+        return [(0.0, unit[a:b]) for a, b in itertools.pairwise(places) if unit[a:b]]
 
 
 @dataclass
@@ -51,7 +56,7 @@ class Sometimes:
     chance: float
     kinds: tuple[str, ...] = ("duplicate", "corrupt", "truncate", "drop", "swap")
     skip: tuple[bytes, ...] = (b"HTTP", b"GET ")
-    injected: dict[str, int] = field(default_factory=dict)
+    report: dict[str, float] = field(default_factory=dict)
     _held: bytes = b""
 
     def __call__(self, unit: bytes, answers: bool) -> list[Piece]:
@@ -60,11 +65,37 @@ class Sometimes:
         if not answers or unit[:4] in self.skip or self.rng.random() >= self.chance:
             return [(0.0, unit + held)] if answers else [(0.0, unit)]
         kind = self.rng.choice(self.kinds)
-        self.injected[kind] = self.injected.get(kind, 0) + 1
+        self.report[kind] = self.report.get(kind, 0.0) + 1.0
         if kind == "swap":
             self._held = unit
             return [(0.0, held)] if held else []
         return [(0.0, damaged(kind, unit, self.rng) + held)]
+
+
+@dataclass
+class Tap:
+    """Let everything pass and remember when (ROS time) a question last held ``pattern``, as ``report["seen"]``."""
+
+    pattern: bytes
+    report: dict[str, float] = field(default_factory=dict)
+
+    def __call__(self, unit: bytes, answers: bool) -> list[Piece]:
+        """Return what comes out."""
+        if not answers and self.pattern in unmasked(unit):
+            self.report["seen"] = time.time()
+            self.report["times"] = self.report.get("times", 0.0) + 1.0
+        return [(0.0, unit)]
+
+
+def unmasked(unit: bytes) -> bytes:
+    """Return the payload of a client's web-socket text frame in clear; anything else as it is (RFC 6455 sec. 5.3)."""
+    if unit[:1] not in (b"\x81", b"\x82") or len(unit) < 6 or not unit[1] & 0x80:
+        return unit
+    size = unit[1] & 0x7F
+    at = 2 + (2 if size == 126 else 8 if size == 127 else 0)
+    mask, body = unit[at : at + 4], unit[at + 4 :]
+    key = int.from_bytes((mask * (len(body) // 4 + 1))[: len(body)], "big")
+    return (int.from_bytes(body, "big") ^ key).to_bytes(len(body), "big")
 
 
 def damaged(kind: str, unit: bytes, rng: Random) -> bytes:

@@ -8,8 +8,8 @@ import threading
 from multiprocessing.connection import Connection
 from typing import Any, Self
 
-from harness.faults.damage import Fault
 from harness.proxy import Proxy, Units
+from harness.wires.damage import Fault
 
 DEADLINE_S = 5.0
 
@@ -57,9 +57,9 @@ class Relay:
         """Return how many connections stand."""
         return int(self._ask("connections"))
 
-    def injected(self) -> dict[str, int]:
-        """Return how often the present fault has struck, by kind."""
-        return dict(self._ask("injected"))
+    def report(self) -> dict[str, float]:
+        """Return what the present fault has noted, for example how often it has struck, by kind."""
+        return dict(self._ask("report"))
 
     def close(self) -> None:
         """End the process."""
@@ -89,7 +89,7 @@ def _obey(proxy: Proxy, method: str, args: list[Any]) -> Any:
     if method == "fault":
         (proxy.fault,) = args
         return None
-    if method == "injected":
-        return getattr(proxy.fault, "injected", {})
+    if method == "report":
+        return getattr(proxy.fault, "report", {})
     found = getattr(proxy, method)
     return found(*args) if callable(found) else found

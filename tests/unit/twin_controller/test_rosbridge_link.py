@@ -216,6 +216,7 @@ def test_wishes_are_sent_at_each_connect(server: Server, owner: Owner) -> None:
                 "type": "sensor_msgs/JointState",
                 "throttle_rate": 10,
                 "queue_length": 1,
+                "id": "subscribe:twin/joint_states",
             }
             assert server.next("advertise")["topic"] == "motion_command"
             line.close()
@@ -226,6 +227,17 @@ def test_wish_made_while_connected_is_sent_at_once(server: Server, link: Rosbrid
     """An owner may subscribe at any time."""
     link.subscribe("joint_pose_controller/state", "scara_msgs/MotionState")
     assert server.next("subscribe")["topic"] == "joint_pose_controller/state"
+
+
+def test_refused_wish_is_sent_again(server: Server, owner: Owner) -> None:
+    """A gateway without a roscore refuses subscriptions; when roscore is back nobody would ask again."""
+    link = owner.link(server.port)
+    link.subscribe("twin/joint_states", "sensor_msgs/JointState")
+    with link:
+        line, first = server.line(), server.next("subscribe")
+        line.send(json.dumps({"op": "status", "level": "error", "id": first["id"], "msg": "roscore does not answer"}))
+        assert server.next("subscribe") == first
+        assert link.counters.connects == 1
 
 
 def test_server_that_comes_late_is_found(owner: Owner) -> None:

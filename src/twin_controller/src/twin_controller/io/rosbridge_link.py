@@ -22,6 +22,7 @@ OnStatus = Callable[[str, str], None]
 __all__ = ["LinkCounters", "LinkSettings", "RosbridgeLink"]
 
 _LOG = logging.getLogger("rosout.rosbridge_link")
+_AGAIN_S = 1.0  # our choice: a wish that the server refused, because its roscore is away, is sent again after this time
 
 
 @dataclasses.dataclass(slots=True)
@@ -85,7 +86,8 @@ class RosbridgeLink:
         self._on_status = on_status
         self._headers = [f"Authorization: Bearer {token}"] if token else []
         self._settings = settings or LinkSettings()
-        self._standing: dict[tuple[str, str], dict[str, Any]] = {}
+        self._standing: dict[str, dict[str, Any]] = {}
+        self._again: dict[str, float] = {}
         self._calls = PendingCalls()
         self._line: RosbridgeSocket | None = None
         self._drop_reason = ""
@@ -153,9 +155,16 @@ class RosbridgeLink:
 
     def _stand(self, kind: str, topic: str, packet: dict[str, Any]) -> None:
         """Remember a packet for each connect, and send it now if there is a connection."""
+        packet["id"] = f"{kind}:{topic}"
         with self._lock:
-            self._standing[kind, topic] = packet
+            self._standing[packet["id"]] = packet
         self._send(packet)
+
+    def _repeat(self, now: float) -> None:
+        """Send those wishes again that were refused a while ago."""
+        for wish in [wish for wish, due in self._again.items() if due <= now]:
+            del self._again[wish]
+            self._send(self._standing[wish])
 
     def _send(self, packet: Mapping[str, Any]) -> bool:
         line = self._line
@@ -201,6 +210,7 @@ class RosbridgeLink:
         with self._lock:
             self._line, self._drop_reason = line, ""
             standing = list(self._standing.values())
+        self._again = {}
         self.counters.connects += 1
         reason = ""
         try:
@@ -211,6 +221,7 @@ class RosbridgeLink:
                 if packet is not None:
                     self._take(*packet)
                 self._tell(self._calls.expired(time.monotonic()))
+                self._repeat(time.monotonic())
         except LinkLostError as error:
             reason = str(error)
         with self._lock:
@@ -233,6 +244,8 @@ class RosbridgeLink:
             self._answered(packet, received)
         elif packet.op == "status":
             self.counters.refused += packet.level == "error"
+            if packet.level == "error" and isinstance(packet.id, str) and packet.id in self._standing:
+                self._again[packet.id] = received + _AGAIN_S
             if self._on_status is not None:
                 self._guard(self._on_status, packet.level, str(packet.msg))
         else:

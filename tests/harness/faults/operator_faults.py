@@ -1,0 +1,91 @@
+"""What must hold whoever does what: STOP reaches both, a release moves nothing, noise is no leader."""
+
+from __future__ import annotations
+
+import statistics
+import time
+from random import Random
+
+from harness.faults.fault_cell import FaultCell
+from harness.faults.link_faults import leader_changes, still_row
+from harness.faults.rows import Row
+from harness.processes import wait_until
+from harness.wires.damage import Tap
+from harness.wires.noise import ModbusNoise, WebNoise
+
+CYCLES_S = 0.0194
+"""Two polls of the robot (config/twin_controller.yaml)."""
+CSTOPI_ON = bytes((5, 6003 >> 8, 6003 & 0xFF, 0xFF, 0x00))
+STOP_COMMAND = b'"command":1'
+NOISE = 0.02
+"""Amplitude [deg or mm] on each joint of both sides: right at the hysteresis, twice the last digit shown."""
+WATCHED_S = 1.5
+
+
+def stop_reaches_both(cell: FaultCell, rng: Random, count: int) -> list[Row]:
+    """STOP during moves: how soon after the decision it is on both wires, and whether one is ever lost."""
+    to_real, to_twin, arrived = [], [], 0
+    for _ in range(count):
+        cell.move(rng.uniform(10.0, 30.0))
+        cell.modbus.disturb(Tap(CSTOPI_ON))
+        cell.web.disturb(Tap(STOP_COMMAND))
+        begun = time.time()
+        assert cell.command("STOP").success
+        decided = cell.noticed(begun, events=("STOP",))
+        seen = [wait_until(relay.report, 2.0, "STOP on the wire").get("seen", 0.0) for relay in (cell.modbus, cell.web)]
+        arrived += all(at >= begun for at in seen)
+        to_real.append(seen[0] - decided)
+        to_twin.append(seen[1] - decided)
+        wait_until(lambda: max(cell.real.standstill(begun), cell.twin.standstill(begun)) < 2.0, 5.0, "standstill of both")  # noqa: B023
+        cell.recover()
+    name = f"STOP, {count} times"
+    return [
+        Row(name, "lost", 0.0, float(count - arrived)),
+        Row(name, "on the wire to the robot after [s], median", CYCLES_S, statistics.median(to_real)),
+        Row(name, "on the wire to the twin after [s], median", CYCLES_S, statistics.median(to_twin)),
+    ]
+
+
+def estop_released(cell: FaultCell, rng: Random) -> list[Row]:
+    """ESTOP during a move, RESET, ALIGN: no release gives the motion back."""
+    cell.move(rng.uniform(10.0, 30.0))
+    begun = time.time()
+    assert cell.command("ESTOP").success
+    wait_until(lambda: max(cell.real.standstill(begun), cell.twin.standstill(begun)) < 2.0, 5.0, "standstill of both")
+    rested = time.time()
+    wait_until(lambda: cell.command("RESET").success and cell.mode == "STOPPED", 10.0, "STOPPED", period=0.3)
+    time.sleep(WATCHED_S)
+    rows = [still_row(cell, "ESTOP released", rested), still_row(cell, "ESTOP released", rested, "twin")]
+    cell.recover()
+    return [*rows, Row("ESTOP released", "leader changes", 0.0, float(leader_changes(cell, rested)))]
+
+
+def hold_released(cell: FaultCell, rng: Random) -> list[Row]:
+    """A program held on the robot's own panel, then STOP: the hold is released by it, and nothing goes on."""
+    cell.pendant("run", "TWO_POINT")
+    cell.wait_for("REAL_LEADS", 10.0)
+    time.sleep(rng.uniform(0.3, 0.8))
+    cell.pendant("hold")
+    cell.wait_for("PAUSED", 10.0)
+    begun = time.time()
+    assert cell.command("STOP").success
+    wait_until(lambda: max(cell.real.standstill(begun), cell.twin.standstill(begun)) < 2.0, 5.0, "standstill of both")
+    rested = time.time()
+    time.sleep(WATCHED_S)
+    rows = [still_row(cell, "hold released", rested), still_row(cell, "hold released", rested, "twin")]
+    cell.recover()
+    return rows
+
+
+def noisy(cell: FaultCell, rng: Random, seconds: float) -> list[Row]:
+    """Sensor noise on both sides of an idle cell."""
+    cell.wait_for("IDLE")
+    begun = time.time()
+    cell.modbus.disturb(ModbusNoise(Random(rng.random()), NOISE))
+    cell.web.disturb(WebNoise(Random(rng.random()), NOISE))
+    time.sleep(seconds)
+    changes = leader_changes(cell, begun)
+    name = f"noise of {NOISE:g} deg or mm on both sides, idle"
+    rows = [Row(name, "leader changes", 0.0, float(changes)), still_row(cell, name, begun)]
+    cell.recover()
+    return rows

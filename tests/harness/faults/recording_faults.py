@@ -1,0 +1,94 @@
+"""Faults of the recording: its process killed, its disk full."""
+
+from __future__ import annotations
+
+import itertools
+import shutil
+import time
+from pathlib import Path
+from random import Random
+
+from twin_experiments.io.bag_reader import open_bag
+
+from harness.faults.fault_cell import FaultCell
+from harness.faults.rows import Row
+from harness.processes import wait_until
+
+LOST_S, ERROR_S = 0.2, 1.0
+TRUTH = "real/ground_truth"
+FILE_LIMIT = 1_500_000
+"""Bytes: a process that may write no longer file meets what a full disk is, without filling anybody's disk."""
+
+
+def recorder_killed(cell: FaultCell, rng: Random) -> list[Row]:
+    """Kill -9 during a recording: what is lost, and who can read the rest."""
+    path = begin(cell)
+    time.sleep(rng.uniform(1.5, 3.0))
+    killed = cell.kill("recorder")
+    ours = stamps(path)
+    copy = path.with_name("reindexed.bag")
+    shutil.copy(path, copy)
+    cell.ros.shell("rosbag", "reindex", "-q", str(copy), timeout=60.0)
+    info = cell.ros.shell("rosbag", "info", "-y", "-k", "messages", str(copy), timeout=60.0)
+    standard = int(info.strip())
+    with open_bag(path) as bag:
+        count = sum(bag.topics.values())
+    cell.start("recorder")
+    return [
+        Row("recorder killed", "lost before the kill [s]", LOST_S, killed - ours[-1]),
+        Row("recorder killed", "largest hole in what is kept [s]", 0.1, hole(ours)),
+        Row("recorder killed", "messages that only our tools read", 0.0, float(abs(standard - count))),
+    ]
+
+
+def disk_full(cell: FaultCell, rng: Random) -> list[Row]:
+    """The bag cannot grow any more: all before is kept, an ERROR tells it, the control feels nothing."""
+    from diagnostic_msgs.msg import DiagnosticArray
+
+    cell.processes["recorder"].stop()
+    limit = FILE_LIMIT + rng.randrange(300_000)
+    cell.start("recorder", "prlimit", f"--fsize={limit}")
+    said = cell.ros.collect("/diagnostics", DiagnosticArray)
+    begun = time.time()
+    path = begin(cell)
+
+    def errors() -> list[float]:
+        recorder = cell.ros.name("recorder")
+        return [m.header.stamp.to_sec() for m in list(said) for s in m.status if s.name == recorder and s.level == 2]
+
+    told = wait_until(errors, 60.0, "an ERROR of the recorder")[0]
+    time.sleep(0.5)
+    kept = stamps(path)
+    lost = [d for d in cell.decided(begun) if d.event == "LINK_LOST"]
+    cell.processes["recorder"].stop()
+    cell.start("recorder")
+    return [
+        Row("disk full", "ERROR after the last message kept [s]", ERROR_S, told - kept[-1]),
+        Row("disk full", "largest hole in what is kept [s]", 0.1, hole(kept)),
+        Row("disk full", "kept [part of what the disk took]", 0.8, path.stat().st_size / limit, at_least=True),
+        Row("disk full", "links lost by the twin controller", 0.0, float(len(lost))),
+    ]
+
+
+def begin(cell: FaultCell) -> Path:
+    """Start a recording and return its file."""
+    from scara_msgs.srv import StartRecording
+
+    path = cell.ros.folder / f"fault_{time.monotonic_ns()}.bag"
+
+    def started() -> bool:
+        return bool(cell.call("recorder/start", StartRecording, path=str(path)).success)
+
+    cell.until(started, 15.0, "a recording")
+    return path
+
+
+def stamps(path: Path) -> list[float]:
+    """Return the stamps of the ground truth in a bag, read by our own tools."""
+    with open_bag(path) as bag:
+        return [float(stamp) for stamp, _ in bag.messages(TRUTH)]
+
+
+def hole(times: list[float]) -> float:
+    """Return the longest time between two neighbours."""
+    return max(after - before for before, after in itertools.pairwise(times))

@@ -1,0 +1,165 @@
+"""Faults of the ROS master: killed and started again, stopped and let go on, under a cell that moves.
+
+The cell has a master of its own; it is looked at from outside only: by the master's own API, the Modbus port, the tools.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import signal
+import socket
+import struct
+import time
+from pathlib import Path
+from typing import Any
+
+import websocket
+from scara_ros.nodes.registration import MasterLine
+
+from harness.faults.fault_cell import PACKAGES
+from harness.faults.rows import Row
+from harness.processes import Process, Stage, free_port, wait_until
+from harness.workspace import workspace_environment
+
+NODES = {
+    **PACKAGES,
+    "kinematics_server": "scara_control",
+    "joint_vel_controller": "scara_control",
+    "motion_server": "scara_control",
+}
+AGAIN_S = 2.0
+Registrations = set[tuple[str, str, str]]
+
+
+class MasterCell:
+    """All nodes that must stay registered, on a master that can be killed; a context manager."""
+
+    def __init__(self, folder: Path) -> None:
+        """Choose ports."""
+        self.port, self.robot, self.gateway = free_port(), free_port(), free_port()
+        self.uri = f"http://127.0.0.1:{self.port}"
+        home = str(folder / "ros_home")
+        environment = {"ROS_MASTER_URI": self.uri, "ROS_HOME": home, "ROS_LOG_DIR": f"{home}/log"}
+        self.stage = Stage(folder / "processes", {**workspace_environment(), **environment})
+        self.master = self.start_master()
+
+    def __enter__(self) -> MasterCell:
+        special = {
+            "emulator": (f"_port:={self.robot}",),
+            "gateway": (f"_port:={self.gateway}",),
+            "twin_controller": (f"_modbus_port:={self.robot}", f"_gateway_url:=ws://127.0.0.1:{self.gateway}"),
+        }
+        for node, package in NODES.items():
+            self.stage.start("rosrun", package, node, *special.get(node, ()), name=node)
+        wait_until(lambda: all(f"/{node}" in self.nodes() for node in NODES), 60.0, f"all nodes; {self.nodes()}", period=0.1)
+        wait_until(lambda: self.mode() == "IDLE", 60.0, "IDLE", period=0.3)
+        self.stage.start("rosrun", "fanuc_emulator", "pendant", "override", "100", "--port", str(self.robot)).wait(20.0)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.master.signal(signal.SIGCONT)
+        self.stage.close()
+
+    def start_master(self) -> Process:
+        """Start a master and wait until it answers."""
+        master = self.stage.start("rosmaster", "--core", "-p", str(self.port))
+        wait_until(lambda: self.answers() or master.poll() is not None, 20.0, "a ROS master", period=0.01)
+        return master
+
+    def answers(self) -> bool:
+        """Return whether the master answers."""
+        with contextlib.suppress(OSError):
+            return bool(MasterLine(self.uri, 1.0).ask("getPid"))
+        return False
+
+    def registrations(self) -> Registrations:
+        """Return (kind, name, node) of everything that our nodes have registered."""
+        found: Registrations = set()
+        with contextlib.suppress(OSError):
+            for kind, entries in zip(("publisher", "subscriber", "service"), MasterLine(self.uri, 1.0).ask("getSystemState")):
+                found |= {(kind, name, node) for name, nodes in entries for node in nodes if node.strip("/") in NODES}
+        return found
+
+    def nodes(self) -> set[str]:
+        """Return the nodes that offer a topic or a service."""
+        return {node for _, _, node in self.registrations()}
+
+    def tool(self, *command: str, timeout: float = 20.0) -> str:
+        """Run a tool to its end and return what it printed."""
+        process = self.stage.start(*command)
+        code = process.wait(timeout)
+        assert code == 0, f"{process} ended with {code}:\n{process.tail()}"
+        return process.output
+
+    def mode(self) -> str:
+        """Return the twin controller's mode over the web socket, which needs no master once it is subscribed."""
+        with contextlib.suppress(OSError, websocket.WebSocketException):
+            line = websocket.create_connection(f"ws://127.0.0.1:{self.gateway}", timeout=5.0, suppress_origin=True)
+            with contextlib.closing(line):
+                line.send(json.dumps({"op": "subscribe", "topic": "twin_controller/state"}))
+                return str(json.loads(line.recv()).get("msg", {}).get("mode", ""))
+        return ""
+
+    def joint_1(self) -> float:
+        """Read joint 1 of the robot [deg] from its registers."""
+        with socket.create_connection(("127.0.0.1", self.robot), timeout=2.0) as line:
+            line.sendall(struct.pack(">HHHBBHH", 1, 0, 6, 1, 3, 1000, 2))
+            answer = line.recv(256)
+            while len(answer) < 13:
+                answer += line.recv(256)
+        low, high = struct.unpack(">2H", answer[9:13])
+        return float(struct.unpack(">f", struct.pack(">2H", high, low))[0])
+
+    def command(self, command: str, **fields: Any) -> str:
+        """Call ``twin_controller/command`` as a user does."""
+        return self.tool("rosservice", "call", "/twin_controller/command", json.dumps({"command": command, **fields}))
+
+
+def master_killed(cell: MasterCell) -> list[Row]:
+    """Kill the master under a moving pair: the move ends as commanded; with a new master all is there again within 2 s."""
+    before = cell.registrations()
+    assert "success: True" in cell.command("MOVE_JOINTS", joint_positions=[0.4, 0.3, -0.1, 0.0], speed_percent=3.0)
+    wait_until(lambda: cell.joint_1() > 2.0, 10.0, "a robot under way")
+    cell.master.signal(signal.SIGKILL)
+    cell.master.wait(5.0)
+    away_at = cell.joint_1()
+    wait_until(lambda: cell.joint_1() > 22.8, 20.0, "the end of the move without a master")
+    time.sleep(0.3)
+    cell.master = cell.start_master()
+    begun = time.monotonic()
+    wait_until(lambda: before <= cell.registrations(), 20.0, "all registrations", period=0.05)
+    again = time.monotonic() - begun
+    return [
+        Row("roscore killed", "robot goes on without it [deg]", 1.0, cell.joint_1() - away_at, at_least=True),
+        Row("roscore killed", "all topics and services registered again after [s]", AGAIN_S, again),
+        Row("roscore killed", "services that answer", 1.0, float("success: True" in cell.command("STOP")), at_least=True),
+        Row("roscore killed", "new subscribers that get data", 1.0, float(hears(cell)), at_least=True),
+    ]
+
+
+def master_stopped(cell: MasterCell, seconds: float) -> list[Row]:
+    """SIGSTOP of the master: the pair feels nothing; a call over the gateway is answered in its time, with the reason."""
+    wait_until(lambda: cell.mode() in ("IDLE", "STOPPED"), 10.0, "rest", period=0.2)
+    line = websocket.create_connection(f"ws://127.0.0.1:{cell.gateway}", timeout=10.0, suppress_origin=True)
+    with contextlib.closing(line):
+        cell.master.signal(signal.SIGSTOP)
+        begun = time.monotonic()
+        line.send(json.dumps({"op": "call_service", "service": "/move_to", "args": {}, "id": "x", "timeout": 5.0}))
+        answer = json.loads(line.recv())
+        answered = time.monotonic() - begun
+        time.sleep(max(seconds - answered, 0.0))
+        cell.master.signal(signal.SIGCONT)
+    assert answer["result"] is False and "roscore" in answer["values"], answer
+    links = cell.tool("rosservice", "call", "/twin_controller/why", "count: 5")
+    return [
+        Row("roscore silent", "a call over the gateway is answered after [s]", 3.0, answered),
+        Row("roscore silent", "links lost by the twin controller", 0.0, float(links.count("a link was lost"))),
+    ]
+
+
+def hears(cell: MasterCell) -> bool:
+    """Return whether a subscriber that comes now gets a message of each side."""
+    return all(
+        "header" in cell.tool("rostopic", "echo", "-n", "1", topic) for topic in ("/twin/joint_states", "/real/joint_states")
+    )

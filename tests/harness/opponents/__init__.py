@@ -1,0 +1,1 @@
+"""The other end of a wire, when it means no good: a robot and a twin that lie, clients that attack."""

@@ -1,0 +1,61 @@
+"""Sensor noise on a wire: every position that a side reports is a little off, each time otherwise."""
+
+from __future__ import annotations
+
+import json
+import struct
+from dataclasses import dataclass
+from random import Random
+from typing import Any
+
+from scara_config import load_robot
+
+from harness.wires.damage import Piece
+from harness.workspace import ROOT
+
+ROBOT = load_robot(ROOT / "config")
+STATE_BYTES = 88
+"""Of the robot's state block: 44 words; the positions J1..J9 come first, low word first."""
+SCALES = {joint.name: joint.scale for joint in ROBOT.joints}
+
+
+@dataclass
+class ModbusNoise:
+    """Add up to ``amplitude`` [deg or mm] to each joint position in the robot's answers."""
+
+    rng: Random
+    amplitude: float
+
+    def __call__(self, unit: bytes, answers: bool) -> list[Piece]:
+        """Return what comes out."""
+        if not answers or len(unit) != 9 + STATE_BYTES or unit[7:9] != bytes((3, STATE_BYTES)):
+            return [(0.0, unit)]
+        words = list(struct.unpack(">18H", unit[9:45]))
+        axes = list(struct.unpack("<9f", struct.pack("<18H", *words)))
+        for joint in ROBOT.joints:
+            axes[joint.axis_number - 1] += self.rng.uniform(-self.amplitude, self.amplitude)
+        words = list(struct.unpack("<18H", struct.pack("<9f", *axes)))
+        return [(0.0, unit[:9] + struct.pack(">18H", *words) + unit[45:])]
+
+
+@dataclass
+class WebNoise:
+    """Add up to ``amplitude`` [deg or mm] to each joint position in the twin's joint states."""
+
+    rng: Random
+    amplitude: float
+
+    def __call__(self, unit: bytes, answers: bool) -> list[Piece]:
+        """Return what comes out."""
+        start = unit.find(b"{")
+        if not answers or start < 0 or b"joint_states" not in unit[:100]:
+            return [(0.0, unit)]
+        packet: dict[str, Any] = json.loads(unit[start:])
+        message = packet["msg"]
+        message["position"] = [
+            q + self.rng.uniform(-self.amplitude, self.amplitude) * SCALES[name]
+            for name, q in zip(message["name"], message["position"])
+        ]
+        body = json.dumps(packet).encode()
+        head = bytes((0x81, len(body))) if len(body) < 126 else struct.pack(">BBH", 0x81, 126, len(body))
+        return [(0.0, head + body)]

@@ -1,0 +1,28 @@
+"""A cell goes on without its ROS master, and is found by everybody again when there is a new one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+from harness.faults.roscore_faults import MasterCell, master_killed, master_stopped
+from harness.faults.rows import check
+
+pytestmark = pytest.mark.system
+
+
+@pytest.fixture(scope="module")
+def master_cell(tmp_path_factory: pytest.TempPathFactory) -> Iterator[MasterCell]:
+    """Give a cell with a master of its own."""
+    with MasterCell(tmp_path_factory.mktemp("roscore")) as cell:
+        yield cell
+
+
+def test_new_master_knows_all_topics_and_services_within_two_seconds(master_cell: MasterCell) -> None:
+    """Nodes outlive their master, a running move too; rospy alone would never register a service again."""
+    check(master_killed(master_cell))
+
+
+def test_silent_master_holds_nobody_up(master_cell: MasterCell) -> None:
+    """Links and motion need no master; what needs one is refused with the reason, in its time."""
+    check(master_stopped(master_cell, 4.0))
