@@ -9,6 +9,7 @@ from twin_controller.metrics import Comparison, ErrorSummary, Rest
 
 from twin_experiments.analysis import Result
 from twin_experiments.config import Limits, PaperFigures
+from twin_experiments.repeats import summarize_repeats
 
 DIGITS = 6
 
@@ -26,13 +27,16 @@ NOT_COMPARED: dict[str, Any] = {
 
 def report_document(results: Sequence[Result], reach_mm: float, paper: PaperFigures) -> dict[str, Any]:
     """Return the content of report.json."""
-    return {
+    document: dict[str, Any] = {
         "experiments": [_experiment(result, reach_mm) for result in results],
         "paper": {
             "path_error_percent": paper.path_error_percent,
             "positioning_error_percent": paper.positioning_error_percent,
         },
     }
+    if repeats := summarize_repeats(document["experiments"]):
+        document["repeats"] = _rounded(repeats)
+    return document
 
 
 def _experiment(result: Result, reach_mm: float) -> dict[str, Any]:
@@ -43,6 +47,7 @@ def _experiment(result: Result, reach_mm: float) -> dict[str, Any]:
         "leader": result.leader,
         **figures,
         "verdict": "pass" if result.passed else "fail",
+        "repeat": result.span.repeat,
         "reasons": list(result.reasons),
         "visits": list(result.visits),
         "held": list(result.held),
@@ -124,10 +129,10 @@ def _row(result: Result, reach_mm: float) -> tuple[str, ...]:
     verdict = "pass" if result.passed else "FAIL"
     comparison = result.comparison
     if comparison is None:
-        return (result.span.name, result.leader, *["-"] * (len(HEADINGS) - 3), verdict)
+        return (result.span.label, result.leader, *["-"] * (len(HEADINGS) - 3), verdict)
     lag, travelled, positioning = comparison.lag_s, comparison.travelled_percent, comparison.positioning_max_mm
     return (
-        result.span.name,
+        result.span.label,
         result.leader,
         _length(comparison.path.max_mm, reach_mm),
         _length(comparison.path.rms_mm, reach_mm),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -16,12 +16,21 @@ class RecordError(ValueError):
 
 @dataclass(frozen=True)
 class Span:
-    """One experiment between its markers [s]; ``finished`` is False if the recording ended first."""
+    """One experiment between its markers [s]; ``finished`` is False if the recording ended first.
+
+    ``repeat`` counts experiments of one name from 1.
+    """
 
     name: str
     start: float
     end: float
     finished: bool
+    repeat: int = 1
+
+    @property
+    def label(self) -> str:
+        """Name, with its number from the second one on."""
+        return self.name if self.repeat == 1 else f"{self.name} #{self.repeat}"
 
 
 @dataclass(frozen=True)
@@ -96,7 +105,9 @@ def find_spans(markers: list[tuple[float, str]], end: float) -> tuple[Span, ...]
         spans.append(Span(running[0], running[1], end, False))
     if not spans:
         raise RecordError("no experiment was started: experiment/marker never said `start NAME`")
-    return tuple(spans)
+    return tuple(
+        replace(span, repeat=1 + sum(before.name == span.name for before in spans[:number])) for number, span in enumerate(spans)
+    )
 
 
 def build_side(side: str, stamps: Array, positions: Array, velocities: Array) -> Side:

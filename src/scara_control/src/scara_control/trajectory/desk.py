@@ -44,7 +44,7 @@ class Turn:
 
 @dataclass(slots=True)
 class _Running:
-    """The goal that runs: seen to be followed, arrived and held since, and how it will be said to have ended."""
+    """The goal that runs: seen to be followed, how it has ended, since when its end is held, and when its stream was ended."""
 
     key: Hashable
     execution: Execution
@@ -52,6 +52,7 @@ class _Running:
     followed: bool = False
     verdict: Ended | None = None
     held_since: float = 0.0
+    closed_at: float | None = None
 
 
 class Desk:
@@ -148,17 +149,26 @@ class Desk:
         return self._hold(running, now)
 
     def _hold(self, running: _Running, now: float) -> Turn:
-        """Hold the end until the twin controller has seen the pair at rest: a stream that ends earlier counts as a stop."""
+        """Hold the end until the twin controller has seen the pair at rest: a stream that ends earlier counts as a stop.
+
+        The client is told once the stream has ended, so that its next command finds a free twin.
+        """
         assert running.verdict is not None
-        following = self._state == "following" and running.followed
-        leads = self._mode == LEADING and now - self._mode_at <= self._config.trajectory.mode_timeout
-        if following and leads and now - running.held_since < self._config.trajectory.goal_time_tolerance:
-            place = JointMotion.at_rest(running.execution.place)
-            return Turn(SetpointPacket(running.execution.names, (now,), (place,)))
-        self._running = None
-        if not following:
+        if running.closed_at is None:
+            following = self._state == "following" and running.followed
+            leads = self._mode == LEADING and now - self._mode_at <= self._config.trajectory.mode_timeout
+            if following and leads and now - running.held_since < self._config.trajectory.goal_time_tolerance:
+                place = JointMotion.at_rest(running.execution.place)
+                return Turn(SetpointPacket(running.execution.names, (now + self._config.period,), (place,)))
+            running.closed_at = now
+            if following:
+                return Turn(end_stream=True)
             self._quiet_until = now + QUIET * self._config.follow.timeout
-        return Turn(None, following, [(running.key, running.verdict)])
+        ending = self._state in ("following", "stopping") and running.followed
+        if ending and now - running.closed_at < self._config.trajectory.stream_timeout:
+            return Turn()
+        self._running = None
+        return Turn(ended=[(running.key, running.verdict)])
 
     def _next(self, now: float) -> Turn:
         """Begin the waiting goal as soon as the stream of the one before has ended."""

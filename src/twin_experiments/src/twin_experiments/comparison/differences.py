@@ -126,20 +126,25 @@ class Comparer:
         )
 
     def runs(self, first: Track, other: Track) -> tuple[RunDifference, RunDifference]:
-        """Hold a recording against the first one, side by side.
+        """Hold a recording against the first one, side by side, from the leader's first motion on.
+
+        When that was is known from the whole motion: by cross-correlation, close to where each leader begins to move.
 
         Raises:
             MetricsError: In one of them nothing moves, or they have no time in common.
         """
         speeds = self._speeds([first, other])
-        shifts = []
+        begun = []
         for track in (first, other):
-            begun = onset(track.side(track.leader), speeds)
-            if begun is None:
+            at = onset(track.side(track.leader), speeds)
+            if at is None:
                 raise MetricsError(f"{track.label} {track.experiment}: nothing moves")
-            shifts.append(-begun)
+            begun.append(at)
+        leaders = first.side(first.leader).shifted(-begun[0]), other.side(first.leader).shifted(-begun[1])
+        aligned = align(*leaders, self._settings.rate_hz, self._settings.longest_gap_s)
+        late = self._behind(aligned.real_velocities, aligned.twin_velocities, aligned, speeds) or 0.0
         real, twin = (
-            self._run(first.side(side).shifted(shifts[0]), other.side(side).shifted(shifts[1]), other, speeds)
+            self._run(first.side(side).shifted(-begun[0]), other.side(side).shifted(-begun[1] - late), other, speeds)
             for side in ("real", "twin")
         )
         return real, twin
@@ -190,10 +195,15 @@ class Comparer:
         return tuple(JointError(name, unit, float(r), float(m)) for name, unit, r, m in rows)
 
     def _lag(self, track: Track, aligned: Aligned, speeds: Array) -> float | None:
-        """Estimate the lag from the joints' velocities, each in parts of the speed from which it moves."""
-        real, twin = aligned.real_velocities / speeds, aligned.twin_velocities / speeds
+        """Estimate by how much the follower is behind."""
+        real, twin = aligned.real_velocities, aligned.twin_velocities
         sides = (real, twin) if track.leader == "real" else (twin, real)
-        return estimate_lag(*sides, aligned.segments, self._settings.rate_hz, self._settings.max_lag_s)
+        return self._behind(*sides, aligned, speeds)
+
+    def _behind(self, leader: Array, follower: Array, aligned: Aligned, speeds: Array) -> float | None:
+        """Estimate a lag from joint velocities, each in parts of the speed from which it moves."""
+        settings = self._settings
+        return estimate_lag(leader / speeds, follower / speeds, aligned.segments, settings.rate_hz, settings.max_lag_s)
 
     def _fidelity(self, one: Motion, other: Motion, speeds: Array) -> Fidelity:
         """Align the snapshots of two motions over the time they have in common."""

@@ -48,7 +48,7 @@ def draw(
     """
     if result.comparison is None or result.motions is None:
         return {}
-    name = result.span.name
+    name = result.span.label.replace(" #", "_")
     with mpl.rc_context(STYLE):
         figures = {
             "paths": _paths(result.comparison, positions),

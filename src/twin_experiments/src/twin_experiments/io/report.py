@@ -25,6 +25,8 @@ from twin_experiments.io.figures import draw
 from twin_experiments.io.page import embedded, render, table
 from twin_experiments.io.run_reader import read_configuration, read_run
 from twin_experiments.record import Event, Run
+from twin_experiments.repeats import HEADINGS as REPEAT_HEADINGS
+from twin_experiments.repeats import repeat_rows
 
 LIBRARIES = ("numpy", "scipy", "rosbags", "matplotlib", "pybullet", "pymodbus", "websocket-client", "websockets", "ruckig")
 LEGEND = (
@@ -105,6 +107,7 @@ def _page(run: Run, report: Report, document: dict[str, Any]) -> str:
             "legend": LEGEND,
             "experiments": [_experiment(result, entry, report) for result, entry in zip(report.results, document["experiments"])],
             "tables": [
+                *_repeats(document),
                 ("Decisions of the twin controller", table(("s", "mode", "why"), _events(run.decisions))),
                 ("Warnings", table(("s", "node", "what"), _events(run.warnings))),
                 ("Recorded topics", table(("topic", "messages"), [(name, str(count)) for name, count in run.topics.items()])),
@@ -122,7 +125,7 @@ def _experiment(result: Result, entry: dict[str, Any], report: Report) -> dict[s
     positions = {name: np.array(config.positions_m[name]) for name in result.visits}
     drawn = draw(result, robot.twin_joints, positions, robot.reach_mm, config.limits.path_error_percent, report.folder)
     return {
-        "name": result.span.name,
+        "name": result.span.label,
         "verdict": "pass" if result.passed else "FAIL",
         "reasons": result.reasons,
         "figures": [(CAPTIONS[kind], embedded(file)) for kind, file in drawn.items()],
@@ -136,6 +139,12 @@ def _experiment(result: Result, entry: dict[str, Any], report: Report) -> dict[s
             ),
         ],
     }
+
+
+def _repeats(document: dict[str, Any]) -> list[tuple[str, Any]]:
+    """Return the table of repeated experiments, if there are any."""
+    summaries = document.get("repeats", [])
+    return [("Repeats", table(REPEAT_HEADINGS, repeat_rows(summaries)))] if summaries else []
 
 
 def _moves(result: Result) -> list[tuple[str, ...]]:

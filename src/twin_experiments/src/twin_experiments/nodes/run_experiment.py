@@ -1,6 +1,6 @@
 """Command ``run_experiment``: runs the article's experiments on a running cell, records them, reports.
 
-    rosrun twin_experiments run_experiment real_leads twin_leads --output DIR --speed PERCENT
+    rosrun twin_experiments run_experiment real_leads twin_leads --output DIR --speed PERCENT --repeat N
 
 Parameter: ``_config_dir:=FOLDER`` (experiments.yaml, robot.yaml). Calls ``recorder/start``, ``recorder/stop``, ``move_to`` and
 ``twin_controller/command``; publishes ``experiment/marker``; starts programs by the pendant. Exit code: 0 all passed, 1 a
@@ -100,6 +100,7 @@ def run_experiment(
         Path | None, typer.Option(help="Folder of bag and report; default: runs/<stamp>, linked as latest.")
     ] = None,
     speed: Annotated[float | None, typer.Option(help="Override of the robot and speed of move_to.", min=1, max=100)] = None,
+    repeat: Annotated[int, typer.Option(help="How often each experiment is made.", min=1, max=1000)] = 1,
     robot_host: Annotated[str | None, typer.Option(help="For the pendant; default: emulator.yaml.")] = None,
     robot_port: Annotated[int | None, typer.Option(help="For the pendant; default: emulator.yaml.")] = None,
 ) -> None:
@@ -117,7 +118,7 @@ def run_experiment(
         words = [word for name, value in options.items() if value is not None for word in (name, str(value))]
         run_folder = _run_folder(output)
         bag = run_folder / BAG_NAME
-        _record(cell, config, Pendant(words, config.deadlines_s.service), chosen, bag)
+        _record(cell, config, Pendant(words, config.deadlines_s.service), chosen, repeat, bag)
         report = write_report(bag, run_folder, Path(folder) if folder else None)
         if output is None:
             link_latest(run_folder)
@@ -131,8 +132,8 @@ def run_experiment(
     raise typer.Exit(0 if report.passed else FAILED)
 
 
-def _record(cell: Cell, config: ExperimentsFile, pendant: Pendant, chosen: dict[str, Experiment], bag: Path) -> None:
-    """Run the experiments into one bag; whatever ends them, motion and recording are stopped."""
+def _record(cell: Cell, config: ExperimentsFile, pendant: Pendant, chosen: dict[str, Experiment], repeat: int, bag: Path) -> None:
+    """Run the experiments, each ``repeat`` times, into one bag; whatever ends them, motion and recording are stopped."""
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),
@@ -147,8 +148,9 @@ def _record(cell: Cell, config: ExperimentsFile, pendant: Pendant, chosen: dict[
     try:
         with Progress(*columns, console=console) as progress:
             runner = Runner(cell, config, pendant, progress)
-            for name, experiment in chosen.items():
-                runner.run(name, experiment)
+            for _ in range(repeat):
+                for name, experiment in chosen.items():
+                    runner.run(name, experiment)
         time.sleep(TAIL_S)
     except BaseException:
         console.print(f"stopping the motion{_colon(cell.stop_motion())}")

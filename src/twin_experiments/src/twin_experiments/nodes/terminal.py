@@ -5,8 +5,10 @@ from __future__ import annotations
 from rich.console import Console
 from rich.table import Table
 
-from twin_experiments.document import HEADINGS, paper_rows, summary_rows
+from twin_experiments.document import HEADINGS, paper_rows, report_document, summary_rows
 from twin_experiments.io.report import Report
+from twin_experiments.repeats import HEADINGS as REPEAT_HEADINGS
+from twin_experiments.repeats import repeat_rows
 
 STYLES = {"pass": "bold green", "FAIL": "bold red"}
 
@@ -21,7 +23,19 @@ def print_report(report: Report, console: Console) -> None:
     for cells in list(zip(*columns))[1:]:
         table.add_row(*(f"[{STYLES[cell]}]{cell}[/]" if cell in STYLES else cell for cell in cells))
     console.print(table)
+    _print_repeats(report, console)
     for result in report.results:
         for reason in result.reasons:
-            console.print(f"{result.span.name}: {reason}", markup=False, soft_wrap=True)
+            console.print(f"{result.span.label}: {reason}", markup=False, soft_wrap=True)
     console.print(f"report: {report.folder / 'report.html'}", soft_wrap=True)
+
+
+def _print_repeats(report: Report, console: Console) -> None:
+    """Print mean, spread and worst of experiments that were made more than once."""
+    document = report_document(report.results, report.configuration.robot.reach_mm, report.configuration.experiments.paper)
+    rows = repeat_rows(document.get("repeats", []))
+    if rows:
+        table = Table(*REPEAT_HEADINGS, title="repeats, percent of reach")
+        for row in rows:
+            table.add_row(*row)
+        console.print(table)

@@ -113,9 +113,7 @@ def tracks_of(opened: Opened, mechanism: Mechanism, percent: float) -> list[Trac
     found: list[Track] = []
     for span in opened.spans:
         sides = [cut(motion, span.start, span.end) for motion in (real, twin)]
-        times = sum(track.experiment.split(" #")[0] == span.name for track in found)
-        name = span.name if not times else f"{span.name} #{times + 1}"
-        found.append(Track(opened.label, name, _leader(opened, span, sides, mechanism, percent), sides[0], sides[1], notes))
+        found.append(Track(opened.label, span.label, _leader(opened, span, sides, mechanism, percent), sides[0], sides[1], notes))
     return found
 
 

@@ -1,0 +1,68 @@
+"""Repeats of one experiment in one run: mean, spread and worst of each figure."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+FIGURES = {
+    "path_error_max_percent": ("path error max", "%", 1.0),
+    "path_error_rms_percent": ("path error rms", "%", 1.0),
+    "path_error_max_after_lag_percent": ("after lag", "%", 1.0),
+    "lag_s": ("lag", "ms", 1e3),
+    "positioning_error_max_percent": ("positioning max", "%", 1.0),
+}
+"""Figure of report.json to its heading, the unit it is shown in, and the factor to that unit."""
+
+HEADINGS = ("experiment", "figure", "repeats", "mean", "spread", "worst")
+
+
+def summarize(values: Sequence[float]) -> dict[str, float]:
+    """Return the mean, the sample standard deviation (0 for a single value) and the value that is largest in amount.
+
+    Example:
+        >>> summarize([1.0, 2.0, -3.0])["worst"]
+        -3.0
+    """
+    mean = math.fsum(values) / len(values)
+    squares = math.fsum((value - mean) ** 2 for value in values)
+    spread = math.sqrt(squares / (len(values) - 1)) if len(values) > 1 else 0.0
+    return {"mean": mean, "spread": spread, "worst": max(values, key=abs)}
+
+
+def summarize_repeats(experiments: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Summarize those experiments of a report that were made more than once.
+
+    Args:
+        experiments: Entries of report.json.
+
+    Returns:
+        For each of them name, leader, how many there are, how many passed, and each figure that all of them have.
+    """
+    found = []
+    for name in dict.fromkeys(entry["name"] for entry in experiments):
+        repeats = [entry for entry in experiments if entry["name"] == name]
+        if len(repeats) > 1:
+            passed = sum(entry["verdict"] == "pass" for entry in repeats)
+            summary: dict[str, Any] = {"name": name, "leader": repeats[0]["leader"], "repeats": len(repeats), "passed": passed}
+            for figure in FIGURES:
+                values = [entry.get(figure) for entry in repeats]
+                if all(value is not None for value in values):
+                    summary[figure] = summarize(values)  # type: ignore[arg-type]
+            found.append(summary)
+    return found
+
+
+def repeat_rows(summaries: Sequence[dict[str, Any]]) -> list[tuple[str, ...]]:
+    """Return one row of text for each figure of each repeated experiment, cells as in ``HEADINGS``."""
+    return [
+        (summary["name"], heading, str(summary["repeats"]), *(_cell(summary[figure][key], unit, factor) for key in HEADINGS[3:]))
+        for summary in summaries
+        for figure, (heading, unit, factor) in FIGURES.items()
+        if figure in summary
+    ]
+
+
+def _cell(value: float, unit: str, factor: float) -> str:
+    return f"{value * factor:.3f} {unit}"
