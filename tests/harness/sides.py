@@ -188,7 +188,7 @@ class TwinSide:
             self.twin_q = self.jog(now - self.jog_start)
             self.jog = None if self.twin_q == self.jog(END) else self.jog
         elif self.motion == "following" and self.follow is not None:
-            age = min(stamp - self.follow.stamp, 0.05)
+            age = max(-0.05, min(stamp - self.follow.stamp, 0.05))
             self.twin_q = tuple(
                 p + age * (v + 0.5 * age * a) for p, v, a in zip(self.follow.q, self.follow.qdot, self.follow.qddot)
             )

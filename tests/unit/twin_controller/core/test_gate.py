@@ -108,4 +108,4 @@ def test_the_bounds_are_those_of_the_robot_profile() -> None:
     """Names, limits and speeds come from robot.yaml."""
     assert BOUNDS.names == ("joint_1", "joint_2", "joint_3", "table_joint")
     assert check_setpoint(shifted(HOME, 147.9, 149.9, 159.9, 179.9), BOUNDS) == ""
-    assert check_setpoint(shifted(HOME, 148.1), BOUNDS) != ""
+    assert check_setpoint(shifted(HOME, 148.2), BOUNDS) != ""
