@@ -188,7 +188,8 @@ class FaultCell:
     def _recovered(self) -> bool:
         if time.time() - self.states[-1].header.stamp.to_sec() > 0.5:
             return False
-        command = {"FAULT": "RESET", "ESTOP": "RESET", "STOPPED": "ALIGN", "PAUSED": "STOP"}.get(self.mode)
+        leads = "STOP" if self.mode.endswith("_LEADS") else ""
+        command = {"FAULT": "RESET", "ESTOP": "RESET", "STOPPED": "ALIGN", "PAUSED": "STOP"}.get(self.mode, leads)
         if command:
             self.command(command)
         return self.mode == "IDLE"

@@ -53,7 +53,8 @@ def estop_released(cell: FaultCell, rng: Random) -> list[Row]:
     assert cell.command("ESTOP").success
     wait_until(lambda: max(cell.real.standstill(begun), cell.twin.standstill(begun)) < 2.0, 5.0, "standstill of both")
     rested = time.time()
-    wait_until(lambda: cell.command("RESET").success and cell.mode == "STOPPED", 10.0, "STOPPED", period=0.3)
+    assert cell.command("RESET").success
+    cell.wait_for("STOPPED", 10.0)
     time.sleep(WATCHED_S)
     rows = [still_row(cell, "ESTOP released", rested), still_row(cell, "ESTOP released", rested, "twin")]
     cell.recover()
@@ -66,8 +67,8 @@ def hold_released(cell: FaultCell, rng: Random) -> list[Row]:
     cell.wait_for("REAL_LEADS", 10.0)
     time.sleep(rng.uniform(0.3, 0.8))
     cell.pendant("hold")
-    cell.wait_for("PAUSED", 10.0)
     begun = time.time()
+    wait_until(lambda: cell.real.standstill(begun) < 2.0, 10.0, "a robot that is held")
     assert cell.command("STOP").success
     wait_until(lambda: max(cell.real.standstill(begun), cell.twin.standstill(begun)) < 2.0, 5.0, "standstill of both")
     rested = time.time()

@@ -83,9 +83,7 @@ def emulator_stopped(cell: FaultCell, rng: Random) -> list[Row]:
     ]
     time.sleep(rng.uniform(0.2, 1.0))
     again = cell.go_on("emulator")
-    rows.append(
-        Row("robot silent", "robot goes on [s], ramp not counted", 0.2, cell.real.standstill(again) - cell.real.ramp(again))
-    )
+    rows.append(reaction(cell, "robot silent, then going on", again))
     rested = time.time()
     cell.recover()
     time.sleep(0.5)

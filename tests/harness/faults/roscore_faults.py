@@ -111,6 +111,17 @@ class MasterCell:
         low, high = struct.unpack(">2H", answer[9:13])
         return float(struct.unpack(">f", struct.pack(">2H", high, low))[0])
 
+    def home(self) -> None:
+        """Lead the pair back to where it began."""
+
+        def there() -> bool:
+            if self.mode() == "STOPPED":
+                self.command("ALIGN")
+            return self.mode() == "IDLE" and "success: True" in self.command("HOME")
+
+        wait_until(there, 60.0, "a way home", period=0.5)
+        wait_until(lambda: abs(self.joint_1()) < 0.1 and self.mode() == "IDLE", 30.0, "home", period=0.3)
+
     def command(self, command: str, **fields: Any) -> str:
         """Call ``twin_controller/command`` as a user does."""
         return self.tool("rosservice", "call", "/twin_controller/command", json.dumps({"command": command, **fields}))

@@ -19,7 +19,9 @@ from harness.workspace import ROOT
 
 JOINTS = load_robot(ROOT / "config").twin_joints
 PERIOD_S = 2.0
-PAUSE_S = 0.0004
+PAUSE_S = 0.002
+BURST = 20
+"""Packets between two pauses."""
 BOOT = 1_700_000_000.0
 """ROS time when the monotonic clock read 0."""
 
@@ -73,7 +75,7 @@ class LyingTwin:
     def _attend(self, line: ServerConnection) -> None:
         lied = False
         try:
-            while not self._stop.wait(PAUSE_S):
+            while self.sent % BURST or not self._stop.wait(PAUSE_S):
                 message = true_message(BOOT + time.monotonic())
                 lied = not self.honest and not lied and self._rng.random() < self._rate
                 self.sent += 1

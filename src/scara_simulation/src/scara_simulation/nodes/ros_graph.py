@@ -13,6 +13,7 @@ import msgspec
 import rosgraph
 import roslib.message
 import rospy
+from scara_ros.nodes.registration import UNREACHABLE, MasterError, MasterLine
 
 from scara_simulation.io.gateway_graph import Ask, GraphError
 from scara_simulation.io.ros_service import ServiceCallError
@@ -44,7 +45,6 @@ class RosGraph:
         self.deliver: Deliver = lambda topic, message, owner: None
         self.errors = 0
         """Messages that could not be converted."""
-        self._master = rosgraph.Master(rospy.get_name())
         self._converters = Converters(roslib.message.get_message_class)
         self._publishers: dict[tuple[int, str], tuple[rospy.Publisher, Converter]] = {}
         self._subscriptions: dict[str, _Subscription] = {}
@@ -157,11 +157,11 @@ class RosGraph:
 
     def topics(self) -> dict[str, str]:
         """Return topics and their types."""
-        return dict(self._ask_master(self._master.getTopicTypes))
+        return dict(self._ask_master("getTopicTypes"))
 
     def services(self) -> list[str]:
         """Return services."""
-        _, _, services = self._ask_master(self._master.getSystemState)
+        _, _, services = self._ask_master("getSystemState")
         return sorted(name for name, _ in services)
 
     def service_type(self, service: str) -> str:
@@ -171,10 +171,11 @@ class RosGraph:
         except (GraphError, ServiceCallError):
             return ""
 
-    def _ask_master(self, function: Callable[[], Any]) -> Any:
+    def _ask_master(self, method: str) -> Any:
+        """Ask on a line of its own: a hanging roscore costs a client its answer, not the others theirs."""
         try:
-            return function()
-        except (OSError, rosgraph.MasterError) as error:
+            return MasterLine(rosgraph.get_master_uri()).ask(method)
+        except (*UNREACHABLE, MasterError) as error:
             raise GraphError(f"roscore does not answer: {error}") from error
 
     def _converter(self, topic: str, type_name: str | None) -> Converter:

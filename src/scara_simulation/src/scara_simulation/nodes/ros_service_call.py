@@ -9,10 +9,13 @@ import genpy
 import rosgraph
 import roslib.message
 import rospy
+from scara_ros.nodes.registration import UNREACHABLE, MasterError, MasterLine
 
 from scara_simulation.io.gateway_graph import GraphError
 from scara_simulation.io.ros_service import ServiceCallError, ServiceLine
 from scara_simulation.rosbridge.conversion import Converter, Converters
+
+_LOOKUP_TIMEOUT = 2.0  # our choice: a roscore that hangs must not hold a call for longer than its own time
 
 
 class ServiceTypes:
@@ -96,10 +99,10 @@ def open_service(service: str, timeout: float, md5sum: str | None = None) -> Ser
         ServiceCallError: It cannot be reached within ``timeout`` [s].
     """
     try:
-        uri = rosgraph.Master(rospy.get_name()).lookupService(service)
-    except rosgraph.MasterError as error:
+        uri = MasterLine(rosgraph.get_master_uri(), timeout=min(timeout, _LOOKUP_TIMEOUT)).ask("lookupService", service)
+    except MasterError as error:
         raise GraphError(f"service {service} does not exist") from error
-    except OSError as error:
+    except UNREACHABLE as error:
         raise GraphError(f"service {service}: roscore does not answer: {error}") from error
     return ServiceLine(service, uri, rospy.get_name(), timeout, md5sum)
 

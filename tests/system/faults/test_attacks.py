@@ -1,0 +1,19 @@
+"""Web-socket clients that mean no good: the others feel nothing."""
+
+from __future__ import annotations
+
+from random import Random
+
+import pytest
+from harness.faults.campaign import ATTACKS
+from harness.faults.fault_cell import FaultCell
+from harness.faults.gateway_faults import attacked
+from harness.faults.rows import check
+
+pytestmark = pytest.mark.system
+
+
+@pytest.mark.parametrize("attack", ATTACKS)
+def test_attack_on_the_gateway_costs_the_others_nothing(cell: FaultCell, rng: Random, attack: str) -> None:
+    """Floods, 10 MB, depth, slow handshakes, a client that never reads: memory bounded, no link lost."""
+    check(attacked(cell, attack, rng, 3.5))

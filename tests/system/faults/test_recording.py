@@ -1,0 +1,22 @@
+"""Recordings survive what happens to the recorder and its disk."""
+
+from __future__ import annotations
+
+from random import Random
+
+import pytest
+from harness.faults import recording_faults
+from harness.faults.fault_cell import FaultCell
+from harness.faults.rows import check
+
+pytestmark = pytest.mark.system
+
+
+def test_killed_recorder_loses_a_fifth_of_a_second_at_most(cell: FaultCell, rng: Random) -> None:
+    """Our tools read the rest at once, standard tools after their own reindex, and both find the same."""
+    check(recording_faults.recorder_killed(cell, rng))
+
+
+def test_full_disk_ends_the_recording_and_nothing_else(cell: FaultCell, rng: Random) -> None:
+    """All before it is kept, /diagnostics says ERROR within 1 s, the control feels nothing."""
+    check(recording_faults.disk_full(cell, rng))
