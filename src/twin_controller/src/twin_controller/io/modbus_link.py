@@ -215,7 +215,7 @@ class ModbusLink:
             self._on_reject(str(error))
 
     def _poll(self) -> None:
-        """Read state and signals, beat, hand the sample over."""
+        """Read state and signals, hand the sample over, then beat: the follower waits for the sample, the robot does not."""
         self.counters.polls += 1
         sent = time.monotonic()
         words = self._port.read_words(self._codec.state)
@@ -223,9 +223,13 @@ class ModbusLink:
         signals = self._port.read_signals(self._codec.outputs)
         self.counters.round_trip = received - sent
         self.counters.longest_round_trip = max(self.counters.longest_round_trip, received - sent)
+        self._take(words, signals, sent, received)
         if self.settings.heartbeat and not self._beaten:
             self._beat(self._next_heartbeat())
         self._beaten = False
+
+    def _take(self, words: list[int], signals: list[bool], sent: float, received: float) -> None:
+        """Check one answer and hand it over; one that is not believed is counted."""
         try:
             sample = self._codec.decode_sample(words, signals)
         except SampleError as error:
