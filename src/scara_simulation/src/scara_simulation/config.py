@@ -47,6 +47,7 @@ class SimulationConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     stick_band_mm: Annotated[float, Meta(ge=0.0, le=1.0)]
     start_pose: dict[str, float]
     joint_dynamics: dict[str, JointDynamics] = {}
+    model_mass_factor: Annotated[float, Meta(ge=0.1, le=10.0)] = 1.0
 
     @property
     def dynamics(self) -> dict[str, tuple[float, float]]:

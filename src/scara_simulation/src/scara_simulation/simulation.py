@@ -30,7 +30,11 @@ class SimulationError(RuntimeError):
 
 
 class Snapshot(msgspec.Struct, frozen=True):
-    """State of the joints at a nominal time; efforts are those of the step before, ``loops`` is empty most of the time."""
+    """State of the joints at a nominal time; efforts are those of the step before.
+
+    ``loops`` is empty most of the time; ``watched`` holds (stamp, state) of the watched loops for each step since the last
+    snapshot.
+    """
 
     step: int
     stamp_ns: int
@@ -38,6 +42,7 @@ class Snapshot(msgspec.Struct, frozen=True):
     velocities: list[float]
     efforts: list[float]
     loops: list[LoopState]
+    watched: list[tuple[int, LoopState]] = []
 
 
 class Timing(msgspec.Struct, frozen=True):
@@ -63,6 +68,9 @@ class Simulation:
         self._timing = timing
         self._base_ns = timing.epoch_ns
         self.steps = 0
+        self.watched: tuple[int, ...] = ()
+        """Joints whose loops are told for each step; may be set at any time."""
+        self._seen: list[tuple[int, LoopState]] = []
         self.reset()
 
     @property
@@ -103,7 +111,8 @@ class Simulation:
     def snapshot(self, *, with_loops: bool) -> Snapshot:
         """Return the present state."""
         loops = [loop.state(q, v) for loop, q, v in zip(self.control.loops, self._q, self._qdot)] if with_loops else []
-        return Snapshot(self.steps, self.stamp_ns, self._q, self._qdot, self._efforts, loops)
+        seen, self._seen = self._seen, []
+        return Snapshot(self.steps, self.stamp_ns, self._q, self._qdot, self._efforts, loops, seen)
 
     def advance(self, steps: int) -> list[Snapshot]:
         """Run ``steps`` steps and return the snapshots that fall due on the way.
@@ -118,6 +127,8 @@ class Simulation:
             world.step(self._efforts)
             self._q, self._qdot = world.read()
             self.steps += 1
+            for k in self.watched:
+                self._seen.append((self.stamp_ns, control.loops[k].state(self._q[k], self._qdot[k])))
             if self.steps % timing.steps_per_snapshot == 0:
                 if not all(map(math.isfinite, self._q)):
                     raise SimulationError(f"step {self.steps}: joint positions are {self._q}")

@@ -3,7 +3,8 @@
 Parameters: ``~config_dir`` (default: package scara_config), ``~real_time_factor`` (1.0; 0: as fast as possible; other
 than 1 needs ``~publish_clock``), ``~publish_clock`` (false).
 Topics out: ``twin/joint_states``, ``twin/<joint>_position_controller/state``, ``twin/<joint>_velocity_controller/state``
-(of the loop that is closed), ``twin/controller_modes``, ``/diagnostics``, ``/clock`` on request.
+(of the loop that is closed; as ``.../state_each_step`` for each physics step while somebody listens),
+``twin/controller_modes``, ``/diagnostics``, ``/clock`` on request; tuning: see tuning_ports.
 Topics in: ``twin/joint_setpoints``, ``twin/<joint>_position_controller/command``,
 ``twin/<joint>_velocity_controller/command``.
 Services: ``pause_physics``, ``unpause_physics``, ``reset_simulation``, ``step``; tuning: see tuning_ports.
@@ -16,6 +17,7 @@ import gc
 import math
 import sys
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 import rosgraph
@@ -27,12 +29,12 @@ from scara_simulation.commands import CommandGate
 from scara_simulation.config import LoopGains, SimulationConfig, gains_path, load_gains, load_simulation
 from scara_simulation.io.clockwork import Clockwork
 from scara_simulation.io.world import World, description_path
-from scara_simulation.joint_control import JointControl
+from scara_simulation.joint_control import InverseDynamics, JointControl
 from scara_simulation.joint_model import joint_models
 from scara_simulation.nodes.simulator_diagnostics import DiagnosticsPort
 from scara_simulation.nodes.simulator_ports import CommandPorts, StatePorts
 from scara_simulation.nodes.tuning_ports import TuningPorts
-from scara_simulation.simulation import Simulation, Timing
+from scara_simulation.simulation import Simulation, Snapshot, Timing
 from scara_simulation.tuning.gains import Tuning, TuningError
 from scara_simulation.tuning.stability import sample_plant
 
@@ -61,12 +63,18 @@ def main() -> None:
         sys.exit(0)
     with world:
         states = StatePorts(names, config.dt, publish_clock=publish_clock)
+        simulation = _simulation(world, robot, config, gains)
+
+        def publish(snapshots: Sequence[Snapshot]) -> None:
+            states.publish(snapshots)
+            simulation.watched = states.watched()
+
         clockwork = Clockwork(
-            _simulation(world, robot, config, gains),
+            simulation,
             config,
             factor=factor,
             follow_system_clock=not publish_clock,
-            publish=states.publish,
+            publish=publish,
             report=DiagnosticsPort(factor).report,
         )
         CommandPorts(names, clockwork, CommandGate(robot, config), states)
@@ -121,6 +129,16 @@ def _tuning(world: World, robot: Robot, config: SimulationConfig, gains: list[Lo
         raise ConfigError(f"{file}: {error}") from error
 
 
+def _inverse_dynamics(world: World, config: SimulationConfig) -> InverseDynamics | None:
+    """Return the model of the feed-forward, with masses that may be wrong on purpose; None without feed-forward."""
+    if not config.feed_forward:
+        return None
+    factor = config.model_mass_factor
+    if factor == 1.0:
+        return world.inverse_dynamics
+    return lambda q, qdot, qddot: [factor * effort for effort in world.inverse_dynamics(q, qdot, qddot)]
+
+
 def _simulation(world: World, robot: Robot, config: SimulationConfig, gains: list[LoopGains]) -> Simulation:
     """Put world, control and the nominal time axis together; the axis begins now."""
     start = config.start_positions(robot)
@@ -129,7 +147,7 @@ def _simulation(world: World, robot: Robot, config: SimulationConfig, gains: lis
         gains,
         start,
         config.dt,
-        world.inverse_dynamics if config.feed_forward else None,
+        _inverse_dynamics(world, config),
         config.tracking_bandwidth_rad_s,
     )
     timing = Timing(

@@ -34,6 +34,14 @@ class StatePorts:
             for name in joints
             for kind in ("position", "velocity")
         }
+        # As many as fit in the longest catch-up, of which nothing is to be lost.
+        self._each_step = {
+            (name, kind): rospy.Publisher(
+                f"twin/{name}_{kind}_controller/state_each_step", JointControllerState, queue_size=1000, tcp_nodelay=True
+            )
+            for name in joints
+            for kind in ("position", "velocity")
+        }
         self._modes = rospy.Publisher("twin/controller_modes", String, queue_size=1, latch=True, tcp_nodelay=True)
         self._clock = rospy.Publisher("/clock", Clock, queue_size=1, tcp_nodelay=True) if publish_clock else None
 
@@ -48,8 +56,15 @@ class StatePorts:
             self._joint_states.publish(message)
             for loop in snapshot.loops:
                 self._loops[loop.joint, loop.kind].publish(self._loop_message(loop, stamp))
+            for stamp_ns, loop in snapshot.watched:
+                self._each_step[loop.joint, loop.kind].publish(self._loop_message(loop, _time(stamp_ns)))
         if self._clock is not None and snapshots:
             self._clock.publish(Clock(clock=_time(snapshots[-1].stamp_ns)))
+
+    def watched(self) -> tuple[int, ...]:
+        """Return which joints' loops somebody listens to step by step."""
+        heard = {name for (name, _), publisher in self._each_step.items() if publisher.get_num_connections()}
+        return tuple(k for k, name in enumerate(self._joints) if name in heard)
 
     def publish_modes(self, modes: str) -> None:
         """Publish the modes of all joints; the last ones stay for late listeners."""

@@ -46,7 +46,7 @@ from twin_experiments.io.playback.stage import Stage
 from twin_experiments.io.run_reader import TWIN
 from twin_experiments.nodes.cell import RunError
 from twin_experiments.nodes.compare import print_comparison
-from twin_experiments.nodes.live_twin import LiveTwin, enter_ros
+from twin_experiments.nodes.live.live_twin import LiveTwin, enter_ros
 from twin_experiments.record import RecordError, cut
 from twin_experiments.replay.playback import Playback, plan_playback
 

@@ -1,0 +1,1 @@
+"""Making steps on the simulator's own world in process, and drawing them."""
