@@ -11,7 +11,7 @@ from scara_control.config import MotionConfig, in_si
 from scara_control.limits import check_joint_vector
 from scara_control.motion.commands import Command, MotionRefusedError, Ownership, taken_text
 from scara_control.motion.feedback import Feedback
-from scara_control.motion.follow import StreamGate
+from scara_control.motion.following.stream import StreamGate
 from scara_control.motion.packets import Measurement
 
 

@@ -14,7 +14,7 @@ from scara_control.config import MotionConfig
 from scara_control.motion.commands import Command, MotionRefusedError, Ownership, taken_text
 from scara_control.motion.drive import Drive, PathDriver
 from scara_control.motion.feedback import Feedback
-from scara_control.motion.follow import Stream
+from scara_control.motion.following.stream import Stream
 from scara_control.motion.packets import Measurement, SetpointPacket
 from scara_control.motion.plan import JointMotion, Vector, plan_move, plan_stop
 from scara_control.motion.requests import MoveLedger, Outcome, PoseReport, check_move

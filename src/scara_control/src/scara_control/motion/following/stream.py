@@ -10,7 +10,7 @@ from scara_config import Joint
 from scara_control.config import FollowConfig, in_si
 from scara_control.motion.commands import MotionRefusedError
 from scara_control.motion.feedback import Feedback
-from scara_control.motion.follow_checks import check_packet, check_step
+from scara_control.motion.following.checks import check_packet, check_step
 from scara_control.motion.packets import Measurement, SetpointPacket
 from scara_control.motion.plan import JointMotion
 from scara_control.setpoints import SetpointError, SetpointTrack

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scara_config import load_robot
 from scara_control.config import load_motion
 from scara_control.motion.commands import MotionRefusedError
-from scara_control.motion.follow import FollowSession, StreamGate
+from scara_control.motion.following.stream import FollowSession, StreamGate
 from scara_control.motion.packets import Measurement, SetpointPacket
 from scara_control.motion.plan import JointMotion
 
