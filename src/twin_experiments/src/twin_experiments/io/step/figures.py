@@ -37,10 +37,11 @@ def _draw(trial: Trial, step: Step, row: Mapping[str, Any], title: str) -> Figur
     figure = Figure(figsize=(8.4, 7.2))
     upper, middle, lower = figure.subplots(3, 1, sharex=True, height_ratios=(3, 2, 2))
     times, scale = step.times * 1e3, trial.joint.scale
-    upper.plot(times, step.set_points / scale, color="black", linewidth=1.4, label="set point", drawstyle="steps-post")
-    upper.plot(times, step.values / scale, color=GREY, linewidth=2.2, label="measured")
+    before = step.set_points[0] / scale
+    upper.plot(times, step.set_points / scale - before, color="black", linewidth=1.4, label="set point", drawstyle="steps-post")
+    upper.plot(times, step.values / scale - before, color=GREY, linewidth=2.2, label="measured")
     upper.plot(times, step.errors / scale, color=RED, linewidth=1.2, label="error")
-    upper.set(ylabel=f"{trial.kind} [{trial.unit}]", title=f"{title}, {_arrow(step)}")
+    upper.set(ylabel=f"{trial.kind} from {before:.2f} [{trial.unit}]", title=f"{title}, {_arrow(step)}")
     upper.legend(loc="center right")
     upper.set_xlim(times[0], _seen_until(times, step, trial))
     _draw_error(middle, times, step.errors / scale, row, trial)
