@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import io
 import os
 import tempfile
@@ -56,14 +57,16 @@ def _null(representer: Any, _: None) -> Any:
 
 
 def replace_file(path: Path | str, text: str) -> None:
-    """Put ``text`` into ``path`` atomically: written beside it, synced, then renamed over it.
+    """Put ``text`` into ``path`` atomically: written beside it, synced, then renamed over it. A symbolic link stays one.
 
     Raises:
         ConfigError: The folder or the file cannot be written; the old file is untouched then.
     """
-    path = Path(path)
+    path = Path(path).resolve()
     name = ""
     try:
+        if path.exists() and not os.access(path, os.W_OK):  # a folder that can be written would let it be replaced
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
         mode = path.stat().st_mode & 0o777 if path.exists() else 0o644
         handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
         with os.fdopen(handle, "w", encoding="utf-8") as file:

@@ -74,3 +74,22 @@ def test_writing_nothing_changes_nothing_in_our_files(name: str) -> None:
     """A proposal shows only what it changes."""
     path = Path(__file__).resolve().parents[3] / "config" / name
     assert changed_text(path, {}) == path.read_text()
+
+
+def test_a_protected_file_is_not_replaced(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Renaming needs only the folder; the file's own protection counts as well."""
+    import os
+
+    monkeypatch.setattr(os, "access", lambda *_: False)
+    with pytest.raises(ConfigError, match=r"cannot be written: Permission denied"):
+        write_values(file, {("joint_2", "position", "d"): 4.0})
+    assert file.read_text() == TEXT
+
+
+def test_a_symbolic_link_stays_one(file: Path) -> None:
+    """What it points to is changed."""
+    link = file.with_name("link.yaml")
+    link.symlink_to(file)
+    write_values(link, {("joint_2", "position", "d"): 4.0})
+    assert link.is_symlink()
+    assert "d: 4.0" in file.read_text()
