@@ -44,6 +44,7 @@ def scenarios(seconds: float) -> dict[str, Scenario]:
         operator_faults.estop_released,
         operator_faults.hold_released,
         recording_faults.recorder_killed,
+        recording_faults.recorder_stopped,
         recording_faults.disk_full,
     ):
         found[plain.__name__] = plain
@@ -53,14 +54,14 @@ def scenarios(seconds: float) -> dict[str, Scenario]:
 
 def storm(cell: FaultCell, rng: Random, seconds: float) -> list[Row]:
     """Break many things at once for ``seconds``, without any command: nobody leads, nothing moves, and it ends well."""
-    cell.wait_for("IDLE")
+    cell.recover()
     begun = time.time()
     for relay in (cell.modbus, cell.web):
         relay.disturb(Sometimes(Random(rng.random()), rng.choice((0.0, 0.005, 0.03))))
     while time.time() - begun < seconds:
         _strike(cell, rng)
         time.sleep(rng.uniform(0.05, 1.5))
-    rows = [still_row(cell, "storm", begun), Row("storm", "leader changes", 0.0, float(leader_changes(cell, begun)))]
+    rows = [still_row(cell, "storm", begun), Row("storm", "leader changes", 0.0, float(leader_changes(cell, begun)), always=True)]
     healed = time.time()
     cell.recover(90.0)
     return [*rows, Row("storm", "idle again after [s]", 60.0, time.time() - healed)]

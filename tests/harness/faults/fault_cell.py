@@ -146,8 +146,12 @@ class FaultCell:
         wait_until(there, timeout, f"{mode}; it is {self.mode}: {self.states[-1].why if self.states else ''}")
 
     def move(self, speed_percent: float = 15.0) -> None:
+        """Make sure of an idle cell, then :meth:`go`."""
+        self.recover()
+        self.go(speed_percent)
+
+    def go(self, speed_percent: float = 15.0) -> None:
         """Let the operator move both sides to the further of two poses; wait until the robot is under way."""
-        self.wait_for("IDLE")
         here = self.twin.position()
         target = max((THERE, BACK), key=lambda pose: abs(pose[0] - here[0]))
         answer = self.command("MOVE_JOINTS", joint_positions=target, speed_percent=speed_percent)

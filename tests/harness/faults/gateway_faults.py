@@ -8,6 +8,7 @@ from concurrent.futures import ProcessPoolExecutor
 from random import Random
 
 from harness.faults.fault_cell import FaultCell
+from harness.faults.link_faults import losses
 from harness.faults.rows import Row
 from harness.opponents import attacks
 
@@ -21,7 +22,7 @@ def attacked(cell: FaultCell, name: str, rng: Random, seconds: float) -> list[Ro
     """Attack the gateway beside an honest client and the twin controller; look at both, and at the gateway's memory."""
     attack = getattr(attacks, name)
     port = cell.ports["gateway"]
-    cell.wait_for("IDLE")
+    cell.recover()
     with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context("spawn")) as pool:
         pool.submit(attack, port, 1.0, rng.randrange(1 << 30)).result()
         alone, _ = pool.submit(attacks.reader, port, 2.0, 0).result()
@@ -30,12 +31,11 @@ def attacked(cell: FaultCell, name: str, rng: Random, seconds: float) -> list[Ro
         beside, silence = pool.submit(attacks.reader, port, seconds - 0.5, 0).result()
         done = bad.result()
     time.sleep(1.5)  # what is half open is given up by now
-    lost = [d for d in cell.decided(begun) if d.event == "LINK_LOST"]
     fault = f"gateway: {name.replace('_', ' ')}"
     return [
         Row(fault, "attacks made", 1.0, float(done), at_least=True),
         Row(fault, "gateway's memory grows [MB]", GROWTH_MB, cell.memory("gateway") - before),
         Row(fault, "messages of an honest client [part of those before]", SHARE, beside / (seconds - 0.5) / (alone / 2.0), True),
         Row(fault, "longest silence of an honest client [s]", SILENCE_S, silence),
-        Row(fault, "links lost by the twin controller", 0.0, float(len(lost))),
+        losses(cell, fault, begun),
     ]

@@ -25,7 +25,14 @@ def reaction(cell: FaultCell, fault: str, since: float) -> Row:
 def still_row(cell: FaultCell, fault: str, begin: float, side: str = "real") -> Row:
     """Return how far a side has moved since ``begin``: nothing moves by itself."""
     travel = getattr(cell, side).travel(begin)
-    return Row(fault, f"{'robot' if side == 'real' else 'twin'} moves by itself [deg or mm]", STILL_MM_DEG, travel)
+    return Row(fault, f"{'robot' if side == 'real' else 'twin'} moves by itself [deg or mm]", STILL_MM_DEG, travel, always=True)
+
+
+def losses(cell: FaultCell, fault: str, since: float) -> Row:
+    """Return how often the twin controller lost a link since then; why is printed."""
+    lost = [decision.why for decision in cell.decided(since) if decision.event == "LINK_LOST"]
+    print("\n".join(lost), end="\n" if lost else "")
+    return Row(fault, "links lost by the twin controller", 0.0, float(len(lost)))
 
 
 def frozen(cell: FaultCell, side: str, rng: Random) -> list[Row]:
@@ -63,6 +70,7 @@ def cut(cell: FaultCell, side: str, rng: Random) -> list[Row]:
 def refused(cell: FaultCell, side: str, rng: Random) -> list[Row]:
     """Nobody listens for a while: the link comes back by itself within its longest pause."""
     fault, proxy, _ = _wire(cell, side)
+    cell.recover()
     begun = time.time()
     proxy.refuse(True)
     cell.lost(begun)
@@ -78,7 +86,7 @@ def refused(cell: FaultCell, side: str, rng: Random) -> list[Row]:
 def disturbed(cell: FaultCell, side: str, name: str, fault: Fault, duration: float) -> list[Row]:
     """Do something to every unit of an idle cell: nobody leads, nothing moves, and it is idle again afterwards."""
     wire, proxy, _ = _wire(cell, side)
-    cell.wait_for("IDLE")
+    cell.recover()
     begun = time.time()
     proxy.disturb(fault)
     time.sleep(duration)
@@ -86,7 +94,7 @@ def disturbed(cell: FaultCell, side: str, name: str, fault: Fault, duration: flo
     struck = sum(proxy.report().values())
     changes = leader_changes(cell, begun)
     cell.recover()
-    rows = [moved, Row(f"{wire} {name}", "leader changes", 0.0, float(changes))]
+    rows = [moved, Row(f"{wire} {name}", "leader changes", 0.0, float(changes), always=True)]
     return [*rows, Row(f"{wire} {name}", "units damaged", 1.0, float(struck), True)] if struck else rows
 
 
@@ -94,20 +102,19 @@ def slow_line(cell: FaultCell, side: str, rng: Random) -> list[Row]:
     """Delay and jitter well below the time-outs: no link is lost."""
     begun = time.time()
     rows = disturbed(cell, side, "delayed", Delayed(0.010, 0.010, rng), 2.0)
-    lost = [d for d in cell.decided(begun) if d.event == "LINK_LOST"]
-    return [*rows, Row(f"{_wire(cell, side)[0]} delayed", "links lost", 0.0, float(len(lost)))]
+    return [*rows, losses(cell, f"{_wire(cell, side)[0]} delayed", begun)]
 
 
 def byte_by_byte(cell: FaultCell, side: str, rng: Random) -> list[Row]:
     """Each byte in a segment of its own: the pair moves as if nothing was."""
     wire, proxy, _ = _wire(cell, side)
+    cell.recover()
     begun = time.time()
     proxy.disturb(Split(16 if side == "twin" else 1000, rng))
-    cell.move(speed_percent=rng.uniform(10.0, 30.0))
+    cell.go(rng.uniform(10.0, 30.0))
     cell.wait_for("IDLE", 30.0)
-    lost = [d for d in cell.decided(begun) if d.event == "LINK_LOST"]
     proxy.heal()
-    return [Row(f"{wire} byte by byte", "links lost during a move", 0.0, float(len(lost)))]
+    return [losses(cell, f"{wire} byte by byte", begun)]
 
 
 def damaged(cell: FaultCell, side: str, rng: Random, duration: float) -> list[Row]:

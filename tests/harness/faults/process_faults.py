@@ -29,6 +29,7 @@ def controller_killed(cell: FaultCell, rng: Random) -> list[Row]:
 def controller_killed_under_a_program(cell: FaultCell, rng: Random) -> list[Row]:
     """Kill -9 of the twin controller while the robot runs a program of its own: its watchdog ends the program."""
     fault = "twin_controller killed, robot leads"
+    cell.recover()
     cell.pendant("run", "TWO_POINT")
     wait_until(lambda: cell.mode == "REAL_LEADS" and cell.real.under_way(0.05, 0.1), 15.0, "a robot under way")
     time.sleep(rng.uniform(0.0, 0.1))

@@ -129,6 +129,7 @@ class MasterCell:
 
 def master_killed(cell: MasterCell) -> list[Row]:
     """Kill the master under a moving pair: the move ends as commanded; with a new master all is there again within 2 s."""
+    cell.home()
     before = cell.registrations()
     assert "success: True" in cell.command("MOVE_JOINTS", joint_positions=[0.4, 0.3, -0.1, 0.0], speed_percent=3.0)
     wait_until(lambda: cell.joint_1() > 2.0, 10.0, "a robot under way")

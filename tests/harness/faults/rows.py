@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -17,6 +18,7 @@ class Row:
         limit: The largest value allowed, or the smallest if ``at_least``.
         measured: The value.
         at_least: The limit is a lower one.
+        always: No busy machine excuses a value beyond the limit: what may never happen, not even once.
     """
 
     fault: str
@@ -24,6 +26,7 @@ class Row:
     limit: float
     measured: float
     at_least: bool = False
+    always: bool = False
 
     @property
     def holds(self) -> bool:
@@ -42,12 +45,26 @@ class Row:
         return {**asdict(self), "measured": measured, "holds": self.holds}
 
 
-def check(rows: list[Row]) -> None:
-    """Print all rows, then fail with those that are broken."""
-    for row in rows:
-        print(row.text)
-    assert rows, "nothing was measured"
-    assert all(row.holds for row in rows), "\n".join(row.text for row in rows if not row.holds)
+def check(measure: Callable[[], list[Row]], attempts: int = 3) -> None:
+    """Measure and print; fail if a row that must always hold is broken, or another one in every attempt.
+
+    Times are measured on a machine that does other things too: what the software cannot do it does in no attempt.
+    """
+    for left in reversed(range(attempts)):
+        try:
+            rows = measure()
+        except AssertionError as error:
+            if not left:
+                raise
+            print(f"not measured: {error}")
+            continue
+        for row in rows:
+            print(row.text)
+        broken = [row for row in rows if not row.holds]
+        assert rows, "nothing was measured"
+        assert not [row for row in broken if row.always] and (left or not broken), "\n".join(row.text for row in broken)
+        if not broken:
+            return
 
 
 def worst(rows: list[Row]) -> list[Row]:

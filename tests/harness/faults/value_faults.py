@@ -85,7 +85,7 @@ def twin_lies(seed: int, count: int, progress: Callable[[int], None] = lambda do
     name = f"{len(twin.lies)} kinds of lies of the twin"
     return [
         Row(name, "lies told", float(count), float(sum(twin.lies.values())), at_least=True),
-        Row(name, "silent wrong values", 0.0, float(len(judge.wrong))),
+        Row(name, "silent wrong values", 0.0, float(len(judge.wrong)), always=True),
         Row(name, "samples accepted [part of all packets]", 0.4, judge.samples / twin.sent, at_least=True),
         Row(name, "samples after it tells the truth again", 50.0, float(judge.samples - healed), at_least=True),
         Row(name, "largest unnoticed deviation [part of what is possible]", 1.0, judge.largest),
@@ -150,7 +150,7 @@ def robot_lies(seed: int, count: int, progress: Callable[[int], None] = lambda d
     name = f"{len(robot.lies)} kinds of lies of the robot"
     return [
         Row(name, "lies told", float(count), float(told), at_least=True),
-        Row(name, "silent wrong values", 0.0, float(len(judge.wrong))),
+        Row(name, "silent wrong values", 0.0, float(len(judge.wrong)), always=True),
         Row(name, "true samples accepted [part of all answers]", 0.1, judge.samples / robot.answers, at_least=True),
         Row(name, "samples after it tells the truth again", 50.0, float(judge.samples - healed), at_least=True),
         Row(

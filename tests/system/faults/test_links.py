@@ -16,34 +16,34 @@ SIDES = pytest.mark.parametrize("side", ["real", "twin"])
 @SIDES
 def test_half_open_line_is_found_and_the_robot_stands(cell: FaultCell, side: str, rng: Random) -> None:
     """Modbus within 0.1 s, the web socket within 0.25 s; the robot stands 0.2 s and a ramp later; nothing is replayed."""
-    check(link_faults.frozen(cell, side, rng))
+    check(lambda: link_faults.frozen(cell, side, rng))
 
 
 @SIDES
 def test_line_that_is_cut_stops_the_robot_and_nothing_goes_on_by_itself(cell: FaultCell, side: str, rng: Random) -> None:
     """After the reconnect the pair aligns and stands, until somebody gives a new command."""
-    check(link_faults.cut(cell, side, rng))
+    check(lambda: link_faults.cut(cell, side, rng))
 
 
 @SIDES
 def test_peer_that_refuses_is_found_again(cell: FaultCell, side: str, rng: Random) -> None:
     """The pause between attempts is bounded, and a link that came back moves nothing."""
-    check(link_faults.refused(cell, side, rng))
+    check(lambda: link_faults.refused(cell, side, rng))
 
 
 @SIDES
 def test_slow_line_loses_nothing(cell: FaultCell, side: str, rng: Random) -> None:
     """10 to 20 ms of delay are below every time-out."""
-    check(link_faults.slow_line(cell, side, rng))
+    check(lambda: link_faults.slow_line(cell, side, rng))
 
 
 @SIDES
 def test_bytes_that_come_one_by_one_are_put_together(cell: FaultCell, side: str, rng: Random) -> None:
     """Segments are no packets."""
-    check(link_faults.byte_by_byte(cell, side, rng))
+    check(lambda: link_faults.byte_by_byte(cell, side, rng))
 
 
 @SIDES
 def test_damaged_answers_move_nothing(cell: FaultCell, side: str, rng: Random) -> None:
     """Duplicated, corrupted, truncated, dropped and swapped units: no leader, no motion, idle again afterwards."""
-    check(link_faults.damaged(cell, side, rng, 4.0))
+    check(lambda: link_faults.damaged(cell, side, rng, 4.0))

@@ -14,9 +14,14 @@ pytestmark = pytest.mark.system
 
 def test_killed_recorder_loses_a_fifth_of_a_second_at_most(cell: FaultCell, rng: Random) -> None:
     """Our tools read the rest at once, standard tools after their own reindex, and both find the same."""
-    check(recording_faults.recorder_killed(cell, rng))
+    check(lambda: recording_faults.recorder_killed(cell, rng))
+
+
+def test_recorder_that_stands_still_holds_nobody_up(cell: FaultCell, rng: Random) -> None:
+    """Publishers do not wait for a subscriber; it records again when it goes on."""
+    check(lambda: recording_faults.recorder_stopped(cell, rng))
 
 
 def test_full_disk_ends_the_recording_and_nothing_else(cell: FaultCell, rng: Random) -> None:
     """All before it is kept, /diagnostics says ERROR within 1 s, the control feels nothing."""
-    check(recording_faults.disk_full(cell, rng))
+    check(lambda: recording_faults.disk_full(cell, rng))

@@ -20,9 +20,9 @@ def master_cell(tmp_path_factory: pytest.TempPathFactory) -> Iterator[MasterCell
 
 def test_new_master_knows_all_topics_and_services_within_two_seconds(master_cell: MasterCell) -> None:
     """Nodes outlive their master, a running move too; rospy alone would never register a service again."""
-    check(master_killed(master_cell))
+    check(lambda: master_killed(master_cell))
 
 
 def test_silent_master_holds_nobody_up(master_cell: MasterCell) -> None:
     """Links and motion need no master; what needs one is refused with the reason, in its time."""
-    check(master_stopped(master_cell, 4.0))
+    check(lambda: master_stopped(master_cell, 4.0))

@@ -14,24 +14,24 @@ pytestmark = pytest.mark.system
 
 def test_stop_is_on_both_wires_within_two_cycles(cell: FaultCell, rng: Random) -> None:
     """None is lost."""
-    check(operator_faults.stop_reaches_both(cell, rng, 3))
+    check(lambda: operator_faults.stop_reaches_both(cell, rng, 3))
 
 
 def test_release_of_an_emergency_stop_moves_nothing(cell: FaultCell, rng: Random) -> None:
     """RESET and ALIGN give no motion back."""
-    check(operator_faults.estop_released(cell, rng))
+    check(lambda: operator_faults.estop_released(cell, rng))
 
 
 def test_release_of_a_hold_moves_nothing_after_stop(cell: FaultCell, rng: Random) -> None:
     """STOP clears the program of the robot; the hold ends with it, and the robot stays."""
-    check(operator_faults.hold_released(cell, rng))
+    check(lambda: operator_faults.hold_released(cell, rng))
 
 
 def test_sensor_noise_makes_nobody_a_leader(cell: FaultCell, rng: Random) -> None:
     """An idle cell whose sensors are noisy stays idle."""
-    check(operator_faults.noisy(cell, rng, 20.0))
+    check(lambda: operator_faults.noisy(cell, rng, 20.0))
 
 
 def test_storm_of_faults_moves_nothing_and_ends_idle(cell: FaultCell, rng: Random) -> None:
     """Cuts, silence, damage, stopped and killed processes at once, without any command."""
-    check(campaign.storm(cell, rng, 6.0))
+    check(lambda: campaign.storm(cell, rng, 6.0))
