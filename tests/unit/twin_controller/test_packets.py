@@ -260,7 +260,7 @@ def test_whatever_stands_in_a_field_only_packet_errors_come_out(field: str, valu
             event = convert(message, NAMES, 0.0)
         except PacketError:
             continue
-        row = event.q if isinstance(event, TwinMeasured) else event.q[0]  # type: ignore[attr-defined]
+        row = event.q if isinstance(event, TwinMeasured) else event.q[0]
         assert len(row) == len(HOME)
 
 

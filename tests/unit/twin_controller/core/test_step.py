@@ -285,9 +285,8 @@ def test_the_pair_coming_apart_pauses_both_until_acknowledged(pair: Pair) -> Non
     """Divergence is k of n beyond the limit; RESUME needs the operator's acknowledgement."""
     pair.start_program(ramp(HOME, AWAY, 4.0))
     pair.run(1.0)
-    pair._perform = lambda action: None  # type: ignore[method-assign]
-    pair.motion, pair.follow = "paused", None
-    pair.command_id = 1 << 30 | 1
+    pair.take_follow = lambda action, now: None  # type: ignore[method-assign]
+    pair.motion, pair.follow = "idle", None
     pair.run(1.5)
     assert pair.state.mode == "PAUSED" and pair.state.needs_acknowledge
     refused = pair.operate("RESUME")
