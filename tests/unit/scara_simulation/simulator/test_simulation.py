@@ -66,6 +66,17 @@ def test_loop_states_come_with_every_second_snapshot_here(simulation):
     assert [len(s.loops) for s in simulation.advance(20)] == [0, 1, 0, 1]
 
 
+def test_watched_loops_are_told_for_each_step(simulation):
+    """Stamped step by step, none twice and none lost, and only while somebody watches."""
+    simulation.advance(3)
+    simulation.watched = (0,)
+    seen = [entry for s in simulation.advance(14) for entry in s.watched]
+    assert [stamp for stamp, _ in seen] == [EPOCH + k * MS for k in range(4, 16)]
+    assert {state.joint for _, state in seen} == {"slide"}
+    simulation.watched = ()
+    assert [stamp for s in simulation.advance(10) for stamp, _ in s.watched] == [EPOCH + 16 * MS, EPOCH + 17 * MS]
+
+
 def test_set_points_are_met_at_their_nominal_time(simulation):
     """The state stamped t is the one wanted at t, however late the step was run."""
     simulation.control.command_track(["slide"], moving())
