@@ -39,19 +39,26 @@ def _faults(options: Options) -> list[Row]:
     return run(options.seeds, options.minutes, options.folder, options.console)
 
 
-SECTIONS: dict[str, Callable[[Options], list[Row]]] = {"faults": _faults}
+def _variations(options: Options) -> list[Row]:
+    from bench.variations import run
+
+    return run(options.folder, options.console)
+
+
+SECTIONS: dict[str, Callable[[Options], list[Row]]] = {"faults": _faults, "variations": _variations}
 BY_DEFAULT: tuple[str, ...] = ()
 """Sections that run when none is named; the faults take more than an hour."""
 
 
 def main(
     faults: Annotated[bool, typer.Option("--faults", help="The long fault campaign.")] = False,
+    variations: Annotated[bool, typer.Option("--variations", help="The experiments under other speeds, models, delays.")] = False,
     seeds: Annotated[int, typer.Option(help="How often each fault is done, each time otherwise.", min=0)] = 20,
     minutes: Annotated[float, typer.Option(help="Minutes of random faults, and at most 10 of sensor noise.", min=0.0)] = 60.0,
     output: Annotated[Path | None, typer.Option("--json", help="Where the table goes as JSON; default: runs/bench/.")] = None,
 ) -> None:
     """Measure, and compare with the limits. Exit code 0: all hold; 1: one does not; 2: nothing to measure."""
-    chosen = ["faults"] if faults else list(BY_DEFAULT)
+    chosen = [name for name, wanted in (("faults", faults), ("variations", variations)) if wanted] or list(BY_DEFAULT)
     console = Console()
     if not chosen:
         console.print(f"cell bench: nothing chosen; there is: {', '.join('--' + name for name in SECTIONS)}")
@@ -70,8 +77,8 @@ def main(
 
 def table(rows: list[Row]) -> Table:
     """Lay rows out for a person."""
-    shown = Table(title="Faults", show_lines=False)
-    for heading in ("fault", "metric", "limit", "measured", "holds"):
+    shown = Table(show_lines=False)
+    for heading in ("case", "metric", "limit", "measured", "holds"):
         shown.add_column(heading, justify="right" if heading in ("limit", "measured") else "left")
     for row in rows:
         sign = "≥" if row.at_least else "≤"

@@ -166,7 +166,7 @@ class Pair(RealSide, TwinSide):
         event = RealMeasured(
             now=self.now, sent=self.now - 0.0005, received=self.now, clock_ms=clock % (1 << 31), q=self._noisy(q), qdot=qdot,
             own_program=self.own_program, streaming=self.streaming, paused=self.paused, drives_on=self.drives,
-            fault=self.fault, speed_percent=100.0, override_percent=100.0,
+            fault=self.fault, speed_percent=100.0, override_percent=self.override,
         )  # fmt: skip
         self._report(event, lambda: self.real_up)
 

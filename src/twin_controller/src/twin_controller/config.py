@@ -86,6 +86,7 @@ class Limit(Section, frozen=True):
 
     speed_percent: Percent
     step_margin: Annotated[float, Meta(ge=1.0, le=10.0)]
+    override_margin: Annotated[float, Meta(ge=1.0, le=2.0)]
     source_age_ms: PositiveMs
     position_tolerance: Positive
 

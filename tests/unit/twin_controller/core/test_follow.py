@@ -8,7 +8,8 @@ import pytest
 from harness.pair import HOME, SETUP, Pair, ramp, shifted
 from hypothesis import given
 from hypothesis import strategies as st
-from twin_controller.core.following.follow import close_gap, estimate_acceleration, twin_ahead
+from twin_controller.core.actions import StreamReal
+from twin_controller.core.following.follow import close_gap, estimate_acceleration, stream_real, twin_ahead
 from twin_controller.core.state import Sample
 
 replace = msgspec.structs.replace
@@ -86,3 +87,18 @@ def test_a_plan_that_is_over_is_not_used() -> None:
     assert plan is not None
     over = replace(pair.state, plan=replace(plan, stamp=plan.stamp - 1.0))
     assert twin_ahead(SETUP, over, pair.now) == twin_ahead(SETUP, replace(pair.state, plan=None), pair.now)
+
+
+def test_the_robots_own_limit_is_the_gates_whatever_its_override() -> None:
+    """R[2] times override gives 80 %, or all that the override leaves; a robot at its limit could not catch up."""
+    pair = Pair()
+    pair.connect()
+    pair.move_twin(ramp(HOME, shifted(HOME, 20.0), 2.0))
+    pair.run(0.6)
+    for override, expected in ((100.0, 80.0), (90.0, 800.0 / 9.0), (30.0, 100.0)):
+        assert pair.state.flags is not None
+        flags = replace(pair.state.flags, override_percent=override)
+        _, actions, reason = stream_real(SETUP, replace(pair.state, flags=flags), pair.now)
+        assert reason == ""
+        sent = [action.speed_percent for action in actions if isinstance(action, StreamReal)]
+        assert sent == [pytest.approx(expected)]

@@ -308,3 +308,12 @@ def test_speed_above_the_limit_caps_the_twin(pair: Pair) -> None:
 def test_deviation_is_infinite_while_a_side_is_unknown() -> None:
     """Nothing that needs both sides may pass before both are known."""
     assert deviation(SETUP, Pair().state) == float("inf")
+
+
+def test_the_twin_leaves_the_robot_room_below_its_override(pair: Pair) -> None:
+    """A robot that follows at exactly its override could not catch up."""
+    pair.override = 30.0
+    pair.move_twin(ramp(HOME, AWAY, 1.0))
+    pair.run(0.5)
+    assert pair.limit == pytest.approx(30.0 / SETUP.config.limit.override_margin)
+    assert "override is 30 %" in pair.state.speed.reason

@@ -107,9 +107,10 @@ def _twin_cap(setup: Setup, state: CoreState) -> tuple[float, str]:
     caps = [(state.speed.cap, "the operator's SPEED")]
     if state.real.connected and state.flags is not None:
         override = max(state.flags.override_percent, 1.0)
+        room = override / limit.override_margin
         caps += [
             (limit.speed_percent, f"above {limit.speed_percent:g} % the real robot gets that much"),
-            (override, f"the real robot's override is {override:g} %"),
+            (room, f"the real robot's override is {override:g} %, and it needs some of that to keep up"),
         ]
     if cell.cartesian_speed_mm_s is not None:
         caps.append(

@@ -154,4 +154,5 @@ def stream_real(setup: Setup, state: CoreState, now: float) -> tuple[CoreState, 
     tube = echo.remember(state.real.tube, now, setup.to_border(verdict.q), MEMORY_S)
     sent = replace(stream, last=Sample(now, verdict.q, (0.0,) * len(q)))
     state = replace(state, stream=sent, speed=replace(state.speed, gate=verdict.reason), real=replace(state.real, tube=tube))
-    return state, [StreamReal(verdict.q, 100.0 * share)], ""
+    override = state.flags.override_percent if state.flags is not None else 100.0
+    return state, [StreamReal(verdict.q, min(100.0, 1e4 * share / max(override, 1.0)))], ""
