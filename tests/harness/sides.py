@@ -131,7 +131,7 @@ class TwinSide:
         self.twin_up = False
         self.motion = "idle"
         self.command_id = 0
-        self.limit = 100.0
+        self.limit = self.override = 100.0
         self.announce = 0.1
         self.twin_path: Path_ | None = None
         self.twin_time = 0.0
