@@ -1,7 +1,8 @@
 """A Modbus TCP server that lies: for each answer the truth is known, and so is every lie.
 
 The robot swings; what it says about an instant follows from its clock alone, so that any sample can be checked against the
-truth by its own clock. It lies often, never twice in a row.
+truth by its own clock. It lies often, but never twice in a row about the same thing: a robot that goes on telling the same
+lie cannot be found out.
 """
 
 from __future__ import annotations
@@ -51,7 +52,8 @@ class LyingRobot:
         self.lies: Counter[str] = Counter()
         self.answers = 0
         self.honest = False
-        self._rng, self._rate, self._lied, self._before = Random(seed), rate, False, b""
+        self._rng, self._rate, self._before = Random(seed), rate, b""
+        self._lied = {True: False, False: False}
         self._listener = socket.create_server(("127.0.0.1", 0))
         self.port: int = self._listener.getsockname()[1]
         threading.Thread(target=self._accept, daemon=True).start()
@@ -109,10 +111,10 @@ class LyingRobot:
     def _perhaps_lie(self, adu: bytes) -> bytes | None:
         self.answers += 1
         state = adu[7] == 3 and len(adu) > 90
-        if self.honest or self._lied or self._rng.random() >= self._rate * (1.0 if state else 0.2):
-            self._lied = False
+        if self.honest or self._lied[state] or self._rng.random() >= self._rate * (1.0 if state else 0.2):
+            self._lied[state] = False
             return adu
-        self._lied = True
+        self._lied[state] = True
         kinds = {**FRAMING, **VALUES} if state else FRAMING
         name = self._rng.choice(sorted(VALUES)) if state and self._rng.random() < 0.9 else self._rng.choice(sorted(kinds))
         self.lies[name] += 1
