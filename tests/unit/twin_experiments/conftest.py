@@ -49,7 +49,7 @@ class BagMaker:
         """Know the standard types and those of the cell."""
         self.store = get_typestore(Stores.ROS1_NOETIC)
         folder = ROOT / "src" / "scara_msgs" / "msg"
-        for name in ("Decision",):
+        for name in ("Decision", "CoreInput"):
             self.store.register(get_types_from_msg((folder / f"{name}.msg").read_text(), f"scara_msgs/msg/{name}"))
         self.namespace = namespace
         self.samples: list[Sample] = []
@@ -180,12 +180,18 @@ def _say(maker: BagMaker, pair: Pair) -> None:
 def make_bag(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Path]:
     """Return a function that writes a bag like that of a whole run into a folder of its own."""
 
-    def make(namespace: str = "", **options: Any) -> Path:
+    def make(namespace: str = "", experiments: tuple[str, ...] = ("real_leads", "twin_leads"), **options: Any) -> Path:
         maker = BagMaker(namespace)
-        imitate(maker, Pair(**options))
+        imitate(maker, Pair(**options), experiments)
         return maker.write(tmp_path_factory.mktemp("bag") / "run.bag")
 
     return make
+
+
+@pytest.fixture(scope="session")
+def bag_maker() -> type[BagMaker]:
+    """Return what writes bags message by message."""
+    return BagMaker
 
 
 @pytest.fixture

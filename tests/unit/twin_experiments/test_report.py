@@ -197,3 +197,22 @@ def test_an_experiment_that_nobody_knows_is_refused(make_bag: MakeBag, recorded_
     files["experiments.yaml"] = files["experiments.yaml"].replace("  twin_leads:", "  both_lead:")
     with pytest.raises(RecordError, match=r"unknown experiment twin_leads: experiments\.yaml has real_leads, both_lead"):
         analyse(make_bag(configuration=json.dumps(files)))
+
+
+def test_repeated_experiments_are_reported_each_and_together(make_bag: MakeBag) -> None:
+    """Own figures and rows for each repeat; mean, spread and worst of the name."""
+    bag = make_bag(experiments=("real_leads",) * 3)
+    written = write_report(bag, bag.parent / "out", CONFIG)
+    document = json.loads((written.folder / "report.json").read_text())
+    assert [e["repeat"] for e in document["experiments"]] == [1, 2, 3]
+    (summary,) = document["repeats"]
+    errors = [e["path_error_max_percent"] for e in document["experiments"]]
+    assert summary["repeats"] == summary["passed"] == 3
+    assert summary["path_error_max_percent"]["worst"] == max(errors)
+    assert summary["path_error_max_percent"]["mean"] == pytest.approx(sum(errors) / 3, abs=1e-5)
+    assert {file.name for file in written.folder.glob("real_leads*_paths.png")} == {
+        "real_leads_paths.png",
+        "real_leads_2_paths.png",
+        "real_leads_3_paths.png",
+    }
+    assert "Repeats" in (written.folder / "report.html").read_text()

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scara_config import load_robot
-from scara_control.screws import ScrewModel, tool_positions
+from scara_control.kinematics.screws import ScrewModel, tool_positions
 from scara_simulation.config import load_gains, load_simulation
 from scara_simulation.io.world import description_path
 from twin_experiments.fitting.search import errors, fit_twin

@@ -24,7 +24,7 @@ class Accepted(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class ComparisonFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Everything in comparison.yaml."""
 
-    snapshots_hz: Annotated[float, Meta(ge=1.0, le=200.0)]
+    snapshots_hz: Annotated[float, Meta(ge=1.0, le=1000.0)]
     accepted: Accepted
     gap_penalty: Annotated[float, Meta(ge=0.0, le=1.0)]
     longest_shift_s: Annotated[float, Meta(gt=0.0, le=60.0)]

@@ -17,7 +17,7 @@ from twin_experiments.comparison.tracks import Mechanism, Track, along_path, dis
 from twin_experiments.record import pick
 
 FOREIGN_SHARE = 0.01  # our choice: of a foreign joint's range of motion, accepted between two snapshots
-FINER = 4  # our choice: so much more finely the first recording's path is drawn
+FINER = 16  # our choice: so much more finely the first recording's path is drawn
 PATH_WINDOW = 0.05  # our choice: part of the path within which the nearest place is looked for; later it may cross itself
 SMALLEST = 1e-4  # [rad] or [m], our choice: accepted at least
 

@@ -12,6 +12,7 @@ from twin_experiments.record import RecordError
 from twin_experiments.replay.decisions import RecordedInput, Replay
 
 ROS_TIME = 1e6  # [s], our choice: a larger number is ROS time, a smaller one counts from the start of the recording
+DOUBLE_NS = 1000  # what a double in seconds since 1970 cannot resolve, and then some
 
 
 def shadow_at(setup_at: Callable[[float], Setup], inputs: Sequence[RecordedInput], time: float) -> Shadow:
@@ -20,23 +21,22 @@ def shadow_at(setup_at: Callable[[float], Setup], inputs: Sequence[RecordedInput
     Args:
         setup_at: Profile and numbers in force at a time [s].
         inputs: The recorded inputs.
-        time: [s] since the start of the recording, negative: before its end, large: ROS time.
+        time: [s] since the start of the recording, 0: the first state, negative: before its end, large: ROS time.
 
     Raises:
         RecordError: There is no state at or before that time.
     """
-    if not inputs:
-        raise RecordError("no inputs were recorded")
+    begin = next((message.at for message in inputs if message.state), None)
+    if begin is None:
+        raise RecordError("no state of the controller was recorded")
     if time > ROS_TIME:
-        last = max((k for k, message in enumerate(inputs) if message.stamp_ns <= time * 1e9), default=-1)
+        last = max((k for k, message in enumerate(inputs) if message.stamp_ns <= time * 1e9 + DOUBLE_NS), default=-1)
     else:
-        wanted = time if time >= 0.0 else inputs[-1].at + time
+        wanted = time if time > 0.0 else inputs[-1].at + time if time < 0.0 else begin
         last = max((k for k, message in enumerate(inputs) if message.at <= wanted), default=-1)
     first = max((k for k, message in enumerate(inputs[: last + 1]) if message.state), default=-1)
     if first < 0:
-        begin = next((message.at for message in inputs if message.state), None)
-        held = "it holds no state at all" if begin is None else f"its first state is at {begin:.3f} s"
-        raise RecordError(f"time {time:g} s: no state before it; {held}")
+        raise RecordError(f"time {time:g} s: no state before it; the first one is at {begin:.3f} s")
     return _replayed(setup_at, inputs[first : last + 1])
 
 
