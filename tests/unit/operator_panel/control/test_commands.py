@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from operator_panel.control.commands import COMMANDS, refusal
 from operator_panel.view.words import MODES
-from twin_controller.core.table import Mode, Trigger, look_up
+from twin_controller.core.rules.table import Mode, Trigger, look_up
 
 PAUSED_BY = Mode.REAL_LEADS
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import asyncio
 import math
+import time
 from collections.abc import Mapping
 from typing import Any
 
 import pytest
 from harness.workspace import ROOT
 from operator_panel.config import Control
-from operator_panel.control.authority import Role
+from operator_panel.control.authority import Role, passed
 from operator_panel.control.jog import DeadMan
 from operator_panel.door import Answer
 from operator_panel.io.desk import Desk
@@ -137,6 +138,16 @@ def test_other_tab_does_not_inherit(desk: Desk) -> None:
     desk.open("c", Role.OPERATOR)
     desk.arrived("c", "tab c")
     assert desk.state.holder == "a"
+
+
+def test_page_that_comes_while_the_holder_is_gone_gets_control_if_that_stays_away(desk: Desk) -> None:
+    """Nobody has to press a button for a free seat."""
+    desk.left("a")
+    desk.left("b")
+    desk.open("c", Role.OPERATOR)
+    desk.arrived("c", "tab c")
+    desk.state = passed(desk.state, time.monotonic() + 6.0, 20.0, 5.0)
+    assert desk.state.holder == "c"
 
 
 def test_wrong_jog_of_a_browser_is_answered_in_words(desk: Desk) -> None:

@@ -64,8 +64,8 @@ class Desk:
         if old is not None and old.page != page and not old.there and tab and old.tab == tab and session.role is Role.OPERATOR:
             self.state = authority.inherited(self.state, old.page, page)
         self.state = authority.returned(self.state, page)
-        if not self.state.holder:
-            self.ask(page)
+        if not self.state.holder or self.state.left is not None:
+            self.ask(page)  # of a page that is gone nobody answers: it gets control when that does not come back
 
     def left(self, page: str) -> None:
         """Note that a page's live connection is gone; what it holds is released at once."""

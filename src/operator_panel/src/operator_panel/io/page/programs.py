@@ -36,9 +36,9 @@ def build_programs(view: PageView) -> None:
                 await _say(view, "override", f"{parse_number(field.value, 'Override', '%'):.0f}")
 
         view.button("Set", "SPEED", "small", send).mark("override-set")
-        plain("10 % after a cold start of the robot", "row-text")
+        plain("10 % after a cold start", "row-text")
     with ui.element("div").classes("hint"):
-        plain("Keys of the robot's own pendant, pressed over Modbus. The twin follows what the robot does.")
+        plain("Keys of the robot's own pendant. The twin follows.")
 
 
 def _press(view: PageView, text: str, command: str, mark: str, *keys: str) -> None:

@@ -1,0 +1,277 @@
+"""The operator panel as a ROS node, without a browser: who is let in, what reaches the cell, what pages are told."""
+
+from __future__ import annotations
+
+import http.client
+import json
+import re
+import signal
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from harness.processes import Process, free_port, wait_until
+from harness.ros import Ros
+from harness.workspace import ROOT
+from harness.yaml_files import changed_yaml
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import ClientConnection, connect
+
+TOKEN = "token-of-the-tests"
+
+
+class Panel:
+    """A running panel and what a browser would do with it."""
+
+    def __init__(self, ros: Ros, *args: str, env: dict[str, str] | None = None) -> None:
+        """Start it and wait until it serves."""
+        self.port = free_port()
+        words = (f"_port:={self.port}", f"_token:={TOKEN}", f"_runs_dir:={ros.folder / 'runs'}", *args)
+        self.process: Process = ros.run("operator_panel", "operator_panel", *words, env=env)
+        wait_until(lambda: "to watch" in self.process.output or self.process.poll() is not None, 30.0, "the operator panel")
+        assert self.process.poll() is None, self.process.tail()
+
+    def get(self, path: str, cookie: str = "") -> http.client.HTTPResponse:
+        """Ask for a page."""
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=20.0)
+        connection.request("GET", path, headers={"Cookie": cookie} if cookie else {})
+        return connection.getresponse()
+
+    def enter(self, token: str = TOKEN) -> str:
+        """Come in by the operator's address; return the cookie."""
+        header = self.get(f"/?token={token}").getheader("Set-Cookie") or ""
+        return header.split(";")[0]
+
+    def told(self, cookie: str = "") -> dict[str, Any]:
+        """Return what a new page is told."""
+        found = re.search(r"window\.PANEL = (\{.*?\})</script>", self.get("/", cookie).read().decode())
+        assert found
+        told = json.loads(found[1])
+        assert isinstance(told, dict)
+        return told
+
+    def live(self, cookie: str = "") -> ClientConnection:
+        """Open the live connection of a new page."""
+        return connect(f"ws://127.0.0.1:{self.port}/live?page={self.told(cookie)['page']}&tab=t")
+
+
+def heard(live: ClientConnection, kind: str, timeout: float = 15.0) -> Any:
+    """Return the content of the next packet of a kind."""
+    deadline = time.monotonic() + timeout
+    while time.monotonic() < deadline:
+        packet = json.loads(live.recv(timeout=deadline - time.monotonic()))
+        if kind in packet:
+            return packet[kind]
+    raise AssertionError(f"no {kind} within {timeout:g} s")
+
+
+class StandIn:
+    """The twin controller, as far as the panel knows it."""
+
+    def __init__(self, ros: Ros) -> None:
+        """Offer the service and publish a state 20 times a second."""
+        import rospy
+
+        from scara_msgs.msg import TwinControllerState
+        from scara_msgs.srv import TwinCommand, TwinCommandResponse
+
+        self.commands: list[tuple[str, float]] = []
+
+        def obey(request: Any) -> TwinCommandResponse:
+            self.commands.append((request.command, request.speed_percent))
+            return TwinCommandResponse(request.command != "HOME", f"{request.command} was heard")
+
+        self.state = TwinControllerState(mode="IDLE", why="the positions are agreed")
+        self.state.name, self.state.unit = ["joint_1", "joint_2", "joint_3", "table_joint"], ["deg", "deg", "mm", "deg"]
+        self.state.real_position, self.state.twin_position = [12.34, 0, -160, 0], [12.3, 0, -160, 0]
+        self.state.deviation = [0.04, 0, 0, 0]
+        self._service = rospy.Service(ros.name("twin_controller/command"), TwinCommand, obey)
+        self._publisher = rospy.Publisher(ros.name("twin_controller/state"), TwinControllerState, queue_size=1)
+        self._timer = rospy.Timer(rospy.Duration(0.05), lambda _: self._publisher.publish(self.state))
+
+    def fall_silent(self) -> None:
+        """Publish no more."""
+        self._timer.shutdown()
+
+    def close(self) -> None:
+        """Leave."""
+        self._timer.shutdown()
+        self._publisher.unregister()
+        self._service.shutdown()
+
+
+@pytest.fixture(scope="module")
+def stand_in(ros_module: Ros) -> Iterator[StandIn]:
+    """Give a twin controller."""
+    made = StandIn(ros_module)
+    yield made
+    made.close()
+
+
+@pytest.fixture(scope="module")
+def panel(ros_module: Ros, stand_in: StandIn) -> Panel:
+    """Give a panel that hears the twin controller."""
+    made = Panel(ros_module)
+    with made.live() as live:
+        wait_until(lambda: heard(live, "frame")["text"]["mode"] == "Ready", 20.0, "a state on the page")
+    return made
+
+
+@pytest.fixture
+def operator(panel: Panel) -> Iterator[ClientConnection]:
+    """Give the live connection of an operator in control."""
+    with panel.live(panel.enter()) as live:
+        yield live
+
+
+def test_token_becomes_a_cookie_that_no_script_and_no_other_site_gets(panel: Panel) -> None:
+    """And it leaves the address bar."""
+    answer = panel.get(f"/?token={TOKEN}")
+    assert (answer.status, answer.getheader("Location")) == (303, "/")
+    cookie = answer.getheader("Set-Cookie") or ""
+    assert "HttpOnly" in cookie and "SameSite=strict" in cookie
+
+
+@pytest.mark.parametrize(("cookie", "operator"), [("right", True), ("operator_panel_{port}=wrong", False), ("", False)])
+def test_only_the_right_cookie_makes_an_operator(panel: Panel, cookie: str, operator: bool) -> None:
+    """Everybody else watches."""
+    shown = panel.enter() if cookie == "right" else cookie.format(port=panel.port)
+    assert panel.told(shown)["operator"] is operator
+
+
+def test_page_shows_what_the_controller_says(operator: ClientConnection) -> None:
+    """Numbers as they are rounded there, words as they are said there."""
+    text = heard(operator, "frame")["text"]
+    assert (text["joint_1.real"], text["joint_1.deviation"]) == ("12.34", "+0.04")
+    assert text["why"] == "The positions are agreed"
+
+
+def test_stop_by_the_keyboard_reaches_the_controller(operator: ClientConnection, stand_in: StandIn) -> None:
+    """And its answer reaches the page."""
+    stand_in.commands.clear()
+    operator.send('{"command": "STOP"}')
+    assert heard(operator, "said") == {"success": True, "text": "STOP: STOP was heard"}
+    assert stand_in.commands == [("STOP", 0.0)]
+
+
+def test_viewer_reaches_nothing(panel: Panel, stand_in: StandIn) -> None:
+    """Whatever a browser sends."""
+    stand_in.commands.clear()
+    with panel.live() as live:
+        live.send('{"command": "ESTOP"}')
+        assert "only watches" in heard(live, "said")["text"]
+        live.send('{"hold": 1, "joint": "joint_1", "direction": 1, "percent": 3}')
+        assert "only watches" in heard(live, "refused")["why"]
+    assert stand_in.commands == []
+
+
+@pytest.mark.parametrize("packet", ['{"command": "HOME"}', '{"hold": "x"}', "[]", "nonsense"])
+def test_unknown_packet_ends_the_connection_and_nothing_else(panel: Panel, operator: ClientConnection, packet: str) -> None:
+    """Moves are sent by the page's own buttons only; the next page works."""
+    operator.send(packet)
+    with pytest.raises(ConnectionClosed):
+        for _ in range(2000):
+            operator.recv(timeout=10.0)
+    with panel.live() as live:
+        assert heard(live, "frame")
+
+
+def test_jog_is_sent_while_signs_come_and_ends_with_a_zero(ros_module: Ros, operator: ClientConnection) -> None:
+    """Signs every 50 ms give commands; without them comes one zero, then silence."""
+    from control_msgs.msg import JointJog
+
+    jogs = ros_module.collect("joint_vel_controller/command", JointJog)
+    sent = 0
+
+    def hold() -> bool:
+        nonlocal sent
+        operator.send('{"hold": 7, "joint": "joint_3", "direction": -1, "percent": 2}')
+        sent += 1
+        time.sleep(0.05)
+        return len(jogs) >= 10
+
+    wait_until(hold, 20.0, "jog commands", period=0.0)
+    assert {(tuple(jog.joint_names), round(jog.velocities[0], 6)) for jog in jogs} == {(("joint_3",), -0.04)}
+    wait_until(lambda: jogs[-1].velocities == (0.0,), 5.0, "the zero")
+    count = len(jogs)
+    operator.send('{"hold": 7, "joint": "joint_3", "direction": -1, "percent": 2}')
+    for _ in range(20):
+        heard(operator, "frame")
+    assert len(jogs) == count, "a late sign of the same press started the joint again"
+
+
+def test_lost_page_stops_its_joint(ros_module: Ros, panel: Panel) -> None:
+    """The connection is the hand."""
+    from control_msgs.msg import JointJog
+
+    jogs = ros_module.collect("joint_vel_controller/command", JointJog)
+    with panel.live(panel.enter()) as live:
+
+        def hold() -> bool:
+            live.send('{"hold": 1, "joint": "table_joint", "direction": 1, "percent": 2}')
+            time.sleep(0.05)
+            return bool(jogs)
+
+        wait_until(hold, 20.0, "a jog command", period=0.0)
+    wait_until(lambda: jogs[-1].velocities == (0.0,), 5.0, "the zero")
+
+
+def test_report_is_served_and_the_token_of_a_run_is_not(ros_module: Ros, panel: Panel) -> None:
+    """A run's folder holds more than is for everybody."""
+    run = ros_module.folder / "runs" / "one"
+    (run / "ros_home").mkdir(parents=True, exist_ok=True)
+    (run / "report.html").write_text("<p>report</p>")
+    (run / "ros_home" / "operator_token").write_text("secret")
+    assert panel.get("/runs/one/report.html").read() == b"<p>report</p>"
+    for path in ("/runs/one/ros_home/operator_token", "/runs/one/ros_home%2Foperator_token", "/runs/one/..%2fone%2freport.html"):
+        assert panel.get(path).status == 404
+
+
+def test_silent_controller_is_said_with_the_time(operator: ClientConnection, stand_in: StandIn) -> None:
+    """The page greys itself out by this text. Last test with this controller, which stays silent."""
+    stand_in.fall_silent()
+    wait_until(lambda: "silent since" in heard(operator, "frame").get("silent", ""), 20.0, "the silence")
+
+
+def test_panel_runs_without_a_ros_master_and_ends_cleanly(ros: Ros) -> None:
+    """Any start order works; it says what it waits for."""
+    panel = Panel(ros, env={"ROS_MASTER_URI": f"http://127.0.0.1:{free_port()}"})
+    with panel.live() as live:
+        assert "No ROS master answers" in heard(live, "frame")["text"]["why"]
+    assert "no ROS master yet" in panel.process.output
+    panel.process.signal(signal.SIGTERM)
+    assert panel.process.wait(15.0) == 0, panel.process.tail()
+
+
+def test_token_is_made_in_ros_home_and_stays_out_of_the_log(ros: Ros, tmp_path: Path) -> None:
+    """A log can be read by others."""
+    node = ros.run("operator_panel", "operator_panel", f"_port:={free_port()}", env={"ROS_HOME": str(tmp_path / "home")})
+    wait_until(lambda: "to watch" in node.output, 30.0, "the operator panel")
+    file = tmp_path / "home" / "operator_token"
+    assert file.stat().st_mode & 0o777 == 0o600 and file.read_text().strip() not in node.output
+    assert str(file) in node.output
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "text"),
+    [(["jog", "dead_man_ms"], 1.0, r"operator_panel\.yaml: jog\.dead_man_ms = 1"), (["port"], "eighty", r"port = 'eighty'")],
+)
+def test_wrong_configuration_ends_the_node_with_one_line(ros: Ros, path: list[str | int], value: Any, text: str) -> None:
+    """File, key, value and what is allowed; exit code 2."""
+    folder = ros.folder / "config"
+    folder.mkdir()
+    for file in (ROOT / "config").glob("*.yaml"):
+        (folder / file.name).write_text(file.read_text())
+    changed_yaml(ROOT / "config" / "operator_panel.yaml", folder, path, value)
+    node = ros.run("operator_panel", "operator_panel", f"_config_dir:={folder}")
+    assert node.wait(30.0) == 2
+    assert re.search(text, node.output) and "Traceback" not in node.output
+
+
+def test_taken_port_is_said(ros_module: Ros, panel: Panel) -> None:
+    """Not left to a log of the web server."""
+    node = ros_module.run("operator_panel", "operator_panel", f"_port:={panel.port}", f"_token:={TOKEN}")
+    assert node.wait(30.0) == 2
+    assert f"127.0.0.1:{panel.port} cannot be listened on" in node.output
