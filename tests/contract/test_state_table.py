@@ -5,14 +5,14 @@ from __future__ import annotations
 import re
 
 from harness.workspace import ROOT
-from twin_controller.core.table import Mode, Trigger
-from twin_controller.core.table_page import table_page
+from twin_controller.core.rules.table import Mode, Trigger
+from twin_controller.core.rules.table_page import table_page
 
 PAGE = ROOT / "docs" / "state_table.md"
 
 
 def test_the_page_is_up_to_date() -> None:
-    """After a change of the table: python -m twin_controller.core.table_page > docs/state_table.md."""
+    """After a change of the table: python -m twin_controller.core.rules.table_page > docs/state_table.md."""
     assert PAGE.read_text(encoding="utf-8") == table_page()
 
 

@@ -14,9 +14,9 @@ import pybullet
 import pytest
 import rospkg
 from scara_config import load_robot
-from scara_control.jacobians import tip_jacobian
-from scara_control.scara import Scara, branches, tool_position
-from scara_control.screws import ScrewModel, forward_kinematics
+from scara_control.kinematics.jacobians import tip_jacobian
+from scara_control.kinematics.scara import Scara, branches, tool_position
+from scara_control.kinematics.screws import ScrewModel, forward_kinematics
 from scara_description.inertia import inertial_of, with_inertia
 from scipy.spatial.transform import Rotation
 

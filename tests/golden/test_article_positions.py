@@ -6,8 +6,8 @@ import math
 
 import pytest
 from scara_config import load_robot
-from scara_control.arm_kinematics import ArmKinematics
-from scara_control.scara import Elbow
+from scara_control.kinematics.arm_kinematics import ArmKinematics
+from scara_control.kinematics.scara import Elbow
 
 KINEMATICS = ArmKinematics(load_robot())
 P1, P2, P3 = (0.65, 0.0, 0.0), (0.51, 0.16, 0.10), (0.51, -0.16, 0.16)  # [paper]

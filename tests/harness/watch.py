@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from twin_controller.core.actions import AnyAction, Decided, Do, FollowTwin, MoveTwin, Perform, Reply, StreamReal
 from twin_controller.core.events import AnyEvent, Operator
+from twin_controller.core.rules.table import Mode
 from twin_controller.core.state import HISTORY, CoreState, Side
-from twin_controller.core.table import Mode
 
 from harness.pair import SETUP, Pair
 

@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import pytest
 from scara_config import config_directory, load_robot
-from scara_control.scara import Scara, tool_position
+from scara_control.kinematics.scara import Scara, tool_position
 
 pytestmark = pytest.mark.usefixtures("cell")
 ROBOT = load_robot()

@@ -6,8 +6,8 @@ import msgspec
 import pytest
 from harness.pair import HOME, SETUP, Pair, ramp, shifted
 from twin_controller.core.actions import Decided
+from twin_controller.core.rules.table import Mode
 from twin_controller.core.state import CoreState
-from twin_controller.core.table import Mode
 from twin_controller.view import ERROR, OK, WARN, alarm_text, decision_text, state_view, statuses
 
 replace = msgspec.structs.replace

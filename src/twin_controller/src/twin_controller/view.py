@@ -7,8 +7,8 @@ import msgspec
 from twin_controller.core.actions import Decided
 from twin_controller.core.following.follow import deviation
 from twin_controller.core.observing import change
+from twin_controller.core.rules.table import Mode
 from twin_controller.core.state import CoreState, Setup, Side
-from twin_controller.core.table import Mode
 
 OK, WARN, ERROR, STALE = 0, 1, 2, 3
 

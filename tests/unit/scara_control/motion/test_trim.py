@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scara_config import load_robot
 from scara_control.config import load_motion
+from scara_control.kinematics.scara import Elbow, Scara, solve, tool_position
+from scara_control.kinematics.scara_velocity import tool_velocity
 from scara_control.motion.trim import Requests, Trim, tool_error
-from scara_control.scara import Elbow, Scara, solve, tool_position
-from scara_control.scara_velocity import tool_velocity
 
 CONFIG = load_motion()
 SCARA = Scara.from_robot(load_robot())

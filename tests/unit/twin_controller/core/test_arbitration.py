@@ -10,7 +10,7 @@ from harness.watch import Watch
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from twin_controller.core.actions import Decided, FollowTwin, StreamReal
-from twin_controller.core.table import LEADING, Mode
+from twin_controller.core.rules.table import LEADING, Mode
 
 # joint_3 stays above the keep-out zone below the table.
 OFFSETS = st.tuples(st.floats(-25.0, 25.0), st.floats(-35.0, 35.0), st.floats(-25.0, 90.0), st.floats(-15.0, 15.0))

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from twin_controller.core.actions import Do, FollowTwin, Perform
 from twin_controller.core.events import RealMeasured, Tick, TwinMeasured
 from twin_controller.core.observing.divergence import DivergenceState
+from twin_controller.core.rules.table import Mode
 from twin_controller.core.step import step
 from twin_controller.core.supervise import cap_speed
-from twin_controller.core.table import Mode
 
 replace = msgspec.structs.replace
 AWAY = shifted(HOME, 20.0, -30.0, 40.0, 10.0)

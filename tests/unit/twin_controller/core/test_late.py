@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 from harness.pair import HOME, SETUP, Pair, ramp, shifted
 from twin_controller.core.actions import Do, Perform, StreamReal
-from twin_controller.core.table import Mode
+from twin_controller.core.rules.table import Mode
 
 AWAY = shifted(HOME, 20.0, -30.0, 40.0, 10.0)
 FOREIGN = 17

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, precondition, rule
 from twin_controller.core.actions import AnyAction, Do
 from twin_controller.core.events import AnyEvent
+from twin_controller.core.rules.table import Mode
 from twin_controller.core.state import initial_state
 from twin_controller.core.step import step
-from twin_controller.core.table import Mode
 
 ENCODER = msgspec.msgpack.Encoder()
 DECODER = msgspec.msgpack.Decoder(AnyEvent)

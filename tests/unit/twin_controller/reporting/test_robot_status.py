@@ -5,7 +5,7 @@ from __future__ import annotations
 import msgspec
 import pytest
 from harness.pair import HOME, SETUP, Pair, ramp, shifted
-from twin_controller.core.table import Mode
+from twin_controller.core.rules.table import Mode
 from twin_controller.reporting.robot_status import RobotMode, RobotStatus, Tri, alarm_number, robot_status, scaling_factor
 
 AWAY = shifted(HOME, 20.0, -30.0, 40.0, 10.0)

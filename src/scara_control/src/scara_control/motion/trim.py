@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from scara_control.config import MotionConfig
-from scara_control.scara import Scara, Triple, tool_position
-from scara_control.scara_velocity import joint_velocities, tool_velocity
+from scara_control.kinematics.scara import Scara, Triple, tool_position
+from scara_control.kinematics.scara_velocity import joint_velocities, tool_velocity
 
 _EASING, _LEAST_EASE = 0.7, 0.15
 """Gain after each overshoot, and the least that is left of it (our choice: settles with up to 0.15 s of delay)."""

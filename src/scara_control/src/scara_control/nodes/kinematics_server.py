@@ -19,8 +19,8 @@ from geometry_msgs.msg import Quaternion, Twist, Vector3
 from scara_config import ConfigError, config_directory, load_robot
 from scara_ros.nodes.registration import keep_registered
 
-from scara_control.arm_kinematics import ArmKinematics, parse_elbow
 from scara_control.errors import ScaraControlError
+from scara_control.kinematics.arm_kinematics import ArmKinematics, parse_elbow
 from scara_msgs.srv import (
     ForwardKinematics,
     ForwardKinematicsResponse,

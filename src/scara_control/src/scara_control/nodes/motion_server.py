@@ -23,6 +23,7 @@ from sensor_msgs.msg import JointState
 from control_msgs.msg import JointJog
 from scara_control.config import MotionConfig
 from scara_control.errors import ScaraControlError
+from scara_control.kinematics.scara import Scara
 from scara_control.motion.commands import Command, MotionRefusedError
 from scara_control.motion.feedback import Feedback
 from scara_control.motion.packets import Measurement
@@ -30,7 +31,6 @@ from scara_control.motion.requests import check_speed
 from scara_control.motion.trim import Requests, Trim, tool_error
 from scara_control.nodes.service_calls import Call, PersistentService
 from scara_control.nodes.wiring import Guard, JointStateReader, MotionClock, offer, start_node, subscribe
-from scara_control.scara import Scara
 from scara_msgs.msg import MotionCommand
 from scara_msgs.srv import InverseKinematics, MoveJoints, MoveTo, MoveToResponse
 

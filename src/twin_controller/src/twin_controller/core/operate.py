@@ -6,14 +6,14 @@ import math
 
 import msgspec
 
-from twin_controller.core import triggers
 from twin_controller.core.actions import AnyAction, OverrideReal, Reply
 from twin_controller.core.events import Operator
 from twin_controller.core.following.follow import bounds_of
 from twin_controller.core.following.gate import check_setpoint
+from twin_controller.core.rules import triggers
+from twin_controller.core.rules.table import Trigger, look_up
 from twin_controller.core.safety.zones import judge_way
 from twin_controller.core.state import CoreState, Setup
-from twin_controller.core.table import Trigger, look_up
 from twin_controller.core.transition import transition
 
 replace = msgspec.structs.replace

@@ -7,9 +7,9 @@ import msgspec
 from twin_controller.core.actions import AnyAction, Do, MoveTwin, Perform
 from twin_controller.core.events import Operator
 from twin_controller.core.observing import change
-from twin_controller.core.reports import OWN_COMMAND
+from twin_controller.core.rules.reports import OWN_COMMAND
+from twin_controller.core.rules.triggers import onsets
 from twin_controller.core.state import CoreState, Follow, Setup, Side, StreamState
-from twin_controller.core.triggers import onsets
 
 replace = msgspec.structs.replace
 

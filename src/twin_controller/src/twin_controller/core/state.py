@@ -5,7 +5,7 @@ from __future__ import annotations
 import msgspec
 import numpy as np
 from scara_config import Robot
-from scara_control.screws import ScrewModel
+from scara_control.kinematics.screws import ScrewModel
 
 from twin_controller.config import TwinControllerConfig
 from twin_controller.core.actions import Decided
@@ -15,10 +15,10 @@ from twin_controller.core.observing.change import ChangeState
 from twin_controller.core.observing.clock import ClockEstimate
 from twin_controller.core.observing.divergence import DivergenceState
 from twin_controller.core.observing.echo import EchoTube
+from twin_controller.core.rules.table import Mode
 from twin_controller.core.safety.points import watched_points
 from twin_controller.core.safety.separation import Distance, Person
 from twin_controller.core.safety.zones import Way
-from twin_controller.core.table import Mode
 
 HISTORY = 48
 

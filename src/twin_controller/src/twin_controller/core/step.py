@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import msgspec
 
-from twin_controller.core import reports, triggers
 from twin_controller.core.actions import AnyAction, Decided, Do, Perform
 from twin_controller.core.events import (
     AnyEvent,
@@ -23,10 +22,11 @@ from twin_controller.core.following.follow import follow_twin, stream_real
 from twin_controller.core.observing import change
 from twin_controller.core.observing.measure import clock_probed, link_changed, real_measured, twin_measured
 from twin_controller.core.operate import operate
+from twin_controller.core.rules import reports, triggers
+from twin_controller.core.rules.table import Mode, Trigger, look_up
 from twin_controller.core.safety.separation import Person
 from twin_controller.core.state import CoreState, Setup
 from twin_controller.core.supervise import cap_speed, judge_divergence, judge_move, watch_real
-from twin_controller.core.table import Mode, Trigger, look_up
 from twin_controller.core.transition import transition
 
 replace = msgspec.structs.replace

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import msgspec
 import numpy as np
-from scara_control.screws import tool_positions
+from scara_control.kinematics.screws import tool_positions
 
 from twin_controller.core.actions import AnyAction, CapTwin, OverrideReal
 from twin_controller.core.observing import change
 from twin_controller.core.observing.divergence import judge, path_distance
+from twin_controller.core.rules.table import LEADING, Mode
 from twin_controller.core.safety.separation import judge_separation
 from twin_controller.core.safety.zones import Way, braking_way, judge_way, point_speed, speed_cap
 from twin_controller.core.state import CoreState, Setup
-from twin_controller.core.table import LEADING, Mode
 
 replace = msgspec.structs.replace
 

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import msgspec
 
-from twin_controller.core import triggers
 from twin_controller.core.actions import AnyAction, Decided
 from twin_controller.core.events import Operator
 from twin_controller.core.observing import change
 from twin_controller.core.observing.divergence import DivergenceState
 from twin_controller.core.perform import perform
+from twin_controller.core.rules import triggers
+from twin_controller.core.rules.table import RESUMING, Mode, Row, Trigger, look_up
 from twin_controller.core.safety.zones import Way
 from twin_controller.core.state import CoreState, Setup
-from twin_controller.core.table import RESUMING, Mode, Row, Trigger, look_up
 
 replace = msgspec.structs.replace
 

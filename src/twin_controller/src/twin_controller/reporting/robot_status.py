@@ -8,8 +8,8 @@ from enum import IntEnum
 import msgspec
 
 from twin_controller.core.observing import change
+from twin_controller.core.rules.table import Mode
 from twin_controller.core.state import CoreState, Setup
-from twin_controller.core.table import Mode
 
 _ALARM_NUMBER = re.compile(r"\b[A-Z]{2,}-(\d+)\b")
 

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 from scara_config import load_robot
-from scara_control.screws import ScrewModel, tool_positions
+from scara_control.kinematics.screws import ScrewModel, tool_positions
 
 from twin_experiments.analysis import Result, analyse
 from twin_experiments.config import load_experiments, metrics_settings

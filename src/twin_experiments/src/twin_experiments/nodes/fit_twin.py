@@ -18,7 +18,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 from scara_config import ConfigError, Robot, config_directory, load_robot
 from scara_config.writer import changed_text, replace_file
-from scara_control.screws import ScrewModel, tool_positions
+from scara_control.kinematics.screws import ScrewModel, tool_positions
 from scara_simulation.config import load_gains, load_simulation
 from scara_simulation.io.world import World, description_path
 from twin_controller.config import load_twin_controller

@@ -12,8 +12,8 @@ from twin_controller.core.following.gate import Bounds, Rejected, pass_setpoint
 from twin_controller.core.observing import echo
 from twin_controller.core.observing.change import stands_still
 from twin_controller.core.observing.measure import paired
+from twin_controller.core.rules.table import Mode
 from twin_controller.core.state import CoreState, Sample, Setup
-from twin_controller.core.table import Mode
 
 replace = msgspec.structs.replace
 

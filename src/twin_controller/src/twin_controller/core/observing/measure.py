@@ -7,8 +7,8 @@ import msgspec
 from twin_controller.core.events import ClockProbe, LinkChanged, RealMeasured, SideName, TwinMeasured
 from twin_controller.core.observing import change, clock, echo
 from twin_controller.core.observing.clock import ClockEstimate
+from twin_controller.core.rules.table import LEADING, Mode
 from twin_controller.core.state import HISTORY, CoreState, Sample, Setup, Side
-from twin_controller.core.table import LEADING, Mode
 
 replace = msgspec.structs.replace
 

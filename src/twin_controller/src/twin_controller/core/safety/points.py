@@ -6,7 +6,7 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 from scara_config import ConfigError, Robot
-from scara_control.screws import ScrewModel, tool_positions
+from scara_control.kinematics.screws import ScrewModel, tool_positions
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 
 from scara_config import Robot, load_robot
-from scara_control.screws import ScrewModel, tool_positions
+from scara_control.kinematics.screws import ScrewModel, tool_positions
 from twin_controller.metrics_series import Motion
 
 from twin_experiments.comparison.tracks import Mechanism, Track, first_to_move

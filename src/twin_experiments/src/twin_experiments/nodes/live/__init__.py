@@ -1,1 +1,1 @@
-"""A running twin as the commands see it: what they send, what they wait for."""
+"""What a command sees of a live cell."""

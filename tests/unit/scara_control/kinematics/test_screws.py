@@ -9,14 +9,14 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scara_config import load_robot
 from scara_control.errors import JointVectorError, ScrewModelError
-from scara_control.screws import (
+from scara_control.kinematics.screws import (
     ScrewModel,
     forward_kinematics,
     forward_kinematics_batch,
     forward_kinematics_body,
     tool_positions,
 )
-from scara_control.twists import twist_matrix
+from scara_control.kinematics.twists import twist_matrix
 from scipy.linalg import expm
 
 ROBOT = load_robot()

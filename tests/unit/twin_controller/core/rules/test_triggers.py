@@ -7,9 +7,9 @@ import pytest
 from harness.pair import HOME, SETUP, Pair, shifted
 from twin_controller.core.events import Operator, TwinPlan
 from twin_controller.core.observing.change import ChangeState
+from twin_controller.core.rules.table import Mode, Trigger
+from twin_controller.core.rules.triggers import leader_triggers, onsets, operator_trigger, pair_agreed
 from twin_controller.core.state import CoreState
-from twin_controller.core.table import Mode, Trigger
-from twin_controller.core.triggers import leader_triggers, onsets, operator_trigger, pair_agreed
 
 replace = msgspec.structs.replace
 CONFIRMED, PENDING, NOTHING = (True, True), (False, True), ()

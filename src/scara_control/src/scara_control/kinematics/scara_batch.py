@@ -1,4 +1,4 @@
-"""The closed-form SCARA for many points at once, in numpy; formulas and names as in :mod:`scara_control.scara`."""
+"""The closed-form SCARA for many points at once, in numpy; formulas and names as in :mod:`scara_control.kinematics.scara`."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scara_control.errors import JointVectorError
+from scara_control.kinematics.scara import REACH_TOLERANCE, Elbow, Scara
+from scara_control.kinematics.twists import FloatArray
 from scara_control.limits import LIMIT_TOLERANCE
-from scara_control.scara import REACH_TOLERANCE, Elbow, Scara
-from scara_control.twists import FloatArray
 
 
 class Solutions(NamedTuple):
@@ -57,7 +57,7 @@ def solve_batch(scara: Scara, targets: ArrayLike, elbow: Elbow = Elbow.RIGHTY) -
         elbow: Branch of all of them.
 
     Returns:
-        Solutions; a target that :func:`scara_control.scara.solve_elbow` refuses is not ``reachable``.
+        Solutions; a target that :func:`scara_control.kinematics.scara.solve_elbow` refuses is not ``reachable``.
 
     Raises:
         JointVectorError: ``targets`` is not of shape ``(m, 3)``.

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from twin_controller.core.events import RealMeasured, TwinMotion
 from twin_controller.core.observing import change
+from twin_controller.core.rules.table import LEADING, Mode, Trigger
 from twin_controller.core.state import CoreState, Setup
-from twin_controller.core.table import LEADING, Mode, Trigger
 
 OWN_COMMAND = 1 << 30
 """Set in the id of each of our commands to the twin, which reports the last one it obeyed."""

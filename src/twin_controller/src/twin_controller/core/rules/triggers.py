@@ -8,8 +8,8 @@ from twin_controller.core.events import Operator, SideName, TwinPlan
 from twin_controller.core.following.follow import aligned, deviation
 from twin_controller.core.observing import change
 from twin_controller.core.observing.measure import side_lost
+from twin_controller.core.rules.table import LEADING, Mode, Trigger
 from twin_controller.core.state import CoreState, Setup, Side
-from twin_controller.core.table import LEADING, Mode, Trigger
 
 CONFIRM_S = 0.05
 """How long a change that is not confirmed yet is waited for [s]; a few samples."""

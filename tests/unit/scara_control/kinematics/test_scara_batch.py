@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scara_config import load_robot
 from scara_control.errors import JointVectorError, ScaraControlError
-from scara_control.scara import Elbow, Scara, solve_elbow, tool_position
-from scara_control.scara_batch import solve_batch, tool_positions_batch
+from scara_control.kinematics.scara import Elbow, Scara, solve_elbow, tool_position
+from scara_control.kinematics.scara_batch import solve_batch, tool_positions_batch
 
 ROBOT = load_robot()
 SCARA = Scara.from_robot(ROBOT)

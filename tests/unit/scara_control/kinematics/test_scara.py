@@ -11,8 +11,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scara_config import load_robot
 from scara_control.errors import JointLimitError, JointVectorError, ScaraControlError, UnreachableError
-from scara_control.scara import REACH_TOLERANCE, Elbow, Scara, branches, solve, solve_elbow, tool_position
-from scara_control.screws import ScrewModel, forward_kinematics
+from scara_control.kinematics.scara import REACH_TOLERANCE, Elbow, Scara, branches, solve, solve_elbow, tool_position
+from scara_control.kinematics.screws import ScrewModel, forward_kinematics
 
 ROBOT = load_robot()
 SCARA = Scara.from_robot(ROBOT)

@@ -10,10 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scara_config import load_robot
 from scara_control.errors import JointVectorError
-from scara_control.jacobians import tip_jacobian
-from scara_control.scara import Scara, tool_position
-from scara_control.scara_velocity import DAMPED_BELOW, DAMPING, joint_velocities, planar_jacobian, tool_velocity
-from scara_control.screws import ScrewModel
+from scara_control.kinematics.jacobians import tip_jacobian
+from scara_control.kinematics.scara import Scara, tool_position
+from scara_control.kinematics.scara_velocity import DAMPED_BELOW, DAMPING, joint_velocities, planar_jacobian, tool_velocity
+from scara_control.kinematics.screws import ScrewModel
 
 ROBOT = load_robot()
 SCARA = Scara.from_robot(ROBOT)

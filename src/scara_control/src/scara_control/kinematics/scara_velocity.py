@@ -6,8 +6,8 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from scara_control.kinematics.scara import Scara, Triple
 from scara_control.limits import check_joint_vector
-from scara_control.scara import Scara, Triple
 
 DAMPED_BELOW = 0.05
 """Share of the largest manipulability, L1 L2, below which damping sets in: joint_2 within 2.9 deg of straight. There

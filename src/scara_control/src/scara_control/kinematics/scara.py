@@ -1,6 +1,6 @@
 """Closed-form kinematics of a SCARA: two parallel arms of the lengths in robot.yaml and a stroke along z.
 
-Plain ``math`` for one point at a time; :mod:`scara_control.scara_batch` does many at once.
+Plain ``math`` for one point at a time; :mod:`scara_control.kinematics.scara_batch` does many at once.
 
 Righty means ``joint_2 >= 0``, lefty ``joint_2 < 0``. Let ``a^2 = (L1+L2)^2 - r^2`` and ``b^2 = r^2 - (L1-L2)^2``
 with ``r = |(x, y)|``. The law of cosines for half the angle gives ``tan(q2/2) = a/b``, and

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from scara_config import Joint, Robot
 
 from scara_control.errors import JointVectorError, ScrewModelError
-from scara_control.twists import FloatArray, adjoint, exp6, inverse_transform, twist_matrix
+from scara_control.kinematics.twists import FloatArray, adjoint, exp6, inverse_transform, twist_matrix
 
 _RIGID_TOLERANCE = 1e-9
 

@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 from scara_config import load_robot
-from scara_control.arm_kinematics import ArmKinematics, parse_elbow
 from scara_control.errors import JointLimitError, JointVectorError, ScaraControlError, UnreachableError
-from scara_control.scara import Elbow
+from scara_control.kinematics.arm_kinematics import ArmKinematics, parse_elbow
+from scara_control.kinematics.scara import Elbow
 from scipy.spatial.transform import Rotation
 
 KINEMATICS = ArmKinematics(load_robot())

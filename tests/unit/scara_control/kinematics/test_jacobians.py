@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scara_config import load_robot
 from scara_control.errors import JointVectorError
-from scara_control.jacobians import body_jacobian, space_jacobian, tip_jacobian
-from scara_control.screws import ScrewModel, forward_kinematics
-from scara_control.twists import inverse_transform
+from scara_control.kinematics.jacobians import body_jacobian, space_jacobian, tip_jacobian
+from scara_control.kinematics.screws import ScrewModel, forward_kinematics
+from scara_control.kinematics.twists import inverse_transform
 
 ROBOT = load_robot()
 ARM = ScrewModel.from_robot(ROBOT)

@@ -8,9 +8,20 @@ from itertools import product
 import pytest
 from harness.workspace import ROOT
 from twin_controller.core.actions import Do
-from twin_controller.core.table import BOTH_STOP, DEFAULTS, LEADING, RESUME_ROWS, RESUMING, ROWS, Mode, Row, Trigger, look_up
-from twin_controller.core.table_page import rows
-from twin_controller.core.triggers import COMMANDS
+from twin_controller.core.rules.table import (
+    BOTH_STOP,
+    DEFAULTS,
+    LEADING,
+    RESUME_ROWS,
+    RESUMING,
+    ROWS,
+    Mode,
+    Row,
+    Trigger,
+    look_up,
+)
+from twin_controller.core.rules.table_page import rows
+from twin_controller.core.rules.triggers import COMMANDS
 
 CORE = ROOT / "src" / "twin_controller" / "src" / "twin_controller" / "core"
 BEGINNINGS = {Do.BEGIN_ALIGN, Do.BEGIN_FOLLOW_TWIN, Do.BEGIN_STREAM}
@@ -176,7 +187,7 @@ def used_members(kind: str, files: list[str]) -> set[str]:
 
 def test_every_trigger_is_raised_somewhere() -> None:
     """There is no dead trigger."""
-    raised = used_members("Trigger", ["triggers.py", "reports.py", "step.py"]) | set(COMMANDS)
+    raised = used_members("Trigger", ["rules/triggers.py", "rules/reports.py", "step.py"]) | set(COMMANDS)
     assert raised >= {trigger.name for trigger in Trigger}
 
 

@@ -8,8 +8,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from scara_control.screws import ScrewModel, forward_kinematics, joint_vector
-from scara_control.twists import FloatArray, adjoint, exp6, inverse_transform, skew
+from scara_control.kinematics.screws import ScrewModel, forward_kinematics, joint_vector
+from scara_control.kinematics.twists import FloatArray, adjoint, exp6, inverse_transform, skew
 
 
 def space_jacobian(arm: ScrewModel, q: ArrayLike) -> FloatArray:

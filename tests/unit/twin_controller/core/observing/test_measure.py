@@ -18,8 +18,8 @@ from twin_controller.core.observing.measure import (
     side_lost,
     twin_measured,
 )
+from twin_controller.core.rules.table import Mode
 from twin_controller.core.state import CoreState, Sample, Side, initial_state
-from twin_controller.core.table import Mode
 
 replace = msgspec.structs.replace
 STILL = (0.0,) * len(HOME)

@@ -1,14 +1,15 @@
-"""The state table as a page for people: ``python -m twin_controller.core.table_page > docs/state_table.md``."""
+"""The state table as a page for people: ``python -m twin_controller.core.rules.table_page > docs/state_table.md``."""
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Iterator
 
-from twin_controller.core.table import RESUME_ROWS, RESUMING, Mode, Row, Trigger, look_up
+from twin_controller.core.rules.table import RESUME_ROWS, RESUMING, Mode, Row, Trigger, look_up
 
 INTRODUCTION = """# The state table of the twin controller
-Generated from `twin_controller.core.table` by `python -m twin_controller.core.table_page`; a test keeps it up to date.
+Generated from `twin_controller.core.rules.table` by `python -m twin_controller.core.rules.table_page`;
+a test keeps it up to date.
 
 Every pair of a mode and a trigger has a row. Conditions are part of the trigger (`MOVE` or `MOVE_UNALIGNED`), so a row decides
 nothing. "stays" means that the mode does not change; "refused" is an answer to the operator, and nothing is done. When several

@@ -15,11 +15,11 @@ from scara_config import ConfigError
 from twin_controller.config import KeepOut
 from twin_controller.core.actions import Do, Perform
 from twin_controller.core.events import PersonSeen
+from twin_controller.core.rules.table import Mode
 from twin_controller.core.safety.points import positions, watched_points
 from twin_controller.core.safety.separation import Person, allowed_speed, judge_separation, protective_distance
 from twin_controller.core.safety.zones import braking_way, entered, judge_way, point_speed, speed_cap
 from twin_controller.core.state import Setup
-from twin_controller.core.table import Mode
 
 replace = msgspec.structs.replace
 POINTS = SETUP.points

@@ -9,12 +9,12 @@ from typing import NamedTuple
 from scara_config import Robot
 
 from scara_control.errors import JointVectorError, ScaraControlError
-from scara_control.jacobians import tip_jacobian
+from scara_control.kinematics.jacobians import tip_jacobian
+from scara_control.kinematics.scara import Elbow, Scara, Solution, Triple, branches, solve
+from scara_control.kinematics.scara_velocity import JointVelocities, joint_velocities
+from scara_control.kinematics.screws import ScrewModel, forward_kinematics
+from scara_control.kinematics.twists import quaternion
 from scara_control.limits import check_limits, check_velocities
-from scara_control.scara import Elbow, Scara, Solution, Triple, branches, solve
-from scara_control.scara_velocity import JointVelocities, joint_velocities
-from scara_control.screws import ScrewModel, forward_kinematics
-from scara_control.twists import quaternion
 
 
 class ToolPose(NamedTuple):
@@ -92,7 +92,7 @@ class ArmKinematics:
     def inverse(
         self, x: float, y: float, z: float, elbow: Elbow | None = None, seed: Sequence[float] | None = None
     ) -> InverseAnswer:
-        """Compute the joint positions for a tool position [m]; see :func:`scara_control.scara.solve`.
+        """Compute the joint positions for a tool position [m]; see :func:`scara_control.kinematics.scara.solve`.
 
         Raises:
             UnreachableError: Not finite or out of reach.

@@ -1,0 +1,1 @@
+"""The state table, and the conditions that its triggers stand for."""
