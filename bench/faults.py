@@ -66,7 +66,7 @@ def _without_master(seeds: int, folder: Path, progress: Progress) -> list[Row]:
     with MasterCell(folder / "roscore") as cell:
         for seed in range(seeds):
             rows += _attempt("roscore killed", lambda: master_killed(cell))
-            rows += _attempt("roscore silent", lambda k=seed: master_stopped(cell, 2.0 + k % 4))  # type: ignore[misc]
+            rows += _attempt("roscore silent", lambda k=seed: master_stopped(cell, 4.0 + k % 3))  # type: ignore[misc]
             cell.home()
             progress.advance(task)
     return rows

@@ -162,6 +162,22 @@ def test_heartbeat_changes_each_cycle_and_the_end_disarms(robot: Robot, owner: O
     assert beats[:-1] == list(range(1, len(beats)))
 
 
+def test_an_owner_that_hangs_gets_no_heartbeat(robot: Robot, owner: Owner) -> None:
+    """A thread that beats for a controller that decides nothing any more would keep the robot's watchdog quiet."""
+    alive = threading.Event()
+    alive.set()
+    settings = ModbusSettings("127.0.0.1", robot.port)
+    link = ModbusLink(settings, LAYOUT, ROBOT, lambda *sample: owner.samples.append(sample), lambda *_: None, alive=alive.is_set)
+    with link:
+        wait_until(lambda: len(robot.writes(1069)) >= 3)
+        alive.clear()
+        seen = len(owner.samples)
+        wait_until(lambda: len(owner.samples) > seen + 2)
+        beats = len(robot.writes(1069))
+        wait_until(lambda: len(owner.samples) > seen + 12)
+        assert len(robot.writes(1069)) == beats
+
+
 def test_close_without_disarm_leaves_the_watchdog_armed(robot: Robot, owner: Owner) -> None:
     """The robot then stops by itself."""
     with owner.link(robot.port) as link:

@@ -15,6 +15,7 @@ from typing import Any
 
 import rosgraph
 import rospy
+from rospy.impl.paramserver import get_param_server_cache
 from rospy.impl.registration import get_service_manager, get_topic_manager
 
 PERIOD = 0.5  # our choice: with the time-out, everything is registered again within 2 s
@@ -61,7 +62,12 @@ class MasterLine:
 
 
 def keep_registered() -> None:
-    """Watch the master from now on, in a thread of its own; to be called once, after ``rospy.init_node``."""
+    """Watch the master from now on, in a thread of its own; to be called once, after ``rospy.init_node``.
+
+    From then on a log line asks nobody either: rospy asks the master for the flag below at each line as long as it is not
+    set, and waits for the answer without a time-out, so that a master that hangs stopped whoever had something to say.
+    """
+    get_param_server_cache().set("/rosout_disable_topics_generation", False)
     watch = _Watch(rosgraph.get_master_uri())
     watch.look()
     threading.Thread(target=watch.run, name="registration", daemon=True).start()

@@ -27,6 +27,8 @@ from twin_controller.core.state import CoreState, Setup, initial_state
 from twin_controller.core.step import step
 
 TICK = 0.01
+ALIVE = 0.1
+"""An engine that has not looped for so long [s] hangs. Our choice: ten ticks."""
 
 
 class RealDoor(Protocol):
@@ -85,6 +87,7 @@ class Engine:
         self.state = initial_state(setup.config)
         self._thread = threading.Thread(target=self._run, name="engine", daemon=True)
         self.failure: BaseException | None = None
+        self._looped = float("-inf")
 
     def __enter__(self) -> Engine:
         """Start."""
@@ -100,6 +103,11 @@ class Engine:
     def running(self) -> bool:
         """Whether the engine still decides; ``failure`` says why not."""
         return self._thread.is_alive()
+
+    @property
+    def alive(self) -> bool:
+        """Whether the engine has decided a moment ago: not if it hangs in what it publishes or logs."""
+        return time.monotonic() - self._looped < ALIVE
 
     def put(self, event: AnyEvent) -> None:
         """Hand one input over; returns at once, from any thread."""
@@ -135,6 +143,7 @@ class Engine:
                     batch.append(Tick(now))
                     last = now
                 self._process(batch)
+                self._looped = time.monotonic()
         except BaseException as error:
             self.failure = error
             raise

@@ -48,6 +48,7 @@ class ModbusLink:
         on_change: Told that the link is up (with the first good sample) or lost, and why.
         on_status: Gets program and alarm when they may have changed.
         on_reject: Told of an answer that was not believed and of a write that did not go through.
+        alive: Whether the owner still decides; without it there is no heartbeat, so that the robot stops by itself.
     """
 
     def __init__(
@@ -59,6 +60,7 @@ class ModbusLink:
         on_change: OnChange,
         on_status: OnStatus | None = None,
         on_reject: OnReject | None = None,
+        alive: Callable[[], bool] = lambda: True,
     ) -> None:
         self.settings = settings
         self.counters = ModbusCounters()
@@ -66,6 +68,7 @@ class ModbusLink:
         self._layout, self._robot = layout, robot
         self._codec = RegisterCodec(layout, robot)
         self._on_sample, self._on_change, self._on_status = on_sample, on_change, on_status
+        self._alive = alive
         self._on_reject: OnReject = on_reject or (lambda reason: None)
         self._port = ModbusPort(settings.host, settings.port, layout.device_id, settings.timeout)
         self._outbox = Outbox()
@@ -224,7 +227,7 @@ class ModbusLink:
         self.counters.round_trip = received - sent
         self.counters.longest_round_trip = max(self.counters.longest_round_trip, received - sent)
         self._take(words, signals, sent, received)
-        if self.settings.heartbeat and not self._beaten:
+        if self.settings.heartbeat and not self._beaten and self._alive():
             self._beat(self._next_heartbeat())
         self._beaten = False
 

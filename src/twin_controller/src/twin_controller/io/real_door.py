@@ -35,6 +35,7 @@ class RealDoor:
         put: Callable[[AnyEvent], None],
         changed: Callable[[str, bool, str], None],
         on_data: OnData,
+        alive: Callable[[], bool],
     ) -> None:
         """Prepare the link.
 
@@ -47,6 +48,7 @@ class RealDoor:
             put: Takes checked inputs.
             changed: Told side, connected and why not.
             on_data: Gets each sample with the robot's program and alarm in words.
+            alive: Whether somebody still decides; without it the robot's watchdog gets no heartbeat.
         """
         real = setup.config.real
         self._put, self._on_data = put, on_data
@@ -55,7 +57,7 @@ class RealDoor:
         self._paused = False
         settings = ModbusSettings(host, port, poll_period=real.poll_period_ms * 1e-3, timeout=real.timeout_ms * 1e-3)
         self._link = ModbusLink(
-            settings, layout, robot, self._sampled, lambda up, why: changed("real", up, why), self._status, self._rejected
+            settings, layout, robot, self._sampled, lambda up, why: changed("real", up, why), self._status, self._rejected, alive
         )
 
     def __enter__(self) -> Self:

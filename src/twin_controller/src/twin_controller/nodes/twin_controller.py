@@ -16,6 +16,7 @@ import math
 import os
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import msgspec
@@ -53,7 +54,9 @@ class Node:
         self._publishing = Publishing(self._setup, robot, self._shadow)
         host, port = rospy.get_param("~modbus_host", config.real.host), int(rospy.get_param("~modbus_port", config.real.port))
         url = rospy.get_param("~gateway_url", config.twin.url)
-        self._real = RealDoor(self._setup, robot, layout, host, port, self._put, self._changed, self._publishing.robot_data)
+        on_data = self._publishing.robot_data
+        alive: Callable[[], bool] = lambda: self._engine.alive  # noqa: E731  the engine is made of the doors
+        self._real = RealDoor(self._setup, robot, layout, host, port, self._put, self._changed, on_data, alive)
         self._twin = TwinDoor(self._setup, self._put, self._changed, url)
         self._engine = Engine(self._setup, self._real, self._twin, self._publishing)
 
