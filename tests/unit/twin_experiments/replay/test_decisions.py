@@ -40,7 +40,7 @@ def run(kept: Kept, inputs: list[RecordedInput] | None = None, decisions: dict |
 def test_an_eventful_run_replays_without_a_difference(kept: Kept) -> None:
     """Leads of both sides, pause, emergency stop, a lost link, refusals: every decision and every state again."""
     result = run(kept)
-    assert result.differences == [] and result.breaks == []
+    assert result.differences == [] and result.lost == [] and result.restarts == []
     assert result.exact
     assert result.decisions + result.unrecorded == len(kept.decisions) >= 8
     assert result.snapshots == (len(kept.inputs) - 1) // 40
@@ -113,23 +113,45 @@ def test_lost_messages_are_named_and_the_replay_goes_on_behind_them(kept: Kept) 
     """A gap in the numbers is no difference, but the replay is not exact any more."""
     inputs = [message for message in kept.inputs if not 90 < message.seq <= 95]
     result = run(kept, inputs)
-    assert result.breaks == [f"{inputs[90].at:.3f} s: 5 messages of inputs are lost (between 90 and 96)"]
+    assert result.lost == [f"{inputs[90].at:.3f} s: 5 messages of inputs are lost (between 90 and 96)"]
     assert not result.exact and result.differences == []
     assert len(result.starts) == 2
 
 
 def test_a_restart_of_the_controller_is_named(kept: Kept) -> None:
     """The numbers begin anew; each life has its own configuration."""
-    again = [replace(message, at=message.at + 100.0, stamp_ns=message.stamp_ns + 10**11) for message in kept.inputs]
+    later, ns = 100.0, 10**11
+    again = [replace(m, at=m.at + later, stamp_ns=m.stamp_ns + ns, life="2") for m in kept.inputs[100:]]
+    decisions = {**kept.decisions, **{(key[0] + ns, key[1]): d for key, d in kept.decisions.items()}}
     asked: list[float] = []
 
     def setup_at(at: float) -> Setup:
         asked.append(at)
         return SETUP
 
-    result = replay(setup_at, [*kept.inputs, *again], kept.decisions, kept.duration + 100.0)
-    assert len(result.breaks) == 1 and "the controller was started anew (message 1 after" in result.breaks[0]
-    assert asked == [kept.inputs[0].at, kept.inputs[0].at + 100.0]
+    result = replay(setup_at, [*kept.inputs, *again], decisions, kept.duration + later)
+    assert result.restarts == [f"{again[0].at:.3f} s: the controller was started anew"]
+    assert result.exact and result.lost == []
+    assert asked == [kept.inputs[0].at, again[20].at]
+
+
+@pytest.mark.parametrize("place", ["end of the first life", "start of the second life"])
+def test_a_decision_may_be_missing_where_a_life_ends_or_begins(kept: Kept, place: str) -> None:
+    """A process that is killed, or not yet connected, does not publish what it decided."""
+    key = sorted(kept.decisions)[3]
+    fewer = {k: decision for k, decision in kept.decisions.items() if k != key}
+    at = next(m.at for m in kept.inputs if m.stamp_ns == key[0])
+    if place.startswith("end"):
+        first = [m for m in kept.inputs if m.at <= at + 0.1]
+        second = [replace(m, at=m.at + 50.0, stamp_ns=m.stamp_ns + 1, life="2") for m in kept.inputs[:40]]
+    else:
+        begin = max(k for k, m in enumerate(kept.inputs) if m.state and m.at < at)
+        first = [replace(m, stamp_ns=m.stamp_ns - 10**12, life="0") for m in kept.inputs[:40]]
+        second = [replace(m, at=50.0 + 0.005 * k) for k, m in enumerate(kept.inputs[begin:])]
+        second = [m for m in second if m.at < 51.0]
+    result = replay(lambda _: SETUP, [*first, *second], fewer, 200.0)
+    missing = [text for text in result.differences if "was not recorded" in text and f"#{key[1]} " in text]
+    assert missing == [] and result.unrecorded >= 1
 
 
 def test_bytes_of_another_version_are_refused(kept: Kept) -> None:

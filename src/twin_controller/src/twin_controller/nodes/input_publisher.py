@@ -23,6 +23,7 @@ class InputPublisher(rospy.SubscribeListener):  # type: ignore[misc]  # rospy ha
         super().__init__()
         self._before = initial_state(config)
         self._seq = 0
+        self._life = f"{time.time():.6f}"
         self._due = 0.0
         self._publisher = rospy.Publisher(
             "twin_controller/inputs", CoreInput, queue_size=1000, tcp_nodelay=True, subscriber_listener=self
@@ -43,7 +44,16 @@ class InputPublisher(rospy.SubscribeListener):  # type: ignore[misc]  # rospy ha
         now, state = time.monotonic(), b""
         if now >= self._due:
             self._due = now + SNAPSHOT_PERIOD_S
-            state = encode_state(self._before)
+            state = self._snapshot()
         self._seq += 1
         self._before = after
-        self._publisher.publish(CoreInput(rospy.Header(stamp=stamp), self._seq, encode_events(events), state))
+        header = rospy.Header(stamp=stamp, frame_id=self._life)
+        self._publisher.publish(CoreInput(header, self._seq, encode_events(events), state))
+
+    def _snapshot(self) -> bytes:
+        """Return the state before the batch; what cannot be recorded must not stop the controller."""
+        try:
+            return encode_state(self._before)
+        except TypeError as error:
+            rospy.logerr_throttle(60.0, "inputs: the state cannot be recorded: %s", error)
+            return b""

@@ -30,7 +30,8 @@ def read_inputs(bag: Bag) -> Iterator[RecordedInput]:
     for at, message in bag.messages(INPUTS):
         if not hasattr(message, "state"):
             raise BagError(f"{bag.path}: {INPUTS} holds no states: recorded by an older version, which cannot be replayed")
-        yield RecordedInput(at - bag.start, _nanoseconds(message), message.seq, message.data.tobytes(), message.state.tobytes())
+        data, state = message.data.tobytes(), message.state.tobytes()
+        yield RecordedInput(at - bag.start, _nanoseconds(message), message.seq, data, state, message.header.frame_id)
 
 
 def read_decisions(bag: Bag) -> dict[tuple[int, int], RecordedDecision]:

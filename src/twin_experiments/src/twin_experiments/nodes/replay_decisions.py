@@ -21,7 +21,7 @@ from twin_experiments.io.decision_reader import read_decisions, read_inputs, rea
 from twin_experiments.replay.decisions import ReplayResult, replay
 
 DIFFERENT, WRONG, UNUSABLE = 1, 2, 3
-MOST_BREAKS = 10
+MOST = 10
 
 app = typer.Typer(add_completion=False, help="Replay the twin controller's decisions from a bag.")
 
@@ -60,15 +60,16 @@ def _print(result: ReplayResult, repaired: bool, console: Console) -> None:
     console.print(f"{result.messages} messages with {result.inputs} inputs replayed, from {begun} s on")
     if result.skipped:
         console.print(f"{result.skipped} messages not replayed: no state to begin with")
-    for text in result.breaks[:MOST_BREAKS]:
-        console.print(text)
-    if len(result.breaks) > MOST_BREAKS:
-        console.print(f"... {len(result.breaks)} breaks in all")
+    for texts in (result.restarts, result.lost):
+        for text in texts[:MOST]:
+            console.print(text)
+        if len(texts) > MOST:
+            console.print(f"... {len(texts)} in all")
     if result.outside or result.unrecorded:
         console.print(f"at the edges: {result.outside} decisions without inputs, {result.unrecorded} not recorded")
     console.print(
         f"{result.decisions} decisions and {result.snapshots} states compared: {len(result.differences)} differences"
-        + (f", {len(result.breaks)} breaks" if result.breaks else "")
+        + (f", messages are lost at {len(result.lost)} places" if result.lost else "")
     )
     if result.differences:
         console.print(f"first difference: {result.differences[0]}")

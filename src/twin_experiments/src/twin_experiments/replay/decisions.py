@@ -6,6 +6,7 @@ controller are named; behind them it begins anew at the next recorded state.
 
 from __future__ import annotations
 
+import math
 import struct
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
@@ -17,20 +18,30 @@ from twin_controller.core.step import step
 from twin_controller.reporting.snapshots import decode_events, decode_state, encode_state, first_difference
 
 EDGE_S = 0.3
-"""So near to an end of the recording a decision may be missing: topics are connected one after the other (our choice)."""
+"""So near to an end of the recording or of a life a decision may be missing: topics come and go one by one (our choice)."""
 
 NAN = float("nan")
 
 
 @dataclass(frozen=True, slots=True)
 class RecordedInput:
-    """One message of ``twin_controller/inputs``; ``at`` is when it was received [s] since the start of the recording."""
+    """One message of ``twin_controller/inputs``.
+
+    Attributes:
+        at: When it was received, since the start of the recording [s].
+        stamp_ns: When it was judged, ROS time [ns].
+        seq: Number within the controller's life.
+        data: Inputs.
+        state: State before them, or empty.
+        life: What tells one life of the controller from another.
+    """
 
     at: float
     stamp_ns: int
     seq: int
     data: bytes
     state: bytes
+    life: str = ""
 
 
 class RecordedDecision(msgspec.Struct, frozen=True):
@@ -89,8 +100,9 @@ class ReplayResult:
         snapshots: Recorded states that the replay was compared with.
         starts: When it began, and began anew [s].
         skipped: Messages before a state to begin with.
-        breaks: Lost messages and restarts, in words.
-        unrecorded: Decisions of the replay at an end of the recording, where their topic was not recorded.
+        lost: Where messages are missing, in words.
+        restarts: Where the controller was started anew, in words; each of its lives is replayed by itself.
+        unrecorded: Decisions of the replay at an end of the recording or of a life, where their topic was not recorded.
         outside: Recorded decisions to which there are no inputs.
         differences: Everything that is not the same, in words, in order.
     """
@@ -101,15 +113,16 @@ class ReplayResult:
     snapshots: int = 0
     starts: list[float] = field(default_factory=list)
     skipped: int = 0
-    breaks: list[str] = field(default_factory=list)
+    lost: list[str] = field(default_factory=list)
+    restarts: list[str] = field(default_factory=list)
     unrecorded: int = 0
     outside: int = 0
     differences: list[str] = field(default_factory=list)
 
     @property
     def exact(self) -> bool:
-        """True if something was replayed, without a break, and all of it was the same."""
-        return bool(self.messages) and not self.differences and not self.breaks
+        """True if something was replayed, nothing was lost, and all of it was the same."""
+        return bool(self.messages) and not self.differences and not self.lost
 
 
 Recorded = Mapping[tuple[int, int], RecordedDecision]
@@ -132,6 +145,9 @@ class Replay:
         self._last: RecordedInput | None = None
         self._matched: set[tuple[int, int]] = set()
         self._spans: list[list[int]] = []
+        self._edges = [0.0, duration]
+        self._found: list[tuple[float, str]] = []
+        self._missing: list[tuple[float, str]] = []
         self._result = ReplayResult()
 
     def feed(self, message: RecordedInput, watch: Callable[[RecordedInput, CoreState], None] | None = None) -> None:
@@ -163,23 +179,31 @@ class Replay:
         for key in sorted(set(self._recorded) - self._matched):
             if any(first <= key[0] <= last for first, last in self._spans):
                 found = self._recorded[key]
-                self._result.differences.append(f"decision #{found.seq} ({found.event}) was recorded but is not made again")
+                self._found.append((math.inf, f"decision #{found.seq} ({found.event}) was recorded but is not made again"))
             else:
                 self._result.outside += 1
+        for at, text in self._missing:
+            if any(abs(at - edge) <= EDGE_S for edge in self._edges):
+                self._result.unrecorded += 1
+            else:
+                self._found.append((at, text))
+        self._result.differences = [text for _, text in sorted(self._found, key=lambda entry: entry[0])]
         return self._result
 
     def _check_sequence(self, message: RecordedInput) -> None:
         """Name what is missing between the message before and this one."""
         last = self._last
-        if last is None or message.seq == last.seq + 1:
+        if last is None or (message.life == last.life and message.seq == last.seq + 1):
             return
         self._state = None
-        if message.seq <= last.seq:
-            text = f"{message.at:.3f} s: the controller was started anew (message {message.seq} after {last.seq})"
+        if message.life != last.life or message.seq <= last.seq:
+            self._edges += [last.at, message.at]
+            self._result.restarts.append(f"{message.at:.3f} s: the controller was started anew")
         else:
             count = message.seq - last.seq - 1
-            text = f"{message.at:.3f} s: {count} messages of inputs are lost (between {last.seq} and {message.seq})"
-        self._result.breaks.append(text)
+            self._result.lost.append(
+                f"{message.at:.3f} s: {count} messages of inputs are lost (between {last.seq} and {message.seq})"
+            )
 
     def _meet(self, message: RecordedInput) -> None:
         """Begin with a recorded state, or compare with it and go on from it."""
@@ -193,7 +217,7 @@ class Replay:
         self._result.snapshots += 1
         if encode_state(self._state) != message.state:
             different = first_difference(self._state, recorded) or "its encoding"
-            self._result.differences.append(f"{message.at:.3f} s: the state differs: {different}")
+            self._found.append((message.at, f"{message.at:.3f} s: the state differs: {different}"))
             self._state = recorded
 
     def _judge(self, message: RecordedInput, made: RecordedDecision) -> None:
@@ -204,11 +228,10 @@ class Replay:
             self._matched.add(key)
             self._result.decisions += 1
             if different := recorded.difference(made):
-                self._result.differences.append(f"{message.at:.3f} s: decision #{made.seq}: {different}")
-        elif EDGE_S < message.at < self._duration - EDGE_S:
-            self._result.differences.append(f"{message.at:.3f} s: decision #{made.seq} ({made.event}) was not recorded")
+                self._found.append((message.at, f"{message.at:.3f} s: decision #{made.seq}: {different}"))
         else:
-            self._result.unrecorded += 1
+            text = f"{message.at:.3f} s: decision #{made.seq} ({made.event}) was not recorded"
+            self._missing.append((message.at, text))
 
 
 def replay(

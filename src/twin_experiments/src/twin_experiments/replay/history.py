@@ -46,9 +46,9 @@ def _replayed(setup_at: Callable[[float], Setup], inputs: Sequence[RecordedInput
     reached: list[CoreState] = []
     for message in inputs:
         running.feed(message, lambda _, state: reached.__setitem__(slice(None), [state]))
-    breaks = running.finish().breaks
-    if breaks:
-        raise RecordError(f"the state then is not known: {breaks[-1]}, and no state was recorded since")
+    result = running.finish()
+    if result.lost or result.restarts:
+        raise RecordError(f"the state then is not known: {(result.lost + result.restarts)[-1]}; no state was recorded since")
     last = inputs[-1]
     events = decode_events(last.data)
     now = events[-1].now if events else 0.0
