@@ -44,6 +44,6 @@ run_checks() {
   check "packages (catkin_lint)" catkin_lint --quiet -W1 --strict --ignore package_path_name config src
   check "XML (xmllint)" check_xml
   check "robot description (check_urdf)" check_urdfs
-  check "unit tests (pytest)" .venv/bin/python -m pytest tests/unit -q --no-header
+  check "unit tests (pytest)" .venv/bin/python -m pytest tests/unit -q --no-header -m "not slow" -p no:cacheprovider
   exit $checks_failed
 }

@@ -17,6 +17,24 @@ settings.register_profile("cell", deadline=None, suppress_health_check=[HealthCh
 settings.load_profile("cell")
 
 
+# Modules of tests/unit that take many seconds: searches over thousands of histories. `./cell check` leaves them out.
+SLOW = (
+    "twin_controller/core/test_properties.py",
+    "twin_controller/core/test_arbitration.py",
+    "twin_controller/core/test_robustness.py",
+    "twin_experiments/fitting/",
+    "twin_experiments/replay/",
+    "twin_experiments/test_report.py",
+)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark the tests of slow modules."""
+    for item in items:
+        if any(part in item.path.as_posix() for part in SLOW):
+            item.add_marker("slow")
+
+
 @pytest.fixture(scope="session")
 def ros_master(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Master]:
     """Start one ROS master for the whole run and make this process its node ``/tests``."""

@@ -30,6 +30,7 @@ def workspace_environment() -> dict[str, str]:
     for name in _OTHERS:
         env.pop(name, None)
     env["ROS_IP"] = "127.0.0.1"
+    env["PYTHONUNBUFFERED"] = "1"  # logs are read while the processes run
     return env
 
 

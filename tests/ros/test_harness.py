@@ -31,7 +31,7 @@ def test_a_grandchild_in_another_session_is_found_and_ended(ros: Ros) -> None:
     """Left-overs are found by their environment, whatever process group they fled to."""
     stage = Stage(ros.folder / "inner", ros.env)
     stage.start("setsid", "--fork", "sleep", "1000").wait()
-    wait_until(lambda: [line for line in stage.left_over() if line.endswith(" sleep 1000")], 5.0)
+    wait_until(lambda: [line for line in stage.left_over() if line.endswith(" sleep 1000")], 20.0)
     with pytest.raises(AssertionError, match=r"left behind.*sleep 1000"):
         stage.close()
     assert stage.left_over() == []

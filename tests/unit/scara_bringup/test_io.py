@@ -64,6 +64,14 @@ def test_output_and_exit_code_of_a_child_are_kept(tmp_path: Path) -> None:
     assert processes.last_lines("never_started", 3) == []
 
 
+def test_what_a_python_node_prints_is_in_its_log_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A file is no terminal: without help the last lines of a node that is killed would be lost."""
+    monkeypatch.delenv("PYTHONUNBUFFERED", raising=False)
+    with Processes(tmp_path / "log", os.environ) as processes:
+        processes.start(plain("chatter", sys.executable, "-c", "import time; print('up'); time.sleep(1000)"))
+        wait_until(lambda: processes.last_lines("chatter", 1) == ["up"], 10.0, "the first line")
+
+
 def test_signal_reaches_the_whole_group(tmp_path: Path) -> None:
     """A node's own children end with it."""
     with Processes(tmp_path / "log", os.environ) as processes:

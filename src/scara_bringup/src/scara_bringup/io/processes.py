@@ -19,10 +19,13 @@ class Processes:
     """The children of the bring-up, by name. As a context manager it kills on leaving whatever still lives."""
 
     def __init__(self, log_folder: Path, env: Mapping[str, str]) -> None:
-        """Keep logs in ``log_folder``; ``env`` is the environment of all children."""
+        """Keep logs in ``log_folder``; ``env`` is the environment of all children.
+
+        Python keeps back what it prints into a file; a node that dies would take its last lines with it.
+        """
         log_folder.mkdir(parents=True, exist_ok=True)
         self.log_folder = log_folder
-        self._env = dict(env)
+        self._env = {**env, "PYTHONUNBUFFERED": "1"}
         self._children: dict[str, subprocess.Popen[bytes]] = {}
         self._reported: set[str] = set()
 
