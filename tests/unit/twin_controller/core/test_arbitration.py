@@ -231,3 +231,19 @@ def test_drifting_clocks_keep_the_pair_together(side: str, drift: float) -> None
 def test_no_mode_has_two_leaders() -> None:
     """Each leading mode names one."""
     assert len({mode.name.partition("_")[0] for mode in LEADING}) == len(LEADING)
+
+
+def test_the_wrap_of_the_robots_clock_is_nothing_special() -> None:
+    """2^31 ms after its start the counter begins at 0 again, here in the middle of a motion: the twin goes on following."""
+    pair = connected(real_clock=2**31 * 1e-3 - 104.0)
+    since = len(pair.decisions())
+    pair.run_until(lambda: pair.now >= 103.5, 10.0)
+    pair.start_program(ramp(HOME, shifted(HOME, 20.0, -30.0), 1.0))
+    pair.run(0.6)
+    assert pair.state.clock_ms is not None and pair.state.clock_ms > 2**31
+    assert pair.state.mode is Mode.REAL_LEADS
+    assert max(abs(a - b) / scale for a, b, scale in zip(pair.real_q, pair.twin_q, SETUP.scale)) < 0.2
+    pair.run(0.6)
+    pair.end_program()
+    pair.run(1.0)
+    assert triggers(pair, since) == ["REAL_TOOK_OVER", "AT_REST"]

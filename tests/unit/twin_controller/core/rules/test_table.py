@@ -57,7 +57,7 @@ def test_every_mode_and_every_trigger_is_in_the_tables() -> None:
     assert set(DEFAULTS) == set(Trigger)
 
 
-@pytest.mark.parametrize(("trigger", "paused"), product(RESUMING, LEADING), ids=name)
+@pytest.mark.parametrize(("trigger", "paused"), list(product(RESUMING, LEADING)), ids=name)
 def test_what_was_paused_comes_back(trigger: Trigger, paused: Mode) -> None:
     """RESUME gives the lead back to whoever had it, whoever says it."""
     assert look_up(Mode.PAUSED, trigger, paused) is RESUME_ROWS[paused]
