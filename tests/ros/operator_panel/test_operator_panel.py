@@ -52,9 +52,9 @@ class Panel:
         assert isinstance(told, dict)
         return told
 
-    def live(self, cookie: str = "") -> ClientConnection:
-        """Open the live connection of a new page."""
-        return connect(f"ws://127.0.0.1:{self.port}/live?page={self.told(cookie)['page']}&tab=t")
+    def live(self, cookie: str = "", page: str = "") -> ClientConnection:
+        """Open the live connection of a page, of a new one unless ``page`` says which."""
+        return connect(f"ws://127.0.0.1:{self.port}/live?page={page or self.told(cookie)['page']}&tab=t")
 
 
 def heard(live: ClientConnection, kind: str, timeout: float = 15.0) -> Any:
@@ -176,6 +176,25 @@ def test_unknown_packet_ends_the_connection_and_nothing_else(panel: Panel, opera
             operator.recv(timeout=10.0)
     with panel.live() as live:
         assert heard(live, "frame")
+
+
+def test_page_whose_line_broke_without_a_word_comes_back_as_itself(panel: Panel) -> None:
+    """Its new connection replaces the old one, which may seem open for long."""
+    page = panel.told(panel.enter())["page"]
+    with panel.live(page=page) as old:
+        assert heard(old, "frame")
+        with panel.live(page=page) as new:
+            with pytest.raises(ConnectionClosed):
+                for _ in range(2000):
+                    old.recv(timeout=10.0)
+            new.send('{"command": "STOP"}')
+            assert heard(new, "said")["success"]
+
+
+def test_page_of_an_earlier_server_is_told_to_load_again(panel: Panel) -> None:
+    """By the code that the browser knows."""
+    with panel.live(page="unknown") as live, pytest.raises(ConnectionClosed, match="4404"):
+        live.recv(timeout=10.0)
 
 
 def test_jog_is_sent_while_signs_come_and_ends_with_a_zero(ros_module: Ros, operator: ClientConnection) -> None:

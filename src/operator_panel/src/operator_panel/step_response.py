@@ -1,6 +1,6 @@
 r"""What a joint would do with other gains: a mass on a motor under PID control, for a preview only.
 
-.. math:: J \ddot q = p e + I + d \dot e, \quad \dot I = i e, \quad |I| \le c, \qquad e = q_{set} - q
+.. math:: J \ddot q = p e + I - d \dot q, \quad \dot I = i e, \quad |I| \le c, \qquad e = q_{set} - q
 
 Gravity, friction and the feed-forward of the simulator are left out; the joint starts at rest and the set point jumps.
 Source: control_toolbox's gain names; semi-implicit Euler integration at the simulator's 1 kHz.

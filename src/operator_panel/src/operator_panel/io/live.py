@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Any
 
 import msgspec
-from nicegui import app
+from nicegui import app, background_tasks
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from operator_panel.config import PanelConfig
@@ -20,13 +20,15 @@ from operator_panel.view.history import History
 from operator_panel.view.snapshot import Snapshot
 
 PATH = "/live"
+UNKNOWN_PAGE = 4404
 _ENCODE = msgspec.json.Encoder().encode
 
 
 class _Line:
     """What is still to be sent to one page: of each kind only the newest, so that a slow page is late by one frame."""
 
-    def __init__(self) -> None:
+    def __init__(self, socket: WebSocket) -> None:
+        self.socket = socket
         self.waiting: dict[str, str] = {}
         self.filled = asyncio.Event()
 
@@ -92,14 +94,17 @@ class Live:
     async def _serve(self, socket: WebSocket) -> None:
         page = socket.query_params.get("page", "")
         await socket.accept()
-        if page not in self._desk.sessions or page in self._lines:
-            await socket.close(4404, "this page is not known: load it again")
+        if page not in self._desk.sessions:
+            await socket.close(UNKNOWN_PAGE, "this page is not known: load it again")
             return
-        line = self._lines[page] = _Line()
+        before, line = self._lines.get(page), _Line(socket)
+        self._lines[page] = line
+        if before is not None:  # its line broke without a word, and it is here again
+            background_tasks.create(before.socket.close(), name="close")
         self._desk.arrived(page, socket.query_params.get("tab", ""))
         line.put("history", _message("history", self._history.rows))
         line.put("lists", self._lists_text(self._door.snapshot(), time.monotonic()))
-        sender = asyncio.create_task(_pump(line, socket))
+        sender = asyncio.create_task(_pump(line))
         try:
             while True:
                 await self._hear(page, await socket.receive_json(), line)
@@ -107,8 +112,9 @@ class Live:
             pass  # the page is gone, or speaks nonsense: both end its connection
         finally:
             sender.cancel()
-            del self._lines[page]
-            self._desk.left(page)
+            if self._lines.get(page) is line:
+                del self._lines[page]
+                self._desk.left(page)
 
     async def _hear(self, page: str, packet: Any, line: _Line) -> None:
         """Act on what a page says: a sign of a held button, its release, or STOP by the keyboard."""
@@ -126,11 +132,11 @@ class Live:
                 raise ValueError(f"unknown packet {packet!r}")
 
 
-async def _pump(line: _Line, socket: WebSocket) -> None:
+async def _pump(line: _Line) -> None:
     try:
         while True:
             for text in await line.take():
-                await socket.send_text(text)
+                await line.socket.send_text(text)
     except (WebSocketDisconnect, RuntimeError, OSError):
         pass  # the other half of the connection notices too
 

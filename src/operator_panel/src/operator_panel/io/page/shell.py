@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -93,8 +94,9 @@ class Shell:
             for name in TABS:
                 with ui.element("button").props(f'type=button role=tab data-tab="{name}"'):
                     plain(name)
-        builders = (build_jog, build_target, build_programs, build_tuning, lambda v: build_recordings(v, self._runs))
-        for name, build in zip(TABS, (*builders, lambda _: build_decisions())):
+        builders: list[Callable[[PageView], None]] = [build_jog, build_target, build_programs, build_tuning]
+        builders += [lambda view: build_recordings(view, self._runs), lambda _: build_decisions()]
+        for name, build in zip(TABS, builders, strict=True):
             with ui.element("div").classes("tab-panel").props(f'role=tabpanel data-panel="{name}"'):
                 build(view)
 
