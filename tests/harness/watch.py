@@ -77,7 +77,9 @@ class Watch:
                 continue
             for name, value, low, high in zip(SETUP.names, action.q, SETUP.lower, SETUP.upper):
                 assert low <= value <= high, f"{name} = {value} is outside [{low}, {high}]"
-            assert 0.0 < action.speed_percent <= SETUP.config.limit.speed_percent
+            assert after.flags is not None and 0.0 < action.speed_percent <= 100.0
+            effective = action.speed_percent * max(after.flags.override_percent, 1.0) * 1e-2
+            assert effective <= SETUP.config.limit.speed_percent + TOLERANCE, "program speed times override is limited"
             if self.streamed is None:
                 off = [abs(a - b) for a, b in zip(action.q, after.real.last.q)]
                 assert max(off) <= 0.01, "a stream begins where the real robot is"

@@ -154,7 +154,8 @@ def scenario(pair: Pair) -> list[tuple[str, str, float]]:
     return [(d.trigger, d.mode_after, round(d.now - start, 4)) for d in pair.decisions()]
 
 
-@FEW
+@pytest.mark.slow
+@settings(max_examples=6, deadline=None)
 @given(shift=SHIFTS)
 def test_a_common_shift_of_both_clocks_changes_nothing(shift: int) -> None:
     """Same decisions at the same times, same set points; only the stamps are shifted."""
@@ -170,7 +171,8 @@ def test_a_common_shift_of_both_clocks_changes_nothing(shift: int) -> None:
             assert a == b
 
 
-@FEW
+@pytest.mark.slow
+@settings(max_examples=6, deadline=None)
 @given(start=st.integers(0, 10**6))
 def test_the_controllers_own_clock_may_begin_anywhere(start: int) -> None:
     """Monotonic time has no meaning of its own."""
@@ -212,6 +214,7 @@ def test_clocks_that_jump_drift_stand_or_run_backwards_make_nobody_lead(
     assert set(triggers(pair)) <= HARMLESS
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("drift", [200e-6, -200e-6])
 @pytest.mark.parametrize("side", ["real", "twin"])
 def test_drifting_clocks_keep_the_pair_together(side: str, drift: float) -> None:

@@ -311,3 +311,25 @@ def test_releasing_an_emergency_stop_moves_nothing(leader: str, at_ms: int, pres
     pair.run(2.0)
     assert pair.state.mode is Mode.STOPPED
     assert (pair.real_q, pair.twin_q) == here
+
+
+def test_a_program_that_runs_already_leads_as_soon_as_the_pair_is_ready(pair: Pair) -> None:
+    """Any order of start: it waits at a point, so nothing moves, but it is what the twin has to follow."""
+    pair.link("real", False)
+    pair.start_program(ramp(HOME, HOME, 60.0))
+    pair.run(0.3)
+    pair.link("real", True)
+    pair.run(2.0)
+    assert pair.state.mode is Mode.REAL_LEADS
+    assert triggers(pair)[-2:] == ["ALIGNED", "REAL_TOOK_OVER"]
+
+
+def test_a_robot_that_had_moved_before_the_announced_twin_takes_the_lead(pair: Pair) -> None:
+    """The twin's announcement came first, but its motion would have begun later: its stream ends, the twin follows."""
+    pair.move_twin(ramp(HOME, shifted(HOME, -20.0), 2.0))
+    pair.run(0.03)
+    pair.jog_real(ramp(HOME, AWAY, 0.5))
+    pair.run(0.12)
+    assert triggers(pair)[-2:] == ["TWIN_MOVED", "REAL_WAS_FIRST"]
+    assert pair.state.mode is Mode.REAL_LEADS
+    assert Do.STOP_TWIN in performed(pair)

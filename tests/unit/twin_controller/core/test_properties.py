@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import msgspec
+import pytest
 from harness.pair import HOME, SETUP, Pair, ramp, shifted
 from harness.watch import Watch
 from hypothesis import HealthCheck, settings
@@ -194,5 +195,5 @@ def replayed(events: list[AnyEvent]) -> list[AnyAction]:
     return actions
 
 
-TestCell = Cell.TestCase
+TestCell = pytest.mark.slow(Cell.TestCase)
 TestCell.settings = settings(max_examples=40, stateful_step_count=10, deadline=None, suppress_health_check=[HealthCheck.too_slow])

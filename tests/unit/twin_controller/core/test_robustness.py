@@ -146,12 +146,13 @@ def histories(draw: st.DrawFn) -> tuple[str, list[AnyEvent]]:
     return start, events
 
 
-def check(action: AnyAction) -> None:
+def check(action: AnyAction, override: float) -> None:
     """Hold one action against what each side can be told at all."""
     if isinstance(action, StreamReal):
         assert len(action.q) == len(SETUP.names)
         assert all(low <= value <= high for value, low, high in zip(action.q, SETUP.lower, SETUP.upper))
-        assert 0.0 < action.speed_percent <= SETUP.config.limit.speed_percent
+        assert 0.0 < action.speed_percent <= 100.0
+        assert action.speed_percent * max(override, 1.0) * 1e-2 <= SETUP.config.limit.speed_percent + 1e-9
     elif isinstance(action, FollowTwin):
         assert all(map(math.isfinite, (action.stamp, *action.q, *action.qdot, *action.qddot)))
     elif isinstance(action, OverrideReal):
@@ -167,7 +168,7 @@ def test_any_sequence_of_inputs_is_survived(history: tuple[str, list[AnyEvent]])
     for event in events:
         state, actions = step(SETUP, state, event)
         for action in actions:
-            check(action)
+            check(action, state.flags.override_percent if state.flags is not None else 100.0)
             if isinstance(action, Decided):
                 assert decision_text(action)
         replies = [action for action in actions if isinstance(action, Reply)]

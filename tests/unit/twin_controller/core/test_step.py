@@ -33,9 +33,10 @@ def far(pair: Pair) -> float:
     return max(abs(a - b) / scale for a, b, scale in zip(pair.real_q, pair.twin_q, SETUP.scale))
 
 
-def test_the_twin_aligns_slowly_before_anything_is_followed() -> None:
+@pytest.mark.parametrize("twin", [AWAY, shifted(HOME, 1.5, -1.0, 1.5, 1.0)], ids=["far", "near"])
+def test_the_twin_aligns_slowly_before_anything_is_followed(twin: tuple[float, ...]) -> None:
     """After start nothing is replayed; the twin goes to the real robot's pose at alignment speed, the robot stays."""
-    pair = Pair(twin=AWAY)
+    pair = Pair(twin=twin)
     pair.connect()
     follows = [action for action in pair.actions if isinstance(action, FollowTwin)]
     speeds = [max(abs(v) / limit for v, limit in zip(action.qdot, SETUP.velocity)) for action in follows]

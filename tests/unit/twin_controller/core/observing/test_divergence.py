@@ -66,6 +66,7 @@ def judged(*distances_mm: float, start: DivergenceState | None = None) -> Diverg
         ((11.0,) * (CONFIG.confirm - 1) + (0.0,) * CONFIG.window + (11.0,), False),
         ((11.0,) * CONFIG.confirm + (0.0,), True),
         ((11.0,) * CONFIG.confirm + (8.0,) * 100, True),
+        ((11.0,) * CONFIG.confirm + (6.0,) * (CONFIG.window - 1), True),
         ((11.0,) * CONFIG.confirm + (6.0,) * CONFIG.window, False),
     ],
 )
