@@ -80,7 +80,7 @@ function line(tag, style, text) {
 function alarmLine(alarm) {
   const item = line("li", `alarm ${alarm.level}`, "");
   item.append(line("b", "alarm-source", alarm.source), line("span", "alarm-text", alarm.text));
-  item.append(line("span", "alarm-remedy", alarm.remedy));
+  if (alarm.remedy) item.append(line("span", "alarm-remedy", alarm.remedy));
   return item;
 }
 

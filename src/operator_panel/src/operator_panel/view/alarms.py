@@ -80,9 +80,11 @@ def active_alarms(snapshot: Snapshot, now: float, silent_s: float) -> tuple[Alar
 
 
 def _own(state: CellState) -> Alarm:
-    """Return the controller's alarm."""
+    """Return the controller's alarm; most of its texts say already what to do."""
     level = "warn" if state.mode in ("PAUSED", "STOPPED") else "error"
-    return Alarm(level, "twin controller", state.alarm, remedy("twin_controller", f"{state.mode} {state.alarm}"))
+    said = any(command in state.alarm for command in ("RESET", "ACKNOWLEDGE", "ALIGN"))
+    advice = "" if said else remedy("twin_controller", f"{state.mode} {state.alarm}")
+    return Alarm(level, "twin controller", state.alarm, advice)
 
 
 def _diagnosed(diagnosis: Diagnosis) -> Alarm:
