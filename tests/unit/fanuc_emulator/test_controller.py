@@ -310,6 +310,17 @@ def test_watchdog_stops_the_stream_on_its_ramp_and_latches(bench: Bench) -> None
     assert bench.now.watchdog_state is WatchdogState.DISARMED and not bench.now.outputs.fault
 
 
+def test_watchdog_of_a_robot_at_rest_only_warns_until_the_heartbeat_is_back(bench: Bench) -> None:
+    """There is nothing to stop: no fault, nothing latched, and the next beat arms it again."""
+    bench.controller.write_heartbeat(1)
+    bench.run(bench.config.heartbeat_timeout_ms / 1000 + 0.1)
+    assert bench.now.alarm is not None and bench.now.alarm.code is alarms.HEARTBEAT_SILENT
+    assert not bench.now.outputs.fault and bench.now.watchdog_state is WatchdogState.DISARMED
+    bench.controller.write_heartbeat(2)
+    bench.run(0.01)
+    assert bench.now.alarm is None and bench.now.watchdog_state is WatchdogState.ARMED
+
+
 def test_watchdog_stops_a_program_too_and_zero_is_a_farewell(bench: Bench) -> None:
     """Whoever armed it must stay or say good-bye; a program without a client runs on."""
     bench.controller.write_heartbeat(7)

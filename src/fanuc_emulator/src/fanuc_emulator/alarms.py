@@ -57,11 +57,12 @@ class Alarm(msgspec.Struct, frozen=True):
 
 IMSTP = AlarmCode(11, 37, Severity.SERVO, "IMSTP input")
 HEARTBEAT_LOST = AlarmCode(12, 213, Severity.ABORT, "UALM heartbeat lost")
+HEARTBEAT_SILENT = AlarmCode(12, 214, Severity.WARN, "UALM heartbeat silent")
 POSITION_LIMIT = AlarmCode(15, 17, Severity.ABORT, "Limit error PR[1]")
 POSITION_INVALID = AlarmCode(12, 311, Severity.ABORT, "Uninitialized data PR[1]")
 START_REFUSED = AlarmCode(24, 11, Severity.WARN, "Start refused")
 RESET_REFUSED = AlarmCode(24, 12, Severity.WARN, "Reset refused")
-ALL_CODES = (IMSTP, HEARTBEAT_LOST, POSITION_LIMIT, POSITION_INVALID, START_REFUSED, RESET_REFUSED)
+ALL_CODES = (IMSTP, HEARTBEAT_LOST, HEARTBEAT_SILENT, POSITION_LIMIT, POSITION_INVALID, START_REFUSED, RESET_REFUSED)
 
 
 class AlarmList:
@@ -80,6 +81,10 @@ class AlarmList:
     def clear(self, keep: AlarmCode | None = None) -> None:
         """Forget all alarms but those of the kind ``keep``."""
         self._active = [alarm for alarm in self._active if alarm.code is keep]
+
+    def drop(self, code: AlarmCode) -> None:
+        """Forget the alarm of one kind: its cause is gone."""
+        self._active = [alarm for alarm in self._active if alarm.code is not code]
 
     @property
     def fault(self) -> bool:

@@ -130,12 +130,14 @@ class Controller:
     def write_heartbeat(self, heartbeat: int) -> None:
         """Set R[1]."""
         self._watchdog.beat(heartbeat, self._now_ms)
+        if self._watchdog.state is WatchdogState.ARMED:
+            self._alarms.drop(alarms.HEARTBEAT_SILENT)
 
     def step(self) -> Snapshot:
         """Go on for one interpolation period."""
         self._tick += 1
         if self._watchdog.expires(self._now_ms):
-            self._raise(alarms.HEARTBEAT_LOST, f"heartbeat {self._watchdog.heartbeat} stood still")
+            self._lose_heartbeat()
         if self._executor.state is ProgramState.RUNNING:
             self._execute()
         self._motion.step(self.override / 100.0, self._executor.state is not ProgramState.RUNNING)
@@ -144,6 +146,15 @@ class Controller:
             self._executor.abort()
             self._aborting = False
         return self.snapshot()
+
+    def _lose_heartbeat(self) -> None:
+        """Stop the program that runs, and latch it; a robot that runs none has nothing to stop and only warns."""
+        cause = f"heartbeat {self._watchdog.heartbeat} stood still"
+        if self._executor.state is ProgramState.ABORTED:
+            self._raise(alarms.HEARTBEAT_SILENT, cause)
+            self._watchdog.reset()
+        else:
+            self._raise(alarms.HEARTBEAT_LOST, cause)
 
     def snapshot(self) -> Snapshot:
         """Return what can be read now."""
