@@ -14,7 +14,7 @@ from typing import Any
 from scara_config import load_robot
 
 from harness.faults.motion import Motion
-from harness.processes import Process, free_port, wait_until
+from harness.processes import Process, Stage, free_port, wait_until
 from harness.proxy import modbus_units, websocket_units
 from harness.ros import Ros
 from harness.wires.relay import Relay
@@ -62,7 +62,7 @@ class FaultCell:
         for node in NODES:
             self.start(node)
         self._watch()
-        self.wait_for("IDLE", 60.0)
+        wait_until(lambda: self._alive() and self.mode == "IDLE", 60.0, "an idle cell", period=0.1)
         self.pendant("override", "100")
         wait_until(lambda: self.states[-1].speed_limited is False, 5.0, "override 100 %")
         return self
@@ -74,6 +74,16 @@ class FaultCell:
         self.web.close()
         for process in self.processes.values():
             process.signal(signal.SIGCONT)
+
+    @property
+    def stage(self) -> Stage:
+        """The processes, whose last lines a failed test shows."""
+        return self.ros.stage
+
+    def _alive(self) -> bool:
+        for process in self.processes.values():
+            assert process.poll() is None, f"{process} ended with {process.poll()}:\n{process.tail()}"
+        return True
 
     def start(self, node: str, *prefix: str) -> Process:
         """Start a node (again); ``prefix`` is a command that runs it."""

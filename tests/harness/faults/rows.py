@@ -45,26 +45,36 @@ class Row:
         return {**asdict(self), "measured": measured, "holds": self.holds}
 
 
-def check(measure: Callable[[], list[Row]], attempts: int = 3) -> None:
-    """Measure and print; fail if a row that must always hold is broken, or another one in every attempt.
+def check(measure: Callable[[], list[Row]]) -> None:
+    """Measure and print; fail if a row that must always hold is broken, or another one in every attempt."""
+    rows, _ = repeated(measure)
+    assert rows, "nothing was measured"
+    assert all(row.holds for row in rows), "\n".join(row.text for row in rows if not row.holds)
 
-    Times are measured on a machine that does other things too: what the software cannot do it does in no attempt.
+
+def repeated(measure: Callable[[], list[Row]], attempts: int = 3) -> tuple[list[Row], int]:
+    """Measure until all rows hold, at most ``attempts`` times; return the last rows and how often it was repeated.
+
+    Times are measured on a machine that does other things too: what the software cannot do it does in no attempt. A row
+    that must always hold is not given a second chance.
+
+    Raises:
+        AssertionError: The last attempt did not come to an end as described.
     """
-    for left in reversed(range(attempts)):
+    for attempt in range(attempts):
         try:
             rows = measure()
         except AssertionError as error:
-            if not left:
+            if attempt == attempts - 1:
                 raise
             print(f"not measured: {error}")
             continue
         for row in rows:
             print(row.text)
         broken = [row for row in rows if not row.holds]
-        assert rows, "nothing was measured"
-        assert not [row for row in broken if row.always] and (left or not broken), "\n".join(row.text for row in broken)
-        if not broken:
-            return
+        if not broken or any(row.always for row in broken):
+            break
+    return rows, attempt
 
 
 def worst(rows: list[Row]) -> list[Row]:

@@ -22,7 +22,7 @@ from harness.pair import SETUP
 
 TIMEOUT_S = 0.008
 """A small time-out makes the campaign quick: a third of the framing faults end in one."""
-STAMP_S = 0.03
+STAMP_S = 0.04
 """By how much a wrong stamp can be off unnoticed: EARLY and a period."""
 SIGNALS = frozenset(("cmdenbl", "sysrdy"))
 

@@ -25,8 +25,8 @@ SLACK = 0.005
 """Added to each span [s]: a reading may be one period of the remote older than its clock says. Our choice."""
 GAP = 0.3
 """After a longer silence [s] nothing is compared: the controller has forgotten that side too. Our choice."""
-EARLY = 0.02
-"""How much [s] a reading may be prompter than the promptest so far. Our choice: jitter of a good line."""
+EARLY = 0.03
+"""How much [s] a reading may be prompter than the promptest so far. Our choice: a line may get better by so much."""
 LATEST = 1.0
 """A reading later than this [s] is none of now. Our choice."""
 FIRST_LATE = 0.05
