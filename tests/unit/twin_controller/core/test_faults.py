@@ -333,3 +333,17 @@ def test_a_robot_that_had_moved_before_the_announced_twin_takes_the_lead(pair: P
     assert triggers(pair)[-2:] == ["TWIN_MOVED", "REAL_WAS_FIRST"]
     assert pair.state.mode is Mode.REAL_LEADS
     assert Do.STOP_TWIN in performed(pair)
+
+
+def test_a_pair_that_rests_apart_diverges_by_the_smaller_limit(pair: Pair) -> None:
+    """11 mm between the tools at rest are an alarm, though less than what is allowed on the way."""
+    pair.start_program(ramp(HOME, shifted(HOME, 5.0), 1.0))
+    pair.run(2.0)
+    assert pair.state.mode is Mode.REAL_LEADS
+    pair.take_follow = lambda action, now: None  # type: ignore[method-assign]
+    pair.motion, pair.follow = "idle", None
+    pair.jog_twin(ramp(pair.twin_q, shifted(pair.twin_q, 1.0), 0.3), pair.now)
+    pair.run(1.5)
+    distance = pair.state.divergence.distance_mm
+    assert SETUP.config.divergence.rest_mm < distance < SETUP.config.divergence.path_mm
+    assert pair.state.mode is Mode.PAUSED and triggers(pair)[-1] == "DIVERGED"
