@@ -51,7 +51,17 @@ class Publishing:
         self._links = links
 
     def stepped(self, events: list[AnyEvent], state: CoreState, decided: list[Decided]) -> None:
-        """Publish a batch of inputs, the decisions and, when due or changed, the state."""
+        """Publish a batch of inputs, the decisions and, when due or changed, the state.
+
+        While the node ends its topics close before the engine stops; what it decides then has no listener any more.
+        """
+        try:
+            self._publish(events, state, decided)
+        except rospy.ROSException:
+            if not rospy.is_shutdown():
+                raise
+
+    def _publish(self, events: list[AnyEvent], state: CoreState, decided: list[Decided]) -> None:
         now, stamp = time.monotonic(), rospy.get_rostime()
         with self._lock:
             self._inputs.publish(events, state, stamp)
