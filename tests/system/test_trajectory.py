@@ -45,26 +45,6 @@ def test_the_real_robot_follows_a_trajectory_of_the_twin(live_cell: LiveCell) ->
     idle(live_cell)
 
 
-def test_a_pause_of_the_operator_freezes_a_trajectory_and_resume_goes_on(live_cell: LiveCell) -> None:
-    """Both sides stand where they are, the goal is kept and still succeeds."""
-    idle(live_cell)
-    arguments = ("6.0", "0.4", "0.5", "-0.10", "0.2")
-    client = live_cell.stage.start(sys.executable, str(CLIENT), *arguments, name="client")
-    wait_until(lambda: live_cell.mode() == "TWIN_LEADS", 20.0, "TWIN_LEADS", period=0.1)
-    assert live_cell.call("/twin_controller/command", "{command: PAUSE}")["success"]
-    wait_until(lambda: live_cell.mode() == "PAUSED", 10.0, "PAUSED", period=0.1)
-    wait_until(lambda: live_cell.real_joints() == live_cell.real_joints(), 10.0, "standstill", period=0.5)
-    assert live_cell.real_joints()[0] < 22.0, "deg, on the way"
-    assert client.poll() is None
-    assert live_cell.call("/twin_controller/command", "{command: RESUME}")["success"]
-    assert client.wait(60.0) == 0, client.tail()
-    assert f'"state": {SUCCEEDED}' in client.output, client.output
-    idle(live_cell)
-    assert live_cell.real_joints()[0] == pytest.approx(22.918, abs=0.1)
-    assert send(live_cell, 2.0, *HOME)["state"] == SUCCEEDED
-    idle(live_cell)
-
-
 def test_goals_are_rejected_while_the_pair_is_stopped_by_an_emergency(live_cell: LiveCell) -> None:
     """The client reads the controller's reason, and can go on after RESET and ALIGN."""
     idle(live_cell)
