@@ -95,9 +95,14 @@ def test_program_of_the_robot_moves_the_twin(live_cell: LiveCell) -> None:
 
 
 def test_stop_of_the_operator_stops_both_sides(live_cell: LiveCell) -> None:
-    """A running move is aborted with a text, both stand, and a new command leads out of it."""
-    x, y, z = POSITIONS["P2"]
-    move = live_cell.stage.start("rosservice", "call", "/move_to", f"{{x: {x}, y: {y}, z: {z}, speed_percent: 3}}")
+    """A running move is aborted with a text, both stand, and a new command leads out of it.
+
+    From position 1 joint 2 turns by 126 deg, which takes 18 s at 1 %: time for a tool that is started on a busy machine.
+    """
+    assert live_cell.call("/move_to", "{x: 0.65, y: 0.0, z: 0.0}")["success"]
+    wait_until(lambda: live_cell.mode() == "IDLE", 10.0, "mode IDLE", period=0.1)
+    x, y, z = 0.30, 0.0, 0.0
+    move = live_cell.stage.start("rosservice", "call", "/move_to", f"{{x: {x}, y: {y}, z: {z}, speed_percent: 1}}")
     wait_until(lambda: live_cell.mode() == "TWIN_LEADS", 15.0, "TWIN_LEADS", period=0.05)
     assert live_cell.call("/twin_controller/command", "{command: STOP}")["success"]
     move.wait(20.0)

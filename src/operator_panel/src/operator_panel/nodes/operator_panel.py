@@ -15,6 +15,7 @@ Calls: ``twin_controller/command``, ``inverse_kinematics``, ``recorder/start``, 
 
 from __future__ import annotations
 
+import asyncio
 import os
 import signal
 import socket
@@ -39,6 +40,7 @@ from operator_panel.urdf import Model, UrdfError, parse_urdf
 from operator_panel.view.frame import FrameMaker
 
 NICENESS = 5  # our choice: where processors are short, the cell's loops go before the picture of them
+KNOCK_PERIOD_S = 0.02
 
 
 class StartError(RuntimeError):
@@ -90,7 +92,8 @@ def serve(private: dict[str, str]) -> None:
         threading.Thread(target=_jog, args=(desk, config, ended), name="jog", daemon=True).start()
         # A log file may be read by others: there the token stays in its own file.
         shown = token if sys.stdout.isatty() else f"TOKEN, which is in {ros_home() / FILE} unless it was given"
-        print(f"operator_panel: http://{host}:{port}/ to watch, http://{host}:{port}/?token={shown} to operate", flush=True)
+        text = f"operator_panel: http://{host}:{port}/ to watch, http://{host}:{port}/?token={shown} to operate"
+        background_tasks.create(_announce(host, port, text), name="announce")
 
     app.on_shutdown(ended.set)
     ui.run(
@@ -108,6 +111,19 @@ def serve(private: dict[str, str]) -> None:
         timeout_graceful_shutdown=1,
     )
     ended.set()
+
+
+async def _announce(host: str, port: int, text: str) -> None:
+    """Say the address once somebody who opens it is answered: the server starts to listen after its start-up handlers."""
+    while True:
+        try:
+            _, writer = await asyncio.open_connection(host, port)
+        except OSError:
+            await asyncio.sleep(KNOCK_PERIOD_S)
+        else:
+            writer.close()
+            print(text, flush=True)
+            return
 
 
 async def _live(live: Live) -> None:
