@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import dataclasses
 import logging
 import threading
+import time
 from collections.abc import Callable
 from types import TracebackType
 from typing import Any, Self
 
 from twin_controller.core.actions import Do, FollowTwin, MoveTwin, Perform
-from twin_controller.core.events import AnyEvent, TwinMeasured
+from twin_controller.core.events import AnyEvent, TwinMeasured, TwinMotion
 from twin_controller.core.state import Setup
 from twin_controller.io.rosbridge_link import LinkSettings, RosbridgeLink
 from twin_controller.packets import (
@@ -33,8 +35,21 @@ from twin_controller.plausible import TWIN_ACCELERATION, Plausibility, Reading, 
 _LOG = logging.getLogger("rosout.twin_door")
 MOVE_TIMEOUT_S = 120.0
 FIRST_PROBES_S = 0.02
+REPEAT_S = 0.1
+"""A command that the twin's pose controller does not report as obeyed is sent again after this time,"""
+REPEATS = 20
+"""at most so often."""
 RANGE_MARGIN = 0.02
 """How far outside its range, as a part of it, a joint of the twin may be read: physics gives way at a limit."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class _Unheard:
+    """A command that the twin has not reported yet, when it is due again, and how often still."""
+
+    packet: dict[str, Any]
+    due: float
+    left: int
 
 
 class TwinDoor:
@@ -55,6 +70,7 @@ class TwinDoor:
         self._rejected = 0
         self._probes = 0
         self._plausible = Plausibility()
+        self._unheard: _Unheard | None = None
         self._stop = threading.Event()
         settings = LinkSettings(silent_timeout=setup.config.twin.stale_ms * 1e-3)
         self._link = RosbridgeLink(
@@ -97,11 +113,31 @@ class TwinDoor:
         self._link.publish(FOLLOW, follow_packet(action, self._setup.names))
 
     def perform(self, action: Perform, stamp: float) -> None:
-        """Send one motion command, or the end of following; ``stamp`` is the twin's ROS time."""
+        """Send the end of following, or one motion command until the twin reports it; ``stamp`` is the twin's ROS time.
+
+        A topic loses what is published before its subscribers are connected, as right after a reconnect.
+        """
         if action.do is Do.RELEASE_TWIN:
             self._link.publish(FOLLOW, end_packet(stamp))
             return
-        self._link.publish(MOTION_COMMAND, command_packet(action, stamp))
+        packet = command_packet(action, stamp)
+        if self._link.publish(MOTION_COMMAND, packet):
+            self._unheard = _Unheard(packet, time.monotonic() + REPEAT_S, REPEATS)
+
+    def _heard(self, motion: TwinMotion) -> None:
+        """Forget the last command once the twin reports its id, or send it again; it is obeyed once, however often it comes."""
+        last, again = self._unheard, None
+        if last is None:
+            return
+        if motion.last_command_id != last.packet["id"]:
+            if motion.now < last.due:
+                return
+            if last.left and self._link.publish(MOTION_COMMAND, last.packet):
+                again = _Unheard(last.packet, motion.now + REPEAT_S, last.left - 1)
+            else:
+                _LOG.error("the twin does not obey command %d: %s", last.packet["id"], last.packet["reason"])
+        if self._unheard is last:
+            self._unheard = again
 
     def cap(self, speed_percent: float) -> None:
         """Send the speed cap."""
@@ -132,7 +168,7 @@ class TwinDoor:
             done(False, "the twin's link is down")
 
     def _change(self, changed: Callable[[str, bool, str], None], connected: bool, reason: str) -> None:
-        self._probes, self._plausible = 0, Plausibility()
+        self._probes, self._plausible, self._unheard = 0, Plausibility(), None
         changed("twin", connected, reason)
 
     def _remark(self, level: str, text: str) -> None:
@@ -146,7 +182,9 @@ class TwinDoor:
                 case name if name.endswith(JOINT_SETPOINTS):
                     self._put(twin_plan(message, self._setup.names, received))
                 case name if name.endswith(MOTION_STATE):
-                    self._put(twin_motion(message, self._setup.names, received))
+                    motion = twin_motion(message, self._setup.names, received)
+                    self._heard(motion)
+                    self._put(motion)
         except PacketError as error:
             self._reject(f"{topic}: {error}")
 
