@@ -18,7 +18,7 @@ from scara_config.modbus_map import load_modbus_map
 from twin_controller.io.modbus_link import ModbusLink, ModbusSettings, NotWritableError
 from twin_controller.robot_sample import AlarmStatus, ProgramStatus, RobotSample
 
-CONFIG = Path(__file__).resolve().parents[3] / "config"
+CONFIG = Path(__file__).resolve().parents[4] / "config"
 ROBOT, LAYOUT = load_robot(CONFIG), load_modbus_map(CONFIG)
 UP, DOWN = True, False
 Written = tuple[int, int, tuple[int, ...]]
