@@ -35,16 +35,38 @@ def played(rate: float = 1.0) -> Playback:
 
 
 @pytest.mark.parametrize("rate", [0.5, 1.0, 2.0])
-def test_the_recorded_motion_is_played_at_its_rate(rate: float) -> None:
+def test_a_gentle_motion_is_played_at_its_rate(rate: float) -> None:
     """Positions at the same place of the recording, velocities times the rate, duration divided by it."""
     recorded, playback = swing(), played(rate)
-    assert playback.duration == pytest.approx((recorded.stamps[-1] - recorded.stamps[0]) / rate, abs=PERIOD)
+    assert playback.duration == pytest.approx((recorded.stamps[-1] - recorded.stamps[0]) / rate, abs=2 * PERIOD)
     motion = playback.motion(0.0, COLUMNS)
     peak = np.argmax(motion.positions[:, 0])
     assert motion.stamps[peak] == pytest.approx(2.0 / rate, abs=0.01)
+    assert playback.played_at(9.0) == pytest.approx(2.0 / rate, abs=2 * PERIOD)
     assert np.abs(motion.velocities).max() == pytest.approx(rate * np.abs(recorded.velocities).max(), rel=1e-2)
+
+
+@pytest.mark.parametrize("rate", [0.5, 1.0, 2.0, 5.0])
+def test_played_velocities_are_the_slope_of_played_positions(rate: float) -> None:
+    """Whatever the rate, and where it changes."""
+    motion = plan_playback(ROBOT, swing(1.5, 0.8), None, rate, PERIOD).motion(0.0, COLUMNS)
     slope = np.gradient(motion.positions[:, 0], PERIOD)
-    assert np.abs(slope - motion.velocities[:, 0])[2:-2].max() < 0.02 * rate
+    assert np.abs(slope - motion.velocities[:, 0])[2:-2].max() < 0.01 * np.abs(motion.velocities).max()
+
+
+def test_a_hard_move_is_played_no_harder_than_the_joints_can_but_its_rests_are_played_as_fast_as_asked_for() -> None:
+    """Twice as fast would be four times the acceleration; never slower than recorded."""
+    recorded = swing(1.0, 0.8)
+    limit = ROBOT.twin_joints[0].acceleration
+    playback = plan_playback(ROBOT, recorded, None, 4.0, PERIOD)
+    motion = playback.motion(0.0, COLUMNS)
+    slowest = np.abs(np.gradient(recorded.velocities[:, 0], recorded.stamps)).max()
+    assert slowest * 16.0 > limit > slowest, "four times as fast is too hard, as recorded is not"
+    assert np.abs(np.gradient(motion.velocities[:, 0], PERIOD)).max() < 1.1 * limit
+    length = recorded.stamps[-1] - recorded.stamps[0]
+    assert length / 4.0 < playback.duration < length
+    rest = np.gradient(playback.instants, PERIOD)[5:50]
+    assert rest == pytest.approx(4.0, rel=1e-6)
 
 
 def test_joints_that_the_twin_does_not_have_rest_at_zero() -> None:
@@ -68,7 +90,7 @@ def test_a_program_runs_around_the_motion_and_as_recorded_if_that_is_known() -> 
 @pytest.mark.parametrize(
     ("motion", "rate", "text"),
     [
-        (swing(2.0, 1.0), 2.0, r"joint_1 would move at \d+ deg/s at rate 2, its largest speed is 440"),
+        (swing(2.4, 0.6), 1.0, r"joint_1 would move at \d+ deg/s at rate 1, its largest speed is 440"),
         (swing(3.0, 4.0), 1.0, r"joint_1 was recorded from .* to 3, allowed is -2\.583 to 2\.583"),
     ],
 )

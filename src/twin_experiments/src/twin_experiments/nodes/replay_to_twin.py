@@ -5,8 +5,8 @@
 
 Parameter: ``_config_dir:=FOLDER``. Serves the recorded readings over Modbus where the live twin controller looks for its
 robot, so that its whole way is used: polling, clocks, onset, alignment, following. The robot that is played obeys no set
-point and no stop: it does what it did. Exit code: 0 played and compared, 1 something could not be compared, 2 wrong
-configuration, 3 it could not be played, 130 interrupted.
+point and no stop: it does what it did. Exit code: 0 played and compared, 1 the live controller stopped the pair, or
+something could not be compared, 2 wrong configuration, 3 it could not be played, 130 interrupted.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ from twin_experiments.io.compare.writer import (
     remarks_of,
     write_files,
 )
-from twin_experiments.io.playback.reader import RecordedReal, read_real
+from twin_experiments.io.playback.reader import read_real
 from twin_experiments.io.playback.stage import Stage
 from twin_experiments.io.run_reader import TWIN
 from twin_experiments.nodes.cell import RunError
@@ -62,7 +62,7 @@ console = Console(highlight=False)
 @app.command()
 def replay_to_twin(
     bag: Annotated[Path, typer.Argument(help="Recording of a run, unfinished ones too.")],
-    rate: Annotated[float, typer.Option(help="How much faster than recorded.", min=0.05, max=20.0)] = 1.0,
+    rate: Annotated[float, typer.Option(help="How much faster than recorded, where the joints can.", min=0.05, max=20.0)] = 1.0,
     output: Annotated[Path | None, typer.Option(help="Folder of table and figures; default: replay beside the bag.")] = None,
     real_topic: Annotated[str | None, typer.Option(help="Joint states to be played; default: the controller's readings.")] = None,
     host: Annotated[str | None, typer.Option(help="Where to serve; default: twin_controller.yaml.")] = None,
@@ -72,7 +72,7 @@ def replay_to_twin(
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     folder = rospy.client.load_command_line_node_params(sys.argv).get("config_dir")
     try:
-        written = _run(bag, rate, (output or bag.parent / "replay").resolve(), real_topic, (host, port), folder)
+        written, stops = _run(bag, rate, (output or bag.parent / "replay").resolve(), real_topic, (host, port), folder)
     except ConfigError as error:
         raise _end(WRONG, str(error)) from error
     except PortError as error:
@@ -82,13 +82,13 @@ def replay_to_twin(
     except KeyboardInterrupt as error:
         raise _end(INTERRUPTED, "interrupted") from error
     print_comparison(written, console)
-    raise typer.Exit(INCOMPLETE if any(experiment.reasons for experiment in written.experiments) else 0)
+    raise typer.Exit(INCOMPLETE if stops or any(experiment.reasons for experiment in written.experiments) else 0)
 
 
 def _run(
     bag: Path, rate: float, output: Path, topic: str | None, address: tuple[str | None, int | None], folder: str | None
-) -> WrittenComparison:
-    """Read, play, compare."""
+) -> tuple[WrittenComparison, list[str]]:
+    """Read, play, compare; return what was written, and when the live controller stopped the pair."""
     directory = Path(folder) if folder else None
     robot = load_robot(directory)
     place = load_twin_controller(robot, directory).real
@@ -100,10 +100,16 @@ def _run(
     playback = plan_playback(robot, recorded.motion, recorded.running, rate, load_emulator(robot, directory).dt)
     enter_ros("replay_to_twin", READY_S, lambda text: console.print(text, soft_wrap=True))
     with Stage(robot, playback, address[0] or place.host, address[1] or place.port, folder) as stage:
-        twin = _play(stage, playback, LiveTwin(mechanism.names))
+        twin = LiveTwin(mechanism.names)
+        motion = _play(stage, playback, twin)
         begun = stage.begun
-    live = _live(robot, playback, twin.shifted(-begun))
-    return _compare(opened, mechanism, live, playback, recorded, output, directory)
+    live = _live(robot, playback, motion.shifted(-begun))
+    remarks = (
+        *remarks_of([opened]),
+        f"{LIVE}: real is what was played of {recorded.source}, in {playback.duration:.1f} s; twin is {TWIN}",
+        *(f"{LIVE}: {stop}" for stop in twin.stops),
+    )
+    return _compare(opened, mechanism, live, rate, remarks, output, directory), twin.stops
 
 
 def _play(stage: Stage, playback: Playback, live: LiveTwin) -> Motion:
@@ -135,7 +141,7 @@ def _live(robot: Robot, playback: Playback, twin: Motion) -> Callable[[Track], T
     real = playback.motion(0.0, columns)
 
     def track_of(recorded: Track) -> Track:
-        start, end = ((float(at) - playback.begin) / playback.rate for at in recorded.real.stamps[[0, -1]])
+        start, end = (playback.played_at(float(at)) for at in recorded.real.stamps[[0, -1]])
         sides = [cut(motion, start, end) for motion in (real, twin)]
         return Track(LIVE, recorded.experiment, "real", sides[0], sides[1])
 
@@ -146,8 +152,8 @@ def _compare(
     opened: Opened,
     mechanism: Mechanism,
     live: Callable[[Track], Track],
-    playback: Playback,
-    recorded: RecordedReal,
+    rate: float,
+    remarks: tuple[str, ...],
     output: Path,
     directory: Path | None,
 ) -> WrittenComparison:
@@ -156,11 +162,7 @@ def _compare(
     compared = []
     for track in tracks_of(opened, mechanism, percent):
         beside = compare_tracks(track.experiment, [track, live(track)], comparer)
-        compared.append(beside if playback.rate == 1.0 else replace(beside, runs=()))
-    remarks = (
-        *remarks_of([opened]),
-        f"{LIVE}: real is what was played of {recorded.source}, at rate {playback.rate:g}; twin is {TWIN}",
-    )
+        compared.append(beside if rate == 1.0 else replace(beside, runs=()))
     written = WrittenComparison(mechanism, tuple(compared), {RECORDED: "the bag", LIVE: "now"}, remarks, output)
     write_files(written)
     return written

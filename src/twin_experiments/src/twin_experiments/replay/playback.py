@@ -1,7 +1,9 @@
-"""A robot that does again what was recorded: its motion at each period of its own clock, and the controller that shows it.
+r"""A robot that does again what was recorded: its motion at each period of its own clock, and the controller that shows it.
 
-Between recorded samples the motion is the cubic that has their positions and velocities. Alarms, drives and the programs'
-names are not played: the operator who reset them then is not there now.
+Between recorded samples the motion is the cubic that has their positions and velocities. Played at a rate :math:`r`,
+velocities are :math:`r` times and accelerations :math:`r^2` times the recorded ones, so a rate above 1 holds only where the
+joints' limits leave room for it: rests and slow parts are played as fast as asked for, hard moves less. Alarms, drives and
+the programs' names are not played: the operator who reset them then is not there now.
 """
 
 from __future__ import annotations
@@ -20,6 +22,8 @@ from twin_controller.metrics_series import Array, Mask, Motion, interpolate
 from twin_experiments.record import RecordError
 
 REPORTED = 1.4  # our choice: the twin controller believes no joint that is faster than 1.5 times its largest speed
+SMOOTH_S = 0.02  # our choice: over so long an acceleration is averaged, so that noise does not count
+AHEAD_S = 0.1  # our choice: so long before and after a hard move the rate is what the move allows
 BEFORE_S = 0.05  # our choice: a program is shown as running so long before and after the motion itself
 
 
@@ -29,8 +33,8 @@ class Playback:
 
     Args:
         period: Between two rows, on the clock of the playing robot [s].
-        rate: How much faster than recorded.
-        begin: Where in the recording the first row is [s].
+        rate: How much faster than recorded at most.
+        instants: Where in the recording each row is [s], shape ``(k,)``.
         positions: Joint positions in the order of robot.yaml, shape ``(k, n)``: [rad], prismatic [m].
         velocities: Likewise, as fast as they are played.
         running: Whether a program of the robot's own runs, shape ``(k,)``.
@@ -38,7 +42,7 @@ class Playback:
 
     period: float
     rate: float
-    begin: float
+    instants: Array
     positions: Array
     velocities: Array
     running: Mask
@@ -47,6 +51,10 @@ class Playback:
     def duration(self) -> float:
         """How long it is played [s]."""
         return (len(self.positions) - 1) * self.period
+
+    def played_at(self, recorded: float) -> float:
+        """Return when an instant of the recording is played [s] after the start."""
+        return float(np.interp(recorded, self.instants, np.arange(len(self.instants)) * self.period))
 
     def motion(self, start: float, columns: list[int]) -> Motion:
         """Return what was played as a motion.
@@ -73,11 +81,9 @@ def plan_playback(robot: Robot, motion: Motion, running: Mask | None, rate: floa
         RecordError: A joint would be too fast to be believed, or leaves its limits; the text names it.
     """
     joints = robot.twin_joints
-    begin, end = float(motion.stamps[0]), float(motion.stamps[-1])
-    count = math.floor((end - begin) / rate / period + 1e-9) + 1
-    instants = np.minimum(begin + np.arange(count) * period * rate, end)
+    instants, rates = _paced(motion, [(joint.velocity, joint.acceleration) for joint in joints], rate, period)
     positions, velocities = interpolate(motion, instants)
-    velocities = velocities * rate
+    velocities = velocities * rates[:, None]
     fastest = np.abs(velocities).max(axis=0)
     for joint, speed, low, high in zip(joints, fastest, positions.min(axis=0), positions.max(axis=0)):
         if speed > REPORTED * joint.velocity:
@@ -91,13 +97,45 @@ def plan_playback(robot: Robot, motion: Motion, running: Mask | None, rate: floa
                 f"{joint.name} was recorded from {low:.4g} to {high:.4g}, allowed is {joint.lower:.4g} to {joint.upper:.4g}"
             )
     columns = [k for k, joint in enumerate(robot.joints) if joint.twin]
-    shown = np.zeros((2, count, len(robot.joints)))
+    shown = np.zeros((2, len(instants), len(robot.joints)))
     shown[0][:, columns], shown[1][:, columns] = positions, velocities
     if running is None:
         ran = _around(np.abs(velocities).max(axis=1) > 0.0, round(BEFORE_S / period))
     else:
         ran = running[np.clip(np.searchsorted(motion.stamps, instants, side="right") - 1, 0, len(running) - 1)]
-    return Playback(period, rate, begin, shown[0], shown[1], ran)
+    return Playback(period, rate, instants, shown[0], shown[1], ran)
+
+
+def _paced(motion: Motion, limits: list[tuple[float, float]], rate: float, period: float) -> tuple[Array, Array]:
+    """Return where in the recording each period is, and how fast it is played there.
+
+    Args:
+        motion: As recorded.
+        limits: Largest velocity and acceleration of each joint.
+        rate: Asked for.
+        period: [s]
+    """
+    begin, end = float(motion.stamps[0]), float(motion.stamps[-1])
+    grid = np.minimum(begin + np.arange(math.floor((end - begin) / period + 1e-9) + 1) * period, end)
+    allowed = np.full(len(grid), rate)
+    if rate > 1.0:
+        _, velocities = interpolate(motion, grid)
+        window = np.ones(max(1, round(SMOOTH_S / period))) / max(1, round(SMOOTH_S / period))
+        for velocity, (fastest, hardest) in zip(velocities.T, limits):
+            bend = np.abs(np.convolve(np.gradient(velocity, period), window, mode="same"))
+            allowed = np.minimum(allowed, fastest / np.maximum(np.abs(velocity), 1e-9))
+            allowed = np.minimum(allowed, np.sqrt(hardest / np.maximum(bend, 1e-9)))
+        allowed = _smoothed_below(np.maximum(allowed, 1.0), round(AHEAD_S / period))
+    played = np.concatenate(([0.0], np.cumsum(np.diff(grid) * 2.0 / (allowed[1:] + allowed[:-1]))))
+    instants = np.interp(np.arange(math.floor(played[-1] / period + 1e-9) + 1) * period, played, grid)
+    return instants, np.interp(instants, grid, allowed)
+
+
+def _smoothed_below(values: Array, reach: int) -> Array:
+    """Return a smooth series that is nowhere above ``values``: the smallest within ``reach`` places, averaged over as many."""
+    padded = np.pad(values, 2 * reach, mode="edge")
+    lowest = np.lib.stride_tricks.sliding_window_view(padded, 2 * reach + 1).min(axis=1)
+    return np.asarray(np.lib.stride_tricks.sliding_window_view(lowest, 2 * reach + 1).mean(axis=1))
 
 
 def _around(mask: Mask, margin: int) -> Mask:

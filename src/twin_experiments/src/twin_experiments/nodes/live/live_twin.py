@@ -17,6 +17,7 @@ from twin_experiments.nodes.cell import ENDED_MODES, POLL_S, RunError
 from twin_experiments.record import build_side
 
 MASTER_POLL_S = 0.5
+STOPPED = "STOPPED"
 
 
 def enter_ros(name: str, deadline: float, tell: Callable[[str], None]) -> None:
@@ -45,6 +46,8 @@ class LiveTwin:
         self._rows: list[tuple[float, tuple[float, ...], tuple[float, ...]]] = []
         self._keep = False
         self._state: TwinControllerState | None = None
+        self._begun = 0.0
+        self.stops: list[str] = []
         rospy.Subscriber("twin/joint_states", JointState, self._on_joints, queue_size=1000, tcp_nodelay=True)
         rospy.Subscriber("twin_controller/state", TwinControllerState, self._on_state, queue_size=10, tcp_nodelay=True)
 
@@ -58,6 +61,8 @@ class LiveTwin:
                     self._rows.append((message.header.stamp.to_sec(), *row))
 
     def _on_state(self, message: TwinControllerState) -> None:
+        if self._keep and message.mode == STOPPED != self._mode:
+            self.stops.append(f"{time.monotonic() - self._begun:.2f} s: the twin controller stopped the pair: {message.why}")
         self._state = message
 
     def wait_idle(self, deadline: float, tell: Callable[[str], None]) -> None:
@@ -69,21 +74,22 @@ class LiveTwin:
         self._wait(lambda: self._mode == "IDLE", deadline, "the twin controller in IDLE", tell)
 
     def wait_played(self, ended: Callable[[], bool], deadline: float, tell: Callable[[str], None]) -> None:
-        """Wait until all is played.
+        """Wait until all is played; after a STOP the twin follows again from the robot's next move on.
 
         Raises:
-            RunError: The twin controller has ended the motion, or it takes longer than ``deadline`` [s].
+            RunError: Only an operator could let the twin go on, or it takes longer than ``deadline`` [s].
         """
 
         def done() -> bool:
-            if self._mode in (*ENDED_MODES, "PAUSED"):
+            if self._mode in (*ENDED_MODES, "PAUSED") and self._mode != STOPPED:
                 raise RunError(f"the twin controller ended the motion: {self._described}")
             return ended()
 
         self._wait(done, deadline, "the end of the recording", tell)
 
     def record(self) -> None:
-        """Keep the twin's joint states from now on."""
+        """Keep the twin's joint states, and when the pair was stopped, from now on."""
+        self._begun = time.monotonic()
         with self._lock:
             self._rows, self._keep = [], True
 
