@@ -23,8 +23,6 @@ REMEDIES: tuple[tuple[str, str, str], ...] = (
     ("twin_controller", r"came apart", "Look at both robots, ACKNOWLEDGE, then RESUME or STOP."),
     ("twin_controller", r"^OFFLINE", "Check that both links are up; the pair aligns by itself when they are back."),
     ("twin_controller", r"^FAULT", "Remove the cause, RESET, then ALIGN."),
-    ("twin_controller", r"^PAUSED", "RESUME goes on along the same path, STOP clears the target."),
-    ("twin_controller", r"^STOPPED", "A new command goes on; ALIGN first if the positions differ."),
     ("recorder", r"disk|space|free", "Make room on the disk, then start a new recording."),
     ("recorder", r"", "Stop the recording and start a new one; the bag so far stays readable."),
     ("gateway", r"", "Look into the gateway's log; its clients reconnect by themselves."),
@@ -68,14 +66,15 @@ def active_alarms(snapshot: Snapshot, now: float, silent_s: float) -> tuple[Alar
         found.append(Alarm("error", "twin controller", text, "Is the node running? This page goes on by itself."))
     elif snapshot.state is not None and snapshot.state.alarm:
         found.append(_own(snapshot.state))
-    fresh = (d for d in snapshot.diagnoses.values() if now - d.received < DIAGNOSIS_MEMORY_S and d.level != OK)
-    for alarm in map(_diagnosed, _worst_first(fresh)):
-        # The controller says the same of its mode and of what caused it: one line is enough, the one that names the source.
+    # The mode stands in the bar, and what its diagnosis tells is in the state.
+    wrong = (d for d in snapshot.diagnoses.values() if d.level != OK and not d.name.endswith("twin_controller: mode"))
+    for alarm in map(_diagnosed, _worst_first(d for d in wrong if now - d.received < DIAGNOSIS_MEMORY_S)):
+        # One line for one trouble: the one that names its source.
         same = [known for known in found if known.text in alarm.text]
-        if not same:
-            found.append(alarm)
-        elif alarm.source != "twin controller: mode":
+        if same:
             found[found.index(same[0])] = alarm
+        else:
+            found.append(alarm)
     return tuple(found)
 
 

@@ -32,7 +32,7 @@ def build_scene(model: Model, tool_link: str) -> dict[str, Any]:
         _legend()
     builder = _Builder(scene, model)
     moved = {side: builder.tree(side) for side in ("twin", "real", "preview")}
-    scene.move_camera(x=1.22, y=-1.14, z=0.62, look_at_x=0.26, look_at_y=-0.08, look_at_z=-0.02, duration=0)
+    scene.move_camera(x=1.34, y=-1.22, z=0.70, look_at_x=0.26, look_at_y=-0.08, look_at_z=0.03, duration=0)
     return {"scene": scene.id, "joints": moved, "ghosts": builder.ghosts}
 
 

@@ -45,7 +45,7 @@ class _Tuning:
             self._preview_button.props("unelevated no-caps dense").classes("button small").mark("tuning-preview")
             view.button("Undo", "SPEED", "small", self._undo).mark("tuning-undo")
             view.button("Set gains", "SPEED", "primary", self._set).mark("tuning-set")
-            self._result = ui.label("").classes("preview grow").mark("tuning-result")
+        self._result = ui.label("").classes("preview").mark("tuning-result")
         self._chart = ui.echart(_step_options()).classes("step-chart")
         self._chart.set_visibility(False)
         view.after.append(self._refresh)
@@ -121,6 +121,7 @@ class _Tuning:
             series["data"] = [[time * 1e3, 100.0 * value] for time, value in zip(curve.times, curve.values)]
         self._chart.update()
         self._result.set_text(f"Typed gains: {describe(curves[1])}")
+        ui.run_javascript(f"getHtmlElement({self._chart.id}).scrollIntoView({{block: 'nearest'}})")
 
     async def _set(self) -> None:
         typed = self._typed()
@@ -152,15 +153,17 @@ def _position_loop(gains: dict[str, float]) -> dict[str, float]:
 
 
 def _step_options() -> dict[str, Any]:
+    grey, thin = "#8a97a5", {"lineStyle": {"color": "rgba(138, 151, 165, 0.25)"}}
     line = {"type": "line", "showSymbol": False, "data": []}
+    label = {"color": grey, "fontSize": 11}
     return {
         "animation": False,
-        "legend": {"top": 0, "right": 8, "itemWidth": 14, "itemHeight": 2, "icon": "rect"},
+        "legend": {"top": 0, "right": 8, "itemWidth": 14, "itemHeight": 2, "icon": "rect", "textStyle": label},
         "grid": {"left": 44, "right": 12, "top": 24, "bottom": 24},
-        "xAxis": {"type": "value", "name": "ms", "nameLocation": "end", "splitLine": {"show": False}},
-        "yAxis": {"type": "value", "scale": False, "axisLabel": {"formatter": "{value} %"}},
+        "xAxis": {"type": "value", "name": "ms", "nameLocation": "end", "splitLine": {"show": False}, "axisLabel": label},
+        "yAxis": {"type": "value", "scale": False, "splitLine": thin, "axisLabel": {**label, "formatter": "{value} %"}},
         "series": [
-            {**line, "name": "Now", "lineStyle": {"width": 1.6, "type": "dashed"}, "id": "setpoint"},
-            {**line, "name": "Typed", "lineStyle": {"width": 1.6}, "id": "twin"},
+            {**line, "name": "Now", "color": grey, "lineStyle": {"width": 1.6, "type": "dashed"}},
+            {**line, "name": "Typed", "color": "#e0802a", "lineStyle": {"width": 1.6}},
         ],
     }
