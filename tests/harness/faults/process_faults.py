@@ -6,7 +6,7 @@ import time
 from random import Random
 
 from harness.faults.fault_cell import FaultCell
-from harness.faults.link_faults import MODBUS_FOUND_S, WEB_FOUND_S, reaction, still_row
+from harness.faults.link_faults import MODBUS_FOUND_S, TWIN_REACTION_S, WEB_FOUND_S, reaction, still_row
 from harness.faults.rows import Row
 from harness.processes import wait_until
 
@@ -96,7 +96,10 @@ def twin_side_gone(cell: FaultCell, node: str, how: str, rng: Random) -> list[Ro
     name = f"{node} {'killed' if how == 'kill' else 'stopped'}"
     cell.move(rng.uniform(10.0, 30.0))
     begun = cell.kill(node) if how == "kill" else cell.stop(node)
-    rows = [Row(name, "noticed after [s]", WEB_FOUND_S, cell.noticed(begun) - begun), reaction(cell, name, begun)]
+    rows = [
+        Row(name, "noticed after [s]", WEB_FOUND_S, cell.noticed(begun) - begun),
+        reaction(cell, name, begun, TWIN_REACTION_S),
+    ]
     rested = time.time()
     if how == "kill":
         cell.start(node)

@@ -46,6 +46,7 @@ def recorder_stopped(cell: FaultCell, rng: Random) -> list[Row]:
     """SIGSTOP during a recording: its topics back up, and nobody who publishes waits for it."""
     cell.recover()
     path = begin(cell)
+    time.sleep(0.5)
     begun = cell.stop("recorder")
     cell.go(rng.uniform(10.0, 30.0))
     cell.wait_for("IDLE")

@@ -33,7 +33,7 @@ def test_peer_that_refuses_is_found_again(cell: FaultCell, side: str, rng: Rando
 
 @SIDES
 def test_slow_line_loses_nothing(cell: FaultCell, side: str, rng: Random) -> None:
-    """10 to 20 ms of delay are below every time-out."""
+    """4 to 10 ms more for each of the robot's answers, 10 to 20 ms each way to the twin, are below every time-out."""
     check(lambda: link_faults.slow_line(cell, side, rng))
 
 
