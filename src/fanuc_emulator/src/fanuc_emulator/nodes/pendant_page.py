@@ -9,14 +9,16 @@ Example:
 
 from __future__ import annotations
 
+import asyncio
 import signal
+import socket
 import sys
 from collections.abc import Callable
 from functools import partial
 from typing import Annotated
 
 import typer
-from nicegui import run, ui
+from nicegui import app, background_tasks, run, ui
 from scara_config import ConfigError, load_robot
 from scara_config.modbus_map import load_modbus_map
 
@@ -29,6 +31,7 @@ from fanuc_emulator.program import Program
 PAGE_HOST = "127.0.0.1"  # our choice: there is no password
 PAGE_PORT = 8090  # our choice: next to the operator's page
 REFRESH_S = 0.2
+KNOCK_PERIOD_S = 0.02
 LAMPS = ("sysrdy", "cmdenbl", "progrun", "paused", "held", "fault", "atperch", "busy")
 STEP_PERCENT = 5
 # What a person at the robot can do wrong, as a switch: input, wording, what it causes.
@@ -177,18 +180,36 @@ def serve(
     try:
         robot, layout = load_robot(config_dir), load_modbus_map(config_dir)
         config, programs = load_emulator(robot, config_dir), load_programs(robot, config_dir)
+        with socket.create_server((page_host, page_port)):  # find out now what uvicorn would only log
+            pass
     except ConfigError as error:
         print(f"pendant_page: {error}", file=sys.stderr)
+        raise typer.Exit(2) from error
+    except OSError as error:
+        print(f"pendant_page: {page_host}:{page_port} cannot be listened on: {error.strerror}", file=sys.stderr)
         raise typer.Exit(2) from error
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: None)  # uvicorn ends by them, then raises them again for us
     with PendantStation(host or config.host, port or config.port, layout, robot) as station:
         ui.page("/")(PendantPage(station, programs, robot.name.replace("_", " ")).build)
-        print(f"pendant_page: http://{page_host}:{page_port}/", flush=True)
+        app.on_startup(lambda: background_tasks.create(_announce(page_host, page_port), name="announce"))
         ui.run(
             host=page_host, port=page_port, title=f"{robot.name}: pendant", favicon="\N{JOYSTICK}", show=False, reload=False,
             tailwind=False, show_welcome_message=False, timeout_graceful_shutdown=1,
         )  # fmt: skip
+
+
+async def _announce(host: str, port: int) -> None:
+    """Say the address once somebody who opens it is answered: the server starts to listen after its start-up handlers."""
+    while True:
+        try:
+            _, writer = await asyncio.open_connection(host, port)
+        except OSError:
+            await asyncio.sleep(KNOCK_PERIOD_S)
+        else:
+            writer.close()
+            print(f"pendant_page: http://{host}:{port}/", flush=True)
+            return
 
 
 def main() -> None:
