@@ -75,7 +75,7 @@ class StandIn:
         import rospy
 
         from scara_msgs.msg import TwinControllerState
-        from scara_msgs.srv import TwinCommand, TwinCommandResponse
+        from scara_msgs.srv import Shadow, ShadowResponse, TwinCommand, TwinCommandResponse
 
         self.commands: list[tuple[str, float]] = []
 
@@ -88,6 +88,14 @@ class StandIn:
         self.state.real_position, self.state.twin_position = [12.34, 0, -160, 0], [12.3, 0, -160, 0]
         self.state.deviation = [0.04, 0, 0, 0]
         self._service = rospy.Service(ros.name("twin_controller/command"), TwinCommand, obey)
+
+        def remember(request: Any) -> ShadowResponse:
+            known = request.time > -60.0
+            return ShadowResponse(
+                known, "" if known else "is not remembered", json.dumps({"stamp": request.time}) if known else ""
+            )
+
+        self._memory = rospy.Service(ros.name("twin_controller/shadow"), Shadow, remember)
         self._publisher = rospy.Publisher(ros.name("twin_controller/state"), TwinControllerState, queue_size=1)
         self._timer = rospy.Timer(rospy.Duration(0.05), lambda _: self._publisher.publish(self.state))
 
@@ -100,6 +108,7 @@ class StandIn:
         self._timer.shutdown()
         self._publisher.unregister()
         self._service.shutdown()
+        self._memory.shutdown()
 
 
 @pytest.fixture(scope="module")
@@ -248,6 +257,24 @@ def test_report_is_served_and_the_token_of_a_run_is_not(ros_module: Ros, panel: 
         assert panel.get(path).status == 404
 
 
+@pytest.mark.parametrize(
+    ("query", "status", "content"),
+    [
+        ("", 200, {"stamp": 0.0}),
+        ("?time=-12.5", 200, {"stamp": -12.5}),
+        ("?time=-300", 404, {"error": "is not remembered"}),
+        ("?time=noon", 400, {"error": "time = 'noon' is no number of seconds: 0 is now, -5 five seconds ago, else ROS time"}),
+        ("?time=nan", 400, {"error": "time = 'nan' is no number of seconds: 0 is now, -5 five seconds ago, else ROS time"}),
+        ("?at=1", 400, {"error": "unknown parameter at: there is time"}),
+    ],
+)
+def test_pair_at_a_time_is_served_as_data(panel: Panel, query: str, status: int, content: dict[str, Any]) -> None:
+    """What the twin controller's memory answers, and why not where it does not."""
+    answer = panel.get(f"/api/twin{query}")
+    assert (answer.status, answer.getheader("Content-Type")) == (status, "application/json")
+    assert json.loads(answer.read()) == content
+
+
 def test_silent_controller_is_said_with_the_time(operator: ClientConnection, stand_in: StandIn) -> None:
     """The page greys itself out by this text. Last test with this controller, which stays silent."""
     stand_in.fall_silent()
@@ -259,6 +286,8 @@ def test_panel_runs_without_a_ros_master_and_ends_cleanly(ros: Ros) -> None:
     panel = Panel(ros, env={"ROS_MASTER_URI": f"http://127.0.0.1:{free_port()}"})
     with panel.live() as live:
         assert "No ROS master answers" in heard(live, "frame")["text"]["why"]
+    answer = panel.get("/api/twin")
+    assert (answer.status, json.loads(answer.read())) == (503, {"error": "no ROS master answers"})
     assert "no ROS master yet" in panel.process.output
     panel.process.signal(signal.SIGTERM)
     assert panel.process.wait(15.0) == 0, panel.process.tail()

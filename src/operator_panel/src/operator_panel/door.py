@@ -50,6 +50,9 @@ class CellDoor(Protocol):
     async def reach(self, x: float, y: float, z: float, elbow: str, seed: Sequence[float]) -> Answer:
         """Ask for the joint positions at a point [m]; values: joint_positions, elbow."""
 
+    async def shadow(self, time: float) -> Answer:
+        """Ask for the pair at a time [s]; values: document (JSON), without it nobody answered."""
+
     async def record(self, path: str) -> Answer:
         """Start a recording; values: path."""
 

@@ -22,7 +22,7 @@ from operator_panel.nodes.calling import Lane, as_answer
 from operator_panel.nodes.listening import Listening
 from operator_panel.nodes.tuning_link import TuningLink
 from operator_panel.view.snapshot import Snapshot
-from scara_msgs.srv import InverseKinematics, StartRecording, StopRecording, TwinCommand
+from scara_msgs.srv import InverseKinematics, Shadow, StartRecording, StopRecording, TwinCommand
 
 MASTER_PERIOD_S = 1.0
 RECORDER_TIMEOUT_S = 15.0  # our choice: the recorder connects to all topics before it answers, and closes the bag
@@ -39,6 +39,7 @@ class CellLink:
         self._commands = Lane("twin_controller/command", TwinCommand, timeout)
         self._stops = Lane("twin_controller/command", TwinCommand, timeout)  # a STOP waits for no other command
         self._reach = Lane("inverse_kinematics", InverseKinematics, timeout)
+        self._shadow = Lane("twin_controller/shadow", Shadow, timeout)
         self._start = Lane("recorder/start", StartRecording, RECORDER_TIMEOUT_S)
         self._stop = Lane("recorder/stop", StopRecording, RECORDER_TIMEOUT_S)
         self._tuning = TuningLink([joint.name for joint in robot.twin_joints], timeout)
@@ -82,6 +83,10 @@ class CellLink:
     async def reach(self, x: float, y: float, z: float, elbow: str, seed: Sequence[float]) -> Answer:
         """Ask the kinematics server."""
         return as_answer(await self._reach.call(x=x, y=y, z=z, elbow=elbow, seed=list(seed)), "joint_positions", "elbow")
+
+    async def shadow(self, time: float) -> Answer:
+        """Ask the twin controller's memory."""
+        return as_answer(await self._shadow.call(time=time), "document")
 
     async def record(self, path: str) -> Answer:
         """Start a recording."""

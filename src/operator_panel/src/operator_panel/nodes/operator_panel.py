@@ -9,7 +9,7 @@ Subscribes: ``twin_controller/state``, ``twin_controller/decisions``, ``real/rob
 ``/diagnostics``, ``twin/<joint>_position_controller/state``, ``twin/pid/<joint>/parameter_descriptions``,
 ``twin/pid/<joint>/parameter_updates``.
 Publishes: ``joint_vel_controller/command`` (control_msgs/JointJog) while a jog button is held.
-Calls: ``twin_controller/command``, ``inverse_kinematics``, ``recorder/start``, ``recorder/stop``,
+Calls: ``twin_controller/command``, ``twin_controller/shadow``, ``inverse_kinematics``, ``recorder/start``, ``recorder/stop``,
 ``twin/pid/<joint>/set_parameters``; starts ``rosrun fanuc_emulator pendant``.
 """
 
@@ -31,6 +31,7 @@ from scara_config import ConfigError, config_directory, load_robot
 
 from operator_panel.config import PanelConfig, load_panel, load_surroundings
 from operator_panel.control.jog import DeadMan
+from operator_panel.io.api import offer_twin
 from operator_panel.io.desk import Desk
 from operator_panel.io.live import Live
 from operator_panel.io.page.shell import Shell
@@ -83,6 +84,7 @@ def serve(private: dict[str, str]) -> None:
     dead_man = DeadMan(robot, around.jog_limit_percent, config.jog.dead_man_ms * 1e-3)
     desk = Desk(link, dead_man, config.control, silent_s, link.say)
     live = Live(link, desk, FrameMaker(robot, model, silent_s), config)
+    offer_twin(link.shadow)
     Shell(robot, model, config, around, link, desk, live, token, _share() / "web", runs, f"operator_panel_{port}")
 
     @app.on_startup
