@@ -7,7 +7,7 @@ import math
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from twin_controller.core.observing.clock import ClockEstimate, observe, unwrap_ms
+from twin_controller.core.observing.clock import LASTING, ClockEstimate, observe, unwrap_ms
 
 DRIFT_PPM = 500.0
 WRAP = 1 << 31
@@ -83,7 +83,7 @@ def test_drift_is_measured(drift_ppm: float) -> None:
     assert estimate.uncertainty <= 0.001 + 1e-9
 
 
-@pytest.mark.parametrize("jump", [3600.0, -3600.0, 0.05, -0.05])
+@pytest.mark.parametrize("jump", [3600.0, -3600.0, 0.2, -0.2])
 def test_a_jump_starts_the_estimate_anew(jump: float) -> None:
     """Intervals that do not meet mean that a clock was set; nothing of the old estimate stays."""
     estimate = probe(ClockEstimate(), 0.0, 5.0, 0.001, 0.001)
@@ -91,6 +91,34 @@ def test_a_jump_starts_the_estimate_anew(jump: float) -> None:
     assert (after.jumps, after.samples) == (1, 1)
     assert after.offset == pytest.approx(5.0 + jump, abs=0.001)
     assert after.first_at == after.at
+
+
+@pytest.mark.parametrize("late", [0.005, 0.03, 0.09])
+def test_a_late_reading_is_no_jump_and_counts_as_old(late: float) -> None:
+    """A starved remote answers with an older reading; the offset stays, so that its stamp tells the age."""
+    estimate = probe(ClockEstimate(), 0.0, 5.0, 0.001, 0.001)
+    after = probe(estimate, 1.0, 5.0 - late, 0.001, 0.001)
+    assert after.jumps == 0
+    assert after.offset == pytest.approx(5.0, abs=0.002)
+    assert after.to_local(1.001 + 5.0 - late) == pytest.approx(1.001 - late, abs=0.002)
+
+
+def test_a_small_step_back_that_stays_is_a_jump_in_the_end() -> None:
+    """No machine is late in the same way for half a second."""
+    estimate, at = probe(ClockEstimate(), 0.0, 5.0, 0.001, 0.001), 0.0
+    for _ in range(LASTING):
+        at += 0.01
+        estimate = probe(estimate, at, 4.95, 0.001, 0.001)
+    assert estimate.jumps == 1
+    assert estimate.offset == pytest.approx(4.95, abs=0.001)
+
+
+def test_a_small_step_forward_is_followed_at_once() -> None:
+    """No answer can hold a time that has not been yet."""
+    estimate = probe(ClockEstimate(), 0.0, 5.0, 0.001, 0.001)
+    after = probe(estimate, 1.0, 5.05, 0.001, 0.001)
+    assert after.jumps == 0
+    assert after.offset == pytest.approx(5.05, abs=0.002)
 
 
 def test_a_clock_that_runs_backwards_is_never_trusted() -> None:

@@ -20,15 +20,17 @@ class ChangeState(msgspec.Struct, frozen=True):
         recent: For each of the last samples, whether it was outside the hysteresis.
         onset: Interpolated time of the first crossing [s], None if none.
         previous: Last sample inside the hysteresis: time and largest deviation from the baseline.
-        anchor: Position that the standstill is measured from, border units.
-        still_since: Since when the side stays near the anchor [s].
+        lowest: Lowest position of each joint since ``still_since``, border units.
+        highest: Likewise the highest.
+        still_since: Since when each joint stays within the tolerance of one position [s].
     """
 
     baseline: Joints = ()
     recent: tuple[bool, ...] = ()
     onset: float | None = None
     previous: tuple[float, float] | None = None
-    anchor: Joints = ()
+    lowest: Joints = ()
+    highest: Joints = ()
     still_since: float = 0.0
 
 
@@ -56,14 +58,11 @@ def update(state: ChangeState, t: float, q: Joints, config: Change, echo: bool =
     Returns:
         The new state.
     """
-    anchor, still_since = state.anchor, state.still_since
-    if len(anchor) != len(q) or max(abs(a - b) for a, b in zip(anchor, q)) > config.still_tolerance:
-        anchor, still_since = q, t
+    state = _rested(state, t, q, config)
     if not state.baseline:
-        return msgspec.structs.replace(state, anchor=anchor, still_since=still_since)
+        return state
     if echo:
-        moved = take_baseline(state, q, config)
-        return msgspec.structs.replace(moved, anchor=anchor, still_since=still_since)
+        return take_baseline(state, q, config)
     deviation = max(abs(round(value, config.decimals) - base) for value, base in zip(q, state.baseline))
     threshold = config.hysteresis + 0.5 * 10.0**-config.decimals
     outside = deviation > threshold
@@ -75,7 +74,19 @@ def update(state: ChangeState, t: float, q: Joints, config: Change, echo: bool =
         onset = None
     if not outside:
         previous = (t, deviation)
-    return ChangeState(state.baseline, recent, onset, previous, anchor, still_since)
+    return msgspec.structs.replace(state, recent=recent, onset=onset, previous=previous)
+
+
+def _rested(state: ChangeState, t: float, q: Joints, config: Change) -> ChangeState:
+    """Widen the range that the side has stayed in, or begin a new one where it is too wide for a side that stands.
+
+    A range, not the distance from the first sample: noise may have put that one at its edge.
+    """
+    if len(state.lowest) == len(q):
+        lowest, highest = tuple(map(min, state.lowest, q)), tuple(map(max, state.highest, q))
+        if max(high - low for low, high in zip(lowest, highest)) <= 2.0 * config.still_tolerance:
+            return msgspec.structs.replace(state, lowest=lowest, highest=highest)
+    return msgspec.structs.replace(state, lowest=q, highest=q, still_since=t)
 
 
 def moved(state: ChangeState, config: Change) -> bool:
@@ -85,7 +96,7 @@ def moved(state: ChangeState, config: Change) -> bool:
 
 def stands_still(state: ChangeState, t: float, config: Change) -> bool:
     """Return whether the side has stayed near one position for ``still_time_ms`` until ``t`` [s]."""
-    return bool(state.anchor) and t - state.still_since >= config.still_time_ms * 1e-3
+    return bool(state.lowest) and t - state.still_since >= config.still_time_ms * 1e-3
 
 
 def _crossing(before: tuple[float, float] | None, after: tuple[float, float], threshold: float) -> float:

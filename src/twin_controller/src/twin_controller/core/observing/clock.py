@@ -20,8 +20,9 @@ import msgspec
 DRIFT_SPAN = 30.0
 """Below this span [s] the first sample's uncertainty hides the drift, and 0 is shown."""
 
-JUMP = 0.02
-"""A conflict larger than this [s] is a jump of a clock, not a late reading."""
+JUMP = 0.1
+"""A conflict larger than this [s] is a jump of a clock. A smaller one is a reading that came late, as on a busy machine: its
+stamp says how old it is, and data older than this are not followed anyway."""
 
 LASTING = 50
 """So many conflicts in a row are one too."""
