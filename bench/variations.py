@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import shutil
 import subprocess
 from pathlib import Path
 from typing import Any
@@ -12,6 +11,7 @@ from typing import Any
 from harness.faults.rows import Row
 from harness.processes import free_port
 from rich.console import Console
+from scara_bringup.io.configuration import copy_with_ports
 from scara_config.writer import write_values
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -66,7 +66,7 @@ def run(folder: Path, console: Console) -> list[Row]:
 def _report(folder: Path, speed: float, changes: Changes) -> dict[str, Any] | None:
     """Run one demo with a changed configuration and return its report, None if it has none."""
     config = folder / "changed_config"
-    shutil.copytree(ROOT / "config", config, ignore=shutil.ignore_patterns("src", "*.xml", "*.txt", "setup.py"))
+    copy_with_ports(ROOT / "config", config, None, None)
     for name, values in changes.items():
         write_values(config / name, values)
     ports = [f"--{kind}-port={free_port()}" for kind in ("master", "modbus", "gateway")]

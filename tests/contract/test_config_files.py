@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import shutil
 from collections.abc import Callable, Iterator
 from functools import partial
 from importlib import import_module
@@ -14,23 +13,24 @@ from typing import Any
 import pytest
 from fanuc_emulator.config import load_programs
 from harness.workspace import ROOT
+from harness.yaml_files import copy_configuration, shipped
 from ruamel.yaml import YAML
-from scara_config import ConfigError, load_robot
+from scara_config import ConfigError, files_in_force, load_robot, locate
 
 CONFIG = ROOT / "config"
 ROBOT = load_robot(CONFIG)
 SINGLE: dict[str, str] = {
     "bringup.yaml": "scara_bringup.config:load_bringup",
     "comparison.yaml": "twin_experiments.comparison.config:load_comparison",
-    "experiments.yaml": "twin_experiments.config:load_experiments",
     "gateway.yaml": "scara_simulation.gateway_config:load_gateway_config",
     "modbus_map.yaml": "scara_config.modbus_map:load_modbus_map",
+    "operator_panel.yaml": "operator_panel.config:load_panel",
     "motion.yaml": "scara_control.config:load_motion",
     "robot.yaml": "scara_config.robot:load_robot",
 }
 WITH_ROBOT: dict[str, str] = {
+    "experiments.yaml": "twin_experiments.config:load_experiments",
     "emulator.yaml": "fanuc_emulator.config:load_emulator",
-    "operator_panel.yaml": "operator_panel.config:load_panel",
     "pid_gains.yaml": "scara_simulation.config:load_gains",
     "simulation.yaml": "scara_simulation.config:load_simulation",
     "twin_controller.yaml": "twin_controller.config:load_twin_controller",
@@ -44,9 +44,9 @@ def loader(name: str) -> Callable[[Path], Any]:
     return load if name in SINGLE else partial(load, ROBOT)
 
 
-LOADERS = {name: loader(name) for name in sorted(SINGLE | WITH_ROBOT) if (CONFIG / name).is_file()}
-PROGRAMS = sorted(file.name for file in (CONFIG / "programs").glob("*.yaml"))
-TREES: dict[str, Any] = {name: YAML(typ="safe").load(CONFIG / name) for name in LOADERS}
+LOADERS = {name: loader(name) for name in sorted(SINGLE | WITH_ROBOT)}
+PROGRAMS = sorted(file.name for file in locate("programs", CONFIG).glob("*.yaml"))
+TREES: dict[str, Any] = {name: YAML(typ="safe").load(shipped(name)) for name in LOADERS}
 Path_ = tuple[str | int, ...]
 
 
@@ -72,9 +72,7 @@ def replaced(tree: Any, path: Path_, value: Any) -> Any:
 
 def refusal(name: str, folder: Path, tree: Any) -> str:
     """Write ``tree`` as the file ``name`` into a copy of the configuration; return the error of its loader."""
-    for file in CONFIG.glob("*.yaml"):
-        shutil.copy(file, folder)
-    shutil.copytree(CONFIG / "programs", folder / "programs", dirs_exist_ok=True)
+    copy_configuration(folder)
     with (folder / name).open("w") as stream:
         YAML(typ="safe", pure=True).dump(tree, stream)
     with pytest.raises(ConfigError) as caught:
@@ -101,7 +99,7 @@ def cases(numbers_only: bool = False) -> list[Any]:
 
 def test_every_yaml_file_has_a_typed_loader() -> None:
     """No file is read untyped, none is forgotten by these tests."""
-    assert {file.name for file in CONFIG.glob("*.yaml")} == set(LOADERS)
+    assert {name for name in files_in_force(CONFIG) if "/" not in name} == set(LOADERS)
 
 
 @pytest.mark.parametrize("name", LOADERS)
@@ -159,5 +157,5 @@ def test_not_a_finite_number_is_refused(name: str, path: Path_, value: float, tm
 @pytest.mark.parametrize("name", LOADERS)
 def test_every_number_carries_a_source_or_a_reason(name: str) -> None:
     """Each file says where its numbers come from: a tag, or our choice and why."""
-    text = (CONFIG / name).read_text().lower()
+    text = shipped(name).read_text().lower()
     assert any(tag in text for tag in ("[paper]", "[src]", "[chk]", "[asm]", "[our]", "our choice"))

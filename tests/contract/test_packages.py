@@ -96,6 +96,7 @@ def test_every_yaml_file_of_the_configuration_is_installed() -> None:
     """A cell in the install space finds the same files."""
     text = (ROOT / "config" / "CMakeLists.txt").read_text()
     assert {file.name for file in (ROOT / "config").glob("*.yaml")} == set(re.findall(r"\w+\.yaml", text))
+    assert "install(DIRECTORY robots" in text
 
 
 @pytest.mark.parametrize("module", MODULES, ids=lambda module: module.relative)

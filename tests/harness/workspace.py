@@ -11,7 +11,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 
 # Settings of the calling shell that would make a test's outcome depend on it.
-_OTHERS = ("ROS_NAMESPACE", "ROS_HOSTNAME", "ROS_LOG_DIR", "CELL_TEST_MARK", "SCARA_CONFIG_DIR")
+_OTHERS = ("ROS_NAMESPACE", "ROS_HOSTNAME", "ROS_LOG_DIR", "CELL_TEST_MARK", "SCARA_CONFIG_DIR", "SCARA_ROBOT")
 
 
 @functools.cache

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-import shutil
 import threading
 from itertools import pairwise
 
 import pytest
-from scara_config import config_directory, load_robot
+from harness.yaml_files import copy_configuration
+from scara_config import load_robot
 from scara_control.kinematics.scara import Scara, tool_position
 
 pytestmark = pytest.mark.usefixtures("cell")
@@ -339,7 +339,7 @@ def changed_config(tmp_path):
     """Return a function that copies the configuration with one text replaced in motion.yaml."""
 
     def change(before, after):
-        folder = shutil.copytree(config_directory(), tmp_path / "config", ignore=shutil.ignore_patterns("src"))
+        folder = copy_configuration(tmp_path / "config")
         path = folder / "motion.yaml"
         text = path.read_text()
         assert before in text

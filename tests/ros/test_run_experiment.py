@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import signal
 import threading
 import time
@@ -16,6 +15,7 @@ import rosbag
 import rospy
 from harness.processes import Process
 from harness.ros import Ros
+from harness.yaml_files import shipped
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
@@ -106,9 +106,8 @@ def short_configuration(ros: Ros, cell_deadline: float = 20.0) -> Path:
     """Write the shipped configuration with the three positions once and another deadline."""
     folder = ros.folder / "config"
     folder.mkdir(exist_ok=True)
-    shipped = Path(os.environ["CELL_ROOT"]) / "config"
-    (folder / "robot.yaml").write_text((shipped / "robot.yaml").read_text())
-    text = (shipped / "experiments.yaml").read_text()
+    (folder / "robot.yaml").write_text(shipped("robot.yaml").read_text())
+    text = shipped("experiments.yaml").read_text()
     text = text.replace("[P1, P2, P3, P1, P2, P3, P1]", "[P1, P2, P3, P1]").replace("cell: 60.0", f"cell: {cell_deadline}")
     (folder / "experiments.yaml").write_text(text)
     return folder

@@ -3,21 +3,17 @@
 from __future__ import annotations
 
 import math
-import shutil
 
 import pytest
-from harness.workspace import ROOT
+from harness.yaml_files import copy_configuration, shipped
 
-SHIPPED = (ROOT / "config" / "pid_gains.yaml").read_text()
+SHIPPED = shipped("pid_gains.yaml").read_text()
 
 
 @pytest.fixture(scope="module")
 def node(ros_module):
     """Start the simulator on a configuration of its own."""
-    folder = ros_module.folder / "config"
-    folder.mkdir()
-    for file in (ROOT / "config").glob("*.yaml"):
-        shutil.copy(file, folder)
+    folder = copy_configuration(ros_module.folder / "config")
     ros_module.gains_file = folder / "pid_gains.yaml"
     ros_module.run("scara_simulation", "simulator", f"_config_dir:={folder}")
     ros_module.wait_for_service("twin/pid/undo")
@@ -125,8 +121,7 @@ def test_gain_is_in_force_also_when_the_file_is_gone(cell, client):
 
 def test_unstable_gains_in_the_file_end_the_simulator_with_code_2(ros):
     """One line names file, joint, gain, value and range."""
-    for file in (ROOT / "config").glob("*.yaml"):
-        shutil.copy(file, ros.folder)
+    copy_configuration(ros.folder)
     file = ros.folder / "pid_gains.yaml"
     file.write_text(SHIPPED.replace("p: 8285.0", "p: 8285000.0"))
     node = ros.run("scara_simulation", "simulator", f"_config_dir:={ros.folder}")

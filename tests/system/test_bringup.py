@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import shutil
 import signal
 import socket
 from collections.abc import Iterator
@@ -14,8 +13,7 @@ import pytest
 from harness.live_cell import NODES, LiveCell
 from harness.processes import Process, free_port, wait_until
 from harness.ros import Master
-from harness.workspace import ROOT
-from harness.yaml_files import changed_yaml
+from harness.yaml_files import changed_yaml, copy_configuration, shipped
 
 pytestmark = pytest.mark.system
 
@@ -28,8 +26,7 @@ def pid_of(bringup: Process, node: str) -> int:
 
 def config_with(folder: Path, file: str, path: list[str | int], value: object) -> dict[str, str]:
     """Return the environment of a copy of the configuration with one value changed."""
-    shutil.copytree(ROOT / "config", folder, ignore=shutil.ignore_patterns("src", "*.py", "__pycache__"))
-    changed_yaml(ROOT / "config" / file, folder, path, value)
+    changed_yaml(shipped(file), copy_configuration(folder), path, value)
     return {"SCARA_CONFIG_DIR": str(folder)}
 
 

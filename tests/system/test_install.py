@@ -53,10 +53,8 @@ def test_packages_and_configuration_are_found_in_the_prefix(prefix: Path, instal
     assert done.returncode == 0, done.stderr
     places = done.stdout.split()
     assert len(places) == 4 and all(place.startswith(str(prefix)) for place in places), places
-    shipped = {file.name for file in (ROOT / "config").glob("*.yaml")}
-    assert {file.name for file in Path(places[3]).glob("*.yaml")} == shipped
-    programs = {file.name for file in (ROOT / "config" / "programs").glob("*.yaml")}
-    assert {file.name for file in (Path(places[3]) / "programs").glob("*.yaml")} == programs
+    shipped = {file.relative_to(ROOT / "config") for file in (ROOT / "config").rglob("*.yaml")}
+    assert {file.relative_to(places[3]) for file in Path(places[3]).rglob("*.yaml")} == shipped
 
 
 def test_every_node_of_the_source_space_is_in_the_prefix(prefix: Path) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import re
-import shutil
 import signal
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -12,8 +11,7 @@ from pathlib import Path
 import pytest
 from harness.live_cell import LiveCell
 from harness.processes import Process, free_port, wait_until
-from harness.workspace import ROOT
-from harness.yaml_files import changed_yaml
+from harness.yaml_files import changed_yaml, copy_configuration
 from playwright.sync_api import Browser, Locator, Page, expect, sync_playwright
 
 pytestmark = pytest.mark.system
@@ -47,8 +45,7 @@ PATIENCE: list[tuple[str, list[str | int], float]] = [
 def patient_cell(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LiveCell]:
     """Give a ready cell with patient time-outs and gains of its own to change."""
     cell = LiveCell(tmp_path_factory.mktemp("cell"))
-    config = cell.folder / "patient"
-    shutil.copytree(ROOT / "config", config, ignore=shutil.ignore_patterns("src", "*.py", "__pycache__"))
+    config = copy_configuration(cell.folder / "patient")
     for file, path, value in PATIENCE:
         changed_yaml(config / file, config, path, value)
     try:

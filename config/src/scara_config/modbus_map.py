@@ -9,7 +9,8 @@ from typing import Annotated, Literal
 import msgspec
 from msgspec import Meta
 
-from scara_config.loader import ConfigError, config_directory, load
+from scara_config.loader import ConfigError, load
+from scara_config.profile import locate
 
 Address = Annotated[int, Meta(ge=1, le=65536)]
 WORDS = {"int16": 1, "int32": 2, "float32": 2, "string": 1}
@@ -84,7 +85,7 @@ def load_modbus_map(directory: Path | str | None = None) -> ModbusMap:
         ConfigError: The file is missing or wrong, two registers overlap, a needed register is missing or of another type,
             a signal is missing or unknown.
     """
-    path = Path(directory or config_directory()) / "modbus_map.yaml"
+    path = locate("modbus_map.yaml", directory)
     layout = load(path, ModbusMap)
     ordered = sorted(layout.holding_registers.items(), key=lambda item: item[1].address)
     for (name, register), (after, following) in pairwise(ordered):

@@ -9,10 +9,13 @@ from typing import Annotated, ClassVar
 import msgspec
 from msgspec import Meta
 
-from scara_config.loader import ConfigError, config_directory, load
+from scara_config.loader import ConfigError, load
+from scara_config.profile import description_path, locate
 
 Finite = Annotated[float, Meta(ge=-1e6, le=1e6)]
 Positive = Annotated[float, Meta(gt=0.0, le=1e9)]
+Coordinate = Annotated[float, Meta(ge=-10.0, le=10.0)]
+Millimetres3 = tuple[Finite, Finite, Finite]
 Row4 = tuple[Finite, Finite, Finite, Finite]
 Twist = tuple[Finite, Finite, Finite, Finite, Finite, Finite]
 
@@ -23,6 +26,7 @@ class _JointFields(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     twin: bool
     screw_axis: Twist | None
     effort: Positive
+    inertia: Positive | None = None
 
     def check(self, source: str) -> None:
         """Raise ConfigError unless the lower limit is below the upper one."""
@@ -117,25 +121,51 @@ class Geometry(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     h_mm: Finite
 
 
+class KeepOut(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A box in the base frame that no watched point may enter."""
+
+    name: str
+    lower_mm: Millimetres3
+    upper_mm: Millimetres3
+
+
 class WatchedPointEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A point whose place and speed are watched: where it is at the home pose, and the last joint that carries it."""
 
     name: str
     carried_by: str
-    home_mm: tuple[Finite, Finite, Finite]
+    home_mm: Millimetres3
 
 
 class Robot(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """The robot of robot.yaml."""
 
     name: str
+    urdf: str
     base_frame: str
     tool_frame: str
     reach_mm: Positive
     geometry: Geometry
     home_pose: tuple[Row4, Row4, Row4, Row4]
     joints: list[Joint]
+    home: dict[str, float]
+    positions_m: dict[str, tuple[Coordinate, Coordinate, Coordinate]]
     watched_points: list[WatchedPointEntry] = []
+    keep_out: list[KeepOut] = []
+
+    @property
+    def description(self) -> Path:
+        """Where the URDF of this robot's cell is.
+
+        Raises:
+            ConfigError: It is not there.
+        """
+        return description_path(self.urdf)
+
+    @property
+    def home_positions(self) -> list[float]:
+        """Home of the twin's joints, in file order [rad] or [m]."""
+        return [self.home[joint.name] * joint.scale for joint in self.twin_joints]
 
     @property
     def twin_joints(self) -> list[Joint]:
@@ -163,9 +193,10 @@ def load_robot(directory: Path | str | None = None) -> Robot:
     """Read robot.yaml of ``directory`` (default: the package scara_config).
 
     Raises:
-        ConfigError: The file is missing or wrong, a limit is inverted, a name or axis number occurs twice.
+        ConfigError: The file is missing or wrong, a limit is inverted, a name or axis number occurs twice, home
+            or inertia does not fit the twin's joints.
     """
-    path = Path(directory or config_directory()) / "robot.yaml"
+    path = locate("robot.yaml", directory)
     robot = load(path, Robot)
     for joint in robot.joints:
         joint.check(str(path))
@@ -173,4 +204,22 @@ def load_robot(directory: Path | str | None = None) -> Robot:
         twice = sorted({value for value in values if values.count(value) > 1})
         if twice:
             raise ConfigError(f"{path}: joints: {key} {', '.join(twice)} occurs more than once")
+    _check_twin(robot, path)
     return robot
+
+
+def _check_twin(robot: Robot, path: Path) -> None:
+    """Raise ConfigError unless home and inertia fit the twin's joints, and the zones are boxes."""
+    joints = {joint.name: joint for joint in robot.twin_joints}
+    for name in sorted(set(joints) ^ set(robot.home)):
+        what = "is missing" if name in joints else f"is no joint of the twin; it has {', '.join(joints)}"
+        raise ConfigError(f"{path}: home.{name}: {what}")
+    for name, joint in joints.items():
+        value, low, high = robot.home[name], joint.lower / joint.scale, joint.upper / joint.scale
+        if not joint.lower <= value * joint.scale <= joint.upper:
+            raise ConfigError(f"{path}: home.{name} = {value:g}: Expected {low:g} to {high:g} {joint.unit}")
+        if joint.inertia is None:
+            raise ConfigError(f"{path}: joints: {name}.inertia: is missing")
+    for zone in robot.keep_out:
+        if not all(low < high for low, high in zip(zone.lower_mm, zone.upper_mm)):
+            raise ConfigError(f"{path}: keep_out.{zone.name}: lower_mm is not below upper_mm")

@@ -14,8 +14,7 @@ from typing import Any
 import pytest
 from harness.processes import Process, free_port, wait_until
 from harness.ros import Ros
-from harness.workspace import ROOT
-from harness.yaml_files import changed_yaml
+from harness.yaml_files import changed_yaml, copy_configuration, shipped
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
@@ -308,11 +307,8 @@ def test_token_is_made_in_ros_home_and_stays_out_of_the_log(ros: Ros, tmp_path: 
 )
 def test_wrong_configuration_ends_the_node_with_one_line(ros: Ros, path: list[str | int], value: Any, text: str) -> None:
     """File, key, value and what is allowed; exit code 2."""
-    folder = ros.folder / "config"
-    folder.mkdir()
-    for file in (ROOT / "config").glob("*.yaml"):
-        (folder / file.name).write_text(file.read_text())
-    changed_yaml(ROOT / "config" / "operator_panel.yaml", folder, path, value)
+    folder = copy_configuration(ros.folder / "config")
+    changed_yaml(shipped("operator_panel.yaml"), folder, path, value)
     node = ros.run("operator_panel", "operator_panel", f"_config_dir:={folder}")
     assert node.wait(30.0) == 2
     assert re.search(text, node.output) and "Traceback" not in node.output

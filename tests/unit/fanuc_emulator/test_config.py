@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from fanuc_emulator.config import EmulatorConfig, axis_parameters, load_emulator, load_programs
 from fanuc_emulator.program import MoveStep
-from harness.yaml_files import REMOVED, changed_yaml
+from harness.yaml_files import REMOVED, changed_yaml, shipped
 from scara_config import ConfigError, Robot
 
 CONFIG = Path(__file__).resolve().parents[3] / "config"
-ARTICLE = CONFIG / "programs" / "article.yaml"
+ARTICLE = shipped("programs/article.yaml")
 
 
 def test_article_positions_give_the_articles_coordinates(robot: Robot) -> None:
@@ -67,7 +67,7 @@ def test_drives_can_do_more_than_the_twin_asks_for(config: EmulatorConfig, robot
 )
 def test_a_wrong_emulator_yaml_is_refused(tmp_path: Path, robot: Robot, path: list[str | int], value: Any, text: str) -> None:
     """The text names file, key, value and what is allowed."""
-    folder = changed_yaml(CONFIG / "emulator.yaml", tmp_path, path, value)
+    folder = changed_yaml(shipped("emulator.yaml"), tmp_path, path, value)
     with pytest.raises(ConfigError, match=text):
         load_emulator(robot, folder)
 

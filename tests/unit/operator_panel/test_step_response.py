@@ -7,13 +7,14 @@ import math
 import numpy as np
 import pytest
 from harness.workspace import ROOT
+from harness.yaml_files import shipped
 from operator_panel.config import load_panel
 from operator_panel.step_response import describe, step_response
 from scara_config import load, load_robot
 
 ROBOT = load_robot(ROOT / "config")
-PREVIEW = load_panel(ROBOT, ROOT / "config").preview
-SHIPPED = load(ROOT / "config" / "pid_gains.yaml", dict)
+PREVIEW = load_panel(ROOT / "config").preview
+SHIPPED = load(shipped("pid_gains.yaml"), dict)
 
 
 def gains(p: float, d: float, i: float = 0.0, i_clamp: float = 0.0) -> dict[str, float]:
@@ -43,7 +44,7 @@ def test_shipped_gains_settle_within_the_window(joint: str) -> None:
     """The page shows a whole response for what is shipped."""
     profile = ROBOT.joint(joint)
     step = (PREVIEW.step_deg if profile.unit == "deg" else PREVIEW.step_mm) * profile.scale
-    response = step_response(SHIPPED[joint]["position"], PREVIEW.inertia[joint], profile.effort, step, PREVIEW.duration_s)
+    response = step_response(SHIPPED[joint]["position"], profile.inertia, profile.effort, step, PREVIEW.duration_s)
     assert response.settling_s < PREVIEW.duration_s
     assert describe(response).startswith("overshoot")
 

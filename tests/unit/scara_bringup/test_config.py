@@ -7,9 +7,10 @@ from pathlib import Path
 
 import pytest
 from harness.workspace import ROOT
+from harness.yaml_files import shipped
 from scara_bringup.config import load_bringup, load_doors
 from scara_bringup.io.configuration import copy_with_ports
-from scara_config import ConfigError, load
+from scara_config import ConfigError, files_in_force, load
 
 CONFIG = ROOT / "config"
 
@@ -30,7 +31,7 @@ def test_missing_file_is_named(tmp_path: Path) -> None:
 def test_impossible_port_is_refused(tmp_path: Path, port: str) -> None:
     """File, key and value are in the text."""
     for file in ("emulator.yaml", "operator_panel.yaml"):
-        shutil.copy(CONFIG / file, tmp_path)
+        shutil.copy(shipped(file), tmp_path)
     (tmp_path / "gateway.yaml").write_text(f"host: 127.0.0.1\nport: {port}\n")
     with pytest.raises(ConfigError, match=r"gateway\.yaml: port = "):
         load_doors(tmp_path)
@@ -46,11 +47,11 @@ def test_copy_with_ports_changes_both_ends_and_nothing_else(tmp_path: Path) -> N
     after["real"]["port"], after["twin"]["url"] = before["real"]["port"], before["twin"]["url"]
     assert after == before
     assert (copied / "twin_controller.yaml").read_text().count("#") == (CONFIG / "twin_controller.yaml").read_text().count("#")
-    assert {file.name for file in copied.glob("*.yaml")} == {file.name for file in CONFIG.glob("*.yaml")}
+    assert files_in_force(copied).keys() == files_in_force(CONFIG).keys()
 
 
 def test_copy_without_wishes_is_the_original(tmp_path: Path) -> None:
     """No port given, no file touched."""
     copied = copy_with_ports(CONFIG, tmp_path / "config", None, None)
-    for file in CONFIG.glob("*.yaml"):
-        assert (copied / file.name).read_bytes() == file.read_bytes()
+    for name, file in files_in_force(CONFIG).items():
+        assert (copied / name).read_bytes() == file.read_bytes()

@@ -104,7 +104,7 @@ def test_override_is_the_configuration_directory(monkeypatch: pytest.MonkeyPatch
 def test_configuration_directory_is_the_package_without_override(monkeypatch: pytest.MonkeyPatch) -> None:
     """ROS finds the package in the source space."""
     monkeypatch.delenv("SCARA_CONFIG_DIR", raising=False)
-    assert (config_directory() / "robot.yaml").is_file()
+    assert (config_directory() / "bringup.yaml").is_file()
 
 
 def test_unknown_package_says_what_to_do(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

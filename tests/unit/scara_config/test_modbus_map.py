@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 from harness.workspace import ROOT
-from harness.yaml_files import REMOVED, changed_yaml
+from harness.yaml_files import REMOVED, changed_yaml, shipped
 from scara_config import ConfigError
 from scara_config.modbus_map import Register, load_modbus_map
 
@@ -88,4 +88,4 @@ def test_width_follows_from_type_and_count(kind: Any, count: int, words: int) ->
 def test_wrong_map_is_refused(tmp_path: Path, path: list[str | int], value: Any, text: str) -> None:
     """File, key, value and what is allowed."""
     with pytest.raises(ConfigError, match=rf"modbus_map\.yaml: .*{text}"):
-        load_modbus_map(changed_yaml(SHIPPED / "modbus_map.yaml", tmp_path, path, value))
+        load_modbus_map(changed_yaml(shipped("modbus_map.yaml"), tmp_path, path, value))

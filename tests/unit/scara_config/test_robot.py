@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from harness.workspace import ROOT
-from harness.yaml_files import REMOVED, changed_yaml
+from harness.yaml_files import REMOVED, changed_yaml, shipped
 from scara_config import ConfigError, PrismaticJoint, load_robot
 
 SHIPPED = ROOT / "config"
@@ -71,6 +71,12 @@ def test_unknown_joint_is_refused_with_the_known_ones() -> None:
         ROBOT.joint("joint_9")
 
 
+def test_home_is_the_articles_position_1_in_si() -> None:
+    """Where the twin starts, and where HOME goes."""
+    assert ROBOT.home_positions == pytest.approx([0.0, 0.0, -0.160, 0.0])
+    assert ROBOT.positions_m["P1"] == (0.65, 0.0, 0.0)
+
+
 @pytest.mark.parametrize(
     ("path", "value", "text"),
     [
@@ -87,9 +93,17 @@ def test_unknown_joint_is_refused_with_the_known_ones() -> None:
         (["reach_mm"], -1, r"reach_mm = -1: Expected `float` > 0"),
         (["reach_mm"], REMOVED, r"missing required field `reach_mm`"),
         (["colour"], "yellow", r"unknown field `colour`"),
+        (["home", "joint_3"], 1.0, r"home\.joint_3 = 1: Expected -210 to 0 mm"),
+        (["home", "joint_1"], 149.0, r"home\.joint_1 = 149: Expected -148 to 148 deg"),
+        (["home", "joint_1"], REMOVED, r"home\.joint_1: is missing"),
+        (["home", "joint_4"], 0.0, r"home\.joint_4: is no joint of the twin; it has joint_1, .*table_joint"),
+        (["joints", 1, "inertia"], REMOVED, r"joints: joint_2\.inertia: is missing"),
+        (["positions_m", "P1"], [0.65, 0.0], r"positions_m\.P1.*length 3"),
+        (["keep_out", 0, "lower_mm"], [900.0, 0.0, 0.0], r"keep_out\.below_table: lower_mm is not below upper_mm"),
+        (["urdf"], REMOVED, r"missing required field `urdf`"),
     ],
 )
 def test_wrong_profile_is_refused(tmp_path: Path, path: list[str | int], value: Any, text: str) -> None:
     """File, key, value and what is allowed."""
     with pytest.raises(ConfigError, match=rf"robot\.yaml: .*{text}"):
-        load_robot(changed_yaml(SHIPPED / "robot.yaml", tmp_path, path, value))
+        load_robot(changed_yaml(shipped("robot.yaml"), tmp_path, path, value))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from harness.yaml_files import shipped
 from scara_config import ConfigError
 from scara_config.writer import changed_text, replace_file, write_values
 
@@ -72,7 +73,7 @@ def test_a_failed_write_leaves_the_old_file(file: Path, monkeypatch: pytest.Monk
 @pytest.mark.parametrize("name", ["pid_gains.yaml", "simulation.yaml", "twin_controller.yaml", "robot.yaml"])
 def test_writing_nothing_changes_nothing_in_our_files(name: str) -> None:
     """A proposal shows only what it changes."""
-    path = Path(__file__).resolve().parents[3] / "config" / name
+    path = shipped(name)
     assert changed_text(path, {}) == path.read_text()
 
 

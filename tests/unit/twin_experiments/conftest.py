@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from rosbags.rosbag1 import Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from scara_config import files_in_force
 from twin_controller.metrics_series import Array
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -197,7 +198,7 @@ def bag_maker() -> type[BagMaker]:
 @pytest.fixture
 def recorded_configuration() -> str:
     """Return the shipped configuration as the twin controller publishes it."""
-    files = {path.name: path.read_text() for path in sorted((ROOT / "config").glob("*.yaml"))}
+    files = {name: path.read_text() for name, path in files_in_force(ROOT / "config").items()}
     return json.dumps(files)
 
 

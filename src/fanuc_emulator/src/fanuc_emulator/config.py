@@ -10,7 +10,7 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 from ruamel.yaml import YAML
-from scara_config import ConfigError, Joint, Robot, config_directory, load
+from scara_config import ConfigError, Joint, Robot, load, locate
 
 from fanuc_emulator.axis import AxisParameters
 from fanuc_emulator.program import MoveLine, MoveStep, Program, ProgramFile, WaitStep, unroll
@@ -79,7 +79,7 @@ def load_emulator(robot: Robot, directory: Path | str | None = None) -> Emulator
         ConfigError: The file is missing or wrong, an axis is missing or unknown, the start position is out of range,
             a period does not divide another.
     """
-    path = Path(directory or config_directory()) / "emulator.yaml"
+    path = locate("emulator.yaml", directory)
     config = load(path, EmulatorConfig)
     names = [joint.name for joint in robot.joints]
     for name in sorted(set(names) ^ set(config.axes)):
@@ -150,7 +150,7 @@ def load_programs(robot: Robot, directory: Path | str | None = None) -> dict[int
         ConfigError: A file is wrong, a position is out of range or unknown, a name or RSR number occurs twice.
     """
     programs: dict[int, Program] = {}
-    for path in sorted((Path(directory or config_directory()) / "programs").glob("*.yaml")):
+    for path in sorted(locate("programs", directory).glob("*.yaml")):
         program = _load_program(path, robot)
         for other in programs.values():
             if other.rsr == program.rsr or other.name == program.name:

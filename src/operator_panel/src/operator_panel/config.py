@@ -7,7 +7,7 @@ from typing import Annotated
 
 import msgspec
 from msgspec import Meta
-from scara_config import ConfigError, Robot, config_directory, load
+from scara_config import Robot, load, locate
 
 Percent = Annotated[float, Meta(gt=0.0, le=100.0)]
 Rate = Annotated[float, Meta(ge=1.0, le=50.0)]
@@ -34,7 +34,6 @@ class Control(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Preview(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """The step response shown before gains are set."""
 
-    inertia: dict[str, Positive]
     step_deg: Positive
     step_mm: Positive
     duration_s: Annotated[float, Meta(gt=0.0, le=10.0)]
@@ -82,10 +81,6 @@ class _Motion(msgspec.Struct, frozen=True):
     jog: _JogLimit
 
 
-class _Experiments(msgspec.Struct, frozen=True):
-    positions_m: dict[str, tuple[float, float, float]]
-
-
 class Surroundings(msgspec.Struct, frozen=True):
     """What the page shows or respects of the other rooms' files.
 
@@ -102,33 +97,25 @@ class Surroundings(msgspec.Struct, frozen=True):
     programs: tuple[Program, ...]
 
 
-def load_panel(robot: Robot, directory: Path | str | None = None) -> PanelConfig:
+def load_panel(directory: Path | str | None = None) -> PanelConfig:
     """Read operator_panel.yaml of ``directory`` (default: the package scara_config).
 
     Raises:
-        ConfigError: The file is missing, a value does not fit, or a joint is unknown or left out.
+        ConfigError: The file is missing or a value does not fit.
     """
-    path = Path(directory or config_directory()) / "operator_panel.yaml"
-    config = load(path, PanelConfig)
-    wanted = {joint.name for joint in robot.twin_joints}
-    wrong = sorted(wanted ^ set(config.preview.inertia))
-    if wrong:
-        raise ConfigError(f"{path}: preview.inertia: {', '.join(wrong)}: needed are {', '.join(sorted(wanted))}")
-    return config
+    return load(locate("operator_panel.yaml", directory), PanelConfig)
 
 
-def load_surroundings(directory: Path | str | None = None) -> Surroundings:
-    """Read twin_controller.yaml, motion.yaml, experiments.yaml and the programs of ``directory``.
+def load_surroundings(robot: Robot, directory: Path | str | None = None) -> Surroundings:
+    """Read twin_controller.yaml, motion.yaml and the programs of ``directory``.
 
     Raises:
         ConfigError: A file is missing, or a value that is needed here does not fit.
     """
-    folder = Path(directory or config_directory())
-    files = sorted((folder / "programs").iterdir()) if (folder / "programs").exists() else []
-    programs = [load(file, Program) for file in files if file.suffix == ".yaml"]
+    programs = [load(file, Program) for file in sorted(locate("programs", directory).glob("*.yaml"))]
     return Surroundings(
-        real=load(folder / "twin_controller.yaml", _TwinController).real,
-        jog_limit_percent=load(folder / "motion.yaml", _Motion).jog.speed_percent,
-        positions=load(folder / "experiments.yaml", _Experiments).positions_m,
+        real=load(locate("twin_controller.yaml", directory), _TwinController).real,
+        jog_limit_percent=load(locate("motion.yaml", directory), _Motion).jog.speed_percent,
+        positions=robot.positions_m,
         programs=tuple(sorted(programs, key=lambda program: program.name)),
     )

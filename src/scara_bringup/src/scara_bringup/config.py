@@ -7,7 +7,7 @@ from typing import Annotated
 
 import msgspec
 from msgspec import Meta
-from scara_config import config_directory, load
+from scara_config import load, locate
 
 Seconds = Annotated[float, Meta(gt=0.0, le=3600.0)]
 Port = Annotated[int, Meta(ge=1, le=65535)]
@@ -46,7 +46,7 @@ def load_bringup(directory: Path | str | None = None) -> Bringup:
     Raises:
         ConfigError: The file is missing or a value does not fit.
     """
-    return load(Path(directory or config_directory()) / "bringup.yaml", Bringup)
+    return load(locate("bringup.yaml", directory), Bringup)
 
 
 def load_doors(directory: Path | str | None = None) -> Doors:
@@ -55,6 +55,5 @@ def load_doors(directory: Path | str | None = None) -> Doors:
     Raises:
         ConfigError: A file is missing, or its host or port does not fit.
     """
-    folder = Path(directory or config_directory())
     files = {"modbus": "emulator.yaml", "gateway": "gateway.yaml", "panel": "operator_panel.yaml"}
-    return Doors(**{name: load(folder / file, Door) for name, file in files.items()})
+    return Doors(**{name: load(locate(file, directory), Door) for name, file in files.items()})

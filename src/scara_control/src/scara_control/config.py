@@ -7,7 +7,7 @@ from typing import Annotated
 
 import msgspec
 from msgspec import Meta
-from scara_config import ConfigError, Joint, config_directory, load
+from scara_config import ConfigError, Joint, load, locate
 
 Rate = Annotated[float, Meta(ge=1.0, le=1000.0)]
 Duration = Annotated[float, Meta(gt=0.0, le=60.0)]
@@ -110,7 +110,7 @@ def load_motion(directory: Path | str | None = None) -> MotionConfig:
     Raises:
         ConfigError: The file is missing or wrong, or the horizon does not cover one period.
     """
-    path = Path(directory or config_directory()) / "motion.yaml"
+    path = locate("motion.yaml", directory)
     config = load(path, MotionConfig)
     if config.move.horizon < 2.0 * config.period:
         raise ConfigError(f"{path}: move.horizon = {config.move.horizon}: is below two periods, {2.0 * config.period:g} s")

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import msgspec
 from msgspec import Meta
-from scara_config import ConfigError, Joint, Robot, config_directory, load
+from scara_config import ConfigError, Joint, Robot, load, locate
 from scara_control.pid import PidGains
 
 Rate = Annotated[int, Meta(ge=1, le=10_000)]
@@ -45,7 +45,6 @@ class SimulationConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     standstill_percent: Annotated[float, Meta(gt=0.0, le=5.0)]
     stick_band_deg: Annotated[float, Meta(ge=0.0, le=1.0)]
     stick_band_mm: Annotated[float, Meta(ge=0.0, le=1.0)]
-    start_pose: dict[str, float]
     joint_dynamics: dict[str, JointDynamics] = {}
     model_mass_factor: Annotated[float, Meta(ge=0.1, le=10.0)] = 1.0
 
@@ -72,10 +71,6 @@ class SimulationConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         """Position error at rest for which the whole dry friction of the joint is pushed against [rad] or [m]."""
         return {"deg": self.stick_band_deg, "mm": self.stick_band_mm}[joint.unit] * joint.scale
 
-    def start_positions(self, robot: Robot) -> list[float]:
-        """Return the start pose of the twin's joints, in robot.yaml's order [rad] or [m]."""
-        return [self.start_pose[joint.name] * joint.scale for joint in robot.twin_joints]
-
 
 class LoopGains(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """The two loops of one joint."""
@@ -88,10 +83,10 @@ def load_simulation(robot: Robot, directory: Path | str | None = None) -> Simula
     """Read simulation.yaml of ``directory`` (default: the package scara_config).
 
     Raises:
-        ConfigError: The file is missing or wrong, a rate does not divide the physics rate, or the start pose does not
-            name each of the twin's joints within its limits.
+        ConfigError: The file is missing or wrong, a rate does not divide the physics rate, or
+            ``joint_dynamics`` names a joint that the twin does not move.
     """
-    path = Path(directory or config_directory()) / "simulation.yaml"
+    path = locate("simulation.yaml", directory)
     config = load(path, SimulationConfig)
     if 1_000_000_000 % config.physics_rate_hz:
         raise ConfigError(f"{path}: physics_rate_hz = {config.physics_rate_hz}: must divide 1000000000")
@@ -103,20 +98,13 @@ def load_simulation(robot: Robot, directory: Path | str | None = None) -> Simula
         raise ConfigError(
             f"{path}: wake_period_ms = {config.wake_period_ms}: must not exceed max_catch_up_ms = {config.max_catch_up_ms}"
         )
-    _check_names(path, "start_pose.", config.start_pose, robot)
-    for joint in robot.twin_joints:
-        value = config.start_pose[joint.name]
-        if not joint.lower <= value * joint.scale <= joint.upper:
-            low, high = joint.lower / joint.scale, joint.upper / joint.scale
-            raise ConfigError(
-                f"{path}: start_pose.{joint.name} = {value} {joint.unit}: is outside [{low:g}, {high:g}] {joint.unit}"
-            )
+    _refuse_strangers(path, "joint_dynamics.", config.joint_dynamics, robot)
     return config
 
 
 def gains_path(directory: Path | str | None = None) -> Path:
     """Return where pid_gains.yaml of ``directory`` (default: the package scara_config) is."""
-    return Path(directory or config_directory()) / "pid_gains.yaml"
+    return locate("pid_gains.yaml", directory)
 
 
 def load_gains(robot: Robot, directory: Path | str | None = None) -> list[LoopGains]:
@@ -127,16 +115,16 @@ def load_gains(robot: Robot, directory: Path | str | None = None) -> list[LoopGa
     """
     path = gains_path(directory)
     gains = load(path, dict[str, LoopGains])
-    _check_names(path, "", gains, robot)
+    _refuse_strangers(path, "", gains, robot)
+    for joint in robot.twin_joints:
+        if joint.name not in gains:
+            raise ConfigError(f"{path}: {joint.name}: is missing")
     return [gains[joint.name] for joint in robot.twin_joints]
 
 
-def _check_names(path: Path, prefix: str, names: Iterable[str], robot: Robot) -> None:
-    """Raise ConfigError unless ``names`` are exactly the twin's joints."""
+def _refuse_strangers(path: Path, prefix: str, names: Iterable[str], robot: Robot) -> None:
+    """Raise ConfigError if one of ``names`` is no joint of the twin."""
     joints = [joint.name for joint in robot.twin_joints]
     for name in names:
         if name not in joints:
             raise ConfigError(f"{path}: {prefix}{name}: no joint of the twin; it has {', '.join(joints)}")
-    for name in joints:
-        if name not in names:
-            raise ConfigError(f"{path}: {prefix}{name}: is missing")

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Annotated
 
 from msgspec import Meta, Struct
-from scara_config import ConfigError, config_directory, load
+from scara_config import ConfigError, load, locate
 
 Port = Annotated[int, Meta(ge=1, le=65535)]
 Seconds = Annotated[float, Meta(gt=0.0, le=3600.0)]
@@ -65,7 +65,7 @@ def load_gateway_config(directory: Path | str | None = None) -> GatewayConfig:
     Raises:
         ConfigError: The file is missing or wrong, a role is unknown, or TLS has only one of its two files.
     """
-    path = Path(directory or config_directory()) / "gateway.yaml"
+    path = locate("gateway.yaml", directory)
     config = load(path, GatewayConfig)
     if config.loopback_role and config.loopback_role not in config.roles:
         raise ConfigError(

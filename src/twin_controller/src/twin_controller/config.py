@@ -7,7 +7,7 @@ from typing import Annotated
 
 import msgspec
 from msgspec import Meta
-from scara_config import ConfigError, Robot, config_directory, load
+from scara_config import ConfigError, Robot, load, locate
 
 Ms = Annotated[float, Meta(ge=0.0, le=600_000.0)]
 PositiveMs = Annotated[float, Meta(gt=0.0, le=600_000.0)]
@@ -91,25 +91,11 @@ class Limit(Section, frozen=True):
     position_tolerance: Positive
 
 
-Point = tuple[
-    Annotated[float, Meta(ge=-1e5, le=1e5)], Annotated[float, Meta(ge=-1e5, le=1e5)], Annotated[float, Meta(ge=-1e5, le=1e5)]
-]
-
-
-class KeepOut(Section, frozen=True):
-    """A box in the base frame that no watched point may enter."""
-
-    name: str
-    lower_mm: Point
-    upper_mm: Point
-
-
 class CellLimits(Section, frozen=True):
     """What holds in the whole cell, whoever leads."""
 
     cartesian_speed_mm_s: Positive | None
     braking_delay_ms: Ms
-    keep_out: list[KeepOut]
 
 
 class Separation(Section, frozen=True):
@@ -155,9 +141,8 @@ class Divergence(Section, frozen=True):
 
 
 class Home(Section, frozen=True):
-    """The article's position 1."""
+    """How the twin goes home; where that is: robot.yaml."""
 
-    positions: dict[str, float]
     speed_percent: Percent
 
 
@@ -194,27 +179,14 @@ def load_twin_controller(robot: Robot, directory: Path | str | None = None) -> T
     Raises:
         ConfigError: The file is missing or wrong, or the home position does not fit the robot.
     """
-    path = Path(directory or config_directory()) / "twin_controller.yaml"
+    path = locate("twin_controller.yaml", directory)
     config = load(path, TwinControllerConfig)
-    names = [joint.name for joint in robot.twin_joints]
-    if sorted(config.home.positions) != sorted(names):
-        raise ConfigError(f"{path}: home.positions = {sorted(config.home.positions)}: Expected the joints {', '.join(names)}")
-    for joint in robot.twin_joints:
-        value = config.home.positions[joint.name] * joint.scale
-        if not joint.lower <= value <= joint.upper:
-            raise ConfigError(
-                f"{path}: home.positions.{joint.name} = {config.home.positions[joint.name]:g}: "
-                f"Expected {joint.lower / joint.scale:g} to {joint.upper / joint.scale:g} {joint.unit}"
-            )
     for section, low, high in (
         ("change", config.change.confirm, config.change.window),
         ("divergence", config.divergence.confirm, config.divergence.window),
     ):
         if low > high:
             raise ConfigError(f"{path}: {section}.confirm = {low}: Expected at most {section}.window = {high}")
-    for zone in config.cell.keep_out:
-        if not all(low < high for low, high in zip(zone.lower_mm, zone.upper_mm)):
-            raise ConfigError(f"{path}: cell.keep_out.{zone.name}: lower_mm is not below upper_mm")
     low_ms, high_ms = config.real.follow_lag_range_ms
     if not low_ms <= config.real.follow_lag_ms <= high_ms:
         raise ConfigError(f"{path}: real.follow_lag_ms = {config.real.follow_lag_ms:g}: Expected {low_ms:g} to {high_ms:g}")

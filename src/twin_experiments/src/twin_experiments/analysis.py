@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from itertools import groupby
 
 import numpy as np
+from scara_config import Robot
 from twin_controller.metrics import Comparison, MetricsSettings, ToolFunction, compare
 from twin_controller.metrics_series import Array, Gap, MetricsError, Motion
 
@@ -53,17 +54,15 @@ class Result:
         return not self.reasons
 
 
-def analyse(
-    run: Run, config: ExperimentsFile, settings: MetricsSettings, arm_joints: list[str], tool: ToolFunction
-) -> tuple[Result, ...]:
+def analyse(run: Run, config: ExperimentsFile, robot: Robot, settings: MetricsSettings, tool: ToolFunction) -> tuple[Result, ...]:
     """Analyse every experiment of a run.
 
     Args:
         run: What was recorded.
-        config: Experiments, set positions and limits.
-        settings: Thresholds of the errors, for ``arm_joints``.
-        arm_joints: Joints that move the tool, in the order that ``tool`` takes.
-        tool: Forward kinematics.
+        config: Experiments and limits.
+        robot: Joints and set positions.
+        settings: Thresholds of the errors, for the joints that move the tool.
+        tool: Forward kinematics of the joints that move the tool, in robot.yaml's order.
 
     Raises:
         RecordError: An experiment of the run is not in ``config``.
@@ -71,16 +70,27 @@ def analyse(
     unknown = sorted({span.name for span in run.spans} - set(config.experiments))
     if unknown:
         raise RecordError(f"unknown experiment {', '.join(unknown)}: experiments.yaml has {', '.join(config.experiments)}")
-    columns = [run.joint_names.index(name) for name in arm_joints]
-    return tuple(_analyse_span(run, span, config, settings, columns, tool) for span in run.spans)
+    positions = {name: np.array(place) for name, place in robot.positions_m.items()}
+    columns = [run.joint_names.index(joint.name) for joint in robot.arm_joints]
+
+    def analysed(span: Span) -> Result:
+        visited = {name: positions[name] for name in config.experiments[span.name].visits}
+        return _analyse_span(run, span, config, visited, settings, columns, tool)
+
+    return tuple(analysed(span) for span in run.spans)
 
 
 def _analyse_span(
-    run: Run, span: Span, config: ExperimentsFile, settings: MetricsSettings, columns: list[int], tool: ToolFunction
+    run: Run,
+    span: Span,
+    config: ExperimentsFile,
+    positions: dict[str, Array],
+    settings: MetricsSettings,
+    columns: list[int],
+    tool: ToolFunction,
 ) -> Result:
     """Analyse one experiment; data that cannot be compared are a reason to fail, not an end of the report."""
     experiment = config.experiments[span.name]
-    positions = {name: np.array(config.positions_m[name]) for name in experiment.visits}
     ages = {topic: found for topic, age in run.ages.items() if (found := summarize_age(age, span)) is not None}
     visits = tuple(experiment.visits)
     try:

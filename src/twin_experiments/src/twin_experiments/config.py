@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar, Literal
 import msgspec
 import numpy as np
 from msgspec import Meta
-from scara_config import ConfigError, Robot, config_directory, load
+from scara_config import ConfigError, Robot, load, locate
 from twin_controller.metrics import MetricsSettings
 from twin_controller.recording import RecorderSettings
 
@@ -16,7 +16,6 @@ Percent = Annotated[float, Meta(gt=0.0, le=100.0)]
 ProgramPercent = Annotated[float, Meta(ge=1.0, le=100.0)]
 Seconds = Annotated[float, Meta(ge=0.0, le=600.0)]
 Deadline = Annotated[float, Meta(gt=0.0, le=3600.0)]
-Coordinate = Annotated[float, Meta(ge=-10.0, le=10.0)]
 Visits = Annotated[list[str], Meta(min_length=2)]
 
 
@@ -88,19 +87,18 @@ class ExperimentsFile(Section, frozen=True, kw_only=True):
 
     recorder: RecorderSettings
     experiments: Annotated[dict[str, Experiment], Meta(min_length=1)]
-    positions_m: dict[str, tuple[Coordinate, Coordinate, Coordinate]]
     metrics: MetricsSection
     limits: Limits
     paper: PaperFigures
     deadlines_s: Deadlines
 
-    def check(self, source: str) -> None:
-        """Raise ConfigError unless every visited position is known; ``source`` is named."""
+    def check(self, robot: Robot, source: str) -> None:
+        """Raise ConfigError unless ``robot`` knows every visited position; ``source`` is named."""
         for name, experiment in self.experiments.items():
-            unknown = sorted(set(experiment.visits) - set(self.positions_m))
+            unknown = sorted(set(experiment.visits) - set(robot.positions_m))
             if unknown:
                 raise ConfigError(
-                    f"{source}: experiments.{name}.visits = {', '.join(unknown)}: Expected one of {', '.join(self.positions_m)}"
+                    f"{source}: experiments.{name}.visits = {', '.join(unknown)}: Expected one of {', '.join(robot.positions_m)}"
                 )
 
     def select(self, names: list[str]) -> dict[str, Experiment]:
@@ -123,13 +121,13 @@ def metrics_settings(section: MetricsSection, robot: Robot) -> MetricsSettings:
     return MetricsSettings(reach_mm=robot.reach_mm, moving_speeds=moving_speeds, **fields)
 
 
-def load_experiments(directory: Path | str | None = None) -> ExperimentsFile:
+def load_experiments(robot: Robot, directory: Path | str | None = None) -> ExperimentsFile:
     """Read experiments.yaml of ``directory`` (default: the package scara_config).
 
     Raises:
         ConfigError: The file is missing or wrong, or an experiment visits an unknown position.
     """
-    path = Path(directory or config_directory()) / "experiments.yaml"
+    path = locate("experiments.yaml", directory)
     config = load(path, ExperimentsFile)
-    config.check(str(path))
+    config.check(robot, str(path))
     return config

@@ -40,7 +40,7 @@ def choose(recorded: Mapping[str, Any], robot: Robot, experiments: ExperimentsFi
         robot = convert(_parse(held[ROBOT], ROBOT), Robot, f"{ROBOT} in the bag")
     if EXPERIMENTS in held:
         experiments = convert(_parse(held[EXPERIMENTS], EXPERIMENTS), ExperimentsFile, f"{EXPERIMENTS} in the bag")
-        experiments.check(f"{EXPERIMENTS} in the bag")
+        experiments.check(robot, f"{EXPERIMENTS} in the bag")
     missing = [name for name in (ROBOT, EXPERIMENTS) if name not in held]
     origin = f"in the bag, except {' and '.join(missing)}: of this machine" if missing else "in the bag"
     return Configuration(robot, experiments, origin if held else "of this machine, the bag holds none")

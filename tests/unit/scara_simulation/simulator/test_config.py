@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from harness.yaml_files import shipped
 from scara_config import ConfigError, load_robot
 from scara_simulation.config import load_gains, load_simulation
 
@@ -14,16 +15,15 @@ ROBOT = load_robot(CONFIG)
 
 def changed(tmp_path, name, old, new):
     """Copy a file of the package with one text replaced."""
-    text = (CONFIG / name).read_text()
+    text = shipped(name).read_text()
     assert old in text
     (tmp_path / name).write_text(text.replace(old, new, 1))
     return tmp_path
 
 
 def test_shipped_files_load():
-    """The article's position 1 is where the twin starts."""
+    """A millisecond a step, gains for each joint of the twin."""
     config = load_simulation(ROBOT, CONFIG)
-    assert config.start_positions(ROBOT) == pytest.approx([0.0, 0.0, -0.160, 0.0])
     assert (config.dt, config.step_ns) == (1e-3, 1_000_000)
     assert len(load_gains(ROBOT, CONFIG)) == len(ROBOT.twin_joints)
 
@@ -38,10 +38,11 @@ def test_shipped_files_load():
         ("max_catch_up_ms: 50.0", "max_catch_up_ms: 0.5", "wake_period_ms = 1.0: must not exceed max_catch_up_ms"),
         ("feed_forward: true", "feed_forward: 3", "feed_forward = 3: Expected `bool`"),
         ("feed_forward: true", "feedforward: true", "feedforward"),
-        ("joint_1: 0.0", "joint_1: 200.0", r"start_pose\.joint_1 = 200\.0 deg: is outside \[-148, 148\] deg"),
-        ("joint_3: -160.0", "joint_3: 160.0", r"start_pose\.joint_3 = 160\.0 mm: is outside \[-210, 0\] mm"),
-        ("joint_1: 0.0", "joint_9: 0.0", r"start_pose\.joint_9: no joint of the twin"),
-        ("  table_joint: 0.0", "", r"start_pose\.table_joint: is missing"),
+        (
+            "feed_forward: true",
+            "joint_dynamics: {joint_9: {damping: 1.0, friction: 1.0}}\nfeed_forward: true",
+            r"joint_dynamics\.joint_9: no joint of the twin; it has joint_1",
+        ),
     ],
 )
 def test_wrong_simulation_is_refused(tmp_path, old, new, why):

@@ -23,7 +23,7 @@ CONFIG = load_simulation(ROBOT, ROOT / "config")
 GAINS = load_gains(ROBOT, ROOT / "config")
 JOINTS = [joint.name for joint in ROBOT.twin_joints]
 URDF = ROOT / "src" / "scara_description" / "urdf" / "scara_cell.urdf"
-START = CONFIG.start_positions(ROBOT)
+START = ROBOT.home_positions
 REACH = ROBOT.reach_mm / 1e3
 ELBOWS = [-2.6, -1.2, 0.0, 0.8, 2.0, 2.6]
 

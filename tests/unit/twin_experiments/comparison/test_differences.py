@@ -16,7 +16,7 @@ from twin_experiments.comparison.differences import Comparer
 from twin_experiments.comparison.tracks import Mechanism, Track, along_path, distance_from_path, first_to_move, onset
 from twin_experiments.config import load_experiments, metrics_settings
 
-ROBOT, EXPERIMENTS, CONFIG = load_robot(), load_experiments(), load_comparison()
+ROBOT, EXPERIMENTS, CONFIG = load_robot(), load_experiments(load_robot()), load_comparison()
 NAMES = tuple(joint.name for joint in ROBOT.twin_joints)
 MECHANISM = Mechanism(NAMES, tuple(ROBOT.twin_joints), (0, 1, 2), partial(tool_positions, ScrewModel.from_robot(ROBOT)))
 FOREIGN = Mechanism(("a", "b", "c", "d"), None, (), None)

@@ -10,7 +10,6 @@ import pytest
 from scara_config import load_robot
 from scara_control.kinematics.screws import ScrewModel, tool_positions
 from scara_simulation.config import load_gains, load_simulation
-from scara_simulation.io.world import description_path
 from twin_experiments.fitting.search import errors, fit_twin
 from twin_experiments.fitting.twin_model import Choice, FloatArray, TwinModel, apply_vector, bounds_of, names_of, yaml_values
 from twin_experiments.io.fitting.offline_twin import OfflineTwin, Packet
@@ -44,7 +43,7 @@ PACKETS = [Packet(0.01 * k + 0.001, 0.01 * k, *pose(0.01 * k)) for k in range(12
 
 def tool_path(model: TwinModel) -> FloatArray:
     """Return the tool's path of a twin with these numbers."""
-    twin = OfflineTwin(ROBOT, SIMULATION, description_path())
+    twin = OfflineTwin(ROBOT, SIMULATION, ROBOT.description)
     _, joints = twin.run(model, PACKETS, COMPUTED.delay if model.feed_forward else 0.0, pose(0.0)[0], DURATION)
     return tool_positions(ScrewModel.from_robot(ROBOT), joints[:, :3])
 

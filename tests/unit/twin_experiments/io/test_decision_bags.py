@@ -13,7 +13,7 @@ import pytest
 from harness.pair import Pair
 from harness.recording import Recording, eventful
 from harness.workspace import ROOT
-from scara_config import ConfigError
+from scara_config import ConfigError, files_in_force
 from twin_experiments.io.bag_reader import BagError, open_bag
 from twin_experiments.io.decision_reader import read_decisions, read_inputs, read_setups
 from twin_experiments.nodes.replay_decisions import app
@@ -28,7 +28,7 @@ Write = Callable[..., Path]
 
 def configuration() -> dict[str, str]:
     """Return the shipped files by name."""
-    return {path.name: path.read_text() for path in sorted((ROOT / "config").glob("*.yaml"))}
+    return {name: path.read_text() for name, path in files_in_force(ROOT / "config").items()}
 
 
 @pytest.fixture(scope="module")

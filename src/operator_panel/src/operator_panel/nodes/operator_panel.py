@@ -72,11 +72,11 @@ def serve(private: dict[str, str]) -> None:
     """
     folder = Path(private.get("config_dir") or config_directory())
     robot = load_robot(folder)
-    config, around = load_panel(robot, folder), load_surroundings(folder)
+    config, around = load_panel(folder), load_surroundings(robot, folder)
     host, port = private.get("host") or config.host, _port(private.get("port"), config.port)
     token = operator_token(private.get("token", ""), ros_home())
     runs = Path(private.get("runs_dir") or Path(os.environ.get("CELL_ROOT") or Path.cwd()) / "runs").resolve()
-    model = _model()
+    model = _model(robot.description)
     _check_free(host, port)
     ended = threading.Event()
     link = CellLink(robot, config, around, folder)
@@ -154,8 +154,7 @@ def _share() -> Path:
     return _package("operator_panel")
 
 
-def _model() -> Model:
-    file = _package("scara_description") / "urdf" / "scara_cell.urdf"
+def _model(file: Path) -> Model:
     try:
         return parse_urdf(file.read_text(encoding="utf-8"))
     except OSError as error:

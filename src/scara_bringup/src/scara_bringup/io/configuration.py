@@ -7,20 +7,20 @@ from pathlib import Path
 from typing import Any
 
 from ruamel.yaml import YAML
+from scara_config import files_in_force
 
 
 def copy_with_ports(
     source: Path, target: Path, modbus_port: int | None, gateway_port: int | None, panel_port: int | None = None
 ) -> Path:
-    """Copy all YAML files and programs from ``source`` to ``target`` and change the ports where both ends read them.
+    """Copy the chosen robot's files from ``source`` to ``target`` and change the ports where both ends read them.
 
-    Comments are kept. Returns ``target``.
+    The copy is flat: one robot, no folder of robots. Comments are kept. Returns ``target``.
     """
     target.mkdir(parents=True, exist_ok=True)
-    for file in source.glob("*.yaml"):
-        shutil.copy(file, target)
-    if (source / "programs").is_dir():
-        shutil.copytree(source / "programs", target / "programs", dirs_exist_ok=True)
+    for name, file in files_in_force(source).items():
+        (target / name).parent.mkdir(exist_ok=True)
+        shutil.copy(file, target / name)
     if modbus_port is not None:
         _change(target / "emulator.yaml", ["port"], modbus_port)
         _change(target / "twin_controller.yaml", ["real", "port"], modbus_port)

@@ -12,7 +12,8 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from scara_config import ConfigError, config_directory
+from scara_config import ConfigError, config_directory, load_robot
+from scara_config.profile import CHOICE
 
 from scara_bringup.config import load_bringup, load_doors
 from scara_bringup.io import screen
@@ -26,6 +27,7 @@ from scara_bringup.plan import NodePlan, cell_plan, experiment_plan
 
 app = typer.Typer(add_completion=False, no_args_is_help=True, help=__doc__.split("\n\n")[0], rich_markup_mode=None)
 
+RobotName = Annotated[str | None, typer.Option("--robot", help="Its folder in config/robots. Default: fanuc_sr6ia.")]
 Output = Annotated[Path | None, typer.Option(help="Folder of logs, bags and report. Default: runs/<time> of the workspace.")]
 Without = Annotated[list[str] | None, typer.Option(help="Leave out a node, e.g. the emulator when a real robot is there.")]
 MasterPort = Annotated[int | None, typer.Option(help="Port of the ROS master. Default: ROS_MASTER_URI.")]
@@ -36,6 +38,7 @@ GatewayPort = Annotated[int | None, typer.Option(help="Port of the twin's web so
 
 @app.command()
 def up(
+    robot: RobotName = None,
     output: Output = None,
     without: Without = None,
     master_port: MasterPort = None,
@@ -44,12 +47,14 @@ def up(
     panel_port: PanelPort = None,
 ) -> None:
     """Start the cell and keep it until Ctrl-C."""
+    choose_robot(robot)
     folder = prepare(output)
     raise typer.Exit(run(folder, None, tuple(without or ()), master_port, modbus_port, gateway_port, panel_port, True))
 
 
 @app.command()
 def demo(
+    robot: RobotName = None,
     output: Output = None,
     speed: Annotated[float | None, typer.Option(help="Program speed in percent. Default: experiments.yaml.")] = None,
     without: Without = None,
@@ -58,6 +63,7 @@ def demo(
     gateway_port: GatewayPort = None,
 ) -> None:
     """Start the cell, run the article's two experiments, write the report, end the cell."""
+    choose_robot(robot)
     folder = prepare(output)
     if output is None:
         link_latest(folder)
@@ -97,6 +103,19 @@ def run(
     except (CannotStartError, ValueError) as error:
         screen.complain(str(error))
         return 1
+
+
+def choose_robot(name: str | None) -> None:
+    """Choose the robot for every program of the cell, or end with the reason why not."""
+    try:
+        if name is not None:
+            os.environ[CHOICE] = name
+        held = load_robot().name
+        if name not in (None, held):
+            raise ConfigError(f"--robot {name}: {config_directory()} holds {held} only")
+    except ConfigError as error:
+        screen.complain(str(error))
+        raise typer.Exit(2) from error
 
 
 def prepare(wanted: Path | None) -> Path:

@@ -6,7 +6,7 @@ import signal
 import time
 from pathlib import Path
 
-import rospkg
+from scara_config import load_robot
 
 from scara_bringup.config import Bringup, Doors
 from scara_bringup.io import screen
@@ -151,7 +151,7 @@ class CellShell:
         Raises:
             CannotStartError: The file is missing or the master refuses it.
         """
-        file = Path(rospkg.RosPack().get_path("scara_description")) / "urdf" / "scara_cell.urdf"
+        file = load_robot().description
         try:
             text = file.read_text(encoding="utf-8")
         except OSError as error:

@@ -16,23 +16,6 @@ from scara_config import ConfigError
 State = tuple[list[float], list[float]]
 
 
-def description_path() -> Path:
-    """Return the URDF of the cell in the package ``scara_description``.
-
-    Raises:
-        ConfigError: ROS cannot find the package, or the file is not there.
-    """
-    import rospkg
-
-    try:
-        path = Path(rospkg.RosPack().get_path("scara_description")) / "urdf" / "scara_cell.urdf"
-    except rospkg.ResourceNotFound as error:
-        raise ConfigError("package scara_description is not on ROS_PACKAGE_PATH: source env.sh first") from error
-    if not path.is_file():
-        raise ConfigError(f"{path}: is missing")
-    return path
-
-
 class World:
     """The cell of a URDF under gravity. A context manager; close it to free the physics engine."""
 

@@ -28,7 +28,7 @@ from scara_ros.nodes.registration import keep_registered
 from scara_simulation.commands import CommandGate
 from scara_simulation.config import LoopGains, SimulationConfig, gains_path, load_gains, load_simulation
 from scara_simulation.io.clockwork import Clockwork
-from scara_simulation.io.world import World, description_path
+from scara_simulation.io.world import World
 from scara_simulation.joint_control import InverseDynamics, JointControl
 from scara_simulation.joint_model import joint_models
 from scara_simulation.nodes.simulator_diagnostics import DiagnosticsPort
@@ -53,7 +53,7 @@ def main() -> None:
         factor, publish_clock = _speed()
         names = [joint.name for joint in robot.twin_joints]
         world = World(
-            description_path(), names, robot.tool_frame, dt=config.dt, gravity=config.gravity_m_s2, dynamics=config.dynamics
+            robot.description, names, robot.tool_frame, dt=config.dt, gravity=config.gravity_m_s2, dynamics=config.dynamics
         )
         tuning = _tuning(world, robot, config, gains, gains_path(directory))
     except ConfigError as error:
@@ -141,7 +141,7 @@ def _inverse_dynamics(world: World, config: SimulationConfig) -> InverseDynamics
 
 def _simulation(world: World, robot: Robot, config: SimulationConfig, gains: list[LoopGains]) -> Simulation:
     """Put world, control and the nominal time axis together; the axis begins now."""
-    start = config.start_positions(robot)
+    start = robot.home_positions
     control = JointControl(
         joint_models(robot, config, world.damping, world.friction),
         gains,

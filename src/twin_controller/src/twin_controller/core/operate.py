@@ -74,5 +74,5 @@ def _forbidden(setup: Setup, state: CoreState, event: Operator, trigger: Trigger
     target = setup.home if event.command == "HOME" else event.target
     if event.command == "MOVE" or not state.twin.history:
         return ""
-    way = judge_way(setup.points, setup.config.cell.keep_out, state.twin.last.q, target, setup.velocity)
+    way = judge_way(setup.points, setup.keep_out, state.twin.last.q, target, setup.velocity)
     return way.violation

@@ -44,7 +44,8 @@ class Setup:
         self.points = watched_points(robot)
         self.arm = ScrewModel.from_robot(robot)
         self.arm_columns = np.array([k for k, joint in enumerate(self.joints) if joint.screw_axis is not None])
-        self.home = tuple(config.home.positions[joint.name] * joint.scale for joint in self.joints)
+        self.home = tuple(robot.home_positions)
+        self.keep_out = tuple(robot.keep_out)
 
     def to_border(self, q: Joints) -> Joints:
         """Convert SI joint positions to degrees and millimetres."""

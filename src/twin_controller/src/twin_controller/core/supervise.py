@@ -48,7 +48,7 @@ def judge_move(setup: Setup, state: CoreState) -> CoreState:
         return replace(state, way=Way()) if state.way != Way() else state
     if motion.target == state.way.target:
         return state
-    way = judge_way(setup.points, setup.config.cell.keep_out, state.twin.last.q, motion.target, setup.velocity)
+    way = judge_way(setup.points, setup.keep_out, state.twin.last.q, motion.target, setup.velocity)
     return replace(state, way=way)
 
 
@@ -62,9 +62,9 @@ def watch_real(setup: Setup, state: CoreState) -> CoreState:
     state = replace(state, separation=separation)
     if state.mode not in LEADING or speed <= 0.0:
         return state
-    if config.cell.keep_out and not state.way.violation:
+    if setup.keep_out and not state.way.violation:
         stop = braking_way(last.q, last.qdot, setup.acceleration, config.cell.braking_delay_ms * 1e-3)
-        braking = judge_way(setup.points, config.cell.keep_out, last.q, stop, setup.velocity, steps=BRAKING_STEPS)
+        braking = judge_way(setup.points, setup.keep_out, last.q, stop, setup.velocity, steps=BRAKING_STEPS)
         if braking.violation:
             state = replace(state, way=replace(state.way, violation=braking.violation))
     limit = config.cell.cartesian_speed_mm_s

@@ -17,7 +17,7 @@ from pathlib import Path
 
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from scara_config import ConfigError, config_directory, load
+from scara_config import ConfigError, config_directory, load, locate
 from scara_ros.nodes.registration import keep_registered
 
 from scara_msgs.srv import StartRecording, StartRecordingResponse, StopRecording, StopRecordingResponse
@@ -132,7 +132,7 @@ def main() -> None:
     keep_registered()
     try:
         folder = Path(rospy.get_param("~config_dir", "") or config_directory())
-        settings = load(folder / "experiments.yaml", RecorderFile).recorder
+        settings = load(locate("experiments.yaml", folder), RecorderFile).recorder
     except ConfigError as error:
         rospy.logfatal("recorder: %s", error)
         sys.exit(2)

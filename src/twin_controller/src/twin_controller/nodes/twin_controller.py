@@ -22,7 +22,7 @@ from pathlib import Path
 import msgspec
 import rospy
 from geometry_msgs.msg import PointStamped
-from scara_config import ConfigError, Robot, config_directory, load_robot
+from scara_config import ConfigError, Robot, config_directory, files_in_force, load_robot
 from scara_config.modbus_map import ModbusMap, load_modbus_map
 from scara_ros.nodes.registration import keep_registered
 from std_msgs.msg import String
@@ -133,7 +133,7 @@ class Node:
 
 def _publish_configuration(folder: Path) -> tuple[rospy.Publisher, str]:
     """Latch all YAML files in force as one JSON object, for the bag; return what identifies them too."""
-    files = {path.name: path.read_text(encoding="utf-8") for path in sorted(folder.glob("**/*.yaml"))}
+    files = {Path(name).name: path.read_text(encoding="utf-8") for name, path in sorted(files_in_force(folder).items())}
     text = msgspec.json.encode(files)
     publisher = rospy.Publisher("twin_controller/configuration", String, queue_size=1, latch=True)
     publisher.publish(String(text.decode()))

@@ -8,7 +8,7 @@ from typing import Annotated
 import msgspec
 import numpy as np
 from msgspec import Meta
-from scara_config import Joint, config_directory, load
+from scara_config import Joint, load, locate
 from twin_controller.metrics_series import Array
 
 Positive = Annotated[float, Meta(gt=0.0, le=1e4)]
@@ -41,4 +41,4 @@ def load_comparison(directory: Path | str | None = None) -> ComparisonFile:
     Raises:
         ConfigError: The file is missing or wrong.
     """
-    return load(Path(directory or config_directory()) / "comparison.yaml", ComparisonFile)
+    return load(locate("comparison.yaml", directory), ComparisonFile)

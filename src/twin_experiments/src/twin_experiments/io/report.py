@@ -70,12 +70,12 @@ def analyse_bag(bag: Path, config_directory: Path | None = None) -> tuple[Run, C
         ConfigError: A configuration file is wrong.
     """
     with open_bag(bag) as opened:
-        chosen = choose(read_configuration(opened), load_robot(config_directory), load_experiments(config_directory))
+        here = load_robot(config_directory)
+        chosen = choose(read_configuration(opened), here, load_experiments(here, config_directory))
         robot, config = chosen.robot, chosen.experiments
         run = read_run(opened, [joint.name for joint in robot.twin_joints])
     tool = partial(tool_positions, ScrewModel.from_robot(robot))
-    arm_joints = [joint.name for joint in robot.arm_joints]
-    return run, chosen, analyse(run, config, metrics_settings(config.metrics, robot), arm_joints, tool)
+    return run, chosen, analyse(run, config, robot, metrics_settings(config.metrics, robot), tool)
 
 
 def write_report(bag: Path, folder: Path, config_directory: Path | None = None) -> Report:
@@ -122,7 +122,7 @@ def _page(run: Run, report: Report, document: dict[str, Any]) -> str:
 def _experiment(result: Result, entry: dict[str, Any], report: Report) -> dict[str, Any]:
     """Return one experiment as the page takes it, after drawing its figures."""
     robot, config = report.configuration.robot, report.configuration.experiments
-    positions = {name: np.array(config.positions_m[name]) for name in result.visits}
+    positions = {name: np.array(robot.positions_m[name]) for name in result.visits}
     drawn = draw(result, robot.twin_joints, positions, robot.reach_mm, config.limits.path_error_percent, report.folder)
     return {
         "name": result.span.label,

@@ -16,11 +16,11 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
-from scara_config import ConfigError, Robot, config_directory, load_robot
+from scara_config import ConfigError, Robot, config_directory, load_robot, locate
 from scara_config.writer import changed_text, replace_file
 from scara_control.kinematics.screws import ScrewModel, tool_positions
 from scara_simulation.config import load_gains, load_simulation
-from scara_simulation.io.world import World, description_path
+from scara_simulation.io.world import World
 from twin_controller.config import load_twin_controller
 
 from twin_experiments.fitting.search import Fit, fit_twin
@@ -64,7 +64,7 @@ def load_model(robot: Robot, folder: Path) -> TwinModel:
     """Return the twin's numbers of a configuration folder."""
     simulation, names = load_simulation(robot, folder), [j.name for j in robot.twin_joints]
     with World(
-        description_path(),
+        robot.description,
         names,
         robot.tool_frame,
         dt=simulation.dt,
@@ -102,7 +102,7 @@ def search(
     """Run the search under a progress bar."""
     names = [joint.name for joint in robot.twin_joints]
     arm, columns = ScrewModel.from_robot(robot), [k for k, j in enumerate(robot.twin_joints) if j.screw_axis is not None]
-    twin = OfflineTwin(robot, load_simulation(robot, folder), description_path())
+    twin = OfflineTwin(robot, load_simulation(robot, folder), robot.description)
     real = tool_positions(arm, recording.real[:, columns])
     recorded = start.delay if recording.delay is None else recording.delay
 
@@ -149,14 +149,15 @@ def show(console: Console, robot: Robot, choice: Choice, start: TwinModel, found
 
 def propose(console: Console, folder: Path, values: dict[str, dict[tuple[str, ...], float]], write: bool) -> None:
     """Show the YAML difference, and write it if asked to."""
-    texts = {name: changed_text(folder / name, changes) for name, changes in values.items()}
+    places = {name: locate(name, folder) for name in values}
+    texts = {name: changed_text(places[name], changes) for name, changes in values.items()}
     for name, text in texts.items():
-        before = (folder / name).read_text(encoding="utf-8")
+        before = places[name].read_text(encoding="utf-8")
         lines = difflib.unified_diff(before.splitlines(), text.splitlines(), name, f"{name} (proposed)", lineterm="", n=0)
         console.print("\n".join(lines), markup=False, highlight=False, soft_wrap=True)
     if write:
         for name, text in texts.items():
-            replace_file(folder / name, text)
+            replace_file(places[name], text)
     console.print("written" if write else "nothing was written; --write does", style="bold")
 
 

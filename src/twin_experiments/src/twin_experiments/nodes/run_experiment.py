@@ -23,7 +23,7 @@ import rospy
 import typer
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
-from scara_config import ConfigError, load_robot
+from scara_config import ConfigError, Robot, load_robot
 
 from twin_experiments.config import Experiment, ExperimentsFile, RealLeads, TwinLeads, load_experiments
 from twin_experiments.io.bag_reader import BagError
@@ -46,9 +46,10 @@ console = Console(highlight=False)
 class Runner:
     """Runs experiments on a cell, one after the other."""
 
-    def __init__(self, cell: Cell, config: ExperimentsFile, pendant: Pendant, progress: Progress) -> None:
+    def __init__(self, cell: Cell, robot: Robot, config: ExperimentsFile, pendant: Pendant, progress: Progress) -> None:
         """Take what an experiment needs."""
         self._cell = cell
+        self._positions = robot.positions_m
         self._config = config
         self._pendant = pendant
         self._progress = progress
@@ -60,7 +61,7 @@ class Runner:
         self._cell.wait_ready(lambda text: self._progress.update(task, description=f"{name}: {text}"))
         if isinstance(experiment, TwinLeads):
             self._progress.update(task, description=f"{name}: to {experiment.visits[0]}")
-            self._cell.move_to(self._config.positions_m[experiment.visits[0]], experiment.speed_percent)
+            self._cell.move_to(self._positions[experiment.visits[0]], experiment.speed_percent)
             self._cell.wait_still(self._rest)
         self._cell.mark(f"start {name}")
         if isinstance(experiment, TwinLeads):
@@ -74,7 +75,7 @@ class Runner:
         """Send the twin from position to position by move_to."""
         for number, visit in enumerate(experiment.visits):
             self._progress.update(task, description=f"{name}: {visit}", completed=number)
-            self._cell.move_to(self._config.positions_m[visit], experiment.speed_percent)
+            self._cell.move_to(self._positions[visit], experiment.speed_percent)
             self._cell.wait_still(max(experiment.dwell_s, self._rest))
 
     def _real_leads(self, name: str, experiment: RealLeads, task: TaskID) -> None:
@@ -109,16 +110,16 @@ def run_experiment(
         signal.signal(number, signal.default_int_handler)
     try:
         folder = rospy.client.load_command_line_node_params(sys.argv).get("config_dir")
-        config = load_experiments(folder)
-        chosen = {name: _at_speed(experiment, speed) for name, experiment in config.select(names or []).items()}
         robot = load_robot(folder)
+        config = load_experiments(robot, folder)
+        chosen = {name: _at_speed(experiment, speed) for name, experiment in config.select(names or []).items()}
         _enter_ros(config.deadlines_s.cell)
         cell = Cell(robot, config.metrics.moving_speed_percent, config.deadlines_s)
         options = {"--host": robot_host, "--port": robot_port, "--config-dir": folder}
         words = [word for name, value in options.items() if value is not None for word in (name, str(value))]
         run_folder = _run_folder(output)
         bag = run_folder / BAG_NAME
-        _record(cell, config, Pendant(words, config.deadlines_s.service), chosen, repeat, bag)
+        _record(cell, robot, config, Pendant(words, config.deadlines_s.service), chosen, repeat, bag)
         report = write_report(bag, run_folder, Path(folder) if folder else None)
         if output is None:
             link_latest(run_folder)
@@ -132,7 +133,9 @@ def run_experiment(
     raise typer.Exit(0 if report.passed else FAILED)
 
 
-def _record(cell: Cell, config: ExperimentsFile, pendant: Pendant, chosen: dict[str, Experiment], repeat: int, bag: Path) -> None:
+def _record(
+    cell: Cell, robot: Robot, config: ExperimentsFile, pendant: Pendant, chosen: dict[str, Experiment], repeat: int, bag: Path
+) -> None:
     """Run the experiments, each ``repeat`` times, into one bag; whatever ends them, motion and recording are stopped."""
     columns = (
         TextColumn("{task.description}"),
@@ -147,7 +150,7 @@ def _record(cell: Cell, config: ExperimentsFile, pendant: Pendant, chosen: dict[
     cell.start_recording(bag)
     try:
         with Progress(*columns, console=console) as progress:
-            runner = Runner(cell, config, pendant, progress)
+            runner = Runner(cell, robot, config, pendant, progress)
             for _ in range(repeat):
                 for name, experiment in chosen.items():
                     runner.run(name, experiment)

@@ -11,8 +11,7 @@ from harness.pair import HOME, ROBOT, SETUP, Pair, ramp, shifted
 from harness.watch import Watch
 from hypothesis import given
 from hypothesis import strategies as st
-from scara_config import ConfigError
-from twin_controller.config import KeepOut
+from scara_config import ConfigError, KeepOut
 from twin_controller.core.actions import Do, Perform
 from twin_controller.core.events import PersonSeen
 from twin_controller.core.rules.table import Mode
@@ -259,7 +258,7 @@ def test_a_robot_that_heads_for_a_zone_is_stopped_before_it() -> None:
     pair.start_program(ramp(HOME, shifted(HOME, 0.0, 0.0, -45.0), 2.0))
     pair.run(2.2)
     assert pair.state.mode is Mode.STOPPED and "keep-out zone below_table" in pair.state.why
-    lowest = SETUP.config.cell.keep_out[0].upper_mm[2] * 1e-3
+    lowest = SETUP.keep_out[0].upper_mm[2] * 1e-3
     assert positions(POINTS[0], np.array([pair.real_q]))[0][2] > lowest
 
 

@@ -107,10 +107,10 @@ class _Tuning:
             return
         joint, preview = self._joints[shown[0]], self._view.config.preview
         step = (preview.step_deg if joint.unit == "deg" else preview.step_mm) * joint.scale
-        inertia = preview.inertia[joint.name]
+        assert joint.inertia is not None  # load_robot sees to it
         try:
             curves = [
-                step_response(loop, inertia, joint.effort, step, preview.duration_s)
+                step_response(loop, joint.inertia, joint.effort, step, preview.duration_s)
                 for loop in (_position_loop(shown[1].values), _position_loop(typed))
             ]
         except ValueError as error:

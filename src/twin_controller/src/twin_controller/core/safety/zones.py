@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 import msgspec
 import numpy as np
+from scara_config import KeepOut
 
-from twin_controller.config import KeepOut
 from twin_controller.core.events import Joints
 from twin_controller.core.safety.points import FloatArray, WatchedPoint, positions
 

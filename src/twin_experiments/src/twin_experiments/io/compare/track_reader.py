@@ -53,7 +53,8 @@ def read_bag(path: Path, label: str, topics: Topics, config_directory: Path | No
         ConfigError: A configuration file is wrong.
     """
     with open_bag(path) as bag:
-        chosen = choose(read_configuration(bag), load_robot(config_directory), load_experiments(config_directory))
+        here = load_robot(config_directory)
+        chosen = choose(read_configuration(bag), here, load_experiments(here, config_directory))
         real = topics.real or (REAL if bag.count(REAL) else MEASURED)
         return Opened(
             label=label,

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from scara_config import Robot
 from scara_simulation.config import SimulationConfig, load_gains, load_simulation
-from scara_simulation.io.world import World, description_path
+from scara_simulation.io.world import World
 from scara_simulation.joint_control import JointControl
 from scara_simulation.joint_model import joint_models
 from scara_simulation.simulation import Simulation, Timing
@@ -34,14 +34,19 @@ class OfflineBench:
     def position(self, name: str) -> float:
         """Return where a joint starts [rad] or [m]."""
         names = [joint.name for joint in self._robot.twin_joints]
-        return self._config.start_positions(self._robot)[names.index(name)]
+        return self._robot.home_positions[names.index(name)]
 
     def run(self, trial: Trial) -> list[Step]:
         """Make the steps of a trial, one after the other."""
         config, names = self._config, [joint.name for joint in self._robot.twin_joints]
-        start = config.start_positions(self._robot)
+        start = self._robot.home_positions
         with World(
-            description_path(), names, self._robot.tool_frame, dt=config.dt, gravity=config.gravity_m_s2, dynamics=config.dynamics
+            self._robot.description,
+            names,
+            self._robot.tool_frame,
+            dt=config.dt,
+            gravity=config.gravity_m_s2,
+            dynamics=config.dynamics,
         ) as world:
             control = JointControl(
                 joint_models(self._robot, config, world.damping, world.friction),

@@ -1,0 +1,92 @@
+"""Which robot the cell has: everything that belongs to one robot stands in its own folder, ``robots/<name>``.
+
+A file of the robot's folder is taken before one of the same name above it, so a robot brings what is its own and shares
+the rest. A flat folder (a run's copy, a test's) has no ``robots`` and holds one robot.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from scara_config.loader import ConfigError, config_directory
+
+CHOICE = "SCARA_ROBOT"
+DEFAULT = "fanuc_sr6ia"
+FOLDER = "robots"
+PROGRAMS = "programs"
+
+
+def known_robots(directory: Path | str | None = None) -> list[str]:
+    """Return the robots that have a folder in ``directory`` (default: the package scara_config); none if it is flat."""
+    folder = Path(directory or config_directory()) / FOLDER
+    return sorted(entry.name for entry in folder.iterdir() if entry.is_dir()) if folder.is_dir() else []
+
+
+def chosen_robot() -> str:
+    """Return the robot that ``SCARA_ROBOT`` names, else the article's."""
+    return os.environ.get(CHOICE) or DEFAULT
+
+
+def robot_folder(directory: Path | str | None = None) -> Path:
+    """Return the folder of the chosen robot; in a flat folder this is the folder itself.
+
+    Raises:
+        ConfigError: There is no such robot; the text lists those that exist.
+    """
+    folder = Path(directory or config_directory())
+    known = known_robots(folder)
+    if not known:
+        return folder
+    name = chosen_robot()
+    if name not in known:
+        raise ConfigError(f"unknown robot {name!r}: {folder / FOLDER} has {', '.join(known)}")
+    return folder / FOLDER / name
+
+
+def locate(name: str, directory: Path | str | None = None) -> Path:
+    """Return where the file or folder ``name`` is: with the chosen robot, else in ``directory`` itself.
+
+    Args:
+        name: For example ``robot.yaml`` or ``programs``.
+        directory: Folder with all YAML files; default: the package scara_config.
+
+    Raises:
+        ConfigError: There is no such robot.
+    """
+    folder = Path(directory or config_directory())
+    own = robot_folder(folder) / name
+    return own if own.exists() else folder / name
+
+
+def files_in_force(directory: Path | str | None = None) -> dict[str, Path]:
+    """Return every YAML file of the chosen robot's cell by its name, ``programs/article.yaml`` among them.
+
+    Raises:
+        ConfigError: There is no such robot.
+    """
+    folder = Path(directory or config_directory())
+    found = {path.name: path for place in (folder, robot_folder(folder)) for path in sorted(place.glob("*.yaml"))}
+    for path in sorted(locate(PROGRAMS, folder).glob("*.yaml")):
+        found[f"{PROGRAMS}/{path.name}"] = path
+    return found
+
+
+def description_path(urdf: str) -> Path:
+    """Return a robot's URDF in the package ``scara_description``.
+
+    Args:
+        urdf: File name, as robot.yaml says.
+
+    Raises:
+        ConfigError: ROS cannot find the package, or the file is not there.
+    """
+    import rospkg
+
+    try:
+        path = Path(rospkg.RosPack().get_path("scara_description")) / "urdf" / urdf
+    except rospkg.ResourceNotFound as error:
+        raise ConfigError("package scara_description is not on ROS_PACKAGE_PATH: source env.sh first") from error
+    if not path.is_file():
+        raise ConfigError(f"{path}: is missing")
+    return path
