@@ -25,6 +25,7 @@ SINGLE: dict[str, str] = {
     "gateway.yaml": "scara_simulation.gateway_config:load_gateway_config",
     "modbus_map.yaml": "scara_config.modbus_map:load_modbus_map",
     "operator_panel.yaml": "operator_panel.config:load_panel",
+    "palletise.yaml": "scara_config.palletise:load_palletise",
     "motion.yaml": "scara_control.config:load_motion",
     "robot.yaml": "scara_config.robot:load_robot",
 }

@@ -49,6 +49,8 @@ class World:
             self._find_joints(joints, dynamics or {})
             self._prepare_dynamics()
             self._prepare_collisions(tool_frame)
+            self._furnish()
+            self._fresh: int = pybullet.saveState(physicsClientId=self._client)
         except BaseException:
             self.close()
             raise
@@ -87,7 +89,11 @@ class World:
     def inverse_dynamics(self, q: Sequence[float], qdot: Sequence[float], qddot: Sequence[float]) -> Sequence[float]:
         """Return the efforts for that motion: inertia, velocity coupling and gravity, without damping and friction."""
         efforts: Sequence[float] = pybullet.calculateInverseDynamics(
-            self._body, [q[k] for k in self._tree], [qdot[k] for k in self._tree], [qddot[k] for k in self._tree], self._client
+            self._body,
+            [q[k] for k in self._tree],
+            [qdot[k] for k in self._tree],
+            [qddot[k] for k in self._tree],
+            physicsClientId=self._client,  # the fifth place is that of the flags
         )
         return [efforts[k] for k in self._order]
 
@@ -111,7 +117,8 @@ class World:
         pybullet.setTimeStep(self._dt, physicsClientId=client)
         pybullet.setGravity(0.0, 0.0, -self._gravity, physicsClientId=client)
         pybullet.setPhysicsEngineParameter(deterministicOverlappingPairs=1, numSubSteps=1, physicsClientId=client)
-        flags = pybullet.URDF_USE_SELF_COLLISION | pybullet.URDF_USE_INERTIA_FROM_FILE
+        # Without the last flag a cylinder is a hull that is 1 mm too large all around.
+        flags = pybullet.URDF_USE_SELF_COLLISION | pybullet.URDF_USE_INERTIA_FROM_FILE | pybullet.URDF_USE_IMPLICIT_CYLINDER
         try:
             self._body: int = pybullet.loadURDF(str(self._urdf), useFixedBase=True, flags=flags, physicsClientId=client)
         except pybullet.error as error:
@@ -153,7 +160,7 @@ class World:
         )
 
     def _prepare_collisions(self, tool_frame: str) -> None:
-        """Let only the arm's moving links and what stands around it collide, then remember this fresh state."""
+        """Let only the arm's moving links and what stands around it collide."""
         if tool_frame not in self._links:
             raise ConfigError(f"{self._urdf}: has no link {tool_frame}")
         arm: set[int] = set()
@@ -165,7 +172,10 @@ class World:
             for second in range(first + 1, len(self._infos)):
                 collide = first >= 0 and (first in arm) != (second in arm)
                 pybullet.setCollisionFilterPair(self._body, self._body, first, second, int(collide), physicsClientId=self._client)
-        self._fresh: int = pybullet.saveState(physicsClientId=self._client)
+        self._arm = frozenset(arm)
+
+    def _furnish(self) -> None:
+        """Add what else is in the world; here nothing."""
 
 
 def _links_without_inertia(urdf: Path) -> set[str]:

@@ -4,7 +4,8 @@ Parameters: ``~config_dir`` (default: package scara_config), ``~real_time_factor
 than 1 needs ``~publish_clock``), ``~publish_clock`` (false).
 Topics out: ``twin/joint_states``, ``twin/<joint>_position_controller/state``, ``twin/<joint>_velocity_controller/state``
 (of the loop that is closed; as ``.../state_each_step`` for each physics step while somebody listens),
-``twin/controller_modes``, ``/diagnostics``, ``/clock`` on request; tuning: see tuning_ports.
+``twin/controller_modes``, ``/diagnostics``, ``/clock`` on request; tuning: see tuning_ports; ``twin/parts``,
+``twin/gripper``, ``twin/part_events`` and the service ``gripper`` if there is work (palletise.yaml): see parts_ports.
 Topics in: ``twin/joint_setpoints``, ``twin/<joint>_position_controller/command``,
 ``twin/<joint>_velocity_controller/command``.
 Services: ``pause_physics``, ``unpause_physics``, ``reset_simulation``, ``step``; tuning: see tuning_ports.
@@ -23,14 +24,17 @@ from pathlib import Path
 import rosgraph
 import rospy
 from scara_config import ConfigError, Robot, load_robot
+from scara_config.palletise import Palletise, find_palletise
 from scara_ros.nodes.registration import keep_registered
 
 from scara_simulation.commands import CommandGate
 from scara_simulation.config import LoopGains, SimulationConfig, gains_path, load_gains, load_simulation
 from scara_simulation.io.clockwork import Clockwork
+from scara_simulation.io.handling.part_world import PartWorld
 from scara_simulation.io.world import World
 from scara_simulation.joint_control import InverseDynamics, JointControl
 from scara_simulation.joint_model import joint_models
+from scara_simulation.nodes.parts_ports import PartsPorts
 from scara_simulation.nodes.simulator_diagnostics import DiagnosticsPort
 from scara_simulation.nodes.simulator_ports import CommandPorts, StatePorts
 from scara_simulation.nodes.tuning_ports import TuningPorts
@@ -52,9 +56,8 @@ def main() -> None:
         config, gains = load_simulation(robot, directory), load_gains(robot, directory)
         factor, publish_clock = _speed()
         names = [joint.name for joint in robot.twin_joints]
-        world = World(
-            robot.description, names, robot.tool_frame, dt=config.dt, gravity=config.gravity_m_s2, dynamics=config.dynamics
-        )
+        work = find_palletise(directory)
+        world = _world(robot, config, work)
         tuning = _tuning(world, robot, config, gains, gains_path(directory))
     except ConfigError as error:
         rospy.logfatal("%s", error)
@@ -65,8 +68,12 @@ def main() -> None:
         states = StatePorts(names, config.dt, publish_clock=publish_clock)
         simulation = _simulation(world, robot, config, gains)
 
+        parts = PartsPorts(world, work, robot.base_frame) if work and isinstance(world, PartWorld) else None
+
         def publish(snapshots: Sequence[Snapshot]) -> None:
             states.publish(snapshots)
+            if parts is not None:
+                parts.publish(snapshots)
             simulation.watched = states.watched()
 
         clockwork = Clockwork(
@@ -79,6 +86,8 @@ def main() -> None:
         )
         CommandPorts(names, clockwork, CommandGate(robot, config), states)
         TuningPorts(names, clockwork, tuning, gains_path(directory))
+        if parts is not None:
+            parts.serve(clockwork)
         _run(clockwork)
 
 
@@ -111,6 +120,22 @@ def _speed() -> tuple[float, bool]:
     if not math.isclose(factor, 1.0) and not publish_clock:
         raise ConfigError(f"simulator: ~real_time_factor = {factor:g}: needs ~publish_clock:=true, time is not the system's")
     return float(factor), publish_clock
+
+
+def _world(robot: Robot, config: SimulationConfig, work: Palletise | None) -> World:
+    """Load the cell, with parts if there is work for it."""
+    urdf, names = robot.description, [joint.name for joint in robot.twin_joints]
+    if work is None:
+        return World(urdf, names, robot.tool_frame, dt=config.dt, gravity=config.gravity_m_s2, dynamics=config.dynamics)
+    return PartWorld(
+        urdf,
+        names,
+        robot.tool_frame,
+        dt=config.dt,
+        gravity=config.gravity_m_s2,
+        dynamics=config.dynamics,
+        work=work,
+    )
 
 
 def _tuning(world: World, robot: Robot, config: SimulationConfig, gains: list[LoopGains], file: Path) -> Tuning:

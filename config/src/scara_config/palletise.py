@@ -1,0 +1,203 @@
+"""The work of the cell, from palletise.yaml: parts, stands, pallet, gripper. Plain data and where things are; SI."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Annotated
+
+import msgspec
+from msgspec import Meta
+
+from scara_config.loader import ConfigError, load
+from scara_config.profile import locate
+
+Length = Annotated[float, Meta(ge=-10_000.0, le=10_000.0)]
+Positive = Annotated[float, Meta(gt=0.0, le=10_000.0)]
+Percent = Annotated[float, Meta(ge=1.0, le=100.0)]
+Count = Annotated[int, Meta(ge=1, le=20)]
+Point = tuple[Length, Length]
+MM = 1e-3
+FILE = "palletise.yaml"
+
+
+class _Strict(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Base of all sections."""
+
+
+class Parts(_Strict, frozen=True):
+    """One kind of part: a disc."""
+
+    diameter_mm: Positive
+    height_mm: Positive
+    mass_kg: Annotated[float, Meta(gt=0.0, le=6.0)]
+    friction: Annotated[float, Meta(gt=0.0, le=2.0)]
+
+    @property
+    def radius(self) -> float:
+        """[m]."""
+        return 0.5 * self.diameter_mm * MM
+
+    @property
+    def height(self) -> float:
+        """[m]."""
+        return self.height_mm * MM
+
+
+class Table(_Strict, frozen=True):
+    """The rotary table with its stands."""
+
+    axis_mm: Point
+    top_mm: Length
+    radius_mm: Positive
+    stands_mm: Annotated[dict[str, Point], Meta(min_length=1)]
+    stand_top_mm: Length
+    stand_radius_mm: Positive
+    places_mm: Annotated[list[Point], Meta(min_length=1)]
+    station_deg: Annotated[float, Meta(ge=-180.0, le=180.0)]
+
+    def turned(self, point_mm: Point, angle: float) -> tuple[float, float]:
+        """Return where a point of the table at 0 is at ``angle`` [rad]: x, y [m]."""
+        x, y = (point_mm[0] - self.axis_mm[0]) * MM, (point_mm[1] - self.axis_mm[1]) * MM
+        c, s = math.cos(angle), math.sin(angle)
+        return self.axis_mm[0] * MM + c * x - s * y, self.axis_mm[1] * MM + s * x + c * y
+
+    def angle_of(self, stand: str) -> float:
+        """Return the table's position that brings ``stand`` to the station [rad], in (-pi, pi]."""
+        x, y = self.stands_mm[stand]
+        angle = math.radians(self.station_deg) - math.atan2(y - self.axis_mm[1], x - self.axis_mm[0])
+        return math.pi - (math.pi - angle) % (2.0 * math.pi)
+
+
+class Pallet(_Strict, frozen=True):
+    """The pallet and its pattern."""
+
+    middle_mm: Point
+    top_mm: Length
+    size_mm: tuple[Positive, Positive]
+    rows: Count
+    columns: Count
+    pitch_mm: Positive
+
+    def places(self) -> list[tuple[float, float]]:
+        """Return the middle of each place, row by row: x, y [m]."""
+        x0 = self.middle_mm[0] - 0.5 * (self.columns - 1) * self.pitch_mm
+        y0 = self.middle_mm[1] - 0.5 * (self.rows - 1) * self.pitch_mm
+        return [
+            ((x0 + column * self.pitch_mm) * MM, (y0 + row * self.pitch_mm) * MM)
+            for row in range(self.rows)
+            for column in range(self.columns)
+        ]
+
+
+class Gripper(_Strict, frozen=True):
+    """The suction gripper at the tool's origin."""
+
+    reach_mm: Positive
+    offset_mm: Positive
+    holding_force_n: Positive
+    vacuum_ms: Annotated[float, Meta(ge=0.0, le=5_000.0)]
+    release_ms: Annotated[float, Meta(ge=0.0, le=5_000.0)]
+    answer_ms: Annotated[float, Meta(ge=10.0, le=10_000.0)]
+
+
+class Watch(_Strict, frozen=True):
+    """What counts as dropped, and as a collision."""
+
+    drop_mm: Positive
+    press_n: Positive
+    touch_n: Positive
+
+
+class Task(_Strict, frozen=True):
+    """How the parts are carried, and how well."""
+
+    gap_mm: Positive
+    clearance_mm: Positive
+    travel_mm: Length
+    tolerance_mm: Positive
+    speed_percent: Percent
+    approach_percent: Percent
+    dwell_s: Annotated[float, Meta(ge=0.0, le=10.0)]
+    placed_s: Annotated[float, Meta(gt=0.0, le=10.0)]
+
+
+class Start(msgspec.Struct, frozen=True):
+    """Where a part begins: the middle of its underside [m], with the table at 0."""
+
+    name: str
+    stand: str
+    x: float
+    y: float
+    z: float
+
+
+class Palletise(_Strict, frozen=True):
+    """The file palletise.yaml."""
+
+    parts: Parts
+    table: Table
+    pallet: Pallet
+    floor_mm: Length
+    gripper: Gripper
+    watch: Watch
+    task: Task
+
+    def starts(self) -> list[Start]:
+        """Return all parts, ``part_1`` first: stand by stand."""
+        table = self.table
+        found: list[Start] = []
+        for stand, (x, y) in table.stands_mm.items():
+            for dx, dy in table.places_mm:
+                name = f"part_{len(found) + 1}"
+                found.append(Start(name, stand, (x + dx) * MM, (y + dy) * MM, table.stand_top_mm * MM))
+        return found
+
+    def picks(self) -> list[tuple[str, str, float, tuple[float, float]]]:
+        """Return for each part its name, its stand, the table's position [rad] and where it then is: x, y [m]."""
+        table = self.table
+        return [
+            (start.name, start.stand, angle, table.turned((start.x / MM, start.y / MM), angle))
+            for start in self.starts()
+            for angle in [table.angle_of(start.stand)]
+        ]
+
+    @property
+    def pick_height(self) -> float:
+        """Height of the tool at which it grips [m]."""
+        return (self.table.stand_top_mm + self.parts.height_mm + self.task.gap_mm) * MM
+
+    @property
+    def place_height(self) -> float:
+        """Height of the tool at which it lets go [m]."""
+        return (self.pallet.top_mm + self.parts.height_mm + self.task.gap_mm + self.task.clearance_mm) * MM
+
+
+def find_palletise(directory: Path | str | None = None) -> Palletise | None:
+    """Read palletise.yaml as :func:`load_palletise` does; None if the chosen robot has no such file: no parts, no gripper.
+
+    Raises:
+        ConfigError: The file is wrong.
+    """
+    return load_palletise(directory) if locate(FILE, directory).exists() else None
+
+
+def load_palletise(directory: Path | str | None = None) -> Palletise:
+    """Read palletise.yaml of ``directory`` (default: the package scara_config).
+
+    Raises:
+        ConfigError: The file is missing or wrong, a part overhangs its stand, or there are more parts than places.
+    """
+    path = locate(FILE, directory)
+    work = load(path, Palletise)
+    for index, (x, y) in enumerate(work.table.places_mm):
+        reach = math.hypot(x, y) + 0.5 * work.parts.diameter_mm
+        if reach > work.table.stand_radius_mm:
+            raise ConfigError(
+                f"{path}: table.places_mm[{index}] = {[x, y]}: a part reaches {reach:.2f} mm from the middle, "
+                f"the stand {work.table.stand_radius_mm:g} mm"
+            )
+    places, parts = len(work.pallet.places()), len(work.starts())
+    if parts > places:
+        raise ConfigError(f"{path}: pallet.rows, columns = {work.pallet.rows}, {work.pallet.columns}: {parts} parts")
+    return work

@@ -1,0 +1,1 @@
+"""The parts as bodies of the physics engine."""

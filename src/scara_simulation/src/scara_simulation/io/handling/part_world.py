@@ -1,0 +1,304 @@
+"""The cell with its parts and the suction gripper: a world that also grips, and sees touches and falls."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import msgspec
+import pybullet
+from scara_config import ConfigError
+from scara_config.palletise import MM, Palletise
+
+from scara_simulation.handling.ledger import Happening, Ledger, PartView
+from scara_simulation.handling.suction import Change, Suction, advance, command, lose
+from scara_simulation.handling.touch import Body, Touch, is_collision
+from scara_simulation.io.handling.part_bodies import Part, PartBodies, PartShown, shown
+from scara_simulation.io.world import World
+
+LOOK = 4
+"""Physics steps between two looks at who is near whom. Our choice: a fourth of the cost, and a sleeping part wakes in time."""
+NEAR = 0.006
+"""Air between a part and the tool, or what hangs at it, in which the part is awake [m]. Our choice."""
+AHEAD = 5.0
+"""... and so many times the way that the tool has made since the last look. Our choice: it may get faster."""
+TOOL_RADIUS = 0.022
+"""What is widest at the tool: the flange; a held part is smaller [m]."""
+TURNED = 1e-5
+"""A table that has turned by less [rad] has moved no part: 2 um at the stands. Our choice."""
+REST_S = 0.1
+"""How long a part lies still before it sleeps [s]. Our choice."""
+AGAIN_S = 0.2
+"""The same two things touch anew after being apart so long [s]. Our choice."""
+TORN = 0.002
+"""A held part that has been pulled so far off its grip [m] is torn off. Our choice."""
+FRICTION_SHARE = 0.9
+"""Share of dry friction that holds a sleeping part on a turning table. Our choice."""
+
+
+class PartsNow(msgspec.Struct, frozen=True):
+    """What is published of the parts."""
+
+    parts: Sequence[PartShown]
+    suction: Suction
+    collisions: int
+    drops: int
+    message: str
+
+
+class PartWorld(World):
+    """A world with parts; see :class:`World` for the other arguments.
+
+    Args:
+        work: palletise.yaml.
+
+    Raises:
+        ConfigError: The URDF lacks a stand or the pallet, or no joint of ``joints`` turns the stands.
+    """
+
+    def __init__(
+        self,
+        urdf: Path,
+        joints: Sequence[str],
+        tool_frame: str,
+        *,
+        dt: float,
+        gravity: float,
+        work: Palletise,
+        dynamics: Mapping[str, tuple[float, float]] | None = None,
+    ) -> None:
+        self._work, self._tool = work, tool_frame
+        self.happened: deque[tuple[int, Happening]] = deque()
+        """Step and event, until somebody takes them."""
+        super().__init__(urdf, joints, tool_frame, dt=dt, gravity=gravity, dynamics=dynamics)
+
+    def _furnish(self) -> None:
+        """Add the parts."""
+        work, tool = self._work, self._links[self._tool]
+        for name in (*work.table.stands_mm, "pallet"):
+            if name not in self._links:
+                raise ConfigError(f"{self._urdf}: has no link {name}, which palletise.yaml needs")
+        self._table = self._joint_under(next(iter(work.table.stands_mm)))
+        self._nozzle, self._rests = tool, {*work.table.stands_mm, "pallet"}
+        self._grip_limit = work.gripper.reach_mm * MM, work.gripper.offset_mm * MM
+        self._constraint = -1
+        self._bodies = PartBodies(self._client, self._body, self._links, work)
+        self._steps = self._collisions = self._drops = 0
+        self._begin()
+
+    def _joint_under(self, link: str) -> int:
+        """Return which of the movable joints carries a link, in the order of the world's vectors."""
+        index = self._links[link]
+        while index >= 0:
+            if index in self._joints:
+                return self._joints.index(index)
+            index = self._infos[index][16]
+        raise ConfigError(f"{self._urdf}: no joint turns {link}")
+
+    def _begin(self) -> None:
+        self._suction, self._message = Suction(), ""
+        self._ledger = Ledger(self._work.watch.drop_mm * MM)
+        self._touched: dict[tuple[str, str], int] = {}
+        self._last_turn, self._last_tool = 0.0, self.link_position(self._tool)
+        self._table_at = math.inf
+        self._ledger.observe([self._bodies.view(part, held=False, resting=True) for part in self._bodies.parts])
+        self.now = self._shown()
+
+    def reset(self, positions: Sequence[float], velocities: Sequence[float] | None = None) -> None:
+        """Put the joints there and all parts back on their stands; the gripper is off and empty."""
+        if self._constraint >= 0:
+            self._let_go()
+        self._bodies.reset()
+        super().reset(positions, velocities)
+        self._begin()
+
+    @property
+    def suction(self) -> Suction:
+        """State of the gripper."""
+        return self._suction
+
+    def grip(self, on: bool) -> None:
+        """Switch the suction on or off."""
+        self._suction = command(self._suction, on)
+        self.now = self._shown()
+
+    def step(self, efforts: Sequence[float]) -> None:
+        """Advance by one time step; see :meth:`World.step`."""
+        super().step(efforts)
+        self._steps += 1
+        if self._suction.commanded or self._suction.held:
+            self._suck()
+        self._feel()
+        if self._steps % LOOK == 0:
+            self._look()
+        if self._steps % 50 == 0:
+            self.now = self._shown()
+
+    def _tell(self, happening: Happening) -> None:
+        self._collisions += happening.kind == "collision"
+        self._drops += happening.kind == "dropped"
+        self._message = happening.message
+        self.happened.append((self._steps, happening))
+        self.now = self._shown()
+
+    def _shown(self) -> PartsNow:
+        return PartsNow(shown(self._bodies, self._suction.held), self._suction, self._collisions, self._drops, self._message)
+
+    def _suck(self) -> None:
+        """Let the suction go on, and grip or release."""
+        gripper = self._work.gripper
+        candidate = "" if self._suction.held else self._candidate()
+        before = self._suction
+        self._suction, change = advance(before, candidate, self._dt, gripper.vacuum_ms * 1e-3, gripper.release_ms * 1e-3)
+        if change is Change.GRIP:
+            self._hold(self._part(self._suction.held))
+        elif change is Change.RELEASE:
+            self._let_go()
+            part = self._part(before.held)
+            where = self._bodies.view(part, held=False, resting=False).position
+            self._tell(Happening("released", part.name, "", where, f"{part.name} was let go"))
+        elif (before.closed == 0.0) != (self._suction.closed == 0.0):
+            self.now = self._shown()
+
+    def _part(self, name: str) -> Part:
+        return next(part for part in self._bodies.parts if part.name == name)
+
+    def _candidate(self) -> str:
+        """Return the part whose top is near enough below the nozzle."""
+        reach, offset = self._grip_limit
+        x, y, z = self.link_position(self._tool)
+        for part in self._bodies.parts:
+            if part.asleep:
+                continue
+            px, py, pz = self._bodies.pose(part)[0]
+            if math.hypot(px - x, py - y) <= offset and -reach <= z - pz - 0.5 * self._work.parts.height <= reach:
+                return part.name
+        return ""
+
+    def _hold(self, part: Part) -> None:
+        """Tie a part to the tool as it is now."""
+        state = pybullet.getLinkState(self._body, self._nozzle, computeForwardKinematics=True, physicsClientId=self._client)
+        centre = pybullet.multiplyTransforms(*pybullet.invertTransform(state[0], state[1]), *self._bodies.pose(part))
+        self._grip_place: tuple[float, float, float] = centre[0]
+        self._constraint = pybullet.createConstraint(
+            self._body,
+            self._nozzle,
+            part.body,
+            -1,
+            pybullet.JOINT_FIXED,
+            [0.0, 0.0, 0.0],
+            centre[0],
+            [0.0, 0.0, 0.0],
+            centre[1],
+            [0.0, 0.0, 0.0, 1.0],
+            physicsClientId=self._client,
+        )
+        force = self._work.gripper.holding_force_n
+        pybullet.changeConstraint(self._constraint, maxForce=force, physicsClientId=self._client)
+        where = self._bodies.view(part, held=True, resting=False).position
+        self._tell(Happening("gripped", part.name, part.support, where, f"{part.name} was gripped"))
+
+    def _let_go(self) -> None:
+        pybullet.removeConstraint(self._constraint, physicsClientId=self._client)
+        self._constraint = -1
+
+    def _feel(self) -> None:
+        """Look at all contacts of the arm and of what it holds."""
+        contacts = pybullet.getContactPoints(bodyA=self._body, physicsClientId=self._client)
+        if self._suction.held:
+            held = self._part(self._suction.held).body
+            contacts = [*contacts, *pybullet.getContactPoints(bodyA=held, physicsClientId=self._client)]
+        watch = self._work.watch
+        for contact in contacts:
+            if contact[9] < watch.touch_n:
+                continue
+            first, second = self._who(contact[1], contact[3]), self._who(contact[2], contact[4])
+            touch = Touch((first[0], second[0]), (first[1], second[1]), abs(contact[7][2]), contact[9])
+            if is_collision(touch, watch.touch_n, watch.press_n):
+                self._collided(touch, contact[5])
+
+    def _who(self, body: int, link: int) -> tuple[Body, str]:
+        """Return what kind of thing touches, and its name."""
+        part = self._bodies.by_body.get(body)
+        if part is not None:
+            return (Body.HELD if part.name == self._suction.held else Body.PART), part.name
+        name = self._infos[link][12].decode() if link >= 0 else "base_link"
+        if link in self._arm:
+            return (Body.NOZZLE if link == self._nozzle else Body.ARM), name
+        return (Body.REST if name in self._rests else Body.CELL), name
+
+    def _collided(self, touch: Touch, where: tuple[float, float, float]) -> None:
+        """Report a collision once, until the two have been apart."""
+        first, second = sorted(touch.names)
+        last = self._touched.get((first, second))
+        self._touched[first, second] = self._steps
+        if last is not None and (self._steps - last) * self._dt < AGAIN_S:
+            return
+        part = next((name for name in touch.names if name.startswith("part_")), "")
+        other = next(name for name in touch.names if name != part)
+        text = f"{touch.names[0]} hit {touch.names[1]} with {touch.force:.1f} N"
+        self._tell(Happening("collision", part, other, where, text))
+
+    def _look(self) -> None:
+        """Wake what the tool or the table could move, let sleep what lies still, and see what has fallen."""
+        positions, velocities = self.read()
+        x, y, z = tool = self.link_position(self._tool)
+        margin = NEAR + AHEAD * math.dist(tool, self._last_tool)
+        self._last_tool = tool
+        low = z - (self._work.parts.height + self._work.task.gap_mm * MM if self._suction.held else 0.0)
+        slipping = self._slipping(velocities[self._table])
+        turned = abs(positions[self._table] - self._table_at) > TURNED
+        self._table_at = positions[self._table] if turned else self._table_at
+        views = []
+        for part in self._bodies.parts:
+            if turned or not part.asleep:
+                part.centre = self._bodies.pose(part)[0]
+            px, py, pz = part.centre
+            aside = math.hypot(px - x, py - y) - TOOL_RADIUS - self._work.parts.radius
+            near = aside < margin and low - pz - 0.5 * self._work.parts.height < margin
+            if not part.asleep:
+                views.append(self._attend(part, near or slipping > 0.0))
+            elif near or (slipping > 0.0 and self._slips(part, slipping)):
+                self._bodies.wake(part)
+        for happening in self._ledger.observe(views):
+            self._tell(happening)
+
+    def _attend(self, part: Part, stay: bool) -> PartView:
+        """Look after an awake part: let it sleep once it lies still unless it is to ``stay`` awake, or check the grip."""
+        if part.name == self._suction.held:
+            view = self._bodies.view(part, held=True, resting=False)
+            self._check_grip(part)
+            return view
+        part.still_for = part.still_for + LOOK * self._dt if self._bodies.settle(part) else 0.0
+        resting = part.still_for >= REST_S
+        view = self._bodies.view(part, held=False, resting=resting)
+        if resting and not stay:
+            self._bodies.put_to_sleep(part)
+        return view
+
+    def _slipping(self, turn: float) -> float:
+        """Return the acceleration of the turning table at 1 m from its axis [1/s^2]; 0 while it stands."""
+        change, self._last_turn = (turn - self._last_turn) / (LOOK * self._dt), turn
+        needed = math.hypot(change, turn * turn)
+        return needed if needed > 0.1 else 0.0
+
+    def _slips(self, part: Part, needed: float) -> bool:
+        """Tell whether friction cannot hold a sleeping part on the table any more."""
+        ax, ay = self._work.table.axis_mm
+        radius = math.hypot(part.centre[0] - ax * MM, part.centre[1] - ay * MM)
+        holds = FRICTION_SHARE * self._work.parts.friction * self._gravity
+        return part.support in self._work.table.stands_mm and radius * needed > holds
+
+    def _check_grip(self, part: Part) -> None:
+        """Take a part off the nozzle that was pulled away from it."""
+        state = pybullet.getLinkState(self._body, self._nozzle, computeForwardKinematics=True, physicsClientId=self._client)
+        centre = pybullet.multiplyTransforms(*pybullet.invertTransform(state[0], state[1]), *self._bodies.pose(part))[0]
+        if math.dist(centre, self._grip_place) <= TORN:
+            return
+        self._let_go()
+        self._suction = lose(self._suction)
+        where = self._bodies.view(part, held=False, resting=False).position
+        force = self._work.gripper.holding_force_n
+        self._tell(Happening("released", part.name, "", where, f"{part.name} was torn off: the suction holds {force:g} N"))

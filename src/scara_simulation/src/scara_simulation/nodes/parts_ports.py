@@ -1,0 +1,133 @@
+"""Parts and gripper of the twin over ROS: topics, the service ``gripper``, and their part of ``/diagnostics``."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+
+import rospy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from geometry_msgs.msg import Point
+from scara_config.palletise import Palletise
+from std_srvs.srv import SetBool, SetBoolRequest, SetBoolResponse
+from visualization_msgs.msg import Marker, MarkerArray
+
+from scara_msgs.msg import GripperState, PartEvent
+from scara_simulation.io.clockwork import Clockwork
+from scara_simulation.io.handling.part_world import PartsNow, PartWorld
+from scara_simulation.simulation import Snapshot
+
+GRIPPER_PERIOD_NS = 50_000_000
+PARTS_PERIOD_NS = 100_000_000
+DIAGNOSTICS_PERIOD_NS = 1_000_000_000
+FREE = (0.10, 0.45, 0.85, 1.0)
+HELD = (0.95, 0.55, 0.10, 1.0)
+_WAIT_S = 0.005
+
+
+class PartsPorts:
+    """Publishes where the parts are and what happens to them; serves the gripper."""
+
+    def __init__(self, world: PartWorld, work: Palletise, base_frame: str) -> None:
+        """Advertise."""
+        self._world, self._work, self._frame = world, work, base_frame
+        self._parts = rospy.Publisher("twin/parts", MarkerArray, queue_size=1, latch=True)
+        self._gripper = rospy.Publisher("twin/gripper", GripperState, queue_size=10, latch=True, tcp_nodelay=True)
+        self._events = rospy.Publisher("twin/part_events", PartEvent, queue_size=100, tcp_nodelay=True)
+        self._diagnostics = rospy.Publisher("/diagnostics", DiagnosticArray, queue_size=10)
+        self._due = [0, 0, 0]
+        self._told: tuple[object, ...] = ()
+        self._counted = (0, 0)
+
+    def serve(self, clockwork: Clockwork) -> None:
+        """Offer the service ``gripper``."""
+        self._clockwork = clockwork
+        rospy.Service("gripper", SetBool, self._command)
+
+    def publish(self, snapshots: Sequence[Snapshot]) -> None:
+        """Publish what has happened and what fell due by the time of the last snapshot."""
+        if not snapshots:
+            return
+        stamp_ns, now = snapshots[-1].stamp_ns, self._world.now
+        stamp = rospy.Time(stamp_ns // 1_000_000_000, stamp_ns % 1_000_000_000)
+        while self._world.happened:
+            _, happened = self._world.happened.popleft()
+            event = PartEvent(kind=happened.kind, part=happened.part, other=happened.other, message=happened.message)
+            event.header.stamp, event.header.frame_id, event.position = stamp, self._frame, Point(*happened.position)
+            self._events.publish(event)
+            if happened.kind in (PartEvent.DROPPED, PartEvent.COLLISION):
+                rospy.logwarn("%s: %s", happened.kind, happened.message)
+        told = (now.suction.commanded, now.suction.held, now.collisions, now.drops, now.message)
+        changed, self._told = told != self._told, told
+        for k, (period, tell) in enumerate(
+            (
+                (GRIPPER_PERIOD_NS, self._tell_gripper),
+                (PARTS_PERIOD_NS, self._tell_parts),
+                (DIAGNOSTICS_PERIOD_NS, self._diagnose),
+            )
+        ):
+            if changed or stamp_ns >= self._due[k] or self._due[k] - stamp_ns > period:
+                self._due[k] = stamp_ns + period
+                tell(now, stamp)
+
+    def _tell_gripper(self, now: PartsNow, stamp: rospy.Time) -> None:
+        state = GripperState(
+            commanded=now.suction.commanded,
+            holding=bool(now.suction.held),
+            part=now.suction.held,
+            collisions=now.collisions,
+            drops=now.drops,
+            message=now.message,
+        )
+        state.header.stamp = stamp
+        self._gripper.publish(state)
+
+    def _tell_parts(self, now: PartsNow, stamp: rospy.Time) -> None:
+        array = MarkerArray()
+        for number, part in enumerate(now.parts):
+            marker = Marker(ns="parts", id=number, type=Marker.CYLINDER, action=Marker.ADD, text=part.name)
+            marker.header.stamp, marker.header.frame_id = stamp, self._frame
+            where, turn = marker.pose.position, marker.pose.orientation
+            where.x, where.y, where.z = part.position
+            turn.x, turn.y, turn.z, turn.w = part.orientation
+            marker.scale.x = marker.scale.y = 2.0 * self._work.parts.radius
+            marker.scale.z = self._work.parts.height
+            colour = marker.color
+            colour.r, colour.g, colour.b, colour.a = HELD if part.held else FREE
+            array.markers.append(marker)
+        self._parts.publish(array)
+
+    def _diagnose(self, now: PartsNow, stamp: rospy.Time) -> None:
+        """Warn once of each new collision or drop."""
+        counts = (now.collisions, now.drops)
+        worse = any(count > before for count, before in zip(counts, self._counted))
+        self._counted = counts
+        held = now.suction.held or ("nothing" if now.suction.commanded else "off")
+        status = DiagnosticStatus(
+            level=DiagnosticStatus.WARN if worse else DiagnosticStatus.OK,
+            name=f"{rospy.get_name()}: parts",
+            message=now.message if worse else f"gripper: {held}",
+            hardware_id="simulator",
+            values=[KeyValue("collisions", str(counts[0])), KeyValue("drops", str(counts[1])), KeyValue("gripper", held)],
+        )
+        array = DiagnosticArray(status=[status])
+        array.header.stamp = stamp
+        self._diagnostics.publish(array)
+
+    def _command(self, request: SetBoolRequest) -> SetBoolResponse:
+        """Switch the suction; wait until a part hangs, or is let go, or it takes too long."""
+        with self._clockwork.lock:
+            self._world.grip(request.data)
+            if self._clockwork.paused:
+                return SetBoolResponse(False, "the simulation is paused: the suction is switched, nothing moves")
+        until = time.monotonic() + self._work.gripper.answer_ms * 1e-3
+        while time.monotonic() < until:
+            time.sleep(_WAIT_S)
+            with self._clockwork.lock:
+                suction = self._world.suction
+            if bool(suction.held) == request.data:
+                return SetBoolResponse(True, f"holds {suction.held}" if request.data else "nothing is held")
+        if not request.data:
+            return SetBoolResponse(False, f"{suction.held} still hangs at the nozzle")
+        reach = self._work.gripper.reach_mm
+        return SetBoolResponse(False, f"no part within {reach:g} mm below the nozzle; the suction stays on")
