@@ -1,6 +1,7 @@
-"""Command line of ``./cell bench``: chooses what is measured, prints the table, writes it as JSON.
+"""Command line of ``./cell bench``: the rows of the table, or the campaigns that take long.
 
-A section is a function that takes :class:`Options` and returns rows; put it into ``SECTIONS`` to make it an option.
+A campaign is a function that takes :class:`Options` and returns rows; put it into ``SECTIONS`` to make it an option. A row is a
+function of a module in ``bench/rows``.
 """
 
 from __future__ import annotations
@@ -46,37 +47,49 @@ def _variations(options: Options) -> list[Row]:
 
 
 SECTIONS: dict[str, Callable[[Options], list[Row]]] = {"faults": _faults, "variations": _variations}
-BY_DEFAULT: tuple[str, ...] = ()
-"""Sections that run when none is named; the faults take more than an hour."""
 
 
 def main(
-    faults: Annotated[bool, typer.Option("--faults", help="The long fault campaign.")] = False,
-    variations: Annotated[bool, typer.Option("--variations", help="The experiments under other speeds, models, delays.")] = False,
-    seeds: Annotated[int, typer.Option(help="How often each fault is done, each time otherwise.", min=0)] = 20,
-    minutes: Annotated[float, typer.Option(help="Minutes of random faults, and at most 10 of sensor noise.", min=0.0)] = 60.0,
-    output: Annotated[Path | None, typer.Option("--json", help="Where the table goes as JSON; default: runs/bench/.")] = None,
+    rows: Annotated[list[str] | None, typer.Argument(help="Rows to measure, by name; default: all of them.")] = None,
+    faults: Annotated[bool, typer.Option("--faults", help="The long fault campaign instead.")] = False,
+    variations: Annotated[
+        bool, typer.Option("--variations", help="The experiments under other speeds, models, delays instead.")
+    ] = False,
+    seeds: Annotated[int, typer.Option(help="Faults: how often each is done, each time otherwise.", min=0)] = 20,
+    minutes: Annotated[float, typer.Option(help="Faults: minutes at random, and at most 10 of sensor noise.", min=0.0)] = 60.0,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON, progress to standard error.")] = False,
+    show: Annotated[bool, typer.Option("--list", help="Only list the rows.")] = False,
 ) -> None:
-    """Measure, and compare with the limits. Exit code 0: all hold; 1: one does not; 2: nothing to measure."""
-    chosen = [name for name, wanted in (("faults", faults), ("variations", variations)) if wanted] or list(BY_DEFAULT)
-    console = Console()
-    if not chosen:
-        console.print(f"cell bench: nothing chosen; there is: {', '.join('--' + name for name in SECTIONS)}")
-        raise typer.Exit(2)
+    """Measure, and compare with the goals. Exit code 0: all hold; 1: one does not; 2: no such row."""
+    console = Console(stderr=as_json)
+    chosen = [name for name, wanted in (("faults", faults), ("variations", variations)) if wanted]
     enter_workspace()
+    if show or not chosen:
+        from bench.run import known_rows, measure
+
+        unknown = sorted(set(rows or ()) - set(known_rows()))
+        if unknown or show:
+            typer.echo(
+                "\n".join([f"no row is called {name}" for name in unknown] + ["rows: " + " ".join(known_rows())]), err=not show
+            )
+            raise typer.Exit(0 if show and not unknown else 2)
     folder = ROOT / "runs" / "bench" / time.strftime("%Y-%m-%d_%H-%M-%S")
     folder.mkdir(parents=True)
-    rows = [row for name in chosen for row in SECTIONS[name](Options(seeds, minutes, folder, console))]
-    console.print(table(rows))
-    file = output or folder / "bench.json"
-    file.write_text(json.dumps([row.record() for row in rows], indent=1) + "\n", encoding="utf-8")
-    broken = sum(not row.holds for row in rows)
-    console.print(f"{len(rows)} rows, {broken} beyond their limit; {file}")
+    if not chosen:
+        raise typer.Exit(0 if measure(rows or [], folder, console, as_json) else 1)
+    measured = [row for name in chosen for row in SECTIONS[name](Options(seeds, minutes, folder, console))]
+    text = json.dumps([row.record() for row in measured], indent=1)
+    (folder / "bench.json").write_text(text + "\n", encoding="utf-8")
+    console.print(table(measured))
+    if as_json:
+        print(text)
+    broken = sum(not row.holds for row in measured)
+    console.print(f"{len(measured)} rows, {broken} beyond their limit; {folder / 'bench.json'}")
     raise typer.Exit(1 if broken else 0)
 
 
 def table(rows: list[Row]) -> Table:
-    """Lay rows out for a person."""
+    """Lay rows of a campaign out for a person."""
     shown = Table(show_lines=False)
     for heading in ("case", "metric", "limit", "measured", "holds"):
         shown.add_column(heading, justify="right" if heading in ("limit", "measured") else "left")

@@ -146,19 +146,22 @@ class JointLoop:
 
     def effort(self, q: float, qdot: float, feed_forward: float, dt: float) -> float:
         """Return the effort for this step [N m] or [N], within the joint's limit."""
+        model = self.model
         if self.holding:
             error = self.position_setpoint - q
-            gains, error_dot = self.loop_gains.position, self.velocity_setpoint - qdot
+            command, integral = compute_command(
+                self.loop_gains.position, self._integral, error, self.velocity_setpoint - qdot, dt
+            )
+            if self._model_based:
+                feed_forward += model.friction_effort(self._wanted[1], error)
         else:
-            error = self.velocity_setpoint - qdot
-            # Of the measured velocity alone: a step of the set point makes no kick.
-            gains, error_dot = self.loop_gains.velocity, (self._last_velocity - qdot) / dt
+            # The derivative is of the measured velocity alone: a step of the set point makes no kick.
+            error, error_dot = self.velocity_setpoint - qdot, (self._last_velocity - qdot) / dt
+            command, integral = compute_command(self.loop_gains.velocity, self._integral, error, error_dot, dt)
+            if self._model_based:
+                feed_forward += model.friction_effort(self.velocity_setpoint)
         self._last_velocity = qdot
-        command, integral = compute_command(gains, self._integral, error, error_dot, dt)
-        if self._model_based:
-            wanted_velocity = self._wanted[1] if self.holding else self.velocity_setpoint
-            feed_forward += self.model.friction_effort(wanted_velocity, error if self.holding else 0.0)
-        self.applied_effort, saturated = saturate(command + feed_forward, self.model.effort)
+        self.applied_effort, saturated = saturate(command + feed_forward, model.effort)
         if saturated:
             self.saturated_steps += 1
         else:

@@ -46,10 +46,13 @@ class JointModel(msgspec.Struct, frozen=True):
             velocity: Wanted velocity [rad/s] or [m/s].
             error: Position error (set point minus measured) [rad] or [m]; 0 while no position is wanted.
         """
-        moving = min(max(velocity / self.standstill, -1.0), 1.0)
-        if error and self.stick_band:
-            moving = min(max(moving + (1.0 - abs(moving)) * error / self.stick_band, -1.0), 1.0)
-        return self.damping * velocity + self.friction * moving
+        moving = velocity / self.standstill
+        if -1.0 < moving < 1.0:
+            if error and self.stick_band:
+                moving += (1.0 - abs(moving)) * error / self.stick_band
+                moving = -1.0 if moving < -1.0 else 1.0 if moving > 1.0 else moving
+            return self.damping * velocity + self.friction * moving
+        return self.damping * velocity + (self.friction if velocity > 0.0 else -self.friction)
 
     def plan(self, start: Sample, target: float) -> Path:
         """Plan the way to ``target`` [rad] or [m] from a motion, within the joint's velocity, acceleration and jerk."""

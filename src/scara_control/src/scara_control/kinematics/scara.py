@@ -13,8 +13,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
+from math import atan2, sqrt
 from typing import NamedTuple
 
 from scara_config import Joint, Robot
@@ -30,6 +31,7 @@ _UNDECIDED = 1e-9
 _TURN = 2.0 * math.pi
 
 Triple = tuple[float, float, float]
+_Figures = tuple[float, float, float, float, bool, float, float, float, float, float, float]
 
 
 class Elbow(Enum):
@@ -61,6 +63,7 @@ class Scara:
         h: z of the tool at joint_3 = 0 [m].
         joints: joint_1, joint_2, joint_3.
         limits: Lower and upper limit of each of them in turn [rad], [rad], [m].
+        figures: Worked out once: l1 + l2, |l1 - l2|, l1^2 - l2^2, h, whether joint_1 may turn more than once, limits.
     """
 
     l1: float
@@ -68,6 +71,11 @@ class Scara:
     h: float
     joints: tuple[Joint, ...]
     limits: tuple[float, float, float, float, float, float]
+    figures: _Figures = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        (l1, l2), many_turns = (self.l1, self.l2), not (-math.pi < self.limits[0] and self.limits[1] < math.pi)
+        object.__setattr__(self, "figures", (l1 + l2, abs(l1 - l2), l1 * l1 - l2 * l2, self.h, many_turns, *self.limits))
 
     @classmethod
     def from_robot(cls, robot: Robot) -> Scara:
@@ -136,21 +144,19 @@ def solve_elbow(scara: Scara, x: float, y: float, z: float, elbow: Elbow, near: 
         UnreachableError: Not finite, or no joint_2 gives this radius; the text names radius and range.
         JointLimitError: The branch breaks a limit; the text names joint, value and range.
     """
-    l1, l2 = scara.l1, scara.l2
-    r = math.sqrt(x * x + y * y)
-    outer, inner = l1 + l2, abs(l1 - l2)
+    outer, inner, squares, h, many_turns, low1, high1, low2, high2, low3, high3 = scara.figures
+    r = sqrt(x * x + y * y)
     if not inner - REACH_TOLERANCE <= r <= outer + REACH_TOLERANCE:
         raise _unreachable(scara, x, y, z)
-    a = math.sqrt((outer - r) * (outer + r)) if r < outer else 0.0
-    b = math.sqrt((r - inner) * (r + inner)) if r > inner else 0.0
+    a = sqrt((outer - r) * (outer + r)) if r < outer else 0.0
+    b = sqrt((r - inner) * (r + inner)) if r > inner else 0.0
     if elbow is Elbow.LEFTY:
         a = -a
-    along, across = r * r + l1 * l1 - l2 * l2, a * b
-    q1 = math.atan2(y * along - x * across, x * along + y * across)
-    q2 = 2.0 * math.atan2(a, b) + 0.0  # no -0.0 on the edge
-    q3 = z - scara.h
-    low1, high1, low2, high2, low3, high3 = scara.limits
-    if not (-math.pi < low1 and high1 < math.pi):
+    along, across = r * r + squares, a * b
+    q1 = atan2(y * along - x * across, x * along + y * across)
+    q2 = 2.0 * atan2(a, b) + 0.0  # no -0.0 on the edge
+    q3 = z - h
+    if many_turns:
         q1 = _nearest_turn(scara, q1, near)
     if low1 <= q1 <= high1 and low2 <= q2 <= high2 and low3 <= q3 <= high3:
         return q1, q2, q3
@@ -178,6 +184,8 @@ def solve(
         JointLimitError: The wanted branch breaks a limit, or with ``elbow`` None both do.
         JointVectorError: ``seed`` is no joint vector.
     """
+    if seed is None and elbow is not None:
+        return Solution(solve_elbow(scara, x, y, z, elbow), elbow)
     start = None if seed is None else check_joint_vector(scara.joints, seed)
     near = start[0] if start else 0.0
     if elbow is not None:

@@ -1,0 +1,125 @@
+"""Write bench/results.json and docs/benchmarks.md: the table is generated, the notes come from bench/notes.md."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import json
+import os
+import platform
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).resolve().parents[1]
+RESULTS, PAGE, NOTES = ROOT / "bench" / "results.json", ROOT / "docs" / "benchmarks.md", ROOT / "bench" / "notes.md"
+OURS = ("numpy", "scipy", "pybullet", "pymodbus", "websockets", "websocket-client", "rosbags", "msgspec")
+
+
+def machine() -> dict[str, str]:
+    """Say what the figures were measured on and with."""
+    model = next(
+        (line.split(":")[1].strip() for line in Path("/proc/cpuinfo").read_text().splitlines() if "model name" in line), ""
+    )
+    memory = int(Path("/proc/meminfo").read_text().split()[1]) / 2**20
+    release = platform.freedesktop_os_release()["PRETTY_NAME"]
+    return {
+        "date": time.strftime("%Y-%m-%d"),
+        "machine": f"{model}, {os.cpu_count()} cores, {memory:.0f} GB, {release}, Linux {platform.release()}",
+        "versions": ", ".join(f"{name} {importlib.metadata.version(name)}" for name in OURS)
+        + f", Python {platform.python_version()}",
+        "peers": ", ".join(
+            line.replace("==", " ")
+            for line in (ROOT / "bench" / "requirements.txt").read_text().splitlines()
+            if "==" in line and not line.startswith(("#", "numpy"))
+        ),
+    }
+
+
+def document(rows: Sequence[dict[str, Any]], seconds: float, load: float) -> dict[str, Any]:
+    """Return what goes into results.json."""
+    return {**machine(), "seconds": round(seconds), "load_before": load, "rows": list(rows)}
+
+
+def merged(rows: Sequence[dict[str, Any]], order: Sequence[str]) -> list[dict[str, Any]]:
+    """Put newly measured rows among those of the last run, in the order of the table."""
+    known: dict[str, dict[str, Any]] = {}
+    if RESULTS.is_file():
+        known = {row["id"]: row for row in json.loads(RESULTS.read_text(encoding="utf-8"))["rows"]}
+    known.update({row["id"]: row for row in rows})
+    return [known[name] for name in order if name in known]
+
+
+def write(content: dict[str, Any]) -> None:
+    """Write both files."""
+    RESULTS.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    PAGE.write_text(page(content, NOTES.read_text(encoding="utf-8")), encoding="utf-8")
+
+
+def page(content: dict[str, Any], notes: str) -> str:
+    """Return docs/benchmarks.md.
+
+    Args:
+        content: As in results.json.
+        notes: Markdown; the marker ``<!-- table -->`` is replaced by the tables.
+    """
+    rows = content["rows"]
+    kept = sum(row["holds"] for row in rows)
+    head = (
+        f"{kept} of {len(rows)} rows hold. Measured {content['date']} in {content['seconds']} s on {content['machine']}; "
+        f"load of the machine before the run {content['load_before']:.1f}.\n"
+        f"Ours: {content['versions']}. Peers: {content['peers']}.\n"
+    )
+    parts = [head, _table(rows), "## What each row compares\n", *(_entry(row) for row in rows)]
+    return notes.replace("<!-- table -->", "\n".join(parts))
+
+
+def _table(rows: Sequence[dict[str, Any]]) -> str:
+    lines = ["| row | ours | baseline | unit | ratio | goal | holds |", "|---|---|---|---|---|---|---|"]
+    for row in rows:
+        lines.append(_line(row["id"], row["ours"], row["baseline"], row["unit"], row["ratio"], row["goal"], row["holds"]))
+        for figure in row["beside"]:
+            lines.append(
+                _line(f"- {figure['what']}", figure["value"], None, figure["unit"], None, figure["goal"], figure["holds"])
+            )
+    return "\n".join(lines) + "\n"
+
+
+def _line(what: str, ours: Any, baseline: Any, unit: str, ratio: Any, goal: str, holds: bool | None) -> str:
+    verdict = {True: "yes", False: "**no**", None: ""}[holds]
+    limits = goal.replace("<=", "≤").replace(">=", "≥")
+    return f"| {what} | {number(ours)} | {number(baseline)} | {unit} | {number(ratio)} | {limits} | {verdict} |"
+
+
+def number(value: float | None) -> str:
+    """Return a figure with three digits; what was not measured is a dash."""
+    if value is None:
+        return "-"
+    return (
+        f"{value:.3g}"
+        if 1e-3 <= abs(value) < 1e3
+        else f"{value:.0f}"
+        if 1e3 <= abs(value) < 1e7
+        else f"{value:.1e}"
+        if value
+        else "0"
+    )
+
+
+def _entry(row: dict[str, Any]) -> str:
+    """Say in a few lines what a row is."""
+    rounds = f"{row['rounds']} rounds" if row["rounds"] > 1 else "one run"
+    lines = [f"**{row['id']}** ({row['statistic']} of {rounds}, {row['seconds']:.0f} s)"]
+    if row["measured"]:
+        lines.append(f"ours: {row['measured']}{_tail(row['ours_p99'], row['spread_percent'], row['unit'])}")
+    if row["against"] not in ("", "none"):
+        lines.append(f"baseline: {row['against']}{_tail(row['baseline_p99'], row['baseline_spread_percent'], row['unit'])}")
+    if row["note"]:
+        lines.append(row["note"])
+    return "  \n".join(lines) + "\n"
+
+
+def _tail(p99: float | None, spread: float | None, unit: str) -> str:
+    parts = [] if p99 is None else [f"p99 {number(p99)} {unit}"]
+    parts += [] if spread is None else [f"spread of the rounds {spread:.0f} %"]
+    return f" ({', '.join(parts)})" if parts else ""

@@ -1,0 +1,1 @@
+"""The other side: libraries that the bench alone installs, in a process of their own."""

@@ -1,0 +1,42 @@
+"""The simulator's world and loops in this process, put together as the node ``simulator`` does."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import msgspec
+from scara_config import Robot
+from scara_simulation.config import load_gains, load_simulation
+from scara_simulation.io.world import World
+from scara_simulation.simulation import Simulation
+
+from scara_simulation.nodes import simulator
+
+PLAIN_J3_CLAMP = 20.0
+"""[N] Bound of joint_3's integral for plain PID, as in bench/variations.py: else its weight is carried by nobody."""
+
+
+@contextmanager
+def offline_twin(
+    robot: Robot, *, feed_forward: bool = True, mass_factor: float = 1.0, parts: bool = True
+) -> Iterator[tuple[World, Simulation]]:
+    """Give the world and the simulation of the shipped configuration, without clock and ROS.
+
+    Args:
+        robot: robot.yaml.
+        feed_forward: False: the article's plain PID, with the integral of joint_3 large enough for its weight.
+        mass_factor: Masses of the feed-forward's model over those of the world.
+        parts: Whether the parts lie on their stands.
+    """
+    config, gains = load_simulation(robot, None), load_gains(robot, None)
+    config = msgspec.structs.replace(config, feed_forward=feed_forward, model_mass_factor=mass_factor)
+    if not feed_forward:
+        gains = [
+            msgspec.structs.replace(gain, position=msgspec.structs.replace(gain.position, i_clamp=PLAIN_J3_CLAMP))
+            if joint.name == "joint_3"
+            else gain
+            for gain, joint in zip(gains, robot.twin_joints)
+        ]
+    with simulator._world(robot, config, simulator.find_palletise(None) if parts else None) as world:
+        yield world, simulator._simulation(world, robot, config, gains)
