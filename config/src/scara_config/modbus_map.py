@@ -1,7 +1,13 @@
-"""The register layout of modbus_map.yaml, checked: addresses, widths, no overlap."""
+"""What stands where on a robot's Modbus server, by modbus_map.yaml: addresses, types, scales, signals; checked.
+
+Robots differ in where things stand and how they are written, not in what is needed of them. The names are those of the
+first robot (UI and UO of a Fanuc controller); a map says for another one by what register, bit or command code it does the
+same.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Literal
@@ -13,34 +19,46 @@ from scara_config.loader import ConfigError, load
 from scara_config.profile import locate
 
 Address = Annotated[int, Meta(ge=1, le=65536)]
+Code = Annotated[int, Meta(ge=1, le=32767)]
+Table = Literal["holding_registers", "input_registers"]
+TABLES: tuple[Table, ...] = ("holding_registers", "input_registers")
 WORDS = {"int16": 1, "int32": 2, "float32": 2, "string": 1}
 
 # What both sides need to find in the map; addresses are free, more registers are welcome.
-_AXES = dict.fromkeys(("position", "velocity", "setpoint"), ("float32", 9))
-_WORDS = dict.fromkeys(
-    ("position_valid", "control_type", "program_speed", "heartbeat_echo", "watchdog_state", "override_now", "setpoint_valid")
-    + ("heartbeat", "stream_speed", "program_line", "program_state", "alarm_id", "alarm_number", "alarm_severity"),
-    ("int16", 1),
-)
-_LONGS = dict.fromkeys(("clock_ms", "override"), ("int32", 1))
-_TEXTS = ("program_name", "program_caller", "alarm_message", "alarm_cause", "alarm_severity_text")
-_NEEDED = {**_AXES, **_WORDS, **_LONGS, "alarm_time": ("int16", 6), **dict.fromkeys(_TEXTS, ("string", None))}
-_SIGNALS = {
-    "coils": ("imstp", "hold", "sfspd", "cstopi", "fault_reset", "start", "home", "enbl")
-    + tuple(f"rsr{number}" for number in range(1, 9))
-    + ("pnstrobe", "prod_start"),
-    "discrete_inputs": ("cmdenbl", "sysrdy", "progrun", "paused", "held", "fault", "atperch", "tpenbl", "batalm", "busy"),
+AXES = ("position", "velocity", "setpoint")
+_WHOLE = ("int16", "int32")
+_NEEDED: dict[str, tuple[str, ...]] = {
+    **dict.fromkeys(AXES, ("float32", "int32")),
+    **dict.fromkeys(("position_valid", "control_type", "program_speed", "heartbeat_echo", "watchdog_state"), _WHOLE),
+    **dict.fromkeys(("override_now", "setpoint_valid", "heartbeat", "stream_speed", "override", "clock_ms"), _WHOLE),
+    **dict.fromkeys(("program_line", "program_state", "alarm_id", "alarm_number"), _WHOLE),
+    **dict.fromkeys(("program_name", "alarm_message"), ("string",)),
 }
+# What a robot may leave out; the reader then shows nothing in its place.
+_OPTIONAL: dict[str, tuple[str, ...]] = {
+    **dict.fromkeys(("program_caller", "alarm_cause", "alarm_severity_text"), ("string",)),
+    **dict.fromkeys(("alarm_severity", "alarm_time"), _WHOLE),
+}
+_WRITTEN = ("setpoint", "setpoint_valid", "heartbeat", "stream_speed", "override")
+INPUTS = (
+    ("imstp", "hold", "sfspd", "cstopi", "fault_reset", "start", "home", "enbl")
+    + tuple(f"rsr{number}" for number in range(1, 9))
+    + ("pnstrobe", "prod_start")
+)
+OUTPUTS = ("cmdenbl", "sysrdy", "progrun", "paused", "held", "fault", "atperch", "tpenbl", "batalm", "busy")
+# What a robot with a command word must understand; the other inputs are its own affair.
+COMMANDS = ("imstp", "hold", "cstopi", "fault_reset", "start", "rsr1")
 
 
 class Register(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """One value (or ``count`` equal ones in a row) in the holding registers."""
+    """One value (or ``count`` equal ones in a row); ``scale`` is what one count of an integer means in ``unit``."""
 
     address: Address
     type: Literal["int16", "int32", "float32", "string"]
     unit: str
     meaning: str
     count: Annotated[int, Meta(ge=1, le=125)] = 1
+    scale: Annotated[float, Meta(ge=1e-9, le=1e9)] = 1.0
     write: bool = False
 
     @property
@@ -68,51 +86,171 @@ class Bit(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return self.address - 1
 
 
-class ModbusMap(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What stands where on the robot's Modbus server."""
+class SignalWord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Signals as bits of one register, bit 0 the lowest."""
+
+    register: str
+    bits: dict[str, Annotated[int, Meta(ge=0, le=15)]]
+
+
+class SignalCode(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Command codes of one input: of its two levels, or of an event."""
+
+    low: Code | None = None
+    high: Code | None = None
+    pulse: Code | None = None
+
+
+class CommandWord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Commands by number: one counts when ``sequence`` changes, and the robot then shows it in ``echo``.
+
+    Attributes:
+        register: Takes the code; the next register is ``sequence``.
+        sequence: Takes the sequence number, 1..32767.
+        echo: Shows the sequence number of the last command that was taken.
+        codes: Of each input.
+    """
+
+    register: str
+    sequence: str
+    echo: str
+    codes: dict[str, SignalCode]
+
+
+class ModbusMap(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """What stands where on the robot's Modbus server.
+
+    Attributes:
+        holding_registers: Read by function 3, written by 6 and 16.
+        input_registers: Read by function 4.
+        coils: Inputs of the robot; empty if it has a ``command_word``.
+        discrete_inputs: Outputs of the robot; empty if it has a ``status_word``.
+        status_word: Outputs of the robot as bits of a register.
+        switches_word: Levels of the inputs as bits of a register, beside a ``command_word``.
+        command_word: Inputs of the robot as numbered commands.
+    """
 
     device_id: Annotated[int, Meta(ge=1, le=247)]
     word_order: Literal["low_first", "high_first"]
     holding_registers: dict[str, Register]
-    coils: dict[str, Bit]
-    discrete_inputs: dict[str, Bit]
+    input_registers: dict[str, Register] = {}
+    coils: dict[str, Bit] = {}
+    discrete_inputs: dict[str, Bit] = {}
+    status_word: SignalWord | None = None
+    switches_word: SignalWord | None = None
+    command_word: CommandWord | None = None
+
+    def table_of(self, name: str) -> Table | None:
+        """Return the table that holds the register ``name``, None if there is no such register."""
+        return next((table for table in TABLES if name in getattr(self, table)), None)
+
+    def find(self, name: str) -> Register | None:
+        """Return the register ``name`` of either table, None if there is none."""
+        return self.holding_registers.get(name) or self.input_registers.get(name)
 
 
 def load_modbus_map(directory: Path | str | None = None) -> ModbusMap:
     """Read modbus_map.yaml of ``directory`` (default: the package scara_config).
 
     Raises:
-        ConfigError: The file is missing or wrong, two registers overlap, a needed register is missing or of another type,
-            a signal is missing or unknown.
+        ConfigError: The file is missing or wrong, two registers overlap, a needed register or signal is missing or of
+            another kind, a signal is unknown.
     """
     path = locate("modbus_map.yaml", directory)
     layout = load(path, ModbusMap)
-    ordered = sorted(layout.holding_registers.items(), key=lambda item: item[1].address)
-    for (name, register), (after, following) in pairwise(ordered):
-        if register.address + register.words > following.address:
-            raise ConfigError(
-                f"{path}: holding_registers.{after}.address = {following.address}: overlaps {name}, "
-                f"which ends at {register.address + register.words - 1}"
-            )
-    for table in ("coils", "discrete_inputs"):
-        addresses = [bit.address for bit in getattr(layout, table).values()]
-        if len(set(addresses)) != len(addresses):
-            raise ConfigError(f"{path}: {table}: an address occurs more than once")
-    _check_names(layout, path)
+    problem = next(problems(layout), None)
+    if problem is not None:
+        raise ConfigError(f"{path}: {problem}")
     return layout
 
 
-def _check_names(layout: ModbusMap, path: Path) -> None:
-    """Raise ConfigError unless everything that the two sides use is there, in the form they use it."""
-    for name, (kind, count) in _NEEDED.items():
-        register = layout.holding_registers.get(name)
+def problems(layout: ModbusMap) -> Iterator[str]:
+    """Yield everything that is wrong with a map, as text."""
+    for table in TABLES:
+        yield from _overlaps(table, getattr(layout, table))
+    for name in sorted(set(layout.holding_registers) & set(layout.input_registers)):
+        yield f"input_registers.{name}: stands in holding_registers too"
+    for kind in ("coils", "discrete_inputs"):
+        addresses = [bit.address for bit in getattr(layout, kind).values()]
+        if len(set(addresses)) != len(addresses):
+            yield f"{kind}: an address occurs more than once"
+    yield from _wrong_registers(layout)
+    yield from _wrong_outputs(layout)
+    yield from _wrong_inputs(layout)
+
+
+def _overlaps(table: str, registers: dict[str, Register]) -> Iterator[str]:
+    ordered = sorted(registers.items(), key=lambda item: item[1].address)
+    for (name, register), (after, following) in pairwise(ordered):
+        if register.address + register.words > following.address:
+            last = register.address + register.words - 1
+            yield f"{table}.{after}.address = {following.address}: overlaps {name}, which ends at {last}"
+
+
+def _wrong_registers(layout: ModbusMap) -> Iterator[str]:
+    """Yield registers that both sides use and that are missing or not of the kind they use."""
+    for name, kinds in {**_NEEDED, **_OPTIONAL}.items():
+        register, table = layout.find(name), layout.table_of(name)
         if register is None:
-            raise ConfigError(f"{path}: holding_registers.{name}: is missing")
-        if register.type != kind or count not in (None, register.count):
-            wanted = kind if count in (None, 1) else f"{kind}, count {count}"
-            raise ConfigError(f"{path}: holding_registers.{name} = {register.type}, count {register.count}: must be {wanted}")
-    for table, names in _SIGNALS.items():
-        bits = getattr(layout, table)
-        for name in sorted(set(names) ^ set(bits)):
-            what = "is unknown, allowed are " + ", ".join(names) if name in bits else "is missing"
-            raise ConfigError(f"{path}: {table}.{name}: {what}")
+            if name in _NEEDED:
+                yield f"holding_registers.{name}: is missing"
+        elif register.type not in kinds:
+            yield f"{table}.{name} = {register.type}: must be {' or '.join(kinds)}"
+        elif name not in AXES and register.type != "string" and register.count != (6 if name == "alarm_time" else 1):
+            yield f"{table}.{name} = {register.type}, count {register.count}: must be one number"
+        elif name in _WRITTEN and (table != "holding_registers" or not register.write):
+            yield f"{table}.{name}: must be a holding register with write: true"
+    counts = {name: register.count for name in AXES if (register := layout.find(name)) is not None}
+    if len(set(counts.values())) > 1:
+        yield f"{', '.join(counts)} = {', '.join(map(str, counts.values()))} values: must be as many each"
+
+
+def _wrong_outputs(layout: ModbusMap) -> Iterator[str]:
+    if layout.status_word is None:
+        yield from _wrong_names("discrete_inputs", layout.discrete_inputs, OUTPUTS)
+        return
+    if layout.discrete_inputs:
+        yield "status_word: there are discrete_inputs too"
+    yield from _wrong_names("status_word.bits", layout.status_word.bits, OUTPUTS)
+    yield from _wrong_word(layout, "status_word", layout.status_word)
+
+
+def _wrong_word(layout: ModbusMap, key: str, word: SignalWord) -> Iterator[str]:
+    register = layout.find(word.register)
+    if register is None or register.words != 1:
+        yield f"{key}.register = {word.register}: must be the name of a register of one word"
+    if len(set(word.bits.values())) != len(word.bits):
+        yield f"{key}.bits: a bit occurs more than once"
+
+
+def _wrong_inputs(layout: ModbusMap) -> Iterator[str]:
+    word = layout.command_word
+    if word is None:
+        yield from _wrong_names("coils", layout.coils, INPUTS)
+        return
+    if layout.coils:
+        yield "command_word: there are coils too"
+    first, second, echo = layout.find(word.register), layout.find(word.sequence), layout.find(word.echo)
+    for key, register in (("register", first), ("sequence", second), ("echo", echo)):
+        if register is None or register.words != 1:
+            yield f"command_word.{key} = {getattr(word, key)}: must be the name of a register of one word"
+    if first and second and not (first.write and second.write and second.address == first.address + 1):
+        yield "command_word: register and sequence must be neighbours with write: true, to be written at once"
+    for name in sorted(set(word.codes) - set(INPUTS)):
+        yield f"command_word.codes.{name}: is unknown, allowed are {', '.join(INPUTS)}"
+    for name in (name for name in COMMANDS if name not in word.codes):
+        yield f"command_word.codes.{name}: is missing"
+    for name, code in word.codes.items():
+        if (code.pulse is None) == (code.low is None) or (code.low is None) != (code.high is None):
+            yield f"command_word.codes.{name}: needs either low and high or pulse"
+    codes = [value for code in word.codes.values() for value in (code.low, code.high, code.pulse) if value is not None]
+    if len(set(codes)) != len(codes):
+        yield "command_word.codes: a code occurs more than once"
+    if layout.switches_word is not None:
+        yield from _wrong_word(layout, "switches_word", layout.switches_word)
+
+
+def _wrong_names(key: str, found: Iterable[str], names: tuple[str, ...]) -> Iterator[str]:
+    for name in sorted(set(names) ^ set(found)):
+        what = "is missing" if name in names else "is unknown, allowed are " + ", ".join(names)
+        yield f"{key}.{name}: {what}"

@@ -145,13 +145,13 @@ class Robot(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     base_frame: str
     tool_frame: str
     reach_mm: Positive
-    geometry: Geometry
     home_pose: tuple[Row4, Row4, Row4, Row4]
     joints: list[Joint]
     home: dict[str, float]
     positions_m: dict[str, tuple[Coordinate, Coordinate, Coordinate]]
     watched_points: list[WatchedPointEntry] = []
     keep_out: list[KeepOut] = []
+    geometry: Geometry | None = None
 
     @property
     def description(self) -> Path:

@@ -31,18 +31,23 @@ def image(layout: ModbusMap, bench: Bench) -> RegisterImage:
     return image
 
 
+def held(image: RegisterImage) -> list[int]:
+    """Return the holding registers' words."""
+    return image.tables["holding_registers"]
+
+
 def at(image: RegisterImage, layout: ModbusMap, name: str) -> object:
     """Decode one register of the image."""
     register = layout.holding_registers[name]
-    begin = register.offset - image.first
-    return decode(register, image.words[begin : begin + register.words])
+    begin = register.offset - image.first["holding_registers"]
+    return decode(register, held(image)[begin : begin + register.words])
 
 
 def test_pose_stands_at_1001_in_degrees_and_millimetres_low_word_first(image: RegisterImage) -> None:
     """POS[0]: J3 = -160 mm is float32 0xC3200000, so 1005 holds 0x0000 and 1006 holds 0xC320; 1019 says valid."""
-    assert image.first == 1000
-    assert image.words[4:6] == [0x0000, 0xC320]
-    assert image.words[18] == 1
+    assert image.first["holding_registers"] == 1000
+    assert held(image)[4:6] == [0x0000, 0xC320]
+    assert held(image)[18] == 1
 
 
 def test_a_moving_snapshot_is_shown_whole(image: RegisterImage, layout: ModbusMap, bench: Bench) -> None:
@@ -110,7 +115,7 @@ def test_a_value_outside_its_range_is_refused_and_not_kept(
     image: RegisterImage, offset: int, words: list[int], text: str
 ) -> None:
     """Modbus answers exception 3 and the register keeps its value."""
-    before = list(image.words)
+    before = list(held(image))
     with pytest.raises(RegisterError, match=text):
         image.take(offset, words)
-    assert image.words == before
+    assert held(image) == before

@@ -49,6 +49,7 @@ class Snapshot(msgspec.Struct, frozen=True):
     program_state: ProgramState
     alarm: Alarm | None
     outputs: Outputs
+    inputs: frozenset[str]
 
 
 class Controller:
@@ -178,6 +179,7 @@ class Controller:
             program_state=self._executor.state,
             alarm=self._alarms.shown,
             outputs=self._outputs(),
+            inputs=self._inputs.lit,
         )
 
     @property

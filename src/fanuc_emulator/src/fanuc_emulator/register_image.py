@@ -5,33 +5,43 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from scara_config import Robot
-from scara_config.modbus_map import ModbusMap
+from scara_config.modbus_map import TABLES, ModbusMap, Table
 
 from fanuc_emulator.controller import Controller, Snapshot
 from fanuc_emulator.registers import RegisterError, Value, decode, encode
 
-_AXES = 9
 _RANGES = {"override": (1, 100), "stream_speed": (1, 100), "setpoint_valid": (0, 1), "heartbeat": (0, 32767)}
 
 
 class RegisterImage:
-    """The holding registers as words.
+    """The registers as words.
 
     Units change here: deg and mm on the wire, rad and m inside.
 
     Args:
         layout: modbus_map.yaml.
         robot: robot.yaml; a joint stands at the place of its ``axis_number``.
+
+    Attributes:
+        tables: Words by table, each from its lowest register on.
+        first: PDU address of the first word of each table.
     """
 
     def __init__(self, layout: ModbusMap, robot: Robot) -> None:
         self._layout = layout
         self._low_first = layout.word_order == "low_first"
         self._axes = [(joint.axis_number - 1, 1.0 / joint.scale) for joint in robot.joints]
-        registers = layout.holding_registers
-        self.first = min(register.offset for register in registers.values())
-        self.words = [0] * (max(register.offset + register.words for register in registers.values()) - self.first)
+        self._registers = {**layout.input_registers, **layout.holding_registers}
+        self.first: dict[Table, int] = {}
+        self.tables: dict[Table, list[int]] = {}
+        for table in TABLES:
+            registers = [register for name, register in self._registers.items() if layout.table_of(name) == table]
+            if registers:
+                self.first[table] = min(register.offset for register in registers)
+                self.tables[table] = [0] * (max(r.offset + r.words for r in registers) - self.first[table])
         self._shown: Snapshot | None = None
+        self._sequence = 0
+        self._codes = _codes(layout)
         self._put("stream_speed", (100,))
 
     def show(self, snapshot: Snapshot) -> None:
@@ -41,6 +51,7 @@ class RegisterImage:
             return
         self._put("position", self._by_axis(snapshot.measured_positions))
         self._put("position_valid", (1,))
+        self._show_signals(snapshot)
         self._put("clock_ms", (snapshot.clock_ms,))
         self._put("velocity", self._by_axis(snapshot.measured_velocities))
         self._put("control_type", (snapshot.control_type,))
@@ -68,23 +79,25 @@ class RegisterImage:
         Raises:
             RegisterError: A value is outside its range; nothing is stored.
         """
-        begin = offset - self.first
-        old = self.words[begin : begin + len(words)]
-        self.words[begin : begin + len(words)] = words
+        held, begin = self.tables["holding_registers"], offset - self.first["holding_registers"]
+        old = held[begin : begin + len(words)]
+        held[begin : begin + len(words)] = words
         touched = []
         for name, register in self._layout.holding_registers.items():
             if register.offset < offset + len(words) and offset < register.offset + register.words:
-                at = register.offset - self.first
-                value = decode(register, self.words[at : at + register.words], self._low_first)
+                value = self._get(name)
                 low, high = _RANGES.get(name, (None, None))
                 if low is not None and high is not None and not low <= value[0] <= high:  # type: ignore[operator]
-                    self.words[begin : begin + len(words)] = old
+                    held[begin : begin + len(words)] = old
                     raise RegisterError(f"{name} = {value[0]} is outside [{low}, {high}]")
                 touched.append((name, value))
+        word = self._layout.command_word
+        if word is not None and word.sequence in dict(touched):  # a command counts by its number, whoever wrote the code when
+            touched.append((word.register, self._get(word.register)))
         return touched
 
     def joint_positions(self, values: Sequence[float]) -> tuple[float, ...]:
-        """Convert J1..J9 in deg or mm to joint positions in the order of robot.yaml [rad or m]."""
+        """Convert axis values in deg or mm to joint positions in the order of robot.yaml [rad or m]."""
         return tuple(values[index] / factor for index, factor in self._axes)
 
     def apply(self, controller: Controller, values: Sequence[tuple[str, Value]]) -> None:
@@ -97,9 +110,44 @@ class RegisterImage:
             elif name == "heartbeat":
                 controller.write_heartbeat(int(value[0]))
             elif name == "stream_speed":
-                controller.write_stream_speed(int(value[0]))
+                controller.write_stream_speed(round(float(value[0])))
             elif name == "override":
-                controller.write_override(int(value[0]))
+                controller.write_override(round(float(value[0])))
+        word, written = self._layout.command_word, dict(values)
+        if word is not None and word.sequence in written:
+            self._command(controller, int(written[word.register][0]), int(written[word.sequence][0]))
+
+    def _command(self, controller: Controller, code: int, sequence: int) -> None:
+        """Obey a numbered command once; a code that nobody knows is confirmed and does nothing."""
+        if sequence == self._sequence:
+            return
+        self._sequence = sequence
+        name, levels = self._codes.get(code, ("", ()))
+        for level in levels:
+            controller.write_input(name, level)
+
+    def _show_signals(self, snapshot: Snapshot) -> None:
+        """Fill the words of outputs, inputs and the confirmed command, where the map has such."""
+        layout = self._layout
+        if layout.status_word is not None:
+            lit = [bit for name, bit in layout.status_word.bits.items() if getattr(snapshot.outputs, name)]
+            self._put_word(layout.status_word.register, sum(1 << bit for bit in lit))
+        if layout.switches_word is not None:
+            lit = [bit for name, bit in layout.switches_word.bits.items() if name in snapshot.inputs]
+            self._put_word(layout.switches_word.register, sum(1 << bit for bit in lit))
+        if layout.command_word is not None:
+            self._put_word(layout.command_word.echo, self._sequence)
+
+    def _put_word(self, name: str, word: int) -> None:
+        """Write a register of one word, without a sign."""
+        table = self._layout.table_of(name) or TABLES[0]
+        self.tables[table][self._registers[name].offset - self.first[table]] = word & 0xFFFF
+
+    def _get(self, name: str) -> Value:
+        """Read one register."""
+        register, table = self._registers[name], self._layout.table_of(name) or TABLES[0]
+        at = register.offset - self.first[table]
+        return decode(register, self.tables[table][at : at + register.words], self._low_first)
 
     def _show_alarm(self, snapshot: Snapshot) -> None:
         """Fill ALM[1]."""
@@ -114,14 +162,25 @@ class RegisterImage:
         self._put("alarm_severity_text", code.severity.name if code else "")
 
     def _by_axis(self, values: Sequence[float]) -> list[float]:
-        """Place joint values at J1..J9 in deg or mm; an axis without a joint is 0."""
-        axes = [0.0] * _AXES
+        """Place joint values at J1, J2 and so on in deg or mm; an axis without a joint is 0."""
+        axes = [0.0] * self._registers["position"].count
         for (index, factor), value in zip(self._axes, values):
             axes[index] = value * factor
         return axes
 
     def _put(self, name: str, values: Sequence[float] | Sequence[int] | str) -> None:
-        """Write one register's words."""
-        register = self._layout.holding_registers[name]
-        at = register.offset - self.first
-        self.words[at : at + register.words] = encode(register, values, self._low_first)
+        """Write one register's words, if the map has it."""
+        register, table = self._registers.get(name), self._layout.table_of(name)
+        if register is not None and table is not None:
+            at = register.offset - self.first[table]
+            self.tables[table][at : at + register.words] = encode(register, values, self._low_first)
+
+
+def _codes(layout: ModbusMap) -> dict[int, tuple[str, tuple[bool, ...]]]:
+    """Return for each command code the input and the levels that it takes one after the other."""
+    found: dict[int, tuple[str, tuple[bool, ...]]] = {}
+    for name, code in (layout.command_word.codes if layout.command_word else {}).items():
+        for value, levels in ((code.low, (False,)), (code.high, (True,)), (code.pulse, (True, False))):
+            if value is not None:
+                found[value] = (name, levels)
+    return found

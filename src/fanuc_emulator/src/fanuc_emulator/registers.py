@@ -19,7 +19,7 @@ class RegisterError(ValueError):
 
 
 def encode(register: Register, values: Sequence[float] | Sequence[int] | str, low_first: bool = True) -> list[int]:
-    """Return the words of ``values``.
+    """Return the words of ``values``, given in the register's unit.
 
     Args:
         register: What stands there; its ``count`` values (a string: words of two characters).
@@ -37,6 +37,9 @@ def encode(register: Register, values: Sequence[float] | Sequence[int] | str, lo
         return list(struct.unpack(f">{register.count}H", packed))
     if isinstance(values, str) or len(values) != register.count:
         raise RegisterError(f"register {register.address} holds {register.count} numbers, not {values!r}")
+    if register.scale != 1.0:
+        counts = [value / register.scale for value in values]
+        values = counts if register.type == "float32" else [round(value) for value in counts]
     try:
         packed = struct.pack(f"<{register.count}{_FORMATS[register.type]}", *values)
     except (struct.error, OverflowError) as error:
@@ -58,7 +61,8 @@ def decode(register: Register, words: Sequence[int], low_first: bool = True) -> 
         return text.split(b"\0", 1)[0].decode("ascii", "replace")
     ordered = words if low_first else _swap(register, words)
     packed = struct.pack(f"<{register.words}H", *ordered)
-    return struct.unpack(f"<{register.count}{_FORMATS[register.type]}", packed)
+    found: tuple[float, ...] = struct.unpack(f"<{register.count}{_FORMATS[register.type]}", packed)
+    return found if register.scale == 1.0 else tuple([round(value * register.scale, 9) for value in found])
 
 
 def _swap(register: Register, words: Sequence[int]) -> list[int]:

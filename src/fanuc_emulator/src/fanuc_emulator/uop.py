@@ -43,10 +43,11 @@ _EDGES: dict[tuple[str, bool], Request] = {
 
 
 class Inputs:
-    """Levels of all inputs."""
+    """Levels of all inputs; ``lit`` are those that are on."""
 
     def __init__(self) -> None:
         self._levels = {name: name in NORMALLY_ON for name in INPUTS}
+        self.lit = frozenset(NORMALLY_ON)
 
     def __getitem__(self, name: str) -> bool:
         """Level of the input called ``name``."""
@@ -57,6 +58,7 @@ class Inputs:
         if self._levels[name] == value:
             return Request.NOTHING
         self._levels[name] = value
+        self.lit = self.lit | {name} if value else self.lit - {name}
         return _EDGES.get((name, value), Request.NOTHING)
 
 

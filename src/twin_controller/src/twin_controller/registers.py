@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 import msgspec
 from scara_config import ConfigError, Robot
-from scara_config.modbus_map import ModbusMap, Register
+from scara_config.modbus_map import ModbusMap, Register, Table
 
 from twin_controller.robot_sample import (
     AlarmStatus,
@@ -28,16 +28,18 @@ STATE = ("position", "position_valid", "clock_ms", "velocity", "control_type", "
          "watchdog_state", "override_now")  # fmt: skip
 SETPOINT = ("setpoint", "setpoint_valid", "heartbeat", "stream_speed")
 PROGRAM = ("program_name", "program_line", "program_state")
+# The first two registers of ALARM are needed, the rest is shown if it is there.
 ALARM = ("alarm_id", "alarm_number", "alarm_severity", "alarm_message", "alarm_cause", "alarm_severity_text")
 MOST_WORDS = 125
 MOST_WRITTEN = 123
 
 
 class Block(msgspec.Struct, frozen=True):
-    """Neighbouring registers that one request carries: PDU address and number of words (or bits)."""
+    """Neighbouring registers that one request carries: PDU address and number of words (or bits), and their table."""
 
     offset: int
     count: int
+    table: Table = "holding_registers"
 
 
 class RegisterCodec:
@@ -49,28 +51,39 @@ class RegisterCodec:
         tolerance: How far outside its range a position may be read, as a fraction of the range.
 
     Raises:
-        ConfigError: A block has more words than one request may carry, or the written block has a gap.
+        ConfigError: A block has more words than one request may carry or lies in two tables, the written block has a gap,
+            or the robot has an axis without a place.
     """
 
     def __init__(self, layout: ModbusMap, robot: Robot, tolerance: float = 0.001) -> None:
-        self._registers = layout.holding_registers
+        self._registers = {**layout.input_registers, **layout.holding_registers}
+        self._table_of = layout.table_of
         self._low_first = layout.word_order == "low_first"
         self._joints = robot.joints
         self._tolerance = tolerance
-        self.state = self._block(STATE, MOST_WORDS)
+        self._status = layout.status_word
+        self._command = layout.command_word
+        shown = ((self._status.register,) if self._status else ()) + ((self._command.echo,) if self._command else ())
+        self.state = self._block((*STATE, *shown), MOST_WORDS)
         self.setpoint = self._block(SETPOINT, MOST_WRITTEN)
         self.program = self._block(PROGRAM, MOST_WORDS)
-        self.alarm = self._block(ALARM, MOST_WORDS)
+        self.alarm = self._block([name for name in ALARM if name in self._registers], MOST_WORDS)
         if self.setpoint.count != sum(self._registers[name].words for name in SETPOINT):
             raise ConfigError(
                 f"modbus_map.yaml: {', '.join(SETPOINT)}: must follow each other without a gap to be written at once"
             )
+        axes = self._registers["position"].count
+        for joint in robot.joints:
+            if joint.axis_number > axes:
+                raise ConfigError(f"modbus_map.yaml: position has {axes} values, {joint.name} is axis {joint.axis_number}")
         self._outputs = {name: bit.offset for name, bit in layout.discrete_inputs.items()}
-        first, last = min(self._outputs.values()), max(self._outputs.values())
-        self.outputs = Block(first, last - first + 1)
+        self.outputs: Block | None = None
+        if self._outputs:
+            first, last = min(self._outputs.values()), max(self._outputs.values())
+            self.outputs = Block(first, last - first + 1)
 
-    def decode_sample(self, words: Sequence[int], bits: Sequence[bool]) -> RobotSample:
-        """Return the reading in the answers to ``state`` and ``outputs``.
+    def decode_sample(self, words: Sequence[int], bits: Sequence[bool] = ()) -> RobotSample:
+        """Return the reading in the answers to ``state`` and ``outputs`` (nothing, if the signals are in a word of ``state``).
 
         Raises:
             SampleError: An answer is too short or too long, the robot calls its position invalid, a number is not finite or
@@ -78,7 +91,7 @@ class RegisterCodec:
         """
         if len(words) != self.state.count:
             raise SampleError(f"{len(words)} words instead of {self.state.count}")
-        if len(bits) < self.outputs.count:
+        if self.outputs is not None and len(bits) < self.outputs.count:
             raise SampleError(f"{len(bits)} signals instead of {self.outputs.count}")
         if self._number("position_valid", words) != 1:
             raise SampleError("the robot says that its position is not valid")
@@ -96,7 +109,8 @@ class RegisterCodec:
             override=self._percent("override_now", words),
             heartbeat_echo=self._number("heartbeat_echo", words),
             watchdog_state=watchdog,
-            outputs=frozenset(name for name, offset in self._outputs.items() if bits[offset - self.outputs.offset]),
+            outputs=self._signals(words, bits),
+            command_echo=self._number(self._command.echo, words) if self._command else 0,
         )
 
     def decode_program(self, words: Sequence[int]) -> ProgramStatus:
@@ -150,8 +164,13 @@ class RegisterCodec:
             axes[joint.axis_number - 1] = position / joint.scale
         if not 0.0 < speed_percent <= 100.0:
             raise SetpointError(f"set point: speed_percent = {speed_percent} is outside (0, 100]")
-        words = [word for axis in axes for word in self._split(struct.pack(">f", axis))]
-        return words + [1, heartbeat & 0x7FFF, math.ceil(speed_percent)]
+        words = [0] * self.setpoint.count
+        beat, speed = float(heartbeat & 0x7FFF), float(math.ceil(speed_percent))
+        values = {"setpoint": axes, "setpoint_valid": [1.0], "heartbeat": [beat], "stream_speed": [speed]}
+        for name, numbers in values.items():
+            begin = self._registers[name].offset - self.setpoint.offset
+            words[begin : begin + self._registers[name].words] = [word for value in numbers for word in self._encode(name, value)]
+        return words
 
     def encode_int(self, name: str, value: int) -> list[int]:
         """Return the words of one integer register.
@@ -159,11 +178,12 @@ class RegisterCodec:
         Raises:
             SetpointError: The value does not fit the register.
         """
-        wide = self._registers[name].type == "int32"
-        limit = 1 << (31 if wide else 15)
-        if not -limit <= value < limit:
-            raise SetpointError(f"{name} = {value} is outside [{-limit}, {limit - 1}]")
-        return self._split(struct.pack(">i", value)) if wide else [value & 0xFFFF]
+        return self._encode(name, value)
+
+    def encode_command(self, code: int, sequence: int) -> tuple[int, list[int]]:
+        """Return PDU address and words of a numbered command, which go in one request."""
+        assert self._command is not None
+        return self._registers[self._command.register].offset, [code, sequence]
 
     def _block(self, names: Sequence[str], most: int) -> Block:
         """Return the span of the named registers."""
@@ -172,7 +192,11 @@ class RegisterCodec:
         count = max(register.offset + register.words for register in registers) - first
         if count > most:
             raise ConfigError(f"modbus_map.yaml: {', '.join(names)}: span {count} words, one request carries {most}")
-        return Block(first, count)
+        tables = {self._table_of(name) for name in names}
+        table = tables.pop()
+        if tables or table is None:
+            raise ConfigError(f"modbus_map.yaml: {', '.join(names)}: stand in two tables, one request reads one")
+        return Block(first, count, table)
 
     def _expect(self, block: Block, words: Sequence[int]) -> None:
         if len(words) != block.count:
@@ -184,16 +208,44 @@ class RegisterCodec:
         return register, words[begin : begin + register.words]
 
     def _number(self, name: str, words: Sequence[int], block: Block | None = None) -> int:
-        register, taken = self._take(name, words, block)
-        if register.type == "int32":
-            return int.from_bytes(self._join(taken), "big", signed=True)
-        return (taken[0] ^ 0x8000) - 0x8000
+        """Return a whole number, after its scale."""
+        return round(self._floats(name, words, block)[0])
 
-    def _floats(self, name: str, words: Sequence[int]) -> list[float]:
-        _, taken = self._take(name, words, None)
-        return [float(struct.unpack(">f", self._join(taken[i : i + 2]))[0]) for i in range(0, len(taken), 2)]
+    def _floats(self, name: str, words: Sequence[int], block: Block | None = None) -> list[float]:
+        """Return the values of a register in its unit."""
+        register, taken = self._take(name, words, block)
+        if register.type == "int16":
+            return [((word ^ 0x8000) - 0x8000) * register.scale for word in taken]
+        pairs = [self._join(taken[i : i + 2]) for i in range(0, len(taken), 2)]
+        if register.type == "int32":
+            return [int.from_bytes(pair, "big", signed=True) * register.scale for pair in pairs]
+        return [float(struct.unpack(">f", pair)[0]) * register.scale for pair in pairs]
+
+    def _encode(self, name: str, value: float) -> list[int]:
+        """Return the words of one value given in the register's unit.
+
+        Raises:
+            SetpointError: It does not fit.
+        """
+        register = self._registers[name]
+        if register.type == "float32":
+            return self._split(struct.pack(">f", value / register.scale))
+        counts, limit = round(value / register.scale), 1 << (31 if register.type == "int32" else 15)
+        if not -limit <= counts < limit:
+            raise SetpointError(f"{name} = {value} is outside [{-limit * register.scale:g}, {(limit - 1) * register.scale:g}]")
+        return self._split(struct.pack(">i", counts)) if register.type == "int32" else [counts & 0xFFFF]
+
+    def _signals(self, words: Sequence[int], bits: Sequence[bool]) -> frozenset[str]:
+        """Return the names of the outputs that are on."""
+        if self._status is not None:
+            _, (word,) = self._take(self._status.register, words, None)
+            return frozenset(name for name, bit in self._status.bits.items() if word >> bit & 1)
+        first = self.outputs.offset if self.outputs else 0
+        return frozenset(name for name, offset in self._outputs.items() if bits[offset - first])
 
     def _text(self, name: str, words: Sequence[int], block: Block) -> str:
+        if name not in self._registers:
+            return ""
         _, taken = self._take(name, words, block)
         text = b"".join(word.to_bytes(2, "big") for word in taken)
         return text.partition(b"\0")[0].decode("ascii", "replace").rstrip()

@@ -49,6 +49,7 @@ class RobotSample(msgspec.Struct, frozen=True):
         program_speed: Programmed speed of the running motion [percent].
         override: Override in force [percent].
         outputs: Names of the UO signals that are on.
+        command_echo: Sequence number of the last command that the robot took; 0 if it has none.
     """
 
     positions: tuple[float, ...]
@@ -60,6 +61,7 @@ class RobotSample(msgspec.Struct, frozen=True):
     heartbeat_echo: int
     watchdog_state: WatchdogState
     outputs: frozenset[str]
+    command_echo: int = 0
 
 
 class ProgramStatus(msgspec.Struct, frozen=True):

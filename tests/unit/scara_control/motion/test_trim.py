@@ -12,10 +12,12 @@ from scara_config import load_robot
 from scara_control.config import load_motion
 from scara_control.kinematics.scara import Elbow, Scara, solve, tool_position
 from scara_control.kinematics.scara_velocity import tool_velocity
+from scara_control.kinematics.tool import ScaraTool
 from scara_control.motion.trim import Requests, Trim, tool_error
 
 CONFIG = load_motion()
 SCARA = Scara.from_robot(load_robot())
+TOOL = ScaraTool(SCARA)
 POINTS = {"P1": (0.65, 0.0, 0.0), "P2": (0.51, 0.16, 0.10), "P3": (0.51, -0.16, 0.16)}
 OFFSET = st.tuples(*[st.floats(-0.002, 0.002)] * 3)
 DT = CONFIG.period
@@ -47,7 +49,7 @@ def test_a_small_rest_is_driven_out_in_time_against_friction(point, delay, offse
     """From 2 mrad and 2 mm beside each of the article's points, P1 being singular, the tool comes and stays."""
     target = solve(SCARA, *point, Elbow.RIGHTY).q
     twin = StickyTwin(np.array(target) + np.array(offset) - (0.0, 0.0, 0.002), delay)
-    trim = Trim(SCARA, target, point, CONFIG)
+    trim = Trim(TOOL, target, point, CONFIG)
     inside = 0
     for _ in range(int(CONFIG.trim.timeout / DT)):
         step = trim.step(tuple(twin.q), tuple(twin.qdot), DT)
@@ -55,7 +57,7 @@ def test_a_small_rest_is_driven_out_in_time_against_friction(point, delay, offse
         if inside * DT >= CONFIG.trim.settled:
             break
         twin.move(step.qdot)
-    assert step.error <= CONFIG.trim.tolerance_mm * 1e-3 and step.error == tool_error(SCARA, tuple(twin.q), point)
+    assert step.error <= CONFIG.trim.tolerance_mm * 1e-3 and step.error == tool_error(TOOL, tuple(twin.q), point)
 
 
 @settings(max_examples=60, deadline=None)
@@ -65,7 +67,7 @@ def test_a_trim_is_slow(q1, q2, q3, offset):
     q = (q1, q2, q3)
     target = tuple(a + 10.0 * b for a, b in zip(q, offset))
     point = tuple(p + 10.0 * d for p, d in zip(tool_position(SCARA, *q), offset))
-    step = Trim(SCARA, target, point, CONFIG).step(q, (0.0, 0.0, 0.0), 0.0)
+    step = Trim(TOOL, target, point, CONFIG).step(q, (0.0, 0.0, 0.0), 0.0)
     assert math.hypot(*tool_velocity(SCARA, q, step.qdot)) <= CONFIG.trim.speed_mm_s * 1e-3 * (1.0 + 1e-9)
     for joint, velocity in zip(SCARA.joints, step.qdot):
         assert abs(velocity) <= joint.velocity * CONFIG.jog.speed_percent / 100.0
@@ -76,11 +78,11 @@ def test_what_is_added_against_friction_is_bounded_and_gone_when_the_direction_t
     point = POINTS["P2"]
     target = solve(SCARA, *point, Elbow.RIGHTY).q
     below, above = ((target[0], target[1], target[2] + off) for off in (-1e-4, 1e-4))
-    trim = Trim(SCARA, target, point, CONFIG)
+    trim = Trim(TOOL, target, point, CONFIG)
     speeds = [trim.step(below, (0.0, 0.0, 0.0), DT).qdot[2] for _ in range(2000)]
     most = SCARA.joints[2].velocity * CONFIG.trim.breakaway_percent / 100.0
     assert speeds == sorted(speeds) and speeds[-1] == pytest.approx(CONFIG.trim.gain * 1e-4 + most)
-    fresh = Trim(SCARA, target, point, CONFIG).step(above, (0.0, 0.0, 0.0), DT).qdot[2]
+    fresh = Trim(TOOL, target, point, CONFIG).step(above, (0.0, 0.0, 0.0), DT).qdot[2]
     assert fresh < 0.0 and trim.step(above, (0.0, 0.0, 0.0), DT).qdot[2] == pytest.approx(0.7 * fresh)
 
 
@@ -88,12 +90,12 @@ def test_within_the_tolerance_nothing_moves():
     """There is an end to it."""
     target = solve(SCARA, *POINTS["P2"]).q
     near = (target[0], target[1], target[2] + 0.9e-3 * CONFIG.trim.tolerance_mm)
-    assert Trim(SCARA, target, POINTS["P2"], CONFIG).step(near, (0.0, 0.0, 0.0), DT).qdot == (0.0, 0.0, 0.0)
+    assert Trim(TOOL, target, POINTS["P2"], CONFIG).step(near, (0.0, 0.0, 0.0), DT).qdot == (0.0, 0.0, 0.0)
 
 
 def test_the_error_is_the_distance_of_the_tool():
     """3, 4 and 12 make 13."""
-    assert tool_error(SCARA, (0.0, 0.0, -0.16), (0.653, 0.004, 0.012)) == pytest.approx(0.013)
+    assert tool_error(TOOL, (0.0, 0.0, -0.16), (0.653, 0.004, 0.012)) == pytest.approx(0.013)
 
 
 def test_a_newer_request_cancels_the_older_and_stop_cancels_all():

@@ -13,14 +13,14 @@ import pymodbus
 from pymodbus.constants import ExcCodes
 from pymodbus.server import ModbusTcpServer
 from pymodbus.simulator import DataType, SimData, SimDevice
-from scara_config.modbus_map import Bit, ModbusMap
+from scara_config.modbus_map import Bit, ModbusMap, Register
 
 from fanuc_emulator.controller import Controller, Snapshot
 from fanuc_emulator.io.servo_loop import ServoLoop
 from fanuc_emulator.register_image import RegisterImage
 from fanuc_emulator.registers import RegisterError
 
-_READ_COILS, _READ_DISCRETE, _WRITE_COIL, _WRITE_COILS = 1, 2, 5, 15
+_READ_COILS, _READ_DISCRETE, _READ_INPUT, _WRITE_COIL, _WRITE_COILS = 1, 2, 4, 5, 15
 
 
 class PortError(OSError):
@@ -34,7 +34,7 @@ class RobotServer:
         host: Address to bind.
         port: TCP port.
         layout: modbus_map.yaml.
-        image: Words of the holding registers; used by the server's thread only.
+        image: Words of the registers; used by the server's thread only.
         loop: Gives snapshots, takes writes.
         delay: How long a request and its answer are under way together [s], to try a slow network.
     """
@@ -95,18 +95,14 @@ class RobotServer:
         await self._server.serving
 
     def _device(self) -> SimDevice:
-        """Describe coils, discrete inputs and holding registers; everything else answers exception 2."""
-        holding = [
-            SimData(register.offset, count=register.words, values=0, datatype=DataType.REGISTERS, readonly=not register.write)
-            for register in self._layout.holding_registers.values()
-        ]
+        """Describe coils, discrete inputs and registers; everything else answers exception 2."""
         return SimDevice(
             self._layout.device_id,
             simdata=(
                 _bits(self._layout.coils),
                 _bits(self._layout.discrete_inputs),
-                holding,
-                [SimData(0, datatype=DataType.INVALID)],
+                _words(self._layout.holding_registers),
+                _words(self._layout.input_registers),
             ),
             action=self._act,
         )
@@ -131,7 +127,8 @@ class RobotServer:
             self._show_outputs(self._servo.snapshot, start, current)
         elif function != _READ_COILS and values is None:
             self._image.show(self._servo.snapshot)
-            current[: len(self._image.words)] = self._image.words
+            words = self._image.tables["input_registers" if function == _READ_INPUT else "holding_registers"]
+            current[: len(words)] = words
         elif values is not None:
             return self._write_registers(address, [int(value) for value in values])
         return None
@@ -161,8 +158,20 @@ class RobotServer:
                 current[bit.offset // 16 - start] |= 1 << (bit.offset % 16)
 
 
+def _words(table: dict[str, Register]) -> list[SimData]:
+    """Describe registers for pymodbus; the gaps between them answer exception 2."""
+    if not table:
+        return [SimData(0, datatype=DataType.INVALID)]
+    return [
+        SimData(register.offset, count=register.words, values=0, datatype=DataType.REGISTERS, readonly=not register.write)
+        for register in table.values()
+    ]
+
+
 def _bits(table: dict[str, Bit]) -> list[SimData]:
     """Describe bits for pymodbus, without gaps."""
+    if not table:
+        return [SimData(0, datatype=DataType.INVALID)]
     ordered = sorted(table.values(), key=lambda bit: bit.address)
     levels = [False] * (ordered[-1].offset - ordered[0].offset + 1)
     for bit in ordered:

@@ -9,11 +9,13 @@ from typing import Any
 
 import pymodbus
 from pymodbus.client import ModbusTcpClient
-from scara_config.modbus_map import ModbusMap
+from scara_config.modbus_map import ModbusMap, SignalWord
 
 from fanuc_emulator.registers import Value, decode, encode
 
 _PULSE = 0.03
+_CONFIRM = 1.0
+_SEQUENCES = 32768
 
 
 class PendantError(RuntimeError):
@@ -50,9 +52,11 @@ class PendantLink:
         self._client.close()
 
     def read(self, name: str) -> Value:
-        """Read one register of the map."""
-        register = self._layout.holding_registers[name]
-        answer = self._call("read_holding_registers", register.offset, count=register.words)
+        """Read one register of the map; one that this robot does not have is empty."""
+        register, table = self._layout.find(name), self._layout.table_of(name)
+        if register is None:
+            return ""
+        answer = self._call(f"read_{table}", register.offset, count=register.words)
         return decode(register, answer.registers[: register.words], self._low_first)
 
     def write(self, name: str, values: Sequence[float] | Sequence[int]) -> None:
@@ -62,6 +66,8 @@ class PendantLink:
 
     def outputs(self) -> dict[str, bool]:
         """Read UO by name."""
+        if self._layout.status_word is not None:
+            return self._lit(self._layout.status_word)
         table = self._layout.discrete_inputs
         first = min(bit.offset for bit in table.values())
         count = max(bit.offset for bit in table.values()) - first + 1
@@ -69,18 +75,51 @@ class PendantLink:
         return {name: bool(bits[bit.offset - first]) for name, bit in table.items()}
 
     def signal(self, name: str) -> bool:
-        """Read the level of one UI signal."""
+        """Read the level of one UI signal; one that this robot does not show is on."""
+        if self._layout.command_word is not None:
+            return self._lit(self._layout.switches_word).get(name, True) if self._layout.switches_word else True
         return bool(self._call("read_coils", self._layout.coils[name].offset, count=1).bits[0])
 
     def set_signal(self, name: str, level: bool) -> None:
         """Set one UI signal."""
-        self._call("write_coil", self._layout.coils[name].offset, level)
+        word = self._layout.command_word
+        if word is None:
+            self._call("write_coil", self._layout.coils[name].offset, level)
+        else:
+            code = word.codes[name].high if level else word.codes[name].low
+            self._command(name, code)
 
     def pulse(self, name: str) -> None:
         """Switch one UI signal on and off again."""
+        if self._layout.command_word is not None:
+            self._command(name, self._layout.command_word.codes[name].pulse)
+            return
         self.set_signal(name, True)
         time.sleep(_PULSE)
         self.set_signal(name, False)
+
+    def _lit(self, word: SignalWord) -> dict[str, bool]:
+        """Read signals that are bits of a register."""
+        bits = int(self.read(word.register)[0]) & 0xFFFF
+        return {name: bool(bits >> bit & 1) for name, bit in word.bits.items()}
+
+    def _command(self, name: str, code: int | None) -> None:
+        """Write a numbered command and wait until the robot confirms it.
+
+        Raises:
+            PendantError: The robot has no such command, or does not confirm it.
+        """
+        word = self._layout.command_word
+        if word is None or code is None:
+            raise PendantError(f"this robot has no command for {name}")
+        echo = int(self.read(word.echo)[0])
+        sequence = (echo + 2 - echo % 2) % _SEQUENCES or 2  # even: the twin controller's numbers are odd
+        self._call("write_registers", self._layout.holding_registers[word.register].offset, [code, sequence])
+        deadline = time.monotonic() + _CONFIRM
+        while int(self.read(word.echo)[0]) != sequence:
+            if time.monotonic() > deadline:
+                raise PendantError(f"the robot did not confirm {name}")
+            time.sleep(_PULSE / 10)
 
     def alarm(self) -> str:
         """Return the active alarm as the pendant shows it, or an empty text."""

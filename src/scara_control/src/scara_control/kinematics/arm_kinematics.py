@@ -10,27 +10,20 @@ from scara_config import Robot
 
 from scara_control.errors import JointVectorError, ScaraControlError
 from scara_control.kinematics.jacobians import tip_jacobian
-from scara_control.kinematics.scara import Elbow, Scara, Solution, Triple, branches, solve
-from scara_control.kinematics.scara_velocity import JointVelocities, joint_velocities
+from scara_control.kinematics.scara import Elbow, Triple
+from scara_control.kinematics.scara_velocity import JointVelocities
 from scara_control.kinematics.screws import ScrewModel, forward_kinematics
+from scara_control.kinematics.tool import InverseAnswer, tool_kinematics
 from scara_control.kinematics.twists import quaternion
 from scara_control.limits import check_limits, check_velocities
 
 
 class ToolPose(NamedTuple):
-    """Where the tool is: position [m], orientation as quaternion (x, y, z, w), elbow."""
+    """Where the tool is: position [m], orientation as quaternion (x, y, z, w), elbow of a SCARA."""
 
     position: Triple
     orientation: tuple[float, float, float, float]
-    elbow: Elbow
-
-
-class InverseAnswer(NamedTuple):
-    """The chosen solution and both branches; None for one that breaks a limit."""
-
-    chosen: Solution
-    righty: Triple | None
-    lefty: Triple | None
+    elbow: Elbow | None
 
 
 class ToolTwist(NamedTuple):
@@ -58,12 +51,12 @@ class ArmKinematics:
     """Kinematics of one robot profile, refusing what is malformed or outside the limits."""
 
     def __init__(self, robot: Robot) -> None:
-        """Build the closed-form and the screw model of ``robot``.
+        """Build the models of ``robot``; its profile decides between closed form and numbers.
 
         Raises:
-            ScaraControlError: The profile is no SCARA.
+            ScaraControlError: The profile is no SCARA although it has ``geometry``, or no mechanism at all.
         """
-        self.scara = Scara.from_robot(robot)
+        self.tool = tool_kinematics(robot)
         self.arm = ScrewModel.from_robot(robot)
         self._joints = robot.arm_joints
         self._all_joints = [joint for joint in robot.joints if joint.screw_axis is not None]
@@ -73,7 +66,7 @@ class ArmKinematics:
         """Compute the tool's pose.
 
         Args:
-            q: joint_1, joint_2, joint_3, and joint_4 if it is known: [rad], [rad], [m], [rad].
+            q: The twin's joints of the arm, or all that the robot has: [rad], prismatic [m].
 
         Raises:
             JointVectorError: A wrong count or a value that is not finite.
@@ -87,20 +80,19 @@ class ArmKinematics:
         else:
             pose = forward_kinematics(self._whole_arm, check_limits(self._all_joints, q))
         x, y, z = pose[:3, 3].tolist()
-        return ToolPose((x, y, z), quaternion(pose[:3, :3]), Elbow.of(q[1]))
+        return ToolPose((x, y, z), quaternion(pose[:3, :3]), self.tool.elbow(q))
 
     def inverse(
         self, x: float, y: float, z: float, elbow: Elbow | None = None, seed: Sequence[float] | None = None
     ) -> InverseAnswer:
-        """Compute the joint positions for a tool position [m]; see :func:`scara_control.kinematics.scara.solve`.
+        """Compute the joint positions for a tool position [m]; see :mod:`scara_control.kinematics.tool`.
 
         Raises:
             UnreachableError: Not finite or out of reach.
             JointLimitError: The wanted branch (``elbow`` None: both) breaks a limit.
             JointVectorError: ``seed`` is no joint vector.
         """
-        chosen = solve(self.scara, x, y, z, elbow, seed)
-        return InverseAnswer(chosen, *branches(self.scara, x, y, z, seed[0] if seed else 0.0))
+        return self.tool.inverse(x, y, z, elbow, seed)
 
     def velocity(self, q: Sequence[float], qdot: Sequence[float]) -> ToolTwist:
         """Compute the velocity of the tool from joint positions and velocities.
@@ -123,6 +115,6 @@ class ArmKinematics:
         broken = [f"{axis} = {value}" for axis, value in zip("xyz", velocity) if not math.isfinite(value)]
         if broken:
             raise JointVectorError(f"tool velocity is not finite: {', '.join(broken)}")
-        answer = joint_velocities(self.scara, check_limits(self._joints, q), velocity)
+        answer = self.tool.joint_velocities(check_limits(self._joints, q), velocity)
         check_velocities(self._joints, answer.qdot)
         return answer

@@ -47,10 +47,10 @@ class Elbow(Enum):
 
 
 class Solution(NamedTuple):
-    """Joint positions of one target: joint_1 [rad], joint_2 [rad], joint_3 [m], and their branch."""
+    """Joint positions of one target [rad], prismatic [m], and their branch; None: the arm has none by name."""
 
-    q: Triple
-    elbow: Elbow
+    q: tuple[float, ...]
+    elbow: Elbow | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,6 +91,8 @@ class Scara:
                 "expected two revolute and one prismatic"
             )
         size = robot.geometry
+        if size is None:
+            raise ScaraControlError(f"{robot.name} has no geometry in robot.yaml")
         first, second, third = ((joint.lower, joint.upper) for joint in joints)
         return cls(size.l1_mm / 1e3, size.l2_mm / 1e3, size.h_mm / 1e3, joints, (*first, *second, *third))
 

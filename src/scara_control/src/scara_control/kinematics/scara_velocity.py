@@ -21,12 +21,12 @@ class JointVelocities(NamedTuple):
     """Joint velocities for a tool velocity.
 
     Attributes:
-        qdot: joint_1 [rad/s], joint_2 [rad/s], joint_3 [m/s].
-        manipulability: abs(det J) of the plane, L1 L2 abs(sin q2) [m^2].
+        qdot: Of each joint of the arm [rad/s], prismatic [m/s].
+        manipulability: abs(det J) of the plane, L1 L2 abs(sin q2) [m^2]; of another arm see there.
         damped: The wanted velocity is not reached exactly.
     """
 
-    qdot: Triple
+    qdot: tuple[float, ...]
     manipulability: float
     damped: bool
 

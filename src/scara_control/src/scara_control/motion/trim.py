@@ -7,8 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from scara_control.config import MotionConfig
-from scara_control.kinematics.scara import Scara, Triple, tool_position
-from scara_control.kinematics.scara_velocity import joint_velocities, tool_velocity
+from scara_control.kinematics.tool import ToolKinematics
 
 _EASING, _LEAST_EASE = 0.7, 0.15
 """Gain after each overshoot, and the least that is left of it (our choice: settles with up to 0.15 s of delay)."""
@@ -16,15 +15,15 @@ _EASING, _LEAST_EASE = 0.7, 0.15
 
 @dataclass(frozen=True, slots=True)
 class TrimStep:
-    """What to do now: joint velocities, shape (3,), and how far the tool is from the point [m]."""
+    """What to do now: joint velocities, shape (n,), and how far the tool is from the point [m]."""
 
-    qdot: Triple
+    qdot: tuple[float, ...]
     error: float
 
 
-def tool_error(scara: Scara, q: Sequence[float], point: Sequence[float]) -> float:
+def tool_error(tool: ToolKinematics, q: Sequence[float], point: Sequence[float]) -> float:
     """Return the distance of the tool from ``point`` [m]."""
-    return math.dist(tool_position(scara, *q), point)
+    return math.dist(tool.position(q), point)
 
 
 class Trim:
@@ -40,48 +39,46 @@ class Trim:
     Each time a joint has run past its target its gain is eased, so that a slow machine only makes the trim slower.
     """
 
-    def __init__(self, scara: Scara, target: Sequence[float], point: Sequence[float], config: MotionConfig) -> None:
+    def __init__(self, tool: ToolKinematics, target: Sequence[float], point: Sequence[float], config: MotionConfig) -> None:
         """Begin a trim.
 
         Args:
-            scara: The arm.
-            target: Joint positions of the point, shape ``(3,)``.
+            tool: The arm.
+            target: Joint positions of the point, shape ``(n,)``.
             point: Where the tool shall be [m].
             config: Gains, largest speeds, tolerance.
         """
-        self._scara, self._target, self._point = scara, tuple(target), tuple(point)
+        self._tool, self._target, self._point = tool, tuple(target), tuple(point)
         self._config = config.trim
-        self._fastest = tuple(joint.velocity * config.jog.speed_percent / 100.0 for joint in scara.joints)
-        self._most_added = tuple(joint.velocity * config.trim.breakaway_percent / 100.0 for joint in scara.joints)
-        self._added = [0.0, 0.0, 0.0]
-        self._ease = [1.0, 1.0, 1.0]
+        self._fastest = tuple(joint.velocity * config.jog.speed_percent / 100.0 for joint in tool.joints)
+        self._most_added = tuple(joint.velocity * config.trim.breakaway_percent / 100.0 for joint in tool.joints)
+        self._added = [0.0] * len(tool.joints)
+        self._ease = [1.0] * len(tool.joints)
 
     def step(self, q: Sequence[float], qdot: Sequence[float], dt: float) -> TrimStep:
         """Return what to do now; no velocity once within the tolerance.
 
         Args:
-            q: Measured joint positions, shape ``(3,)``.
-            qdot: Measured joint velocities, shape ``(3,)``.
+            q: Measured joint positions, shape ``(n,)``.
+            qdot: Measured joint velocities, shape ``(n,)``.
             dt: Time since the last step [s].
         """
-        error = tool_error(self._scara, q, self._point)
+        error = tool_error(self._tool, q, self._point)
         if error <= self._config.tolerance_mm * 1e-3:
-            return TrimStep((0.0, 0.0, 0.0), error)
-        first, second, third = (self._push(k, wanted, qdot[k], dt) for k, wanted in enumerate(self._wanted(q)))
-        return TrimStep((first, second, third), error)
+            return TrimStep((0.0,) * len(q), error)
+        return TrimStep(tuple([self._push(k, wanted, qdot[k], dt) for k, wanted in enumerate(self._wanted(q))]), error)
 
-    def _wanted(self, q: Sequence[float]) -> Triple:
+    def _wanted(self, q: Sequence[float]) -> tuple[float, ...]:
         """Return the joint velocities towards the point, not faster than the tool and the joints may be."""
-        trim, here = self._config, tool_position(self._scara, *q)
-        solved = joint_velocities(self._scara, q, [trim.gain * (p - at) for p, at in zip(self._point, here)])
+        trim, here = self._config, self._tool.position(q)
+        solved = self._tool.joint_velocities(q, [trim.gain * (p - at) for p, at in zip(self._point, here)])
         qdot = solved.qdot
         if solved.damped:
-            first, second, third = (trim.gain * (wanted - at) for wanted, at in zip(self._target, q))
-            qdot = (first, second, third)
-        slower = [trim.speed_mm_s * 1e-3 / max(math.hypot(*tool_velocity(self._scara, q, qdot)), 1e-12)]
+            qdot = tuple([trim.gain * (wanted - at) for wanted, at in zip(self._target, q)])
+        slower = [trim.speed_mm_s * 1e-3 / max(math.hypot(*self._tool.velocity(q, qdot)), 1e-12)]
         slower += [fastest / max(abs(velocity), 1e-12) for fastest, velocity in zip(self._fastest, qdot)]
         share = min(1.0, *slower)
-        return qdot[0] * share, qdot[1] * share, qdot[2] * share
+        return tuple([velocity * share for velocity in qdot])
 
     def _push(self, k: int, wanted: float, qdot: float, dt: float) -> float:
         """Return the velocity of joint ``k``: what is wanted, and what breaks it loose, not in the wrong direction."""

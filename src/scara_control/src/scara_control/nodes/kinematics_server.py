@@ -21,6 +21,7 @@ from scara_ros.nodes.registration import keep_registered
 
 from scara_control.errors import ScaraControlError
 from scara_control.kinematics.arm_kinematics import ArmKinematics, parse_elbow
+from scara_control.kinematics.scara import Elbow
 from scara_msgs.srv import (
     ForwardKinematics,
     ForwardKinematicsResponse,
@@ -61,12 +62,12 @@ class KinematicsServer:
 
     def _forward(self, request: Any) -> ForwardKinematicsResponse:
         pose = self._kinematics.forward(request.joint_positions)
-        return ForwardKinematicsResponse(True, "", *pose.position, Quaternion(*pose.orientation), pose.elbow.value)
+        return ForwardKinematicsResponse(True, "", *pose.position, Quaternion(*pose.orientation), _name(pose.elbow))
 
     def _inverse(self, request: Any) -> InverseKinematicsResponse:
         answer = self._kinematics.inverse(request.x, request.y, request.z, parse_elbow(request.elbow), request.seed or None)
         q, elbow = answer.chosen
-        return InverseKinematicsResponse(True, "", q, elbow.value, answer.righty or (), answer.lefty or ())
+        return InverseKinematicsResponse(True, "", q, _name(elbow), answer.righty or (), answer.lefty or ())
 
     def _velocity(self, request: Any) -> VelocityKinematicsResponse:
         twist = self._kinematics.velocity(request.joint_positions, request.joint_velocities)
@@ -77,6 +78,11 @@ class KinematicsServer:
         return InverseVelocityKinematicsResponse(
             True, "", *self._kinematics.inverse_velocity(request.joint_positions, (wanted.x, wanted.y, wanted.z))
         )
+
+
+def _name(elbow: Elbow | None) -> str:
+    """Return the name of a branch, nothing for an arm that has none."""
+    return elbow.value if elbow else ""
 
 
 def main() -> None:

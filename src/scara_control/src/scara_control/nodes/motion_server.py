@@ -23,7 +23,7 @@ from sensor_msgs.msg import JointState
 from control_msgs.msg import JointJog
 from scara_control.config import MotionConfig
 from scara_control.errors import ScaraControlError
-from scara_control.kinematics.scara import Scara
+from scara_control.kinematics.tool import tool_kinematics
 from scara_control.motion.commands import Command, MotionRefusedError
 from scara_control.motion.feedback import Feedback
 from scara_control.motion.packets import Measurement
@@ -55,11 +55,12 @@ class MotionServer:
     def __init__(self, robot: Robot, config: MotionConfig) -> None:
         """Open topics and service."""
         self._config = config
-        self._scara = Scara.from_robot(robot)
-        self._names = [joint.name for joint in self._scara.joints]
+        self._tool = tool_kinematics(robot)
+        joints = self._tool.joints
+        self._names = [joint.name for joint in joints]
         self._clock = MotionClock()
         self._reader = JointStateReader(self._names, self._clock, self._measure)
-        self._feedback = Feedback(self._scara.joints, config)
+        self._feedback = Feedback(joints, config)
         self._lock = threading.Condition()
         self._requests = Requests()
         self._paused = False
@@ -91,7 +92,7 @@ class MotionServer:
             rospy.logwarn("move_to (%g, %g, %g): %s", *point, message)
         measured = self._feedback.measured
         q = measured.q if measured is not None else ()
-        error = tool_error(self._scara, q, point) if measured is not None else float("nan")
+        error = tool_error(self._tool, q, point) if measured is not None else float("nan")
         return MoveToResponse(success, message, error, q, self._clock.now() - started)
 
     def _move_to(self, request: Any) -> str:
@@ -165,7 +166,7 @@ class MotionServer:
     def _trim(self, goal: Goal) -> float:
         """Drive out what the joint move has left; return the tool's error [m]."""
         trim, jogged, inside = self._config.trim, False, 0.0
-        trimming = Trim(self._scara, goal.target, goal.point, self._config)
+        trimming = Trim(self._tool, goal.target, goal.point, self._config)
         now = self._clock.now()
         deadline = now + trim.timeout
         try:
@@ -173,7 +174,7 @@ class MotionServer:
                 measured = self._feedback.fresh(now)
                 step = trimming.step(measured.q, measured.qdot, self._config.period)
                 self._check(goal)
-                inside = inside + self._config.period if step.qdot == (0.0, 0.0, 0.0) else 0.0
+                inside = inside + self._config.period if not any(step.qdot) else 0.0
                 if inside >= trim.settled:
                     return step.error
                 if step.error > trim.range_mm * 1e-3 or now > deadline:
@@ -190,7 +191,7 @@ class MotionServer:
                 self._clock.sleep_until(now)
         finally:
             if jogged:
-                self._publish_jog((0.0, 0.0, 0.0))
+                self._publish_jog((0.0,) * len(self._names))
                 self._clock.sleep_until(self._clock.now() + trim.settled)
 
     def _publish_jog(self, qdot: tuple[float, ...]) -> None:

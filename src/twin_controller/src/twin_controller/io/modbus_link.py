@@ -21,6 +21,7 @@ from twin_controller.io.modbus_settings import ModbusCounters, ModbusSettings
 from twin_controller.plausible import Plausibility, Reading, Verdict, judge
 from twin_controller.registers import RegisterCodec
 from twin_controller.robot_sample import AlarmStatus, ControlType, ProgramStatus, RobotSample, SampleError, SetpointError
+from twin_controller.signalling import CommandLostError, CommandQueue, may_write_signal, signal_names
 
 OnSample = Callable[[RobotSample, float, float], None]
 OnChange = Callable[[bool, str], None]
@@ -72,6 +73,7 @@ class ModbusLink:
         self._on_reject: OnReject = on_reject or (lambda reason: None)
         self._port = ModbusPort(settings.host, settings.port, layout.device_id, settings.timeout)
         self._outbox = Outbox()
+        self._commands = CommandQueue(layout.command_word) if layout.command_word else None
         self._up: bool | None = None
         self._disarm = True
         self._heartbeat = 0
@@ -120,7 +122,7 @@ class ModbusLink:
         Raises:
             NotWritableError: The map does not mark it ``write: true``, or it holds no single integer.
         """
-        register = self._layout.holding_registers.get(name)
+        register = self._layout.find(name)
         if register is None or register.type not in ("int16", "int32") or register.count != 1:
             raise NotWritableError(f"{name}: modbus_map.yaml has no integer register of this name")
         self._command(Command(name, value, False))
@@ -144,12 +146,13 @@ class ModbusLink:
         self._command(Command(name, True, True))
 
     def _check_signal(self, name: str) -> None:
-        if name not in self._layout.coils:
+        if name not in signal_names(self._layout):
             raise NotWritableError(f"{name}: modbus_map.yaml has no signal of this name")
 
     def _command(self, command: Command) -> None:
-        entry = self._layout.coils.get(command.name) or self._layout.holding_registers.get(command.name)
-        if entry is None or not entry.write:
+        register = self._layout.holding_registers.get(command.name)
+        signal = command.name in signal_names(self._layout)
+        if not (may_write_signal(self._layout, command.name) if signal else register is not None and register.write):
             raise NotWritableError(f"{command.name}: modbus_map.yaml does not mark it write: true")
         self._outbox.put(command)
 
@@ -183,7 +186,7 @@ class ModbusLink:
         """Connect, poll on absolute deadlines and write in between, until closed or lost."""
         self._port.open()
         self._status_due, self._plausible = 0.0, Plausibility()
-        if dropped := self._outbox.discard():
+        if dropped := self._outbox.discard() + (self._commands.discard() if self._commands else 0):
             self.counters.dropped += dropped
             self._on_reject(f"{dropped} writes dropped: there was no link")
         due = time.monotonic()
@@ -201,11 +204,14 @@ class ModbusLink:
 
     def _write_all(self, until: float) -> None:
         """Write what comes until ``until`` (return after each batch)."""
+        if self._commands is not None and (wake := self._commands.due()) is not None:
+            until = min(until, wake)
         setpoint, commands = self._outbox.take(until)
         if setpoint is not None:
             self._attempt(lambda: self._write_setpoint(*setpoint))
         for command in commands:
             self._attempt(lambda command=command: self._write(command))  # type: ignore[misc]
+        self._attempt(self._write_command)
         for name in self._outbox.due_releases():
             self._attempt(lambda name=name: self._port.write_coil(self._layout.coils[name].offset, False))  # type: ignore[misc]
 
@@ -213,7 +219,7 @@ class ModbusLink:
         """Write; what the robot refuses or our own check does not let through is told and counted, the link stays."""
         try:
             write()
-        except (RefusedError, SetpointError) as error:
+        except (RefusedError, SetpointError, CommandLostError) as error:
             self.counters.refused += 1
             self._on_reject(str(error))
 
@@ -223,7 +229,7 @@ class ModbusLink:
         sent = time.monotonic()
         words = self._port.read_words(self._codec.state)
         received = time.monotonic()
-        signals = self._port.read_signals(self._codec.outputs)
+        signals = self._port.read_signals(self._codec.outputs) if self._codec.outputs else []
         self.counters.round_trip = received - sent
         self.counters.longest_round_trip = max(self.counters.longest_round_trip, received - sent)
         self._take(words, signals, sent, received)
@@ -258,6 +264,8 @@ class ModbusLink:
         """Hand over a checked sample, and the status blocks if they may have changed."""
         changed = self._outputs is None or (self._outputs ^ sample.outputs) & _STATUS_SIGNALS
         self._outputs = sample.outputs
+        if self._commands is not None:
+            self._commands.confirm(sample.command_echo)
         if sample.control_type is not ControlType.STREAM or not self._idle_joints:
             self._idle_joints = sample.positions
         self.counters.samples += 1
@@ -295,14 +303,23 @@ class ModbusLink:
         self._beaten = True
 
     def _write(self, command: Command) -> None:
-        """Write one coil or integer register."""
-        if command.name in self._layout.coils:
+        """Write one signal or integer register."""
+        if self._commands is not None and command.name in signal_names(self._layout):
+            self._commands.put(command.name, bool(command.value), command.pulsed)
+            self._write_command()
+        elif command.name in self._layout.coils:
             self._port.write_coil(self._layout.coils[command.name].offset, bool(command.value))
             if command.pulsed:
                 self._outbox.end_pulse(command.name, time.monotonic() + self.settings.pulse)
         else:
             register = self._layout.holding_registers[command.name]
             self._port.write_words(register.offset, self._codec.encode_int(command.name, command.value))
+
+    def _write_command(self) -> None:
+        """Write the numbered command that is due."""
+        pending = self._commands.next(time.monotonic()) if self._commands else None
+        if pending is not None:
+            self._port.write_words(*self._codec.encode_command(pending.code, pending.sequence))
 
     def _next_heartbeat(self) -> int:
         """Count 1..32767; 0 would disarm."""

@@ -51,12 +51,12 @@ class ModbusPort:
         self._client.close()
 
     def read_words(self, block: Block) -> list[int]:
-        """Read holding registers.
+        """Read registers of the block's table.
 
         Raises:
             LinkLostError: No answer, an exception, or another number of words than asked for.
         """
-        words: list[int] = self._read("read_holding_registers", block).registers
+        words: list[int] = self._read(f"read_{block.table}", block).registers
         if len(words) != block.count:
             raise LinkLostError(f"the robot at {self.name} answered {len(words)} words instead of {block.count}")
         return words

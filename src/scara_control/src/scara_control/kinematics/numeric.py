@@ -1,0 +1,197 @@
+r"""Inverse kinematics of any open chain by least squares over its screw axes, for arms without a closed form here.
+
+The tool keeps the orientation that it has at home, so a tool position asks for all six degrees of freedom of a six-joint
+arm. Several starts are tried in a fixed order: the same question has the same answer on every machine.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scara_config import Joint, Robot
+from scipy.optimize import least_squares
+from scipy.stats import qmc
+
+from scara_control.errors import ScaraControlError, UnreachableError
+from scara_control.kinematics.jacobians import tip_jacobian
+from scara_control.kinematics.scara import Triple
+from scara_control.kinematics.scara_velocity import JointVelocities
+from scara_control.kinematics.screws import ScrewModel, forward_kinematics
+from scara_control.kinematics.twists import FloatArray, skew
+from scara_control.limits import LIMIT_TOLERANCE, check_joint_vector
+
+POSITION_TOLERANCE = 1e-7
+"""[m] A found solution is at most so far from the target (our choice: 100 times finer than a robot's repeatability)."""
+
+ROTATION_TOLERANCE = 1e-6
+"""Largest entry of the difference of two rotations, about an angle [rad] (our choice: 0.1 um at 0.1 m)."""
+
+ARM_LENGTH = 0.3
+"""[m] What an error of orientation weighs beside one of position (our choice: the length of a link)."""
+
+STARTS = 24
+"""Starts beside the given one and home (our choice: all targets of the tests are found from the first ten)."""
+
+SINGULAR_BELOW = 0.02
+"""Smallest singular value of the Jacobian (m and rad alike) below which damping sets in (our choice)."""
+
+DAMPING = 0.02
+"""Damping at the singularity itself (our choice)."""
+
+
+@dataclass(frozen=True, eq=False)
+class NumericArm:
+    """An arm by its screws, with limits and the orientation that the tool keeps.
+
+    Attributes:
+        joints: Base to tool.
+        chain: Screw axes and home pose.
+        home: Joint positions at home, shape ``(n,)``: [rad], prismatic [m].
+        rotation: Orientation of the tool at home, shape ``(3, 3)``.
+    """
+
+    joints: tuple[Joint, ...]
+    chain: ScrewModel
+    home: FloatArray
+    rotation: FloatArray
+
+    @classmethod
+    def from_robot(cls, robot: Robot) -> NumericArm:
+        """Take the joints that move the twin's tool from robot.yaml.
+
+        Raises:
+            ScrewModelError: The screw axes are no mechanism.
+        """
+        joints, chain = tuple(robot.arm_joints), ScrewModel.from_robot(robot)
+        home = np.array([robot.home[joint.name] * joint.scale for joint in joints])
+        return cls(joints, chain, home, forward_kinematics(chain, home)[:3, :3])
+
+    @property
+    def lower(self) -> FloatArray:
+        """Lower limits, shape ``(n,)``."""
+        return np.array([joint.lower for joint in self.joints])
+
+    @property
+    def upper(self) -> FloatArray:
+        """Upper limits, shape ``(n,)``."""
+        return np.array([joint.upper for joint in self.joints])
+
+    def tool_position(self, q: Sequence[float]) -> Triple:
+        """Return where the tool's origin is [m]."""
+        x, y, z = forward_kinematics(self.chain, q)[:3, 3].tolist()
+        return x, y, z
+
+
+def inverse(
+    arm: NumericArm, target: Sequence[float], elbow_wanted: bool = False, seed: Sequence[float] | None = None
+) -> tuple[float, ...]:
+    """Compute joint positions that bring the tool to ``target``, oriented as at home.
+
+    Args:
+        arm: The arm.
+        target: x, y, z in the base frame [m].
+        elbow_wanted: Whether righty or lefty was asked for, which this arm does not know.
+        seed: Joint positions to stay near to; None: home.
+
+    Returns:
+        Within the limits: the solution that ``seed`` leads to, else of those found the nearest to it.
+
+    Raises:
+        UnreachableError: Not finite, or no start leads there; the text says how near the best came.
+        ScaraControlError: ``elbow_wanted``.
+        JointVectorError: ``seed`` is no joint vector.
+    """
+    if elbow_wanted:
+        raise ScaraControlError("elbow: this arm has no righty and lefty; leave it empty")
+    place = np.array([float(value) for value in target])
+    if not np.isfinite(place).all():
+        raise UnreachableError(f"target {tuple(place.tolist())} is not finite")
+    start = arm.home if seed is None else np.array(check_joint_vector(arm.joints, seed))
+    best: tuple[float, float] = (math.inf, math.inf)
+    found: list[FloatArray] = []
+    for number, begin in enumerate(_starts(arm, start)):
+        q = _descend(arm, place, begin)
+        distance, turned = _errors(arm, place, q)
+        if distance <= POSITION_TOLERANCE and turned <= ROTATION_TOLERANCE:
+            found.append(q)
+            if number < 2 or len(found) == 3:
+                break
+        best = min(best, (distance + ARM_LENGTH * turned, distance))
+    if not found:
+        shown = ", ".join(f"{value:.6g}" for value in place)
+        raise UnreachableError(
+            f"target ({shown}) m, the tool as at home: not reached within the joints' limits; "
+            f"the best of {STARTS + 2} starts ends {best[1] * 1e3:.3g} mm away"
+        )
+    nearest = min(found, key=lambda q: float(np.linalg.norm(q - start)))
+    return tuple(np.clip(nearest, arm.lower, arm.upper).tolist())
+
+
+def velocities_for(arm: NumericArm, q: Sequence[float], velocity: Sequence[float]) -> JointVelocities:
+    r"""Compute the joint velocities for a velocity of the tool's origin while the tool does not turn.
+
+    .. math:: \dot q = J^T (J J^T + \lambda^2 I)^{-1} (0, v)
+
+    Args:
+        arm: The arm.
+        q: Joint positions, shape ``(n,)``.
+        velocity: Wanted velocity in the base frame, shape ``(3,)`` [m/s].
+
+    Returns:
+        Joint velocities, and as manipulability the smallest singular value of the Jacobian.
+
+    Raises:
+        JointVectorError: A wrong count or a value that is not finite.
+
+    Source:
+        Nakamura & Hanafusa, Inverse kinematic solutions with singularity robustness (1986).
+    """
+    jacobian = tip_jacobian(arm.chain, check_joint_vector(arm.joints, q))
+    smallest = float(np.linalg.svd(jacobian, compute_uv=False)[-1])
+    share = max(0.0, 1.0 - smallest / SINGULAR_BELOW)
+    twist = np.array([0.0, 0.0, 0.0, *velocity])
+    qdot = jacobian.T @ np.linalg.solve(jacobian @ jacobian.T + (DAMPING * share) ** 2 * np.eye(6), twist)
+    return JointVelocities(tuple(qdot.tolist()), smallest, share > 0.0)
+
+
+def tool_velocity_of(arm: NumericArm, q: Sequence[float], qdot: Sequence[float]) -> Triple:
+    """Compute the velocity of the tool's origin in the base frame [m/s]."""
+    x, y, z = (tip_jacobian(arm.chain, q) @ np.asarray(qdot, dtype=float))[3:].tolist()
+    return x, y, z
+
+
+def _starts(arm: NumericArm, seed: FloatArray) -> Iterator[FloatArray]:
+    """Yield the given start, home, then points that fill the joint space evenly."""
+    yield seed
+    yield arm.home
+    for share in qmc.Halton(len(arm.joints), scramble=False).random(STARTS):
+        yield arm.lower + share * (arm.upper - arm.lower)
+
+
+def _descend(arm: NumericArm, target: FloatArray, start: FloatArray) -> FloatArray:
+    """Return the joint positions within the limits where the errors are least, near ``start``."""
+    margin = 1e-6 * (arm.upper - arm.lower)
+    begin = np.clip(start, arm.lower + margin, arm.upper - margin)
+
+    def residual(q: FloatArray) -> FloatArray:
+        pose = forward_kinematics(arm.chain, q)
+        return np.concatenate([pose[:3, 3] - target, ARM_LENGTH * (pose[:3, :3] - arm.rotation).ravel()])
+
+    def slope(q: FloatArray) -> FloatArray:
+        pose, jacobian = forward_kinematics(arm.chain, q), tip_jacobian(arm.chain, q)
+        turns = [ARM_LENGTH * (skew(omega) @ pose[:3, :3]).ravel() for omega in jacobian[:3].T]
+        return np.vstack([jacobian[3:], np.array(turns).T])
+
+    bounds = (arm.lower - LIMIT_TOLERANCE, arm.upper + LIMIT_TOLERANCE)
+    solved = least_squares(residual, begin, slope, bounds, xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=100)
+    q: FloatArray = solved.x
+    return q
+
+
+def _errors(arm: NumericArm, target: FloatArray, q: FloatArray) -> tuple[float, float]:
+    """Return distance [m] and the largest difference of orientation."""
+    pose = forward_kinematics(arm.chain, q)
+    return float(np.linalg.norm(pose[:3, 3] - target)), float(np.abs(pose[:3, :3] - arm.rotation).max())

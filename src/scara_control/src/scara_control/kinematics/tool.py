@@ -1,0 +1,126 @@
+"""What moves the tool: one question set for every robot, answered in closed form for a SCARA, else numerically.
+
+The profile decides: a robot with ``geometry`` in robot.yaml is a SCARA.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple, Protocol
+
+from scara_config import Joint, Robot
+
+from scara_control.kinematics.numeric import NumericArm, inverse, tool_velocity_of, velocities_for
+from scara_control.kinematics.scara import Elbow, Scara, Solution, Triple, branches, solve, tool_position
+from scara_control.kinematics.scara_velocity import JointVelocities, joint_velocities, tool_velocity
+
+
+class InverseAnswer(NamedTuple):
+    """The chosen solution, and both branches of a SCARA; None for one that breaks a limit."""
+
+    chosen: Solution
+    righty: tuple[float, ...] | None
+    lefty: tuple[float, ...] | None
+
+
+class ToolKinematics(Protocol):
+    """Position and velocity of the tool's origin, and back; SI, in the base frame."""
+
+    @property
+    def joints(self) -> tuple[Joint, ...]:
+        """The joints that move the twin's tool, base to tool."""
+
+    def position(self, q: Sequence[float]) -> Triple:
+        """Return where the tool is [m]."""
+
+    def velocity(self, q: Sequence[float], qdot: Sequence[float]) -> Triple:
+        """Return the velocity of the tool's origin [m/s]."""
+
+    def joint_velocities(self, q: Sequence[float], velocity: Sequence[float]) -> JointVelocities:
+        """Return joint velocities for a velocity of the tool's origin [m/s], the tool not turning where it could."""
+
+    def inverse(self, x: float, y: float, z: float, elbow: Elbow | None, seed: Sequence[float] | None) -> InverseAnswer:
+        """Return joint positions for a tool position [m], near ``seed``.
+
+        Raises:
+            ScaraControlError: Out of reach or outside the limits; the text says why.
+        """
+
+    def elbow(self, q: Sequence[float]) -> Elbow | None:
+        """Return the branch of joint positions, None if the arm has none by name."""
+
+
+class ScaraTool:
+    """A SCARA, in closed form."""
+
+    def __init__(self, scara: Scara) -> None:
+        """Wrap the lengths and joints."""
+        self.scara = scara
+
+    @property
+    def joints(self) -> tuple[Joint, ...]:
+        """joint_1, joint_2, joint_3."""
+        return self.scara.joints
+
+    def position(self, q: Sequence[float]) -> Triple:
+        """See :func:`scara_control.kinematics.scara.tool_position`."""
+        return tool_position(self.scara, *q)
+
+    def velocity(self, q: Sequence[float], qdot: Sequence[float]) -> Triple:
+        """See :func:`scara_control.kinematics.scara_velocity.tool_velocity`."""
+        return tool_velocity(self.scara, q, qdot)
+
+    def joint_velocities(self, q: Sequence[float], velocity: Sequence[float]) -> JointVelocities:
+        """See :func:`scara_control.kinematics.scara_velocity.joint_velocities`."""
+        return joint_velocities(self.scara, q, velocity)
+
+    def inverse(self, x: float, y: float, z: float, elbow: Elbow | None, seed: Sequence[float] | None) -> InverseAnswer:
+        """See :func:`scara_control.kinematics.scara.solve`."""
+        chosen = solve(self.scara, x, y, z, elbow, seed)
+        return InverseAnswer(chosen, *branches(self.scara, x, y, z, seed[0] if seed else 0.0))
+
+    def elbow(self, q: Sequence[float]) -> Elbow | None:
+        """Righty or lefty."""
+        return Elbow.of(q[1])
+
+
+class NumericTool:
+    """Any other arm, from its screw axes."""
+
+    def __init__(self, arm: NumericArm) -> None:
+        """Wrap the arm."""
+        self.arm = arm
+
+    @property
+    def joints(self) -> tuple[Joint, ...]:
+        """All joints of the arm."""
+        return self.arm.joints
+
+    def position(self, q: Sequence[float]) -> Triple:
+        """Forward kinematics."""
+        return self.arm.tool_position(q)
+
+    def velocity(self, q: Sequence[float], qdot: Sequence[float]) -> Triple:
+        """See :func:`scara_control.kinematics.numeric.tool_velocity_of`."""
+        return tool_velocity_of(self.arm, q, qdot)
+
+    def joint_velocities(self, q: Sequence[float], velocity: Sequence[float]) -> JointVelocities:
+        """See :func:`scara_control.kinematics.numeric.velocities_for`."""
+        return velocities_for(self.arm, q, velocity)
+
+    def inverse(self, x: float, y: float, z: float, elbow: Elbow | None, seed: Sequence[float] | None) -> InverseAnswer:
+        """See :func:`scara_control.kinematics.numeric.inverse`."""
+        return InverseAnswer(Solution(inverse(self.arm, (x, y, z), elbow is not None, seed), None), None, None)
+
+    def elbow(self, q: Sequence[float]) -> Elbow | None:
+        """None: its branches have no names."""
+        return None
+
+
+def tool_kinematics(robot: Robot) -> ToolKinematics:
+    """Return what answers for the arm of ``robot``.
+
+    Raises:
+        ScaraControlError: The profile has ``geometry`` and is no SCARA, or its screw axes are no mechanism.
+    """
+    return NumericTool(NumericArm.from_robot(robot)) if robot.geometry is None else ScaraTool(Scara.from_robot(robot))
