@@ -102,7 +102,7 @@ def test_pendant_waits_for_the_end_of_a_program(cell: Cell) -> None:
 def test_pendant_says_why_it_cannot(cell: Cell) -> None:
     """Unknown program, fault, wrong value, nobody there: one line and an exit code that is not 0."""
     code, text = cell.pendant("run", "NOPE")
-    assert code == 1 and "no program 'NOPE': there are ARTICLE, STREAM, TWO_POINT" in text
+    assert code == 1 and "no program 'NOPE': there are ARTICLE, PALLETISE, STREAM, TWO_POINT" in text
     cell.client.write_coil(6000, False)
     wait_until(lambda: cell.client.read_discrete_inputs(6005, count=1).bits[0], 2.0)
     code, text = cell.pendant("run", "ARTICLE")

@@ -48,6 +48,8 @@ INPUTS = (
 OUTPUTS = ("cmdenbl", "sysrdy", "progrun", "paused", "held", "fault", "atperch", "tpenbl", "batalm", "busy")
 # What a robot with a command word must understand; the other inputs are its own affair.
 COMMANDS = ("imstp", "hold", "cstopi", "fault_reset", "start", "rsr1")
+# A robot may have a suction gripper: then all of these signals, else none.
+GRIPPER_INPUTS, GRIPPER_OUTPUTS = ("gripper",), ("gripper", "vacuum")
 
 
 class Register(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -148,6 +150,13 @@ class ModbusMap(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only
         """Return the register ``name`` of either table, None if there is none."""
         return self.holding_registers.get(name) or self.input_registers.get(name)
 
+    @property
+    def has_gripper(self) -> bool:
+        """The robot has a suction gripper."""
+        inputs = self.command_word.codes if self.command_word else self.coils
+        outputs = self.status_word.bits if self.status_word else self.discrete_inputs
+        return any(name in inputs for name in GRIPPER_INPUTS) or any(name in outputs for name in GRIPPER_OUTPUTS)
+
 
 def load_modbus_map(directory: Path | str | None = None) -> ModbusMap:
     """Read modbus_map.yaml of ``directory`` (default: the package scara_config).
@@ -206,12 +215,13 @@ def _wrong_registers(layout: ModbusMap) -> Iterator[str]:
 
 
 def _wrong_outputs(layout: ModbusMap) -> Iterator[str]:
+    names = OUTPUTS + (GRIPPER_OUTPUTS if layout.has_gripper else ())
     if layout.status_word is None:
-        yield from _wrong_names("discrete_inputs", layout.discrete_inputs, OUTPUTS)
+        yield from _wrong_names("discrete_inputs", layout.discrete_inputs, names)
         return
     if layout.discrete_inputs:
         yield "status_word: there are discrete_inputs too"
-    yield from _wrong_names("status_word.bits", layout.status_word.bits, OUTPUTS)
+    yield from _wrong_names("status_word.bits", layout.status_word.bits, names)
     yield from _wrong_word(layout, "status_word", layout.status_word)
 
 
@@ -224,9 +234,9 @@ def _wrong_word(layout: ModbusMap, key: str, word: SignalWord) -> Iterator[str]:
 
 
 def _wrong_inputs(layout: ModbusMap) -> Iterator[str]:
-    word = layout.command_word
+    word, gripper = layout.command_word, GRIPPER_INPUTS if layout.has_gripper else ()
     if word is None:
-        yield from _wrong_names("coils", layout.coils, INPUTS)
+        yield from _wrong_names("coils", layout.coils, INPUTS + gripper)
         return
     if layout.coils:
         yield "command_word: there are coils too"
@@ -236,9 +246,9 @@ def _wrong_inputs(layout: ModbusMap) -> Iterator[str]:
             yield f"command_word.{key} = {getattr(word, key)}: must be the name of a register of one word"
     if first and second and not (first.write and second.write and second.address == first.address + 1):
         yield "command_word: register and sequence must be neighbours with write: true, to be written at once"
-    for name in sorted(set(word.codes) - set(INPUTS)):
-        yield f"command_word.codes.{name}: is unknown, allowed are {', '.join(INPUTS)}"
-    for name in (name for name in COMMANDS if name not in word.codes):
+    for name in sorted(set(word.codes) - set(INPUTS + gripper)):
+        yield f"command_word.codes.{name}: is unknown, allowed are {', '.join(INPUTS + gripper)}"
+    for name in (name for name in COMMANDS + gripper if name not in word.codes):
         yield f"command_word.codes.{name}: is missing"
     for name, code in word.codes.items():
         if (code.pulse is None) == (code.low is None) or (code.low is None) != (code.high is None):

@@ -31,7 +31,7 @@ def test_article_positions_give_the_articles_coordinates(robot: Robot) -> None:
 def test_shipped_programs_have_their_own_rsr_and_two_point_goes_there_and_back(robot: Robot) -> None:
     """RSR2 is the article's experiment, RSR3 its scenario: two positions, one speed for each direction."""
     programs = load_programs(robot, CONFIG)
-    assert {number: program.name for number, program in programs.items()} == {2: "ARTICLE", 3: "TWO_POINT"}
+    assert {number: program.name for number, program in programs.items()} == {2: "ARTICLE", 3: "TWO_POINT", 4: "PALLETISE"}
     moves = [step for step in programs[3].steps if isinstance(step, MoveStep)]
     assert len({step.target for step in moves}) == 2
     assert {step.speed_percent for step in moves if step.target == moves[1].target} == {30.0}

@@ -193,7 +193,7 @@ def test_safety_speed_caps_the_override_and_forbids_a_start(bench: Bench) -> Non
 @pytest.mark.parametrize(
     ("prepare", "cause"),
     [
-        (["rsr4"], "RSR4 has no program"),
+        (["rsr5"], "RSR5 has no program"),
         (["-hold", "rsr2"], "HOLD is off"),
         (["-sfspd", "rsr2"], "SFSPD is off"),
         (["-enbl", "rsr2"], "ENBL is off"),

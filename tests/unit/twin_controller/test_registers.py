@@ -27,7 +27,7 @@ CONFIG = Path(__file__).resolve().parents[3] / "config"
 ROBOT: Robot = load_robot(CONFIG)
 LAYOUT: ModbusMap = load_modbus_map(CONFIG)
 CODEC = RegisterCodec(LAYOUT, ROBOT)
-SIGNALS = [True, True, True, False, False, False, False, False, False, True]
+SIGNALS = [True, True, True, False, False, False, False, False, False, True] + [False] * 12
 
 
 def low_first(*values: float) -> list[int]:
@@ -44,10 +44,10 @@ def state_words(position: tuple[float, ...] = (10.0, 20.0, -160.0, 30.0, -40.0),
 
 
 def test_one_read_covers_the_state_and_one_write_the_set_point() -> None:
-    """1001-1044 is read, 1051-1071 written, UO[1..10] read, each by one request (PDU addresses are one less)."""
+    """1001-1044 is read, 1051-1071 written, UO[1..10] and the gripper read, each by one request (PDU addresses are one less)."""
     assert CODEC.state == Block(1000, 44)
     assert CODEC.setpoint == Block(1050, 21)
-    assert CODEC.outputs == Block(6000, 10)
+    assert CODEC.outputs == Block(6000, 22)
     assert CODEC.program.count <= 125 and CODEC.alarm.count <= 125
 
 
@@ -70,7 +70,7 @@ def test_a_state_block_is_decoded_in_si_in_the_order_of_the_profile() -> None:
     [
         (state_words()[:-1], SIGNALS, "43 words instead of 44"),
         (state_words() + [0], SIGNALS, "45 words instead of 44"),
-        (state_words(), SIGNALS[:9], "9 signals instead of 10"),
+        (state_words(), SIGNALS[:9], "9 signals instead of 22"),
         (state_words(valid=0), SIGNALS, "position is not valid"),
         (state_words((math.nan, 0.0, 0.0, 0.0, 0.0)), SIGNALS, "joint_1 = nan deg is outside"),
         (state_words((0.0, math.inf, 0.0, 0.0, 0.0)), SIGNALS, "joint_2 = inf deg is outside"),

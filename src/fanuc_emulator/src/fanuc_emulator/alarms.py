@@ -58,11 +58,12 @@ class Alarm(msgspec.Struct, frozen=True):
 IMSTP = AlarmCode(11, 37, Severity.SERVO, "IMSTP input")
 HEARTBEAT_LOST = AlarmCode(12, 213, Severity.ABORT, "UALM heartbeat lost")
 HEARTBEAT_SILENT = AlarmCode(12, 214, Severity.WARN, "UALM heartbeat silent")
+NO_VACUUM = AlarmCode(12, 215, Severity.PAUSE, "UALM gripper does not answer")
 POSITION_LIMIT = AlarmCode(15, 17, Severity.ABORT, "Limit error PR[1]")
 POSITION_INVALID = AlarmCode(12, 311, Severity.ABORT, "Uninitialized data PR[1]")
 START_REFUSED = AlarmCode(24, 11, Severity.WARN, "Start refused")
 RESET_REFUSED = AlarmCode(24, 12, Severity.WARN, "Reset refused")
-ALL_CODES = (IMSTP, HEARTBEAT_LOST, HEARTBEAT_SILENT, POSITION_LIMIT, POSITION_INVALID, START_REFUSED, RESET_REFUSED)
+ALL_CODES = (IMSTP, HEARTBEAT_LOST, HEARTBEAT_SILENT, NO_VACUUM, POSITION_LIMIT, POSITION_INVALID, START_REFUSED, RESET_REFUSED)
 
 
 class AlarmList:

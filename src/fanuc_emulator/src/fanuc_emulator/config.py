@@ -13,7 +13,7 @@ from ruamel.yaml import YAML
 from scara_config import ConfigError, Joint, Robot, load, locate
 
 from fanuc_emulator.axis import AxisParameters
-from fanuc_emulator.program import MoveLine, MoveStep, Program, ProgramFile, WaitStep, unroll
+from fanuc_emulator.program import GripperLine, GripperStep, MoveStep, Program, ProgramFile, WaitLine, WaitStep, unroll
 
 Percent = Annotated[float, Meta(gt=0.0, le=1000.0)]
 Positive = Annotated[float, Meta(gt=0.0, le=1e9)]
@@ -59,6 +59,7 @@ class EmulatorConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     cold_start_override_percent: Annotated[int, Meta(ge=1, le=100)]
     safety_speed_percent: Annotated[int, Meta(ge=1, le=100)]
     heartbeat_timeout_ms: Annotated[int, Meta(ge=10, le=10000)]
+    gripper_timeout_ms: Annotated[int, Meta(ge=10, le=10000)]
     stream_program: Annotated[str, Meta(pattern=r"^[A-Z][A-Z0-9_]{0,15}$")]
 
     @property
@@ -166,10 +167,12 @@ def _load_program(path: Path, robot: Robot) -> Program:
         name: joint_positions(values, robot, lambda key, name=name: _place(path, name, key))  # type: ignore[misc]
         for name, values in file.positions.items()
     }
-    steps: list[MoveStep | WaitStep] = []
+    steps: list[MoveStep | WaitStep | GripperStep] = []
     for number, line in unroll(file.lines):
-        if not isinstance(line, MoveLine):
+        if isinstance(line, WaitLine):
             steps.append(WaitStep(number, line.wait_s))
+        elif isinstance(line, GripperLine):
+            steps.append(GripperStep(number, line.value == "on"))
         elif line.position in positions:
             steps.append(MoveStep(number, positions[line.position], line.speed_percent, line.termination == "fine"))
         else:

@@ -13,8 +13,9 @@ from fanuc_emulator import alarms
 from fanuc_emulator.alarms import Alarm, AlarmCode, AlarmList, Severity
 from fanuc_emulator.axis import Axis
 from fanuc_emulator.config import EmulatorConfig, axis_parameters, joint_positions
+from fanuc_emulator.gripping.cell_parts import CellParts
 from fanuc_emulator.motion import MotionGroup
-from fanuc_emulator.program import Executor, MoveStep, Program, ProgramState, StreamStep
+from fanuc_emulator.program import Executor, GripperStep, MoveStep, Program, ProgramState, StreamStep
 from fanuc_emulator.uop import Inputs, Outputs, Request
 from fanuc_emulator.watchdog import Watchdog, WatchdogState
 
@@ -60,9 +61,20 @@ class Controller:
         robot: robot.yaml.
         programs: By RSR number, from 2 up; RSR1 is the stream program.
         boot_seconds: UTC at tick 0, for the dates of alarms [s].
+        parts: What the gripper can hold; None: there is nothing.
     """
 
-    def __init__(self, config: EmulatorConfig, robot: Robot, programs: Mapping[int, Program], boot_seconds: float) -> None:
+    def __init__(
+        self,
+        config: EmulatorConfig,
+        robot: Robot,
+        programs: Mapping[int, Program],
+        boot_seconds: float,
+        parts: CellParts | None = None,
+    ) -> None:
+        self.parts = parts
+        self._gripper = False
+        self._gripper_wait = 0.0
         self._config = config
         self._robot = robot
         self._boot_seconds = boot_seconds
@@ -95,7 +107,10 @@ class Controller:
         return min(self._override, cap)
 
     def write_input(self, name: str, value: bool) -> None:
-        """Set UI signal ``name``."""
+        """Set UI signal ``name``; ``gripper`` is no UI signal, a background program copies each write of it to RO[1]."""
+        if name == "gripper":
+            self._gripper = value
+            return
         match self._inputs.write(name, value):
             case Request.POWER_OFF:
                 self._motion.power_off()
@@ -142,6 +157,8 @@ class Controller:
         if self._executor.state is ProgramState.RUNNING:
             self._execute()
         self._motion.step(self.override / 100.0, self._executor.state is not ProgramState.RUNNING)
+        if self.parts is not None:
+            self.parts.step(self._motion.positions, self._gripper, self._dt)
         if self._aborting and self._motion.standing:
             self._motion.clear()
             self._executor.abort()
@@ -188,6 +205,11 @@ class Controller:
         return self._tick * self._config.interpolation_period_ms
 
     @property
+    def _vacuum(self) -> bool:
+        """RI[1]: a part closes the nozzle."""
+        return self.parts is not None and self.parts.held is not None
+
+    @property
     def _control_type(self) -> ControlType:
         program = self._executor.program
         if program is None or self._executor.state is ProgramState.ABORTED:
@@ -223,16 +245,29 @@ class Controller:
             tpenbl=False,
             batalm=False,
             busy=running or not self._motion.standing,
+            gripper=self._gripper,
+            vacuum=self._vacuum,
         )
 
     def _execute(self) -> None:
         """Let the program go on, and start what its line asks for."""
         motion = self._motion
-        step = self._executor.advance(self._dt, motion.path_done, motion.arrived)
+        step = self._executor.advance(self._dt, motion.path_done, motion.arrived, self._vacuum)
         if isinstance(step, MoveStep):
             motion.start_move(step.target, step.speed_percent / 100.0)
+        elif isinstance(step, GripperStep):
+            self._gripper, self._gripper_wait = step.on, 0.0
+        elif isinstance(self._executor.step, GripperStep):
+            self._wait_for_vacuum(self._executor.step)
         elif isinstance(self._executor.step, StreamStep) and self._setpoint_acceptable():
             motion.stream(self._setpoint if self._setpoint_valid else None, self._stream_speed / 100.0)
+
+    def _wait_for_vacuum(self, step: GripperStep) -> None:
+        """Pause the program when the gripper has not answered in time; START waits again."""
+        self._gripper_wait += self._dt
+        if self._gripper_wait > self._config.gripper_timeout_ms * 1e-3:
+            self._gripper_wait = 0.0
+            self._raise(alarms.NO_VACUUM, f"RI[1] is not {'ON' if step.on else 'OFF'} in line {step.line}")
 
     def _setpoint_acceptable(self) -> bool:
         """Check PR[1] once after each write; raise an alarm if the robot cannot go there."""

@@ -24,14 +24,20 @@ class WaitLine(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_fiel
     wait_s: Annotated[float, Meta(ge=0.0, le=3600.0)]
 
 
+class GripperLine(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="do", tag="gripper"):
+    """``RO[1]=ON; WAIT RI[1]=ON`` (or OFF): switch the suction, go on when the vacuum says so."""
+
+    value: Literal["on", "off"]
+
+
 class RepeatLine(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="do", tag="repeat"):
     """``FOR .. ENDFOR``: run the lines below ``times`` times."""
 
     times: Annotated[int, Meta(ge=1, le=1000)]
-    lines: list[MoveLine | WaitLine | RepeatLine]
+    lines: list[MoveLine | WaitLine | GripperLine | RepeatLine]
 
 
-Line = MoveLine | WaitLine | RepeatLine
+Line = MoveLine | WaitLine | GripperLine | RepeatLine
 
 
 class ProgramFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -60,13 +66,20 @@ class WaitStep(msgspec.Struct, frozen=True):
     seconds: float
 
 
+class GripperStep(msgspec.Struct, frozen=True):
+    """The suction is switched; done when the vacuum is there, or gone."""
+
+    line: int
+    on: bool
+
+
 class StreamStep(msgspec.Struct, frozen=True):
     """``J PR[1] R[2]% CNT100; JMP LBL``: follow the set points of the client until aborted."""
 
     line: int
 
 
-Step = MoveStep | WaitStep | StreamStep
+Step = MoveStep | WaitStep | GripperStep | StreamStep
 
 
 class Program(msgspec.Struct, frozen=True):
@@ -90,7 +103,7 @@ class ProgramState(IntEnum):
     RUNNING = 2
 
 
-def unroll(lines: Sequence[Line], first: int = 1) -> Iterator[tuple[int, MoveLine | WaitLine]]:
+def unroll(lines: Sequence[Line], first: int = 1) -> Iterator[tuple[int, MoveLine | WaitLine | GripperLine]]:
     """Yield (line number, line) in the order of execution.
 
     Lines are numbered as they stand in the listing, a ``repeat`` takes a number of its own.
@@ -156,13 +169,14 @@ class Executor:
         """End the program here."""
         self.state = ProgramState.ABORTED
 
-    def advance(self, dt: float, path_done: bool, arrived: bool) -> Step | None:
+    def advance(self, dt: float, path_done: bool, arrived: bool, vacuum: bool = False) -> Step | None:
         """Go on for ``dt`` and return a step that begins now, if one does.
 
         Args:
             dt: Step [s].
             path_done: The last move's path is finished.
             arrived: ... and the motors are there.
+            vacuum: A part is held.
         """
         if self.state is not ProgramState.RUNNING or self.program is None:
             return None
@@ -171,7 +185,7 @@ class Executor:
             if self._delay > 1e-9:
                 return None
         if self._started:
-            if not self._finished(self.program.steps[self._index], path_done, arrived):
+            if not self._finished(self.program.steps[self._index], path_done, arrived, vacuum):
                 return None
             self._index += 1
             if self._index >= len(self.program.steps):
@@ -183,8 +197,10 @@ class Executor:
             self._delay = step.seconds
         return step
 
-    def _finished(self, step: Step, path_done: bool, arrived: bool) -> bool:
+    def _finished(self, step: Step, path_done: bool, arrived: bool, vacuum: bool) -> bool:
         """Tell whether ``step`` is done; a wait is done when its delay has run out, a stream never."""
         if isinstance(step, MoveStep):
             return arrived if step.fine else path_done
+        if isinstance(step, GripperStep):
+            return vacuum == step.on
         return isinstance(step, WaitStep)

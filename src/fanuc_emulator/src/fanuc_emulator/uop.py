@@ -63,7 +63,7 @@ class Inputs:
 
 
 class Outputs(msgspec.Struct, frozen=True):
-    """Levels of the outputs, named as in modbus_map.yaml."""
+    """Levels of the outputs, named as in modbus_map.yaml; ``gripper`` is RO[1], ``vacuum`` its answer RI[1]."""
 
     cmdenbl: bool
     sysrdy: bool
@@ -75,3 +75,5 @@ class Outputs(msgspec.Struct, frozen=True):
     tpenbl: bool
     batalm: bool
     busy: bool
+    gripper: bool = False
+    vacuum: bool = False

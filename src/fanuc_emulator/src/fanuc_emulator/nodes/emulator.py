@@ -22,11 +22,14 @@ from typing import Any
 
 from scara_config import ConfigError, Robot, load_robot
 from scara_config.modbus_map import load_modbus_map
+from scara_config.palletise import find_palletise
 
 from fanuc_emulator.config import load_emulator, load_programs
 from fanuc_emulator.controller import Controller, Snapshot
+from fanuc_emulator.gripping.cell_parts import CellParts
 from fanuc_emulator.io.modbus_server import PortError, RobotServer
 from fanuc_emulator.io.servo_loop import ServoLoop
+from fanuc_emulator.nodes.parts_truth import PartsTruth
 from fanuc_emulator.register_image import RegisterImage
 
 _GROUND_TRUTH_PERIOD = 0.004
@@ -39,9 +42,11 @@ class GroundTruth:
         robot: Joint names.
         every: Publish each ``every``-th snapshot.
         stop: Set when the node ends; rospy's own end sets it too.
+        parts: The truth about the parts, published beside it.
     """
 
-    def __init__(self, robot: Robot, every: int, stop: threading.Event) -> None:
+    def __init__(self, robot: Robot, every: int, stop: threading.Event, parts: PartsTruth | None = None) -> None:
+        self._parts = parts
         self._names = [joint.name for joint in robot.joints]
         self._every = every
         self._stop = stop
@@ -54,6 +59,8 @@ class GroundTruth:
         """Publish a snapshot that is true at the monotonic time ``due``."""
         if self._publisher is None or snapshot.tick % self._every:
             return
+        if self._parts is not None:
+            self._parts.publish(snapshot.outputs, self._time(due + self._offset))
         message = self._message(name=self._names, position=snapshot.positions, velocity=snapshot.velocities)
         message.header.stamp = self._time(due + self._offset)
         self._publisher.publish(message)
@@ -79,6 +86,8 @@ class GroundTruth:
         rospy.on_shutdown(self._stop.set)
         self._message, self._time = JointState, rospy.Time.from_sec
         self._measure_offset(rospy.get_time)
+        if self._parts is not None:
+            self._parts.advertise()
         self._publisher = rospy.Publisher("real/ground_truth", JointState, queue_size=100, tcp_nodelay=True)
         while not self._stop.wait(1.0):
             self._measure_offset(rospy.get_time)
@@ -120,8 +129,12 @@ def run(config_dir: str | None, host: str | None, port: str | None) -> int:
     stop = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stop.set())
-    truth = GroundTruth(robot, max(1, round(_GROUND_TRUTH_PERIOD / config.dt)), stop)
-    loop = ServoLoop(Controller(config, robot, programs, time.time()), config.dt, config.clock.drift_ppm, truth.observe)
+    work = find_palletise(directory)
+    parts = CellParts(work, robot) if work else None
+    shown = PartsTruth(parts, work, robot.base_frame) if parts and work else None
+    truth = GroundTruth(robot, max(1, round(_GROUND_TRUTH_PERIOD / config.dt)), stop, shown)
+    controller = Controller(config, robot, programs, time.time(), parts)
+    loop = ServoLoop(controller, config.dt, config.clock.drift_ppm, truth.observe)
     with loop, RobotServer(*address, layout, RegisterImage(layout, robot), loop, config.answer_delay_ms * 1e-3):
         started = {1: config.stream_program} | {number: program.name for number, program in sorted(programs.items())}
         listed = ", ".join(f"RSR{number} {name}" for number, name in started.items())

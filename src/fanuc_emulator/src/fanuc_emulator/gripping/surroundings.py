@@ -1,0 +1,65 @@
+"""What parts can lie on, as flat surfaces seen from above, and what is in the way of a tool that comes down."""
+
+from __future__ import annotations
+
+import math
+
+import msgspec
+from scara_config.palletise import MM, Palletise
+
+
+class Surface(msgspec.Struct, frozen=True):
+    """A horizontal face at ``height`` [m]: a disc of ``radius`` about ``middle``, or a rectangle of ``half`` lengths."""
+
+    name: str
+    height: float
+    middle: tuple[float, float]
+    radius: float = 0.0
+    half: tuple[float, float] = (0.0, 0.0)
+    turns: bool = False
+
+    def carries(self, x: float, y: float, reach: float = 0.0) -> bool:
+        """Tell whether (x, y) lies over the face, or not farther beside it than ``reach`` [m]."""
+        dx, dy = x - self.middle[0], y - self.middle[1]
+        if self.radius:
+            return math.hypot(dx, dy) <= self.radius + reach
+        return abs(dx) <= self.half[0] + reach and abs(dy) <= self.half[1] + reach
+
+
+class Surroundings:
+    """The table with its stands, the pallet and the floor; only the table turns.
+
+    Args:
+        work: palletise.yaml.
+    """
+
+    def __init__(self, work: Palletise) -> None:
+        self._axis = (work.table.axis_mm[0] * MM, work.table.axis_mm[1] * MM)
+        half = (0.5 * work.pallet.size_mm[0] * MM, 0.5 * work.pallet.size_mm[1] * MM)
+        middle = (work.pallet.middle_mm[0] * MM, work.pallet.middle_mm[1] * MM)
+        self._fixed = [
+            Surface("pallet", work.pallet.top_mm * MM, middle, half=half),
+            Surface("table_link", work.table.top_mm * MM, self._axis, radius=work.table.radius_mm * MM),
+            Surface("floor", work.floor_mm * MM, (0.0, 0.0), half=(1e3, 1e3)),
+        ]
+        self._stands = [
+            Surface(name, work.table.stand_top_mm * MM, (x * MM, y * MM), radius=work.table.stand_radius_mm * MM, turns=True)
+            for name, (x, y) in work.table.stands_mm.items()
+        ]
+        self.top = max(surface.height for surface in (*self._fixed, *self._stands))
+
+    def turned(self, x: float, y: float, angle: float) -> tuple[float, float]:
+        """Return where a point goes when the table turns by ``angle`` [rad]."""
+        dx, dy = x - self._axis[0], y - self._axis[1]
+        c, s = math.cos(angle), math.sin(angle)
+        return self._axis[0] + c * dx - s * dy, self._axis[1] + s * dx + c * dy
+
+    def surfaces(self, table: float) -> list[Surface]:
+        """Return all faces with the table at ``table`` [rad]."""
+        stands = [msgspec.structs.replace(stand, middle=self.turned(*stand.middle, table)) for stand in self._stands]
+        return [*stands, *self._fixed]
+
+    def below(self, x: float, y: float, height: float, table: float) -> Surface:
+        """Return the highest face under a point, at most ``height`` [m] high; the floor is always there."""
+        under = [surface for surface in self.surfaces(table) if surface.height <= height and surface.carries(x, y)]
+        return max(under, key=lambda surface: surface.height, default=self._fixed[-1])

@@ -1,0 +1,92 @@
+"""The truth about the real side's parts and gripper, as ROS messages; for the report and for eyes, never for control."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from scara_config.palletise import Palletise
+
+from fanuc_emulator.gripping.cell_parts import CellParts
+from fanuc_emulator.uop import Outputs
+
+GRIPPER_EVERY = 13
+PARTS_EVERY = 25
+"""Of the ground truth at 250 Hz: about 20 and 10 Hz."""
+FREE = (0.45, 0.70, 0.95, 0.6)
+HELD = (1.00, 0.75, 0.40, 0.6)
+
+
+class PartsTruth:
+    """Publishes ``real/parts``, ``real/gripper`` and ``real/part_events``, from the servo loop's thread.
+
+    Args:
+        parts: The parts; stepped by the same thread.
+        work: palletise.yaml.
+        base_frame: Frame of all positions.
+    """
+
+    def __init__(self, parts: CellParts, work: Palletise, base_frame: str) -> None:
+        self._parts, self._work, self._frame = parts, work, base_frame
+        self._calls = 0
+        self._told: tuple[object, ...] = ()
+
+    def advertise(self) -> None:
+        """Begin; a roscore is there."""
+        import rospy
+        from geometry_msgs.msg import Point
+        from visualization_msgs.msg import Marker, MarkerArray
+
+        from scara_msgs.msg import GripperState, PartEvent
+
+        self._marker, self._array, self._point = Marker, MarkerArray, Point
+        self._state, self._event = GripperState, PartEvent
+        self._gripper = rospy.Publisher("real/gripper", GripperState, queue_size=10, latch=True, tcp_nodelay=True)
+        self._events = rospy.Publisher("real/part_events", PartEvent, queue_size=100, tcp_nodelay=True)
+        self._markers = rospy.Publisher("real/parts", MarkerArray, queue_size=1, latch=True)
+
+    def publish(self, outputs: Outputs, stamp: Any) -> None:
+        """Publish what has happened, and the state when it is due or has changed."""
+        parts = self._parts
+        while parts.events:
+            happened = parts.events.pop(0)
+            event = self._event(kind=happened.kind, part=happened.part, other=happened.other, message=happened.message)
+            event.header.stamp, event.header.frame_id, event.position = stamp, self._frame, self._point(*happened.position)
+            self._events.publish(event)
+        held = parts.held.name if parts.held else ""
+        told = (outputs.gripper, held, parts.collisions, parts.drops)
+        changed, self._told = told != self._told, told
+        self._calls += 1
+        if changed or self._calls % GRIPPER_EVERY == 0:
+            self._publish_state(outputs.gripper, held, stamp)
+        if changed or self._calls % PARTS_EVERY == 0:
+            self._publish_parts(stamp)
+
+    def _publish_state(self, suction: bool, held: str, stamp: Any) -> None:
+        parts = self._parts
+        state = self._state(
+            commanded=suction,
+            holding=bool(held),
+            part=held,
+            collisions=parts.collisions,
+            drops=parts.drops,
+            message=parts.message,
+        )
+        state.header.stamp = stamp
+        self._gripper.publish(state)
+
+    def _publish_parts(self, stamp: Any) -> None:
+        """Publish one cylinder for each part, like the twin's."""
+        array = self._array()
+        for number, part in enumerate(self._parts.parts):
+            marker = self._marker(ns="parts", id=number, type=self._marker.CYLINDER, action=self._marker.ADD, text=part.name)
+            marker.header.stamp, marker.header.frame_id = stamp, self._frame
+            where = marker.pose.position
+            where.x, where.y, where.z = self._parts.place(part)
+            where.z += 0.5 * self._work.parts.height
+            marker.pose.orientation.w = 1.0
+            marker.scale.x = marker.scale.y = 2.0 * self._work.parts.radius
+            marker.scale.z = self._work.parts.height
+            colour = marker.color
+            colour.r, colour.g, colour.b, colour.a = HELD if part is self._parts.held else FREE
+            array.markers.append(marker)
+        self._markers.publish(array)

@@ -1,0 +1,161 @@
+"""The real side's parts: held they move with the tool, on a stand with the table; drops and collisions are seen."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+from fanuc_emulator.config import load_emulator, load_programs
+from fanuc_emulator.controller import Controller, Snapshot
+from fanuc_emulator.gripping.cell_parts import CellParts
+from fanuc_emulator.program import GripperStep, Program, ProgramState
+from scara_config import load_robot
+from scara_config.palletise import load_palletise
+
+from fanuc_emulator import alarms
+
+CONFIG = Path(__file__).parents[4] / "config"
+ROBOT = load_robot(CONFIG)
+WORK = load_palletise(CONFIG)
+DT = 0.002
+NAME, STAND, ANGLE, (X, Y) = WORK.picks()[0]
+
+
+def joints(x: float, y: float, z: float, table: float) -> list[float]:
+    """Return joint positions in the order of robot.yaml."""
+    l1, l2, h = ROBOT.geometry.l1_mm / 1e3, ROBOT.geometry.l2_mm / 1e3, ROBOT.geometry.h_mm / 1e3
+    q2 = math.acos((x * x + y * y - l1 * l1 - l2 * l2) / (2 * l1 * l2))
+    q1 = math.atan2(y, x) - math.atan2(l2 * math.sin(q2), l1 + l2 * math.cos(q2))
+    return [q1, q2, z - h, 0.0, table]
+
+
+class Bench:
+    """Parts under a tool that is put anywhere."""
+
+    def __init__(self) -> None:
+        self.parts = CellParts(WORK, ROBOT)
+
+    def be(self, x: float, y: float, z: float, suction: bool, seconds: float = 0.1, table: float = ANGLE) -> None:
+        """Hold the tool there for a while."""
+        for _ in range(round(seconds / DT)):
+            self.parts.step(joints(x, y, z, table), suction, DT)
+
+    def kinds(self) -> list[str]:
+        """Return what has happened."""
+        return [event.kind for event in self.parts.events]
+
+    def pick(self) -> None:
+        """Bring the first part into the air."""
+        self.be(X, Y, WORK.pick_height, True)
+        self.be(X, Y, 0.07, True)
+
+
+@pytest.fixture
+def bench() -> Bench:
+    """Give all parts on their stands."""
+    return Bench()
+
+
+def test_part_is_carried_by_the_tool_and_lies_where_it_was_let_go(bench: Bench) -> None:
+    """Gripped off the middle by 1 mm it also lies 1 mm off."""
+    bench.be(X + 0.001, Y, WORK.pick_height, True)
+    bench.be(X, Y, 0.07, True)
+    x, y = WORK.pallet.places()[0]
+    bench.be(x, y, WORK.place_height, True)
+    bench.be(x, y, WORK.place_height, False)
+    part = bench.parts.parts[0]
+    assert bench.kinds() == ["gripped", "released", "placed"]
+    assert part.on == "pallet"
+    assert bench.parts.place(part) == pytest.approx((x - 0.001, y, WORK.pallet.top_mm * 1e-3), abs=1e-9)
+
+
+def test_parts_on_stands_turn_with_the_table_and_others_do_not(bench: Bench) -> None:
+    """A quarter turn moves all nine; a part on the pallet stays."""
+    bench.be(0.3, -0.3, 0.1, False, table=0.0)
+    before = [bench.parts.place(part) for part in bench.parts.parts]
+    bench.be(0.3, -0.3, 0.1, False, table=math.pi / 2)
+    assert min(math.dist(a, bench.parts.place(part)) for a, part in zip(before, bench.parts.parts)) > 0.1
+    test_part_is_carried_by_the_tool_and_lies_where_it_was_let_go(bench)
+    placed = bench.parts.place(bench.parts.parts[0])
+    bench.be(0.3, -0.3, 0.1, False, table=0.3)
+    assert bench.parts.place(bench.parts.parts[0]) == placed
+
+
+@pytest.mark.parametrize(("dx", "dz"), [(0.0, 0.002), (0.007, 0.0)], ids=["too high", "too far beside"])
+def test_suction_grips_only_what_is_near_below(bench: Bench, dx: float, dz: float) -> None:
+    """Beyond reach_mm or offset_mm there is no vacuum."""
+    bench.be(X + dx, Y - dx, WORK.pick_height + dz, True, 0.5)
+    assert bench.parts.held is None and bench.kinds() == []
+
+
+def test_part_let_go_in_the_air_was_dropped(bench: Bench) -> None:
+    """The event says how far and on what."""
+    bench.pick()
+    bench.be(X, Y, 0.07, False)
+    assert bench.kinds() == ["gripped", "released", "dropped"]
+    assert bench.parts.drops == 1
+    assert "fell 79.5 mm on stand_1" in bench.parts.message
+
+
+def test_held_part_run_into_a_stand_is_one_collision(bench: Bench) -> None:
+    """It is counted once until the two are apart, and again then."""
+    bench.pick()
+    for count in (1, 2):
+        bench.be(X, Y, WORK.pick_height - 0.01, True)
+        bench.be(X, Y, 0.07, True)
+        assert bench.parts.collisions == count
+    assert {"collision"} == {event.kind for event in bench.parts.events} - {"gripped"}
+
+
+def controller(steps: tuple[GripperStep, ...]) -> Controller:
+    """Return a robot with parts and one program as RSR2, at home above stand 1: nothing is near enough to be gripped."""
+    config = load_emulator(ROBOT, CONFIG)
+    made = Controller(config, ROBOT, {2: Program("GRIP", 2, steps)}, 0.0, CellParts(WORK, ROBOT))
+    made.write_input("rsr2", True)
+    return made
+
+
+def run(robot: Controller, seconds: float) -> Snapshot:
+    """Let time pass."""
+    for _ in range(round(seconds / DT)):
+        robot.step()
+    return robot.snapshot()
+
+
+def test_program_waits_for_the_vacuum_and_pauses_with_an_alarm() -> None:
+    """Nothing gripped is no reason to go on; the output stays as commanded."""
+    now = run(controller((GripperStep(1, True),)), 0.7)
+    assert now.program_state is ProgramState.PAUSED
+    assert now.alarm is not None and now.alarm.code is alarms.NO_VACUUM and "RI[1] is not ON in line 1" in now.alarm.cause
+    assert now.outputs.gripper and not now.outputs.vacuum
+
+
+def test_only_a_command_opens_the_gripper() -> None:
+    """Neither hold nor the emergency stop nor the end of the program switches the suction; each write of the coil does."""
+    robot = controller((GripperStep(1, True),))
+    run(robot, 0.1)
+    for name, level in (("hold", False), ("imstp", False), ("cstopi", True)):
+        robot.write_input(name, level)
+        assert run(robot, 0.2).outputs.gripper
+    robot.write_input("gripper", False)
+    assert not robot.snapshot().outputs.gripper
+    robot.write_input("gripper", True)
+    assert robot.snapshot().outputs.gripper
+
+
+def test_shipped_program_places_nine_parts() -> None:
+    """PALLETISE by the robot alone: all on their places within the goal, without a collision or a drop."""
+    parts = CellParts(WORK, ROBOT)
+    robot = Controller(load_emulator(ROBOT, CONFIG), ROBOT, load_programs(ROBOT, CONFIG), 0.0, parts)
+    robot.write_override(100)
+    robot.write_input("rsr4", True)
+    run(robot, 0.1)
+    for _ in range(round(60.0 / DT)):
+        if robot.step().program_state is ProgramState.ABORTED:
+            break
+    assert robot.snapshot().alarm is None
+    off = [math.dist(parts.place(part)[:2], place) * 1e3 for part, place in zip(parts.parts, WORK.pallet.places())]
+    assert [part.on for part in parts.parts] == ["pallet"] * 9
+    assert max(off) < WORK.task.tolerance_mm
+    assert (parts.collisions, parts.drops) == (0, 0)
