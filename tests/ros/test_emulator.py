@@ -15,7 +15,7 @@ from pymodbus.client import ModbusTcpClient
 from scara_config import load_robot
 from scara_config.modbus_map import load_modbus_map
 from sensor_msgs.msg import JointState
-from twin_controller.io.modbus_link import ModbusLink, ModbusSettings
+from twin_controller.io.modbus.link import ModbusLink, ModbusSettings
 from twin_controller.robot_sample import RobotSample
 
 NAMES = ["joint_1", "joint_2", "joint_3", "joint_4", "table_joint"]

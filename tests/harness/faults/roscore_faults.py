@@ -110,7 +110,9 @@ class MasterCell:
             line = websocket.create_connection(f"ws://127.0.0.1:{self.gateway}", timeout=5.0, suppress_origin=True)
             with contextlib.closing(line):
                 line.send(json.dumps({"op": "subscribe", "topic": "twin_controller/state"}))
-                return str(json.loads(line.recv()).get("msg", {}).get("mode", ""))
+                while (packet := json.loads(line.recv()))["op"] != "publish":
+                    pass  # a status: what the gateway does not offer yet
+                return str(packet["msg"]["mode"])
         return ""
 
     def joint_1(self) -> float:

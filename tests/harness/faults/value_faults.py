@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 from scara_config.robot import Joint
 from twin_controller.core.events import AnyEvent, TwinMeasured
-from twin_controller.io.modbus_link import ModbusLink, ModbusSettings
+from twin_controller.io.modbus.link import ModbusLink, ModbusSettings
 from twin_controller.io.twin_door import TwinDoor
 from twin_controller.plausible import REAL_ACCELERATION, TWIN_ACCELERATION
 from twin_controller.robot_sample import ControlType, RobotSample, WatchdogState

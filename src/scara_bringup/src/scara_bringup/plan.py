@@ -20,6 +20,7 @@ class NodePlan:
         topics: Relative names it publishes when it is ready.
         port: TCP port it listens at when it is ready.
         leaves: When it is ended: 0 first, then 1, and so on.
+        urgent: It holds a loop that others wait for: on a busy machine it goes first, where the system allows that.
     """
 
     name: str
@@ -30,12 +31,14 @@ class NodePlan:
     topics: tuple[str, ...] = ()
     port: int | None = None
     leaves: int = 3
+    urgent: bool = False
 
 
 MASTER = NodePlan("rosmaster", "", "rosmaster", leaves=5)
 ROSOUT = NodePlan("rosout", "rosout", "rosout", leaves=4)
 CONTROLLER = "twin_controller"
 PANEL = "operator_panel"
+POSE = "joint_pose_controller"
 
 
 def cell_plan(doors: Doors, without: tuple[str, ...] = (), with_panel: bool = False) -> list[NodePlan]:
@@ -54,16 +57,23 @@ def cell_plan(doors: Doors, without: tuple[str, ...] = (), with_panel: bool = Fa
     """
     nodes = [
         NodePlan("robot_state_publisher", "robot_state_publisher", "robot_state_publisher", ("joint_states:=twin/joint_states",)),
-        NodePlan("emulator", "fanuc_emulator", "emulator", port=doors.modbus.port),
-        NodePlan("simulator", "scara_simulation", "simulator", services=("pause_physics", "step"), topics=("twin/joint_states",)),
-        NodePlan("gateway", "scara_simulation", "gateway", port=doors.gateway.port),
+        NodePlan("emulator", "fanuc_emulator", "emulator", port=doors.modbus.port, urgent=True),
+        NodePlan(
+            "simulator",
+            "scara_simulation",
+            "simulator",
+            services=("pause_physics", "step"),
+            topics=("twin/joint_states",),
+            urgent=True,
+        ),
+        NodePlan("gateway", "scara_simulation", "gateway", port=doors.gateway.port, urgent=True),
         NodePlan("kinematics_server", "scara_control", "kinematics_server", services=_KINEMATICS),
-        NodePlan("joint_pose_controller", "scara_control", "joint_pose_controller", services=("joint_pose_controller/move",)),
+        NodePlan(POSE, "scara_control", POSE, services=(f"{POSE}/move",), urgent=True),
         NodePlan("joint_vel_controller", "scara_control", "joint_vel_controller", topics=("joint_vel_controller/state",)),
         NodePlan("motion_server", "scara_control", "motion_server", services=("move_to",)),
         NodePlan("trajectory_server", "scara_control", "trajectory_server", topics=("joint_trajectory_action/status",)),
         NodePlan("recorder", CONTROLLER, "recorder", services=("recorder/start", "recorder/stop"), leaves=2),
-        NodePlan(CONTROLLER, CONTROLLER, CONTROLLER, services=("twin_controller/command",), leaves=1),
+        NodePlan(CONTROLLER, CONTROLLER, CONTROLLER, services=("twin_controller/command",), leaves=1, urgent=True),
     ]
     if with_panel:
         nodes.append(NodePlan(PANEL, PANEL, PANEL, port=doors.panel.port, leaves=0))

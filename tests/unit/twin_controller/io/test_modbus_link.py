@@ -8,6 +8,7 @@ import re
 import socket
 import struct
 import threading
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -15,7 +16,7 @@ import pytest
 from harness.processes import free_port, wait_until
 from scara_config import load_robot
 from scara_config.modbus_map import load_modbus_map
-from twin_controller.io.modbus_link import ModbusLink, ModbusSettings, NotWritableError
+from twin_controller.io.modbus.link import ModbusLink, ModbusSettings, NotWritableError
 from twin_controller.robot_sample import AlarmStatus, ProgramStatus, RobotSample
 
 CONFIG = Path(__file__).resolve().parents[4] / "config"
@@ -27,7 +28,8 @@ Written = tuple[int, int, tuple[int, ...]]
 class Robot:
     """Answers FC2, FC3, FC5 and FC16; keeps every write as (function, PDU address, values).
 
-    ``fault`` makes it misbehave: silent, short, exception, transaction, device, close, refuse_writes.
+    ``delay`` is the wire's [s]. ``fault`` makes it misbehave: silent, short, exception, transaction,
+    device, close, refuse_writes.
     """
 
     def __init__(self, port: int = 0) -> None:
@@ -38,6 +40,8 @@ class Robot:
         self.signals = 0b11
         self.written: list[Written] = []
         self.fault = ""
+        self.delay = 0.0
+        self.asked: list[int] = []
         self._listener = socket.create_server(("127.0.0.1", port), reuse_port=True)
         self.port = self._listener.getsockname()[1]
         self._open: list[socket.socket] = []
@@ -77,6 +81,8 @@ class Robot:
                     return
                 if self.fault == "silent":
                     continue
+                time.sleep(self.delay)
+                self.asked.append(request[0])
                 answer = self._answer(request)
                 transaction += self.fault == "transaction"
                 device += self.fault == "device"
@@ -380,3 +386,15 @@ def test_an_error_of_the_owner_ends_the_link_and_is_kept(robot: Robot, owner: Ow
         owner.wait_for(UP, DOWN)
     assert isinstance(link.failure, RuntimeError)
     assert "the link died" in owner.changes[1][1]
+
+
+@pytest.mark.parametrize(("delay", "share"), [(0.0, 1.0), (0.03, 0.5)])
+def test_on_a_slow_line_the_signals_are_read_in_every_other_cycle(robot: Robot, owner: Owner, delay: float, share: float) -> None:
+    """Two answers of 30 ms make no cycle of 40 ms; the state is what the follower waits for. Heartbeats go on beside it."""
+    robot.delay = delay
+    with owner.link(robot.port, poll_period=0.04, status_period=60.0, timeout=1.0):
+        wait_until(lambda: len(owner.samples) >= 16, 20.0, "16 samples")
+    states, signals = robot.asked.count(3) - 2, robot.asked.count(2)
+    assert signals == pytest.approx(share * states, rel=0.2)
+    beats = [beat for (beat,) in robot.writes(LAYOUT.holding_registers["heartbeat"].offset) if beat]
+    assert len(beats) > 4 and beats == list(range(1, len(beats) + 1)), "each one is another"

@@ -14,6 +14,8 @@ from types import TracebackType
 
 from scara_bringup.plan import NodePlan
 
+URGENT_NICENESS = -10  # our choice: before everything ordinary, behind what the system itself needs
+
 
 class Processes:
     """The children of the bring-up, by name. As a context manager it kills on leaving whatever still lives."""
@@ -28,6 +30,7 @@ class Processes:
         self._env = {**env, "PYTHONUNBUFFERED": "1"}
         self._children: dict[str, subprocess.Popen[bytes]] = {}
         self._reported: set[str] = set()
+        self._plain = False
 
     def start(self, node: NodePlan, foreground: bool = False) -> int:
         """Start a node by rosrun (the master directly) and return its process id.
@@ -50,7 +53,21 @@ class Processes:
                 stderr=None if foreground else subprocess.STDOUT,
                 start_new_session=True,
             )
-        return self._children[node.name].pid
+        pid = self._children[node.name].pid
+        if node.urgent:
+            self._put_first(pid)
+        return pid
+
+    def _put_first(self, pid: int) -> None:
+        """Give a process priority over ordinary ones; who may not (without root or RLIMIT_NICE) is told so once."""
+        try:
+            os.setpriority(os.PRIO_PROCESS, pid, URGENT_NICENESS)
+        except PermissionError:
+            if not self._plain:
+                print("cell: no right to give the control loops priority: a busy machine will disturb them", flush=True)
+            self._plain = True
+        except ProcessLookupError:
+            return  # it has ended already, which is seen and told elsewhere
 
     def log_of(self, name: str) -> Path:
         """Return the file with a node's output."""

@@ -15,7 +15,7 @@ from scara_config.modbus_map import ModbusMap
 from twin_controller.core.actions import Do
 from twin_controller.core.events import AnyEvent, RealAlarm, RealMeasured
 from twin_controller.core.state import Setup
-from twin_controller.io.modbus_link import ModbusLink, ModbusSettings
+from twin_controller.io.modbus.link import ModbusLink, ModbusSettings
 from twin_controller.robot_sample import AlarmStatus, ControlType, ProgramStatus, RobotSample
 
 _LOG = logging.getLogger("rosout.real_door")

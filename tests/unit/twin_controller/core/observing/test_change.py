@@ -99,7 +99,9 @@ def test_an_echo_moves_the_agreed_position_along() -> None:
     assert not change.moved(fed(state, 4.9, 4.9, 4.9, start=0.5), CONFIG)
 
 
-@pytest.mark.parametrize(("values", "still"), [((0.0,) * 20, True), ((0.0,) * 10, False), ((0.0, 0.02, -0.02) * 7, True), ((0.02, -0.02) * 10, True)])
+@pytest.mark.parametrize(
+    ("values", "still"), [((0.0,) * 20, True), ((0.0,) * 10, False), ((0.0, 0.02, -0.02) * 7, True), ((0.02, -0.02) * 10, True)]
+)
 def test_a_side_stands_still_after_it_stayed_near_one_place(values: tuple[float, ...], still: bool) -> None:
     """still_time_ms within still_tolerance of where it stopped."""
     state = fed(ChangeState(), *values)

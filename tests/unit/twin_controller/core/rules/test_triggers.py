@@ -27,7 +27,9 @@ def idle() -> CoreState:
 def moved(state: CoreState, side: str, recent: tuple[bool, ...], onset: float | None, seen_until: float = LATER) -> CoreState:
     """Return the state with one side's change, its newest sample ``seen_until`` seconds from now."""
     known = getattr(state, side)
-    change = ChangeState(known.change.baseline, recent, onset, None, known.change.lowest, known.change.highest, known.change.still_since)
+    change = ChangeState(
+        known.change.baseline, recent, onset, None, known.change.lowest, known.change.highest, known.change.still_since
+    )
     last = replace(known.last, t=state.mode_since + seen_until)
     return replace(state, **{side: replace(known, change=change, history=(*known.history, last))})
 

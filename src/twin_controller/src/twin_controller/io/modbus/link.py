@@ -1,6 +1,7 @@
 """The real robot's link: a thread that polls, writes and reconnects, and never blocks its owner.
 
-Reads and writes go one after the other. One time-out or wrong answer ends the connection: an answer that comes late would
+Reads and writes have a connection each, so that neither waits for the other's answer: on a slow line that is half of the
+time. On each of them one request follows the other. One time-out or wrong answer ends both: an answer that comes late would
 be taken for the next one's.
 """
 
@@ -15,13 +16,14 @@ from typing import Self
 from scara_config import Robot
 from scara_config.modbus_map import ModbusMap
 
-from twin_controller.io.modbus_outbox import Command, Outbox
-from twin_controller.io.modbus_port import LinkLostError, ModbusPort, RefusedError
-from twin_controller.io.modbus_settings import ModbusCounters, ModbusSettings
+from twin_controller.io.modbus.outbox import Command, Outbox
+from twin_controller.io.modbus.port import LinkLostError, ModbusPort
+from twin_controller.io.modbus.settings import ModbusCounters, ModbusSettings
+from twin_controller.io.modbus.writer import Writer
 from twin_controller.plausible import Plausibility, Reading, Verdict, judge
 from twin_controller.registers import RegisterCodec
-from twin_controller.robot_sample import AlarmStatus, ControlType, ProgramStatus, RobotSample, SampleError, SetpointError
-from twin_controller.signalling import CommandLostError, CommandQueue, may_write_signal, signal_names
+from twin_controller.robot_sample import AlarmStatus, ControlType, ProgramStatus, RobotSample, SampleError
+from twin_controller.signalling import may_write_signal, signal_names
 
 OnSample = Callable[[RobotSample, float, float], None]
 OnChange = Callable[[bool, str], None]
@@ -39,7 +41,7 @@ class NotWritableError(ValueError):
 
 
 class ModbusLink:
-    """Poll the robot and write to it; a context manager. All calls return at once; all callbacks come from the link's thread.
+    """Poll the robot and write to it; a context manager. All calls return at once; all callbacks come from the link's threads.
 
     Args:
         settings: Address and times.
@@ -69,16 +71,13 @@ class ModbusLink:
         self._layout, self._robot = layout, robot
         self._codec = RegisterCodec(layout, robot)
         self._on_sample, self._on_change, self._on_status = on_sample, on_change, on_status
-        self._alive = alive
         self._on_reject: OnReject = on_reject or (lambda reason: None)
         self._port = ModbusPort(settings.host, settings.port, layout.device_id, settings.timeout)
         self._outbox = Outbox()
-        self._commands = CommandQueue(layout.command_word) if layout.command_word else None
+        self._writer = Writer(settings, layout, robot, self._codec, self._outbox, self.counters, self._on_reject, alive)
         self._up: bool | None = None
         self._disarm = True
-        self._heartbeat = 0
-        self._beaten = False
-        self._idle_joints: tuple[float, ...] = ()
+        self._signals: list[bool] | None = None
         self._plausible = Plausibility()
         self._outputs: frozenset[str] | None = None
         self._status_due = 0.0
@@ -164,12 +163,14 @@ class ModbusLink:
                     self._serve()
                 except LinkLostError as error:
                     self._lost(str(error))
+            self._writer.end(farewell=self._disarm)
         except BaseException as error:
             self.failure = error
             self._up = False
             self._on_change(False, f"the link died: {error!r}")
             raise
         finally:
+            self._writer.end(farewell=False)
             self._port.close()
 
     def _lost(self, reason: str) -> None:
@@ -179,63 +180,42 @@ class ModbusLink:
         if self._up is not False:
             self._up = False
             self._on_change(False, reason)
+        self._writer.end(farewell=False)
         pause, self._retry = self._retry, min(2.0 * self._retry, self.settings.retry_last)
         self._outbox.pause(time.monotonic() + pause)
 
     def _serve(self) -> None:
-        """Connect, poll on absolute deadlines and write in between, until closed or lost."""
+        """Connect, poll on absolute deadlines while the writer writes, until closed or lost."""
         self._port.open()
-        self._status_due, self._plausible = 0.0, Plausibility()
-        if dropped := self._outbox.discard() + (self._commands.discard() if self._commands else 0):
-            self.counters.dropped += dropped
-            self._on_reject(f"{dropped} writes dropped: there was no link")
+        self._writer.open()
+        self._status_due, self._plausible, self._signals = 0.0, Plausibility(), None
         due = time.monotonic()
         while not self._outbox.closed:
-            self._write_all(due)
-            now = time.monotonic()
-            if now >= due:
+            self._writer.wait(due)
+            if (now := time.monotonic()) >= due:
                 self._poll()
                 due += self.settings.poll_period
                 if due < now:
                     self.counters.late += 1
                     due = now + self.settings.poll_period
-        if self._disarm and self.settings.heartbeat:
-            self._beat(0)
-
-    def _write_all(self, until: float) -> None:
-        """Write what comes until ``until`` (return after each batch)."""
-        if self._commands is not None and (wake := self._commands.due()) is not None:
-            until = min(until, wake)
-        setpoint, commands = self._outbox.take(until)
-        if setpoint is not None:
-            self._attempt(lambda: self._write_setpoint(*setpoint))
-        for command in commands:
-            self._attempt(lambda command=command: self._write(command))  # type: ignore[misc]
-        self._attempt(self._write_command)
-        for name in self._outbox.due_releases():
-            self._attempt(lambda name=name: self._port.write_coil(self._layout.coils[name].offset, False))  # type: ignore[misc]
-
-    def _attempt(self, write: Callable[[], None]) -> None:
-        """Write; what the robot refuses or our own check does not let through is told and counted, the link stays."""
-        try:
-            write()
-        except (RefusedError, SetpointError, CommandLostError) as error:
-            self.counters.refused += 1
-            self._on_reject(str(error))
 
     def _poll(self) -> None:
-        """Read state and signals, hand the sample over, then beat: the follower waits for the sample, the robot does not."""
+        """Read state and signals and hand the sample over.
+
+        Where the answers take so long that both do not fit into a cycle, the signals are read in every other one.
+        """
         self.counters.polls += 1
         sent = time.monotonic()
         words = self._port.read_words(self._codec.state)
         received = time.monotonic()
-        signals = self._port.read_signals(self._codec.outputs) if self._codec.outputs else []
+        slow = 2.0 * (received - sent) > self.settings.poll_period
+        if slow and self._signals is not None:
+            signals, self._signals = self._signals, None
+        else:
+            signals = self._signals = self._port.read_signals(self._codec.outputs) if self._codec.outputs else []
         self.counters.round_trip = received - sent
         self.counters.longest_round_trip = max(self.counters.longest_round_trip, received - sent)
         self._take(words, signals, sent, received)
-        if self.settings.heartbeat and not self._beaten and self._alive():
-            self._beat(self._next_heartbeat())
-        self._beaten = False
 
     def _take(self, words: list[int], signals: list[bool], sent: float, received: float) -> None:
         """Check one answer and hand it over; one that is not believed is counted."""
@@ -264,10 +244,9 @@ class ModbusLink:
         """Hand over a checked sample, and the status blocks if they may have changed."""
         changed = self._outputs is None or (self._outputs ^ sample.outputs) & _STATUS_SIGNALS
         self._outputs = sample.outputs
-        if self._commands is not None:
-            self._commands.confirm(sample.command_echo)
-        if sample.control_type is not ControlType.STREAM or not self._idle_joints:
-            self._idle_joints = sample.positions
+        self._writer.echo = sample.command_echo
+        if sample.control_type is not ControlType.STREAM or not self._writer.idle_joints:
+            self._writer.idle_joints = sample.positions
         self.counters.samples += 1
         if not self._up:
             self._up = True
@@ -287,44 +266,3 @@ class ModbusLink:
         except SampleError as error:
             self.counters.rejected += 1
             self._on_reject(f"status: {error}")
-
-    def _write_setpoint(self, positions: tuple[float, ...], speed_percent: float) -> None:
-        """Write PR[1] with the heartbeat in one request."""
-        if not self._idle_joints:
-            raise SetpointError("set point: the robot's pose is not known yet")
-        if len(positions) != len(self._robot.twin_joints):
-            raise SetpointError(f"set point: {len(positions)} positions for {len(self._robot.twin_joints)} joints of the twin")
-        twin = iter(positions)
-        filled = [next(twin) if joint.twin else idle for joint, idle in zip(self._robot.joints, self._idle_joints)]
-        heartbeat = self._next_heartbeat() if self.settings.heartbeat else 0
-        ceiling = min(100.0, speed_percent * self.settings.stream_speed_margin)
-        self._port.write_words(self._codec.setpoint.offset, self._codec.encode_setpoint(filled, heartbeat, ceiling))
-        self.counters.setpoints += 1
-        self._beaten = True
-
-    def _write(self, command: Command) -> None:
-        """Write one signal or integer register."""
-        if self._commands is not None and command.name in signal_names(self._layout):
-            self._commands.put(command.name, bool(command.value), command.pulsed)
-            self._write_command()
-        elif command.name in self._layout.coils:
-            self._port.write_coil(self._layout.coils[command.name].offset, bool(command.value))
-            if command.pulsed:
-                self._outbox.end_pulse(command.name, time.monotonic() + self.settings.pulse)
-        else:
-            register = self._layout.holding_registers[command.name]
-            self._port.write_words(register.offset, self._codec.encode_int(command.name, command.value))
-
-    def _write_command(self) -> None:
-        """Write the numbered command that is due."""
-        pending = self._commands.next(time.monotonic()) if self._commands else None
-        if pending is not None:
-            self._port.write_words(*self._codec.encode_command(pending.code, pending.sequence))
-
-    def _next_heartbeat(self) -> int:
-        """Count 1..32767; 0 would disarm."""
-        self._heartbeat = self._heartbeat % 32767 + 1
-        return self._heartbeat
-
-    def _beat(self, value: int) -> None:
-        self._attempt(lambda: self._port.write_words(self._layout.holding_registers["heartbeat"].offset, [value]))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import socket
 from typing import Any
 
@@ -49,6 +50,12 @@ class ModbusPort:
     def close(self) -> None:
         """Disconnect."""
         self._client.close()
+
+    def interrupt(self) -> None:
+        """End a request that waits in another thread: it raises LinkLostError at once."""
+        if (line := self._client.socket) is not None:
+            with contextlib.suppress(OSError):  # it may be lost already
+                line.shutdown(socket.SHUT_RDWR)
 
     def read_words(self, block: Block) -> list[int]:
         """Read registers of the block's table.

@@ -1,0 +1,1 @@
+"""The link to the real robot over Modbus TCP."""
