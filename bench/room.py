@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any, TypeVar
+from types import TracebackType
+from typing import Any, Self, TypeVar
 
+from harness.processes import Process, Stage, free_port, wait_until
+from harness.ros import Master, Ros
+from harness.workspace import workspace_environment
 from rich.console import Console
 from scara_config import Robot, load_robot
 
@@ -16,7 +22,7 @@ T = TypeVar("T")
 
 
 class Room:
-    """One run of the bench.
+    """One run of the bench; a context manager that ends what rows have started.
 
     Attributes:
         folder: For logs, bags and what else the rows leave.
@@ -28,11 +34,44 @@ class Room:
         self.folder, self.console = folder, console
         self.robot: Robot = load_robot()
         self._kept: dict[str, Any] = {}
+        self._ending = contextlib.ExitStack()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self._ending.close()
 
     @functools.cached_property
     def peers(self) -> str:
         """Install the peers; return what is missing, empty when all is there."""
         return install(self.console, self.folder / "peers.log")
+
+    @functools.cached_property
+    def ros(self) -> Ros:
+        """Give a ROS master on a port of its own, with this process as a node of it."""
+        import rospy
+
+        master = Master(self.place("master"), workspace_environment())
+        self._ending.callback(master.close)
+        os.environ.update({name: master.env[name] for name in ("ROS_MASTER_URI", "ROS_HOME", "ROS_LOG_DIR")})
+        rospy.init_node("bench", disable_signals=True)
+        self._ending.callback(rospy.signal_shutdown, "the bench has ended")
+        ros = Ros(master, self.place("nodes"), "bench")
+        self._ending.callback(ros.close)
+        return ros
+
+    @contextlib.contextmanager
+    def robot_stand_in(self) -> Iterator[int]:
+        """Run the emulator alone, without a ROS master; give its Modbus port."""
+        port = free_port()
+        stage = Stage(self.place("emulator"), {**workspace_environment(), "ROS_MASTER_URI": f"http://127.0.0.1:{free_port()}"})
+        try:
+            process: Process = stage.start("rosrun", "fanuc_emulator", "emulator", f"_port:={port}")
+            wait_until(lambda: f":{port}" in process.output, 30.0, "the emulator's port")
+            yield port
+        finally:
+            stage.close()
 
     def say(self, text: str) -> None:
         """Tell the user what takes time."""

@@ -36,13 +36,13 @@ def measure(wanted: Sequence[str], folder: Path, console: Console, as_json: bool
     """
     rows, begun, load = all_rows(), time.monotonic(), os.getloadavg()[0]
     chosen = [name for name in rows if not wanted or name in wanted]
-    room = Room(folder, console)
     records = []
-    for number, name in enumerate(chosen, 1):
-        console.print(f"[{number}/{len(chosen)}] {name} ...", markup=False, highlight=False)
-        record = attempt(name, rows[name], room)
-        console.print(f"    {summary(record)}", markup=False, highlight=False)
-        records.append(record)
+    with Room(folder, console) as room:
+        for number, name in enumerate(chosen, 1):
+            console.print(f"[{number}/{len(chosen)}] {name} ...", markup=False, highlight=False)
+            record = attempt(name, rows[name], room)
+            console.print(f"    {summary(record)}", markup=False, highlight=False)
+            records.append(record)
     measured = page.merged([record.document() for record in records], list(rows))
     content = page.document(measured, time.monotonic() - begun, load)
     page.write(content)

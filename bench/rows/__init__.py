@@ -10,7 +10,7 @@ from bench.room import Room
 
 RowFunction = Callable[[Room], Record]
 
-_GROUPS = ("kinematics", "tracking", "simulation")
+_GROUPS = ("kinematics", "tracking", "simulation", "wires", "ros")
 """Modules of this folder, in the order in which they run: each has a table ``ROWS``."""
 
 

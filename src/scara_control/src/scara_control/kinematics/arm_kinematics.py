@@ -10,11 +10,11 @@ from scara_config import Robot
 
 from scara_control.errors import JointVectorError, ScaraControlError
 from scara_control.kinematics.jacobians import tip_jacobian
+from scara_control.kinematics.pose_chain import PoseChain
 from scara_control.kinematics.scara import Elbow, Triple
 from scara_control.kinematics.scara_velocity import JointVelocities
-from scara_control.kinematics.screws import ScrewModel, forward_kinematics
+from scara_control.kinematics.screws import ScrewModel
 from scara_control.kinematics.tool import InverseAnswer, tool_kinematics
-from scara_control.kinematics.twists import quaternion
 from scara_control.limits import check_limits, check_velocities
 
 
@@ -60,7 +60,8 @@ class ArmKinematics:
         self.arm = ScrewModel.from_robot(robot)
         self._joints = robot.arm_joints
         self._all_joints = [joint for joint in robot.joints if joint.screw_axis is not None]
-        self._whole_arm = ScrewModel.from_joints(self._all_joints, robot.home_pose)
+        self._chain = PoseChain(self.arm)
+        self._whole_chain = PoseChain(ScrewModel.from_joints(self._all_joints, robot.home_pose))
 
     def forward(self, q: Sequence[float]) -> ToolPose:
         """Compute the tool's pose.
@@ -76,11 +77,10 @@ class ArmKinematics:
             names, more = (", ".join(joint.name for joint in joints) for joints in (self._joints, self._all_joints))
             raise JointVectorError(f"got {len(q)} joint values, expected {len(self._joints)}: {names}, or {more}")
         if len(q) == len(self._joints):
-            pose = forward_kinematics(self.arm, check_limits(self._joints, q))
+            position, orientation = self._chain.pose(check_limits(self._joints, q))
         else:
-            pose = forward_kinematics(self._whole_arm, check_limits(self._all_joints, q))
-        x, y, z = pose[:3, 3].tolist()
-        return ToolPose((x, y, z), quaternion(pose[:3, :3]), self.tool.elbow(q))
+            position, orientation = self._whole_chain.pose(check_limits(self._all_joints, q))
+        return ToolPose(position, orientation, self.tool.elbow(q))
 
     def inverse(
         self, x: float, y: float, z: float, elbow: Elbow | None = None, seed: Sequence[float] | None = None

@@ -1,0 +1,72 @@
+r"""Forward kinematics of one joint vector in plain numbers: the same product of exponentials, as a point and a quaternion.
+
+A screw of unit length turns the point p about the axis :math:`\omega` through :math:`c = \omega \times v` and moves it
+along,
+
+.. math:: p' = c + R(\omega, q)\,(p - c) + \omega\,(\omega \cdot v)\,q,
+
+or, without a turning part, only moves it by :math:`v q`. For one pose this takes a tenth of the time that arrays take;
+:func:`scara_control.kinematics.screws.forward_kinematics` is its check.
+
+Source: Lynch & Park, Modern Robotics (2017), sec. 3.3 and 4.1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import copysign, cos, sin
+
+import numpy as np
+
+from scara_control.kinematics.screws import ScrewModel
+from scara_control.kinematics.twists import quaternion
+
+Vector = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+
+
+class PoseChain:
+    """An open chain, ready to be asked for poses one at a time."""
+
+    def __init__(self, arm: ScrewModel) -> None:
+        """Work out for each joint, tool to base: turning axis or None, point on it, translation per unit of motion."""
+        self._joints: list[tuple[Vector | None, Vector, Vector]] = []
+        for screw in arm.screw_axes.T[::-1]:
+            omega, v = screw[:3], screw[3:]
+            turning = bool(omega.any())
+            point, along = (np.cross(omega, v), omega * (omega @ v)) if turning else (np.zeros(3), v)
+            self._joints.append((_triple(omega) if turning else None, _triple(point), _triple(along)))
+        self._home = _triple(arm.home_pose[:3, 3])
+        self._home_orientation = quaternion(arm.home_pose[:3, :3])
+
+    def pose(self, q: Sequence[float]) -> tuple[Vector, Quaternion]:
+        """Compute position [m] and orientation ``(x, y, z, w)`` of the tool; nothing is checked.
+
+        Args:
+            q: Joint positions, base to tool, shape ``(n,)``: [rad], prismatic [m].
+
+        Returns:
+            Both in the base frame; the quaternion's first non-zero of (w, x, y, z) is positive.
+        """
+        (px, py, pz), (x, y, z, w) = self._home, self._home_orientation
+        for (axis, (cx, cy, cz), (vx, vy, vz)), value in zip(self._joints, reversed(q)):
+            if axis is not None:
+                c, s = cos(0.5 * value), sin(0.5 * value)
+                a, b, g = axis[0] * s, axis[1] * s, axis[2] * s
+                dx, dy, dz = px - cx, py - cy, pz - cz
+                tx, ty, tz = 2.0 * (b * dz - g * dy), 2.0 * (g * dx - a * dz), 2.0 * (a * dy - b * dx)
+                px, py, pz = px + c * tx + b * tz - g * ty, py + c * ty + g * tx - a * tz, pz + c * tz + a * ty - b * tx
+                x, y, z, w = (
+                    c * x + w * a + b * z - g * y,
+                    c * y + w * b + g * x - a * z,
+                    c * z + w * g + a * y - b * x,
+                    c * w - a * x - b * y - g * z,
+                )
+            px, py, pz = px + vx * value, py + vy * value, pz + vz * value
+        sign = copysign(1.0, next((part for part in (w, x, y, z) if abs(part) > 1e-9), 1.0))
+        return (px, py, pz), (sign * x, sign * y, sign * z, sign * w)
+
+
+def _triple(values: np.ndarray) -> Vector:
+    x, y, z = values.tolist()
+    return x, y, z
