@@ -21,6 +21,7 @@ CONFIG = ROOT / "config"
 ROBOT = load_robot(CONFIG)
 SINGLE: dict[str, str] = {
     "bringup.yaml": "scara_bringup.config:load_bringup",
+    "camera.yaml": "scara_simulation.camera.config:load_camera",
     "comparison.yaml": "twin_experiments.comparison.config:load_comparison",
     "gateway.yaml": "scara_simulation.gateway_config:load_gateway_config",
     "modbus_map.yaml": "scara_config.modbus_map:load_modbus_map",

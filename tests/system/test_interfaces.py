@@ -17,7 +17,7 @@ TWIN_JOINTS = ("joint_1", "joint_2", "joint_3", "table_joint")
 # What every ROS node has, and what robot_state_publisher (not ours) adds.
 USUAL = re.compile(r"^/(rosout|rosout_agg|tf|tf_static|clock)$|/(get_loggers|set_logger_level)$|^/rosapi/")
 # The gateway does what its clients ask for; its own names are in its section as text.
-OURS = sorted(set(NODES) - {"gateway", "robot_state_publisher"})
+OURS = sorted({*NODES, "camera"} - {"gateway", "robot_state_publisher"})
 Row = tuple[str, str, str]
 
 
@@ -78,6 +78,8 @@ class Graph:
 @pytest.fixture(scope="module")
 def graph(live_cell: LiveCell) -> Graph:
     """Give the graph of the living cell, once a client is through the gateway."""
+    live_cell.stage.start("rosrun", "scara_simulation", "camera")
+    wait_until(lambda: any(name == "/camera/image_raw" for name, _ in Graph(live_cell.master_uri).out), 30.0, "the camera")
     wait_until(lambda: any(name == "/move_to" for name, _ in Graph(live_cell.master_uri).services), 10.0)
     return Graph(live_cell.master_uri)
 

@@ -1,0 +1,1 @@
+"""The camera's pure part: what it is set to, its optics, round shapes."""
