@@ -28,6 +28,8 @@ NODES = (
     "recorder",
 )
 
+FOR_PEOPLE = ("real_state_publisher", "camera", "operator_panel")  # their tests start them themselves
+
 
 class LiveCell:
     """One bring-up and the tools around it."""
@@ -49,7 +51,7 @@ class LiveCell:
         words = ["rosrun", "scara_bringup", "cell", verb, *(["--output", str(self.output)] if choose_output else [])]
         words += ["--modbus-port", str(self.modbus_port), "--gateway-port", str(self.gateway_port)]
         words += ["--master-port", str(self.master_port)] if self.master_port else []
-        words += ["--without", "operator_panel"] if verb == "up" else []  # its tests start it themselves
+        words += [word for node in FOR_PEOPLE for word in ("--without", node)] if verb == "up" else []
         return self.stage.start(*words, *arguments, name=f"cell_{verb}", env=env)
 
     def wait_ready(self, bringup: Process, timeout: float = 90.0) -> None:

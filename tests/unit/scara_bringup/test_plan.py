@@ -34,10 +34,12 @@ def test_ports_of_the_plan_are_those_of_the_configuration() -> None:
     assert {node.name: node.port for node in PLAN if node.port} == {"emulator": 15020, "gateway": 19090}
 
 
-def test_operator_page_belongs_to_a_cell_for_people_only() -> None:
-    """An experiment needs no page; a page goes first when the cell ends, so that nobody commands a cell that ends."""
-    (panel,) = [node for node in cell_plan(DOORS, with_panel=True) if node not in PLAN]
-    assert (panel.name, panel.port) == ("operator_panel", 18080)
+def test_page_camera_and_ghost_belong_to_a_cell_for_people_only() -> None:
+    """An experiment needs none of them; a page goes first when the cell ends, so that nobody commands a cell that ends."""
+    added = {node.name: node for node in cell_plan(DOORS, with_panel=True) if node not in PLAN}
+    assert set(added) == {"real_state_publisher", "camera", "operator_panel"}
+    assert added["operator_panel"].port == 18080
+    assert "joint_states:=real/joint_states" in added["real_state_publisher"].arguments
     assert ending_order(cell_plan(DOORS, with_panel=True))[0] == frozenset({"operator_panel"})
 
 

@@ -39,6 +39,7 @@ ROSOUT = NodePlan("rosout", "rosout", "rosout", leaves=4)
 CONTROLLER = "twin_controller"
 PANEL = "operator_panel"
 POSE = "joint_pose_controller"
+REAL_DESCRIPTION = "real/robot_description"
 
 
 def cell_plan(doors: Doors, without: tuple[str, ...] = (), with_panel: bool = False) -> list[NodePlan]:
@@ -50,7 +51,8 @@ def cell_plan(doors: Doors, without: tuple[str, ...] = (), with_panel: bool = Fa
     Args:
         doors: Where emulator, gateway and operator page will listen.
         without: Names to leave out, for example the emulator when a real robot is there.
-        with_panel: Whether the operator page belongs to it: in a cell for people, not in one that runs experiments.
+        with_panel: Whether what people look at belongs to it, the operator page, the camera and the real robot's model in
+            RViz: in a cell for people, not in one that runs experiments.
 
     Raises:
         ValueError: ``without`` names a node that is not in the plan; the text lists those that are.
@@ -76,11 +78,22 @@ def cell_plan(doors: Doors, without: tuple[str, ...] = (), with_panel: bool = Fa
         NodePlan(CONTROLLER, CONTROLLER, CONTROLLER, services=("twin_controller/command",), leaves=1, urgent=True),
     ]
     if with_panel:
-        nodes.append(NodePlan(PANEL, PANEL, PANEL, port=doors.panel.port, leaves=0))
+        nodes += _for_people(doors)
     unknown = sorted(set(without) - {node.name for node in nodes})
     if unknown:
         raise ValueError(f"no node is called {', '.join(unknown)}; there are: {', '.join(node.name for node in nodes)}")
     return [node for node in nodes if node.name not in without]
+
+
+def _for_people(doors: Doors) -> list[NodePlan]:
+    """List what shows the cell; the page goes first when it ends, so that nobody commands a cell that ends."""
+    publisher = "robot_state_publisher"
+    model = ("__name:=real_state_publisher", "joint_states:=real/joint_states", f"robot_description:={REAL_DESCRIPTION}")
+    return [
+        NodePlan("real_state_publisher", publisher, publisher, model),
+        NodePlan("camera", "scara_simulation", "camera", topics=("camera/image_raw",)),
+        NodePlan(PANEL, PANEL, PANEL, port=doors.panel.port, leaves=0),
+    ]
 
 
 def experiment_plan(output: str, experiments: tuple[str, ...], arguments: tuple[str, ...] = ()) -> NodePlan:

@@ -7,6 +7,7 @@ import time
 from pathlib import Path
 
 from scara_config import load_robot
+from scara_description.ghost import DescriptionError, ghost_of
 
 from scara_bringup.config import Bringup, Doors
 from scara_bringup.io import screen
@@ -15,7 +16,7 @@ from scara_bringup.io.ports import listening_ports
 from scara_bringup.io.preflight import CannotStartError, namespace
 from scara_bringup.io.processes import Processes
 from scara_bringup.nodes.controller_watch import ControllerWatch
-from scara_bringup.plan import MASTER, ROSOUT, NodePlan
+from scara_bringup.plan import MASTER, REAL_DESCRIPTION, ROSOUT, NodePlan
 from scara_bringup.readiness import Seen, missing, resolve
 from scara_bringup.supervisor import (
     Action,
@@ -146,7 +147,7 @@ class CellShell:
             time.sleep(LOOP_PERIOD)
 
     def _publish_description(self) -> None:
-        """Put the robot description where robot_state_publisher and RViz look for it.
+        """Put both robots' descriptions where robot_state_publisher and RViz look for them.
 
         Raises:
             CannotStartError: The file is missing or the master refuses it.
@@ -154,7 +155,11 @@ class CellShell:
         file = load_robot().description
         try:
             text = file.read_text(encoding="utf-8")
+            both = {"robot_description": text, REAL_DESCRIPTION: ghost_of(text)}
         except OSError as error:
             raise CannotStartError(f"{file}: cannot be read: {error.strerror}") from error
-        if not self._master.set_parameter(resolve("robot_description", namespace()), text):
-            raise CannotStartError(f"the ROS master at {self._master.uri} did not take the robot description")
+        except DescriptionError as error:
+            raise CannotStartError(f"{file}: {error}") from error
+        for name, value in both.items():
+            if not self._master.set_parameter(resolve(name, namespace()), value):
+                raise CannotStartError(f"the ROS master at {self._master.uri} did not take {name}")
