@@ -2,6 +2,7 @@
 import { Live } from "./live.js";
 import { Texts } from "./texts.js";
 import { Scene } from "./scene.js";
+import { Camera } from "./camera.js";
 import { Charts } from "./charts.js";
 import { watchKeys, watchJog } from "./hands.js";
 
@@ -39,6 +40,7 @@ function start() {
       if (frame.point) charts.add(frame.t, frame.point);
     },
     lists: (lists) => texts.showLists(lists),
+    parts: (parts) => scene.showParts(parts),
     history: (rows) => charts.restart(rows),
     refused: (refused) => texts.say(false, `Jog: ${refused.why}`),
     said: (said) => texts.say(said.success, said.text),
@@ -46,6 +48,7 @@ function start() {
     back: () => texts.back(),
   });
   startTabs();
+  new Camera();
   if (told.operator) {
     watchKeys(live, (text) => texts.say(false, text));
     watchJog(live, told.jog_period_ms);

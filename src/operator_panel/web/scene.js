@@ -4,6 +4,7 @@ import { THREE } from "nicegui-scene";
 const TRAIL_POINTS = 240;
 const TRAIL_STEP_M = 0.0015;
 const EDGE_ANGLE_DEG = 30;
+const PART_EDGES = 32;
 
 export class Scene {
   constructor(told) {
@@ -12,6 +13,8 @@ export class Scene {
     this.trails = null;
     this.pose = {};
     this.size = "";
+    this.parts = new Map();
+    this.waiting = null;
   }
 
   get view() {
@@ -26,6 +29,7 @@ export class Scene {
     if (!this.view?.objects) return;
     this.fit();
     this.finish();
+    if (this.waiting) this.putParts(this.waiting);
     for (const [side, pose] of Object.entries(frame.pose || {})) this.place(side, pose);
     for (const [side, tool] of Object.entries(frame.tool || {})) this.trace(side, tool);
   }
@@ -39,6 +43,47 @@ export class Scene {
       if (joint.slides) mesh.position.set(x * q, y * q, z * q);
       else mesh.setRotationFromAxisAngle({ x, y, z }, q);
     }
+  }
+
+  // Parts come before the scene is there, or after: the newest ones are put when it is.
+  showParts(parts) {
+    this.waiting = parts;
+  }
+
+  putParts(sides) {
+    this.waiting = null;
+    const there = new Set();
+    for (const [side, parts] of Object.entries(sides)) {
+      parts.forEach(([name, position, orientation, diameter, height, colour], index) => {
+        const key = `${side} ${index} ${diameter} ${height}`;
+        there.add(key);
+        if (!this.parts.has(key)) this.parts.set(key, this.part(side, diameter, height));
+        const mesh = this.parts.get(key);
+        mesh.position.set(...position);
+        mesh.quaternion.set(...orientation);
+        if (side === "twin") mesh.material.color.set(colour);
+        mesh.name = name;
+      });
+    }
+    for (const [key, mesh] of this.parts) {
+      if (there.has(key)) continue;
+      this.view.scene.remove(mesh);
+      this.parts.delete(key);
+    }
+  }
+
+  // A cylinder along z; the real robot's is a ghost.
+  part(side, diameter, height) {
+    const geometry = new THREE.CylinderGeometry(diameter / 2, diameter / 2, height, PART_EDGES).rotateX(Math.PI / 2);
+    const ghost = side === "real";
+    const colour = ghost ? css("--real") : "#ffffff";
+    const material = new THREE.MeshPhongMaterial({ color: colour, transparent: ghost, opacity: ghost ? 0.38 : 1, depthWrite: !ghost });
+    const mesh = new THREE.Mesh(geometry, material);
+    const edge = new THREE.LineBasicMaterial({ color: ghost ? colour : 0x10161d, transparent: true, opacity: ghost ? 0.9 : 0.4 });
+    mesh.add(new THREE.LineSegments(new THREE.EdgesGeometry(geometry, EDGE_ANGLE_DEG), edge));
+    mesh.renderOrder = ghost ? 1 : 0;
+    this.view.scene.add(mesh);
+    return mesh;
   }
 
   preview(pose) {

@@ -38,6 +38,13 @@ class Gains(msgspec.Struct, frozen=True):
     switches: dict[str, bool] = {}
 
 
+class Picture(msgspec.Struct, frozen=True):
+    """A picture of the camera: JPEG, and the time at which it was true, as text that grows with it."""
+
+    stamp: str
+    jpeg: bytes
+
+
 class CellDoor(Protocol):
     """The cell behind the page. Coroutines answer within a deadline and never raise for what the cell did."""
 
@@ -52,6 +59,9 @@ class CellDoor(Protocol):
 
     async def shadow(self, time: float) -> Answer:
         """Ask for the pair at a time [s]; values: document (JSON), without it nobody answered."""
+
+    async def picture(self, after: str) -> Picture | None:
+        """Wait a short while for a picture of the camera that is not that of ``after``; None if none came."""
 
     async def record(self, path: str) -> Answer:
         """Start a recording; values: path."""

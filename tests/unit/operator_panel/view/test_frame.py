@@ -9,6 +9,7 @@ import msgspec
 import pytest
 from harness.workspace import ROOT
 from operator_panel.urdf import parse_urdf
+from operator_panel.view import words
 from operator_panel.view.frame import FrameMaker
 from operator_panel.view.history import History
 from operator_panel.view.snapshot import CellState, Link, Loop, RobotPackage, Snapshot
@@ -32,7 +33,7 @@ STATE = CellState(
     speed_applied_percent=80.0,
     speed_limited=True,
     speed_reason="above 80 %",
-    links=(Link("real", True, "", 0.004, 0.0003, 12.0, 0.0002), Link("twin", False, "refused")),
+    links=(Link("real", True, "", 0.004, 0.0003, 1.8e9, 0.0002, -3.24), Link("twin", False, "refused")),
 )
 
 
@@ -138,3 +139,17 @@ def test_history_takes_no_frame_without_points() -> None:
     """While the controller is silent."""
     history = History(2.0, 10.0)
     assert not history.add(MAKER.make(Snapshot(), NOW)) and history.rows == []
+
+
+def test_clock_of_another_day_is_its_own_and_its_drift_is_told() -> None:
+    """An offset of 20000 days tells an operator nothing; how well it is known, and whether it runs, does."""
+    text = frame_of()["text"]
+    assert isinstance(text, dict)
+    assert (text["link.real.clock"], text["link.real.drift"]) == ("own \N{PLUS-MINUS SIGN} 200 \u00b5s", "\N{MINUS SIGN}3.2 ppm")
+    assert (text["link.twin.clock"], text["link.twin.drift"]) == ("\N{EN DASH}", "\N{EN DASH}")
+
+
+def test_clock_of_the_same_day_shows_its_offset() -> None:
+    """Two machines that shall show the same time."""
+    assert words.clock(-0.0123, 0.0004) == "\N{MINUS SIGN}12.3 ms \N{PLUS-MINUS SIGN} 400 \u00b5s"
+    assert words.clock(math.nan, math.nan) == "\N{EN DASH}"

@@ -1,4 +1,4 @@
-"""The pair as data for other programs: ``GET /api/twin``, read only, for everybody who may see the page."""
+"""What is served beside the page, read only, for everybody who may see it: the pair as data, the camera's pictures."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from nicegui import app
 from starlette.requests import Request
 from starlette.responses import Response
 
-from operator_panel.door import Answer
+from operator_panel.door import Answer, Picture
 
-PATH = "/api/twin"
+TWIN, CAMERA = "/api/twin", "/camera.jpg"
 FRESH = {"Cache-Control": "no-store"}
 
 
@@ -32,7 +32,19 @@ def offer_twin(shadow: Callable[[float], Awaitable[Answer]]) -> None:
             return Response(found.values["document"], media_type="application/json", headers=FRESH)
         return _refusal(404 if "document" in found.values else 503, found.message)
 
-    app.add_api_route(PATH, answer, methods=["GET"], include_in_schema=False)
+    app.add_api_route(TWIN, answer, methods=["GET"], include_in_schema=False)
+
+
+def offer_camera(picture: Callable[[str], Awaitable[Picture | None]]) -> None:
+    """Offer the camera's next picture: ``?after=STAMP`` waits for one with another stamp, which is in the answer's head."""
+
+    async def answer(after: str = "") -> Response:
+        found = await picture(after)
+        if found is None:
+            return _refusal(503, "no picture comes: is the camera running, and the twin?")
+        return Response(found.jpeg, media_type="image/jpeg", headers={**FRESH, "X-Stamp": found.stamp})
+
+    app.add_api_route(CAMERA, answer, methods=["GET"], include_in_schema=False)
 
 
 def _number(text: str) -> float | None:

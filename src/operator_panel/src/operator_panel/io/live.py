@@ -17,7 +17,7 @@ from operator_panel.io.desk import Desk
 from operator_panel.view.alarms import active_alarms
 from operator_panel.view.frame import FrameMaker
 from operator_panel.view.history import History
-from operator_panel.view.snapshot import Snapshot
+from operator_panel.view.snapshot import Part, Snapshot
 
 PATH = "/live"
 UNKNOWN_PAGE = 4404
@@ -52,6 +52,7 @@ class Live:
         self._history = History(config.chart_window_s, config.chart_rate_hz)
         self._lines: dict[str, _Line] = {}
         self._lists = ""
+        self._parts: dict[str, tuple[Part, ...]] = {}
         self.listeners: list[Callable[[Snapshot, bool], None]] = []
         app.add_api_websocket_route(PATH, self._serve)
 
@@ -85,7 +86,9 @@ class Live:
             line.put("frame", text)
             if lists != self._lists:
                 line.put("lists", lists)
-        self._lists = lists
+            if snapshot.parts is not self._parts:
+                line.put("parts", _message("parts", snapshot.parts))
+        self._lists, self._parts = lists, snapshot.parts
 
     def _lists_text(self, snapshot: Snapshot, now: float) -> str:
         alarms = active_alarms(snapshot, now, self._config.silent_ms * 1e-3)
@@ -103,7 +106,9 @@ class Live:
             background_tasks.create(before.socket.close(), name="close")
         self._desk.arrived(page, socket.query_params.get("tab", ""))
         line.put("history", _message("history", self._history.rows))
-        line.put("lists", self._lists_text(self._door.snapshot(), time.monotonic()))
+        snapshot = self._door.snapshot()
+        line.put("lists", self._lists_text(snapshot, time.monotonic()))
+        line.put("parts", _message("parts", snapshot.parts))
         sender = asyncio.create_task(_pump(line))
         try:
             while True:

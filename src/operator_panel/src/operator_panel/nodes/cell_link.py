@@ -16,9 +16,10 @@ from scara_config import Robot
 from control_msgs.msg import JointJog
 from operator_panel.config import PanelConfig, Surroundings
 from operator_panel.control.commands import WITHOUT_CONTROL
-from operator_panel.door import Answer, Gains
+from operator_panel.door import Answer, Gains, Picture
 from operator_panel.io.pendant import Pendant
 from operator_panel.nodes.calling import Lane, as_answer
+from operator_panel.nodes.camera_link import CameraLink
 from operator_panel.nodes.listening import Listening
 from operator_panel.nodes.tuning_link import TuningLink
 from operator_panel.view.snapshot import Snapshot
@@ -43,6 +44,7 @@ class CellLink:
         self._start = Lane("recorder/start", StartRecording, RECORDER_TIMEOUT_S)
         self._stop = Lane("recorder/stop", StopRecording, RECORDER_TIMEOUT_S)
         self._tuning = TuningLink([joint.name for joint in robot.twin_joints], timeout)
+        self._camera = CameraLink()
         self._jog: Any = None
 
     def connect(self, ended: threading.Event) -> None:
@@ -62,6 +64,7 @@ class CellLink:
         self._tuning.subscribe()
         self._listening.subscribe()
         while not ended.wait(MASTER_PERIOD_S):
+            self._camera.look()
             if _is_forgotten():
                 print("operator_panel: the ROS master was started again: so does this node", flush=True)
                 os.execv(sys.executable, [sys.executable, *sys.argv])
@@ -87,6 +90,10 @@ class CellLink:
     async def shadow(self, time: float) -> Answer:
         """Ask the twin controller's memory."""
         return as_answer(await self._shadow.call(time=time), "document")
+
+    async def picture(self, after: str) -> Picture | None:
+        """Wait for a picture of the camera."""
+        return await self._camera.picture(after)
 
     async def record(self, path: str) -> Answer:
         """Start a recording."""

@@ -13,13 +13,15 @@ import rospy
 from diagnostic_msgs.msg import DiagnosticArray
 from scara_config import Robot
 from std_msgs.msg import String
+from visualization_msgs.msg import Marker, MarkerArray
 
 from control_msgs.msg import JointControllerState
-from operator_panel.view.snapshot import CellState, DecisionLine, Diagnosis, Link, Loop, RobotPackage, Snapshot
+from operator_panel.view.snapshot import CellState, DecisionLine, Diagnosis, Link, Loop, Part, RobotPackage, Snapshot
 from scara_msgs.msg import Decision, RobotData, TwinControllerState
 
 DECISIONS_KEPT = 30
 CLOCK = "%H:%M:%S"
+PLACE_DIGITS = 4  # our choice: a tenth of a millimetre, so that what rests is not sent again
 
 
 class Listening:
@@ -40,6 +42,8 @@ class Listening:
         self._listen("/diagnostics", DiagnosticArray, self._diagnostics, 20)
         for joint in self._joints:
             self._listen(f"twin/{joint}_position_controller/state", JointControllerState, self._loop_of(joint))
+        for side in ("twin", "real"):
+            self._listen(f"{side}/parts", MarkerArray, self._parts_of(side))
         self._change(master=True)
 
     def snapshot(self) -> Snapshot:
@@ -83,6 +87,15 @@ class Listening:
 
         return take
 
+    def _parts_of(self, side: str) -> Callable[[MarkerArray], None]:
+        def take(message: MarkerArray) -> None:
+            parts = tuple(_part(m) for m in message.markers if m.type == Marker.CYLINDER and m.action == Marker.ADD)
+            with self._lock:
+                if self._snapshot.parts.get(side) != parts:
+                    self._snapshot = msgspec.structs.replace(self._snapshot, parts={**self._snapshot.parts, side: parts})
+
+        return take
+
     def _diagnostics(self, message: DiagnosticArray) -> None:
         now = time.monotonic()
         found = {
@@ -91,3 +104,16 @@ class Listening:
         }
         with self._lock:
             self._snapshot = msgspec.structs.replace(self._snapshot, diagnoses={**self._snapshot.diagnoses, **found})
+
+
+def _part(marker: Marker) -> Part:
+    place, turn, size = marker.pose.position, marker.pose.orientation, marker.scale
+    red, green, blue = (round(255 * min(max(part, 0.0), 1.0)) for part in (marker.color.r, marker.color.g, marker.color.b))
+    return Part(
+        name=marker.text,
+        position=(round(place.x, PLACE_DIGITS), round(place.y, PLACE_DIGITS), round(place.z, PLACE_DIGITS)),
+        orientation=(round(turn.x, 3), round(turn.y, 3), round(turn.z, 3), round(turn.w, 3)),
+        diameter=round(size.x, 5),
+        height=round(size.z, 5),
+        colour=f"#{red:02x}{green:02x}{blue:02x}",
+    )

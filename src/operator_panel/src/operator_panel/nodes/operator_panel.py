@@ -6,8 +6,8 @@ Parameters (``_name:=value`` on the command line, so that they hold without a RO
     ~token: The operator's token; default: OPERATOR_PANEL_TOKEN, else the file operator_token in ROS_HOME, made if missing.
     ~runs_dir: Folder of recorded runs; default: runs of CELL_ROOT, else of the working folder.
 Subscribes: ``twin_controller/state``, ``twin_controller/decisions``, ``real/robot_data``, ``joint_vel_controller/state``,
-``/diagnostics``, ``twin/<joint>_position_controller/state``, ``twin/pid/<joint>/parameter_descriptions``,
-``twin/pid/<joint>/parameter_updates``.
+``/diagnostics``, ``camera/image_raw`` (while a page shows it), ``twin/<joint>_position_controller/state``,
+``twin/pid/<joint>/parameter_descriptions``, ``twin/pid/<joint>/parameter_updates``.
 Publishes: ``joint_vel_controller/command`` (control_msgs/JointJog) while a jog button is held.
 Calls: ``twin_controller/command``, ``twin_controller/shadow``, ``inverse_kinematics``, ``recorder/start``, ``recorder/stop``,
 ``twin/pid/<joint>/set_parameters``; starts ``rosrun fanuc_emulator pendant``.
@@ -31,7 +31,7 @@ from scara_config import ConfigError, config_directory, load_robot
 
 from operator_panel.config import PanelConfig, load_panel, load_surroundings
 from operator_panel.control.jog import DeadMan
-from operator_panel.io.api import offer_twin
+from operator_panel.io.api import offer_camera, offer_twin
 from operator_panel.io.desk import Desk
 from operator_panel.io.live import Live
 from operator_panel.io.page.shell import Shell
@@ -85,6 +85,7 @@ def serve(private: dict[str, str]) -> None:
     desk = Desk(link, dead_man, config.control, silent_s, link.say)
     live = Live(link, desk, FrameMaker(robot, model, silent_s), config)
     offer_twin(link.shadow)
+    offer_camera(link.picture)
     Shell(robot, model, config, around, link, desk, live, token, _share() / "web", runs, f"operator_panel_{port}")
 
     @app.on_startup

@@ -144,13 +144,12 @@ def _columns(state: CellState) -> tuple[tuple[str, tuple[float, ...], bool], ...
 
 def _link_texts(link: Link) -> dict[str, str]:
     name = f"link.{link.name}"
-    uncertainty = f"\N{PLUS-MINUS SIGN} {words.seconds(link.clock_uncertainty)}"
     return {
         f"{name}.state": words.link_state(link),
         f"{name}.age": words.seconds(link.age) if link.connected else NOTHING,
         f"{name}.round_trip": words.seconds(link.round_trip) if link.connected else NOTHING,
-        f"{name}.offset": words.seconds(link.clock_offset) if link.connected else NOTHING,
-        f"{name}.uncertainty": uncertainty if link.connected else NOTHING,
+        f"{name}.clock": words.clock(link.clock_offset, link.clock_uncertainty) if link.connected else NOTHING,
+        f"{name}.drift": f"{words.number(link.clock_drift_ppm, 1, True)} ppm" if link.connected else NOTHING,
         f"{name}.counts": f"{link.rejected} rejected, {link.reconnects} reconnects",
     }
 

@@ -76,6 +76,17 @@ class Diagnosis(msgspec.Struct, frozen=True):
     values: dict[str, str] = {}
 
 
+class Part(msgspec.Struct, frozen=True, array_like=True):
+    """A part, a cylinder: its middle [m], orientation x, y, z, w, diameter and height [m], colour ``#rrggbb``."""
+
+    name: str
+    position: tuple[float, float, float]
+    orientation: tuple[float, float, float, float]
+    diameter: float
+    height: float
+    colour: str
+
+
 class DecisionLine(msgspec.Struct, frozen=True):
     """One decision of the twin controller; ``clock`` is the time of day as text."""
 
@@ -93,6 +104,7 @@ class Snapshot(msgspec.Struct, frozen=True):
         state: Newest twin_controller/state.
         received: When it came.
         silent_since: Time of day of the last one, as text, for people.
+        parts: Parts of each side, ``twin`` and ``real``.
     """
 
     master: bool = False
@@ -104,6 +116,7 @@ class Snapshot(msgspec.Struct, frozen=True):
     jog: str = ""
     diagnoses: dict[str, Diagnosis] = {}
     decisions: tuple[DecisionLine, ...] = ()
+    parts: dict[str, tuple[Part, ...]] = {}
 
     def is_silent(self, now: float, silent_s: float) -> bool:
         """Return whether the twin controller has said nothing for longer than ``silent_s``."""

@@ -8,6 +8,7 @@ from operator_panel.view.snapshot import CellState, Link
 
 MINUS = "\N{MINUS SIGN}"
 UNKNOWN = "\N{EN DASH}"
+OTHER_DAY_S = 600.0  # our choice: clocks that shall show the same time are not so far apart
 
 # mode: (title, tone). The tone is a CSS class; blue is the real robot, orange the twin.
 MODES: dict[str, tuple[str, str]] = {
@@ -80,6 +81,13 @@ def seconds(value: float) -> str:
     hours, rest = divmod(rest, 3600.0)
     text = f"{hours:.0f} h {rest / 60.0:.0f} min" if not days else f"{days:.0f} d {hours:.0f} h"
     return f"{MINUS}{text}" if value < 0.0 else text
+
+
+def clock(offset: float, uncertainty: float) -> str:
+    """Return how far a clock is from ours and how well that is known; one that counts from another day is just its own."""
+    if not math.isfinite(offset):
+        return UNKNOWN
+    return f"{seconds(offset) if abs(offset) < OTHER_DAY_S else 'own'} \N{PLUS-MINUS SIGN} {seconds(uncertainty)}"
 
 
 def link_state(link: Link) -> str:

@@ -40,6 +40,7 @@ def joint_title(name: str) -> str:
 def _motion_options() -> dict[str, Any]:
     return _options(
         [("Real", "real", 0), ("Twin", "twin", 0), ("Deviation", "deviation", 1)],
+        right=14,
         y_axes=[{"gridIndex": 0, "scale": True}, {"gridIndex": 1, "scale": True, "splitNumber": 2}],
     )
 
@@ -47,6 +48,7 @@ def _motion_options() -> dict[str, Any]:
 def _loop_options() -> dict[str, Any]:
     return _options(
         [("Set point", "setpoint", 0), ("Measured", "twin", 0), ("Error", "deviation", 1), ("Effort", "effort", 2)],
+        right=36,
         y_axes=[
             {"gridIndex": 0, "scale": True},
             {"gridIndex": 1, "scale": True, "splitNumber": 2},
@@ -55,15 +57,16 @@ def _loop_options() -> dict[str, Any]:
     )
 
 
-def _options(series: list[tuple[str, str, int]], y_axes: list[dict[str, Any]]) -> dict[str, Any]:
+def _options(series: list[tuple[str, str, int]], right: int, y_axes: list[dict[str, Any]]) -> dict[str, Any]:
     """Return a chart of two grids, one above the other; colours come from the page's theme in the browser."""
+    sides = {"left": 44, "right": right}
     axis = {"type": "value", "axisLabel": {"hideOverlap": True}, "splitLine": {"show": False}}
     return {
         "animation": False,
-        "legend": {"top": 0, "right": 8, "itemWidth": 14, "itemHeight": 2, "icon": "rect"},
+        "legend": {"top": 0, "right": 4, "itemWidth": 14, "itemHeight": 2, "icon": "rect"},
         "grid": [
-            {"left": 48, "right": 40, "top": 26, "height": "42%"},
-            {"left": 48, "right": 40, "bottom": 20, "height": "22%"},
+            {**sides, "top": 26, "height": "42%"},
+            {**sides, "bottom": 20, "height": "22%"},
         ],
         "xAxis": [{**axis, "gridIndex": 0, "axisLabel": {"show": False}}, {**axis, "gridIndex": 1}],
         "yAxis": [{"type": "value", **one} for one in y_axes],

@@ -30,10 +30,22 @@ def build_scene(model: Model, tool_link: str) -> dict[str, Any]:
         )
         scene.classes("scene")
         _legend()
+        _camera()
     builder = _Builder(scene, model)
     moved = {side: builder.tree(side) for side in ("twin", "real", "preview")}
-    scene.move_camera(x=1.34, y=-1.22, z=0.70, look_at_x=0.26, look_at_y=-0.08, look_at_z=0.03, duration=0)
+    scene.move_camera(x=1.42, y=-1.30, z=0.72, look_at_x=0.26, look_at_y=-0.08, look_at_z=-0.01, duration=0)
     return {"scene": scene.id, "joints": moved, "ghosts": builder.ghosts}
+
+
+def _camera() -> None:
+    """Build the camera's picture and the buttons that choose what is shown; the browser asks for pictures while it is."""
+    with ui.element("figure").classes("camera"):
+        ui.element("img").props('data-camera alt="The twin\'s cell, seen by its camera"')
+        ui.element("figcaption").props("data-camera-text")
+    with ui.element("div").classes("segmented scene-choice").props('role="tablist"'):
+        for name in ("Model", "Both", "Camera"):
+            with ui.element("button").props(f'type=button role=tab data-show="{name}"'):
+                plain(name)
 
 
 def _legend() -> None:

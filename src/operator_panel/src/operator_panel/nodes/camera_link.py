@@ -1,0 +1,80 @@
+"""The camera's pictures: heard only while a page asks for them, so that the camera draws none that nobody sees."""
+
+from __future__ import annotations
+
+import asyncio
+import io
+import threading
+import time
+from typing import Any
+
+import PIL.Image
+import rospy
+from nicegui import run
+from sensor_msgs.msg import Image
+
+from operator_panel.door import Picture
+
+QUALITY = 85  # our choice: about 20 kB for a picture of the shipped size
+WAIT_S = 2.0  # our choice: a page that waits longer is told that no picture comes
+LINGER_S = 5.0  # our choice: so long after the last question the camera is left alone again
+LOOK_S = 0.02
+
+
+class CameraLink:
+    """Subscribes to ``camera/image_raw`` while pages look."""
+
+    def __init__(self) -> None:
+        """Listen to nothing yet."""
+        self._lock = threading.Lock()
+        self._subscriber: Any = None
+        self._newest: Image | None = None
+        self._encoding = asyncio.Lock()
+        self._encoded = Picture("", b"")
+        self._asked = 0.0
+
+    async def picture(self, after: str) -> Picture | None:
+        """Return the newest picture that is not that of ``after``, as soon as there is one; None after a while."""
+        end = time.monotonic() + WAIT_S
+        while (now := time.monotonic()) < end:
+            self._listen(now)
+            newest = self._newest
+            if newest is not None and _stamp(newest) != after:
+                return await self._jpeg(newest)
+            await asyncio.sleep(LOOK_S)
+        return None
+
+    def look(self) -> None:
+        """Leave the camera alone when nobody has asked for a while; to be called now and then, by any thread."""
+        with self._lock:
+            if self._subscriber is not None and time.monotonic() - self._asked > LINGER_S:
+                self._subscriber.unregister()
+                self._subscriber, self._newest = None, None
+
+    def _listen(self, now: float) -> None:
+        with self._lock:
+            self._asked = now
+            if self._subscriber is None and rospy.core.is_initialized():
+                self._subscriber = rospy.Subscriber("camera/image_raw", Image, self._take, queue_size=1, tcp_nodelay=True)
+
+    def _take(self, message: Image) -> None:
+        if message.encoding == "rgb8" and len(message.data) == message.step * message.height:
+            self._newest = message
+
+    async def _jpeg(self, image: Image) -> Picture:
+        """Pack a picture once for all pages."""
+        async with self._encoding:
+            if self._encoded.stamp != _stamp(image):
+                self._encoded = Picture(_stamp(image), await run.io_bound(_pack, image) or b"")
+            return self._encoded
+
+
+def _stamp(image: Image) -> str:
+    return f"{image.header.stamp.secs}.{image.header.stamp.nsecs:09d}"
+
+
+def _pack(image: Image) -> bytes:
+    size = (image.width, image.height)
+    packed = io.BytesIO()
+    PIL.Image.frombuffer("RGB", size, image.data, "raw", "RGB", image.step, 1).save(packed, "JPEG", quality=QUALITY)
+    return packed.getvalue()

@@ -1,0 +1,77 @@
+// The camera beside or in place of the model: pictures are asked for one after the other, only while they can be seen.
+const RETRY_MS = 1000;
+const PATIENCE_MS = 10_000;
+const KEPT = "panel_show";
+
+export class Camera {
+  constructor() {
+    this.card = document.querySelector(".scene-card");
+    this.image = document.querySelector("[data-camera]");
+    this.text = document.querySelector("[data-camera-text]");
+    this.buttons = [...document.querySelectorAll("[data-show]")];
+    this.stamp = "";
+    for (const button of this.buttons) button.addEventListener("click", () => this.show(button.dataset.show));
+    const kept = localStorage.getItem(KEPT);
+    this.show(this.buttons.some((button) => button.dataset.show === kept) ? kept : this.buttons[0].dataset.show);
+    this.run();
+  }
+
+  show(name) {
+    this.shown = name;
+    this.card.dataset.shows = name.toLowerCase();
+    for (const button of this.buttons) button.setAttribute("aria-selected", button.dataset.show === name);
+    localStorage.setItem(KEPT, name);
+    this.wake?.();
+  }
+
+  get seen() {
+    return this.shown !== "Model" && !document.hidden;
+  }
+
+  async run() {
+    for (;;) {
+      if (!this.seen) await this.pause();
+      else if (!(await this.next())) await this.pause();
+    }
+  }
+
+  // Wait a second, or until another view is chosen.
+  pause() {
+    return new Promise((resolve) => {
+      this.wake = resolve;
+      setTimeout(resolve, RETRY_MS);
+    });
+  }
+
+  // Show the next picture; return whether there was one.
+  async next() {
+    try {
+      const answer = await fetch(`/camera.jpg?after=${this.stamp}`, { signal: AbortSignal.timeout(PATIENCE_MS) });
+      if (!answer.ok) {
+        this.say((await answer.json()).error);
+        return false;
+      }
+      this.stamp = answer.headers.get("X-Stamp");
+      await this.put(await answer.blob());
+      this.say("");
+      return true;
+    } catch {
+      this.say("No connection");
+      return false;
+    }
+  }
+
+  async put(blob) {
+    const old = this.image.src;
+    this.image.src = URL.createObjectURL(blob);
+    await this.image.decode();
+    if (old) URL.revokeObjectURL(old);
+  }
+
+  // A picture that is not current is shown as such.
+  say(trouble) {
+    this.card.classList.toggle("camera-old", trouble !== "");
+    const text = trouble ? trouble[0].toUpperCase() + trouble.slice(1) : "Camera";
+    if (this.text.textContent !== text) this.text.textContent = text;
+  }
+}
