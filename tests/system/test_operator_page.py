@@ -125,7 +125,7 @@ def open_page(browser: Browser, panel: Panel) -> Iterator[Callable[..., Page]]:
 def operator(open_page: Callable[..., Page]) -> Page:
     """Give the page of an operator in control, with the pair ready."""
     page = open_page()
-    expect(page.get_by_text("in control")).to_contain_text(re.compile(r"Operator \d+: in control"))
+    expect(page.locator(".control-text")).to_have_text(re.compile(r"Operator \d+: in control"))
     make_ready(page)
     return page
 
@@ -292,6 +292,31 @@ def test_second_operator_asks_and_the_first_hands_over(operator: Page, open_page
     expect(operator.get_by_role("button", name="Home", exact=True)).to_be_disabled()
 
 
+def test_camera_is_seen_by_whoever_watches_and_its_end_is_said(open_page: Callable[..., Page], patient_cell: LiveCell) -> None:
+    """Beside the model; a picture that is not current is not shown as if it were."""
+    viewer = open_page("")
+    viewer.get_by_role("tab", name="Both").click()
+    caption, picture = viewer.locator("[data-camera-text]"), viewer.locator("[data-camera]")
+    expect(caption).to_contain_text("No picture comes")
+    camera = patient_cell.stage.start("rosrun", "scara_simulation", "camera")
+    expect(caption).to_have_text("Camera", timeout=LONG_MS)
+    assert picture.evaluate("image => [image.naturalWidth, image.naturalHeight]") == [480, 360]
+    camera.signal(signal.SIGINT)
+    assert camera.wait(20.0) == 0
+    expect(caption).to_contain_text("No picture comes")
+
+
+def test_pair_as_data_is_what_the_page_shows(open_page: Callable[..., Page], panel: Panel) -> None:
+    """Now, and a while ago."""
+    viewer = open_page("")
+    for query in ("", "?time=-1"):
+        answer = viewer.request.get(f"http://127.0.0.1:{panel.port}/api/twin{query}")
+        assert answer.ok, answer.text()
+        pair = answer.json()
+        assert pair["names"][0] == "joint_1"
+        assert pair["real"]["position"][0] == pytest.approx(shown(viewer, "joint_1.real"), abs=0.05)
+
+
 def test_page_greys_out_when_its_server_is_killed_and_comes_back_by_itself(operator: Page, panel: Panel) -> None:
     """Since when is said; the new server finds the operator still to be one."""
     panel.stop(signal.SIGKILL)
@@ -299,5 +324,5 @@ def test_page_greys_out_when_its_server_is_killed_and_comes_back_by_itself(opera
     assert operator.locator(".grid").evaluate("element => getComputedStyle(element).filter") == "grayscale(1)"
     panel.start()
     expect(operator.locator("body:not(.is-lost)")).to_be_visible(timeout=LONG_MS)
-    expect(operator.get_by_text(re.compile(r"Operator \d+: in control"))).to_be_visible()
+    expect(operator.locator(".control-text")).to_have_text(re.compile(r"Operator \d+: in control"))
     is_mode(operator, "Ready", LONG_MS)
