@@ -113,6 +113,14 @@ class RegisterCodec:
             command_echo=self._number(self._command.echo, words) if self._command else 0,
         )
 
+    def clock_of(self, words: Sequence[int]) -> int:
+        """Return the robot's clock in an answer to ``state`` [ms], whatever else is in it.
+
+        Raises:
+            SampleError: It is negative.
+        """
+        return self._clock(words)
+
     def decode_program(self, words: Sequence[int]) -> ProgramStatus:
         """Return what the program block says.
 

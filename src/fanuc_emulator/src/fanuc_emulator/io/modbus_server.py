@@ -121,6 +121,9 @@ class RobotServer:
     def _answer(
         self, function: int, start: int, address: int, current: list[int], values: list[int] | list[bool] | None
     ) -> ExcCodes | None:
+        bits = {_READ_COILS: self._layout.coils, _READ_DISCRETE: self._layout.discrete_inputs}
+        if function in bits and not bits[function]:
+            return ExcCodes.ILLEGAL_FUNCTION
         if function in (_WRITE_COIL, _WRITE_COILS):
             return self._write_coils(address, [bool(value) for value in values or []])
         if function == _READ_DISCRETE:
@@ -170,8 +173,8 @@ def _words(table: dict[str, Register]) -> list[SimData]:
 
 def _bits(table: dict[str, Bit]) -> list[SimData]:
     """Describe bits for pymodbus, without gaps."""
-    if not table:
-        return [SimData(0, datatype=DataType.INVALID)]
+    if not table:  # pymodbus wants bits; reading them is refused in any case
+        return [SimData(0, values=[False] * 16, datatype=DataType.BITS)]
     ordered = sorted(table.values(), key=lambda bit: bit.address)
     levels = [False] * (ordered[-1].offset - ordered[0].offset + 1)
     for bit in ordered:

@@ -37,6 +37,8 @@ Kind = Literal["position", "velocity"]
 KINDS: tuple[Kind, Kind] = ("position", "velocity")
 TOLERANCE = 1e-7
 """How far outside the unit circle a pole may seem to lie: what rounding makes of a pole at 1. Our choice."""
+MOST_COUPLED = 4
+"""With so many joints at most all mixes of loops are tried; the effort doubles with each joint. Our choice."""
 _GRID = 49
 _DECADES = 12.0
 _HALVINGS = 40
@@ -50,18 +52,25 @@ class Plant(msgspec.Struct, frozen=True):
         damping: Of each joint, shape (n,): [N m s/rad], [N s/m].
         dt: Physics step [s].
         bandwidth: Of the error in the computed torque [rad/s]; 0: none.
+        extremes: With many joints: smallest (the others free) and largest (the others held) inertia that each sees, shape
+            (n, 2); else empty.
     """
 
     mass_matrices: Array
     damping: Array
     dt: float
     bandwidth: float = 0.0
+    extremes: tuple[tuple[float, float], ...] = ()
 
     def group(self, joint: int) -> list[int]:
         """Return the joints whose motion is coupled with that of ``joint``, itself included."""
         coupled = np.any(np.abs(self.mass_matrices) > 1e-9, axis=0)
         reached = np.linalg.matrix_power(coupled.astype(float), len(coupled))[joint] > 0.0
         return [int(k) for k in np.flatnonzero(reached)]
+
+    def alone(self, joint: int) -> Plant:
+        """Return the plant of one joint with the extremes of its inertia in place of the coupling."""
+        return Plant(np.array(self.extremes[joint]).reshape(2, 1, 1), self.damping[[joint]], self.dt, self.bandwidth)
 
     def part(self, joints: Sequence[int]) -> Plant:
         """Return the plant of some joints alone, each different inertia once."""
@@ -75,12 +84,18 @@ def sample_plant(
     damping: Sequence[float],
     dt: float,
     bandwidth: float,
-    per_joint: int = 7,
+    per_joint: int | None = None,
 ) -> Plant:
     """Sample the inertia on a grid of poses from limit to limit, ``per_joint`` (odd: with the middle) for each joint."""
+    per_joint = per_joint or (7 if len(limits) <= MOST_COUPLED else 5)
     axes = [np.linspace(lower, upper, per_joint) for lower, upper in limits]
     matrices = np.array([mass_matrix([float(q) for q in pose]) for pose in itertools.product(*axes)])
-    return Plant(np.unique(matrices.round(9), axis=0), np.array(damping), dt, bandwidth)
+    extremes: tuple[tuple[float, float], ...] = ()
+    if len(limits) > MOST_COUPLED:
+        free = 1.0 / np.diagonal(np.linalg.inv(matrices), axis1=1, axis2=2).max(axis=0)
+        held = np.diagonal(matrices, axis1=1, axis2=2).max(axis=0)
+        extremes = tuple(zip(free.tolist(), held.tolist()))
+    return Plant(np.unique(matrices.round(9), axis=0), np.array(damping), dt, bandwidth, extremes)
 
 
 def spectral_radius(plant: Plant, loops: Sequence[tuple[Kind, PidGains]]) -> float:
@@ -110,7 +125,12 @@ def spectral_radius(plant: Plant, loops: Sequence[tuple[Kind, PidGains]]) -> flo
 
 
 def worst_radius(plant: Plant, gains: Sequence[LoopGains], joint: int, kind: Kind) -> float:
-    """Return the largest pole with the loop ``kind`` of ``joint`` closed, whichever loops the other joints have closed."""
+    """Return the largest pole with the loop ``kind`` of ``joint`` closed, whichever loops the other joints have closed.
+
+    With more than ``MOST_COUPLED`` joints the two bounds of its inertia stand for the others.
+    """
+    if plant.extremes:
+        return spectral_radius(plant.alone(joint), [(kind, getattr(gains[joint], kind))])
     group = plant.group(joint)
     part = plant.part(group)
     mixes = itertools.product(*([kind] if k == joint else KINDS for k in group))

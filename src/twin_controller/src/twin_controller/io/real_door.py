@@ -131,7 +131,7 @@ class RealDoor:
         text = ""
         if alarm.facility:
             text = f"{alarm.severity} {alarm.facility}-{alarm.number:03d} {alarm.message}"
-            text += f" ({alarm.cause})" if alarm.cause else ""
+            text = text.strip() + (f" ({alarm.cause})" if alarm.cause else "")
         if text != self._alarm:
             self._alarm = text
             self._put(RealAlarm(time.monotonic(), text))

@@ -1,0 +1,35 @@
+"""Write the URDF of a robot from its profile; no ROS master needed.
+
+Usage: rosrun scara_description write_urdf ROBOT
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+import rospkg
+from scara_config import ConfigError, load_robot
+from scara_config.profile import CHOICE
+
+from scara_description.body import load_body, urdf_of
+from scara_description.inertia import ShapeError
+
+
+def main() -> None:
+    """Write the file that robot.yaml names; say what was wrong and leave it as it is otherwise."""
+    if len(sys.argv) != 2:
+        sys.exit("usage: write_urdf ROBOT")
+    os.environ[CHOICE] = sys.argv[1]
+    try:
+        robot = load_robot()
+        text = urdf_of(robot, load_body(robot))
+        path = Path(rospkg.RosPack().get_path("scara_description")) / "urdf" / robot.urdf
+        if path.is_file() and path.read_text(encoding="utf-8") == text:
+            print(f"{path}: up to date")
+            return
+        path.write_text(text, encoding="utf-8")
+    except (ConfigError, ShapeError, OSError) as error:
+        sys.exit(f"write_urdf: {error}")
+    print(f"{path}: written")

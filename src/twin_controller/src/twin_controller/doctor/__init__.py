@@ -1,0 +1,1 @@
+"""Checks of a robot profile, as the article's methodology asks: robot, simulation, registers, links."""

@@ -1,0 +1,66 @@
+"""What the doctor finds: one thing, and what to do about it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from enum import Enum
+
+import msgspec
+
+
+class Group(Enum):
+    """The four groups of the article's section 6."""
+
+    ROBOT = "the robot"
+    SIMULATION = "the simulation"
+    REGISTERS = "the registers"
+    LINKS = "the links"
+
+
+class Level(Enum):
+    """How bad it is."""
+
+    FINE = "ok"
+    NOTE = "note"
+    WRONG = "WRONG"
+
+
+class Finding(msgspec.Struct, frozen=True):
+    """One result of one check.
+
+    Attributes:
+        group: Where it belongs.
+        level: How bad it is.
+        what: What was found, with values.
+        advice: What to do; empty if nothing.
+    """
+
+    group: Group
+    level: Level
+    what: str
+    advice: str = ""
+
+
+def fine(group: Group, what: str) -> Finding:
+    """Return that something is as it should be."""
+    return Finding(group, Level.FINE, what)
+
+
+def note(group: Group, what: str, advice: str) -> Finding:
+    """Return something that is to be looked at and may be right."""
+    return Finding(group, Level.NOTE, what, advice)
+
+
+def wrong(group: Group, what: str, advice: str) -> Finding:
+    """Return something that cannot be right."""
+    return Finding(group, Level.WRONG, what, advice)
+
+
+def or_fine(found: Iterable[Finding], group: Group, what: str) -> list[Finding]:
+    """Return the findings, or that all is fine if none is there."""
+    return list(found) or [fine(group, what)]
+
+
+def is_healthy(findings: Iterable[Finding]) -> bool:
+    """Return whether nothing is wrong."""
+    return all(finding.level is not Level.WRONG for finding in findings)
