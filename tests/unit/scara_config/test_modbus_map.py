@@ -90,3 +90,35 @@ def test_wrong_map_is_refused(tmp_path: Path, path: list[str | int], value: Any,
     """File, key, value and what is allowed."""
     with pytest.raises(ConfigError, match=rf"modbus_map\.yaml: .*{text}"):
         load_modbus_map(changed_yaml(shipped("modbus_map.yaml"), tmp_path, path, value))
+
+
+SIX = SHIPPED / "robots" / "articulated_six" / "modbus_map.yaml"
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "text"),
+    [
+        (["status_word", "register"], "nothing", r"status_word\.register = nothing: must be the name of a register of one word"),
+        (["status_word", "bits", "fault"], REMOVED, r"status_word\.bits\.fault: is missing"),
+        (["status_word", "bits", "fault"], 4, r"status_word\.bits: a bit occurs more than once"),
+        (["status_word", "bits", "fault"], 16, r"Expected `int` <= 15"),
+        (["command_word", "echo"], "clock_ms", r"command_word\.echo = clock_ms: must be the name of a register of one word"),
+        (["command_word", "sequence"], "heartbeat", r"command_word: register and sequence must be neighbours"),
+        (["command_word", "codes", "cstopi"], REMOVED, r"command_word\.codes\.cstopi: is missing"),
+        (["command_word", "codes", "hold"], {"low": 3}, r"command_word\.codes\.hold: needs either low and high or pulse"),
+        (["command_word", "codes", "hold"], {"low": 3, "high": 10}, r"command_word\.codes: a code occurs more than once"),
+        (["command_word", "codes", "dance"], {"pulse": 99}, r"command_word\.codes\.dance: is unknown, allowed are imstp"),
+        (["coils"], {"hold": {"address": 1, "meaning": ""}}, r"command_word: there are coils too"),
+        (["discrete_inputs"], {"fault": {"address": 1, "meaning": ""}}, r"status_word: there are discrete_inputs too"),
+        (
+            ["input_registers", "override"],
+            {"address": 900, "type": "int16", "unit": "percent", "meaning": ""},
+            r"override: stands in",
+        ),
+        (["holding_registers", "setpoint", "scale"], 0.0, r"scale = 0\.0: Expected `float` >= 1e-09"),
+    ],
+)
+def test_wrong_map_of_another_controller_is_refused(tmp_path: Path, path: list[str | int], value: Any, text: str) -> None:
+    """Words, bits and command codes are checked as registers and coils are."""
+    with pytest.raises(ConfigError, match=rf"modbus_map\.yaml: .*{text}"):
+        load_modbus_map(changed_yaml(SIX, tmp_path, path, value))

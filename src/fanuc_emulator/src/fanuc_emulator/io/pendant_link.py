@@ -86,13 +86,14 @@ class PendantLink:
         if word is None:
             self._call("write_coil", self._layout.coils[name].offset, level)
         else:
-            code = word.codes[name].high if level else word.codes[name].low
-            self._command(name, code)
+            codes = word.codes.get(name)
+            self._command(name, codes and (codes.high if level else codes.low))
 
     def pulse(self, name: str) -> None:
         """Switch one UI signal on and off again."""
         if self._layout.command_word is not None:
-            self._command(name, self._layout.command_word.codes[name].pulse)
+            codes = self._layout.command_word.codes.get(name)
+            self._command(name, codes and codes.pulse)
             return
         self.set_signal(name, True)
         time.sleep(_PULSE)

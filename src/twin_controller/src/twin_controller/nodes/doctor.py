@@ -24,7 +24,7 @@ from twin_controller.doctor.link_checks import check_answers
 from twin_controller.io.doctor.profile_files import read_profile
 from twin_controller.io.doctor.robot_probe import Mover, ask
 from twin_controller.io.doctor.twin_probe import ask_twin
-from twin_controller.io.modbus_port import LinkLostError
+from twin_controller.io.modbus.port import LinkLostError
 
 SECONDS = 2.0
 COLOURS = {Level.FINE: "green", Level.NOTE: "yellow", Level.WRONG: "bold red"}

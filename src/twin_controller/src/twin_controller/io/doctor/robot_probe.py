@@ -12,8 +12,8 @@ from scara_config.modbus_map import ModbusMap
 from twin_controller.config import TwinControllerConfig
 from twin_controller.doctor.finding import Finding, Group, wrong
 from twin_controller.doctor.link_checks import Answer, Nudge, check_nudge
-from twin_controller.io.modbus_link import ModbusLink, ModbusSettings
-from twin_controller.io.modbus_port import ModbusPort
+from twin_controller.io.modbus.link import ModbusLink, ModbusSettings
+from twin_controller.io.modbus.port import ModbusPort
 from twin_controller.registers import RegisterCodec
 from twin_controller.robot_sample import AlarmStatus, ControlType, ProgramStatus, RobotSample, WatchdogState
 

@@ -1,0 +1,87 @@
+"""Inverse kinematics by numbers: it arrives, within the limits, and says why not."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from harness.workspace import ROOT
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scara_config import Robot, load_robot
+from scara_config.profile import CHOICE
+from scara_control.errors import JointVectorError, ScaraControlError, UnreachableError
+from scara_control.kinematics.numeric import NumericArm, inverse, tool_velocity_of, velocities_for
+from scara_control.kinematics.screws import forward_kinematics
+from scara_control.kinematics.tool import NumericTool, ScaraTool, tool_kinematics
+
+
+@pytest.fixture(scope="module")
+def robot() -> Robot:
+    """Return the six-joint robot."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(CHOICE, "articulated_six")
+        return load_robot(ROOT / "config")
+
+
+@pytest.fixture(scope="module")
+def arm(robot: Robot) -> NumericArm:
+    """Return its arm."""
+    return NumericArm.from_robot(robot)
+
+
+def test_the_profile_decides_how_the_arm_is_solved(robot: Robot) -> None:
+    """With geometry in closed form, without by numbers."""
+    assert isinstance(tool_kinematics(robot), NumericTool)
+    assert isinstance(tool_kinematics(load_robot(ROOT / "config")), ScaraTool)
+
+
+@settings(max_examples=30)
+@given(st.floats(0.25, 0.5), st.floats(-1.0, 1.0), st.floats(0.12, 0.45))
+def test_a_point_in_front_of_the_arm_is_reached_with_the_tool_as_at_home(
+    arm: NumericArm, radius: float, angle: float, z: float
+) -> None:
+    """Forward kinematics of the answer is the question, to 0.1 um; each joint is within its limits."""
+    target = (radius * math.cos(angle), radius * math.sin(angle), z)
+    if math.dist((radius, z + 0.08), (0.0, 0.3)) > 0.58:
+        return
+    q = inverse(arm, target)
+    pose = forward_kinematics(arm.chain, q)
+    np.testing.assert_allclose(pose[:3, 3], target, atol=1e-7)
+    np.testing.assert_allclose(pose[:3, :3], arm.rotation, atol=1e-6)
+    assert all(joint.lower <= value <= joint.upper for joint, value in zip(arm.joints, q))
+
+
+def test_the_answer_stays_near_its_seed(arm: NumericArm) -> None:
+    """A small step of the tool is a small step of the joints."""
+    first = inverse(arm, (0.40, 0.0, 0.24))
+    second = inverse(arm, (0.401, 0.002, 0.24), seed=first)
+    assert max(abs(a - b) for a, b in zip(first, second)) < math.radians(1.0)
+
+
+@pytest.mark.parametrize(
+    ("target", "options", "error", "text"),
+    [
+        ((1.5, 0.0, 0.3), {}, UnreachableError, r"target \(1\.5, 0, 0\.3\) m, the tool as at home: not reached .* mm away"),
+        ((math.nan, 0.0, 0.3), {}, UnreachableError, "is not finite"),
+        ((0.4, 0.0, 0.24), {"elbow_wanted": True}, ScaraControlError, "no righty and lefty"),
+        ((0.4, 0.0, 0.24), {"seed": (0.0, 0.0)}, JointVectorError, "got 2 joint values, expected 6"),
+    ],
+)
+def test_what_cannot_be_is_refused_with_its_reason(
+    arm: NumericArm, target: tuple[float, ...], options: dict[str, object], error: type[Exception], text: str
+) -> None:
+    """Out of reach with how near it came; a question for another arm; a wrong seed."""
+    with pytest.raises(error, match=text):
+        inverse(arm, target, **options)  # type: ignore[arg-type]
+
+
+def test_joint_velocities_give_the_wanted_tool_velocity(arm: NumericArm) -> None:
+    """Away from a singularity exactly, there damped and said so."""
+    q = inverse(arm, (0.36, 0.1, 0.3))
+    answer = velocities_for(arm, q, (0.05, -0.02, 0.03))
+    assert not answer.damped
+    np.testing.assert_allclose(tool_velocity_of(arm, q, answer.qdot), (0.05, -0.02, 0.03), atol=1e-9)
+    straight = velocities_for(arm, [0.0, 0.0, -math.pi / 2, 0.0, 0.0, 0.0], (0.05, 0.0, 0.05))
+    assert straight.damped and all(math.isfinite(value) for value in straight.qdot)

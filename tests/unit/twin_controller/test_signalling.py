@@ -1,0 +1,78 @@
+"""Numbered commands: each counts once, in order, repeated until the robot confirms it."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scara_config.modbus_map import CommandWord, SignalCode
+from twin_controller.signalling import CommandLostError, CommandQueue, following
+
+WORD = CommandWord("command", "sequence", "echo", {"hold": SignalCode(low=3, high=4), "cstopi": SignalCode(pulse=10)})
+
+
+def queue(echo: int = 0) -> CommandQueue:
+    """Return an empty queue that has seen the robot's number."""
+    found = CommandQueue(WORD)
+    found.confirm(echo)
+    return found
+
+
+def test_nothing_is_written_before_the_robots_number_is_known() -> None:
+    """A number that the robot has already obeyed would be no command."""
+    waiting = CommandQueue(WORD)
+    waiting.put("cstopi", True, True)
+    assert waiting.next(0.0) is None and waiting.due() is None
+    waiting.confirm(7)
+    first = waiting.next(0.0)
+    assert first is not None and (first.code, first.sequence) == (10, 9)
+
+
+def test_commands_go_one_after_the_other_in_their_order() -> None:
+    """The next is written when the one before has come back, with another number."""
+    commands = queue()
+    commands.put("hold", False, False)
+    commands.put("cstopi", True, True)
+    first = commands.next(0.0)
+    assert first is not None and first.code == 3 and commands.next(0.01) is None
+    commands.confirm(first.sequence)
+    second = commands.next(0.02)
+    assert second is not None and second.code == 10 and second.sequence != first.sequence
+
+
+def test_an_unconfirmed_command_is_repeated_with_its_number_then_given_up() -> None:
+    """A lost write costs 0.1 s; a robot that is deaf is told about, and the next command has its turn."""
+    commands = queue()
+    commands.put("cstopi", True, True)
+    commands.put("hold", True, False)
+    numbers = [written.sequence for k in range(5) if (written := commands.next(0.1 * k + 1e-6 * k)) is not None]
+    assert len(numbers) == 5 and len(set(numbers)) == 1
+    with pytest.raises(CommandLostError, match=r"cstopi: the robot did not confirm command 10 in 5 attempts"):
+        commands.next(1.0)
+    after = commands.next(1.1)
+    assert after is not None and after.code == 4
+
+
+def test_the_end_of_a_pulse_is_no_command() -> None:
+    """The robot makes the edge itself."""
+    commands = queue()
+    commands.put("cstopi", False, False)
+    assert commands.next(0.0) is None
+
+
+def test_after_a_reconnect_nothing_is_replayed() -> None:
+    """As for coils: what was not confirmed is counted and forgotten."""
+    commands = queue()
+    commands.put("cstopi", True, True)
+    commands.put("hold", True, False)
+    commands.next(0.0)
+    assert commands.discard() == 2
+    commands.confirm(1)
+    assert commands.next(1.0) is None
+
+
+@given(st.integers(0, 32767))
+def test_our_numbers_are_odd_and_new(echo: int) -> None:
+    """Even ones are the pendant's; a number is never the one that the robot shows."""
+    number = following(echo)
+    assert 1 <= number <= 32767 and number % 2 == 1 and number != echo
