@@ -45,10 +45,11 @@ def test_program_goes_to_the_places_of_the_file() -> None:
     """The taught positions are the places: over and at each part, above and at its place on the pallet, within 0.01 mm."""
     program = next(program for program in load_programs(ROBOT, CONFIG).values() if program.name == "PALLETISE")
     targets = [step.target for step in program.steps if isinstance(step, MoveStep)]
-    travel, wanted = WORK.task.travel_mm * 1e-3, []
+    travel, near, wanted = WORK.task.travel_mm * 1e-3, WORK.task.near_mm * 1e-3, []
     for (_, _, angle, pick), place in zip(WORK.picks(), WORK.pallet.places()):
         over, above = (*pick, travel, angle), (*place, travel, angle)
-        wanted += [over, (*pick, WORK.pick_height, angle), over, above, (*place, WORK.place_height, angle), above]
+        wanted += [over, (*pick, WORK.pick_height + near, angle), (*pick, WORK.pick_height, angle), over]
+        wanted += [above, (*place, WORK.place_height + near, angle), (*place, WORK.place_height, angle), above]
     assert len(targets) == len(wanted)
     for target, (x, y, z, angle) in zip(targets, wanted):
         assert math.dist(tool_position(Scara.from_robot(ROBOT), *target[:3]), (x, y, z)) < 1e-5

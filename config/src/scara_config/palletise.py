@@ -115,6 +115,7 @@ class Task(_Strict, frozen=True):
     gap_mm: Positive
     clearance_mm: Positive
     travel_mm: Length
+    near_mm: Positive
     tolerance_mm: Positive
     speed_percent: Percent
     approach_percent: Percent

@@ -81,6 +81,14 @@ class Settle(Section, frozen=True):
     minimum_ms: Ms
 
 
+class Gripper(Section, frozen=True):
+    """How long a gripper may take to show what it was told."""
+
+    retry_ms: PositiveMs
+    attempts: Count
+    agree_ms: PositiveMs
+
+
 class Limit(Section, frozen=True):
     """The additional controller between twin and real robot."""
 
@@ -161,6 +169,7 @@ class TwinControllerConfig(Section, frozen=True):
     change: Change
     align: Align
     settle: Settle
+    gripper: Gripper
     limit: Limit
     cell: CellLimits
     separation: Separation

@@ -14,11 +14,12 @@ from scara_control.errors import ScaraControlError
 from scara_control.setpoints import SetpointTrack
 
 from twin_controller.core.actions import Do, FollowTwin, Perform
-from twin_controller.core.events import ClockProbe, Joints, TwinMeasured, TwinMotion, TwinPlan
+from twin_controller.core.events import ClockProbe, Joints, TwinGripper, TwinMeasured, TwinMotion, TwinPlan
 
 JOINT_STATES = "twin/joint_states"
 JOINT_SETPOINTS = "twin/joint_setpoints"
 MOTION_STATE = "joint_pose_controller/state"
+GRIPPER = "twin/gripper"
 FOLLOW = "joint_pose_controller/follow"
 SPEED_LIMIT = "joint_pose_controller/speed_limit_percent"
 MOTION_COMMAND = "motion_command"
@@ -94,6 +95,15 @@ def twin_motion(message: Mapping[str, Any], names: Sequence[str], now: float) ->
         _typed(message, "message", str),
         _row(message, "target", _order(message, "name", names)) if message.get("target") else (),
     )
+
+
+def twin_gripper(message: Mapping[str, Any], now: float) -> TwinGripper:
+    """Convert a scara_msgs/GripperState.
+
+    Raises:
+        PacketError: A field is missing or of the wrong type.
+    """
+    return TwinGripper(now, _typed(message, "commanded", bool), _typed(message, "holding", bool), _typed(message, "part", str))
 
 
 def clock_probe(values: Mapping[str, Any], sent: float, received: float) -> ClockProbe:

@@ -6,6 +6,7 @@ import msgspec
 
 from twin_controller.core.actions import Decided
 from twin_controller.core.following.follow import deviation
+from twin_controller.core.gripping import gripper_text
 from twin_controller.core.observing import change
 from twin_controller.core.rules.table import Mode
 from twin_controller.core.state import CoreState, Setup, Side
@@ -48,6 +49,9 @@ class StateView(msgspec.Struct, frozen=True):
     real_standing_still: bool
     twin_standing_still: bool
     alarm: str
+    real_gripper: str
+    twin_gripper: str
+    gripper_alarm: str
     links: list[LinkView]
 
 
@@ -83,6 +87,9 @@ def state_view(setup: Setup, state: CoreState, now: float) -> StateView:
         real_standing_still=change.stands_still(state.real.change, now, setup.config.change),
         twin_standing_still=change.stands_still(state.twin.change, now, setup.config.change),
         alarm=alarm_text(state),
+        real_gripper=gripper_text(state.grip_real),
+        twin_gripper=gripper_text(state.grip_twin),
+        gripper_alarm=state.grip_trouble,
         links=[_link_view("real", state.real, now), _link_view("twin", state.twin, now)],
     )
 
@@ -100,7 +107,7 @@ def alarm_text(state: CoreState) -> str:
     if state.mode is Mode.OFFLINE:
         down = [f"{name}: {side.reason}" for name, side in (("real", state.real), ("twin", state.twin)) if side.reason]
         return "; ".join(down)
-    return ""
+    return state.grip_trouble
 
 
 def decision_text(decision: Decided) -> str:
@@ -139,6 +146,8 @@ def statuses(setup: Setup, state: CoreState, counters: dict[str, dict[str, int]]
         } | {key: str(value) for key, value in counters.get(link.name, {}).items()}
         good = link.connected and not link.reason
         found.append(Status(OK if good else ERROR, f"twin_controller: link {link.name}", link.reason or "connected", values))
+    grippers = {"real": view.real_gripper, "twin": view.twin_gripper}
+    found.append(Status(WARN if state.grip_trouble else OK, "twin_controller: grippers", state.grip_trouble or "agree", grippers))
     found.append(Status(ERROR if state.alarm else OK, "twin_controller: real robot", state.alarm or "no alarm", {}))
     found.append(
         Status(

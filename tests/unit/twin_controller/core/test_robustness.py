@@ -14,6 +14,7 @@ from twin_controller.core.events import (
     AnyEvent,
     ClockProbe,
     Event,
+    GripAnswered,
     LinkChanged,
     MoveEnded,
     Operator,
@@ -21,6 +22,7 @@ from twin_controller.core.events import (
     RealAlarm,
     RealMeasured,
     Tick,
+    TwinGripper,
     TwinMeasured,
     TwinMotion,
     TwinPlan,
@@ -57,7 +59,8 @@ def answers(draw: st.DrawFn) -> RealMeasured:
     clock = draw(st.one_of(st.integers(0, (1 << 31) - 1), st.just(round((now + 5000.0) * 1000) % (1 << 31))))
     sent = now - draw(st.floats(0.0, 0.04))
     flags = [draw(FLAGS) for _ in range(5)]
-    return RealMeasured(now, sent, now, clock, q, qdot, *flags, draw(st.floats(0, 100)), draw(st.floats(0, 100)))
+    grip = (draw(st.one_of(st.none(), FLAGS)), draw(FLAGS))
+    return RealMeasured(now, sent, now, clock, q, qdot, *flags, draw(st.floats(0, 100)), draw(st.floats(0, 100)), *grip)
 
 
 COMMAND = st.sampled_from(
@@ -82,6 +85,8 @@ EVENTS: st.SearchStrategy[AnyEvent] = st.one_of(
         TEXT,
         st.one_of(st.just(()), JOINTS),
     ),
+    st.builds(TwinGripper, NOW, FLAGS, FLAGS, TEXT),
+    st.builds(GripAnswered, NOW, st.sampled_from(["real", "twin"]), FLAGS, TEXT),
     st.builds(PersonSeen, NOW, st.tuples(ANY, ANY, ANY)),
     st.builds(ClockProbe, NOW, NOW, NOW, STAMP),
     st.builds(MoveEnded, NOW, FLAGS, TEXT),

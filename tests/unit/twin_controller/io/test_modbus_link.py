@@ -99,7 +99,8 @@ class Robot:
             words = [self.words.get(address + i, 0) for i in range(count)]
             return struct.pack(f">BB{count}H", 3, 2 * count, *words)
         if function == 2:
-            return struct.pack(">BBH", 2, 2, ((self.signals & 0xFF) << 8) | (self.signals >> 8))
+            packed = self.signals.to_bytes((count + 7) // 8, "little")
+            return bytes([2, len(packed)]) + packed
         values = (count,) if function == 5 else struct.unpack(f">{count}H", request[6:])
         self.written.append((function, address, values))
         return request[:5]

@@ -6,7 +6,7 @@ from enum import StrEnum
 
 import msgspec
 
-from twin_controller.core.events import Joints
+from twin_controller.core.events import Joints, SideName
 
 
 class Do(StrEnum):
@@ -80,6 +80,13 @@ class OverrideReal(Action, frozen=True, tag="override_real"):
     speed_percent: float
 
 
+class Grip(Action, frozen=True, tag="grip"):
+    """Switch the suction of one side."""
+
+    side: SideName
+    on: bool
+
+
 class Reply(Action, frozen=True, tag="reply"):
     """Answer to the operator's command ``id``."""
 
@@ -104,4 +111,4 @@ class Decided(Action, frozen=True, tag="decided"):
     onset_uncertainty: float = 0.0
 
 
-AnyAction = Perform | FollowTwin | StreamReal | MoveTwin | CapTwin | OverrideReal | Reply | Decided
+AnyAction = Perform | FollowTwin | StreamReal | MoveTwin | CapTwin | OverrideReal | Grip | Reply | Decided

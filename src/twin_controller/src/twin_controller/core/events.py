@@ -45,6 +45,8 @@ class RealMeasured(Event, frozen=True, tag="real"):
         drives_on: Servo power is on.
         fault: An alarm stops the robot.
         speed_percent: Override times programmed speed.
+        gripper: The suction is on; None: the robot has no gripper.
+        vacuum: It holds a part.
     """
 
     sent: float
@@ -59,6 +61,8 @@ class RealMeasured(Event, frozen=True, tag="real"):
     fault: bool = False
     speed_percent: float = 0.0
     override_percent: float = 0.0
+    gripper: bool | None = None
+    vacuum: bool = False
 
 
 class RealAlarm(Event, frozen=True, tag="alarm"):
@@ -96,6 +100,22 @@ class TwinMotion(Event, frozen=True, tag="motion"):
     standing_still: bool
     message: str
     target: Joints = ()
+
+
+class TwinGripper(Event, frozen=True, tag="twin_gripper"):
+    """State of the twin's gripper: suction, vacuum, and which part it holds."""
+
+    on: bool
+    holding: bool
+    part: str = ""
+
+
+class GripAnswered(Event, frozen=True, tag="grip_answered"):
+    """A side's answer to an order to its gripper."""
+
+    side: SideName
+    success: bool
+    message: str
 
 
 class PersonSeen(Event, frozen=True, tag="person"):
@@ -137,6 +157,8 @@ AnyEvent = (
     | TwinMeasured
     | TwinPlan
     | TwinMotion
+    | TwinGripper
+    | GripAnswered
     | PersonSeen
     | ClockProbe
     | MoveEnded

@@ -147,6 +147,22 @@ class SpeedState(msgspec.Struct, frozen=True):
     override_at: float = 0.0
 
 
+class Gripper(msgspec.Struct, frozen=True):
+    """What a side shows of its gripper: ``on`` is None while it is not known; ``part`` only the twin tells."""
+
+    on: bool | None = None
+    holding: bool = False
+    part: str = ""
+
+
+class GripOrder(msgspec.Struct, frozen=True):
+    """An order to a side's gripper that the side does not show yet: when it was sent last [s], and how often."""
+
+    on: bool
+    sent: float
+    attempts: int
+
+
 class CoreState(msgspec.Struct, frozen=True):
     """The whole state of the controller.
 
@@ -167,6 +183,10 @@ class CoreState(msgspec.Struct, frozen=True):
         reset_since: When the real robot was asked to reset [s], None if it was not.
         program_was_off: The real robot's own program was seen ended since the last stop.
         move_pending: The twin has not answered the operator's move yet.
+        grip_real: The real robot's gripper, as it shows it; ``grip_twin`` the twin's.
+        order_real: What the real robot's gripper was told and does not show yet; ``order_twin`` the twin's.
+        grip_differ: Since when the grippers have not done the same [s]; None: they do, or one is not known.
+        grip_trouble: What was not passed on, not obeyed, or differs; empty once they do the same.
     """
 
     lag: float
@@ -201,6 +221,12 @@ class CoreState(msgspec.Struct, frozen=True):
     reset_since: float | None = None
     program_was_off: bool = True
     move_pending: bool = False
+    grip_real: Gripper = Gripper()
+    grip_twin: Gripper = Gripper()
+    order_real: GripOrder | None = None
+    order_twin: GripOrder | None = None
+    grip_differ: float | None = None
+    grip_trouble: str = ""
     decisions: tuple[Decided, ...] = ()
 
     @property

@@ -19,6 +19,7 @@ from twin_controller.core.events import (
     TwinPlan,
 )
 from twin_controller.core.following.follow import follow_twin, stream_real
+from twin_controller.core.gripping import watch_grippers
 from twin_controller.core.observing import change
 from twin_controller.core.observing.measure import clock_probed, link_changed, real_measured, twin_measured
 from twin_controller.core.operate import operate
@@ -59,6 +60,8 @@ def step(setup: Setup, state: CoreState, event: AnyEvent) -> Result:
     if isinstance(event, RealMeasured) and state.real.history[-1:] != newest:
         state, done = _command_followers(setup, state, event.now)
         actions += done
+    state, done = watch_grippers(setup, state, event)
+    actions += done
     state, done = cap_speed(setup, state, event.now)
     return replace(state, links_up=_usable(state)), actions + done
 

@@ -16,13 +16,14 @@ from twin_controller.core.actions import (
     Decided,
     Do,
     FollowTwin,
+    Grip,
     MoveTwin,
     OverrideReal,
     Perform,
     Reply,
     StreamReal,
 )
-from twin_controller.core.events import AnyEvent, LinkChanged, MoveEnded, Operator, Tick
+from twin_controller.core.events import AnyEvent, GripAnswered, LinkChanged, MoveEnded, Operator, Tick
 from twin_controller.core.state import CoreState, Setup, initial_state
 from twin_controller.core.step import step
 
@@ -43,6 +44,9 @@ class RealDoor(Protocol):
     def override(self, speed_percent: float) -> None:
         """Set the override."""
 
+    def grip(self, on: bool) -> None:
+        """Switch the suction."""
+
 
 class TwinDoor(Protocol):
     """What the engine asks of the link to the twin; every call returns at once."""
@@ -58,6 +62,9 @@ class TwinDoor(Protocol):
 
     def move(self, action: MoveTwin, done: Callable[[bool, str], None]) -> None:
         """Start a move; ``done`` is told how it ended."""
+
+    def grip(self, on: bool, done: Callable[[bool, str], None]) -> None:
+        """Switch the suction; ``done`` is told what came of it."""
 
 
 class Listener(Protocol):
@@ -187,6 +194,10 @@ class Engine:
                 self._real.override(action.speed_percent)
             case MoveTwin():
                 self._twin.move(action, lambda ok, text: self.put(MoveEnded(time.monotonic(), ok, text)))
+            case Grip(side="real", on=on):
+                self._real.grip(on)
+            case Grip(on=on):
+                self._twin.grip(on, lambda ok, text: self.put(GripAnswered(time.monotonic(), "twin", ok, text)))
             case Reply():
                 with self._replies_lock:
                     future = self._replies.get(action.id)

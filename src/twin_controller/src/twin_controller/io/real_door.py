@@ -52,6 +52,7 @@ class RealDoor:
         """
         real = setup.config.real
         self._put, self._on_data = put, on_data
+        self._grips = layout.has_gripper
         self._columns = [k for k, joint in enumerate(robot.joints) if joint.twin]
         self._program = self._alarm = ""
         self._paused = False
@@ -81,6 +82,10 @@ class RealDoor:
     def override(self, speed_percent: float) -> None:
         """Set the override."""
         self._link.write_override(round(speed_percent))
+
+    def grip(self, on: bool) -> None:
+        """Switch the suction."""
+        self._link.set_coil("gripper", on)
 
     def perform(self, do: Do) -> None:
         """Carry out one action on the robot's UI signals."""
@@ -122,6 +127,8 @@ class RealDoor:
                 fault="fault" in sample.outputs,
                 speed_percent=sample.override * sample.program_speed * 1e-2,
                 override_percent=float(sample.override),
+                gripper="gripper" in sample.outputs if self._grips else None,
+                vacuum="vacuum" in sample.outputs,
             )
         )
         self._on_data(sample, self._program, self._alarm)

@@ -16,6 +16,7 @@ from twin_controller.core.state import Setup
 from twin_controller.io.rosbridge_link import LinkSettings, RosbridgeLink
 from twin_controller.packets import (
     FOLLOW,
+    GRIPPER,
     JOINT_SETPOINTS,
     JOINT_STATES,
     MOTION_COMMAND,
@@ -26,6 +27,7 @@ from twin_controller.packets import (
     command_packet,
     end_packet,
     follow_packet,
+    twin_gripper,
     twin_measured,
     twin_motion,
     twin_plan,
@@ -34,6 +36,7 @@ from twin_controller.plausible import TWIN_ACCELERATION, Plausibility, Reading, 
 
 _LOG = logging.getLogger("rosout.twin_door")
 MOVE_TIMEOUT_S = 120.0
+GRIP_TIMEOUT_S = 2.0
 FIRST_PROBES_S = 0.02
 REPEAT_S = 0.1
 """A command that the twin's pose controller does not report as obeyed is sent again after this time,"""
@@ -80,6 +83,7 @@ class TwinDoor:
         self._link.subscribe(JOINT_STATES, "sensor_msgs/JointState", throttle_ms=round(twin.state_period_ms))
         self._link.subscribe(JOINT_SETPOINTS, "trajectory_msgs/JointTrajectory", throttle_ms=round(twin.plan_period_ms))
         self._link.subscribe(MOTION_STATE, "scara_msgs/MotionState", queue_length=10)
+        self._link.subscribe(GRIPPER, "scara_msgs/GripperState", queue_length=10)
         self._link.advertise(FOLLOW, "trajectory_msgs/JointTrajectory")
         self._link.advertise(SPEED_LIMIT, "std_msgs/Float64")
         self._link.advertise(MOTION_COMMAND, "scara_msgs/MotionCommand")
@@ -167,6 +171,16 @@ class TwinDoor:
         if not self._link.call_service(service, arguments, answered, MOVE_TIMEOUT_S):
             done(False, "the twin's link is down")
 
+    def grip(self, on: bool, done: Callable[[bool, str], None]) -> None:
+        """Switch the suction; ``done`` is told what came of it."""
+
+        def answered(result: bool, values: Any, received: float, sent: float) -> None:
+            good = result and isinstance(values, dict)
+            done(good and bool(values.get("success")), str(values.get("message", "") if good else values))
+
+        if not self._link.call_service("gripper", {"data": on}, answered, GRIP_TIMEOUT_S):
+            done(False, "the twin's link is down")
+
     def _change(self, changed: Callable[[str, bool, str], None], connected: bool, reason: str) -> None:
         self._probes, self._plausible, self._unheard = 0, Plausibility(), None
         changed("twin", connected, reason)
@@ -181,6 +195,8 @@ class TwinDoor:
                     self._measured(twin_measured(message, self._setup.names, received))
                 case name if name.endswith(JOINT_SETPOINTS):
                     self._put(twin_plan(message, self._setup.names, received))
+                case name if name.endswith(GRIPPER):
+                    self._put(twin_gripper(message, received))
                 case name if name.endswith(MOTION_STATE):
                     motion = twin_motion(message, self._setup.names, received)
                     self._heard(motion)

@@ -79,7 +79,8 @@ class Publishing:
 
     def publish_state(self, state: CoreState, now: float, stamp: rospy.Time) -> None:
         """Publish the state at its rate and at once when mode, reason or a link changes."""
-        shown = (state.mode, state.why, state.links_up, state.divergence.alarm, state.speed, state.alarm)
+        grippers = (state.grip_real, state.grip_twin, state.grip_trouble)
+        shown = (state.mode, state.why, state.links_up, state.divergence.alarm, state.speed, state.alarm, grippers)
         if now < self._next_state and shown == self._shown:
             return
         self._shown, self._next_state = shown, now + 1.0 / self._setup.config.state_rate_hz
