@@ -91,7 +91,8 @@ class LyingRobot:
             words = self._words() if address == 1000 else [0] * 400
             return struct.pack(f">BB{count}H", 3, 2 * count, *words[:count])
         if function == 2:
-            return struct.pack(">BBH", 2, 2, 0x0300)
+            packed = (0b11).to_bytes((count + 7) // 8, "little")
+            return bytes([2, len(packed)]) + packed
         return request[:5]
 
     def _words(self) -> list[int]:

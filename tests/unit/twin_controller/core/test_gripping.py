@@ -6,7 +6,7 @@ import msgspec
 import pytest
 from harness.pair import SETUP, Pair
 from twin_controller.core.actions import AnyAction, Decided, Grip
-from twin_controller.core.events import GripAnswered, Tick, TwinGripper
+from twin_controller.core.events import GripAnswered, TwinGripper
 from twin_controller.core.rules.table import Mode
 from twin_controller.reporting.snapshots import decode_state, encode_state
 from twin_controller.view import alarm_text, state_view, statuses
