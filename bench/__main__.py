@@ -65,13 +65,12 @@ def main(
     chosen = [name for name, wanted in (("faults", faults), ("variations", variations)) if wanted]
     enter_workspace()
     if show or not chosen:
-        from bench.run import known_rows, measure
+        from bench.rows import names
+        from bench.run import measure
 
-        unknown = sorted(set(rows or ()) - set(known_rows()))
+        unknown = sorted(set(rows or ()) - set(names()))
         if unknown or show:
-            typer.echo(
-                "\n".join([f"no row is called {name}" for name in unknown] + ["rows: " + " ".join(known_rows())]), err=not show
-            )
+            typer.echo("\n".join([f"no row is called {name}" for name in unknown] + ["rows: " + " ".join(names())]), err=not show)
             raise typer.Exit(0 if show and not unknown else 2)
     folder = ROOT / "runs" / "bench" / time.strftime("%Y-%m-%d_%H-%M-%S")
     folder.mkdir(parents=True)

@@ -1,9 +1,11 @@
-"""Bare programs on the other side of some rows: ``python -m bench.bare_nodes empty_service|echo|record ...``."""
+"""Bare programs on the other side of some rows: ``python -m bench.bare_nodes empty_service|echo|record|sink|poll ...``."""
 
 from __future__ import annotations
 
 import asyncio
+import json
 import sys
+import time
 from typing import Any
 
 
@@ -62,5 +64,45 @@ def record(path: str, *topics: str) -> None:
     bag.close()
 
 
+def sink(port: str) -> None:
+    """Take web-socket messages, parse each, remember when; answer "end" with all times."""
+    from websockets.asyncio.server import serve
+
+    async def take(connection: Any) -> None:
+        arrivals = []
+        async for message in connection:
+            if message == "end":
+                await connection.send(json.dumps(arrivals))
+            else:
+                json.loads(message)
+                arrivals.append(time.monotonic())
+
+    async def run() -> None:
+        async with serve(take, "127.0.0.1", int(port), compression=None):
+            print("listening", flush=True)
+            await asyncio.Future()
+
+    asyncio.run(run())
+
+
+def poll(modbus_port: str, sink_port: str, offset: str, count: str, device: str, seconds: str) -> None:
+    """Poll registers at 100 Hz on absolute deadlines and send each block on; print words, times of reading and of arrival."""
+    import websocket
+    from pymodbus.client import ModbusTcpClient
+
+    client = ModbusTcpClient("127.0.0.1", port=int(modbus_port), retries=0)
+    client.connect()
+    line = websocket.create_connection(f"ws://127.0.0.1:{sink_port}", sockopt=((6, 1, 1),))
+    reads, due = [], time.monotonic()
+    for _ in range(int(100 * float(seconds))):
+        words = client.read_holding_registers(int(offset), count=int(count), device_id=int(device)).registers
+        reads.append((time.monotonic(), words))
+        line.send(json.dumps({"op": "publish", "topic": "/setpoint", "msg": {"words": words}}))
+        due += 0.01
+        time.sleep(max(0.0, due - time.monotonic()))
+    line.send("end")
+    print(json.dumps({"reads": reads, "arrivals": json.loads(line.recv())}), flush=True)
+
+
 if __name__ == "__main__":
-    {"empty_service": empty_service, "echo": echo, "record": record}[sys.argv[1]](*sys.argv[2:])
+    {"empty_service": empty_service, "echo": echo, "record": record, "sink": sink, "poll": poll}[sys.argv[1]](*sys.argv[2:])

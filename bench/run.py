@@ -17,12 +17,7 @@ from bench import page
 from bench.peers.install import PeerMissing
 from bench.record import Record, failed
 from bench.room import Room
-from bench.rows import RowFunction, all_rows
-
-
-def known_rows() -> list[str]:
-    """Return the names of all rows, in the order in which they run."""
-    return list(all_rows())
+from bench.rows import names, row
 
 
 def measure(wanted: Sequence[str], folder: Path, console: Console, as_json: bool) -> bool:
@@ -34,16 +29,16 @@ def measure(wanted: Sequence[str], folder: Path, console: Console, as_json: bool
         console: For progress and table.
         as_json: Print the results as JSON to standard output.
     """
-    rows, begun, load = all_rows(), time.monotonic(), os.getloadavg()[0]
-    chosen = [name for name in rows if not wanted or name in wanted]
+    begun, load = time.monotonic(), os.getloadavg()[0]
+    chosen = [name for name in names() if not wanted or name in wanted]
     records = []
     with Room(folder, console) as room:
         for number, name in enumerate(chosen, 1):
             console.print(f"[{number}/{len(chosen)}] {name} ...", markup=False, highlight=False)
-            record = attempt(name, rows[name], room)
+            record = attempt(name, room)
             console.print(f"    {summary(record)}", markup=False, highlight=False)
             records.append(record)
-    measured = page.merged([record.document() for record in records], list(rows))
+    measured = page.merged([record.document() for record in records], names())
     content = page.document(measured, time.monotonic() - begun, load)
     page.write(content)
     console.print(table(records))
@@ -54,11 +49,11 @@ def measure(wanted: Sequence[str], folder: Path, console: Console, as_json: bool
     return not broken
 
 
-def attempt(name: str, row: RowFunction, room: Room) -> Record:
+def attempt(name: str, room: Room) -> Record:
     """Measure one row; whatever goes wrong is its remark."""
     begun = time.monotonic()
     try:
-        record = row(room)
+        record = row(name)(room)
     except PeerMissing as error:
         record = failed(name, str(error))
     except Exception as error:

@@ -155,6 +155,3 @@ def ik_accuracy(room: Room) -> Record:
         against="none",
         statistic="max",
     )
-
-
-ROWS = {"ik_single": ik_single, "ik_batch": ik_batch, "ik_accuracy": ik_accuracy}

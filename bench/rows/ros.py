@@ -197,6 +197,3 @@ def gateway(room: Room) -> Record:
             Beside(f"ours / websockets' broadcast to {CLIENTS + 2} clients", fan_ratio, "", "<= 3", fan_ratio <= 3.0),
         ),
     )
-
-
-ROWS = {"service_call": service_call, "gateway": gateway}

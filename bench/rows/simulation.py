@@ -167,6 +167,3 @@ def simulation_repeatable(room: Room) -> Record:
         rounds=2,
         note=f"hashes {', '.join(text.strip()[:16] for text in hashes)}",
     )
-
-
-ROWS = {"simulation": simulation, "simulation_repeatable": simulation_repeatable}

@@ -55,6 +55,3 @@ def tracking_wrong_mass(room: Room) -> Record:
     """Computed torque from masses that are 20 % too small and too large; the worse of the two."""
     ours = max(_error(room, with_setpoints, feed_forward=True, mass_factor=factor) for factor in (0.8, 1.2))
     return _record(room, "tracking_wrong_mass", ours, 0.08, "masses of the model 20 % too small and too large: the worse")
-
-
-ROWS = {"tracking": tracking, "tracking_wrong_mass": tracking_wrong_mass}

@@ -11,8 +11,9 @@ import pymodbus
 from pymodbus.client import AsyncModbusTcpClient, ModbusTcpClient
 from scara_config.modbus_map import ModbusMap, load_modbus_map
 from twin_controller.config import load_twin_controller
-from twin_controller.io.modbus_link import ModbusLink, ModbusSettings
-from twin_controller.io.modbus_port import ModbusPort
+from twin_controller.io.modbus.link import ModbusLink
+from twin_controller.io.modbus.port import ModbusPort
+from twin_controller.io.modbus.settings import ModbusSettings
 from twin_controller.registers import RegisterCodec
 
 from bench.record import Beside, Goal, Record, Rounds, interleaved, median, of_rounds
@@ -39,10 +40,12 @@ def _bare(client: ModbusTcpClient, codec: RegisterCodec, layout: ModbusMap) -> C
 
     def read() -> object:
         device = layout.device_id
-        words = client.read_holding_registers(codec.state.offset, count=codec.state.count, device_id=device)
+        words = getattr(client, f"read_{codec.state.table}")(codec.state.offset, count=codec.state.count, device_id=device)
         signals = client.read_discrete_inputs(codec.outputs.offset, count=codec.outputs.count, device_id=device)
-        program = client.read_holding_registers(codec.program.offset, count=codec.program.count, device_id=device)
-        alarm = client.read_holding_registers(codec.alarm.offset, count=codec.alarm.count, device_id=device)
+        program = getattr(client, f"read_{codec.program.table}")(
+            codec.program.offset, count=codec.program.count, device_id=device
+        )
+        alarm = getattr(client, f"read_{codec.alarm.table}")(codec.alarm.offset, count=codec.alarm.count, device_id=device)
         return words.registers, signals.bits, program.registers, alarm.registers
 
     return read
@@ -106,7 +109,7 @@ def _asyncio_loop(port: int, layout: ModbusMap, codec: RegisterCodec, absolute: 
         due = begun = time.monotonic()
         while due < begun + LOOP_S and len(stamps) < LOOP_S / PERIOD:
             stamps.append(time.monotonic())
-            await client.read_holding_registers(codec.state.offset, count=codec.state.count, device_id=device)
+            await getattr(client, f"read_{codec.state.table}")(codec.state.offset, count=codec.state.count, device_id=device)
             await client.read_discrete_inputs(codec.outputs.offset, count=codec.outputs.count, device_id=device)
             due += PERIOD
             await asyncio.sleep(max(0.0, due - time.monotonic()) if absolute else PERIOD)
@@ -149,6 +152,3 @@ def _jitter_record(ours: Rounds, plain: Rounds, absolute: Rounds) -> Record:
         beside=(Beside("ours / the same by asyncio with absolute deadlines", median(ours) / median(absolute), ""),),
         note="sleeping a period after the work makes every period too long by the work; asyncio also rounds its waits up to 1 ms",
     )
-
-
-ROWS = {"modbus_read": modbus_read, "loop_jitter": loop_jitter}

@@ -1,0 +1,176 @@
+"""Rows of whole cells: sync_error, sync_error_slow, state_age, cell_cost, start."""
+
+from __future__ import annotations
+
+import json
+import statistics
+import sys
+from typing import Any
+
+import numpy as np
+from harness.processes import Stage, free_port, wait_until
+from harness.workspace import workspace_environment
+from scara_config.modbus_map import load_modbus_map
+from twin_controller.registers import RegisterCodec
+
+from bench.cell_run import Changes, experiment
+from bench.hold import held_errors_mm
+from bench.record import Beside, Goal, Record, quantile
+from bench.room import Room
+from bench.whole_cell import STARTS, Cost, Watched, watch
+
+POLL_S, POLLS = 10.0, 2
+
+
+def _sync(room: Room, name: str, delay_ms: tuple[float, float], changes: Changes, limit: float, rate: str) -> Record:
+    """Compare the twin's error with that of a twin that stands at the newest value it has got, in the same run."""
+    outcome = experiment(room.place(name), delay_ms, changes)
+    held = held_errors_mm(outcome.bag, room.robot)
+    ours = [entry["path_error_max_mm"] for entry in outcome.entries]
+    rms = [entry["path_error_rms_mm"] for entry in outcome.entries]
+    return Record(
+        name,
+        statistics.median(ours),
+        statistics.median(held),
+        "mm",
+        (Goal("ratio", limit),),
+        measured=f"largest distance of both tools at the same instant, robot leads ARTICLE at override 100 %, {rate} poll, each "
+        f"web-socket packet {delay_ms[0]:g} to {delay_ms[1]:g} ms late in both directions; ground truth of both sides",
+        against="the same run: an ideal twin that stands at the newest position it has been sent until the next one arrives",
+        statistic="median of the largest",
+        rounds=len(ours),
+        spread_percent=100.0 * (max(ours) - min(ours)) / statistics.median(ours),
+        baseline_spread_percent=100.0 * (max(held) - min(held)) / statistics.median(held),
+        beside=(Beside("root mean square of our path error", statistics.median(rms), "mm"),),
+    )
+
+
+def sync_error(room: Room) -> Record:
+    """About 100 Hz, 5 to 8 ms."""
+    return _sync(room, "sync_error", (5.0, 8.0), {}, 0.05, "100 Hz")
+
+
+def sync_error_slow(room: Room) -> Record:
+    """About 50 Hz, 20 to 30 ms."""
+    changes: Changes = {"twin_controller.yaml": {("real", "poll_period_ms"): 19.7}}
+    return _sync(room, "sync_error_slow", (20.0, 30.0), changes, 0.20, "50 Hz")
+
+
+def _watched(room: Room) -> Watched:
+    return room.once("whole_cell", lambda: watch(room))
+
+
+def _bare_ages(room: Room) -> list[float]:
+    """Return how old the robot's state is when a bare program's message has been parsed at the other end [s]."""
+    layout = load_modbus_map(None)
+    codec = RegisterCodec(layout, room.robot)
+    with room.robot_stand_in() as modbus_port:
+        stage = Stage(room.place("bare"), workspace_environment())
+        try:
+            port, block = free_port(), codec.state
+            sink = stage.start(sys.executable, "-m", "bench.bare_nodes", "sink", str(port))
+            wait_until(lambda: "listening" in sink.output, 20.0, "the sink")
+            words = [modbus_port, port, block.offset, block.count, layout.device_id, POLL_S]
+            poll = stage.start(sys.executable, "-m", "bench.bare_nodes", "poll", *map(str, words))
+            poll.wait(POLL_S + 30.0)
+            found = json.loads(poll.output.splitlines()[-1])
+        finally:
+            stage.close()
+    return _ages(found, codec)
+
+
+def _ages(found: dict[str, Any], codec: RegisterCodec) -> list[float]:
+    """Turn the robot's clock into ours by the reads that took least, and return the ages at arrival.
+
+    The smallest difference of a second belongs to a state that was latched right before it was read; its age is taken as
+    0.2 ms, as in twin_controller.yaml (sample_latency_ms).
+    """
+    signals = [False] * codec.outputs.count
+    clocks = [codec.decode_sample(words, signals).clock_ms * 1e-3 for _, words in found["reads"]]
+    read = np.array([at for at, _ in found["reads"]])
+    late, arrived = read - np.array(clocks), np.array(found["arrivals"])
+    ages = []
+    for first in range(0, len(late) - 50, 100):
+        part = slice(first, first + 100)
+        ages += (arrived[part] - read[part] + late[part] - late[part].min() + 2e-4).tolist()
+    return ages[50:]
+
+
+def state_age(room: Room) -> Record:
+    """From the instant at which the robot's state was true until its set point is at the twin's simulator."""
+    room.say("bare reader and sender")
+    bare = [_bare_ages(room)]
+    seen = _watched(room)
+    bare.append(_bare_ages(room))
+    each = [quantile(ages, 0.99) for ages in bare]
+    return Record(
+        "state_age",
+        quantile(seen.ages, 0.99) * 1e3,
+        statistics.mean(each) * 1e3,
+        "ms",
+        (Goal("ratio", 2.0),),
+        measured="robot's state block -> twin_controller (checks, clock, decision) -> gateway -> joint_pose_controller -> "
+        "simulator, whole cell, robot leads; by the recorder's clock",
+        against="a bare loop on absolute deadlines: pymodbus reads the same block, websocket-client sends it, a bare websockets "
+        "server parses it; nothing else runs; before and after ours",
+        statistic="p99",
+        ours_p99=quantile(seen.ages, 0.99) * 1e3,
+        baseline_p99=statistics.mean(each) * 1e3,
+        baseline_spread_percent=100.0 * (max(each) - min(each)) / statistics.mean(each),
+        rounds=POLLS,
+        beside=(
+            Beside("median, ours", statistics.median(seen.ages) * 1e3, "ms"),
+            Beside("median, baseline", statistics.median([age for ages in bare for age in ages]) * 1e3, "ms"),
+        ),
+        note="up to 2 ms of both is the robot's own: it latches its state every 2 ms",
+    )
+
+
+def cell_cost(room: Room) -> Record:
+    """Processor time and memory of every process of the cell."""
+    seen = _watched(room)
+    moving, rest = sum(c.cpu for c in seen.moving.values()), sum(c.cpu for c in seen.rest.values())
+    memory = sum(c.memory for c in seen.moving.values())
+    resident = sum(c.resident for c in seen.moving.values())
+    return Record(
+        "cell_cost",
+        moving,
+        None,
+        "% of a core",
+        (Goal("ours", 60.0),),
+        measured="all processes of ./cell up, operator page included (no browser on it), robot leads, everything is recorded",
+        against="none",
+        statistic="mean",
+        beside=(
+            Beside("the same at rest", rest, "% of a core"),
+            Beside("memory, shared pages counted once", memory, "MB", "< 1000", memory < 1000.0),
+            Beside("sum of the resident sizes, as top shows them", resident, "MB"),
+            *(_node(name, cost, seen.rest.get(name)) for name, cost in _by_cost(seen)),
+        ),
+    )
+
+
+def _by_cost(seen: Watched) -> list[tuple[str, Cost]]:
+    return sorted(seen.moving.items(), key=lambda item: -item[1].cpu)
+
+
+def _node(name: str, cost: Cost, rest: Cost | None) -> Beside:
+    at_rest = f"{rest.cpu:.1f} % at rest, " if rest else ""
+    return Beside(f"{name} ({at_rest}{cost.memory:.0f} MB)", cost.cpu, "% of a core")
+
+
+def start(room: Room) -> Record:
+    """From ./cell up to the twin controller's IDLE, when the twin has been aligned by following the robot."""
+    starts = _watched(room).starts
+    return Record(
+        "start",
+        statistics.median(starts),
+        None,
+        "s",
+        (Goal("ours", 6.0),),
+        measured="./cell up, set-up done, operator page included, until it says ready: every node answers, both links are up, "
+        "the twin has followed the robot's samples to its pose and would follow the next motion",
+        against="none",
+        rounds=STARTS,
+        spread_percent=100.0 * (max(starts) - min(starts)) / statistics.median(starts),
+    )

@@ -1,0 +1,129 @@
+"""The cell as a user starts it, watched from outside: how soon it is ready, what it costs, how old its set points are."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from harness.live_cell import LiveCell
+from harness.processes import free_port
+from twin_experiments.io.bag_reader import open_bag
+
+from bench.cell_run import READY_S, run_experiments
+from bench.room import Room
+
+ROOT = Path(__file__).resolve().parents[1]
+STARTS, REST_S = 3, 8.0
+SETPOINTS = "twin/joint_setpoints"
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What a process took: share of one core [percent], memory [MB] with shared pages counted once, and as `top` shows it."""
+
+    cpu: float
+    memory: float
+    resident: float
+
+
+@dataclass
+class Watched:
+    """What was seen of a cell: seconds until it was ready, costs by node at rest and moving, ages of set points [s]."""
+
+    starts: list[float] = field(default_factory=list)
+    rest: dict[str, Cost] = field(default_factory=dict)
+    moving: dict[str, Cost] = field(default_factory=dict)
+    ages: list[float] = field(default_factory=list)
+
+
+def watch(room: Room) -> Watched:
+    """Start the cell some times; let the last one run the robot's program twice at full speed."""
+    seen = Watched()
+    for number in range(STARTS):
+        room.say(f"./cell up, {number + 1} of {STARTS}")
+        cell = LiveCell(room.place(f"whole_cell_{number}"))
+        try:
+            seen.starts.append(_start(cell))
+            if number == STARTS - 1:
+                room.say("at rest, then the robot's program twice")
+                seen.rest = _costs_over(cell, lambda: time.sleep(REST_S))
+                seen.moving = _costs_over(cell, partial(_lead, cell, seen))
+        finally:
+            cell.close()
+    return seen
+
+
+def _start(cell: LiveCell) -> float:
+    """Start ``./cell up`` on ports of its own and return the seconds until the twin follows."""
+    ports = {"master": cell.master_port, "modbus": cell.modbus_port, "gateway": cell.gateway_port, "panel": free_port()}
+    words = [word for name, port in ports.items() for word in (f"--{name}-port", str(port))]
+    begun = time.monotonic()
+    process = cell.stage.start(str(ROOT / "cell"), "up", "--output", str(cell.output), *words, name="cell_up")
+    cell.wait_ready(process, READY_S)
+    return time.monotonic() - begun
+
+
+def _lead(cell: LiveCell, seen: Watched) -> None:
+    seen.ages += _ages(cell)
+
+
+def _ages(cell: LiveCell) -> list[float]:
+    """Let the robot lead and return how old what the twin followed was when its simulator got it."""
+    outcome = run_experiments(cell, cell.folder / "run", "real_leads", repeat=2)
+    ages = []
+    with open_bag(outcome.bag) as bag:
+        follow = {_stamp(m.header.stamp) for _, m in bag.messages("joint_pose_controller/follow") if m.points}
+        for at, message in bag.messages(SETPOINTS):
+            stamp = _stamp(message.header.stamp)
+            if stamp in follow:
+                ages.append(at - stamp[0] - stamp[1] * 1e-9)
+    return ages
+
+
+def _stamp(stamp: Any) -> tuple[int, int]:
+    return stamp.sec, stamp.nanosec
+
+
+def _costs_over(cell: LiveCell, action: Callable[[], object]) -> dict[str, Cost]:
+    """Return what each process of the cell took while ``action`` ran; the experiment's own process is left out."""
+    before, begun = _ticks(cell), time.monotonic()
+    action()
+    after, seconds = _ticks(cell), time.monotonic() - begun
+    rate, costs = os.sysconf("SC_CLK_TCK"), {}
+    for name, (pid, ticks) in before.items():
+        if name in after and after[name][0] == pid:
+            memory, resident = _memory(pid)
+            costs[name] = Cost(100.0 * (after[name][1] - ticks) / rate / seconds, memory, resident)
+    return costs
+
+
+def _ticks(cell: LiveCell) -> Mapping[str, tuple[int, int]]:
+    """Return process id and processor ticks by name of all that the cell has started."""
+    found = {}
+    for line in cell.stage.left_over():
+        pid, _, command = line.partition(" ")
+        name = _name(command.split())
+        try:
+            fields = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
+        except OSError:
+            continue
+        found[name] = (int(pid), int(fields[11]) + int(fields[12]))
+    return found
+
+
+def _name(words: list[str]) -> str:
+    """Return the script of a command line, or its program."""
+    scripts = [word for word in words[1:2] if "/" in word]
+    return Path(scripts[0] if scripts else words[0]).name.replace("cell", "bring-up")
+
+
+def _memory(pid: int) -> tuple[float, float]:
+    """Return the proportional and the resident memory of a process [MB]."""
+    lines = Path(f"/proc/{pid}/smaps_rollup").read_text().splitlines()
+    values = {line.split(":")[0]: int(line.split()[1]) for line in lines[1:] if line.endswith("kB")}
+    return values["Pss"] / 1e3, values["Rss"] / 1e3
