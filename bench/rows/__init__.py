@@ -17,6 +17,8 @@ GROUPS = {
     "wires": ("modbus_read", "loop_jitter"),
     "ros": ("service_call", "gateway"),
     "cells": ("sync_error", "sync_error_slow", "state_age", "cell_cost", "start"),
+    "oracles": ("oracle_kinematics", "oracle_dynamics"),
+    "recording": ("recorder_write", "recorder_loss", "report"),
 }
 """Modules of this folder and the rows in them, in the order in which they run."""
 

@@ -10,10 +10,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import rosbag
-import rospy
 from rosbag.bag import ROSBagException
 
+from twin_controller.io.ordered_bag import OrderedBag
 from twin_controller.recording import RecorderSettings, RecordingStatus
 
 NEEDED_FIELDS = ("type", "md5sum", "message_definition")
@@ -55,11 +54,11 @@ class BagWriter:
             self._file: Any = path.open("x+b")
         except OSError as error:
             raise BagWriterError(f"{path}: cannot be created: {error.strerror}") from error
-        self._bag: Any = rosbag.Bag(self._file, "w", chunk_threshold=LARGEST_CHUNK)
+        self._bag = OrderedBag(self._file, "w", chunk_threshold=LARGEST_CHUNK)
         self._lock = threading.Lock()
         self._waiting: deque[Raw] = deque()
         self._last_ns = 0
-        self._types: dict[str, str] = {}
+        self._kept: dict[str, Mapping[str, str]] = {}
         self._messages = self._size = self._dropped = self._refused = 0
         self._failure = ""
         self._accepting = True
@@ -130,33 +129,36 @@ class BagWriter:
 
     def _write_waiting(self) -> None:
         """Write all waiting messages as one complete chunk."""
-        count = len(self._waiting)
-        for _ in range(count):
-            self._write(self._waiting.popleft())
+        count, written = len(self._waiting), 0
+        try:
+            for _ in range(count):
+                written += self._write(self._waiting.popleft())
+        finally:
+            with self._lock:
+                self._messages += written
         if count:
             self._bag.flush()
             self._file.flush()
             size = self._file.tell()
             with self._lock:
                 self._size = size
+                self._refused += count - written
 
-    def _write(self, message: Raw) -> None:
-        """Write one message, or count it as refused."""
-        header = {name: message.header[name] for name in KEPT_FIELDS if name in message.header}
-        md5sum = header.get("md5sum", "")
-        written = False
-        if all(header.get(name) for name in NEEDED_FIELDS) and self._types.setdefault(message.topic, md5sum) == md5sum:
-            kind = type("Kind", (), {"_md5sum": md5sum, "_full_text": header["message_definition"]})
-            stamp = rospy.Time(*divmod(message.stamp_ns, 1_000_000_000))
-            raw = (header["type"], message.data, md5sum, kind)
-            try:
-                self._bag.write(message.topic, raw, stamp, raw=True, connection_header={"topic": message.topic, **header})
-                written = True
-            except (ROSBagException, ValueError):
-                written = False
-        with self._lock:
-            self._messages += written
-            self._refused += not written
+    def _write(self, message: Raw) -> bool:
+        """Write one message; False if it is refused: without a definition, or of another type than the topic's first."""
+        first = self._kept.get(message.topic)
+        if first is None:
+            first = {name: message.header[name] for name in KEPT_FIELDS if name in message.header}
+            if not all(first.get(name) for name in NEEDED_FIELDS):
+                return False
+            self._kept[message.topic] = first
+        elif message.header.get("md5sum") != first["md5sum"]:
+            return False
+        try:
+            self._bag.append(message.topic, first, message.data, message.stamp_ns)
+        except (ROSBagException, ValueError):
+            return False
+        return True
 
     def _check_disk(self) -> None:
         """Raise OSError while there is still room for the index."""
