@@ -14,6 +14,7 @@ from xmlrpc.server import SimpleXMLRPCRequestHandler, SimpleXMLRPCServer
 
 import pytest
 from harness.processes import free_port, wait_until
+from scara_bringup.io.executables import command_of
 from scara_bringup.io.master import Address, MasterProbe
 from scara_bringup.io.output import link_latest, make_output
 from scara_bringup.io.ports import listening_ports, owner_of
@@ -233,3 +234,15 @@ def test_file_in_the_place_of_the_output_is_an_error(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("x")
     with pytest.raises(OSError, match="File exists"):
         make_output(tmp_path / "file")
+
+
+def test_node_is_found_where_rosrun_finds_it(tmp_path: Path) -> None:
+    """The first workspace wins; a file that cannot be executed does not count; what is nowhere is left to rosrun."""
+    for workspace, mode in (("plain", 0o644), ("first", 0o755), ("second", 0o755)):
+        script = tmp_path / workspace / "lib" / "package" / "node"
+        script.parent.mkdir(parents=True)
+        script.touch(mode)
+    env = {"CMAKE_PREFIX_PATH": ":".join(str(tmp_path / name) for name in ("plain", "first", "second"))}
+    assert command_of("package", "node", env) == [str(tmp_path / "first" / "lib" / "package" / "node")]
+    assert command_of("package", "other", env) == ["rosrun", "package", "other"]
+    assert command_of("package", "node", {}) == ["rosrun", "package", "node"]

@@ -12,6 +12,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from types import TracebackType
 
+from scara_bringup.io.executables import command_of
 from scara_bringup.plan import NodePlan
 
 URGENT_NICENESS = -10  # our choice: before everything ordinary, behind what the system itself needs
@@ -33,16 +34,16 @@ class Processes:
         self._plain = False
 
     def start(self, node: NodePlan, foreground: bool = False) -> int:
-        """Start a node by rosrun (the master directly) and return its process id.
+        """Start a node as rosrun would (the master directly) and return its process id.
 
-        rosrun replaces itself by the node, so this is the node's own id. The kernel kills the child when this
+        What finds the node replaces itself by it, so this is the node's own id. The kernel kills the child when this
         process is gone, even by SIGKILL: the children are out of reach of the terminal's Ctrl-C and of its end.
 
         Args:
             node: What to start.
             foreground: Its output goes to the terminal instead of its log.
         """
-        words = ["rosrun", node.package, node.executable] if node.package else [node.executable]
+        words = command_of(node.package, node.executable, self._env) if node.package else [node.executable]
         command = ["setpriv", "--pdeathsig", "KILL", "--", *words, *node.arguments]
         with self.log_of(node.name).open("ab") as log:
             self._children[node.name] = subprocess.Popen(

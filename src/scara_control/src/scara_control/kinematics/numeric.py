@@ -12,8 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from scara_config import Joint, Robot
-from scipy.optimize import least_squares
-from scipy.stats import qmc
 
 from scara_control.errors import ScaraControlError, UnreachableError
 from scara_control.kinematics.jacobians import tip_jacobian
@@ -165,6 +163,8 @@ def tool_velocity_of(arm: NumericArm, q: Sequence[float], qdot: Sequence[float])
 
 def _starts(arm: NumericArm, seed: FloatArray) -> Iterator[FloatArray]:
     """Yield the given start, home, then points that fill the joint space evenly."""
+    from scipy.stats import qmc  # half a second, which the nodes of a SCARA need not wait for
+
     yield seed
     yield arm.home
     for share in qmc.Halton(len(arm.joints), scramble=False).random(STARTS):
@@ -173,6 +173,8 @@ def _starts(arm: NumericArm, seed: FloatArray) -> Iterator[FloatArray]:
 
 def _descend(arm: NumericArm, target: FloatArray, start: FloatArray) -> FloatArray:
     """Return the joint positions within the limits where the errors are least, near ``start``."""
+    from scipy.optimize import least_squares  # half a second, which the nodes of a SCARA need not wait for
+
     margin = 1e-6 * (arm.upper - arm.lower)
     begin = np.clip(start, arm.lower + margin, arm.upper - margin)
 
