@@ -87,13 +87,13 @@ class PendantLink:
             self._call("write_coil", self._layout.coils[name].offset, level)
         else:
             codes = word.codes.get(name)
-            self._command(name, codes and (codes.high if level else codes.low))
+            self._command(name, None if codes is None else codes.high if level else codes.low)
 
     def pulse(self, name: str) -> None:
         """Switch one UI signal on and off again."""
         if self._layout.command_word is not None:
             codes = self._layout.command_word.codes.get(name)
-            self._command(name, codes and codes.pulse)
+            self._command(name, None if codes is None else codes.pulse)
             return
         self.set_signal(name, True)
         time.sleep(_PULSE)
