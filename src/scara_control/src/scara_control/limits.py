@@ -27,7 +27,9 @@ def check_joint_vector(joints: Sequence[Joint], values: Sequence[float]) -> tupl
     if len(values) != len(joints):
         names = ", ".join(joint.name for joint in joints)
         raise JointVectorError(f"got {len(values)} joint values, expected {len(joints)}: {names}")
-    numbers = tuple(float(value) for value in values)
+    numbers = tuple(map(float, values))
+    if math.isfinite(sum(numbers)):
+        return numbers
     broken = [f"{joint.name} = {value}" for joint, value in zip(joints, numbers) if not math.isfinite(value)]
     if broken:
         raise JointVectorError(f"not finite: {', '.join(broken)}")
@@ -49,6 +51,11 @@ def check_limits(joints: Sequence[Joint], q: Sequence[float]) -> tuple[float, ..
         JointLimitError: A position is outside; the text names each such joint, value and range.
     """
     numbers = check_joint_vector(joints, q)
+    for joint, value in zip(joints, numbers):
+        if not joint.lower <= value <= joint.upper:
+            break
+    else:
+        return numbers
     outside = [
         f"{joint.name} = {value:.6g} {joint.si_unit} is outside [{joint.lower:.4g}, {joint.upper:.4g}]"
         for joint, value in zip(joints, numbers)
