@@ -13,11 +13,11 @@ from harness.workspace import workspace_environment
 from scara_config.modbus_map import load_modbus_map
 from twin_controller.registers import RegisterCodec
 
-from bench.cell_run import Changes, experiment
-from bench.hold import held_errors_mm
+from bench.cells.cell_run import Changes, experiment
+from bench.cells.hold import held_errors_mm
+from bench.cells.whole_cell import STARTS, Cost, Watched, watch
 from bench.record import Beside, Goal, Record, quantile
 from bench.room import Room
-from bench.whole_cell import STARTS, Cost, Watched, watch
 
 POLL_S, POLLS = 10.0, 2
 

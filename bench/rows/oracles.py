@@ -14,7 +14,7 @@ from scara_simulation.config import load_simulation
 from bench.peers.process import Peer
 from bench.record import Beside, Goal, Record
 from bench.room import Room
-from bench.twin import offline_twin
+from bench.world.offline import offline_twin
 
 POSES, STATES = 10_000, 2_000
 

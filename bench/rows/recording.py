@@ -19,7 +19,7 @@ from twin_controller.recording import RecorderFile, RecorderSettings
 from twin_experiments.io.bag_reader import open_bag
 from twin_experiments.io.report import analyse_bag, write_report
 
-from bench.long_bag import DURATION_S, long_bag
+from bench.cells.long_bag import DURATION_S, long_bag
 from bench.peers.process import Peer
 from bench.record import Beside, Goal, Record, interleaved, median, of_rounds
 from bench.room import Room

@@ -16,7 +16,7 @@ from scara_simulation.simulation import Simulation
 from bench.peers.process import Peer
 from bench.record import Beside, Goal, Record, Rounds, interleaved, median, of_rounds
 from bench.room import Room
-from bench.twin import offline_twin
+from bench.world.offline import offline_twin
 
 STEPS, ROUNDS = 1000, 12
 BESIDE = ((-1.0, 0.5, -0.10), (-2.2, 1.5, -0.05))
@@ -151,7 +151,9 @@ def simulation_repeatable(room: Room) -> Record:
     """Hash all states of the same motion in two processes."""
     del room
     hashes = [
-        subprocess.run([sys.executable, "-m", "bench.repeat"], capture_output=True, text=True, timeout=120.0, check=True).stdout
+        subprocess.run(
+            [sys.executable, "-m", "bench.world.repeat"], capture_output=True, text=True, timeout=120.0, check=True
+        ).stdout
         for _ in range(2)
     ]
     differing = float(hashes[0] != hashes[1] or not hashes[0])

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from bench.record import Beside, Goal, Record
 from bench.room import Room
-from bench.route import PERIOD, Sender, tip_error_mm, with_positions, with_setpoints
-from bench.twin import offline_twin
+from bench.world.offline import offline_twin
+from bench.world.route import PERIOD, Sender, tip_error_mm, with_positions, with_setpoints
 
 
 def _error(room: Room, send: Sender, *, feed_forward: bool, mass_factor: float = 1.0, period: float = PERIOD) -> float:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from rosbags.rosbag1 import Reader, Writer
 
-from bench.cell_run import experiment
+from bench.cells.cell_run import experiment
 from bench.room import Room
 
 DURATION_S = 600.0

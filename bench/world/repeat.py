@@ -1,4 +1,4 @@
-"""Run the same motion of the simulated cell and print the hash of all its states: ``python -m bench.repeat``."""
+"""Run the same motion of the simulated cell and print the hash of all its states: ``python -m bench.world.repeat``."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import struct
 
 from scara_config import load_robot
 
-from bench.twin import offline_twin
+from bench.world.offline import offline_twin
 
 TARGETS = ((0.0, 1.0), (0.0, 1.2), (-0.16, -0.1), (0.0, 1.5))
 """Two poses of the twin's joints [rad], joint_3 [m]; the arm is free there."""

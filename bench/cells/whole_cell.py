@@ -14,10 +14,10 @@ from harness.live_cell import LiveCell
 from harness.processes import free_port
 from twin_experiments.io.bag_reader import open_bag
 
-from bench.cell_run import READY_S, run_experiments
+from bench.cells.cell_run import READY_S, run_experiments
 from bench.room import Room
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 STARTS, REST_S = 3, 8.0
 SETPOINTS = "twin/joint_setpoints"
 

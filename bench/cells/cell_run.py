@@ -17,7 +17,7 @@ from scara_bringup.io.configuration import copy_with_ports
 from scara_config import config_directory
 from scara_config.writer import write_values
 
-from bench.late import Late
+from bench.cells.late import Late
 
 READY_S, EXPERIMENT_S, REPEATS = 120.0, 240.0, 3
 Changes = Mapping[str, Mapping[tuple[str, ...], Any]]

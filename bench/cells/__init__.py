@@ -1,0 +1,1 @@
+"""Whole cells that are started, disturbed and watched from outside."""

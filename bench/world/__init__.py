@@ -1,0 +1,1 @@
+"""The simulated cell in process: no clock, no ROS."""
