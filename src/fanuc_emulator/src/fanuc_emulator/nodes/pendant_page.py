@@ -106,6 +106,7 @@ class PendantPage:
         with ui.element("div").classes("key-row"):
             for number, program in sorted(self._programs.items()):
                 self._key(program.name, partial(_pulse, f"rsr{number}")).style("grid-column: span 2")
+        with ui.element("div").classes("key-row"):
             self._key("HOLD", lambda link: link.set_signal("hold", False))
             self._key("RESUME", _resume)
             self._key("ABORT", partial(_pulse, "cstopi"))

@@ -149,7 +149,6 @@ def _link_texts(link: Link) -> dict[str, str]:
         f"{name}.age": words.seconds(link.age) if link.connected else NOTHING,
         f"{name}.round_trip": words.seconds(link.round_trip) if link.connected else NOTHING,
         f"{name}.clock": words.clock(link.clock_offset, link.clock_uncertainty) if link.connected else NOTHING,
-        f"{name}.drift": f"{words.number(link.clock_drift_ppm, 1, True)} ppm" if link.connected else NOTHING,
         f"{name}.counts": f"{link.rejected} rejected, {link.reconnects} reconnects",
     }
 

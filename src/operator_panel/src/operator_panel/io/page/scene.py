@@ -33,7 +33,7 @@ def build_scene(model: Model, tool_link: str) -> dict[str, Any]:
         _camera()
     builder = _Builder(scene, model)
     moved = {side: builder.tree(side) for side in ("twin", "real", "preview")}
-    scene.move_camera(x=1.42, y=-1.30, z=0.72, look_at_x=0.26, look_at_y=-0.08, look_at_z=-0.01, duration=0)
+    scene.move_camera(x=1.42, y=-1.30, z=0.72, look_at_x=0.26, look_at_y=-0.08, look_at_z=-0.04, duration=0)
     return {"scene": scene.id, "joints": moved, "ghosts": builder.ghosts}
 
 

@@ -57,13 +57,13 @@ def build_links() -> None:
         live("speed.reason", "speed-reason")
         with ui.element("table").classes("links"):
             with ui.element("thead"), ui.element("tr"):
-                for text in ("Link", "State", "Age", "Round trip", "Clock", "Drift"):
+                for text in ("Link", "State", "Age", "Round trip", "Clock"):
                     plain(text, "", "th")
             with ui.element("tbody"):
                 for name, title in (("real", "Real robot"), ("twin", "Twin")):
                     with ui.element("tr"):
                         plain(title, f"tone-{name}", "td")
-                        for key in ("state", "age", "round_trip", "clock", "drift"):
+                        for key in ("state", "age", "round_trip", "clock"):
                             with ui.element("td").classes("" if key == "state" else "num"):
                                 place = live(f"link.{name}.{key}")
                                 if key == "state":

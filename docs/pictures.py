@@ -1,0 +1,217 @@
+"""Take the pictures of the documents again: operator page, pendant page, camera, RViz with both robots and with a recording.
+
+    source env.sh; .venv/bin/python docs/pictures.py [FOLDER]        # default: docs/images
+
+A cell of its own on free ports. Browser and RViz draw in software here, which keeps two processors busy, so the cell is
+patient. RViz pictures need rviz, Xvfb and import (ImageMagick), and are left out without them.
+"""
+
+from __future__ import annotations
+
+import re
+import shutil
+import sys
+import tempfile
+import time
+import urllib.request
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "tests"))
+
+from harness.processes import Stage, free_port, wait_until  # noqa: E402
+from harness.workspace import workspace_environment  # noqa: E402
+from harness.yaml_files import changed_yaml, copy_configuration  # noqa: E402
+from PIL import Image  # noqa: E402
+from playwright.sync_api import Browser, Page, expect, sync_playwright  # noqa: E402
+
+CHROMIUM = "/usr/bin/chromium"
+FLAGS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+PATIENCE: list[tuple[str, list[str | int], float]] = [
+    ("emulator.yaml", ["heartbeat_timeout_ms"], 5000),
+    ("twin_controller.yaml", ["real", "timeout_ms"], 1000.0),
+    ("twin_controller.yaml", ["real", "stale_ms"], 5000.0),
+    ("twin_controller.yaml", ["twin", "stale_ms"], 30000.0),
+    ("twin_controller.yaml", ["limit", "source_age_ms"], 1500.0),
+    ("twin_controller.yaml", ["divergence", "path_mm"], 5000.0),
+    ("twin_controller.yaml", ["divergence", "rest_mm"], 5000.0),
+    ("operator_panel.yaml", ["silent_ms"], 5000.0),
+]
+WIDE, TABLET = (1280, 720), (768, 1024)
+RVIZ_SIZE = "1280x800"
+MOTION_S = 4.0  # so long after its start a played recording is in the middle of the motion
+
+
+class Cell:
+    """A living cell with page, camera and the real robot's model."""
+
+    def __init__(self, folder: Path) -> None:
+        """Start it and wait until it is ready."""
+        config = copy_configuration(folder / "patient")
+        for file, path, value in PATIENCE:
+            changed_yaml(config / file, config, path, value)
+        self.folder, self.panel, self.pendant_page = folder, free_port(), free_port()
+        master = f"http://127.0.0.1:{free_port()}"
+        self.stage = Stage(folder / "log", {**workspace_environment(), "ROS_MASTER_URI": master, "SCARA_CONFIG_DIR": str(config)})
+        words = [f"--{name}-port={free_port()}" for name in ("modbus", "gateway")]
+        words += [f"--master-port={master.rsplit(':', 1)[1]}", f"--panel-port={self.panel}", f"--output={folder / 'output'}"]
+        self._up = self.stage.start("rosrun", "scara_bringup", "cell", "up", *words)
+        wait_until(lambda: "cell: ready after" in self._up.output or self._up.poll() is not None, 120.0, "a ready cell")
+        (token,) = re.findall(r"token=(\S+)", self._up.output)
+        self.address = f"http://127.0.0.1:{self.panel}/?token={token}"
+
+    def tool(self, *words: str) -> None:
+        """Run a command to its end."""
+        process = self.stage.start(*words, env={"SCARA_CONFIG_DIR": str(self.folder / "output" / "config")})
+        assert process.wait(60.0) == 0, process.tail()
+
+    def run_program(self, override: int) -> None:
+        """Start the article's program on the robot's pendant."""
+        self.tool("rosrun", "fanuc_emulator", "pendant", "override", str(override))
+        self.tool("rosrun", "fanuc_emulator", "pendant", "run", "ARTICLE")
+
+    def close(self) -> None:
+        """End everything."""
+        self.stage.close(grace=20.0)
+
+
+@contextmanager
+def opened(browser: Browser, address: str, size: tuple[int, int], colours: str) -> Iterator[Page]:
+    """Open a page."""
+    context = browser.new_context(viewport={"width": size[0], "height": size[1]}, color_scheme=colours)  # type: ignore[arg-type]
+    page = context.new_page()
+    page.goto(address)
+    yield page
+    context.close()
+
+
+def choose(page: Page, show: str, tab: str) -> None:
+    """Choose what the picture shows, and a tab."""
+    page.get_by_role("tab", name=show, exact=True).click()
+    page.get_by_role("tab", name=tab, exact=True).click()
+    if show != "Model":
+        expect(page.locator("[data-camera-text]")).to_have_text("Camera", timeout=60_000)
+
+
+def take_pages(cell: Cell, browser: Browser, out: Path) -> None:
+    """Take the operator's page in three forms, and the pendant page."""
+    mode = '[data-live="mode"]'
+    with opened(browser, cell.address, WIDE, "light") as page:
+        choose(page, "Both", "Programs")
+        cell.run_program(40)
+        expect(page.locator(mode)).to_have_text("Real robot leads", timeout=60_000)
+        expect(page.locator('[data-live="robot.program"]')).to_contain_text("line 5", timeout=60_000)
+        expect(page.locator('[data-live="motion"]')).to_have_text("both move", timeout=60_000)
+        page.screenshot(path=out / "operator_light.png")
+        expect(page.locator(mode)).to_have_text("Ready", timeout=120_000)
+    with opened(browser, cell.address, WIDE, "dark") as page:
+        choose(page, "Model", "Target")
+        page.get_by_role("button", name="P3", exact=True).click()
+        expect(page.locator(".preview.good")).to_be_visible(timeout=60_000)
+        page.wait_for_timeout(4000)
+        page.screenshot(path=out / "operator_dark.png")
+    with opened(browser, cell.address, TABLET, "light") as page:
+        choose(page, "Camera", "Jog")
+        page.wait_for_timeout(4000)
+        assert page.evaluate("document.documentElement.scrollWidth <= window.innerWidth"), "the tablet scrolls sideways"
+        page.screenshot(path=out / "operator_tablet.png")
+    words = ("rosrun", "fanuc_emulator", "pendant_page", f"--page-port={cell.pendant_page}")
+    pendant = cell.stage.start(*words, env={"SCARA_CONFIG_DIR": str(cell.folder / "output" / "config")})
+    cell.run_program(20)
+    wait_until(lambda: "http" in pendant.output, 30.0, "the pendant page")
+    with opened(browser, f"http://127.0.0.1:{cell.pendant_page}/", WIDE, "light") as page:
+        page.wait_for_timeout(3000)
+        page.screenshot(path=out / "pendant_page.png")
+
+
+def take_camera(cell: Cell, out: Path) -> None:
+    """Save what the camera sees."""
+    with urllib.request.urlopen(f"http://127.0.0.1:{cell.panel}/camera.jpg", timeout=20.0) as answer:
+        Image.open(answer).save(out / "camera.png")
+
+
+@contextmanager
+def rviz(stage: Stage) -> Iterator[str]:
+    """Open RViz with the cell's view on a screen of its own; give the screen's name."""
+    screen = ":87"
+    env = {"DISPLAY": screen, "LIBGL_ALWAYS_SOFTWARE": "1", "QT_X11_NO_MITSHM": "1"}
+    display = stage.start("Xvfb", screen, "-screen", "0", f"{RVIZ_SIZE}x24")
+    time.sleep(1.0)
+    window = stage.start("rviz", "-d", str(ROOT / "src" / "scara_description" / "rviz" / "cell.rviz"), env=env)
+    time.sleep(12.0)
+    yield screen
+    window.stop(2.0)
+    display.stop(2.0)
+
+
+def take_rviz(cell: Cell, out: Path) -> None:
+    """Take RViz while the twin's time stands still and the real robot goes on, so that both are seen apart."""
+    with rviz(cell.stage) as screen:
+        cell.run_program(40)
+        time.sleep(2.0)
+        cell.tool("rosservice", "call", "/pause_physics")
+        time.sleep(1.5)
+        cell.tool("import", "-display", screen, "-window", "root", str(out / "rviz.png"))
+        cell.tool("rosservice", "call", "/unpause_physics")
+
+
+def record(cell: Cell) -> Path:
+    """Record a program and return the bag."""
+    bag = cell.folder / "run.bag"
+    cell.tool("rosservice", "call", "/recorder/start", f"path: {bag}")
+    cell.run_program(60)
+    time.sleep(12.0)
+    cell.tool("rosservice", "call", "/recorder/stop")
+    return bag
+
+
+def take_recording(bag: Path, folder: Path, out: Path) -> None:
+    """Take RViz while a recording drives it; nothing of a cell runs."""
+    master = f"http://127.0.0.1:{free_port()}"
+    stage = Stage(folder / "play", {**workspace_environment(), "ROS_MASTER_URI": master})
+    try:
+        stage.start("rosmaster", "--core", "-p", master.rsplit(":", 1)[1])
+        time.sleep(3.0)
+        for words in (("rosparam", "set", "use_sim_time", "true"), ("rosrun", "scara_bringup", "set_descriptions")):
+            assert stage.start(*words).wait(30.0) == 0
+        publisher = ("rosrun", "robot_state_publisher", "robot_state_publisher")
+        stage.start(*publisher, "joint_states:=twin/joint_states")
+        real = ("joint_states:=real/joint_states", "robot_description:=real/robot_description")
+        stage.start(*publisher, "__name:=real_state_publisher", *real)
+        stage.start("rosrun", "scara_simulation", "camera")
+        with rviz(stage) as screen:
+            stage.start("rosbag", "play", "--clock", "--start", "2", str(bag))
+            time.sleep(MOTION_S)
+            assert stage.start("import", "-display", screen, "-window", "root", str(out / "rviz_bag.png")).wait(20.0) == 0
+    finally:
+        stage.close(grace=8.0)
+
+
+def main() -> None:
+    """Take all pictures."""
+    out = Path(sys.argv[1] if len(sys.argv) > 1 else ROOT / "docs" / "images")
+    out.mkdir(parents=True, exist_ok=True)
+    with_rviz = all(shutil.which(name) for name in ("rviz", "Xvfb", "import"))
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = Path(temporary)
+        cell = Cell(folder)
+        try:
+            with sync_playwright() as playwright:
+                browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+                take_pages(cell, browser, out)
+                browser.close()
+            take_camera(cell, out)
+            if with_rviz:
+                take_rviz(cell, out)
+            bag = record(cell)
+        finally:
+            cell.close()
+        if with_rviz:
+            take_recording(bag, folder, out)
+    print(f"pictures: {out}" + ("" if with_rviz else "; without RViz: rviz, Xvfb or import is missing"))
+
+
+if __name__ == "__main__":
+    main()
