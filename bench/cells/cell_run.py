@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from harness.live_cell import LiveCell
-from harness.processes import Process
 from harness.proxy import websocket_units
 from harness.wires.relay import Relay
 from scara_bringup.io.configuration import copy_with_ports
@@ -19,7 +18,7 @@ from scara_config.writer import write_values
 
 from bench.cells.late import Late
 
-READY_S, EXPERIMENT_S, REPEATS = 120.0, 240.0, 3
+READY_S, EXPERIMENT_S, REPEATS, ATTEMPTS = 120.0, 240.0, 3, 3
 Changes = Mapping[str, Mapping[tuple[str, ...], Any]]
 
 
@@ -32,7 +31,7 @@ class Outcome:
 
 
 @contextlib.contextmanager
-def running_cell(folder: Path, changes: Changes, without: tuple[str, ...] = ()) -> Iterator[tuple[LiveCell, Process]]:
+def running_cell(folder: Path, changes: Changes, without: tuple[str, ...] = ()) -> Iterator[LiveCell]:
     """Start a cell on ports of its own and wait until it is ready; end it at last.
 
     Args:
@@ -43,12 +42,36 @@ def running_cell(folder: Path, changes: Changes, without: tuple[str, ...] = ()) 
     config = copy_with_ports(config_directory(), folder / "changed", None, None)
     for name, values in changes.items():
         write_values(config / name, dict(values))
-    cell = LiveCell(folder)
+    words = [word for name in without for word in ("--without", name)]
+
+    def start(cell: LiveCell) -> None:
+        cell.wait_ready(cell.start("up", *words, env={"SCARA_CONFIG_DIR": str(config)}), READY_S)
+
+    with started(folder, start) as cell:
+        yield cell
+
+
+@contextlib.contextmanager
+def started(folder: Path, start: Callable[[LiveCell], object]) -> Iterator[LiveCell]:
+    """Give a cell once ``start`` has succeeded; end it at last.
+
+    A port that was free when it was chosen may be taken by anybody's connection when it is listened on: then once more.
+    """
+    for attempt in range(ATTEMPTS):
+        cell = LiveCell(folder / f"attempt_{attempt}" if attempt else folder)
+        try:
+            start(cell)
+        except AssertionError as error:
+            cell.close()
+            if attempt + 1 == ATTEMPTS or "in use" not in str(error):
+                raise
+        except BaseException:
+            cell.close()
+            raise
+        else:
+            break
     try:
-        words = [word for name in without for word in ("--without", name)]
-        bringup = cell.start("up", *words, env={"SCARA_CONFIG_DIR": str(config)})
-        cell.wait_ready(bringup, READY_S)
-        yield cell, bringup
+        yield cell
     finally:
         cell.close()
 
@@ -59,7 +82,7 @@ def experiment(folder: Path, delay_ms: tuple[float, float], changes: Changes) ->
     Raises:
         RuntimeError: No report came out; the text is the end of the log.
     """
-    with running_cell(folder, changes, ("twin_controller",)) as (cell, _):
+    with running_cell(folder, changes, ("twin_controller",)) as cell:
         relay = Relay(cell.gateway_port, websocket_units)
         try:
             if delay_ms[1]:
@@ -73,17 +96,26 @@ def experiment(folder: Path, delay_ms: tuple[float, float], changes: Changes) ->
 
 
 def run_experiments(cell: LiveCell, output: Path, name: str, repeat: int) -> Outcome:
-    """Run an experiment some times at full speed on a running cell.
+    """Run an experiment some times at full speed on a running cell; once more if a busy machine has stopped the cell.
 
     Raises:
-        RuntimeError: No report came out; the text is the end of the log.
+        RuntimeError: No report came out of any attempt; the text is the end of the log.
     """
+    for attempt in range(ATTEMPTS):
+        folder = output.with_name(f"{output.name}_{attempt}")
+        said = _attempt(cell, folder, name, repeat)
+        if (folder / "report.json").is_file():
+            break
+    else:
+        raise RuntimeError(said)
+    found = json.loads((folder / "report.json").read_text(encoding="utf-8"))["experiments"]
+    return Outcome(next(folder.glob("*.bag")), found)
+
+
+def _attempt(cell: LiveCell, output: Path, name: str, repeat: int) -> str:
+    """Run the command to its end and return its last words."""
     env = {"SCARA_CONFIG_DIR": str(cell.output / "config")}
     options = ("--repeat", str(repeat), "--speed", "100", "--output", str(output))
     process = cell.stage.start("rosrun", "twin_experiments", "run_experiment", name, *options, env=env)
     code = process.wait(EXPERIMENT_S)
-    report = output / "report.json"
-    if not report.is_file():
-        raise RuntimeError(f"run_experiment ended with {code}: {process.tail(5)}")
-    found = json.loads(report.read_text(encoding="utf-8"))["experiments"]
-    return Outcome(next(output.glob("*.bag")), found)
+    return f"run_experiment ended with {code}: {process.tail(3)}"

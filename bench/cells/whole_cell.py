@@ -14,7 +14,7 @@ from harness.live_cell import LiveCell
 from harness.processes import free_port
 from twin_experiments.io.bag_reader import open_bag
 
-from bench.cells.cell_run import READY_S, run_experiments
+from bench.cells.cell_run import READY_S, run_experiments, started
 from bench.room import Room
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -33,12 +33,13 @@ class Cost:
 
 @dataclass
 class Watched:
-    """What was seen of a cell: seconds until it was ready, costs by node at rest and moving, ages of set points [s]."""
+    """What was seen of a cell: seconds until it was ready, costs by node at rest and moving, ages of set points [s], why there are none."""
 
     starts: list[float] = field(default_factory=list)
     rest: dict[str, Cost] = field(default_factory=dict)
     moving: dict[str, Cost] = field(default_factory=dict)
     ages: list[float] = field(default_factory=list)
+    failure: str = ""
 
 
 def watch(room: Room) -> Watched:
@@ -46,15 +47,13 @@ def watch(room: Room) -> Watched:
     seen = Watched()
     for number in range(STARTS):
         room.say(f"./cell up, {number + 1} of {STARTS}")
-        cell = LiveCell(room.place(f"whole_cell_{number}"))
-        try:
-            seen.starts.append(_start(cell))
+        taken: list[float] = []
+        with started(room.place(f"whole_cell_{number}"), lambda cell, taken=taken: taken.append(_start(cell))) as cell:  # type: ignore[misc]
+            seen.starts.append(taken[-1])
             if number == STARTS - 1:
                 room.say("at rest, then the robot's program twice")
                 seen.rest = _costs_over(cell, lambda: time.sleep(REST_S))
                 seen.moving = _costs_over(cell, partial(_lead, cell, seen))
-        finally:
-            cell.close()
     return seen
 
 
@@ -69,7 +68,10 @@ def _start(cell: LiveCell) -> float:
 
 
 def _lead(cell: LiveCell, seen: Watched) -> None:
-    seen.ages += _ages(cell)
+    try:
+        seen.ages += _ages(cell)
+    except RuntimeError as error:
+        seen.failure = str(error)
 
 
 def _ages(cell: LiveCell) -> list[float]:

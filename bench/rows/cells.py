@@ -101,6 +101,8 @@ def state_age(room: Room) -> Record:
     room.say("bare reader and sender")
     bare = [_bare_ages(room)]
     seen = _watched(room)
+    if seen.failure:
+        raise RuntimeError(seen.failure)
     bare.append(_bare_ages(room))
     each = [quantile(ages, 0.99) for ages in bare]
     return Record(
@@ -129,6 +131,8 @@ def state_age(room: Room) -> Record:
 def cell_cost(room: Room) -> Record:
     """Processor time and memory of every process of the cell."""
     seen = _watched(room)
+    if seen.failure:
+        raise RuntimeError(seen.failure)
     moving, rest = sum(c.cpu for c in seen.moving.values()), sum(c.cpu for c in seen.rest.values())
     memory = sum(c.memory for c in seen.moving.values())
     resident = sum(c.resident for c in seen.moving.values())
