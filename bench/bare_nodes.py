@@ -1,4 +1,4 @@
-"""Bare programs on the other side of some rows: ``python -m bench.bare_nodes empty_service|echo|record|sink|poll ...``."""
+"""Bare programs on the other side of some rows: ``python -m bench.bare_nodes NAME ..., see the last line``."""
 
 from __future__ import annotations
 
@@ -17,6 +17,22 @@ def empty_service(name: str) -> None:
     rospy.init_node("empty_service", anonymous=True)
     answer = EmptyResponse()
     rospy.Service(name, Empty, lambda _: answer)
+    rospy.spin()
+
+
+def constant_service(name: str) -> None:
+    """Answer forward_kinematics with always the same pose: the message's own cost."""
+    import rospy
+    from geometry_msgs.msg import Quaternion
+
+    from scara_msgs.srv import ForwardKinematics, ForwardKinematicsResponse
+
+    rospy.init_node("constant_service", anonymous=True)
+    rospy.Service(
+        name,
+        ForwardKinematics,
+        lambda _: ForwardKinematicsResponse(True, "", 0.5, 0.1, 0.1, Quaternion(0.7, -0.7, 0.0, 0.0), "righty"),
+    )
     rospy.spin()
 
 
@@ -105,4 +121,11 @@ def poll(modbus_port: str, sink_port: str, offset: str, count: str, device: str,
 
 
 if __name__ == "__main__":
-    {"empty_service": empty_service, "echo": echo, "record": record, "sink": sink, "poll": poll}[sys.argv[1]](*sys.argv[2:])
+    {
+        "empty_service": empty_service,
+        "constant_service": constant_service,
+        "echo": echo,
+        "record": record,
+        "sink": sink,
+        "poll": poll,
+    }[sys.argv[1]](*sys.argv[2:])

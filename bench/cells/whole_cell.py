@@ -33,7 +33,7 @@ class Cost:
 
 @dataclass
 class Watched:
-    """What was seen of a cell: seconds until it was ready, costs by node at rest and moving, ages of set points [s], why there are none."""
+    """What was seen of a cell: seconds until it was ready, costs by node, ages of set points [s], why there are none."""
 
     starts: list[float] = field(default_factory=list)
     rest: dict[str, Cost] = field(default_factory=dict)

@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 import io
-import shutil
 import signal
 import statistics
 import sys
-import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 from scara_config import config_directory, load
 from twin_controller.io.bag_writer import BagWriter
 from twin_controller.recording import RecorderFile, RecorderSettings
 from twin_experiments.io.bag_reader import open_bag
-from twin_experiments.io.report import analyse_bag, write_report
+from twin_experiments.io.report import analyse_bag
 
 from bench.cells.long_bag import DURATION_S, long_bag
 from bench.peers.process import Peer
@@ -183,7 +180,7 @@ def recorder_loss(room: Room) -> Record:
 
 
 def report(room: Room) -> Record:
-    """Read and analyse ten minutes; the figures and the page are drawn beside it."""
+    """Read and analyse ten minutes; drawing takes longer the more experiments there are, and is no part of it."""
     folder = room.place("report")
     bag = long_bag(room, folder / "long.bag")
     times = []
@@ -193,11 +190,7 @@ def report(room: Room) -> Record:
         run, _, results = analyse_bag(bag)
         times.append(time.perf_counter() - begun)
     duration = run.duration
-    begun = time.perf_counter()
-    _drawn(bag, folder / "page")
-    whole = time.perf_counter() - begun
     size = bag.stat().st_size / 1e6
-    shutil.rmtree(folder / "page", ignore_errors=True)
     bag.unlink()
     speeds = [duration / seconds for seconds in times]
     return Record(
@@ -211,25 +204,5 @@ def report(room: Room) -> Record:
         against="none",
         rounds=len(times),
         spread_percent=100.0 * (max(speeds) - min(speeds)) / statistics.median(speeds),
-        beside=(
-            Beside("seconds", statistics.median(times), "s"),
-            Beside("with all figures and the page written", duration / whole, "x real time"),
-        ),
+        beside=(Beside("seconds", statistics.median(times), "s"),),
     )
-
-
-def _drawn(bag: Path, folder: Path) -> None:
-    """Write the report in a thread that has ended when this returns, so that matplotlib keeps nothing."""
-    failure: list[Any] = []
-
-    def draw() -> None:
-        try:
-            write_report(bag, folder)
-        except Exception as error:
-            failure.append(error)
-
-    thread = threading.Thread(target=draw)
-    thread.start()
-    thread.join()
-    if failure:
-        raise failure[0]

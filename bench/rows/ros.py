@@ -35,13 +35,20 @@ def service_call(room: Room) -> Record:
     ros = room.ros
     ros.run("scara_control", "kinematics_server")
     ros.stage.start(sys.executable, "-m", "bench.bare_nodes", "empty_service", ros.name("empty"))
-    for name in ("forward_kinematics", "empty"):
+    ros.stage.start(sys.executable, "-m", "bench.bare_nodes", "constant_service", ros.name("constant"))
+    for name in ("forward_kinematics", "empty", "constant"):
         ros.wait_for_service(name, 30.0)
     forward = rospy.ServiceProxy(ros.name("forward_kinematics"), ForwardKinematics, persistent=True)
     empty = rospy.ServiceProxy(ros.name("empty"), Empty, persistent=True)
+    constant = rospy.ServiceProxy(ros.name("constant"), ForwardKinematics, persistent=True)
     pose = [0.3, 0.8, -0.1]
-    assert forward(pose).success
-    samples = interleaved(CALL_ROUNDS, lambda: timed(lambda: forward(pose), CALLS), lambda: timed(empty, CALLS))
+    assert forward(pose).success and constant(pose).success
+    samples = interleaved(
+        CALL_ROUNDS,
+        lambda: timed(lambda: forward(pose), CALLS),
+        lambda: timed(empty, CALLS),
+        lambda: timed(lambda: constant(pose), CALLS),
+    )
     forward.close()
     empty.close()
     value, tail, spread = of_rounds(samples[0], median, 1e6)
@@ -59,6 +66,11 @@ def service_call(room: Room) -> Record:
         spread_percent=spread,
         baseline_spread_percent=other_spread,
         rounds=CALL_ROUNDS,
+        beside=(
+            Beside(
+                "ours / a bare node that answers the same message with a constant", median(samples[0]) / median(samples[2]), ""
+            ),
+        ),
     )
 
 

@@ -55,7 +55,7 @@ def _seconds(stamp: Any, origin: float) -> float:
 
 def _side(bag: Bag, side: str, topic: str, joint_names: list[str], origin: float) -> Side:
     """Read the joint states of one side."""
-    stamps, positions, velocities = [], [], []
+    stamps, positions, velocities, layouts = [], [], [], []
     columns: dict[tuple[str, ...], list[int]] = {}
     for _, message in bag.messages(topic):
         names = tuple(message.name)
@@ -66,9 +66,15 @@ def _side(bag: Bag, side: str, topic: str, joint_names: list[str], origin: float
                 f"{topic}: {len(names)} names, {len(message.position)} positions and {len(message.velocity)} velocities"
             )
         stamps.append(_seconds(message.header.stamp, origin))
-        positions.append(message.position[columns[names]])
-        velocities.append(message.velocity[columns[names]])
-    return build_side(side, np.array(stamps), np.array(positions), np.array(velocities))
+        positions.append(message.position)
+        velocities.append(message.velocity)
+        layouts.append(names)
+    if len(columns) == 1:  # all at once, which is quicker by half
+        (found,) = columns.values()
+        return build_side(side, np.array(stamps), np.array(positions)[:, found], np.array(velocities)[:, found])
+    chosen = [columns[names] for names in layouts]
+    parts = (np.array([row[found] for row, found in zip(rows, chosen)]) for rows in (positions, velocities))
+    return build_side(side, np.array(stamps), *parts)
 
 
 def _columns(topic: str, names: tuple[str, ...], wanted: list[str]) -> list[int]:
