@@ -88,6 +88,9 @@ class World:
 
     def inverse_dynamics(self, q: Sequence[float], qdot: Sequence[float], qddot: Sequence[float]) -> Sequence[float]:
         """Return the efforts for that motion: inertia, velocity coupling and gravity, without damping and friction."""
+        if self._in_order:
+            in_order: Sequence[float] = pybullet.calculateInverseDynamics(self._body, q, qdot, qddot, self._client)
+            return in_order
         efforts: Sequence[float] = pybullet.calculateInverseDynamics(
             self._body,
             [q[k] for k in self._tree],
@@ -137,6 +140,7 @@ class World:
         self.damping, self.friction = [entry[0] for entry in chosen], [entry[1] for entry in chosen]
         self._tree = sorted(range(len(joints)), key=lambda k: movable[joints[k]][0])
         self._order = [self._tree.index(k) for k in range(len(joints))]
+        self._in_order = self._tree == list(range(len(joints)))
 
     def _prepare_dynamics(self) -> None:
         """Remove what PyBullet adds of its own, and turn its default motors into the URDF's dry friction."""
