@@ -96,6 +96,7 @@ class Gripper(_Strict, frozen=True):
     reach_mm: Positive
     offset_mm: Positive
     holding_force_n: Positive
+    stiffness_n_mm: Positive
     vacuum_ms: Annotated[float, Meta(ge=0.0, le=5_000.0)]
     release_ms: Annotated[float, Meta(ge=0.0, le=5_000.0)]
     answer_ms: Annotated[float, Meta(ge=10.0, le=10_000.0)]
@@ -118,6 +119,7 @@ class Task(_Strict, frozen=True):
     near_mm: Positive
     tolerance_mm: Positive
     speed_percent: Percent
+    lower_percent: Percent
     approach_percent: Percent
     dwell_s: Annotated[float, Meta(ge=0.0, le=10.0)]
     placed_s: Annotated[float, Meta(gt=0.0, le=10.0)]
@@ -162,6 +164,11 @@ class Palletise(_Strict, frozen=True):
             for start in self.starts()
             for angle in [table.angle_of(start.stand)]
         ]
+
+    @property
+    def give(self) -> float:
+        """How far the bellows may be compressed: harder than ``press_n`` is a collision [m]."""
+        return self.watch.press_n / self.gripper.stiffness_n_mm * MM
 
     @property
     def pick_height(self) -> float:

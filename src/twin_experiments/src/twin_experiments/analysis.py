@@ -8,10 +8,12 @@ from itertools import groupby
 
 import numpy as np
 from scara_config import Robot
+from scara_config.palletise import Palletise
 from twin_controller.metrics import Comparison, MetricsSettings, ToolFunction, compare
 from twin_controller.metrics_series import Array, Gap, MetricsError, Motion
 
 from twin_experiments.config import Experiment, ExperimentsFile, Limits
+from twin_experiments.palletising.outcome import SIDES, Handled, SideOutcome, outcome, shortcomings
 from twin_experiments.record import Age, RecordError, Run, Span, cut, pick
 
 
@@ -37,6 +39,7 @@ class Result:
         motions: Both sides' joints during the experiment, all joints of the twin.
         ages: Per topic.
         reasons: Why it fails.
+        parts: What became of the parts, for each side; empty if it handles none.
     """
 
     span: Span
@@ -47,6 +50,7 @@ class Result:
     motions: tuple[Motion, Motion] | None
     ages: Mapping[str, AgeSummary]
     reasons: tuple[str, ...]
+    parts: tuple[SideOutcome, ...] = ()
 
     @property
     def passed(self) -> bool:
@@ -54,7 +58,14 @@ class Result:
         return not self.reasons
 
 
-def analyse(run: Run, config: ExperimentsFile, robot: Robot, settings: MetricsSettings, tool: ToolFunction) -> tuple[Result, ...]:
+def analyse(
+    run: Run,
+    config: ExperimentsFile,
+    robot: Robot,
+    settings: MetricsSettings,
+    tool: ToolFunction,
+    work: Palletise | None = None,
+) -> tuple[Result, ...]:
     """Analyse every experiment of a run.
 
     Args:
@@ -63,19 +74,21 @@ def analyse(run: Run, config: ExperimentsFile, robot: Robot, settings: MetricsSe
         robot: Joints and set positions.
         settings: Thresholds of the errors, for the joints that move the tool.
         tool: Forward kinematics of the joints that move the tool, in robot.yaml's order.
+        work: palletise.yaml, if the robot has one.
 
     Raises:
         RecordError: An experiment of the run is not in ``config``.
     """
-    unknown = sorted({span.name for span in run.spans} - set(config.experiments))
+    unknown = sorted({span.name for span in run.spans} - set(config.known))
     if unknown:
-        raise RecordError(f"unknown experiment {', '.join(unknown)}: experiments.yaml has {', '.join(config.experiments)}")
+        raise RecordError(f"unknown experiment {', '.join(unknown)}: experiments.yaml has {', '.join(config.known)}")
     positions = {name: np.array(place) for name, place in robot.positions_m.items()}
     columns = [run.joint_names.index(joint.name) for joint in robot.arm_joints]
 
     def analysed(span: Span) -> Result:
-        visited = {name: positions[name] for name in config.experiments[span.name].visits}
-        return _analyse_span(run, span, config, visited, settings, columns, tool)
+        visited = {name: positions[name] for name in config.known[span.name].visits}
+        result = _analyse_span(run, span, config, visited, settings, columns, tool)
+        return _with_parts(result, run, work) if span.name in config.palletising else result
 
     return tuple(analysed(span) for span in run.spans)
 
@@ -90,7 +103,7 @@ def _analyse_span(
     tool: ToolFunction,
 ) -> Result:
     """Analyse one experiment; data that cannot be compared are a reason to fail, not an end of the report."""
-    experiment = config.experiments[span.name]
+    experiment = config.known[span.name]
     ages = {topic: found for topic, age in run.ages.items() if (found := summarize_age(age, span)) is not None}
     visits = tuple(experiment.visits)
     try:
@@ -103,6 +116,15 @@ def _analyse_span(
     held = held_positions(comparison)
     reasons = judge(span, experiment, comparison, held, settings.reach_mm, config.limits)
     return Result(span, experiment.leader, visits, held, comparison, motions, ages, reasons)
+
+
+def _with_parts(result: Result, run: Run, work: Palletise | None) -> Result:
+    """Add what became of the parts, and what speaks against it."""
+    if work is None:
+        return replace(result, reasons=(*result.reasons, "there is no palletise.yaml"))
+    span = result.span
+    parts = tuple(outcome(side, run.handled.get(side, Handled()), work, span.start, span.end) for side in SIDES)
+    return replace(result, parts=parts, reasons=(*result.reasons, *shortcomings(parts, work.task.tolerance_mm)))
 
 
 def held_positions(comparison: Comparison) -> tuple[str, ...]:

@@ -41,7 +41,26 @@ class TwinLeads(Section, frozen=True, kw_only=True, tag_field="leader", tag="twi
     leader: ClassVar[Literal["real", "twin"]] = "twin"
 
 
-Experiment = RealLeads | TwinLeads
+class RealPalletises(Section, frozen=True, kw_only=True, tag_field="leader", tag="real"):
+    """The robot's own program carries the parts."""
+
+    program: Annotated[str, Meta(pattern=r"^[A-Z][A-Z0-9_]*$")]
+    override_percent: ProgramPercent
+    visits: ClassVar[tuple[str, ...]] = ()
+    leader: ClassVar[Literal["real", "twin"]] = "real"
+
+
+class TwinPalletises(Section, frozen=True, kw_only=True, tag_field="leader", tag="twin"):
+    """The twin carries the parts; heights and speeds are in palletise.yaml."""
+
+    visits: ClassVar[tuple[str, ...]] = ()
+    leader: ClassVar[Literal["real", "twin"]] = "twin"
+
+
+Palletising = RealPalletises | TwinPalletises
+Experiment = RealLeads | TwinLeads | Palletising
+PALLETISE = "palletise"
+"""Name that stands for all of ``palletising``."""
 
 
 class MetricsSection(Section, frozen=True, kw_only=True):
@@ -86,11 +105,17 @@ class ExperimentsFile(Section, frozen=True, kw_only=True):
     """Everything in experiments.yaml."""
 
     recorder: RecorderSettings
-    experiments: Annotated[dict[str, Experiment], Meta(min_length=1)]
+    experiments: Annotated[dict[str, RealLeads | TwinLeads], Meta(min_length=1)]
+    palletising: dict[str, Palletising] = {}
     metrics: MetricsSection
     limits: Limits
     paper: PaperFigures
     deadlines_s: Deadlines
+
+    @property
+    def known(self) -> dict[str, Experiment]:
+        """All experiments by name."""
+        return {**self.experiments, **self.palletising}
 
     def check(self, robot: Robot, source: str) -> None:
         """Raise ConfigError unless ``robot`` knows every visited position; ``source`` is named."""
@@ -102,15 +127,16 @@ class ExperimentsFile(Section, frozen=True, kw_only=True):
                 )
 
     def select(self, names: list[str]) -> dict[str, Experiment]:
-        """Return the experiments called ``names`` in that order, all if there is none.
+        """Return the experiments called ``names`` in that order, the article's if there is none; ``palletise`` stands for both.
 
         Raises:
             ConfigError: A name is unknown; the text lists those that exist.
         """
-        for name in names:
-            if name not in self.experiments:
-                raise ConfigError(f"unknown experiment {name!r}: experiments.yaml has {', '.join(self.experiments)}")
-        return {name: self.experiments[name] for name in names or self.experiments}
+        wanted = [each for name in names for each in (self.palletising if name == PALLETISE else (name,))]
+        for name in wanted:
+            if name not in self.known:
+                raise ConfigError(f"unknown experiment {name!r}: experiments.yaml has {', '.join((*self.known, PALLETISE))}")
+        return {name: self.known[name] for name in wanted or self.experiments}
 
 
 def metrics_settings(section: MetricsSection, robot: Robot) -> MetricsSettings:

@@ -9,6 +9,7 @@ from twin_controller.metrics import Comparison, ErrorSummary, Rest
 
 from twin_experiments.analysis import Result
 from twin_experiments.config import Limits, PaperFigures
+from twin_experiments.palletising.outcome import as_document
 from twin_experiments.repeats import summarize_repeats
 
 DIGITS = 6
@@ -55,6 +56,8 @@ def _experiment(result: Result, reach_mm: float) -> dict[str, Any]:
             topic: {"median": age.median_ms, "p95": age.p95_ms, "max": age.max_ms} for topic, age in result.ages.items()
         },
     }
+    if result.parts:
+        entry["parts"] = as_document(result.parts)
     rounded: dict[str, Any] = _rounded(entry)
     return rounded
 

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 from twin_controller.metrics_series import FEWEST_SAMPLES, Array, Motion
 
+from twin_experiments.palletising.outcome import Handled
+
 
 class RecordError(ValueError):
     """The recording does not hold what is needed; the text names it."""
@@ -80,6 +82,7 @@ class Run:
     warnings: tuple[Event, ...] = ()
     configuration: Mapping[str, Any] = field(default_factory=dict)
     topics: Mapping[str, int] = field(default_factory=dict)
+    handled: Mapping[str, Handled] = field(default_factory=dict)
 
 
 def find_spans(markers: list[tuple[float, str]], end: float) -> tuple[Span, ...]:

@@ -16,7 +16,7 @@ from scara_config.palletise import MM, Palletise
 from fanuc_emulator.gripping.surroundings import Surface, Surroundings
 
 SUNK = 0.0005
-"""What gets deeper than this [m] into something has hit it. Our choice: the nozzle's own give."""
+"""What gets deeper than this [m] into something has hit it, unless the bellows gives way. Our choice."""
 
 
 class Event(msgspec.Struct, frozen=True):
@@ -59,14 +59,21 @@ class CellParts:
         names = [joint.name for joint in robot.joints]
         self._columns = tuple(names.index(name) for name in ("joint_1", "joint_2", "joint_3", "table_joint"))
         self._lengths = (robot.geometry.l1_mm * MM, robot.geometry.l2_mm * MM, robot.geometry.h_mm * MM)
-        self.parts = [Part(start.name, start.stand, start.x, start.y, start.z) for start in work.starts()]
         self.held: Part | None = None
+        self.put_back()
         self.collisions = self.drops = 0
         self.message = ""
         self.events: list[Event] = []
         self._closed = 0.0
         self._touching: set[tuple[str, str]] = set()
         self._tool, self._table = (0.0, 0.0, 0.0), 0.0
+
+    def put_back(self) -> str:
+        """Put all parts back on their stands, as somebody would by hand; return why not, or an empty text."""
+        if self.held is not None:
+            return f"{self.held.name} is held"
+        self.parts = [Part(start.name, start.stand, start.x, start.y, start.z) for start in self._work.starts()]
+        return ""
 
     def place(self, part: Part) -> tuple[float, float, float]:
         """Return where the middle of a part's underside is now [m]."""
@@ -167,17 +174,19 @@ class CellParts:
     def _hits_of_nozzle(self) -> set[tuple[str, str]]:
         x, y, z = self._tool
         found = {("nozzle", face.name) for face in self._faces() if z < face.height - SUNK and face.carries(x, y)}
+        give = self._work.give
         for part in self.parts:
             px, py, pz = self.place(part)
             inside = math.hypot(px - x, py - y) < self._work.parts.radius
-            if inside and pz < z < pz + self._work.parts.height - SUNK:
+            if inside and pz < z < pz + self._work.parts.height - give:
                 found.add(("nozzle", part.name))
         return found
 
     def _hits_of_held(self, held: Part) -> set[tuple[str, str]]:
         x, y, z = self.place(held)
         radius, height = self._work.parts.radius, self._work.parts.height
-        found = {(held.name, face.name) for face in self._faces() if z < face.height - SUNK and face.carries(x, y, radius)}
+        give = self._work.give
+        found = {(held.name, face.name) for face in self._faces() if z < face.height - give and face.carries(x, y, radius)}
         for part in self.parts:
             px, py, pz = self.place(part)
             apart = part is held or math.hypot(px - x, py - y) >= 2.0 * radius

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import queue
 from typing import Any
 
 from scara_config.palletise import Palletise
@@ -28,25 +29,31 @@ class PartsTruth:
     def __init__(self, parts: CellParts, work: Palletise, base_frame: str) -> None:
         self._parts, self._work, self._frame = parts, work, base_frame
         self._calls = 0
+        self._asked: queue.SimpleQueue[queue.SimpleQueue[str]] = queue.SimpleQueue()
         self._told: tuple[object, ...] = ()
 
     def advertise(self) -> None:
         """Begin; a roscore is there."""
         import rospy
         from geometry_msgs.msg import Point
+        from std_srvs.srv import Trigger, TriggerResponse
         from visualization_msgs.msg import Marker, MarkerArray
 
         from scara_msgs.msg import GripperState, PartEvent
 
         self._marker, self._array, self._point = Marker, MarkerArray, Point
+        self._answer = TriggerResponse
         self._state, self._event = GripperState, PartEvent
         self._gripper = rospy.Publisher("real/gripper", GripperState, queue_size=10, latch=True, tcp_nodelay=True)
         self._events = rospy.Publisher("real/part_events", PartEvent, queue_size=100, tcp_nodelay=True)
+        rospy.Service("real/put_parts_back", Trigger, self._put_back)
         self._markers = rospy.Publisher("real/parts", MarkerArray, queue_size=1, latch=True)
 
     def publish(self, outputs: Outputs, stamp: Any) -> None:
         """Publish what has happened, and the state when it is due or has changed."""
         parts = self._parts
+        while not self._asked.empty():
+            self._asked.get().put(parts.put_back())
         while parts.events:
             happened = parts.events.pop(0)
             event = self._event(kind=happened.kind, part=happened.part, other=happened.other, message=happened.message)
@@ -60,6 +67,13 @@ class PartsTruth:
             self._publish_state(outputs.gripper, held, stamp)
         if changed or self._calls % PARTS_EVERY == 0:
             self._publish_parts(stamp)
+
+    def _put_back(self, _: Any) -> Any:
+        """Leave the wish to the servo loop's thread and wait for its answer."""
+        answer: queue.SimpleQueue[str] = queue.SimpleQueue()
+        self._asked.put(answer)
+        obstacle = answer.get(timeout=1.0)
+        return self._answer(not obstacle, obstacle or "all parts are back on their stands")
 
     def _publish_state(self, suction: bool, held: str, stamp: Any) -> None:
         parts = self._parts

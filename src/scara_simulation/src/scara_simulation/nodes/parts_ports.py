@@ -9,7 +9,7 @@ import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import Point
 from scara_config.palletise import Palletise
-from std_srvs.srv import SetBool, SetBoolRequest, SetBoolResponse
+from std_srvs.srv import SetBool, SetBoolRequest, SetBoolResponse, Trigger, TriggerRequest, TriggerResponse
 from visualization_msgs.msg import Marker, MarkerArray
 
 from scara_msgs.msg import GripperState, PartEvent
@@ -43,6 +43,7 @@ class PartsPorts:
         """Offer the service ``gripper``."""
         self._clockwork = clockwork
         rospy.Service("gripper", SetBool, self._command)
+        rospy.Service("twin/put_parts_back", Trigger, self._put_back)
 
     def publish(self, snapshots: Sequence[Snapshot]) -> None:
         """Publish what has happened and what fell due by the time of the last snapshot."""
@@ -113,6 +114,11 @@ class PartsPorts:
         array = DiagnosticArray(status=[status])
         array.header.stamp = stamp
         self._diagnostics.publish(array)
+
+    def _put_back(self, _: TriggerRequest) -> TriggerResponse:
+        with self._clockwork.lock:
+            obstacle = self._world.put_parts_back()
+        return TriggerResponse(not obstacle, obstacle or "all parts are back on their stands")
 
     def _command(self, request: SetBoolRequest) -> SetBoolResponse:
         """Switch the suction; wait until a part hangs, or is let go, or it takes too long."""

@@ -133,7 +133,7 @@ class Node:
 
 def _publish_configuration(folder: Path) -> tuple[rospy.Publisher, str]:
     """Latch all YAML files in force as one JSON object, for the bag; return what identifies them too."""
-    files = {Path(name).name: path.read_text(encoding="utf-8") for name, path in sorted(files_in_force(folder).items())}
+    files = {name: path.read_text(encoding="utf-8") for name, path in sorted(files_in_force(folder).items())}
     text = msgspec.json.encode(files)
     publisher = rospy.Publisher("twin_controller/configuration", String, queue_size=1, latch=True)
     publisher.publish(String(text.decode()))

@@ -23,7 +23,10 @@ from twin_experiments.document import HEADINGS, paper_rows, report_document, sum
 from twin_experiments.io.bag_reader import open_bag
 from twin_experiments.io.figures import draw
 from twin_experiments.io.page import embedded, render, table
+from twin_experiments.io.palletising.parts_reader import read_work
 from twin_experiments.io.run_reader import read_configuration, read_run
+from twin_experiments.palletising.outcome import SUMMARY, error_rows
+from twin_experiments.palletising.outcome import summary_rows as summary_of_parts
 from twin_experiments.record import Event, Run
 from twin_experiments.repeats import HEADINGS as REPEAT_HEADINGS
 from twin_experiments.repeats import repeat_rows
@@ -74,8 +77,9 @@ def analyse_bag(bag: Path, config_directory: Path | None = None) -> tuple[Run, C
         chosen = choose(read_configuration(opened), here, load_experiments(here, config_directory))
         robot, config = chosen.robot, chosen.experiments
         run = read_run(opened, [joint.name for joint in robot.twin_joints])
+    work = read_work(run.configuration, config_directory)
     tool = partial(tool_positions, ScrewModel.from_robot(robot))
-    return run, chosen, analyse(run, config, robot, metrics_settings(config.metrics, robot), tool)
+    return run, chosen, analyse(run, config, robot, metrics_settings(config.metrics, robot), tool, work)
 
 
 def write_report(bag: Path, folder: Path, config_directory: Path | None = None) -> Report:
@@ -130,6 +134,8 @@ def _experiment(result: Result, entry: dict[str, Any], report: Report) -> dict[s
         "reasons": result.reasons,
         "figures": [(CAPTIONS[kind], embedded(file)) for kind, file in drawn.items()],
         "tables": [
+            ("Parts", table(SUMMARY, summary_of_parts(result.parts))),
+            ("Placement error", table(("part", *(f"{found.side} mm" for found in result.parts)), error_rows(result.parts))),
             ("Moves", table(("start s", "duration s", "path mm", "error max mm", "of travelled"), _moves(result))),
             ("At rest", table(("s", "set position", "real - twin mm", "real - set mm", "twin - set mm"), _rests(result))),
             ("Age of samples on receipt", table(("topic", "median ms", "95 % ms", "max ms"), _ages(entry))),

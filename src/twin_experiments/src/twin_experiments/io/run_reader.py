@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from twin_experiments.io.bag_reader import Bag, BagError
+from twin_experiments.io.palletising.parts_reader import read_handled
 from twin_experiments.record import Age, Event, RecordError, Run, Side, build_side, find_spans
 
 MARKER = "experiment/marker"
@@ -44,6 +45,7 @@ def read_run(bag: Bag, joint_names: list[str]) -> Run:
         warnings=_warnings(bag, origin),
         configuration=read_configuration(bag),
         topics=bag.topics,
+        handled=read_handled(bag),
     )
 
 

@@ -13,9 +13,10 @@ import rospy
 from scara_config import Robot
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
+from std_srvs.srv import SetBool, Trigger
 
 from scara_msgs.msg import RobotData, TwinControllerState
-from scara_msgs.srv import MoveTo, StartRecording, StopRecording, TwinCommand
+from scara_msgs.srv import MoveJoints, MoveTo, StartRecording, StopRecording, TwinCommand
 from twin_experiments.config import Deadlines
 from twin_experiments.standstill import Activity, observe, still_for
 
@@ -33,6 +34,13 @@ TOPICS = {
     "real/robot_data": RobotData,
     "twin_controller/state": TwinControllerState,
 }
+PARTS_SERVICES = {
+    "gripper": SetBool,
+    "joint_pose_controller/move": MoveJoints,
+    "real/put_parts_back": Trigger,
+    "twin/put_parts_back": Trigger,
+}
+"""For palletising; nobody waits for them in a cell without parts."""
 ENDED_MODES = ("STOPPED", "ESTOP", "FAULT", "OFFLINE")
 WAYS_OUT = {"STOPPED": "ALIGN", "PAUSED": "RESUME, or STOP and ALIGN", "ESTOP": "RESET and ALIGN"}  # the operator's, not ours
 
@@ -67,6 +75,12 @@ class Cell:
         """Mode of the twin controller, empty before its first message."""
         state = self._newest.get("twin_controller/state")
         return state.mode if state is not None else ""
+
+    @property
+    def why(self) -> str:
+        """The twin controller's last decision in words, or its alarm."""
+        state = self._newest.get("twin_controller/state")
+        return str(state.alarm or state.why) if state is not None else ""
 
     @property
     def running(self) -> bool:
@@ -174,6 +188,43 @@ class Cell:
         if not answer.success:
             raise RunError(f"move_to {x:g} {y:g} {z:g}: {answer.message}")
 
+    def move_joint(self, joint: str, position: float, speed_percent: float) -> None:
+        """Move one joint of the twin [rad or m] and wait for its answer; the others hold.
+
+        Raises:
+            RunError: It was refused or aborted.
+        """
+        answer = self._call(
+            "joint_pose_controller/move",
+            self._deadlines.move,
+            joint_names=[joint],
+            joint_positions=[position],
+            speed_percent=speed_percent,
+        )
+        if not answer.success:
+            raise RunError(f"{joint} to {position:g}: {answer.message}")
+
+    def grip(self, on: bool, within: float) -> str:
+        """Switch the twin's suction; return why it did not grip or let go, or an empty text."""
+        answer = self._call("gripper", within, data=on)
+        return "" if answer.success else str(answer.message)
+
+    def gripped(self) -> tuple[bool, bool]:
+        """Return whether the real robot and the twin hold a part, as the twin controller knows it."""
+        state = self._newest["twin_controller/state"]
+        return state.real_gripper.startswith("holding"), state.twin_gripper.startswith("holding")
+
+    def put_parts_back(self) -> None:
+        """Let all parts of both sides be put back on their stands.
+
+        Raises:
+            RunError: A part is held.
+        """
+        for side in ("real", "twin"):
+            answer = self._call(f"{side}/put_parts_back", self._deadlines.service)
+            if not answer.success:
+                raise RunError(f"{side}: {answer.message}")
+
     def stop_motion(self) -> str:
         """Ask the twin controller for a STOP; return its answer in words."""
         try:
@@ -188,7 +239,7 @@ class Cell:
 
         def work() -> None:
             try:
-                outcome["answer"] = rospy.ServiceProxy(name, SERVICES[name])(**fields)
+                outcome["answer"] = rospy.ServiceProxy(name, {**SERVICES, **PARTS_SERVICES}[name])(**fields)
             except (rospy.ServiceException, rospy.ROSException) as error:
                 outcome["error"] = error
 

@@ -1,6 +1,7 @@
 """Command ``run_experiment``: runs the article's experiments on a running cell, records them, reports.
 
     rosrun twin_experiments run_experiment real_leads twin_leads --output DIR --speed PERCENT --repeat N
+    rosrun twin_experiments run_experiment palletise
 
 Parameter: ``_config_dir:=FOLDER`` (experiments.yaml, robot.yaml). Calls ``recorder/start``, ``recorder/stop``, ``move_to`` and
 ``twin_controller/command``; publishes ``experiment/marker``; starts programs by the pendant. Exit code: 0 all passed, 1 a
@@ -24,13 +25,23 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 from scara_config import ConfigError, Robot, load_robot
+from scara_config.palletise import Palletise, find_palletise
 
-from twin_experiments.config import Experiment, ExperimentsFile, RealLeads, TwinLeads, load_experiments
+from twin_experiments.config import (
+    Experiment,
+    ExperimentsFile,
+    RealLeads,
+    RealPalletises,
+    TwinLeads,
+    TwinPalletises,
+    load_experiments,
+)
 from twin_experiments.io.bag_reader import BagError
 from twin_experiments.io.pendant import Pendant, PendantError
 from twin_experiments.io.report import write_report
 from twin_experiments.io.runs import link_latest, new_run_folder
 from twin_experiments.nodes.cell import Cell, RunError
+from twin_experiments.nodes.live.palletiser import Palletiser
 from twin_experiments.nodes.terminal import print_report
 from twin_experiments.record import RecordError
 
@@ -46,9 +57,11 @@ console = Console(highlight=False)
 class Runner:
     """Runs experiments on a cell, one after the other."""
 
-    def __init__(self, cell: Cell, robot: Robot, config: ExperimentsFile, pendant: Pendant, progress: Progress) -> None:
-        """Take what an experiment needs."""
-        self._cell = cell
+    def __init__(
+        self, cell: Cell, robot: Robot, config: ExperimentsFile, pendant: Pendant, progress: Progress, work: Palletise | None
+    ) -> None:
+        """Take what an experiment needs; ``work`` is that of the parts."""
+        self._cell, self._work = cell, work
         self._positions = robot.positions_m
         self._config = config
         self._pendant = pendant
@@ -57,8 +70,10 @@ class Runner:
 
     def run(self, name: str, experiment: Experiment) -> None:
         """Run one experiment between its markers, starting with both sides at rest."""
-        task = self._progress.add_task(f"{name}: getting ready", total=len(experiment.visits))
+        task = self._progress.add_task(f"{name}: getting ready", total=self._steps(experiment))
         self._cell.wait_ready(lambda text: self._progress.update(task, description=f"{name}: {text}"))
+        if isinstance(experiment, RealPalletises | TwinPalletises):
+            self._cell.put_parts_back()
         if isinstance(experiment, TwinLeads):
             self._progress.update(task, description=f"{name}: to {experiment.visits[0]}")
             self._cell.move_to(self._positions[experiment.visits[0]], experiment.speed_percent)
@@ -66,10 +81,12 @@ class Runner:
         self._cell.mark(f"start {name}")
         if isinstance(experiment, TwinLeads):
             self._twin_leads(name, experiment, task)
+        elif isinstance(experiment, TwinPalletises):
+            self._twin_palletises(name, task)
         else:
             self._real_leads(name, experiment, task)
         self._cell.mark(f"end {name}")
-        self._progress.update(task, description=name, completed=len(experiment.visits))
+        self._progress.update(task, description=name, completed=self._steps(experiment))
 
     def _twin_leads(self, name: str, experiment: TwinLeads, task: TaskID) -> None:
         """Send the twin from position to position by move_to."""
@@ -78,7 +95,22 @@ class Runner:
             self._cell.move_to(self._positions[visit], experiment.speed_percent)
             self._cell.wait_still(max(experiment.dwell_s, self._rest))
 
-    def _real_leads(self, name: str, experiment: RealLeads, task: TaskID) -> None:
+    def _steps(self, experiment: Experiment) -> int:
+        """Return how many steps an experiment has, for the progress bar."""
+        moves = len(self._work.starts()) if self._work and not isinstance(experiment, RealLeads | TwinLeads) else 0
+        return moves or len(experiment.visits)
+
+    def _twin_palletises(self, name: str, task: TaskID) -> None:
+        """Let the twin carry all parts."""
+        assert self._work is not None
+
+        def tell(done: int, part: str) -> None:
+            self._progress.update(task, description=f"{name}: {part}", completed=done)
+
+        Palletiser(self._cell, self._work, self._config.deadlines_s.service).run(tell)
+        self._cell.wait_still(self._rest)
+
+    def _real_leads(self, name: str, experiment: RealLeads | RealPalletises, task: TaskID) -> None:
         """Start the program on the robot's own pendant and wait for its end."""
         self._pendant("override", str(round(experiment.override_percent)))
         self._pendant("run", experiment.program)
@@ -87,7 +119,9 @@ class Runner:
 
         def ended() -> bool:
             begun = self._cell.moves("real") - before
-            self._progress.update(task, description=f"{name}: {experiment.program}", completed=min(begun, len(experiment.visits)))
+            self._progress.update(
+                task, description=f"{name}: {experiment.program}", completed=min(begun, self._steps(experiment))
+            )
             return not self._cell.running
 
         self._cell.wait_until(ended, deadlines.program, f"program {experiment.program} to end")
@@ -113,13 +147,16 @@ def run_experiment(
         robot = load_robot(folder)
         config = load_experiments(robot, folder)
         chosen = {name: _at_speed(experiment, speed) for name, experiment in config.select(names or []).items()}
+        work = find_palletise(folder)
+        if work is None and any(name in config.palletising for name in chosen):
+            raise ConfigError(f"{robot.name} has no palletise.yaml: it has no parts")
         _enter_ros(config.deadlines_s.cell)
         cell = Cell(robot, config.metrics.moving_speed_percent, config.deadlines_s)
         options = {"--host": robot_host, "--port": robot_port, "--config-dir": folder}
         words = [word for name, value in options.items() if value is not None for word in (name, str(value))]
         run_folder = _run_folder(output)
         bag = run_folder / BAG_NAME
-        _record(cell, robot, config, Pendant(words, config.deadlines_s.service), chosen, repeat, bag)
+        _record(cell, robot, config, Pendant(words, config.deadlines_s.service), chosen, repeat, bag, work)
         report = write_report(bag, run_folder, Path(folder) if folder else None)
         if output is None:
             link_latest(run_folder)
@@ -134,7 +171,14 @@ def run_experiment(
 
 
 def _record(
-    cell: Cell, robot: Robot, config: ExperimentsFile, pendant: Pendant, chosen: dict[str, Experiment], repeat: int, bag: Path
+    cell: Cell,
+    robot: Robot,
+    config: ExperimentsFile,
+    pendant: Pendant,
+    chosen: dict[str, Experiment],
+    repeat: int,
+    bag: Path,
+    work: Palletise | None,
 ) -> None:
     """Run the experiments, each ``repeat`` times, into one bag; whatever ends them, motion and recording are stopped."""
     columns = (
@@ -145,12 +189,12 @@ def _record(
     )
     with console.status("looking for the cell") as status:
         cell.wait_ready(lambda text: status.update(text))
-    if any(isinstance(experiment, RealLeads) for experiment in chosen.values()):
+    if any(isinstance(experiment, RealLeads | RealPalletises) for experiment in chosen.values()):
         pendant("status")
     cell.start_recording(bag)
     try:
         with Progress(*columns, console=console) as progress:
-            runner = Runner(cell, robot, config, pendant, progress)
+            runner = Runner(cell, robot, config, pendant, progress, work)
             for _ in range(repeat):
                 for name, experiment in chosen.items():
                     runner.run(name, experiment)
@@ -186,7 +230,9 @@ def _at_speed(experiment: Experiment, speed: float | None) -> Experiment:
     """Return the experiment with another speed, if one is given."""
     if speed is None:
         return experiment
-    field = "override_percent" if isinstance(experiment, RealLeads) else "speed_percent"
+    if isinstance(experiment, TwinPalletises):
+        raise ConfigError("--speed: the twin palletises at the speeds of palletise.yaml")
+    field = "override_percent" if isinstance(experiment, RealLeads | RealPalletises) else "speed_percent"
     return msgspec.structs.replace(experiment, **{field: speed})
 
 

@@ -7,6 +7,8 @@ from rich.table import Table
 
 from twin_experiments.document import HEADINGS, paper_rows, report_document, summary_rows
 from twin_experiments.io.report import Report
+from twin_experiments.palletising.outcome import SUMMARY
+from twin_experiments.palletising.outcome import summary_rows as summary_of_parts
 from twin_experiments.repeats import HEADINGS as REPEAT_HEADINGS
 from twin_experiments.repeats import repeat_rows
 
@@ -24,6 +26,12 @@ def print_report(report: Report, console: Console) -> None:
         table.add_row(*(f"[{STYLES[cell]}]{cell}[/]" if cell in STYLES else cell for cell in cells))
     console.print(table)
     _print_repeats(report, console)
+    for result in report.results:
+        if result.parts:
+            parts = Table(*SUMMARY, title=f"parts of {result.span.label}")
+            for row in summary_of_parts(result.parts):
+                parts.add_row(*row)
+            console.print(parts)
     for result in report.results:
         for reason in result.reasons:
             console.print(f"{result.span.label}: {reason}", markup=False, soft_wrap=True)

@@ -8,14 +8,14 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import msgspec
-import pybullet
 from scara_config import ConfigError
 from scara_config.palletise import MM, Palletise
 
 from scara_simulation.handling.ledger import Happening, Ledger, PartView
 from scara_simulation.handling.suction import Change, Suction, advance, command, lose
-from scara_simulation.handling.touch import Body, Touch, is_collision
+from scara_simulation.io.handling.grip import Grip
 from scara_simulation.io.handling.part_bodies import Part, PartBodies, PartShown, shown
+from scara_simulation.io.handling.touch_watch import TouchWatch
 from scara_simulation.io.world import World
 
 LOOK = 4
@@ -30,10 +30,6 @@ TURNED = 1e-5
 """A table that has turned by less [rad] has moved no part: 2 um at the stands. Our choice."""
 REST_S = 0.1
 """How long a part lies still before it sleeps [s]. Our choice."""
-AGAIN_S = 0.2
-"""The same two things touch anew after being apart so long [s]. Our choice."""
-TORN = 0.002
-"""A held part that has been pulled so far off its grip [m] is torn off. Our choice."""
 FRICTION_SHARE = 0.9
 """Share of dry friction that holds a sleeping part on a turning table. Our choice."""
 
@@ -81,10 +77,15 @@ class PartWorld(World):
             if name not in self._links:
                 raise ConfigError(f"{self._urdf}: has no link {name}, which palletise.yaml needs")
         self._table = self._joint_under(next(iter(work.table.stands_mm)))
-        self._nozzle, self._rests = tool, {*work.table.stands_mm, "pallet"}
-        self._grip_limit = work.gripper.reach_mm * MM, work.gripper.offset_mm * MM
-        self._constraint = -1
-        self._bodies = PartBodies(self._client, self._body, self._links, work)
+        gripper, client = work.gripper, self._client
+        self._grip_limit = gripper.reach_mm * MM, gripper.offset_mm * MM
+        self._bodies = PartBodies(client, self._body, self._links, work)
+        stiffness, mass = gripper.stiffness_n_mm / MM, work.parts.mass_kg
+        self._grip = Grip(client, self._body, tool, self._bodies, gripper.holding_force_n, stiffness, mass)
+        rests = {*work.table.stands_mm, "pallet"}
+        self._touches = TouchWatch(
+            client, self._body, self._links, self._arm, self._tool, rests, self._bodies, work.watch, self._dt
+        )
         self._steps = self._collisions = self._drops = 0
         self._begin()
 
@@ -100,7 +101,7 @@ class PartWorld(World):
     def _begin(self) -> None:
         self._suction, self._message = Suction(), ""
         self._ledger = Ledger(self._work.watch.drop_mm * MM)
-        self._touched: dict[tuple[str, str], int] = {}
+        self._touches.reset()
         self._last_turn, self._last_tool = 0.0, self.link_position(self._tool)
         self._table_at = math.inf
         self._ledger.observe([self._bodies.view(part, held=False, resting=True) for part in self._bodies.parts])
@@ -108,8 +109,7 @@ class PartWorld(World):
 
     def reset(self, positions: Sequence[float], velocities: Sequence[float] | None = None) -> None:
         """Put the joints there and all parts back on their stands; the gripper is off and empty."""
-        if self._constraint >= 0:
-            self._let_go()
+        self._grip.let_go()
         self._bodies.reset()
         super().reset(positions, velocities)
         self._begin()
@@ -124,13 +124,22 @@ class PartWorld(World):
         self._suction = command(self._suction, on)
         self.now = self._shown()
 
+    def put_parts_back(self) -> str:
+        """Put all parts back on their stands; return why not, or an empty text."""
+        if self._suction.held:
+            return f"{self._suction.held} is held"
+        self._bodies.reset()
+        self._begin()
+        return ""
+
     def step(self, efforts: Sequence[float]) -> None:
         """Advance by one time step; see :meth:`World.step`."""
         super().step(efforts)
         self._steps += 1
         if self._suction.commanded or self._suction.held:
             self._suck()
-        self._feel()
+        for happening in self._touches.collisions(self._suction.held, self._steps):
+            self._tell(happening)
         if self._steps % LOOK == 0:
             self._look()
         if self._steps % 50 == 0:
@@ -153,12 +162,12 @@ class PartWorld(World):
         before = self._suction
         self._suction, change = advance(before, candidate, self._dt, gripper.vacuum_ms * 1e-3, gripper.release_ms * 1e-3)
         if change is Change.GRIP:
-            self._hold(self._part(self._suction.held))
+            part = self._part(self._suction.held)
+            self._grip.hold(part)
+            self._tell_of(part, "gripped", f"{part.name} was gripped")
         elif change is Change.RELEASE:
-            self._let_go()
-            part = self._part(before.held)
-            where = self._bodies.view(part, held=False, resting=False).position
-            self._tell(Happening("released", part.name, "", where, f"{part.name} was let go"))
+            self._grip.let_go()
+            self._tell_of(self._part(before.held), "released", f"{before.held} was let go")
         elif (before.closed == 0.0) != (self._suction.closed == 0.0):
             self.now = self._shown()
 
@@ -176,70 +185,6 @@ class PartWorld(World):
             if math.hypot(px - x, py - y) <= offset and -reach <= z - pz - 0.5 * self._work.parts.height <= reach:
                 return part.name
         return ""
-
-    def _hold(self, part: Part) -> None:
-        """Tie a part to the tool as it is now."""
-        state = pybullet.getLinkState(self._body, self._nozzle, computeForwardKinematics=True, physicsClientId=self._client)
-        centre = pybullet.multiplyTransforms(*pybullet.invertTransform(state[0], state[1]), *self._bodies.pose(part))
-        self._grip_place: tuple[float, float, float] = centre[0]
-        self._constraint = pybullet.createConstraint(
-            self._body,
-            self._nozzle,
-            part.body,
-            -1,
-            pybullet.JOINT_FIXED,
-            [0.0, 0.0, 0.0],
-            centre[0],
-            [0.0, 0.0, 0.0],
-            centre[1],
-            [0.0, 0.0, 0.0, 1.0],
-            physicsClientId=self._client,
-        )
-        force = self._work.gripper.holding_force_n
-        pybullet.changeConstraint(self._constraint, maxForce=force, physicsClientId=self._client)
-        where = self._bodies.view(part, held=True, resting=False).position
-        self._tell(Happening("gripped", part.name, part.support, where, f"{part.name} was gripped"))
-
-    def _let_go(self) -> None:
-        pybullet.removeConstraint(self._constraint, physicsClientId=self._client)
-        self._constraint = -1
-
-    def _feel(self) -> None:
-        """Look at all contacts of the arm and of what it holds."""
-        contacts = pybullet.getContactPoints(bodyA=self._body, physicsClientId=self._client)
-        if self._suction.held:
-            held = self._part(self._suction.held).body
-            contacts = [*contacts, *pybullet.getContactPoints(bodyA=held, physicsClientId=self._client)]
-        watch = self._work.watch
-        for contact in contacts:
-            if contact[9] < watch.touch_n:
-                continue
-            first, second = self._who(contact[1], contact[3]), self._who(contact[2], contact[4])
-            touch = Touch((first[0], second[0]), (first[1], second[1]), abs(contact[7][2]), contact[9])
-            if is_collision(touch, watch.touch_n, watch.press_n):
-                self._collided(touch, contact[5])
-
-    def _who(self, body: int, link: int) -> tuple[Body, str]:
-        """Return what kind of thing touches, and its name."""
-        part = self._bodies.by_body.get(body)
-        if part is not None:
-            return (Body.HELD if part.name == self._suction.held else Body.PART), part.name
-        name = self._infos[link][12].decode() if link >= 0 else "base_link"
-        if link in self._arm:
-            return (Body.NOZZLE if link == self._nozzle else Body.ARM), name
-        return (Body.REST if name in self._rests else Body.CELL), name
-
-    def _collided(self, touch: Touch, where: tuple[float, float, float]) -> None:
-        """Report a collision once, until the two have been apart."""
-        first, second = sorted(touch.names)
-        last = self._touched.get((first, second))
-        self._touched[first, second] = self._steps
-        if last is not None and (self._steps - last) * self._dt < AGAIN_S:
-            return
-        part = next((name for name in touch.names if name.startswith("part_")), "")
-        other = next(name for name in touch.names if name != part)
-        text = f"{touch.names[0]} hit {touch.names[1]} with {touch.force:.1f} N"
-        self._tell(Happening("collision", part, other, where, text))
 
     def _look(self) -> None:
         """Wake what the tool or the table could move, let sleep what lies still, and see what has fallen."""
@@ -293,12 +238,13 @@ class PartWorld(World):
 
     def _check_grip(self, part: Part) -> None:
         """Take a part off the nozzle that was pulled away from it."""
-        state = pybullet.getLinkState(self._body, self._nozzle, computeForwardKinematics=True, physicsClientId=self._client)
-        centre = pybullet.multiplyTransforms(*pybullet.invertTransform(state[0], state[1]), *self._bodies.pose(part))[0]
-        if math.dist(centre, self._grip_place) <= TORN:
+        if not self._grip.is_torn(part):
             return
-        self._let_go()
+        self._grip.let_go()
         self._suction = lose(self._suction)
-        where = self._bodies.view(part, held=False, resting=False).position
         force = self._work.gripper.holding_force_n
-        self._tell(Happening("released", part.name, "", where, f"{part.name} was torn off: the suction holds {force:g} N"))
+        self._tell_of(part, "released", f"{part.name} was torn off: the suction holds {force:g} N")
+
+    def _tell_of(self, part: Part, kind: str, text: str) -> None:
+        where = self._bodies.view(part, held=False, resting=False).position
+        self._tell(Happening(kind, part.name, part.support if kind == "gripped" else "", where, text))

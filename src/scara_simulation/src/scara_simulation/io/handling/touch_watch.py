@@ -1,0 +1,90 @@
+"""Sees what the arm and a held part touch, and reports each collision once."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+import pybullet
+from scara_config.palletise import Watch
+
+from scara_simulation.handling.ledger import Happening
+from scara_simulation.handling.touch import Body, Touch, is_collision
+from scara_simulation.io.handling.part_bodies import PartBodies
+
+AGAIN_S = 0.2
+"""The same two things touch anew after being apart so long [s]. Our choice."""
+
+
+class TouchWatch:
+    """Looks at all contacts of the arm and of what it holds.
+
+    Args:
+        client: The engine's client.
+        cell: The engine's body of the cell.
+        links: Its links by name.
+        arm: The arm's links.
+        tool: Name of the link that may stand on parts.
+        rests: Names of the links on which parts may lie.
+        bodies: The parts.
+        watch: What counts as a collision.
+        dt: Time step [s].
+    """
+
+    def __init__(
+        self,
+        client: int,
+        cell: int,
+        links: dict[str, int],
+        arm: Collection[int],
+        tool: str,
+        rests: Collection[str],
+        bodies: PartBodies,
+        watch: Watch,
+        dt: float,
+    ) -> None:
+        self._client, self._cell, self._bodies, self._watch, self._dt = client, cell, bodies, watch, dt
+        self._links = {-1: (Body.CELL, "base_link")}
+        for name, index in links.items():
+            kind = Body.NOZZLE if name == tool else Body.ARM if index in arm else Body.REST if name in rests else Body.CELL
+            self._links[index] = (kind, name)
+        self._touched: dict[tuple[str, str], int] = {}
+
+    def reset(self) -> None:
+        """Forget what was touched."""
+        self._touched = {}
+
+    def collisions(self, held: str, step: int) -> list[Happening]:
+        """Return what has collided in this step and was apart before; ``held`` is the part at the nozzle, if any."""
+        contacts = pybullet.getContactPoints(bodyA=self._cell, physicsClientId=self._client)
+        if held:
+            body = next(part.body for part in self._bodies.parts if part.name == held)
+            contacts = [*contacts, *pybullet.getContactPoints(bodyA=body, physicsClientId=self._client)]
+        found = []
+        for contact in contacts:
+            if contact[9] < self._watch.touch_n:
+                continue
+            first, second = self._who(contact[1], contact[3], held), self._who(contact[2], contact[4], held)
+            touch = Touch((first[0], second[0]), (first[1], second[1]), abs(contact[7][2]), contact[9])
+            if is_collision(touch, self._watch.touch_n, self._watch.press_n) and self._is_new(touch, step):
+                found.append(_collision(touch, contact[5]))
+        return found
+
+    def _who(self, body: int, link: int, held: str) -> tuple[Body, str]:
+        """Return what kind of thing touches, and its name."""
+        part = self._bodies.by_body.get(body)
+        if part is not None:
+            return (Body.HELD if part.name == held else Body.PART), part.name
+        return self._links[link]
+
+    def _is_new(self, touch: Touch, step: int) -> bool:
+        """Tell whether the two have been apart for a while."""
+        first, second = sorted(touch.names)
+        last = self._touched.get((first, second))
+        self._touched[first, second] = step
+        return last is None or (step - last) * self._dt >= AGAIN_S
+
+
+def _collision(touch: Touch, where: tuple[float, float, float]) -> Happening:
+    part = next((name for name, kind in zip(touch.names, touch.kinds) if kind in (Body.HELD, Body.PART)), "")
+    other = next((name for name in touch.names if name != part), "")
+    return Happening("collision", part, other, where, f"{touch.names[0]} hit {touch.names[1]} with {touch.force:.1f} N")

@@ -1,0 +1,1 @@
+"""Read what became of the parts from a bag."""

@@ -1,0 +1,50 @@
+"""Parts and their events of both sides, from a bag; and the work they belong to."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from ruamel.yaml import YAML
+from ruamel.yaml.error import YAMLError
+from scara_config import ConfigError, convert
+from scara_config.palletise import FILE, Palletise, find_palletise
+
+from twin_experiments.io.bag_reader import Bag
+from twin_experiments.palletising.outcome import SIDES, Handled
+
+
+def read_handled(bag: Bag) -> dict[str, Handled]:
+    """Return what each side recorded of its parts, times [s] since the start of the recording; sides without are left out."""
+    found = {}
+    for side in SIDES:
+        places, events = f"{side}/parts", f"{side}/part_events"
+        if bag.count(places):
+            found[side] = Handled(
+                [(at - bag.start, _places(message)) for at, message in bag.messages(places)],
+                [(at - bag.start, message.kind, message.part, message.message) for at, message in bag.messages(events)],
+            )
+    return found
+
+
+def _places(message: Any) -> dict[str, tuple[float, float, float]]:
+    """Return where the middle of each part was [m]."""
+    points = {marker.text: marker.pose.position for marker in message.markers}
+    return {name: (point.x, point.y, point.z) for name, point in points.items()}
+
+
+def read_work(recorded: Mapping[str, Any], directory: Path | None) -> Palletise | None:
+    """Return the work that was in force: from the recorded files, else from ``directory``; None if there was none.
+
+    Raises:
+        ConfigError: The file is wrong.
+    """
+    text = recorded.get(FILE)
+    if text is None:
+        return None if recorded else find_palletise(directory)
+    try:
+        tree = YAML(typ="safe").load(text)
+    except (YAMLError, TypeError, AttributeError) as error:
+        raise ConfigError(f"{FILE} in the bag: is no valid YAML: {error}") from error
+    return convert(tree, Palletise, f"{FILE} in the bag")

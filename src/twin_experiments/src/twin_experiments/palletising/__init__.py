@@ -1,0 +1,1 @@
+"""What became of the parts: placed, how well, how fast, what went wrong. Pure."""
