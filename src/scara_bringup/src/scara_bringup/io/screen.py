@@ -9,13 +9,14 @@ from pathlib import Path
 
 from rich.console import Console
 from rich.table import Table
+from scara_config import load_robot
+from scara_config.profile import CHOICE
 
 from scara_bringup.config import Doors
 from scara_bringup.plan import PANEL, NodePlan
 
 DEFAULT_MASTER = "http://127.0.0.1:11311"
 EXAMPLES = (
-    'rosservice call move_to "{x: 0.51, y: 0.16, z: 0.10}"',
     "rosrun fanuc_emulator pendant status",
     "rosservice call twin_controller/why 5",
     "rostopic echo twin_controller/state",
@@ -66,12 +67,18 @@ def show_cell(nodes: Sequence[NodePlan], pids: Mapping[str, int], doors: Doors, 
         say(f"operator     {address}   the operator's page; without the token it only watches")
     say(f"output       {folder}")
     say("In another shell, after `source env.sh`:")
-    for line in (*_settings(master_uri), *EXAMPLES):
+    for line in (*_settings(master_uri), _move(), *EXAMPLES):
         say(f"  {line}")
+
+
+def _move() -> str:
+    """Return a call that sends the tool of this very robot somewhere."""
+    x, y, z = list(load_robot().positions_m.values())[-1]
+    return f'rosservice call move_to "{{x: {x}, y: {y}, z: {z}}}"'
 
 
 def _settings(master_uri: str) -> list[str]:
     """Return the exports without which another shell would not meet this very cell."""
     wanted = {"ROS_MASTER_URI": master_uri if master_uri != DEFAULT_MASTER else ""}
-    wanted |= {name: os.environ.get(name, "") for name in ("ROS_NAMESPACE", "SCARA_CONFIG_DIR")}
+    wanted |= {name: os.environ.get(name, "") for name in ("ROS_NAMESPACE", "SCARA_CONFIG_DIR", CHOICE)}
     return [f"export {name}={value}" for name, value in wanted.items() if value]

@@ -37,6 +37,7 @@ class _TargetForm:
             self._elbow = ui.select(ELBOWS, value="", label="Elbow").props("dense outlined options-dense").classes("field")
             self._elbow.on_value_change(self._typed)
             self._elbow.set_enabled(view.is_operator)
+            self._elbow.set_visibility(view.robot.geometry is not None)  # only a SCARA has branches by name
             view.button("Move", "MOVE", "primary tall", self._move)
         with ui.element("div").classes("target-picks"):
             for name, position in view.around.positions.items():
@@ -100,7 +101,8 @@ class _TargetForm:
         positions = [float(q) for q in answer.values["joint_positions"]]
         shown = [f"{words.number(q / joint.scale)} {joint.unit}" for q, joint in zip(positions, joints)]
         pose = {joint.name: q for q, joint in zip(positions, joints)}
-        return f"Reachable, {answer.values['elbow']}: {', '.join(shown)}", "good", pose
+        elbow = answer.values["elbow"]
+        return f"Reachable{f', {elbow}' if elbow else ''}: {', '.join(shown)}", "good", pose
 
     def _seed(self) -> list[float]:
         """Return where the twin's arm is now, for the nearest elbow."""
