@@ -16,7 +16,7 @@ _STAMPED = ("sensor_msgs/msg/JointState", "trajectory_msgs/msg/JointTrajectory",
 
 def recording(room: Room) -> Path:
     """Return the recording of a cell whose robot led; that of the row sync_error if it was made."""
-    made = sorted((room.folder / "sync_error").rglob("run_*/run.bag"))
+    made = sorted(file.with_name("run.bag") for file in (room.folder / "sync_error").rglob("run_*/report.json"))
     if made:
         return made[0]
     room.say("a cell records the robot's program")

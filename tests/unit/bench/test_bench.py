@@ -1,0 +1,84 @@
+"""The benchmark's own arithmetic, and what it does with a row that cannot be measured."""
+
+from __future__ import annotations
+
+import io
+import json
+import sys
+from pathlib import Path
+
+import pytest
+from harness.workspace import ROOT
+from rich.console import Console
+
+if str(ROOT) not in sys.path:
+    sys.path.append(str(ROOT))
+
+from bench import page, run
+from bench.record import Beside, Goal, Record, interleaved, median, p99, spread_percent
+from bench.rows import GROUPS, names
+
+
+@pytest.mark.parametrize(
+    ("goals", "beside", "holds"),
+    [
+        ((Goal("ratio", 0.5),), (), True),
+        ((Goal("ratio", 0.4),), (), False),
+        ((Goal("ratio", 0.5, at_least=True),), (), True),
+        ((Goal("ours", 1.0), Goal("ratio", 0.4)), (), False),
+        ((Goal("ours", 1.0),), (Beside("speed", 3.0, "x", ">= 5", False),), False),
+        ((Goal("ours", 1.0),), (Beside("speed", 3.0, "x"),), True),
+    ],
+)
+def test_row_holds_if_all_its_goals_do(goals: tuple[Goal, ...], beside: tuple[Beside, ...], holds: bool) -> None:
+    """Those of the figures beside count too; a figure without a goal does not."""
+    record = Record("row", 1.0, 2.0, "s", goals, beside=beside)
+    assert record.ratio == 0.5 and record.holds is holds
+    assert record.document()["holds"] is holds
+
+
+def test_row_without_figures_never_holds() -> None:
+    """What was not measured keeps no goal, not even an empty list of them."""
+    assert not Record("row", None, None, "").holds
+    assert not Record("row", 1.0, None, "s", (Goal("ratio", 1.0),)).holds
+
+
+def test_sides_take_turns_and_none_is_always_first() -> None:
+    """Each round begins with another side."""
+    order: list[str] = []
+    sides = [lambda name=name: order.append(name) or [1.0] for name in "ab"]  # type: ignore[misc, func-returns-value]
+    assert interleaved(3, *sides) == [[[1.0]] * 3] * 2
+    assert order == ["a", "b", "b", "a", "a", "b"]
+
+
+def test_statistics_of_rounds() -> None:
+    """Median of the rounds' medians, 99th percentile of all samples, spread of the rounds."""
+    rounds = [[1.0, 2.0, 3.0], [4.0, 4.0, 4.0], [3.0, 3.0, 90.0]]
+    assert (median(rounds), p99(rounds), spread_percent(rounds)) == (3.0, 90.0, pytest.approx(200.0 / 3.0))
+
+
+def test_row_that_fails_says_why_and_the_others_go_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Results and page are written all the same."""
+
+    def broken(room: object) -> Record:
+        raise OSError("the line is cut")
+
+    rows = {"first": broken, "second": lambda room: Record("second", 1.0, 2.0, "s", (Goal("ratio", 1.0),))}
+    monkeypatch.setattr(run, "names", lambda: list(rows))
+    monkeypatch.setattr(run, "row", rows.get)
+    for name, file in (("RESULTS", "results.json"), ("PAGE", "page.md")):
+        monkeypatch.setattr(page, name, tmp_path / file)
+    assert not run.measure([], tmp_path, Console(file=io.StringIO()), as_json=False)
+    written = json.loads((tmp_path / "results.json").read_text())["rows"]
+    assert [(row["id"], row["holds"]) for row in written] == [("first", False), ("second", True)]
+    assert written[0]["note"] == "not measured: OSError: the line is cut"
+    assert "| second | 1 | 2 | s | 0.5 | ratio ≤ 1 | yes |" in (tmp_path / "page.md").read_text()
+
+
+def test_page_shows_all_rows_that_results_hold() -> None:
+    """The shipped page was made from the shipped results, and every row is known."""
+    rows = json.loads(page.RESULTS.read_text())["rows"]
+    assert {row["id"] for row in rows} <= set(names())
+    text = page.PAGE.read_text()
+    assert [row["id"] for row in rows if f"\n| {row['id']} |" not in text] == []
+    assert len(names()) == len(set(names())) == sum(map(len, GROUPS.values()))
