@@ -100,12 +100,12 @@ def take_pages(cell: Cell, browser: Browser, out: Path) -> None:
     mode = '[data-live="mode"]'
     with opened(browser, cell.address, WIDE, "light") as page:
         choose(page, "Both", "Programs")
-        cell.run_program(40)
+        cell.run_program(25)
         expect(page.locator(mode)).to_have_text("Real robot leads", timeout=60_000)
-        expect(page.locator('[data-live="robot.program"]')).to_contain_text("line 5", timeout=60_000)
+        expect(page.locator('[data-live="robot.program"]')).to_have_text(re.compile("line [4-8] running"), timeout=60_000)
         expect(page.locator('[data-live="motion"]')).to_have_text("both move", timeout=60_000)
         page.screenshot(path=out / "operator_light.png")
-        expect(page.locator(mode)).to_have_text("Ready", timeout=120_000)
+        expect(page.locator(mode)).not_to_have_text("Real robot leads", timeout=120_000)
     with opened(browser, cell.address, WIDE, "dark") as page:
         choose(page, "Model", "Target")
         page.get_by_role("button", name="P3", exact=True).click()

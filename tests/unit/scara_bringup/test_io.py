@@ -105,7 +105,7 @@ def test_children_die_with_a_bring_up_that_is_killed(tmp_path: Path) -> None:
         child = int(parent.stdout.readline())
         assert is_alive(child)
         parent.kill()
-    wait_until(lambda: not is_alive(child), 5.0, "the end of the child")
+    wait_until(lambda: not is_alive(child), 20.0, "the end of the child")
 
 
 def is_alive(pid: int) -> bool:
