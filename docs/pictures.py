@@ -41,6 +41,7 @@ PATIENCE: list[tuple[str, list[str | int], float]] = [
 ]
 WIDE, TABLET = (1280, 720), (768, 1024)
 RVIZ_SIZE = "1280x800"
+PATIENCE_MS = 120_000
 MOTION_S = 4.0  # so long after its start a played recording is in the middle of the motion
 
 
@@ -82,6 +83,7 @@ def opened(browser: Browser, address: str, size: tuple[int, int], colours: str) 
     """Open a page."""
     context = browser.new_context(viewport={"width": size[0], "height": size[1]}, color_scheme=colours)  # type: ignore[arg-type]
     page = context.new_page()
+    page.set_default_timeout(PATIENCE_MS)
     page.goto(address)
     yield page
     context.close()
