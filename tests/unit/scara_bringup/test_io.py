@@ -103,7 +103,8 @@ def test_children_die_with_a_bring_up_that_is_killed(tmp_path: Path) -> None:
     with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True) as parent:
         assert parent.stdout is not None
         child = int(parent.stdout.readline())
-        assert is_alive(child)
+        # Until setpriv has replaced itself by the child, the kernel does not know yet that it shall die with its parent.
+        wait_until(lambda: Path(f"/proc/{child}/comm").read_text() == "sleep\n", 20.0, "the child itself")
         parent.kill()
     wait_until(lambda: not is_alive(child), 20.0, "the end of the child")
 
