@@ -42,7 +42,7 @@ PATIENCE: list[tuple[str, list[str | int], float]] = [
 WIDE, TABLET = (1280, 720), (768, 1024)
 RVIZ_SIZE = "1280x800"
 PATIENCE_MS = 120_000
-MOTION_S = 4.0  # so long after its start a played recording is in the middle of the motion
+MOTION_S = 9.0  # so long after its start a played recording is in the middle of the motion
 
 
 class Cell:
@@ -68,10 +68,10 @@ class Cell:
         process = self.stage.start(*words, env={"SCARA_CONFIG_DIR": str(self.folder / "output" / "config")})
         assert process.wait(60.0) == 0, process.tail()
 
-    def run_program(self, override: int) -> None:
-        """Start the article's program on the robot's pendant."""
+    def run_program(self, override: int, name: str = "ARTICLE") -> None:
+        """Start a program on the robot's pendant."""
         self.tool("rosrun", "fanuc_emulator", "pendant", "override", str(override))
-        self.tool("rosrun", "fanuc_emulator", "pendant", "run", "ARTICLE")
+        self.tool("rosrun", "fanuc_emulator", "pendant", "run", name)
 
     def close(self) -> None:
         """End everything."""
@@ -163,8 +163,8 @@ def record(cell: Cell) -> Path:
     """Record a program and return the bag."""
     bag = cell.folder / "run.bag"
     cell.tool("rosservice", "call", "/recorder/start", f"path: {bag}")
-    cell.run_program(60)
-    time.sleep(12.0)
+    cell.run_program(60, "PALLETISE")
+    time.sleep(20.0)
     cell.tool("rosservice", "call", "/recorder/stop")
     return bag
 
