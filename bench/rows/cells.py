@@ -51,8 +51,8 @@ def sync_error(room: Room) -> Record:
 
 
 def sync_error_slow(room: Room) -> Record:
-    """About 50 Hz, 20 to 30 ms."""
-    changes: Changes = {"twin_controller.yaml": {("real", "poll_period_ms"): 19.7}}
+    """About 50 Hz, 20 to 30 ms; a divergence is reported but pauses nobody, so that there is an error to measure."""
+    changes: Changes = {"twin_controller.yaml": {("real", "poll_period_ms"): 19.7, ("divergence", "pause"): False}}
     return _sync(room, "sync_error_slow", (20.0, 30.0), changes, 0.20, "50 Hz")
 
 
