@@ -14,7 +14,7 @@ from twin_controller.core.rules import triggers
 from twin_controller.core.rules.table import Trigger, look_up
 from twin_controller.core.safety.zones import judge_way
 from twin_controller.core.state import CoreState, Setup
-from twin_controller.core.transition import transition
+from twin_controller.core.transition import detail, transition
 
 replace = msgspec.structs.replace
 
@@ -50,7 +50,8 @@ def operate(setup: Setup, state: CoreState, event: Operator) -> tuple[CoreState,
     row = look_up(state.mode, trigger, state.paused_mode)
     state, actions = transition(setup, state, trigger, event.now, event)
     text = row.why or trigger.value
-    return state, [*actions, Reply(event.id, not row.refused, text if row.refused else f"{state.mode}: {text}")]
+    answer = text + detail(state, trigger) if row.refused else f"{state.mode}: {text}"
+    return state, [*actions, Reply(event.id, not row.refused, answer)]
 
 
 def _invalid_target(setup: Setup, event: Operator) -> str:

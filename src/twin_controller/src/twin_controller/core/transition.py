@@ -45,7 +45,7 @@ def transition(
     if row.silent:
         return state, []
     before, seen = state.mode, triggers.onsets(setup, state)
-    why = f"{trigger.value}{_detail(state, trigger)}: {row.why}" if row.why else trigger.value
+    why = f"{trigger.value}{detail(state, trigger)}: {row.why}" if row.why else trigger.value
     state = _enter(state, row, trigger, now)
     actions: list[AnyAction] = []
     for do in row.do:
@@ -69,7 +69,7 @@ def transition(
     return replace(state, seq=decision.seq, why=why, decisions=kept), [decision, *actions]
 
 
-def _detail(state: CoreState, trigger: Trigger) -> str:
+def detail(state: CoreState, trigger: Trigger) -> str:
     """Return what a person wants to know beside the trigger."""
     if trigger is Trigger.LINK_LOST:
         down = [f"{name}: {side.reason}" for name, side in (("real", state.real), ("twin", state.twin)) if not side.history]

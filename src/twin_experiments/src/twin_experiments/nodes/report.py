@@ -16,7 +16,7 @@ from scara_config import ConfigError
 
 from twin_experiments.io.bag_reader import BagError
 from twin_experiments.io.report import write_report
-from twin_experiments.nodes.terminal import print_report
+from twin_experiments.nodes.live.terminal import print_report
 from twin_experiments.record import RecordError
 
 FAILED, WRONG, UNUSABLE = 1, 2, 3

@@ -42,7 +42,7 @@ from twin_experiments.io.report import write_report
 from twin_experiments.io.runs import link_latest, new_run_folder
 from twin_experiments.nodes.cell import Cell, RunError
 from twin_experiments.nodes.live.palletiser import Palletiser
-from twin_experiments.nodes.terminal import print_report
+from twin_experiments.nodes.live.terminal import print_report
 from twin_experiments.record import RecordError
 
 BAG_NAME = "run.bag"

@@ -16,7 +16,7 @@ pytestmark = pytest.mark.system
 REACH = 0.65
 TOLERANCE = 0.002 * REACH
 POSITIONS = {"P2": (0.51, 0.16, 0.10), "P3": (0.51, -0.16, 0.16), "P1": (0.65, 0.0, 0.0)}
-ROSLIBPY_CLIENT = Path(__file__).with_name("roslibpy_client.py")
+ROSLIBPY_CLIENT = Path(__file__).parents[1] / "clients" / "roslibpy_client.py"
 
 
 def distance(a: tuple[float, float, float], b: tuple[float, float, float]) -> float:

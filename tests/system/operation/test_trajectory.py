@@ -11,7 +11,7 @@ import pytest
 from harness.live_cell import LiveCell
 from harness.processes import wait_until
 
-CLIENT = Path(__file__).with_name("actionlib_client.py")
+CLIENT = Path(__file__).parents[1] / "clients" / "actionlib_client.py"
 SUCCEEDED, REJECTED = 3, 5
 HOME = (0.0, 0.0, -0.16, 0.0)
 
