@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 
 from scara_config.palletise import MM, Palletise
@@ -46,14 +45,21 @@ class Palletiser:
     def _visit(self, at: tuple[float, float], height: float, grip: bool) -> None:
         """Go over a place, down to it, switch the suction, and up again."""
         task, travel = self._work.task, self._work.task.travel_mm * MM
-        self._cell.move_to((*at, travel), task.speed_percent)
-        self._cell.move_to((*at, height + task.near_mm * MM), task.lower_percent)
-        self._cell.move_to((*at, height), task.approach_percent)
-        time.sleep(task.dwell_s)
+        for z, speed in (
+            (travel, task.speed_percent),
+            (height + task.near_mm * MM, task.lower_percent),
+            (height, task.approach_percent),
+        ):
+            self._go(at, z, speed)
         if self._cell.mode == "PAUSED":
             raise RunError("the pair is paused, the robot does not follow: " + self._cell.why)
         self._switch(grip)
-        self._cell.move_to((*at, travel), task.lower_percent)
+        self._go(at, travel, task.lower_percent)
+
+    def _go(self, at: tuple[float, float], z: float, speed_percent: float) -> None:
+        """Move, and wait until the pair is at rest: a move that begins while the robot's stream ends would meet its end."""
+        self._cell.move_to((*at, z), speed_percent)
+        self._cell.wait_still(self._work.task.dwell_s)
 
     def _switch(self, on: bool) -> None:
         """Switch the twin's suction and wait until both sides hold, or have let go."""
