@@ -89,14 +89,17 @@ class World:
     def inverse_dynamics(self, q: Sequence[float], qdot: Sequence[float], qddot: Sequence[float]) -> Sequence[float]:
         """Return the efforts for that motion: inertia, velocity coupling and gravity, without damping and friction."""
         if self._in_order:
-            in_order: Sequence[float] = pybullet.calculateInverseDynamics(self._body, q, qdot, qddot, self._client)
+            # By name: the fifth place is that of the flags.
+            in_order: Sequence[float] = pybullet.calculateInverseDynamics(
+                self._body, q, qdot, qddot, physicsClientId=self._client
+            )
             return in_order
         efforts: Sequence[float] = pybullet.calculateInverseDynamics(
             self._body,
             [q[k] for k in self._tree],
             [qdot[k] for k in self._tree],
             [qddot[k] for k in self._tree],
-            physicsClientId=self._client,  # the fifth place is that of the flags
+            physicsClientId=self._client,
         )
         return [efforts[k] for k in self._order]
 
