@@ -81,6 +81,11 @@ class Process:
         except subprocess.TimeoutExpired:
             raise AssertionError(f"{self} has not ended after {timeout:g} s:\n{self.tail()}") from None
 
+    def put_first(self) -> None:
+        """Let it go before ordinary processes, as the bring-up does with a cell's loops, where the system allows that."""
+        with contextlib.suppress(PermissionError):
+            os.setpriority(os.PRIO_PROCESS, self.pid, -10)
+
     def signal(self, number: signal.Signals) -> None:
         """Send a signal to its whole process group."""
         with contextlib.suppress(ProcessLookupError):
@@ -154,13 +159,8 @@ class Stage:
 
 
 def _die_with_parent() -> None:
-    """Let the kernel end this child when the test process is gone, however it ended; it goes before ordinary processes.
-
-    The last as far as the system allows: a cell's loops have the same priority when the bring-up starts them.
-    """
+    """Let the kernel end this child when the test process is gone, however it ended."""
     _LIBC.prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
-    with contextlib.suppress(PermissionError):
-        os.setpriority(os.PRIO_PROCESS, 0, -10)
 
 
 def _marked(mark: str) -> list[tuple[int, str]]:

@@ -94,6 +94,7 @@ class FaultCell:
             "recorder": (f"_directory:={self.ros.folder}",),
         }.get(node, ())
         process = self.ros.stage.start(*prefix, "rosrun", PACKAGES[node], node, *words, name=node)
+        process.put_first()
         self.processes[node] = process
         return process
 

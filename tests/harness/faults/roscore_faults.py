@@ -52,7 +52,7 @@ class MasterCell:
             "twin_controller": (f"_modbus_port:={self.robot}", f"_gateway_url:=ws://127.0.0.1:{self.gateway}"),
         }
         for node, package in NODES.items():
-            self.stage.start("rosrun", package, node, *special.get(node, ()), name=node)
+            self.stage.start("rosrun", package, node, *special.get(node, ()), name=node).put_first()
         wait_until(lambda: all(f"/{node}" in self.nodes() for node in NODES), 60.0, f"all nodes; {self.nodes()}", period=0.1)
         wait_until(lambda: self.mode() == "IDLE", 60.0, "IDLE", period=0.3)
         self.pendant("override", "100")
