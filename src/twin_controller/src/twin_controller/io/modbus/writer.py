@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import threading
 import time
 from collections.abc import Callable
@@ -10,7 +11,7 @@ from scara_config import Robot
 from scara_config.modbus_map import ModbusMap
 
 from twin_controller.io.modbus.outbox import Command, Outbox
-from twin_controller.io.modbus.port import ModbusPort, RefusedError
+from twin_controller.io.modbus.port import LinkLostError, ModbusPort, RefusedError
 from twin_controller.io.modbus.settings import ModbusCounters, ModbusSettings
 from twin_controller.registers import RegisterCodec
 from twin_controller.robot_sample import SetpointError
@@ -97,7 +98,8 @@ class Writer:
         self._thread.join()
         self._thread = None
         if farewell and self._settings.heartbeat and self._broken is None:
-            self._beat(0)
+            with contextlib.suppress(LinkLostError):  # a robot that is gone needs no farewell
+                self._beat(0)
         self._port.close()
 
     def _run(self) -> None:
