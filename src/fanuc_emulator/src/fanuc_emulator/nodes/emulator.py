@@ -23,7 +23,6 @@ from typing import Any
 from scara_config import ConfigError, Robot, load_robot
 from scara_config.modbus_map import load_modbus_map
 from scara_config.palletise import find_palletise
-from scara_ros.nodes.threads import take_turns
 
 from fanuc_emulator.config import load_emulator, load_programs
 from fanuc_emulator.controller import Controller, Snapshot
@@ -107,7 +106,6 @@ class GroundTruth:
 def main() -> None:
     """Load the configuration, serve until SIGINT or SIGTERM; exit code 2 for a wrong file or a taken port."""
     private = {key[1:]: value for key, _, value in (text.partition(":=") for text in sys.argv[1:]) if key.startswith("_")}
-    take_turns()
     try:
         sys.exit(run(private.get("config_dir"), private.get("host"), private.get("port")))
     except (ConfigError, PortError) as error:

@@ -14,7 +14,6 @@ import rosgraph
 import rospy
 from scara_config import ConfigError, Robot, config_directory, load_robot
 from scara_ros.nodes.registration import keep_registered
-from scara_ros.nodes.threads import take_turns
 from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
@@ -38,7 +37,6 @@ def start_node(name: str) -> tuple[Robot, MotionConfig]:
         sys.exit(0)
     rospy.init_node(name)
     keep_registered()
-    take_turns()
     try:
         folder = rospy.get_param("~config_dir", "") or config_directory()
         return load_robot(folder), load_motion(folder)

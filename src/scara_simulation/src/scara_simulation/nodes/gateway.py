@@ -19,7 +19,6 @@ import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from scara_config import ConfigError
 from scara_ros.nodes.registration import keep_registered
-from scara_ros.nodes.threads import take_turns
 
 from scara_simulation.gateway_config import GatewayConfig, load_gateway_config
 from scara_simulation.io.gateway_door import GatewayError
@@ -37,7 +36,6 @@ def main() -> None:
         _wait_for_master()
         rospy.init_node("gateway")
         keep_registered()
-        take_turns()
         config = _configuration()
         tokens = {os.environ[r.token_environment]: n for n, r in config.roles.items() if os.environ.get(r.token_environment)}
         graph = RosGraph()

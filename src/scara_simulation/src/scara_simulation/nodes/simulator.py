@@ -26,7 +26,6 @@ import rospy
 from scara_config import ConfigError, Robot, load_robot
 from scara_config.palletise import Palletise, find_palletise
 from scara_ros.nodes.registration import keep_registered
-from scara_ros.nodes.threads import take_turns
 
 from scara_simulation.commands import CommandGate
 from scara_simulation.config import LoopGains, SimulationConfig, gains_path, load_gains, load_simulation
@@ -52,7 +51,6 @@ def main() -> None:
         _wait_for_master()
         rospy.init_node("simulator")
         keep_registered()
-        take_turns()
         directory = rospy.get_param("~config_dir", None)
         robot = load_robot(directory)
         config, gains = load_simulation(robot, directory), load_gains(robot, directory)

@@ -25,7 +25,6 @@ from geometry_msgs.msg import PointStamped
 from scara_config import ConfigError, Robot, config_directory, files_in_force, load_robot
 from scara_config.modbus_map import ModbusMap, load_modbus_map
 from scara_ros.nodes.registration import keep_registered
-from scara_ros.nodes.threads import take_turns
 from std_msgs.msg import String
 
 from scara_msgs.srv import TwinCommand, TwinCommandResponse, Why, WhyResponse
@@ -144,7 +143,6 @@ def _publish_configuration(folder: Path) -> tuple[rospy.Publisher, str]:
 def main() -> None:
     """Bridge until shut down."""
     rospy.init_node("twin_controller")
-    take_turns()
     keep_registered()
     try:
         folder = Path(rospy.get_param("~config_dir", "") or config_directory())
