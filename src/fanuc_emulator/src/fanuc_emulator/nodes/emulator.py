@@ -78,6 +78,7 @@ class GroundTruth:
         if self._stop.is_set():
             return
         import rospy
+        from scara_ros.memory import keep_for_good
         from scara_ros.nodes.registration import keep_registered
         from sensor_msgs.msg import JointState
 
@@ -89,6 +90,7 @@ class GroundTruth:
         if self._parts is not None:
             self._parts.advertise()
         self._publisher = rospy.Publisher("real/ground_truth", JointState, queue_size=100, tcp_nodelay=True)
+        keep_for_good()
         while not self._stop.wait(1.0):
             self._measure_offset(rospy.get_time)
 

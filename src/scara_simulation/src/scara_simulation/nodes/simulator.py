@@ -14,7 +14,6 @@ Exit codes: 0 after a signal, 1 when the simulation died, 2 when it cannot start
 
 from __future__ import annotations
 
-import gc
 import math
 import sys
 import time
@@ -25,6 +24,7 @@ import rosgraph
 import rospy
 from scara_config import ConfigError, Robot, load_robot
 from scara_config.palletise import Palletise, find_palletise
+from scara_ros.memory import keep_for_good
 from scara_ros.nodes.registration import keep_registered
 
 from scara_simulation.commands import CommandGate
@@ -93,8 +93,7 @@ def main() -> None:
 
 def _run(clockwork: Clockwork) -> None:
     """Run until a signal comes; say why the simulation died."""
-    gc.collect()
-    gc.freeze()  # what lives as long as the node is not searched again and again
+    keep_for_good()
     try:
         clockwork.run(rospy.is_shutdown)
     except Exception as error:

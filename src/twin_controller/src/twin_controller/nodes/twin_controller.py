@@ -24,6 +24,7 @@ import rospy
 from geometry_msgs.msg import PointStamped
 from scara_config import ConfigError, Robot, config_directory, files_in_force, load_robot
 from scara_config.modbus_map import ModbusMap, load_modbus_map
+from scara_ros.memory import keep_for_good
 from scara_ros.nodes.registration import keep_registered
 from std_msgs.msg import String
 
@@ -68,6 +69,7 @@ class Node:
             rospy.Service("twin_controller/why", Why, self._why),
             self._shadow.offer(),
         ]
+        keep_for_good()
         with self._engine, self._real, self._twin:
             self._watch()
         for service in services:
