@@ -217,7 +217,7 @@ class Pair(RealSide, TwinSide):
             case FollowTwin() if self.twin_up:
                 self.take_follow(action, self.now)
             case StreamReal() if self.real_up:
-                self.setpoints.append((self.now, action.q))
+                self._later(action.at - self.now, lambda: self.setpoints.append((self.now, action.q)))
             case CapTwin() if self.twin_up:
                 self.limit = action.speed_percent
             case MoveTwin():

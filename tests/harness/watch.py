@@ -23,7 +23,7 @@ class Watch:
         """Watch ``pair`` from now on."""
         self.pair = pair
         self.before = pair.state
-        self.streamed: tuple[float, StreamReal] | None = None
+        self.streamed: StreamReal | None = None
         self.reset_asked = False
         pair.watch = self.check
 
@@ -33,7 +33,7 @@ class Watch:
         self._decisions(before, after, actions)
         self._leader(after)
         self._commands_to_move(event, before, after, actions)
-        self._stream(event, after, actions)
+        self._stream(after, actions)
         self._stops(event, actions)
         self._emergency_stop(event, before, after, actions)
         self._bounded(after)
@@ -69,7 +69,7 @@ class Watch:
             else:
                 assert before.mode is Mode.PAUSED and active in LEADERS, "only a paused motion goes on"
 
-    def _stream(self, event: AnyEvent, after: CoreState, actions: list[AnyAction]) -> None:
+    def _stream(self, after: CoreState, actions: list[AnyAction]) -> None:
         if after.stream is None or after.stream.last is None:
             self.streamed = None
         for action in actions:
@@ -80,15 +80,15 @@ class Watch:
             assert after.flags is not None and 0.0 < action.speed_percent <= 100.0
             effective = action.speed_percent * max(after.flags.override_percent, 1.0) * 1e-2
             assert effective <= SETUP.config.limit.speed_percent + TOLERANCE, "program speed times override is limited"
-            if self.streamed is None:
+            if self.streamed is None or action.at <= self.streamed.at:
                 off = [abs(a - b) for a, b in zip(action.q, after.real.last.q)]
                 assert max(off) <= 0.01, "a stream begins where the real robot is"
             else:
-                since, last = self.streamed
+                last = self.streamed
                 for a, b, v in zip(action.q, last.q, SETUP.velocity):
-                    allowed = v * (event.now - since) * SETUP.config.limit.step_margin
+                    allowed = v * (action.at - last.at) * SETUP.config.limit.step_margin
                     assert abs(a - b) <= allowed + TOLERANCE, "no step is faster than the joint"
-            self.streamed = (event.now, action)
+            self.streamed = action
 
     def _stops(self, event: AnyEvent, actions: list[AnyAction]) -> None:
         done = {action.do for action in actions if isinstance(action, Perform)}

@@ -55,6 +55,8 @@ def test_other_values_are_accepted(tmp_path: Path, path: list[str | int], value:
         (["divergence", "confirm"], 16, r"divergence\.confirm = 16: Expected at most divergence\.window = 15"),
         (["divergence", "release_ratio"], 1.0, r"divergence\.release_ratio = 1\.0: Expected `float` < 1"),
         (["real", "follow_lag_ms"], 151, r"real\.follow_lag_ms = 151: Expected 0 to 150"),
+        (["stream", "period_ms"], 9.0, r"stream\.period_ms = 9: Expected a multiple of real\.sample_period_ms = 2, or null"),
+        (["stream", "period_ms"], 0.000001, r"stream\.period_ms = 1e-06: Expected a multiple of real\.sample_period_ms = 2"),
         (["home", "speed_percent"], 0.0, r"home\.speed_percent = 0\.0: Expected `float` >= 1"),
         (["state_rate_hz"], 0.5, r"state_rate_hz = 0\.5: Expected `float` >= 1"),
         (["decision_history"], 5, r"decision_history = 5: Expected `int` >= 10"),

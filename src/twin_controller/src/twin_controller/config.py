@@ -130,8 +130,9 @@ class Reset(Section, frozen=True):
 
 
 class Stream(Section, frozen=True):
-    """How the robot's stream program is started."""
+    """How the robot's stream program is fed and started."""
 
+    period_ms: PositiveMs | None
     retry_ms: PositiveMs
     attempts: Count
 
@@ -196,6 +197,13 @@ def load_twin_controller(robot: Robot, directory: Path | str | None = None) -> T
     ):
         if low > high:
             raise ConfigError(f"{path}: {section}.confirm = {low}: Expected at most {section}.window = {high}")
+    period = config.stream.period_ms
+    if period is not None:
+        tick = config.real.sample_period_ms
+        if period < 0.5 * tick or abs(period / tick - round(period / tick)) > 1e-6:
+            raise ConfigError(
+                f"{path}: stream.period_ms = {period:g}: Expected a multiple of real.sample_period_ms = {tick:g}, or null"
+            )
     low_ms, high_ms = config.real.follow_lag_range_ms
     if not low_ms <= config.real.follow_lag_ms <= high_ms:
         raise ConfigError(f"{path}: real.follow_lag_ms = {config.real.follow_lag_ms:g}: Expected {low_ms:g} to {high_ms:g}")

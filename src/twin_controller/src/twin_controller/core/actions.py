@@ -53,10 +53,11 @@ class FollowTwin(Action, frozen=True, tag="follow_twin"):
 
 
 class StreamReal(Action, frozen=True, tag="stream_real"):
-    """Set point for the real robot, already validated and limited."""
+    """Set point for the real robot, already validated and limited; to be sent at ``at`` [s]."""
 
     q: Joints
     speed_percent: float
+    at: float
 
 
 class MoveTwin(Action, frozen=True, tag="move_twin"):

@@ -10,6 +10,8 @@ from concurrent.futures import Future
 from types import TracebackType
 from typing import Any, Protocol
 
+import msgspec
+
 from twin_controller.core.actions import (
     AnyAction,
     CapTwin,
@@ -23,7 +25,7 @@ from twin_controller.core.actions import (
     Reply,
     StreamReal,
 )
-from twin_controller.core.events import AnyEvent, GripAnswered, LinkChanged, MoveEnded, Operator, Tick
+from twin_controller.core.events import AnyEvent, GripAnswered, LinkChanged, MoveEnded, Operator, RealMeasured, Tick
 from twin_controller.core.state import CoreState, Setup, initial_state
 from twin_controller.core.step import step
 
@@ -35,8 +37,8 @@ ALIVE = 0.1
 class RealDoor(Protocol):
     """What the engine asks of the link to the real robot; every call returns at once."""
 
-    def stream(self, q: tuple[float, ...], speed_percent: float) -> None:
-        """Write one set point, SI."""
+    def stream(self, q: tuple[float, ...], speed_percent: float, at: float) -> None:
+        """Write one set point, SI, at ``at`` (monotonic)."""
 
     def perform(self, do: Do) -> None:
         """Carry out one action on the real robot."""
@@ -170,7 +172,10 @@ class Engine:
 
     def _process(self, batch: list[AnyEvent]) -> None:
         decided: list[Decided] = []
-        for event in batch:
+        for k, event in enumerate(batch):
+            if isinstance(event, RealMeasured | Tick):
+                # What is decided now is aimed from now: the time spent in the queue is no lag of the robot.
+                batch[k] = event = msgspec.structs.replace(event, now=time.monotonic())
             self.state, actions = step(self._setup, self.state, event)
             for action in actions:
                 self._carry_out(action)
@@ -183,7 +188,7 @@ class Engine:
             case FollowTwin():
                 self._twin.follow(action)
             case StreamReal():
-                self._real.stream(action.q, action.speed_percent)
+                self._real.stream(action.q, action.speed_percent, action.at)
             case Perform(do=do) if do.name.endswith("_TWIN"):
                 self._twin.perform(action, self.state.twin.clock.to_remote(time.monotonic()))
             case Perform(do=do):

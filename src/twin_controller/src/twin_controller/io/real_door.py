@@ -75,9 +75,9 @@ class RealDoor:
         """What went over the link, for diagnostics."""
         return {key: value for key, value in dataclasses.asdict(self._link.counters).items() if isinstance(value, int)}
 
-    def stream(self, q: tuple[float, ...], speed_percent: float) -> None:
-        """Write one set point, SI."""
-        self._link.write_setpoint(q, speed_percent)
+    def stream(self, q: tuple[float, ...], speed_percent: float, at: float) -> None:
+        """Write one set point, SI, at ``at`` (monotonic)."""
+        self._link.write_setpoint(q, speed_percent, at)
 
     def override(self, speed_percent: float) -> None:
         """Set the override."""
@@ -89,6 +89,8 @@ class RealDoor:
 
     def perform(self, do: Do) -> None:
         """Carry out one action on the robot's UI signals."""
+        if do in (Do.STOP_REAL, Do.HOLD_REAL, Do.ESTOP_REAL):
+            self._link.drop_setpoints()
         match do:
             case Do.STOP_REAL:
                 self._link.pulse("cstopi")
@@ -108,7 +110,7 @@ class RealDoor:
                 self._link.set_coil("hold", True)
                 self._link.pulse("fault_reset")
             case Do.START_STREAM:
-                self._link.pulse("rsr1")
+                self._link.pulse("rsr1", behind=True)  # never with an old set point
 
     def _sampled(self, sample: RobotSample, sent: float, received: float) -> None:
         self._paused = "paused" in sample.outputs

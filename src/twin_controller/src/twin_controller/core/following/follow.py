@@ -9,15 +9,19 @@ from twin_controller.core.actions import AnyAction, FollowTwin, StreamReal
 from twin_controller.core.events import Joints
 from twin_controller.core.following.blend import Blend, begin_blend, finished, sample_blend
 from twin_controller.core.following.gate import Bounds, Rejected, pass_setpoint
+from twin_controller.core.following.turn import Turn, next_turns
 from twin_controller.core.observing import echo
 from twin_controller.core.observing.change import stands_still
 from twin_controller.core.observing.measure import paired
 from twin_controller.core.rules.table import Mode
-from twin_controller.core.state import CoreState, Sample, Setup
+from twin_controller.core.state import CoreState, Sample, Setup, StreamState
 
 replace = msgspec.structs.replace
 
 MEMORY_S = 1.0
+
+PLANNED, UNPLANNED = 2.0, 0.5
+"""So many spacings of the stream the next answer may be late before a set point is missing; our choice."""
 
 
 def estimate_acceleration(history: tuple[Sample, ...], limits: Joints) -> Joints:
@@ -130,14 +134,45 @@ def stream_real(setup: Setup, state: CoreState, now: float) -> tuple[CoreState, 
     """Send the real robot where the twin is going to be when it gets there.
 
     Returns:
-        The new state, the set point if one may be sent, and why not otherwise.
+        The new state, the set points that may be sent, and why the next may not.
     """
     stream = state.stream
     if stream is None or not state.twin.history or not state.real.history:
         return state, [], ""
-    if stream.last is not None and now <= stream.last.t:
-        return state, [], ""
-    aim = now + state.lag
+    real, spacing = setup.config.real, setup.config.stream.period_ms
+    turns = next_turns(
+        now,
+        state.real.last.t,
+        real.sample_period_ms * 1e-3,
+        spacing * 1e-3 if spacing is not None else None,
+        _decided_ahead(setup, state, now),
+        0.5 * state.real.clock.best_trip,
+        stream.last.t if stream.last is not None else None,
+    )
+    actions: list[AnyAction] = []
+    for turn in turns:
+        state, action, reason = _stream_at(setup, state, stream, turn, now)
+        if action is None:
+            return state, actions, reason
+        actions.append(action)
+        assert state.stream is not None
+        stream = state.stream
+    return state, actions, ""
+
+
+def _decided_ahead(setup: Setup, state: CoreState, now: float) -> float:
+    """Return how far ahead set points are decided [s]: until the next answer, and as long as a plan tells the way for longer."""
+    config, plan = setup.config, state.plan
+    spacing = (config.stream.period_ms or 0.0) * 1e-3
+    planned = plan is not None and plan.stamp + plan.times[-1] > state.twin.clock.to_remote(now)
+    return config.real.poll_period_ms * 1e-3 + (PLANNED if planned else UNPLANNED) * spacing
+
+
+def _stream_at(
+    setup: Setup, state: CoreState, stream: StreamState, turn: Turn, now: float
+) -> tuple[CoreState, StreamReal | None, str]:
+    """Aim one set point at the instant at which the robot gets there, and let it through or not."""
+    aim = turn.taken + state.lag
     target, _ = twin_ahead(setup, state, aim)
     if stream.blend is None:
         offset = tuple(a - b for a, b in zip(state.real.last.q, target))
@@ -146,13 +181,13 @@ def stream_real(setup: Setup, state: CoreState, now: float) -> tuple[CoreState, 
     gap, _, _ = sample_blend(stream.blend, aim)
     q = tuple(a + b for a, b in zip(target, gap))
     share = min(setup.config.limit.speed_percent, state.speed.cap) * 1e-2
-    last, dt = (stream.last.q, now - stream.last.t) if stream.last else (None, 0.0)
+    last, dt = (stream.last.q, turn.taken - stream.last.t) if stream.last else (None, 0.0)
     age = now - (state.twin.seen if state.twin.seen is not None else -1e9)
     verdict = pass_setpoint(q, last, dt, age, share, setup.config.limit.source_age_ms * 1e-3, bounds_of(setup))
     if isinstance(verdict, Rejected):
-        return state, [], verdict.reason
-    tube = echo.remember(state.real.tube, now, setup.to_border(verdict.q), MEMORY_S)
-    sent = replace(stream, last=Sample(now, verdict.q, (0.0,) * len(q)))
+        return state, None, verdict.reason
+    tube = echo.remember(state.real.tube, turn.at, setup.to_border(verdict.q), MEMORY_S)
+    sent = replace(stream, last=Sample(turn.taken, verdict.q, (0.0,) * len(q)))
     state = replace(state, stream=sent, speed=replace(state.speed, gate=verdict.reason), real=replace(state.real, tube=tube))
     override = state.flags.override_percent if state.flags is not None else 100.0
-    return state, [StreamReal(verdict.q, min(100.0, 1e4 * share / max(override, 1.0)))], ""
+    return state, StreamReal(verdict.q, min(100.0, 1e4 * share / max(override, 1.0)), turn.at), ""

@@ -51,7 +51,7 @@ def real_measured(setup: Setup, state: CoreState, event: RealMeasured) -> CoreSt
         lost = side_lost(state, "real", "its clock jumped")
         return replace(lost, real=replace(lost.real, clock=ClockEstimate(jumps=estimate.jumps)))
     sample = Sample(estimate.to_local(clock_ms * 1e-3), event.q, event.qdot)
-    seen = min(event.now, sample.t + estimate.uncertainty)
+    seen = min(event.received, sample.t + estimate.uncertainty)
     side = _sampled(setup, replace(state.real, clock=estimate, seen=seen), sample)
     state = replace(state, real=side, flags=event, clock_ms=clock_ms)
     return replace(state, lag=_adapted_lag(setup, state)) if state.mode in FOLLOWING_REAL else state

@@ -104,12 +104,16 @@ class ModbusLink:
         self._outbox.close()
         self._thread.join(timeout=2.0)
 
-    def write_setpoint(self, positions: Sequence[float], speed_percent: float) -> None:
-        """Write a set point of the twin's joints [rad or m] as soon as possible; an older unwritten one is replaced.
+    def write_setpoint(self, positions: Sequence[float], speed_percent: float, at: float = 0.0) -> None:
+        """Write a set point of the twin's joints [rad or m] at ``at`` (monotonic) or at once; an older unwritten one is replaced.
 
         Joints that the twin does not have stay where they were when the stream began.
         """
-        self._outbox.put_setpoint((tuple(positions), speed_percent))
+        self._outbox.put_setpoint((tuple(positions), speed_percent), at)
+
+    def drop_setpoints(self) -> None:
+        """Forget the set points that wait for their time: the robot is to stop."""
+        self._outbox.drop_setpoints()
 
     def write_override(self, percent: int) -> None:
         """Set the robot's override, 1..100."""
@@ -135,14 +139,14 @@ class ModbusLink:
         self._check_signal(name)
         self._command(Command(name, level, False))
 
-    def pulse(self, name: str) -> None:
-        """Switch one UI signal on and, a pulse length later, off.
+    def pulse(self, name: str, behind: bool = False) -> None:
+        """Switch one UI signal on and, a pulse length later, off; with ``behind`` not before a set point that waits.
 
         Raises:
             NotWritableError: The map does not mark it ``write: true``.
         """
         self._check_signal(name)
-        self._command(Command(name, True, True))
+        self._command(Command(name, True, True, behind))
 
     def _check_signal(self, name: str) -> None:
         if name not in signal_names(self._layout):

@@ -14,11 +14,17 @@ _ACT_ON_RELEASE = ("fault_reset", "start")
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Command:
-    """One signal or integer register to be written; ``pulsed``: on now, off later."""
+    """One signal or integer register to be written.
+
+    Attributes:
+        pulsed: On now, off later.
+        behind: Not before a set point that was left before it.
+    """
 
     name: str
     value: int | bool
     pulsed: bool
+    behind: bool = False
 
 
 class Outbox:
@@ -28,16 +34,23 @@ class Outbox:
         self.closed = False
         self.overwritten = 0
         self._changed = threading.Condition()
-        self._setpoint: Setpoint | None = None
+        self._setpoints: deque[tuple[float, Setpoint]] = deque()
         self._commands: deque[Command] = deque()
         self._releases: deque[tuple[float, str]] = deque()
 
-    def put_setpoint(self, setpoint: Setpoint) -> None:
-        """Leave a set point; the latest wins."""
+    def put_setpoint(self, setpoint: Setpoint, at: float = 0.0) -> None:
+        """Leave a set point that is to be written at ``at`` (monotonic); it replaces those left for then or later."""
         with self._changed:
-            self.overwritten += self._setpoint is not None
-            self._setpoint = setpoint
+            while self._setpoints and self._setpoints[-1][0] >= at:
+                self._setpoints.pop()
+                self.overwritten += 1
+            self._setpoints.append((at, setpoint))
             self._changed.notify()
+
+    def drop_setpoints(self) -> None:
+        """Forget the set points that wait: the robot is to stop."""
+        with self._changed:
+            self._setpoints.clear()
 
     def put(self, command: Command) -> None:
         """Leave a command; all are kept."""
@@ -63,16 +76,27 @@ class Outbox:
         return names
 
     def take(self, until: float) -> tuple[Setpoint | None, list[Command]]:
-        """Wait until there is something to write, a pulse ends, ``until`` is reached or the box is closed."""
+        """Wait until there is something to write, a pulse ends, ``until`` is reached or the box is closed.
+
+        A set point is taken when it is due, and sooner only for a command that must not come before it.
+        """
         if self._releases:
             until = min(until, self._releases[0][0])
         with self._changed:
-            while not (self.closed or self._setpoint or self._commands) and (left := until - time.monotonic()) > 0.0:
+            while not (self.closed or self._commands) and (left := self._wake(until) - time.monotonic()) > 0.0:
                 self._changed.wait(left)
-            setpoint, self._setpoint = self._setpoint, None
+            now, setpoint = time.monotonic(), None
+            while self._setpoints and self._setpoints[0][0] <= now:
+                self.overwritten += setpoint is not None
+                setpoint = self._setpoints.popleft()[1]
+            if setpoint is None and self._setpoints and any(command.behind for command in self._commands):
+                setpoint = self._setpoints.popleft()[1]
             commands = list(self._commands)
             self._commands.clear()
             return setpoint, commands
+
+    def _wake(self, until: float) -> float:
+        return min(until, self._setpoints[0][0]) if self._setpoints else until
 
     def pause(self, until: float) -> None:
         """Wait until ``until``, or until the box is closed."""
@@ -86,8 +110,8 @@ class Outbox:
         A pulse that was on is still ended, unless its end is what acts.
         """
         with self._changed:
-            lost = len(self._commands) + (self._setpoint is not None)
+            lost = len(self._commands) + len(self._setpoints)
             self._commands.clear()
-            self._setpoint = None
+            self._setpoints.clear()
             self._releases = deque((due, name) for due, name in self._releases if name not in _ACT_ON_RELEASE)
             return lost

@@ -1,0 +1,67 @@
+"""The mailbox before the wire: set points at their time, commands at once, their order kept."""
+
+from __future__ import annotations
+
+import time
+
+from twin_controller.io.modbus.outbox import Command, Outbox
+
+A, B, C = (((float(k),), 50.0) for k in range(3))
+
+
+def test_a_set_point_waits_for_its_time() -> None:
+    """Not sooner, and not until the end of the wait."""
+    box, due = Outbox(), time.monotonic() + 0.05
+    box.put_setpoint(A, due)
+    assert box.take(time.monotonic() + 0.01) == (None, [])
+    assert box.take(time.monotonic() + 5.0) == (A, [])
+    assert due <= time.monotonic() < due + 2.0
+
+
+def test_of_those_that_are_due_the_latest_wins_and_later_ones_wait() -> None:
+    """A slow wire never makes a queue of old set points."""
+    box, now = Outbox(), time.monotonic()
+    box.put_setpoint(A, now - 0.02)
+    box.put_setpoint(B, now - 0.01)
+    box.put_setpoint(C, now + 0.05)
+    assert box.take(now + 5.0) == (B, [])
+    assert box.overwritten == 1
+    assert box.take(now + 5.0) == (C, [])
+
+
+def test_a_newer_decision_replaces_what_was_left_for_then_or_later() -> None:
+    """A stream that begins anew does not wait for the old one's set points."""
+    box, now = Outbox(), time.monotonic()
+    box.put_setpoint(A, now + 60.0)
+    box.put_setpoint(B, now - 0.01)
+    assert box.take(now + 5.0) == (B, [])
+    assert box.take(now + 0.01) == (None, [])
+
+
+def test_a_command_does_not_wait_for_a_set_point() -> None:
+    """And a set point is not sent early because of it."""
+    box, stop, later = Outbox(), Command("cstopi", True, True), time.monotonic() + 60.0
+    box.put_setpoint(A, later)
+    box.put(stop)
+    assert box.take(later) == (None, [stop])
+    box.drop_setpoints()
+    assert box.take(time.monotonic()) == (None, [])
+
+
+def test_the_stream_program_is_asked_for_behind_a_fresh_set_point() -> None:
+    """The next one goes with it; those after it keep their time."""
+    box, start, later = Outbox(), Command("rsr1", True, True, behind=True), time.monotonic() + 60.0
+    box.put_setpoint(A, later)
+    box.put_setpoint(B, later + 0.01)
+    box.put(start)
+    assert box.take(later) == (A, [start])
+    assert box.take(time.monotonic()) == (None, [])
+
+
+def test_nothing_is_left_for_a_new_connection() -> None:
+    """Set points and commands are dropped and counted."""
+    box = Outbox()
+    box.put_setpoint(A, time.monotonic() + 60.0)
+    box.put(Command("override", 50, False))
+    assert box.discard() == 2
+    assert box.take(time.monotonic()) == (None, [])
