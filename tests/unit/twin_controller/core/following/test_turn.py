@@ -17,7 +17,10 @@ def decide(times: list[float], drift: float = 0.0, poll: float = POLL) -> list[t
     found: list[tuple[float, Turn]] = []
     for now in times:
         tick = (now - 0.0005) // period * period
-        found += [(now, turn) for turn in next_turns(now, tick, TICK, SPACING, poll + 0.5 * SPACING, WAY, found[-1][1].taken if found else None)]
+        found += [
+            (now, turn)
+            for turn in next_turns(now, tick, TICK, SPACING, poll + 0.5 * SPACING, WAY, found[-1][1].taken if found else None)
+        ]
     return found
 
 
