@@ -110,9 +110,9 @@ class MasterCell:
             line = websocket.create_connection(f"ws://127.0.0.1:{self.gateway}", timeout=5.0, suppress_origin=True)
             with contextlib.closing(line):
                 line.send(json.dumps({"op": "subscribe", "topic": "twin_controller/state"}))
-                while (packet := json.loads(line.recv()))["op"] != "publish":
-                    pass  # a status: what the gateway does not offer yet
-                return str(packet["msg"]["mode"])
+                packet = json.loads(line.recv())
+                if packet["op"] == "publish":  # else a status: nobody offers the topic yet, and the gateway has said so
+                    return str(packet["msg"]["mode"])
         return ""
 
     def joint_1(self) -> float:
@@ -139,8 +139,14 @@ class MasterCell:
         wait_until(lambda: abs(self.joint_1()) < 0.1 and self.mode() == "IDLE", 30.0, "home", period=0.3)
 
     def pendant(self, *words: str) -> None:
-        """Use the robot's own pendant."""
-        self.tool("rosrun", "fanuc_emulator", "pendant", *words, "--port", str(self.robot))
+        """Use the robot's own pendant to its end."""
+        process = self.start_pendant(*words)
+        code = process.wait(20.0)
+        assert code == 0, f"{process} ended with {code}:\n{process.tail()}"
+
+    def start_pendant(self, *words: str) -> Process:
+        """Use the robot's own pendant; do not wait."""
+        return self.stage.start("rosrun", "fanuc_emulator", "pendant", *words, "--port", str(self.robot))
 
     def command(self, command: str, **fields: Any) -> str:
         """Call ``twin_controller/command`` as a user does."""
@@ -181,8 +187,8 @@ def master_stopped(cell: MasterCell, seconds: float) -> list[Row]:
             line.send(json.dumps({"op": "subscribe", "topic": topic, "throttle_rate": 20}))
             line.recv()
         cell.master.signal(signal.SIGSTOP)
-        cell.pendant("run", "TWO_POINT")
-        answered, twin, modes = _listen(line, seconds)
+        pendant = cell.start_pendant("run", "TWO_POINT")
+        answered, twin, modes = _listen(line, seconds, pendant)
         cell.master.signal(signal.SIGCONT)
     cell.pendant("abort")
     return [
@@ -192,12 +198,19 @@ def master_stopped(cell: MasterCell, seconds: float) -> list[Row]:
     ]
 
 
-def _listen(line: websocket.WebSocket, seconds: float) -> tuple[float, float, list[str]]:
-    """Call a service, listen; return when it was refused, how far the twin's joint 1 went [deg] and the modes seen."""
+def _listen(line: websocket.WebSocket, seconds: float, pendant: Process) -> tuple[float, float, list[str]]:
+    """Call a service, listen; return when it was refused, how far the twin's joint 1 went [deg] and the modes seen.
+
+    Listens from the beginning, since the gateway lets a client go that answers no pings, and for ``seconds`` after the pendant
+    has done its work.
+    """
     begun = time.monotonic()
     line.send(json.dumps({"op": "call_service", "service": "/move_to", "args": {}, "id": "x", "timeout": 5.0}))
     answered, furthest, modes = float("inf"), 0.0, [""]
-    while time.monotonic() < begun + seconds:
+    end = begun + seconds
+    while time.monotonic() < end:
+        if pendant.poll() is None:
+            end = time.monotonic() + seconds
         packet = json.loads(line.recv())
         if packet["op"] == "service_response":
             assert packet["result"] is False and "roscore" in packet["values"], packet
