@@ -191,3 +191,20 @@ def test_a_link_that_was_lost_comes_back_to_an_aligned_pair(pair: Pair, lead: Ca
         pair.run_until(lambda: pair.state.mode == Mode.IDLE, 8.0)
     pair.run(1.0)
     assert far(pair) < 0.1
+
+
+@pytest.mark.parametrize("after_ms", [0, 20, 40, 80])
+@pytest.mark.parametrize("lag_ms", [30, 60, 120])
+def test_a_move_right_after_another_does_not_meet_the_end_of_the_old_stream(lag_ms: int, after_ms: int) -> None:
+    """The robot still reports the old stream when the twin moves again: its end is not taken for one of the new stream."""
+    pair = Pair()
+    pair.command_delay = 1e-3 * lag_ms
+    pair.connect()
+    for step in (20.0, 40.0):
+        since = len(pair.decisions())
+        pair.move_twin(ramp(pair.twin_q, shifted(HOME, step), 1.0))
+        pair.run_until(lambda: pair.state.mode == Mode.TWIN_LEADS, 1.0)
+        pair.run_until(lambda: pair.state.mode != Mode.TWIN_LEADS, 5.0)
+        assert modes(pair, since) == ["TWIN_LEADS", "IDLE"]
+        pair.run(1e-3 * after_ms)
+    assert far(pair) < 0.1

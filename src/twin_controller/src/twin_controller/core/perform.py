@@ -47,7 +47,8 @@ def perform(
         case Do.BASELINE:
             return replace(state, real=_agreed(setup, state.real), twin=_agreed(setup, state.twin)), []
         case Do.START_STREAM:
-            return replace(state, stream=replace(state.stream or StreamState(), starting=True)), []
+            ending = state.flags is not None and state.flags.streaming
+            return replace(state, stream=replace(state.stream or StreamState(), starting=True, ending=ending)), []
         case Do.RESET_REAL:
             state = replace(state, reset_since=now)
         case Do.MOVE_TWIN:

@@ -108,6 +108,7 @@ class StreamState(msgspec.Struct, frozen=True):
         starting: The stream program is asked for as soon as a set point has been sent: never with an old one.
         started: When it was asked for last [s].
         attempts: How often.
+        ending: The robot still reports the stream before, which it has been told to end; this one is asked for after it.
         seen: The stream program has been seen running, not held.
         onset: When the twin's motion begins, by its announcement [s]; a robot that moved before it was first.
     """
@@ -117,6 +118,7 @@ class StreamState(msgspec.Struct, frozen=True):
     starting: bool = False
     started: float = 0.0
     attempts: int = 0
+    ending: bool = False
     seen: bool = False
     onset: float | None = None
 

@@ -92,7 +92,9 @@ def _absorb(setup: Setup, state: CoreState, event: AnyEvent) -> CoreState:
         case RealMeasured():
             state = real_measured(setup, state, event)
             stream = state.stream
-            if stream is not None and event.streaming and not event.paused:
+            if stream is not None and stream.ending:
+                state = replace(state, stream=replace(stream, ending=event.streaming))
+            elif stream is not None and event.streaming and not event.paused:
                 state = replace(state, stream=replace(stream, seen=True))
             state = watch_real(setup, state)
             return state if event.own_program else replace(state, program_was_off=True)
@@ -148,11 +150,13 @@ def _start_stream(setup: Setup, state: CoreState, actions: list[AnyAction], now:
     stream, flags, config = state.stream, state.flags, setup.config.stream
     if stream is None or flags is None or flags.own_program or state.mode is Mode.PAUSED:
         return state, actions
+    if stream.ending and now - stream.started <= config.attempts * config.retry_ms * 1e-3:
+        return state, actions
     silent = not stream.seen and not flags.paused and now - stream.started > config.retry_ms * 1e-3
     late = silent and stream.attempts < config.attempts
     if not stream.starting and not late:
         return state, actions
-    stream = replace(stream, starting=False, started=now, attempts=stream.attempts + 1)
+    stream = replace(stream, starting=False, ending=False, started=now, attempts=stream.attempts + 1)
     reason = "the robot did not start it yet" if late else "the real robot follows"
     return replace(state, stream=stream), [*actions, Perform(Do.START_STREAM, reason)]
 
