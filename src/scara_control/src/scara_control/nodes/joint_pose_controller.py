@@ -15,6 +15,7 @@ from typing import Any
 
 import rospy
 from scara_config import Robot
+from scara_ros.memory import keep_for_good
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, String
 from trajectory_msgs.msg import JointTrajectory
@@ -194,5 +195,6 @@ def main() -> None:
     """Run the node until it is told to end."""
     robot, config = start_node("joint_pose_controller")
     controller = JointPoseController(robot, config)
+    keep_for_good()
     rospy.loginfo("joint_pose_controller is ready")
     controller.run()

@@ -12,6 +12,7 @@ import threading
 
 import rospy
 from scara_config import Robot
+from scara_ros.memory import keep_for_good
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, String
 
@@ -98,5 +99,6 @@ def main() -> None:
     """Run the node until it is told to end."""
     robot, config = start_node("joint_vel_controller")
     controller = JointVelController(robot, config)
+    keep_for_good()
     rospy.loginfo("joint_vel_controller is ready")
     controller.run()

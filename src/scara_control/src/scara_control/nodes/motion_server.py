@@ -18,6 +18,7 @@ from typing import Any
 
 import rospy
 from scara_config import Robot
+from scara_ros.memory import keep_for_good
 from sensor_msgs.msg import JointState
 
 from control_msgs.msg import JointJog
@@ -208,6 +209,7 @@ def main() -> None:
     except ScaraControlError as error:
         rospy.logfatal("%s: %s", _NAME, error)
         raise SystemExit(2) from error
+    keep_for_good()
     rospy.loginfo("%s is ready", _NAME)
     rospy.spin()
     del server

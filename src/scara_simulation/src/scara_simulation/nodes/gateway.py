@@ -18,6 +18,7 @@ import rosgraph
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from scara_config import ConfigError
+from scara_ros.memory import keep_for_good
 from scara_ros.nodes.registration import keep_registered
 
 from scara_simulation.gateway_config import GatewayConfig, load_gateway_config
@@ -46,6 +47,7 @@ def main() -> None:
     except KeyboardInterrupt:
         sys.exit(0)
     graph.deliver = server.deliver
+    keep_for_good()
     with server:
         rospy.loginfo("gateway: rosbridge v2 on %s:%d", config.host, server.port)
         _watch(server)

@@ -18,6 +18,7 @@ from pathlib import Path
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from scara_config import ConfigError, config_directory, load, locate
+from scara_ros.memory import keep_for_good
 from scara_ros.nodes.registration import keep_registered
 
 from scara_msgs.srv import StartRecording, StartRecordingResponse, StopRecording, StopRecordingResponse
@@ -139,4 +140,5 @@ def main() -> None:
     base = Path(rospy.get_param("~directory", "") or os.environ.get("CELL_ROOT") or Path.cwd())
     recorder = Recorder(settings, base.resolve())
     rospy.on_shutdown(recorder.close)
+    keep_for_good()
     rospy.spin()

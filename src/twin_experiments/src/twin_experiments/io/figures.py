@@ -72,7 +72,7 @@ def _paths(comparison: Comparison, positions: Mapping[str, Array]) -> Figure:
     figure = Figure(figsize=(10.5, 5.2))
     axes = figure.subplots(1, 2)
     seen = comparison.trace
-    middle = MM * float(np.mean([position[0] for position in positions.values()]))
+    middle = MM * float(np.mean([position[0] for position in positions.values()] or [0.0]))
     for axis, (across, up, title) in zip(axes, ((0, 1, "from above"), (0, 2, "from the side"))):
         for tool, line in ((seen.real_tool, REAL_LINE), (seen.twin_tool, TWIN_LINE)):
             thin = tool[_thin(len(tool))] * MM
@@ -86,7 +86,8 @@ def _paths(comparison: Comparison, positions: Mapping[str, Array]) -> Figure:
         axis.set(title=title, xlabel="x [mm]", ylabel="xyz"[up] + " [mm]")
         axis.set_aspect("equal", adjustable="datalim")
         axis.margins(0.14)
-    axes[0].plot([], [], "o", markerfacecolor="none", markeredgecolor="black", label="set position")
+    if positions:
+        axes[0].plot([], [], "o", markerfacecolor="none", markeredgecolor="black", label="set position")
     axes[0].legend(loc="best")
     return figure
 
