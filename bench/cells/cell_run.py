@@ -22,7 +22,7 @@ from scara_config.writer import write_values
 from bench.cells.late import Late
 
 READY_S, EXPERIMENT_S, RECOVERY_S = 120.0, 240.0, 30.0
-REPEATS, ATTEMPTS = 3, 2
+REPEATS, ATTEMPTS = 5, 2
 Changes = Mapping[str, Mapping[tuple[str, ...], Any]]
 
 
