@@ -45,6 +45,18 @@ def frame_of(state: CellState = STATE, received: float = NOW, **fields: object) 
     return decoded
 
 
+def test_the_tools_distance_is_the_lag_free_one_only_while_a_side_follows() -> None:
+    """Nobody judges the path of a pair that only aligns: what is shown is how far apart the shown poses are."""
+    state = msgspec.structs.replace(STATE, deviation_mm=0.07)
+    text = frame_of(msgspec.structs.replace(state, leader="real"))["text"]
+    assert isinstance(text, dict) and text["deviation"] == "0.07 mm"
+    frame = frame_of(msgspec.structs.replace(state, leader=""))
+    text, tool = frame["text"], frame["tool"]
+    assert isinstance(text, dict) and isinstance(tool, dict)
+    apart = 1e3 * math.dist(tool["real"], tool["twin"])
+    assert apart > 1.0 and text["deviation"] == f"{apart:.2f} mm"
+
+
 def test_joint_texts_have_two_decimals_and_a_signed_deviation() -> None:
     """The article's rounding."""
     text = frame_of()["text"]

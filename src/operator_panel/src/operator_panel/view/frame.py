@@ -79,7 +79,7 @@ class FrameMaker:
             "speed.requested": words.percent(state.speed_requested_percent),
             "speed.applied": words.percent(state.speed_applied_percent),
             "speed.reason": words.speed_reason(state),
-            "deviation": f"{words.number(state.deviation_mm)} mm",
+            "deviation": f"{words.number(self._deviation_mm(state, poses))} mm",
             "lag": words.seconds(state.follower_lag),
             "jog": snapshot.jog,
         }
@@ -101,6 +101,12 @@ class FrameMaker:
             for side, values in sides.items()
             if len(values) == len(state.name)
         }
+
+    def _deviation_mm(self, state: CellState, poses: dict[str, dict[str, float]]) -> float:
+        """Return how far the tools are apart: with the lag removed while one side follows, else as both are shown."""
+        if state.leader or len(poses) < 2:
+            return state.deviation_mm
+        return 1e3 * math.dist(*(self._tool(pose) for pose in poses.values()))
 
     def _tool(self, pose: dict[str, float]) -> tuple[float, float, float]:
         x, y, z = (round(float(value), 5) for value in link_pose(self._model, self._tool_link, pose)[:3, 3])
