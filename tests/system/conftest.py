@@ -1,4 +1,7 @@
-"""Whole cells. ``live_cell`` is one for all tests that leave it running; the others start their own."""
+"""Whole cells. ``live_cell`` is one for all tests of a file that leave it running; the others start their own.
+
+It ends with its file: two cells on one small machine would judge each other.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,7 @@ import pytest
 from harness.live_cell import LiveCell
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def live_cell(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LiveCell]:
     """Give a ready cell with a master of its own."""
     cell = LiveCell(tmp_path_factory.mktemp("live_cell"))

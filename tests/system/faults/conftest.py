@@ -1,4 +1,4 @@
-"""One breakable cell for all fault tests; each test leaves it idle."""
+"""One breakable cell for all fault tests of a file; each test leaves it idle."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from harness.faults.fault_cell import FaultCell
 from harness.ros import Master, Ros
 
 
-@pytest.fixture(scope="package")
+@pytest.fixture(scope="module")
 def fault_cell(ros_master: Master, tmp_path_factory: pytest.TempPathFactory) -> Iterator[FaultCell]:
     """Give a running cell with a relay on both wires of the twin controller."""
     ros = Ros(ros_master, tmp_path_factory.mktemp("faults"), "faults")
