@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import json
 import os
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 from random import Random
 
-from harness.faults import operator_faults, value_faults
+from harness.faults import gateway_faults, operator_faults, person_faults, value_faults
 from harness.faults.campaign import scenarios, storm
 from harness.faults.fault_cell import NODES, FaultCell
 from harness.faults.roscore_faults import MasterCell, master_killed, master_stopped
@@ -20,123 +21,150 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 LIES = 10_000
-SECONDS = 10.0
+SECONDS = 4.0
+STALLED_S = 60.0
 STORM_S = 15.0
 NOISE_MINUTES = 10.0
+ALL, REPEATED = "all faults", "scenarios repeated because a time was missed once [part of all]"
+JOURNAL = "scenarios.jsonl"
 
 
 def run(seeds: int, minutes: float, folder: Path, console: Console) -> list[Row]:
     """Run the campaign and return, for each fault and metric, the worst that was measured.
 
+    What each scenario measured is written at once into ``scenarios.jsonl``: a campaign that is ended early leaves its rows.
+
     Args:
         seeds: How often each scenario is run.
         minutes: Of random faults.
-        folder: For logs and bags.
+        folder: For logs, bags and the journal.
         console: Where progress is shown.
     """
-    rows: list[Row] = []
     columns = (TextColumn("{task.description:<40}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with Progress(*columns, console=console) as progress:
-        rows += _values(seeds, progress)
-        rows += _without_master(seeds, folder, progress)
-        with _cell(folder) as cell:
-            rows += _scenarios(cell, seeds, progress)
-            rows += _noise(cell, min(minutes, NOISE_MINUTES), progress)
-            rows += _storms(cell, minutes, progress)
-    return _summed(rows)
+        campaign = Campaign(folder, progress)
+        campaign.values(seeds)
+        campaign.without_master(seeds)
+        with _master(folder) as master:
+            campaign.people(master, seeds)
+            with closing(Ros(master, folder / "cell", "faults")) as ros, FaultCell(ros) as cell:
+                campaign.scenarios(cell, seeds)
+                campaign.long(cell, min(minutes, NOISE_MINUTES))
+                campaign.storms(cell, minutes)
+    return campaign.worst()
 
 
-def _values(seeds: int, progress: Progress) -> list[Row]:
-    """Let robot and twin lie."""
-    task = progress.add_task("lies", total=2 * seeds * LIES)
-    rows = []
-    for seed in range(seeds):
-        for lies in (value_faults.robot_lies, value_faults.twin_lies):
-            rows += _attempt(lies.__name__, lambda k=seed, told=lies: told(k, LIES))  # type: ignore[misc]
-            progress.advance(task, LIES)
-    return rows
+class Campaign:
+    """Runs scenarios, shows how far it is, and keeps what they measured."""
 
+    def __init__(self, folder: Path, progress: Progress) -> None:
+        """Begin with nothing measured."""
+        self._folder, self._progress = folder, progress
+        self._rows: list[Row] = []
+        self._repeated: list[bool] = []
 
-def _without_master(seeds: int, folder: Path, progress: Progress) -> list[Row]:
-    """Kill and stop the ROS master."""
-    rows: list[Row] = []
-    if not seeds:
-        return rows
-    task = progress.add_task("roscore", total=seeds)
-    with MasterCell(folder / "roscore") as cell:
+    def values(self, seeds: int) -> None:
+        """Let robot and twin lie."""
+        task = self._progress.add_task("lies", total=2 * seeds * LIES)
         for seed in range(seeds):
-            rows += _attempt("roscore killed", lambda: master_killed(cell))
-            rows += _attempt("roscore silent", lambda k=seed: master_stopped(cell, 4.0 + k % 3))  # type: ignore[misc]
-            cell.home()
-            progress.advance(task)
-    return rows
+            for lies in (value_faults.robot_lies, value_faults.twin_lies):
+                self._run(lies.__name__, lambda k=seed, told=lies: told(k, LIES))  # type: ignore[misc]
+                self._progress.advance(task, LIES)
+
+    def without_master(self, seeds: int) -> None:
+        """Kill and stop the ROS master."""
+        if not seeds:
+            return
+        task = self._progress.add_task("roscore", total=seeds)
+        with MasterCell(self._folder / "roscore") as cell:
+            for seed in range(seeds):
+                self._run("roscore killed", lambda: master_killed(cell))
+                self._run("roscore silent", lambda k=seed: master_stopped(cell, 4.0 + k % 3))  # type: ignore[misc]
+                cell.home()
+                self._progress.advance(task)
+
+    def people(self, master: Master, seeds: int) -> None:
+        """Let somebody come near a cell that monitors separation."""
+        if not seeds:
+            return
+        task = self._progress.add_task("people", total=seeds)
+        environment = person_faults.monitored(self._folder / "monitored_config")
+        with (
+            closing(Ros(master, self._folder / "monitored", "people")) as ros,
+            person_faults.Person(ros) as person,
+            FaultCell(ros, environment) as cell,
+        ):
+            for seed in range(seeds):
+                for name, action in person_faults.scenarios(cell, person, Random(seed)).items():
+                    self._run(name, action)
+                self._progress.advance(task)
+
+    def scenarios(self, cell: FaultCell, seeds: int) -> None:
+        """Run each scenario once for each seed, each time in another order."""
+        found = scenarios(SECONDS)
+        task = self._progress.add_task("", total=seeds * len(found))
+        for seed in range(seeds):
+            rng = Random(seed)
+            for name in rng.sample(sorted(found), len(found)):
+                self._progress.update(task, description=f"seed {seed}: {name}")
+                self._in_cell(cell, name, lambda n=name, r=rng: found[n](cell, r))  # type: ignore[misc]
+                self._progress.advance(task)
+
+    def long(self, cell: FaultCell, minutes: float) -> None:
+        """Let the sensors of an idle cell be noisy for ``minutes``, and a client that never reads stay for one."""
+        if not minutes:
+            return
+        task = self._progress.add_task(f"noise for {minutes:g} min", total=2)
+        self._in_cell(cell, "noise", lambda: operator_faults.noisy(cell, Random(0), 60.0 * minutes))
+        self._progress.update(task, description=f"a stalled client for {STALLED_S:g} s", advance=1)
+        self._in_cell(cell, "stalled for long", lambda: gateway_faults.attacked(cell, "stalled", Random(0), STALLED_S))
+        self._progress.advance(task)
+
+    def storms(self, cell: FaultCell, minutes: float) -> None:
+        """Break things at random until the time is over."""
+        task = self._progress.add_task("random faults [s]", total=round(60.0 * minutes))
+        begun, seed = time.monotonic(), 0
+        while (past := time.monotonic() - begun) < 60.0 * minutes:
+            self._progress.update(task, completed=round(past))
+            self._in_cell(cell, "storm", lambda k=seed: storm(cell, Random(1000 + k), STORM_S))  # type: ignore[misc]
+            seed += 1
+        self._progress.update(task, completed=round(60.0 * minutes))
+        if seed:
+            self._rows.append(Row("storm", "storms weathered", 1.0, float(seed), at_least=True))
+
+    def worst(self) -> list[Row]:
+        """Return the worst row of each fault and metric, and how many scenarios had to be repeated."""
+        share = [Row(ALL, REPEATED, 0.05, sum(self._repeated) / len(self._repeated))] if self._repeated else []
+        return [*worst(self._rows), *share]
+
+    def _in_cell(self, cell: FaultCell, name: str, action: Callable[[], list[Row]]) -> None:
+        """Run a scenario on an idle cell; whatever it breaks for good is mended before the next."""
+
+        def on_idle_cell() -> list[Row]:
+            _mend(cell)
+            return action()
+
+        self._run(name, on_idle_cell)
+
+    def _run(self, name: str, action: Callable[[], list[Row]]) -> None:
+        """Keep the rows of a scenario, and whether it was repeated; one that fails is a row that does not hold."""
+        begun = time.monotonic()
+        try:
+            rows, again = repeated(action)
+        except Exception as error:
+            text = str(error).splitlines()[0][:100] if str(error) else repr(error)
+            rows, again = [Row(f"{name}: {text}", "did not end as described", 0.0, 1.0, always=True)], 0
+        self._rows += rows
+        self._repeated.append(again > 0)
+        entry = {"scenario": name, "seconds": round(time.monotonic() - begun, 1), "repeated": again}
+        with (self._folder / JOURNAL).open("a", encoding="utf-8") as journal:
+            journal.write(json.dumps({**entry, "rows": [row.record() for row in rows]}) + "\n")
+        for row in rows:
+            if not row.holds:
+                self._progress.console.print(row.text, markup=False)
 
 
-def _scenarios(cell: FaultCell, seeds: int, progress: Progress) -> list[Row]:
-    """Run each scenario once for each seed, each time in another order."""
-    rows: list[Row] = []
-    found = scenarios(SECONDS)
-    task = progress.add_task("", total=seeds * len(found))
-    for seed in range(seeds):
-        rng = Random(seed)
-        for name in rng.sample(sorted(found), len(found)):
-            progress.update(task, description=f"seed {seed}: {name}")
-            rows += _in_cell(cell, name, lambda n=name, r=rng: found[n](cell, r), progress)  # type: ignore[misc]
-            progress.advance(task)
-    return rows
-
-
-def _noise(cell: FaultCell, minutes: float, progress: Progress) -> list[Row]:
-    if not minutes:
-        return []
-    task = progress.add_task(f"noise for {minutes:g} min", total=1)
-    rows = _in_cell(cell, "noise", lambda: operator_faults.noisy(cell, Random(0), 60.0 * minutes), progress)
-    progress.advance(task)
-    return rows
-
-
-def _storms(cell: FaultCell, minutes: float, progress: Progress) -> list[Row]:
-    """Break things at random until the time is over."""
-    rows: list[Row] = []
-    task = progress.add_task("random faults [s]", total=round(60.0 * minutes))
-    begun, seed = time.monotonic(), 0
-    while (past := time.monotonic() - begun) < 60.0 * minutes:
-        progress.update(task, completed=round(past))
-        rows += _in_cell(cell, "storm", lambda k=seed: storm(cell, Random(1000 + k), STORM_S), progress)  # type: ignore[misc]
-        seed += 1
-    progress.update(task, completed=round(60.0 * minutes))
-    return [*rows, Row("storm", "storms weathered", 1.0, float(seed), at_least=True)] if seed else rows
-
-
-def _in_cell(cell: FaultCell, name: str, action: Callable[[], list[Row]], progress: Progress) -> list[Row]:
-    """Run a scenario on an idle cell; whatever it breaks for good is mended before the next."""
-    rows = _attempt(name, lambda: _idle(cell) + action())
-    for row in rows:
-        if not row.holds:
-            progress.console.print(row.text, markup=False)
-    return rows
-
-
-def _attempt(name: str, action: Callable[[], list[Row]]) -> list[Row]:
-    """Return the rows of a scenario, and how often it was repeated; one that fails is a row that does not hold."""
-    try:
-        rows, again = repeated(action)
-    except Exception as error:
-        return [Row(f"{name}: {str(error).splitlines()[0][:100]}", "did not end as described", 0.0, 1.0, always=True)]
-    return [*rows, Row(ALL, REPEATED, 0.05, float(again > 0))]
-
-
-ALL, REPEATED = "all faults", "scenarios repeated because a time was missed once [part of all]"
-
-
-def _summed(rows: list[Row]) -> list[Row]:
-    """Replace the notes on repetitions by their share."""
-    notes = [row.measured for row in rows if row.metric == REPEATED]
-    kept = worst([row for row in rows if row.metric != REPEATED])
-    return [*kept, Row(ALL, REPEATED, 0.05, sum(notes) / len(notes))] if notes else kept
-
-
-def _idle(cell: FaultCell) -> list[Row]:
+def _mend(cell: FaultCell) -> None:
     """Start again what has died, let go on what was stopped, wait until the cell is idle."""
     cell.modbus.refuse(False)
     cell.web.refuse(False)
@@ -146,22 +174,18 @@ def _idle(cell: FaultCell) -> list[Row]:
         else:
             cell.go_on(node)
     cell.recover()
-    return []
 
 
 @contextmanager
-def _cell(folder: Path) -> Iterator[FaultCell]:
-    """Give a cell on a master of its own, with this process as a node beside it."""
+def _master(folder: Path) -> Iterator[Master]:
+    """Give a ROS master of its own, with this process as a node."""
     import rospy
 
     master = Master(folder / "master", workspace_environment())
     os.environ.update({name: master.env[name] for name in ("ROS_MASTER_URI", "ROS_HOME", "ROS_LOG_DIR")})
     rospy.init_node("bench", disable_signals=True)
-    ros = Ros(master, folder / "cell", "faults")
     try:
-        with FaultCell(ros) as cell:
-            yield cell
+        yield master
     finally:
-        ros.close()
         rospy.signal_shutdown("the campaign has ended")
         master.close()

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from harness.live_cell import LiveCell
-from harness.proxy import websocket_units
+from harness.wires.proxy import websocket_units
 from harness.wires.relay import Relay
 from scara_bringup.io.configuration import copy_with_ports
 from scara_bringup.io.processes import URGENT_NICENESS

@@ -7,16 +7,16 @@ import contextlib
 import signal
 import time
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from scara_config import load_robot
 
-from harness.faults.motion import Motion
+from harness.motion import Motion
 from harness.processes import Process, Stage, free_port, wait_until
-from harness.proxy import modbus_units, websocket_units
 from harness.ros import Ros
+from harness.wires.proxy import modbus_units, websocket_units
 from harness.wires.relay import Relay
 from harness.workspace import ROOT
 
@@ -45,9 +45,10 @@ class FaultCell:
         decisions: All its decisions.
     """
 
-    def __init__(self, ros: Ros) -> None:
-        """Choose ports; ``start`` starts the nodes."""
+    def __init__(self, ros: Ros, environment: Mapping[str, str] | None = None) -> None:
+        """Choose ports; ``start`` starts the nodes, with ``environment`` beside that of ``ros``."""
         self.ros = ros
+        self.environment = dict(environment or {})
         self.ports = {"emulator": free_port(), "gateway": free_port()}
         self.modbus = Relay(self.ports["emulator"], modbus_units)
         self.web = Relay(self.ports["gateway"], websocket_units)
@@ -93,7 +94,7 @@ class FaultCell:
             "twin_controller": (f"_modbus_port:={self.modbus.port}", f"_gateway_url:=ws://127.0.0.1:{self.web.port}"),
             "recorder": (f"_directory:={self.ros.folder}",),
         }.get(node, ())
-        process = self.ros.stage.start(*prefix, "rosrun", PACKAGES[node], node, *words, name=node)
+        process = self.ros.stage.start(*prefix, "rosrun", PACKAGES[node], node, *words, name=node, env=self.environment)
         process.put_first()
         self.processes[node] = process
         return process

@@ -27,7 +27,7 @@ def recorder_killed(cell: FaultCell, rng: Random) -> list[Row]:
     time.sleep(rng.uniform(1.5, 3.0))
     killed = cell.kill("recorder")
     ours = stamps(path)
-    copy = path.with_name("reindexed.bag")
+    copy = path.with_name(f"reindexed_{path.name}")  # a second backup of one name would be skipped
     shutil.copy(path, copy)
     cell.ros.shell("rosbag", "reindex", "-q", str(copy), timeout=60.0)
     info = cell.ros.shell("rosbag", "info", "-y", "-k", "messages", str(copy), timeout=60.0)

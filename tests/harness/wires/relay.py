@@ -8,14 +8,14 @@ import threading
 from multiprocessing.connection import Connection
 from typing import Any, Self
 
-from harness.proxy import Proxy, Units
 from harness.wires.damage import Fault
+from harness.wires.proxy import Proxy, Units
 
 DEADLINE_S = 5.0
 
 
 class Relay:
-    """The remote control of a :class:`harness.proxy.Proxy`; a context manager."""
+    """The remote control of a :class:`harness.wires.proxy.Proxy`; a context manager."""
 
     def __init__(self, target: int, units: Units) -> None:
         """Start relaying to ``target``."""

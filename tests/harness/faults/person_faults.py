@@ -1,0 +1,229 @@
+"""Somebody near the robot: what speed and separation monitoring keeps, and what no leaving and no silence may start."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from random import Random
+from typing import Any
+
+from scara_config import load_robot
+
+from harness.faults.fault_cell import FaultCell
+from harness.faults.link_faults import REACTION_S, reaction, still_row
+from harness.faults.rows import Row
+from harness.processes import wait_until
+from harness.ros import Ros
+from harness.workspace import ROOT
+from harness.yaml_files import changed_yaml, copy_configuration
+
+Place = tuple[float, float, float]
+FAR: Place = (4.0, 0.0, 0.2)
+PERIOD_S = 0.05
+WALK_M_S = 1.6
+"""How fast people walk, ISO 13855; config/twin_controller.yaml reckons with it."""
+KEPT_MM = 310.0
+"""What the formula keeps of the distance when the robot has come to rest: C + Z_d + Z_r of config/twin_controller.yaml."""
+STALE_S = 0.3
+STANDS_M_S = 0.02
+WATCHED_S = 1.0
+
+
+def monitored(folder: Path) -> dict[str, str]:
+    """Return the environment of a cell that monitors separation; its configuration is a copy in ``folder``."""
+    folder.mkdir(parents=True)
+    copy_configuration(folder)
+    changed_yaml(folder / "twin_controller.yaml", folder, ["separation", "enabled"], True)
+    return {"SCARA_CONFIG_DIR": str(folder)}
+
+
+class Person:
+    """Somebody whom a sensor sees twenty times a second on ``people/nearest``; a context manager.
+
+    Where the person is, is known for every time of the past: the way is a list of straight walks.
+    """
+
+    def __init__(self, ros: Ros) -> None:
+        """Be far away."""
+        from geometry_msgs.msg import PointStamped
+
+        self._publisher = ros.publisher("people/nearest", PointStamped, subscribers=0)
+        self._walks: list[tuple[float, Place, Place, float]] = [(time.time(), FAR, FAR, 1.0)]
+        self._seen, self._ended = threading.Event(), threading.Event()
+        self._seen.set()
+        self._thread = threading.Thread(target=self._publish, daemon=True)
+
+    def __enter__(self) -> Person:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._ended.set()
+        self._thread.join(5.0)
+
+    def stand(self, place: Place) -> float:
+        """Be there from now on; return when (ROS time)."""
+        return self._go(place, place, 1.0)
+
+    def walk(self, end: Place, speed: float = WALK_M_S) -> float:
+        """Walk straight to ``end`` and stay; return when it began (ROS time)."""
+        return self._go(self.at(time.time()), end, speed)
+
+    def hide(self) -> float:
+        """Let the sensor fall silent; return when (ROS time)."""
+        self._seen.clear()
+        return time.time()
+
+    def show(self) -> None:
+        """Let the sensor see again."""
+        self._seen.set()
+
+    def at(self, stamp: float) -> Place:
+        """Return where the person is at ``stamp`` (ROS time)."""
+        begun, begin, end, speed = [walk for walk in self._walks if walk[0] <= stamp or walk is self._walks[0]][-1]
+        length = math.dist(begin, end)
+        share = 1.0 if length == 0.0 else min(1.0, speed * max(0.0, stamp - begun) / length)
+        x, y, z = (a + share * (b - a) for a, b in zip(begin, end))
+        return x, y, z
+
+    def _go(self, begin: Place, end: Place, speed: float) -> float:
+        now = time.time()
+        self._walks.append((now, begin, end, speed))
+        return now
+
+    def _publish(self) -> None:
+        import rospy
+        from geometry_msgs.msg import Point, PointStamped
+
+        while not self._ended.wait(PERIOD_S):
+            if self._seen.is_set():
+                message = PointStamped(point=Point(*self.at(time.time())))
+                message.header.stamp, message.header.frame_id = rospy.get_rostime(), load_robot(ROOT / "config").base_frame
+                self._publisher.publish(message)
+
+
+def scenarios(cell: FaultCell, person: Person, rng: Random) -> dict[str, Callable[[], list[Row]]]:
+    """Return every scenario with a person by name."""
+    return {
+        "walks_in real": lambda: walks_in(cell, person, "real", rng),
+        "walks_in operator": lambda: walks_in(cell, person, "operator", rng),
+        "stands_by": lambda: stands_by(cell, person, rng),
+        "sensor_silent": lambda: sensor_silent(cell, person),
+    }
+
+
+def walks_in(cell: FaultCell, person: Person, leader: str, rng: Random) -> list[Row]:
+    """Somebody walks up to a robot that moves: it stands in time, nothing goes on when the person leaves, until RESUME."""
+    fault = f"a person walks in, {leader} leads"
+    person.stand(FAR)
+    _begin(cell, leader)
+    angle = rng.uniform(-0.5, 0.5)
+    person.stand((2.2 * math.cos(angle), 2.2 * math.sin(angle), rng.uniform(0.0, 0.5)))
+    begun = person.walk((0.5, 0.1, 0.2))
+    cell.wait_for("PAUSED", 10.0)
+    wait_until(lambda: max(cell.real.standstill(begun), cell.twin.standstill(begun)) < 5.0, 10.0, "standstill of both")
+    stood = begun + cell.real.standstill(begun)
+    rows = [Row(fault, "person's distance when the robot stands [mm]", KEPT_MM, _distance(cell, person, stood), at_least=True)]
+    rested = time.time()
+    answer = cell.command("RESUME")
+    assert not answer.success and "mm away" in answer.message, answer
+    person.walk(FAR, 3.0)
+    time.sleep(WATCHED_S)
+    rows += [still_row(cell, fault, rested), still_row(cell, fault, rested, "twin")]
+    cell.until(lambda: bool(cell.command("RESUME").success), 10.0, "a way on")
+    resumed = time.time()
+    cell.wait_for("IDLE", 60.0)
+    rows.append(Row(fault, "the robot goes on after RESUME [deg or mm]", 1.0, cell.real.travel(resumed), at_least=True))
+    cell.recover()
+    return rows
+
+
+def stands_by(cell: FaultCell, person: Person, rng: Random) -> list[Row]:
+    """Somebody stands beside a robot that moves: it is never faster than the protective distance allows."""
+    fault = "a person stands by"
+    person.stand(FAR)
+    cell.recover()
+    away = rng.uniform(1.3, 1.6)
+    person.stand((away * math.cos(0.9), away * math.sin(0.9), 0.2))
+    time.sleep(4 * PERIOD_S)
+    begun = time.time()
+    cell.go(30.0)
+    cell.wait_for("IDLE", 60.0)
+    share, fastest = 0.0, 0.0
+    for message in cell.real.between(begun):
+        speed = _tool_speed(message)
+        fastest = max(fastest, speed)
+        if speed > STANDS_M_S:
+            share = max(share, protective(speed) / (_distance(cell, person, message.header.stamp.to_sec()) * 1e-3))
+    person.stand(FAR)
+    cell.recover()
+    return [
+        Row(fault, "protective distance at the robot's speed [part of the distance]", 1.0, share),
+        Row(fault, "the robot's tool moves all the same [m/s]", 0.1, fastest, at_least=True),
+    ]
+
+
+def sensor_silent(cell: FaultCell, person: Person) -> list[Row]:
+    """The sensor falls silent during a move: the robot stands; beside a silent sensor no move begins."""
+    fault = "the sensor for people falls silent"
+    person.stand(FAR)
+    cell.recover()
+    cell.go(5.0)
+    begun = person.hide()
+    cell.wait_for("PAUSED", 10.0)
+    rows = [reaction(cell, fault, begun, STALE_S + PERIOD_S + REACTION_S)]
+    rested = time.time()
+    for words in (
+        {"command": "RESUME"},
+        {"command": "MOVE_JOINTS", "joint_positions": (0.0, 0.0, -0.16, 0.0), "speed_percent": 5.0},
+    ):
+        answer = cell.command(**words)  # type: ignore[arg-type]
+        assert not answer.success and "silent" in answer.message, answer
+    person.show()
+    time.sleep(WATCHED_S)
+    rows += [still_row(cell, fault, rested), still_row(cell, fault, rested, "twin")]
+    cell.recover()
+    return rows
+
+
+def protective(speed: float) -> float:
+    """Return ISO/TS 15066's protective distance [m] by the terms of config/twin_controller.yaml: 0.1 s, 10 m/s2, 0.31 m."""
+    stopping = speed / 10.0
+    return WALK_M_S * (0.1 + stopping) + speed * 0.1 + speed * speed / 20.0 + KEPT_MM * 1e-3
+
+
+def _begin(cell: FaultCell, leader: str) -> None:
+    """Let the robot run its program, or the operator move both for three seconds: time for somebody to come."""
+    cell.recover()
+    if leader == "operator":
+        cell.go(5.0)
+    else:
+        cell.pendant("run", "TWO_POINT")
+        cell.wait_for("REAL_LEADS", 15.0)
+
+
+def _points(message: Any) -> list[tuple[float, float, float]]:
+    """Return tool and elbow [m] in closed form; the elbow's height is robot.yaml's."""
+    at = dict(zip(message.name, message.position))
+    first, both = at["joint_1"], at["joint_1"] + at["joint_2"]
+    x, y = 0.35 * math.cos(first), 0.35 * math.sin(first)
+    return [(x + 0.30 * math.cos(both), y + 0.30 * math.sin(both), 0.16 + at["joint_3"]), (x, y, 0.30)]
+
+
+def _distance(cell: FaultCell, person: Person, stamp: float) -> float:
+    """Return how far the person was from tool or elbow of the robot at ``stamp`` [mm]."""
+    before = cell.real.between(stamp - 0.5, stamp)[-1]
+    return 1e3 * min(math.dist(point, person.at(stamp)) for point in _points(before))
+
+
+def _tool_speed(message: Any) -> float:
+    """Return the larger speed of tool and elbow [m/s], by the planar Jacobian."""
+    at, rate = dict(zip(message.name, message.position)), dict(zip(message.name, message.velocity))
+    first, both = at["joint_1"], at["joint_1"] + at["joint_2"]
+    w1, w12 = rate["joint_1"], rate["joint_1"] + rate["joint_2"]
+    vx = -0.35 * math.sin(first) * w1 - 0.30 * math.sin(both) * w12
+    vy = 0.35 * math.cos(first) * w1 + 0.30 * math.cos(both) * w12
+    return max(math.hypot(vx, vy, rate["joint_3"]), 0.35 * abs(w1))
