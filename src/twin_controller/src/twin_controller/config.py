@@ -56,6 +56,7 @@ class Change(Section, frozen=True):
     hysteresis: Positive
     confirm: Count
     window: Count
+    agree_samples: Count
     still_tolerance: Positive
     still_time_ms: PositiveMs
     echo_tolerance: Positive

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import random
 
 import msgspec
 import pytest
@@ -130,6 +131,30 @@ def test_noise_on_a_rounding_edge_is_no_change(centre: float, noise: list[float]
     values = [centre + width * part for part in noise]
     state = fed(agreed(values[0]), *values[1:])
     assert not change.moved(state, CONFIG)
+
+
+DRIFT = 0.2
+"""Of the smallest step shown: a drive that settles."""
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_noise_beside_a_drive_that_settles_is_no_change(seed: int) -> None:
+    """The agreed position is a mean: one sample at the noise's edge, and a few micrometres on, noise would be a change."""
+    rng = random.Random(seed)
+    centre = rng.uniform(-90.0, 90.0)
+    half = 0.5 * CONFIG.hysteresis
+    state = fed(ChangeState(), *(centre + rng.uniform(-half, half) for _ in range(30)))
+    state = change.take_baseline(state, (centre + half,), CONFIG)
+    for k in range(20_000):
+        drifted = centre - DRIFT * STEP * min(1.0, k / 5000)
+        state = change.update(state, 0.3 + k * PERIOD, (drifted + rng.uniform(-half, half),), CONFIG)
+        assert not change.moved(state, CONFIG), f"sample {k}"
+
+
+def test_the_agreed_position_of_a_side_that_moves_is_where_it_is() -> None:
+    """A mean over samples of a motion would lie behind."""
+    state = fed(ChangeState(), *(0.5 * k for k in range(40)))
+    assert change.take_baseline(state, (19.5,), CONFIG).baseline == (19.5,)
 
 
 @given(centre=EDGE, noise=NOISE)

@@ -22,6 +22,8 @@ class ChangeState(msgspec.Struct, frozen=True):
         previous: Last sample inside the hysteresis: time and largest deviation from the baseline.
         lowest: Lowest position of each joint since ``still_since``, border units.
         highest: Likewise the highest.
+        mean: Running mean of the positions since ``still_since``, border units.
+        count: Of how many samples, at most ``agree_samples``.
         still_since: Since when each joint stays within the tolerance of one position [s].
     """
 
@@ -31,12 +33,19 @@ class ChangeState(msgspec.Struct, frozen=True):
     previous: tuple[float, float] | None = None
     lowest: Joints = ()
     highest: Joints = ()
+    mean: Joints = ()
+    count: int = 0
     still_since: float = 0.0
 
 
 def take_baseline(state: ChangeState, q: Joints, config: Change) -> ChangeState:
-    """Take ``q`` (border units) as the agreed position; nothing has moved since."""
-    rounded = tuple(round(value, config.decimals) for value in q)
+    """Take ``q`` (border units) as the agreed position; nothing has moved since.
+
+    A side that stands has its mean taken: the noise of one sample would stay in every later comparison, and eat up half of
+    the hysteresis.
+    """
+    settled = state.mean if state.count >= config.agree_samples and len(state.mean) == len(q) else q
+    rounded = tuple(round(value, config.decimals) for value in settled)
     return msgspec.structs.replace(state, baseline=rounded, recent=(), onset=None, previous=None)
 
 
@@ -85,8 +94,10 @@ def _rested(state: ChangeState, t: float, q: Joints, config: Change) -> ChangeSt
     if len(state.lowest) == len(q):
         lowest, highest = tuple(map(min, state.lowest, q)), tuple(map(max, state.highest, q))
         if max(high - low for low, high in zip(lowest, highest)) <= 2.0 * config.still_tolerance:
-            return msgspec.structs.replace(state, lowest=lowest, highest=highest)
-    return msgspec.structs.replace(state, lowest=q, highest=q, still_since=t)
+            count = min(state.count + 1, config.agree_samples)
+            mean = tuple(old + (new - old) / count for old, new in zip(state.mean, q))
+            return msgspec.structs.replace(state, lowest=lowest, highest=highest, mean=mean, count=count)
+    return msgspec.structs.replace(state, lowest=q, highest=q, mean=q, count=1, still_since=t)
 
 
 def moved(state: ChangeState, config: Change) -> bool:
