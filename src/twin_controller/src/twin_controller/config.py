@@ -130,6 +130,13 @@ class Reset(Section, frozen=True):
     timeout_ms: PositiveMs
 
 
+class Stop(Section, frozen=True):
+    """How long the robot may take to show a stop, and how often it is told."""
+
+    retry_ms: PositiveMs
+    attempts: Count
+
+
 class Stream(Section, frozen=True):
     """How the robot's stream program is fed and started."""
 
@@ -176,6 +183,7 @@ class TwinControllerConfig(Section, frozen=True):
     cell: CellLimits
     separation: Separation
     reset: Reset
+    stop: Stop
     stream: Stream
     divergence: Divergence
     home: Home

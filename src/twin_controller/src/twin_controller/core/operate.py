@@ -72,6 +72,8 @@ def _forbidden(setup: Setup, state: CoreState, event: Operator, trigger: Trigger
         return ""
     if state.separation.too_close:
         return state.separation.reason
+    if state.flags is not None and state.flags.own_program:
+        return "the real robot runs a program of its own: STOP ends it"
     target = setup.home if event.command == "HOME" else event.target
     if event.command == "MOVE" or not state.twin.history:
         return ""

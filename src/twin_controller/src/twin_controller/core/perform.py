@@ -9,10 +9,11 @@ from twin_controller.core.events import Operator
 from twin_controller.core.observing import change
 from twin_controller.core.rules.reports import OWN_COMMAND
 from twin_controller.core.rules.triggers import onsets
-from twin_controller.core.state import CoreState, Follow, Setup, Side, StreamState
+from twin_controller.core.state import CoreState, Follow, Owed, Setup, Side, StreamState
 
 replace = msgspec.structs.replace
 
+STOPPING = (Do.STOP_REAL, Do.HOLD_REAL)
 TO_TWIN = (Do.STOP_TWIN, Do.PAUSE_TWIN, Do.RESUME_TWIN, Do.ESTOP_TWIN, Do.RESET_TWIN)
 
 
@@ -31,6 +32,10 @@ def perform(
     """
     if do in (Do.ESTOP_REAL, Do.ESTOP_TWIN):
         state = replace(state, estop_at=now)
+    if do in STOPPING and (state.flags is not None or state.real_busy or command is not None):
+        state = replace(state, owed=Owed(do, now))  # a robot that stood when its link was lost is not stopped later
+    elif do in (Do.RELEASE_REAL, Do.ESTOP_REAL):
+        state = replace(state, owed=None)
     if do in TO_TWIN:
         number = OWN_COMMAND | (state.command_id + 1)
         state = replace(state, command_id=state.command_id + 1, asked=state.motion, asked_at=now)

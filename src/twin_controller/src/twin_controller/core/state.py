@@ -8,7 +8,7 @@ from scara_config import Robot
 from scara_control.kinematics.screws import ScrewModel
 
 from twin_controller.config import TwinControllerConfig
-from twin_controller.core.actions import Decided
+from twin_controller.core.actions import Decided, Do
 from twin_controller.core.events import Joints, RealMeasured, TwinMotion, TwinPlan
 from twin_controller.core.following.blend import Blend
 from twin_controller.core.observing.change import ChangeState
@@ -70,6 +70,7 @@ class Side(msgspec.Struct, frozen=True):
 
     Attributes:
         connected: Its link is up.
+        echoed: Samples of this lead that were taken for the answer to our own commands.
         reason: Why not.
         seen: When the newest sample was true at the latest [s]; None before the first one since the link came up.
         history: Samples, newest last.
@@ -84,6 +85,7 @@ class Side(msgspec.Struct, frozen=True):
     history: tuple[Sample, ...] = ()
     change: ChangeState = ChangeState()
     tube: EchoTube = EchoTube()
+    echoed: int = 0
     clock: ClockEstimate = ClockEstimate()
 
     @property
@@ -165,6 +167,14 @@ class GripOrder(msgspec.Struct, frozen=True):
     attempts: int
 
 
+class Owed(msgspec.Struct, frozen=True):
+    """A stop or hold that the real robot does not show yet: what it was told, when last [s], and how often."""
+
+    do: Do
+    sent: float
+    attempts: int = 1
+
+
 class CoreState(msgspec.Struct, frozen=True):
     """The whole state of the controller.
 
@@ -181,6 +191,9 @@ class CoreState(msgspec.Struct, frozen=True):
         separation: Distance to that person and what follows from it.
         paused_mode: The mode that PAUSE interrupted.
         paused_seen: Whether the real robot and the twin have shown that they paused since.
+        real_busy: The real robot's last answer showed a program or a stream; kept while its link is down.
+        owed: The stop that the real robot must still show; kept while its link is down.
+        must_align: A latched stop was reset: before ALIGN the twin may not lead.
         estop_at: When the emergency stop was sent last [s].
         reset_since: When the real robot was asked to reset [s], None if it was not.
         program_was_off: The real robot's own program was seen ended since the last stop.
@@ -219,6 +232,9 @@ class CoreState(msgspec.Struct, frozen=True):
     paused_mode: Mode | None = None
     paused_seen: tuple[bool, bool] = (False, False)
     needs_acknowledge: bool = False
+    real_busy: bool = False
+    owed: Owed | None = None
+    must_align: bool = False
     estop_at: float = -1e9
     reset_since: float | None = None
     program_was_off: bool = True

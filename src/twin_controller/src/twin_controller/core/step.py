@@ -20,6 +20,7 @@ from twin_controller.core.events import (
 )
 from twin_controller.core.following.follow import follow_twin, stream_real
 from twin_controller.core.gripping import watch_grippers
+from twin_controller.core.insist import ignored, insist, real_answered
 from twin_controller.core.observing import change
 from twin_controller.core.observing.measure import clock_probed, link_changed, real_measured, twin_measured
 from twin_controller.core.operate import operate
@@ -60,6 +61,8 @@ def step(setup: Setup, state: CoreState, event: AnyEvent) -> Result:
     if isinstance(event, RealMeasured) and state.real.history[-1:] != newest:
         state, done = _command_followers(setup, state, event.now)
         actions += done
+        state, done = insist(setup, state, event.now)
+        actions += done
     state, done = watch_grippers(setup, state, event)
     actions += done
     state, done = cap_speed(setup, state, event.now)
@@ -69,6 +72,8 @@ def step(setup: Setup, state: CoreState, event: AnyEvent) -> Result:
 def _first_that_counts(setup: Setup, state: CoreState, event: AnyEvent) -> Trigger | None:
     """Return the most urgent trigger that means something in this mode."""
     found = triggers.link_triggers(setup, state) or reports.side_triggers(setup, state, event.now)
+    if isinstance(event, RealMeasured) and ignored(setup, state, event.now):
+        found = [Trigger.STOP_IGNORED, *found]
     if isinstance(event, RealMeasured | TwinMeasured | TwinPlan | TwinMotion):
         found = [
             *found,
@@ -90,7 +95,7 @@ def _absorb(setup: Setup, state: CoreState, event: AnyEvent) -> CoreState:
         case LinkChanged():
             return link_changed(state, event)
         case RealMeasured():
-            state = real_measured(setup, state, event)
+            state = real_answered(real_measured(setup, state, event), event)
             stream = state.stream
             if stream is not None and stream.ending:
                 state = replace(state, stream=replace(stream, ending=event.streaming))

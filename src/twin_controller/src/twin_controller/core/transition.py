@@ -78,6 +78,11 @@ def detail(state: CoreState, trigger: Trigger) -> str:
         return f" ({state.way.violation})"
     if trigger in (Trigger.TOO_CLOSE, Trigger.RESUME_BLOCKED) and state.separation.too_close:
         return f" ({state.separation.reason})"
+    if trigger in (Trigger.AT_REST, Trigger.UNSETTLED):
+        name, side = ("twin", state.twin) if state.leader == "real" else ("real robot", state.real)
+        return f" (ignored as echo: {side.echoed} samples of the {name})"
+    if trigger is Trigger.STOP_IGNORED and state.owed is not None:
+        return f" ({state.owed.do.value}, sent {state.owed.attempts} times)"
     return f" ({state.alarm})" if trigger is Trigger.REAL_FAULT and state.alarm else ""
 
 
@@ -105,6 +110,8 @@ def _enter(state: CoreState, row: Row, trigger: Trigger, now: float) -> CoreStat
             twin=replace(state.twin, change=change.drop_baseline(state.twin.change)),
             program_was_off=False,
         )
+    if mode in LEADERS and trigger not in RESUMING:
+        state = replace(state, real=replace(state.real, echoed=0), twin=replace(state.twin, echoed=0))
     return replace(
         state,
         mode=mode,
@@ -114,6 +121,7 @@ def _enter(state: CoreState, row: Row, trigger: Trigger, now: float) -> CoreStat
         stream=state.stream if follows_twin else None,
         paused_mode=paused,
         paused_seen=(False, False),
+        must_align=trigger is Trigger.RESET_DONE or (state.must_align and mode is not Mode.ALIGNING),
         needs_acknowledge=trigger is Trigger.DIVERGED if mode is Mode.PAUSED else False,
         reset_since=None,
         move_pending=state.move_pending and active is Mode.OPERATOR_LEADS,

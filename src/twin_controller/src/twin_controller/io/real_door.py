@@ -104,6 +104,7 @@ class RealDoor:
                     self._link.pulse("start")
             case Do.ESTOP_REAL:
                 self._link.set_coil("imstp", False)
+                self._link.pulse("cstopi")  # an alarm may only pause a program; a reset must not give it back
                 self._link.write_integer("setpoint_valid", 0)
             case Do.RESET_REAL:
                 self._link.set_coil("imstp", True)

@@ -93,6 +93,7 @@ def _sampled(setup: Setup, side: Side, sample: Sample) -> Side:
         side,
         history=(*side.history, sample)[-HISTORY:],
         change=change.update(side.change, sample.t, border, config, echo=own),
+        echoed=side.echoed + own,
     )
 
 

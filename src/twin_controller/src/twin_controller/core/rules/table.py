@@ -52,6 +52,7 @@ class Trigger(StrEnum):
     TWIN_RESUMED = "the twin goes on"
     TWIN_ESTOPPED = "the twin was frozen on its side"
     ESTOP_MISSED = "a side does not obey the latched emergency stop"
+    STOP_IGNORED = "the real robot does not obey a stop"
     RELEASED_BLOCKED = "a side goes on while RESUME is blocked"
     STREAM_FAILED = "the real robot does not start its stream program"
     REJECTED = "a set point for the real robot was rejected"
@@ -122,6 +123,9 @@ DEFAULTS: dict[Trigger, Row] = {
     Trigger.TWIN_RESUMED: STAY,
     Trigger.TWIN_ESTOPPED: Row(Mode.ESTOP, (Do.ESTOP_REAL,), "latched; RESET once the cause is gone"),
     Trigger.ESTOP_MISSED: STAY,
+    Trigger.STOP_IGNORED: Row(
+        Mode.ESTOP, (Do.ESTOP_REAL, Do.ESTOP_TWIN), "its drives are switched off; RESET once the cause is gone"
+    ),
     Trigger.RELEASED_BLOCKED: STAY,
     Trigger.STREAM_FAILED: STAY,
     Trigger.REJECTED: STAY,
@@ -196,7 +200,7 @@ ROWS: dict[Mode, dict[Trigger, Row]] = {
         Trigger.REAL_FAULT: STAY,
         Trigger.REAL_DRIVES_OFF: STAY,
         Trigger.TWIN_ESTOPPED: STAY,
-        Trigger.STOP: Row(None, BOTH_STOP, "sent to the side still reached"),
+        Trigger.STOP: Row(None, BOTH_STOP, "sent to the side still reached; a robot that is not is told when it answers again"),
         Trigger.PAUSE: _OFFLINE,
         Trigger.RESUME: _OFFLINE,
         Trigger.RESUME_BLOCKED: _OFFLINE,
@@ -262,6 +266,7 @@ ROWS: dict[Mode, dict[Trigger, Row]] = {
         Trigger.REAL_FAULT: STAY,
         Trigger.REAL_DRIVES_OFF: STAY,
         Trigger.TWIN_ESTOPPED: STAY,
+        Trigger.STOP_IGNORED: STAY,
         Trigger.ESTOP_MISSED: Row(None, (Do.ESTOP_REAL, Do.ESTOP_TWIN), "sent again"),
         Trigger.STOP: Row(None, BOTH_STOP, "the emergency stop stays latched"),
         Trigger.ESTOP: Row(None, (Do.ESTOP_REAL, Do.ESTOP_TWIN), "already latched; sent again"),
@@ -277,6 +282,7 @@ ROWS: dict[Mode, dict[Trigger, Row]] = {
         Trigger.MOVE_UNALIGNED: _LATCHED,
     },
     Mode.FAULT: {
+        Trigger.LINK_LOST: Row(None, BOTH_STOP, "the fault stays until RESET"),
         Trigger.REAL_FAULT: STAY,
         Trigger.STOP: Row(None, BOTH_STOP, "the fault stays until RESET"),
         Trigger.RESET: _RESET,

@@ -116,7 +116,9 @@ def _twin_moved(setup: Setup, state: CoreState) -> Trigger:
 
 
 def pair_agreed(setup: Setup, state: CoreState) -> bool:
-    """Return whether the agreed positions of both sides are close enough for the twin to lead."""
+    """Return whether the agreed positions of both sides are close enough for the twin to lead, and it may by its last stop."""
+    if state.must_align:
+        return False
     pair = list(zip(state.real.change.baseline, state.twin.change.baseline))
     return bool(pair) and max(abs(a - b) for a, b in pair) <= setup.config.align.lead_tolerance
 
