@@ -14,6 +14,7 @@ from scara_config import load_robot
 
 from harness.faults.fault_cell import FaultCell
 from harness.faults.link_faults import REACTION_S, reaction, still_row
+from harness.faults.process_faults import twin_stops
 from harness.faults.rows import Row
 from harness.processes import wait_until
 from harness.ros import Ros
@@ -65,7 +66,8 @@ class Person:
         self._thread.join(5.0)
 
     def stand(self, place: Place) -> float:
-        """Be there from now on; return when (ROS time)."""
+        """Be there from now on, and be seen; return when (ROS time)."""
+        self._seen.set()
         return self._go(place, place, 1.0)
 
     def walk(self, end: Place, speed: float = WALK_M_S) -> float:
@@ -76,10 +78,6 @@ class Person:
         """Let the sensor fall silent; return when (ROS time)."""
         self._seen.clear()
         return time.time()
-
-    def show(self) -> None:
-        """Let the sensor see again."""
-        self._seen.set()
 
     def at(self, stamp: float) -> Place:
         """Return where the person is at ``stamp`` (ROS time)."""
@@ -174,15 +172,15 @@ def sensor_silent(cell: FaultCell, person: Person) -> list[Row]:
     cell.go(5.0)
     begun = person.hide()
     cell.wait_for("PAUSED", 10.0)
-    rows = [reaction(cell, fault, begun, STALE_S + PERIOD_S + REACTION_S)]
+    rows = [reaction(cell, fault, begun, STALE_S + PERIOD_S + REACTION_S), twin_stops(cell, fault, begun)]
     rested = time.time()
-    for words in (
-        {"command": "RESUME"},
-        {"command": "MOVE_JOINTS", "joint_positions": (0.0, 0.0, -0.16, 0.0), "speed_percent": 5.0},
-    ):
-        answer = cell.command(**words)  # type: ignore[arg-type]
-        assert not answer.success and "silent" in answer.message, answer
-    person.show()
+    answer = cell.command("RESUME")
+    assert not answer.success and "silent" in answer.message, answer
+    assert cell.command("STOP").success
+    cell.wait_for("STOPPED", 5.0)
+    answer = cell.command("ALIGN")
+    assert not answer.success and "silent" in answer.message, answer
+    person.stand(FAR)
     time.sleep(WATCHED_S)
     rows += [still_row(cell, fault, rested), still_row(cell, fault, rested, "twin")]
     cell.recover()

@@ -68,10 +68,10 @@ def _invalid_target(setup: Setup, event: Operator) -> str:
 
 def _forbidden(setup: Setup, state: CoreState, event: Operator, trigger: Trigger) -> str:
     """Return why a valid move may not begin now: a person is too close, or its way leads through a keep-out zone."""
+    if state.separation.too_close and trigger in (Trigger.MOVE, Trigger.ALIGN):
+        return state.separation.reason
     if trigger is not Trigger.MOVE:
         return ""
-    if state.separation.too_close:
-        return state.separation.reason
     if state.flags is not None and state.flags.own_program:
         return "the real robot runs a program of its own: STOP ends it"
     target = setup.home if event.command == "HOME" else event.target

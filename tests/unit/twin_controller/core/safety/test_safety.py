@@ -241,6 +241,16 @@ def test_no_move_of_the_operator_begins_beside_a_person(watched: tuple[Pair, Bys
     assert not reply.success and "a person is 250 mm away" in reply.message
 
 
+def test_the_twin_does_not_align_beside_a_person(watched: tuple[Pair, Bystander]) -> None:
+    """Refused with the distance, instead of begun and stopped."""
+    pair, person = watched
+    assert pair.operate("STOP").success
+    person.x = 0.9
+    person.run(0.3)
+    reply = pair.operate("ALIGN")
+    assert not reply.success and "a person is" in reply.message
+
+
 def test_a_sensor_that_falls_silent_stops_the_pair(watched: tuple[Pair, Bystander]) -> None:
     """Not seen is not absent."""
     pair, _ = watched
