@@ -48,7 +48,7 @@ def scenarios(seconds: float) -> dict[str, Scenario]:
         recording_faults.disk_full,
     ):
         found[plain.__name__] = plain
-    found["stop_reaches_both"] = lambda cell, rng: operator_faults.stop_reaches_both(cell, rng, 5)
+    found["stop_reaches_both"] = lambda cell, rng: operator_faults.stop_reaches_both(cell, rng, 2)
     return found
 
 

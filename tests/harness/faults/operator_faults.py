@@ -22,28 +22,47 @@ NOISE = 0.01
 WATCHED_S = 1.5
 
 
+STOPS = {"the operator": "STOP", "the robot's pendant": "REAL_STOPPED", "the twin's side": "TWIN_STOPPED"}
+"""Who stops, and the decision that it leads to."""
+
+
 def stop_reaches_both(cell: FaultCell, rng: Random, count: int) -> list[Row]:
-    """STOP during moves: how soon after the decision it is on both wires, and whether one is ever lost."""
+    """STOP during moves, from each side ``count`` times: how soon after the decision on both wires, and whether one is lost."""
     to_real, to_twin, arrived = [], [], 0
-    for _ in range(count):
-        cell.move(rng.uniform(10.0, 30.0))
+    for source, event in count * list(STOPS.items()):
+        cell.move(rng.uniform(5.0, 10.0))
         cell.modbus.disturb(Tap(CSTOPI_ON))
         cell.web.disturb(Tap(STOP_COMMAND))
         begun = time.time()
-        assert cell.command("STOP").success
-        decided = cell.noticed(begun, events=("STOP",))
-        seen = [wait_until(relay.report, 2.0, "STOP on the wire").get("seen", 0.0) for relay in (cell.modbus, cell.web)]
+        _stop(cell, source)
+        decided = cell.noticed(begun, events=(event,))
+        seen = [
+            wait_until(relay.report, 2.0, f"STOP by {source} on the wire").get("seen", 0.0) for relay in (cell.modbus, cell.web)
+        ]
         arrived += all(at >= begun for at in seen)
         to_real.append(seen[0] - decided)
         to_twin.append(seen[1] - decided)
         wait_until(lambda: max(cell.real.standstill(begun), cell.twin.standstill(begun)) < 2.0, 5.0, "standstill of both")  # noqa: B023
         cell.recover()
-    name = f"STOP, {count} times"
+    name = f"STOP by {', '.join(STOPS)}"
     return [
-        Row(name, "lost", 0.0, float(count - arrived), always=True),
+        Row(name, "lost", 0.0, float(len(to_real) - arrived), always=True),
         Row(name, "on the wire to the robot after [s], median", CYCLES_S, statistics.median(to_real)),
         Row(name, "on the wire to the twin after [s], median", CYCLES_S, statistics.median(to_twin)),
     ]
+
+
+def _stop(cell: FaultCell, source: str) -> None:
+    """Stop as somebody on that side does."""
+    if source == "the operator":
+        assert cell.command("STOP").success
+    elif source == "the robot's pendant":
+        cell.pendant("abort")
+    else:
+        from scara_msgs.msg import MotionCommand
+
+        publisher = cell.ros.publisher("motion_command", MotionCommand)
+        publisher.publish(MotionCommand(command=MotionCommand.STOP, id=1, reason="stopped on the twin's side"))
 
 
 def estop_released(cell: FaultCell, rng: Random) -> list[Row]:
