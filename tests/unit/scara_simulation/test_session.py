@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from typing import Any
 
 import msgspec
@@ -103,6 +104,43 @@ def test_refused_call_is_answered_as_a_call() -> None:
     assert answer == ServiceResponse(
         id="c", service="move_to", result=False, values="role viewer may not call_service /cell/move_to"
     )
+
+
+CALL = b'{"op":"call_service","id":"a","service":"/x",'
+
+
+@pytest.mark.parametrize("level", ["error", "none"])
+@pytest.mark.parametrize(
+    ("data", "text", "packet_id", "service"),
+    [
+        (CALL + b'"args":5}', "Expected `object | array | null`, got `int`", "a", "/x"),
+        (CALL + b'"timeout":-1}', ">= 0.0", "a", "/x"),
+        (CALL + b'"args":{"x":NaN}}', "no valid JSON", "a", "/x"),
+        (CALL + b'"args":{"x":1', "no valid JSON", "a", "/x"),
+        (CALL + b'"args":' + b"[" * 10 + b"]" * 10 + b"}", "deeper than the allowed 10", "a", "/x"),
+        (CALL + b'"args":' + b"[" * 900 + b"]" * 900 + b"}", "deeper than the allowed 10", "a", "/x"),
+        (CALL + b'"args":"' + b"y" * 2000 + b'"}', "longer than the allowed 2000", "a", "/x"),
+        (b'{"args":"' + b"y" * 9000 + b'",' + CALL[1:-1] + b"}", "longer than the allowed 2000", "a", "/x"),
+        (b'{"op":"call_service","id":"a"}', "missing required field `service`", "a", ""),
+        (b'{"op":"call_service","id":7,"service":5}', r"- at `\$.service`", 7, ""),
+        (b'{"op":"call_service","id":1.5,"service":"/x"}', r"- at `\$.id`", UNSET, "/x"),
+    ],
+)
+def test_malformed_call_is_answered_as_a_call(data: bytes, text: str, packet_id: str, service: str, level: str) -> None:
+    """Whoever calls gets an answer with a reason, also who wants no remarks."""
+    client = session()
+    say(client, op="set_level", level=level)
+    answer = client.receive(data, 0.0)
+    assert isinstance(answer, ServiceResponse) and (answer.id, answer.service, answer.result) == (packet_id, service, False)
+    assert re.search(text, answer.values) and client.counters.refused == 1
+
+
+def test_malformed_call_over_the_rate_is_answered() -> None:
+    """Nobody waits in vain, however fast he sends."""
+    client = session(packets_burst=1)
+    answers = [client.receive(CALL + b'"args":5}', 0.0) for _ in range(3)]
+    assert all(isinstance(answer, ServiceResponse) and answer.id == "a" for answer in answers)
+    assert "more than 10" in answers[-1].values and client.counters.refused == 3  # type: ignore[union-attr]
 
 
 @pytest.mark.parametrize(

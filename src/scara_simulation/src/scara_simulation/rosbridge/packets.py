@@ -12,19 +12,13 @@ from typing import Annotated, Any, Literal
 import msgspec
 from msgspec import UNSET, Meta, Struct, UnsetType
 
+from scara_simulation.rosbridge.envelope import read_envelope
+
 PacketId = str | int | None | UnsetType
 Level = Literal["info", "warning", "error", "none"]
 Count = Annotated[int, Meta(ge=0)]
 
 _BRACKETS = re.compile(rb'"(?:[^"\\]|\\.)*"|[\[{]|[\]}]', re.DOTALL)
-
-
-class PacketError(ValueError):
-    """What came is no packet; ``packet_id`` is its id as far as it could be read."""
-
-    def __init__(self, reason: str, packet_id: PacketId = UNSET) -> None:
-        super().__init__(reason)
-        self.packet_id = packet_id
 
 
 class _Packet(Struct, frozen=True, kw_only=True, tag_field="op"):
@@ -77,6 +71,21 @@ class CallService(_Packet, frozen=True, kw_only=True, omit_defaults=True, tag="c
     timeout: Annotated[float, Meta(ge=0.0, le=86_400.0)] | None = None
 
 
+class PacketError(ValueError):
+    """What came is no packet.
+
+    Attributes:
+        packet_id: Its id as far as it could be read.
+        call: Who waits for an answer, when it was meant as a service call: its id and service, as far as they could be read.
+    """
+
+    def __init__(self, reason: str, data: bytes) -> None:
+        super().__init__(reason)
+        outside = read_envelope(data)
+        self.packet_id = outside.id
+        self.call = CallService(id=outside.id, service=outside.service or "") if outside.op == "call_service" else None
+
+
 class AdvertiseService(_Packet, frozen=True, kw_only=True, tag="advertise_service"):
     """The client answers calls of ``service``."""
 
@@ -126,14 +135,7 @@ Packet = (
 )
 
 
-class _Envelope(Struct):
-    op: Any = None
-    id: Any = UNSET
-    service: Any = None
-
-
 _DECODER: msgspec.json.Decoder[Packet] = msgspec.json.Decoder(Packet)
-_ENVELOPE = msgspec.json.Decoder(_Envelope)
 _ENCODER = msgspec.json.Encoder()
 
 
@@ -149,17 +151,17 @@ def decode(data: bytes, max_bytes: int, max_depth: int) -> Packet:
         PacketError: Too long, too deep, no JSON, unknown ``op``, a missing field or a wrong type.
     """
     if len(data) > max_bytes:
-        raise PacketError(f"packet of {len(data)} bytes is longer than the allowed {max_bytes}")
+        raise PacketError(f"packet of {len(data)} bytes is longer than the allowed {max_bytes}", data)
     try:
         if depth_exceeds(data, max_depth):
-            raise PacketError(f"packet is nested deeper than the allowed {max_depth}", _packet_id(data))
+            raise PacketError(f"packet is nested deeper than the allowed {max_depth}", data)
         return _DECODER.decode(data)
     except msgspec.ValidationError as error:
-        raise PacketError(f"packet does not fit rosbridge v2: {error}", _packet_id(data)) from error
+        raise PacketError(f"packet does not fit rosbridge v2: {error}", data) from error
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
-        raise PacketError(f"packet is no valid JSON: {error}") from error
+        raise PacketError(f"packet is no valid JSON: {error}", data) from error
     except RecursionError as error:
-        raise PacketError(f"packet is nested deeper than the allowed {max_depth}") from error
+        raise PacketError(f"packet is nested deeper than the allowed {max_depth}", data) from error
 
 
 def depth_exceeds(data: bytes, limit: int) -> bool:
@@ -186,12 +188,3 @@ def encode(packet: Packet) -> bytes:
 def encode_publish(topic: str, message: bytes) -> bytes:
     """Write a ``publish`` packet around a message that is JSON already, so that it is encoded once for all."""
     return b'{"op":"publish","topic":' + _ENCODER.encode(topic) + b',"msg":' + message + b"}"
-
-
-def _packet_id(data: bytes) -> PacketId:
-    """Read the id of a packet that does not fit."""
-    try:
-        found = _ENVELOPE.decode(data).id
-    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
-        return UNSET
-    return found if isinstance(found, str | int) else UNSET

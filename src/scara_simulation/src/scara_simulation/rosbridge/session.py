@@ -79,8 +79,7 @@ class Session:
         try:
             packet = packets.decode(data, self._limits.packet_bytes, self._limits.nesting)
         except PacketError as error:
-            self.counters.refused += 1
-            return self._status("error", str(error), error.packet_id) if allowed else self._over_rate(None, now)
+            return self._unreadable(error, allowed, now)
         if not allowed:
             return self._over_rate(packet, now)
         if isinstance(packet, packets.SetLevel):
@@ -89,6 +88,13 @@ class Session:
         if isinstance(packet, Status):
             return None
         return self._judge(packet)
+
+    def _unreadable(self, error: PacketError, allowed: bool, now: float) -> Packet | None:
+        """Answer what is no packet: a call as a call, whatever is wrong with it, because its sender waits."""
+        if error.call is not None:
+            return self.refuse(error.call, str(error)) if allowed else self._over_rate(error.call, now)
+        self.counters.refused += 1
+        return self._status("error", str(error), error.packet_id) if allowed else self._over_rate(None, now)
 
     def _judge(self, packet: Packet) -> Request | Packet | None:
         """Check name, role and limits of a well-formed packet."""
