@@ -99,6 +99,12 @@ def test_depth_is_that_of_the_value(value: object, limit: int) -> None:
     assert depth_exceeds(json.dumps(value).encode(), limit) == (depth(value) > limit)
 
 
+def test_string_without_an_end_is_looked_through_once() -> None:
+    """A megabyte of escaped quotes would take half an hour if each of them were tried as the beginning of a string."""
+    assert not depth_exceeds(b'"' + b'\\"' * 500_000 + b"[" * 40, 32)
+    assert depth_exceeds(b"[" * 33 + b'"' + b'\\"' * 500_000, 32)
+
+
 def test_nesting_up_to_the_limit_is_allowed() -> None:
     """The limit itself is fine."""
     data = b'{"op":"publish","topic":"/t","msg":{"x":' + b"[" * 8 + b"]" * 8 + b"}}"

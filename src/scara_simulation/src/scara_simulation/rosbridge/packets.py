@@ -18,7 +18,8 @@ PacketId = str | int | None | UnsetType
 Level = Literal["info", "warning", "error", "none"]
 Count = Annotated[int, Meta(ge=0)]
 
-_BRACKETS = re.compile(rb'"(?:[^"\\]|\\.)*"|[\[{]|[\]}]', re.DOTALL)
+# A string without an end goes to the end of the text, and nothing is tried twice: the time grows with the length only.
+_BRACKETS = re.compile(rb'"(?:[^"\\]|\\.?)*+"?|[\[{]|[\]}]', re.DOTALL)
 
 
 class _Packet(Struct, frozen=True, kw_only=True, tag_field="op"):
