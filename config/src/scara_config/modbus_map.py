@@ -46,7 +46,7 @@ INPUTS = (
     + ("pnstrobe", "prod_start")
 )
 OUTPUTS = ("cmdenbl", "sysrdy", "progrun", "paused", "held", "fault", "atperch", "tpenbl", "batalm", "busy")
-# What a robot with a command word must understand; the other inputs are its own affair.
+# What is said to a robot: coils that must be writable, commands that must have a code. The other inputs are its own affair.
 COMMANDS = ("imstp", "hold", "cstopi", "fault_reset", "start", "rsr1")
 # A robot may have a suction gripper: then all of these signals, else none.
 GRIPPER_INPUTS, GRIPPER_OUTPUTS = ("gripper",), ("gripper", "vacuum")
@@ -236,7 +236,7 @@ def _wrong_word(layout: ModbusMap, key: str, word: SignalWord) -> Iterator[str]:
 def _wrong_inputs(layout: ModbusMap) -> Iterator[str]:
     word, gripper = layout.command_word, GRIPPER_INPUTS if layout.has_gripper else ()
     if word is None:
-        yield from _wrong_names("coils", layout.coils, INPUTS + gripper)
+        yield from _wrong_coils(layout.coils, gripper)
         return
     if layout.coils:
         yield "command_word: there are coils too"
@@ -258,6 +258,12 @@ def _wrong_inputs(layout: ModbusMap) -> Iterator[str]:
         yield "command_word.codes: a code occurs more than once"
     if layout.switches_word is not None:
         yield from _wrong_word(layout, "switches_word", layout.switches_word)
+
+
+def _wrong_coils(coils: dict[str, Bit], gripper: tuple[str, ...]) -> Iterator[str]:
+    yield from _wrong_names("coils", coils, INPUTS + gripper)
+    for name in (name for name in COMMANDS + gripper if name in coils and not coils[name].write):
+        yield f"coils.{name}.write = false: must be true, the robot is commanded by it"
 
 
 def _wrong_names(key: str, found: Iterable[str], names: tuple[str, ...]) -> Iterator[str]:

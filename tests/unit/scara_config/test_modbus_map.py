@@ -92,6 +92,14 @@ def test_wrong_map_is_refused(tmp_path: Path, path: list[str | int], value: Any,
         load_modbus_map(changed_yaml(shipped("modbus_map.yaml"), tmp_path, path, value))
 
 
+@pytest.mark.parametrize("coil", ["imstp", "hold", "cstopi", "fault_reset", "start", "rsr1", "gripper"])
+def test_coil_that_stops_or_starts_the_robot_must_be_writable(tmp_path: Path, coil: str) -> None:
+    """A map that does not release it is found at the start, not when STOP is pressed."""
+    folder = changed_yaml(shipped("modbus_map.yaml"), tmp_path, ["coils", coil, "write"], False)
+    with pytest.raises(ConfigError, match=rf"modbus_map\.yaml: coils\.{coil}\.write = false: must be true"):
+        load_modbus_map(folder)
+
+
 SIX = SHIPPED / "robots" / "articulated_six" / "modbus_map.yaml"
 
 
