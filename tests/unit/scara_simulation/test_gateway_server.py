@@ -34,9 +34,10 @@ TOKENS = {"look": "viewer", "drive": "operator"}
 class Call:
     """A service call that ends when the test says so."""
 
-    def __init__(self, args: Any, timeout: float) -> None:
+    def __init__(self, args: Any, timeout: float, caller: str) -> None:
         self.args = args
         self.timeout = timeout
+        self.caller = caller
         self.end: queue.Queue[dict[str, Any] | Exception] = queue.Queue()
         self.cancelled = threading.Event()
 
@@ -87,9 +88,9 @@ class Graph:
         """Note it."""
         self.done.put(("unsubscribe", owner, topic))
 
-    def service_call(self, service: str, args: Any, timeout: float) -> Call:
+    def service_call(self, service: str, args: Any, timeout: float, caller: str) -> Call:
         """Hand the call to the test."""
-        call = Call(args, timeout)
+        call = Call(args, timeout, caller)
         self.calls.put(call)
         return call
 
@@ -305,6 +306,15 @@ def test_running_call_holds_up_nobody(cell: Cell) -> None:
         "result": True,
         "values": {"success": True},
     }
+
+
+def test_call_is_made_in_the_name_of_role_and_address(cell: Cell) -> None:
+    """Who is called can tell one client from another, in an audit too."""
+    client = cell.client("?token=drive")
+    client.say(op="call_service", service="s")
+    call = cell.graph.calls.get(timeout=DEADLINE)
+    address, port = client.line.sock.getsockname()
+    assert call.caller == f"operator@{address}:{port}"
 
 
 @pytest.mark.parametrize(

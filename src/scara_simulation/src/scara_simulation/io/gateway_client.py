@@ -43,8 +43,10 @@ class Shared(Protocol):
 class Client:
     """Performs what one session lets through, and sends what waits for it."""
 
-    def __init__(self, owner: int, connection: ServerConnection, session: Session, shared: Shared) -> None:
+    def __init__(self, owner: int, caller: str, connection: ServerConnection, session: Session, shared: Shared) -> None:
         self.owner = owner
+        self.caller = caller
+        """Role and address, in whose name the client acts."""
         self.session = session
         self.outbox = Outbox(shared.config.limits.waiting_answers)
         self.drop_reason: str | None = None
@@ -195,7 +197,7 @@ class Client:
                 f"{limits.calls} calls of all run: {name} refused"
             )
         timeout = min(packet.timeout or shared.config.service_timeout, shared.config.service_timeout_max)
-        call = shared.graph.service_call(name, packet.args, timeout)
+        call = shared.graph.service_call(name, packet.args, timeout, self.caller)
         task = self._loop.create_task(self._run_call(packet, name, call))
         shared.calls += 1
         self._calls[task] = call

@@ -44,8 +44,8 @@ class Graph(GraphNames, Protocol):
     def unsubscribe(self, owner: int, topic: str) -> None:
         """Deliver ``topic`` to this client no more."""
 
-    def service_call(self, service: str, args: Any, timeout: float) -> ServiceCall:
-        """Prepare a service call; it runs in a thread of its own."""
+    def service_call(self, service: str, args: Any, timeout: float, caller: str) -> ServiceCall:
+        """Prepare a service call in the name of ``caller``; it runs in a thread of its own."""
 
     def advertise_service(self, owner: int, service: str, type_name: str, ask: Ask, timeout: float) -> None:
         """Offer a service whose requests a client answers."""

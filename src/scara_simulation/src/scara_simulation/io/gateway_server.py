@@ -210,9 +210,9 @@ class GatewayServer:
         line.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, self.config.limits.send_buffer_bytes)
         role = connection.username
         session = Session(role, self._roles, self.namespace, self.config.limits, time.monotonic())
-        client = Client(next(self._owners), connection, session, self)
-        self._clients[client.owner] = client
         peer = _peer(connection)
+        client = Client(next(self._owners), f"{role}@{peer}", connection, session, self)
+        self._clients[client.owner] = client
         self.log(f"client {peer} came as {role}")
         try:
             await client.run()

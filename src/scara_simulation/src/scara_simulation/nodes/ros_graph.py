@@ -117,9 +117,9 @@ class RosGraph:
                 shared.latched[header.get("callerid", "")] = body
             self.deliver(topic, body, None)
 
-    def service_call(self, service: str, args: Any, timeout: float) -> RosServiceCall:
-        """Prepare a service call."""
-        return RosServiceCall(self._service_types, service, args, timeout)
+    def service_call(self, service: str, args: Any, timeout: float, caller: str) -> RosServiceCall:
+        """Prepare a service call; the service sees the client's role and address behind this node's name."""
+        return RosServiceCall(self._service_types, service, args, timeout, f"{rospy.get_name()}/{caller}")
 
     def advertise_service(self, owner: int, service: str, type_name: str, ask: Ask, timeout: float) -> None:
         """Offer a service that a client answers."""

@@ -53,11 +53,12 @@ class ServiceTypes:
 class RosServiceCall:
     """One service call with a deadline; ``cancel`` may come from another thread."""
 
-    def __init__(self, types: ServiceTypes, service: str, args: Any, timeout: float) -> None:
+    def __init__(self, types: ServiceTypes, service: str, args: Any, timeout: float, caller: str) -> None:
         self._types = types
         self._service = service
         self._args = args
         self._timeout = timeout
+        self._caller = caller
         self._line: ServiceLine | None = None
         self._cancelled = False
 
@@ -72,7 +73,7 @@ class RosServiceCall:
             service_class = self._types.of(self._service, self._timeout)
             request, response = self._types.converters(service_class)
             payload = _serialise(request.to_message(self._args))
-            with open_service(self._service, self._timeout, service_class._md5sum) as self._line:
+            with open_service(self._service, self._timeout, service_class._md5sum, self._caller) as self._line:
                 if self._cancelled:
                     raise GraphError(f"service {self._service}: the caller has gone")
                 answer = response.message_class()
@@ -91,8 +92,8 @@ class RosServiceCall:
             self._line.close()
 
 
-def open_service(service: str, timeout: float, md5sum: str | None = None) -> ServiceLine:
-    """Connect to a service; without ``md5sum`` only to ask for its type.
+def open_service(service: str, timeout: float, md5sum: str | None = None, caller: str | None = None) -> ServiceLine:
+    """Connect to a service in the name of ``caller`` (default: this node); without ``md5sum`` only to ask for its type.
 
     Raises:
         GraphError: There is none of that name, or no master.
@@ -104,7 +105,7 @@ def open_service(service: str, timeout: float, md5sum: str | None = None) -> Ser
         raise GraphError(f"service {service} does not exist") from error
     except UNREACHABLE as error:
         raise GraphError(f"service {service}: roscore does not answer: {error}") from error
-    return ServiceLine(service, uri, rospy.get_name(), timeout, md5sum)
+    return ServiceLine(service, uri, caller or rospy.get_name(), timeout, md5sum)
 
 
 def find_service_class(type_name: str) -> Any:
