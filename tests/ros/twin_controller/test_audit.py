@@ -61,3 +61,19 @@ def test_command_over_the_web_socket_is_told_with_role_and_address(pair: Pair) -
     entry = pair.wait_for(lambda entry: entry.what.startswith("STOP "))
     assert entry.who == f"{pair.ros.name('gateway')}/operator@{address}" and entry.outcome
     line.close()
+
+
+def test_what_a_client_publishes_and_what_is_refused_is_told(pair: Pair) -> None:
+    """The twin controller knows nothing of what goes to the twin or is not let through."""
+    name = pair.ros.name("motion_command")
+    line, address = pair.client()
+    line.send(json.dumps({"op": "publish", "topic": name, "msg": {"command": 1}}))
+    entry = pair.wait_for(lambda entry: entry.who.endswith(address))
+    assert (entry.what, entry.success) == (f'publish {name} {{"command":1}}', True)
+    line.close()
+    line, address = pair.client(header=["Authorization: Bearer look"])
+    line.send(json.dumps({"op": "publish", "topic": name, "msg": {}}))
+    entry = pair.wait_for(lambda entry: entry.who.endswith(address))
+    assert entry.who == f"{pair.ros.name('gateway')}/viewer@{address}" and not entry.success
+    assert entry.outcome == f"role viewer may not publish {name}"
+    line.close()

@@ -188,6 +188,16 @@ def test_too_many_packets_are_refused_with_one_remark_a_second() -> None:
     assert isinstance(say(client, now=2.0, op="publish", topic="t", msg={}), Request)
 
 
+def test_what_came_too_fast_is_told_to_the_audit() -> None:
+    """What was not performed is told with its reason."""
+    client = session(packets_burst=1)
+    for _ in range(5):
+        say(client, op="publish", topic="motion_command", msg={"command": 1})
+    (entry,) = client.take_entries()
+    assert (entry.what, entry.success) == ('publish motion_command {"command":1}', False) and "more than 10" in entry.outcome
+    assert client.take_entries() == []
+
+
 def test_call_over_the_rate_is_answered() -> None:
     """Nobody waits in vain."""
     client = session(packets_burst=1)

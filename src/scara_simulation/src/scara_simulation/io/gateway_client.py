@@ -74,6 +74,7 @@ class Client:
                     await self._perform_safely(outcome)
                 elif outcome is not None:
                     self.answer(outcome)
+                self._tell_audit()
         except ConnectionClosed:
             pass
         finally:
@@ -99,6 +100,8 @@ class Client:
         """Perform; whatever fails is answered, and the client lives on."""
         try:
             await self._perform(request)
+            if not isinstance(request.packet, packets.CallService):  # a call is told when it ends
+                self.session.performed(request, "done", self._heard)
         except (GraphError, ConversionError) as error:
             self._refuse(request, str(error))
         except ConnectionClosed:
@@ -205,13 +208,16 @@ class Client:
 
     async def _run_call(self, packet: packets.CallService, name: str, call: ServiceCall) -> None:
         try:
-            self._respond(packet, await self._loop.run_in_executor(self._shared.call_threads, call.run))
+            values = await self._loop.run_in_executor(self._shared.call_threads, call.run)
+            self._respond(packet, values)
+            self.session.performed(Request(packet, name), values, time.monotonic())
         except (GraphError, ConversionError) as error:
             self._refuse(Request(packet, name), str(error))
         except Exception as error:
             self._shared.errors += 1
             self._shared.log(f"error while calling {name}: {error!r}")
             self._refuse(Request(packet, name), f"error in the gateway: {error!r}")
+        self._tell_audit()
 
     def _call_ended(self, task: asyncio.Task[None]) -> None:
         self._shared.calls -= 1
@@ -221,9 +227,13 @@ class Client:
         self.answer(packets.ServiceResponse(id=packet.id, service=packet.service, values=values, result=True))
 
     def _refuse(self, request: Request, reason: str) -> None:
-        answer = self.session.refuse(request.packet, reason)
+        answer = self.session.refuse(request.packet, reason, time.monotonic())
         if answer is not None:
             self.answer(answer)
+
+    def _tell_audit(self) -> None:
+        for entry in self.session.take_entries():
+            self._shared.graph.audit(self.caller, entry)
 
     def answer(self, packet: Packet) -> None:
         """Send an answer, in order with the other answers."""

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from typing import Any, Protocol
 
+from scara_simulation.rosbridge.audit import Entry
 from scara_simulation.rosbridge.rosapi import GraphNames
 
 
@@ -52,6 +53,9 @@ class Graph(GraphNames, Protocol):
 
     def unadvertise_service(self, owner: int, service: str) -> None:
         """Offer it no more."""
+
+    def audit(self, caller: str, entry: Entry) -> None:
+        """Tell what ``caller`` did; called in the event loop, must not block."""
 
     def now(self) -> tuple[int, int]:
         """Return ROS time: seconds, nanoseconds."""

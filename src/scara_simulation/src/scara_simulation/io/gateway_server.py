@@ -25,6 +25,7 @@ from scara_simulation.gateway_config import GatewayConfig
 from scara_simulation.io.gateway_client import Client
 from scara_simulation.io.gateway_door import Door, NotAdmittedError, bind, tls_context
 from scara_simulation.io.gateway_graph import Graph
+from scara_simulation.rosbridge.audit import Trail
 from scara_simulation.rosbridge.roles import Roles
 from scara_simulation.rosbridge.session import Session
 
@@ -87,6 +88,7 @@ class GatewayServer:
         self._clients: dict[int, Client] = {}
         self._owners = itertools.count(1)
         self._turned_away = 0
+        self._trail = Trail(time.monotonic())
         self._past = [0, 0, 0]
         self._loop = asyncio.new_event_loop()
         self._loop.set_exception_handler(self._callback_failed)
@@ -200,7 +202,11 @@ class GatewayServer:
             except NotAdmittedError as error:
                 status, reason = HTTPStatus.UNAUTHORIZED, str(error)
         self._turned_away += 1
-        self.log(f"client {_peer(connection)} turned away: {reason}")
+        peer = _peer(connection)
+        entry = self._trail.note(f"connect from {peer.rpartition(':')[0]}", None, False, reason, time.monotonic())
+        if entry is not None:
+            self.graph.audit(f"nobody@{peer}", entry)
+        self.log(f"client {peer} turned away: {reason}")
         return connection.respond(status, reason + "\n")
 
     async def _attend(self, connection: ServerConnection) -> None:

@@ -1,7 +1,8 @@
 """Node ``gateway``: the twin's web-socket door, rosbridge v2.
 
 Parameters: ``~config_dir`` (default: package scara_config), ``~host``, ``~port`` (default: gateway.yaml).
-Topics: ``/diagnostics`` (diagnostic_msgs/DiagnosticArray, out, 1 Hz). All other topics and services are the clients'.
+Topics: ``/diagnostics`` (diagnostic_msgs/DiagnosticArray, out, 1 Hz), ``twin_controller/audit`` (scara_msgs/Audit,
+out). All other topics and services are the clients'.
 Exit codes: 0 after a signal, 1 when the server died, 2 when it cannot start.
 """
 

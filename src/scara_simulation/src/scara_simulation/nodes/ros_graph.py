@@ -15,9 +15,11 @@ import roslib.message
 import rospy
 from scara_ros.nodes.registration import UNREACHABLE, MasterError, MasterLine
 
+from scara_msgs.msg import Audit
 from scara_simulation.io.gateway_graph import Ask, GraphError
 from scara_simulation.io.ros_service import ServiceCallError
 from scara_simulation.nodes.ros_service_call import RosServiceCall, ServiceTypes, find_service_class
+from scara_simulation.rosbridge.audit import Entry
 from scara_simulation.rosbridge.conversion import ConversionError, Converter, Converters
 
 _BURST = 100
@@ -50,6 +52,7 @@ class RosGraph:
         self._subscriptions: dict[str, _Subscription] = {}
         self._services: dict[str, tuple[int, rospy.Service]] = {}
         self._service_types = ServiceTypes(self._converters)
+        self._audit = rospy.Publisher("twin_controller/audit", Audit, queue_size=_BURST, tcp_nodelay=True)
 
     def advertise(self, owner: int, topic: str, type_name: str | None, latch: bool, queue_size: int) -> None:
         """Open a publisher for a client; asynchronous, so that a slow ROS node cannot hold up the gateway."""
@@ -149,6 +152,11 @@ class RosGraph:
         if self._services.get(service, (None, None))[0] != owner:
             raise GraphError(f"service {service} is not offered by this client")
         self._services.pop(service)[1].shutdown()
+
+    def audit(self, caller: str, entry: Entry) -> None:
+        """Publish who did what over the web socket, beside the entries of the twin controller."""
+        who = f"{rospy.get_name()}/{caller}"
+        self._audit.publish(Audit(rospy.Header(stamp=rospy.get_rostime()), who, entry.what, entry.success, entry.outcome))
 
     def now(self) -> tuple[int, int]:
         """Return ROS time."""

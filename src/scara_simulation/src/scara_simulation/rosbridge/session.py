@@ -4,17 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 from msgspec import UNSET
 
 from scara_simulation.gateway_config import Limits
 from scara_simulation.rosbridge import names, packets
+from scara_simulation.rosbridge.audit import Entry, Trail
 from scara_simulation.rosbridge.packets import Packet, PacketError, PacketId, ServiceResponse, Status
+from scara_simulation.rosbridge.rate import RateLimit
 from scara_simulation.rosbridge.roles import Roles
 
 _SEVERITY = {"info": 0, "warning": 1, "error": 2, "none": 3}
 _NO_COMPRESSION = (None, "", "none")
 _RATE_REMARK_INTERVAL = 1.0
+_NAME = 100  # our choice: longest part of a name that the audit shows
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,24 +38,6 @@ class Counters:
     over_rate: int = 0
 
 
-@dataclass(slots=True)
-class _RateLimit:
-    """A bucket of packets that fills with time."""
-
-    rate: float
-    burst: float
-    level: float
-    at: float
-
-    def allow(self, now: float) -> bool:
-        self.level = min(self.burst, self.level + max(0.0, now - self.at) * self.rate)
-        self.at = now
-        if self.level < 1.0:
-            return False
-        self.level -= 1.0
-        return True
-
-
 class Session:
     """The protocol state of one client.
 
@@ -65,12 +51,14 @@ class Session:
         self._roles = roles
         self._namespace = namespace
         self._limits = limits
-        self._rate = _RateLimit(limits.packets_per_second, limits.packets_burst, limits.packets_burst, now)
+        self._rate = RateLimit(limits.packets_per_second, limits.packets_burst, limits.packets_burst, now)
         self._rate_remark_at = float("-inf")
         self._level = _SEVERITY["error"]
         self._advertised: dict[str, set[PacketId]] = {}
         self._subscribed: dict[str, dict[PacketId, packets.Subscribe]] = {}
         self._services: set[str] = set()
+        self._trail = Trail(now)
+        self._entries: list[Entry] = []
 
     def receive(self, data: bytes, now: float) -> Request | Packet | None:
         """Judge one packet that came at ``now`` (monotonic, [s])."""
@@ -87,25 +75,23 @@ class Session:
             return None
         if isinstance(packet, Status):
             return None
-        return self._judge(packet)
+        return self._judge(packet, now)
 
     def _unreadable(self, error: PacketError, allowed: bool, now: float) -> Packet | None:
         """Answer what is no packet: a call as a call, whatever is wrong with it, because its sender waits."""
         if error.call is not None:
-            return self.refuse(error.call, str(error)) if allowed else self._over_rate(error.call, now)
+            return self.refuse(error.call, str(error), now) if allowed else self._over_rate(error.call, now)
         self.counters.refused += 1
         return self._status("error", str(error), error.packet_id) if allowed else self._over_rate(None, now)
 
-    def _judge(self, packet: Packet) -> Request | Packet | None:
+    def _judge(self, packet: Packet, now: float) -> Request | Packet | None:
         """Check name, role and limits of a well-formed packet."""
-        written: str = packet.topic if hasattr(packet, "topic") else packet.service  # type: ignore[union-attr]
         try:
-            name = names.resolve(written, self._namespace)
+            name = names.resolve(_written(packet), self._namespace)
         except names.NameNotLegalError as error:
-            return self.refuse(packet, str(error))
-        op = type(packet).__struct_config__.tag
-        reason = self._roles.authorise(self.role, str(op), name) or self._exceeded(packet, name)
-        return self.refuse(packet, reason) if reason else Request(packet, name)
+            return self.refuse(packet, str(error), now)
+        reason = self._roles.authorise(self.role, _op(packet), name) or self._exceeded(packet, name)
+        return self.refuse(packet, reason, now) if reason else Request(packet, name)
 
     def _exceeded(self, packet: Packet, name: str) -> str | None:
         """Tell which limit a packet breaks, or None."""
@@ -127,9 +113,10 @@ class Session:
                 return f"{name} is not advertised as a service"
         return None
 
-    def refuse(self, packet: Packet, reason: str) -> Packet | None:
-        """Count a refusal and return its answer: a failed response to a call, else a status of level error."""
+    def refuse(self, packet: Packet, reason: str, now: float) -> Packet | None:
+        """Count and note a refusal and return its answer: a failed response to a call, else a status of level error."""
         self.counters.refused += 1
+        self._note(packet, _written(packet), False, reason, now)
         if isinstance(packet, packets.CallService):
             return ServiceResponse(id=packet.id, service=packet.service, values=reason, result=False)
         return self._status("error", reason, packet.id)
@@ -139,7 +126,9 @@ class Session:
         self.counters.over_rate += 1
         reason = f"more than {self._limits.packets_per_second} packets a second: packet ignored"
         if isinstance(packet, packets.CallService):
-            return self.refuse(packet, reason)
+            return self.refuse(packet, reason, now)
+        if packet is not None:
+            self._note(packet, _written(packet), False, reason, now)
         if now - self._rate_remark_at < _RATE_REMARK_INTERVAL:
             return None
         self._rate_remark_at = now
@@ -147,6 +136,22 @@ class Session:
 
     def _status(self, level: packets.Level, text: str, packet_id: PacketId) -> Status | None:
         return Status(id=packet_id, level=level, msg=text) if _SEVERITY[level] >= self._level else None
+
+    def performed(self, request: Request, outcome: Any, now: float) -> None:
+        """Note what a client has published, called or offered; what it only hears is nobody's concern."""
+        if isinstance(request.packet, packets.Publish | packets.CallService | packets.AdvertiseService):
+            self._note(request.packet, request.name, True, outcome, now)
+
+    def _note(self, packet: Packet, name: str, success: bool, outcome: Any, now: float) -> None:
+        details = packet.msg if isinstance(packet, packets.Publish) else getattr(packet, "args", None)
+        entry = self._trail.note(f"{_op(packet)} {name[:_NAME]}", details, success, outcome, now)
+        if entry is not None:
+            self._entries.append(entry)
+
+    def take_entries(self) -> list[Entry]:
+        """Return what the audit is to be told, once."""
+        entries, self._entries = self._entries, []
+        return entries
 
     def subscribed(self, name: str, packet: packets.Subscribe) -> tuple[float, int]:
         """Note a subscription; return the least interval [s] and longest queue that the client's ids ask for."""
@@ -201,6 +206,15 @@ class Session:
     def services(self) -> tuple[str, ...]:
         """Services that the client answers."""
         return tuple(self._services)
+
+
+def _op(packet: Packet) -> str:
+    return str(type(packet).__struct_config__.tag)
+
+
+def _written(packet: Packet) -> str:
+    """Return the topic or service of a packet as the client wrote it."""
+    return str(getattr(packet, "topic", None) or getattr(packet, "service", ""))
 
 
 def _full(taken: Iterable[str], name: str, limit: int, what: str) -> str | None:
