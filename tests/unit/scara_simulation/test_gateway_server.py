@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import datetime
-import ipaddress
 import json
 import queue
 import socket
@@ -17,9 +15,7 @@ from typing import Any
 import msgspec
 import pytest
 import websocket
-from cryptography import x509
-from cryptography.hazmat.primitives import hashes, serialization
-from cryptography.hazmat.primitives.asymmetric import ec
+from harness.opponents.secured_gateway import write_certificate
 from scara_simulation.gateway_config import GatewayConfig, load_gateway_config
 from scara_simulation.io.gateway_door import GatewayError
 from scara_simulation.io.gateway_graph import Ask, GraphError
@@ -606,22 +602,6 @@ def test_missing_tls_file_is_said(tmp_path: Path) -> None:
     config = msgspec.structs.replace(SHIPPED, port=0, tls_certificate=missing, tls_key=missing)
     with pytest.raises(GatewayError, match=r"TLS files .*missing.pem.*No such file"):
         GatewayServer(config, Graph(), "/", {}, print)
-
-
-def write_certificate(folder: Path) -> tuple[str, str]:
-    """Write a certificate for 127.0.0.1, signed by itself, and its key."""
-    key = ec.generate_private_key(ec.SECP256R1())
-    name = x509.Name([x509.NameAttribute(x509.NameOID.COMMON_NAME, "127.0.0.1")])
-    now = datetime.datetime.now(datetime.UTC)
-    builder = x509.CertificateBuilder().subject_name(name).issuer_name(name).public_key(key.public_key())
-    builder = builder.serial_number(1).not_valid_before(now).not_valid_after(now + datetime.timedelta(days=1))
-    builder = builder.add_extension(x509.SubjectAlternativeName([x509.IPAddress(ipaddress.ip_address("127.0.0.1"))]), False)
-    certificate = folder / "certificate.pem"
-    certificate.write_bytes(builder.sign(key, hashes.SHA256()).public_bytes(serialization.Encoding.PEM))
-    private = folder / "key.pem"
-    formats = (serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, serialization.NoEncryption())
-    private.write_bytes(key.private_bytes(*formats))
-    return str(certificate), str(private)
 
 
 def test_tls_files_make_the_door_secure(make_cell: MakeCell, tmp_path: Path) -> None:

@@ -47,6 +47,8 @@ class Twin(Section, frozen=True):
     clock_drift_ppm: Positive
     probes: Count
     stop_quiet_ms: Ms
+    token_environment: Annotated[str, Meta(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$")] | None = None
+    ca_file: str | None = None
 
 
 class Change(Section, frozen=True):

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 from typing import Any, Self
 
 import pytest
+from twin_controller.io.rosbridge_access import Access
 from twin_controller.io.rosbridge_link import LinkSettings, RosbridgeLink
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.server import ServerConnection, serve
@@ -331,7 +332,7 @@ def test_failing_callback_is_counted(server: Server, caplog: pytest.LogCaptureFi
 
 def test_token_is_sent_and_origin_is_not(server: Server, owner: Owner) -> None:
     """A server off this machine asks for a token; an origin would make us look like a web page."""
-    with owner.link(server.port, token="secret"):
+    with owner.link(server.port, access=Access(token="secret")):
         server.line()
     assert server.headers[0]["Authorization"] == "Bearer secret" and "Origin" not in server.headers[0]
 

@@ -12,6 +12,7 @@ from typing import Any, Self
 
 import msgspec
 
+from twin_controller.io.rosbridge_access import Access, shown
 from twin_controller.io.rosbridge_calls import Answer, OnAnswer, PendingCalls
 from twin_controller.io.rosbridge_socket import LinkLostError, LinkSettings, RosbridgeSocket
 
@@ -66,17 +67,17 @@ class RosbridgeLink:
         on_message: OnMessage,
         on_change: OnChange,
         on_status: OnStatus | None = None,
-        token: str | None = None,
+        access: Access | None = None,
         settings: LinkSettings | None = None,
     ) -> None:
         """Prepare; ``start`` connects.
 
         Args:
-            url: ``ws://host:port``.
+            url: ``ws://host:port`` or ``wss://host:port``.
             on_message: Called with topic, message and when it was received (monotonic, [s]).
             on_change: Called with connected and why not; on failing attempts only when the reason changes.
             on_status: Called with level and text when the server remarks on what we sent.
-            token: Sent to a server that asks for one.
+            access: What the server asks of us.
             settings: Times.
         """
         self.counters = LinkCounters()
@@ -84,7 +85,8 @@ class RosbridgeLink:
         self._on_message = on_message
         self._on_change = on_change
         self._on_status = on_status
-        self._headers = [f"Authorization: Bearer {token}"] if token else []
+        self._shown = shown(url)
+        self._access = access or Access()
         self._settings = settings or LinkSettings()
         self._standing: dict[str, dict[str, Any]] = {}
         self._again: dict[str, float] = {}
@@ -191,17 +193,17 @@ class RosbridgeLink:
         pause, told = self._settings.retry_first, None
         while not self._stop.is_set():
             try:
-                line = RosbridgeSocket(self._url, self._headers, self._settings)
+                line = RosbridgeSocket(self._url, self._access, self._settings)
             except LinkLostError as error:
                 if str(error) != told:
                     told = str(error)
-                    self._guard(self._on_change, False, f"{self._url}: {told}")
+                    self._guard(self._on_change, False, f"{self._shown}: {told}")
             else:
                 pause, told = self._settings.retry_first, None
                 reason = self._serve(line)
                 self._tell(self._calls.abandon(f"link lost: {reason}"))
                 if not self._stop.is_set():
-                    self._guard(self._on_change, False, f"{self._url}: {reason}")
+                    self._guard(self._on_change, False, f"{self._shown}: {reason}")
             self._stop.wait(pause)
             pause = min(2.0 * pause, self._settings.retry_last)
 
@@ -269,4 +271,4 @@ class RosbridgeLink:
             callback(*args)
         except Exception:
             self.counters.callback_errors += 1
-            _LOG.exception("a callback of the link to %s failed", self._url)
+            _LOG.exception("a callback of the link to %s failed", self._shown)

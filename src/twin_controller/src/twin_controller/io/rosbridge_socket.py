@@ -5,10 +5,11 @@ from __future__ import annotations
 import contextlib
 import socket
 import time
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from websocket import ABNF, WebSocket, WebSocketBadStatusException, WebSocketException, WebSocketTimeoutException
+
+from twin_controller.io.rosbridge_access import Access, is_secure, tls_context
 
 _CLOSE_TIMEOUT = 0.2
 _PING_PART = 0.4
@@ -41,20 +42,23 @@ class LinkLostError(RuntimeError):
 class RosbridgeSocket:
     """A connected web socket. One thread receives, any thread sends."""
 
-    def __init__(self, url: str, headers: Sequence[str], settings: LinkSettings) -> None:
+    def __init__(self, url: str, access: Access, settings: LinkSettings) -> None:
         """Connect.
 
         Raises:
             LinkLostError: Nobody there, refused, or the address is none.
         """
         self._settings = settings
-        self._line = WebSocket(
-            sockopt=[(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)], skip_utf8_validation=True, enable_multithread=True
-        )
-        self._line.settimeout(settings.connect_timeout)
         try:
+            self._line = WebSocket(
+                sockopt=[(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)],
+                sslopt={"context": tls_context(access.ca_file)} if is_secure(url) else None,
+                skip_utf8_validation=True,
+                enable_multithread=True,
+            )
+            self._line.settimeout(settings.connect_timeout)
             self._line.connect(  # type: ignore[no-untyped-call]
-                url, header=list(headers), suppress_origin=True, http_no_proxy=["*"], redirect_limit=0
+                url, header=access.headers, suppress_origin=True, http_no_proxy=["*"], redirect_limit=0
             )
         except (OSError, WebSocketException, ValueError) as error:
             raise LinkLostError(_text(error)) from error

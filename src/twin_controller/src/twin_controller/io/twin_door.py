@@ -13,6 +13,7 @@ from typing import Any, Self
 from twin_controller.core.actions import Do, FollowTwin, MoveTwin, Perform
 from twin_controller.core.events import AnyEvent, TwinMeasured, TwinMotion
 from twin_controller.core.state import Setup
+from twin_controller.io.rosbridge_access import Access
 from twin_controller.io.rosbridge_link import LinkSettings, RosbridgeLink
 from twin_controller.packets import (
     FOLLOW,
@@ -59,7 +60,12 @@ class TwinDoor:
     """The link to the twin; a context manager."""
 
     def __init__(
-        self, setup: Setup, put: Callable[[AnyEvent], None], changed: Callable[[str, bool, str], None], url: str
+        self,
+        setup: Setup,
+        put: Callable[[AnyEvent], None],
+        changed: Callable[[str, bool, str], None],
+        url: str,
+        access: Access | None = None,
     ) -> None:
         """Prepare the link.
 
@@ -68,6 +74,7 @@ class TwinDoor:
             put: Takes checked inputs.
             changed: Told side, connected and why not.
             url: ``ws://host:port`` of the gateway.
+            access: What the gateway asks of us.
         """
         self._setup, self._put = setup, put
         self._rejected = 0
@@ -77,7 +84,7 @@ class TwinDoor:
         self._stop = threading.Event()
         settings = LinkSettings(silent_timeout=setup.config.twin.stale_ms * 1e-3)
         self._link = RosbridgeLink(
-            url, self._receive, lambda up, why: self._change(changed, up, why), self._remark, settings=settings
+            url, self._receive, lambda up, why: self._change(changed, up, why), self._remark, access, settings
         )
         twin = setup.config.twin
         self._link.subscribe(JOINT_STATES, "sensor_msgs/JointState", throttle_ms=round(twin.state_period_ms))

@@ -25,6 +25,7 @@ from twin_controller.io.doctor.profile_files import read_profile
 from twin_controller.io.doctor.robot_probe import Mover, ask
 from twin_controller.io.doctor.twin_probe import ask_twin
 from twin_controller.io.modbus.port import LinkLostError
+from twin_controller.io.rosbridge_access import read_access
 
 SECONDS = 2.0
 COLOURS = {Level.FINE: "green", Level.NOTE: "yellow", Level.WRONG: "bold red"}
@@ -91,7 +92,17 @@ def _links(
     address = (host or config.real.host, port or config.real.port)
     if next(problems(layout), None) is None:
         yield from _robot(profile, layout, config, address, move)
-    yield from ask_twin(twin_url or config.twin.url)
+    yield from _twin(config, twin_url or config.twin.url)
+
+
+def _twin(config: TwinControllerConfig, url: str) -> Iterator[Finding]:
+    """Yield what the twin answers, if there is what its gateway asks for."""
+    try:
+        access = read_access(config.twin, url, os.environ)
+    except ConfigError as error:
+        yield wrong(Group.LINKS, str(error), "the twin's link is checked then")
+        return
+    yield from ask_twin(url, access)
 
 
 def _robot(

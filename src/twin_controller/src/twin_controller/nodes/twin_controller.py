@@ -34,6 +34,7 @@ from twin_controller.core.events import PersonSeen
 from twin_controller.core.state import Setup
 from twin_controller.io.engine import Engine
 from twin_controller.io.real_door import RealDoor
+from twin_controller.io.rosbridge_access import Access, read_access
 from twin_controller.io.twin_door import TwinDoor
 from twin_controller.nodes.publishing import Publishing
 from twin_controller.nodes.shadow_service import ShadowService
@@ -47,18 +48,28 @@ DEFAULT_DECISIONS = 10
 class Node:
     """Engine, both doors and the ROS side, wired."""
 
-    def __init__(self, robot: Robot, config: TwinControllerConfig, layout: ModbusMap, configuration: str) -> None:
-        """Build everything; nothing connects before ``run``. ``configuration`` identifies the files in force."""
+    def __init__(
+        self, robot: Robot, config: TwinControllerConfig, layout: ModbusMap, configuration: str, url: str, access: Access
+    ) -> None:
+        """Build everything; nothing connects before ``run``.
+
+        Args:
+            robot: robot.yaml.
+            config: twin_controller.yaml.
+            layout: modbus_map.yaml.
+            configuration: Identifies the files in force.
+            url: Of the gateway.
+            access: What the gateway asks of us.
+        """
         self._setup = Setup(robot, config)
         self._base_frame = robot.base_frame
         self._shadow = ShadowService(self._setup, configuration)
         self._publishing = Publishing(self._setup, robot, self._shadow)
         host, port = rospy.get_param("~modbus_host", config.real.host), int(rospy.get_param("~modbus_port", config.real.port))
-        url = rospy.get_param("~gateway_url", config.twin.url)
         on_data = self._publishing.robot_data
         alive: Callable[[], bool] = lambda: self._engine.alive  # noqa: E731  the engine is made of the doors
         self._real = RealDoor(self._setup, robot, layout, host, port, self._put, self._changed, on_data, alive)
-        self._twin = TwinDoor(self._setup, self._put, self._changed, url)
+        self._twin = TwinDoor(self._setup, self._put, self._changed, url, access)
         self._engine = Engine(self._setup, self._real, self._twin, self._publishing)
 
     def run(self) -> int:
@@ -151,11 +162,13 @@ def main() -> None:
         robot = load_robot(folder)
         config = load_twin_controller(robot, folder)
         layout = load_modbus_map(folder)
+        url = rospy.get_param("~gateway_url", config.twin.url)
+        access = read_access(config.twin, url, os.environ)
     except ConfigError as error:
         rospy.logfatal("twin_controller: %s", error)
         sys.exit(2)
     publisher, configuration = _publish_configuration(folder)
-    node = Node(robot, config, layout, configuration)
+    node = Node(robot, config, layout, configuration, url, access)
     code = node.run()
     publisher.unregister()
     if code:

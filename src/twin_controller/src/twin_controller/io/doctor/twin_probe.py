@@ -9,17 +9,19 @@ from collections.abc import Iterator
 import websocket
 
 from twin_controller.doctor.finding import Finding, Group, fine, note, wrong
+from twin_controller.io.rosbridge_access import Access, is_secure, shown, tls_context
 
 QUESTIONS = 20
 TIMEOUT_S = 2.0
 
 
-def ask_twin(url: str) -> Iterator[Finding]:
+def ask_twin(url: str, access: Access) -> Iterator[Finding]:
     """Yield whether the gateway answers, how fast, and how far its clock is from ours."""
     try:
-        link = websocket.create_connection(url, timeout=TIMEOUT_S)
+        tls = {"context": tls_context(access.ca_file)} if is_secure(url) else None
+        link = websocket.create_connection(url, timeout=TIMEOUT_S, header=access.headers, sslopt=tls)
     except (OSError, websocket.WebSocketException) as error:
-        yield note(Group.LINKS, f"no twin at {url}: {error}", "start it (`./cell up`) to check its link too")
+        yield note(Group.LINKS, f"no twin at {shown(url)}: {error}", "start it (`./cell up`) to check its link too")
         return
     try:
         trips, offsets = [], []
@@ -33,8 +35,8 @@ def ask_twin(url: str) -> Iterator[Finding]:
             offsets.append(stamp["secs"] + stamp["nsecs"] * 1e-9 - 0.5 * (sent + received))
         best = min(range(QUESTIONS), key=trips.__getitem__)
         middle, offset = sorted(trips)[QUESTIONS // 2] * 1e3, offsets[best] * 1e3
-        yield fine(Group.LINKS, f"twin at {url}: {middle:.2f} ms round trip, clock {offset:+.2f} ms from ours")
+        yield fine(Group.LINKS, f"twin at {shown(url)}: {middle:.2f} ms round trip, clock {offset:+.2f} ms from ours")
     except (OSError, ValueError, KeyError, TypeError, websocket.WebSocketException) as error:
-        yield wrong(Group.LINKS, f"the twin at {url} does not tell its time: {error!r}", "is it a rosbridge with rosapi?")
+        yield wrong(Group.LINKS, f"the twin at {shown(url)} does not tell its time: {error!r}", "is it a rosbridge with rosapi?")
     finally:
         link.close()
