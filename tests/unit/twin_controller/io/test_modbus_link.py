@@ -29,7 +29,7 @@ class Robot:
     """Answers FC2, FC3, FC5 and FC16; keeps every write as (function, PDU address, values).
 
     ``delay`` is the wire's [s]. ``fault`` makes it misbehave: silent, short, exception, transaction,
-    device, close, refuse_writes.
+    device, close, refuse_writes, write_function, write_address, write_count, write_level.
     """
 
     def __init__(self, port: int = 0) -> None:
@@ -103,7 +103,16 @@ class Robot:
             return bytes([2, len(packed)]) + packed
         values = (count,) if function == 5 else struct.unpack(f">{count}H", request[6:])
         self.written.append((function, address, values))
-        return request[:5]
+        return self._echo(function, address, count)
+
+    def _echo(self, function: int, address: int, count: int) -> bytes:
+        """Confirm a write, or another one."""
+        if self.fault == "write_function":
+            return struct.pack(">BHH", 15 if function == 16 else 6, address, count)
+        address += self.fault == "write_address"
+        count += self.fault == "write_count" and function == 16
+        count ^= 0xFF00 if self.fault == "write_level" and function == 5 else 0
+        return struct.pack(">BHH", function, address, count)
 
 
 class Owner:
@@ -351,6 +360,29 @@ def test_a_refused_write_is_told_and_the_link_stays(robot: Robot, owner: Owner) 
         wait_until(lambda: owner.rejects)
         assert owner.rejects == ["the robot refused to write 6002: exception 2"]
         assert link.connected and link.counters.refused == 1
+
+
+@pytest.mark.parametrize("fault", ["write_address", "write_count", "write_function"])
+def test_a_write_that_is_confirmed_wrongly_ends_the_link(robot: Robot, owner: Owner, fault: str) -> None:
+    """What answers something else has not understood the write; the heartbeat at 1070 finds it at once."""
+    with owner.link(robot.port):
+        owner.wait_for(UP)
+        robot.fault = fault
+        owner.wait_for(UP, DOWN)
+        assert re.search(r"confirmed another write than registers at 1070", owner.changes[1][1]), owner.changes
+        robot.fault = ""
+        owner.wait_for(UP, DOWN, UP)
+
+
+@pytest.mark.parametrize("fault", ["write_address", "write_level", "write_function"])
+def test_a_signal_that_is_confirmed_wrongly_ends_the_link(robot: Robot, owner: Owner, fault: str) -> None:
+    """A STOP that the robot has taken for something else must not count as given."""
+    with owner.link(robot.port, heartbeat=False) as link:
+        owner.wait_for(UP)
+        robot.fault = fault
+        link.set_coil("hold", False)
+        owner.wait_for(UP, DOWN)
+        assert re.search(r"confirmed another write than coil at 6002", owner.changes[1][1]), owner.changes
 
 
 def test_a_sample_that_is_not_believed_is_counted_and_kept_out(robot: Robot, owner: Owner) -> None:

@@ -12,6 +12,8 @@ from pymodbus.exceptions import ModbusException
 
 from twin_controller.registers import Block
 
+_WRITE_COIL, _WRITE_REGISTERS = 5, 16  # function codes
+
 
 class LinkLostError(ConnectionError):
     """The robot did not answer, or not as it should."""
@@ -84,18 +86,27 @@ class ModbusPort:
 
         Raises:
             RefusedError: The robot answers with an exception.
-            LinkLostError: No answer.
+            LinkLostError: No answer, or one that confirms another write.
         """
-        self._write("write_registers", offset, words)
+        answer = self._write("write_registers", offset, words)
+        self._check_echo(
+            "registers", offset, (answer.function_code, answer.address, answer.count), (_WRITE_REGISTERS, offset, len(words))
+        )
 
     def write_coil(self, offset: int, level: bool) -> None:
         """Write one coil.
 
         Raises:
             RefusedError: The robot answers with an exception.
-            LinkLostError: No answer.
+            LinkLostError: No answer, or one that confirms another write.
         """
-        self._write("write_coil", offset, level)
+        answer = self._write("write_coil", offset, level)
+        self._check_echo("coil", offset, (answer.function_code, answer.address, answer.bits[:1]), (_WRITE_COIL, offset, [level]))
+
+    def _check_echo(self, what: str, offset: int, echo: tuple[Any, ...], written: tuple[Any, ...]) -> None:
+        """Compare what the robot confirms with what was written; nobody knows what a robot does that took something else."""
+        if echo != written:
+            raise LinkLostError(f"the robot at {self.name} confirmed another write than {what} at {offset + 1}")
 
     def _read(self, function: str, block: Block) -> Any:
         answer = self._request(function, block.offset, count=block.count)
@@ -103,10 +114,11 @@ class ModbusPort:
             raise LinkLostError(f"the robot at {self.name} refused to read {block.offset + 1}: exception {answer.exception_code}")
         return answer
 
-    def _write(self, function: str, offset: int, value: list[int] | bool) -> None:
+    def _write(self, function: str, offset: int, value: list[int] | bool) -> Any:
         answer = self._request(function, offset, value)
         if answer.isError():
             raise RefusedError(f"the robot refused to write {offset + 1}: exception {answer.exception_code}")
+        return answer
 
     def _request(self, function: str, offset: int, *arguments: Any, **options: Any) -> Any:
         """Send one request; pymodbus itself would silently connect again, so a closed connection is an error here."""
