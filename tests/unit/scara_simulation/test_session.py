@@ -97,6 +97,25 @@ def test_unknown_role_may_do_nothing() -> None:
     assert isinstance(answer, Status) and answer.msg == "role none may not subscribe /cell/t"
 
 
+@pytest.mark.parametrize(
+    ("op", "right"),
+    [
+        ("unsubscribe", "subscribe"),
+        ("unadvertise", "publish"),
+        ("unadvertise_service", "advertise_service"),
+        ("service_response", "advertise_service"),
+    ],
+)
+def test_each_operation_needs_a_right(op: str, right: str) -> None:
+    """Whoever may not begin something may not end it or answer for it either; an operation without a right is denied."""
+    none: dict[str, list[str]] = {"publish": [], "subscribe": [], "call_service": [], "advertise_service": []}
+    roles = Roles({"one": Role("", **none | {right: ["/t"]}), "none": Role("", **none)}, "/")
+    assert roles.authorise("one", op, "/t") is None
+    assert roles.authorise("one", op, "/u") == f"role one may not {op} /u"
+    assert roles.authorise("none", op, "/t") == f"role none may not {op} /t"
+    assert roles.authorise("one", "dance", "/t") == "role one may not dance /t"
+
+
 def test_refused_call_is_answered_as_a_call() -> None:
     """A caller waits for a service_response, never for a status."""
     client = session("viewer")

@@ -7,12 +7,17 @@ from fnmatch import fnmatchcase
 
 from scara_simulation.gateway_config import Role
 
+# Which right an operation needs; one that is not listed is denied.
 _RIGHTS = {
     "advertise": "publish",
+    "unadvertise": "publish",
     "publish": "publish",
     "subscribe": "subscribe",
+    "unsubscribe": "subscribe",
     "call_service": "call_service",
     "advertise_service": "advertise_service",
+    "unadvertise_service": "advertise_service",
+    "service_response": "advertise_service",
 }
 
 
@@ -36,6 +41,6 @@ class Roles:
             name: Absolute name of a topic or service.
         """
         right = _RIGHTS.get(op)
-        if right is None or any(fnmatchcase(name, pattern) for pattern in self._patterns.get((role, right), ())):
+        if right is not None and any(fnmatchcase(name, pattern) for pattern in self._patterns.get((role, right), ())):
             return None
         return f"role {role or 'none'} may not {op} {name}"
