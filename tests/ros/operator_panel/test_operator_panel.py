@@ -7,6 +7,7 @@ import json
 import re
 import signal
 import time
+import xmlrpc.client
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -278,6 +279,31 @@ def test_silent_controller_is_said_with_the_time(operator: ClientConnection, sta
     """The page greys itself out by this text. Last test with this controller, which stays silent."""
     stand_in.fall_silent()
     wait_until(lambda: "silent since" in heard(operator, "frame").get("silent", ""), 20.0, "the silence")
+
+
+def test_panel_outlives_a_roscore_and_is_registered_with_the_next(ros: Ros) -> None:
+    """Open pages stay, and so does who is in control; the new master knows all topics again."""
+    port, topic = free_port(), ros.name("twin_controller/state")
+    uri = f"http://127.0.0.1:{port}"
+
+    def master() -> Process:
+        return ros.stage.start("rosmaster", "--core", "-p", str(port), env={"ROS_MASTER_URI": uri})
+
+    def known() -> bool:
+        try:
+            _, _, (_, subscribers, _) = xmlrpc.client.ServerProxy(uri).getSystemState("/tests")
+        except OSError:
+            return False
+        return topic in dict(subscribers)
+
+    first = master()
+    panel = Panel(ros, env={"ROS_MASTER_URI": uri})
+    wait_until(known, 20.0, "the panel's subscriptions")
+    with panel.live() as live:
+        first.stop()
+        master()
+        wait_until(known, 20.0, "the panel's subscriptions at the next master")
+        assert live.ping().wait(15.0) and panel.process.output.count("to watch") == 1
 
 
 def test_panel_runs_without_a_ros_master_and_ends_cleanly(ros: Ros) -> None:

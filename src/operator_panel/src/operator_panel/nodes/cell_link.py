@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import sys
 import threading
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -12,6 +10,7 @@ from typing import Any
 import rosgraph
 import rospy
 from scara_config import Robot
+from scara_ros.nodes.registration import keep_registered
 
 from control_msgs.msg import JointJog
 from operator_panel.config import PanelConfig, Surroundings
@@ -48,10 +47,7 @@ class CellLink:
         self._jog: Any = None
 
     def connect(self, ended: threading.Event) -> None:
-        """Become a ROS node once there is a master, and start anew when that was started again; end with ``ended``.
-
-        A node cannot register with a second master, so the whole process begins again; open pages come back by themselves.
-        """
+        """Become a ROS node once there is a master, and stay one with the masters after it; end with ``ended``."""
         waiting = False
         while not rosgraph.is_master_online():
             if not waiting:
@@ -60,14 +56,12 @@ class CellLink:
             if ended.wait(MASTER_PERIOD_S):
                 return
         rospy.init_node("operator_panel", disable_signals=True)
+        keep_registered()
         self._jog = rospy.Publisher("joint_vel_controller/command", JointJog, queue_size=1, tcp_nodelay=True)
         self._tuning.subscribe()
         self._listening.subscribe()
         while not ended.wait(MASTER_PERIOD_S):
             self._camera.look()
-            if _is_forgotten():
-                print("operator_panel: the ROS master was started again: so does this node", flush=True)
-                os.execv(sys.executable, [sys.executable, *sys.argv])
 
     def say(self, text: str) -> None:
         """Log who commanded what."""
@@ -126,17 +120,6 @@ class CellLink:
         """Press a key of the real robot's pendant."""
         self.say(f"pendant {' '.join(words)}")
         return await self._pendant.press(words)
-
-
-def _is_forgotten() -> bool:
-    """Return whether a master answers that does not know this node: it was started after us."""
-    try:
-        rosgraph.Master(rospy.get_name()).lookupNode(rospy.get_name())
-    except rosgraph.MasterError:
-        return True
-    except OSError:
-        return False
-    return False
 
 
 def _with_path(answer: Answer, what: str) -> Answer:
