@@ -16,6 +16,7 @@ from twin_controller.core.observing.clock import ClockEstimate
 from twin_controller.core.observing.divergence import DivergenceState
 from twin_controller.core.observing.echo import EchoTube
 from twin_controller.core.rules.table import Mode
+from twin_controller.core.safety.guard import Guard
 from twin_controller.core.safety.points import watched_points
 from twin_controller.core.safety.separation import Distance, Person
 from twin_controller.core.safety.zones import Way
@@ -189,6 +190,7 @@ class CoreState(msgspec.Struct, frozen=True):
         way: The twin's running move as the watched points see it.
         person: Where the nearest person was seen last.
         separation: Distance to that person and what follows from it.
+        guard: What the real robot's motion means for zones and people.
         paused_mode: The mode that PAUSE interrupted.
         paused_seen: Whether the real robot and the twin have shown that they paused since.
         real_busy: The real robot's last answer showed a program or a stream; kept while its link is down.
@@ -228,6 +230,7 @@ class CoreState(msgspec.Struct, frozen=True):
     way: Way = Way()
     person: Person | None = None
     separation: Distance = Distance()
+    guard: Guard = Guard()
     twin_stopped_at: float = -1e9
     paused_mode: Mode | None = None
     paused_seen: tuple[bool, bool] = (False, False)

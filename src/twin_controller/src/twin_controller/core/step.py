@@ -77,7 +77,7 @@ def _first_that_counts(setup: Setup, state: CoreState, event: AnyEvent) -> Trigg
     if isinstance(event, RealMeasured | TwinMeasured | TwinPlan | TwinMotion):
         found = [
             *found,
-            *triggers.safety_triggers(state),
+            *triggers.safety_triggers(state, event.now),
             *triggers.leader_triggers(setup, state),
             *triggers.rest_triggers(setup, state, event.now),
         ]

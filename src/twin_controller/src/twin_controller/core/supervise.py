@@ -10,6 +10,7 @@ from twin_controller.core.actions import AnyAction, CapTwin, OverrideReal
 from twin_controller.core.observing import change
 from twin_controller.core.observing.divergence import judge, path_distance
 from twin_controller.core.rules.table import LEADING, Mode
+from twin_controller.core.safety.guard import Guard
 from twin_controller.core.safety.separation import judge_separation
 from twin_controller.core.safety.zones import Way, braking_way, judge_way, point_speed, speed_cap
 from twin_controller.core.state import CoreState, Setup
@@ -59,19 +60,25 @@ def watch_real(setup: Setup, state: CoreState) -> CoreState:
     last, config = state.real.last, setup.config
     speed = point_speed(setup.points, last.q, last.qdot) if any(last.qdot) else 0.0
     separation = judge_separation(setup.points, state.person, last.q, speed, last.t, config.separation)
-    state = replace(state, separation=separation)
-    if state.mode not in LEADING or speed <= 0.0:
-        return state
-    if setup.keep_out and not state.way.violation:
-        stop = braking_way(last.q, last.qdot, setup.acceleration, config.cell.braking_delay_ms * 1e-3)
-        braking = judge_way(setup.points, setup.keep_out, last.q, stop, setup.velocity, steps=BRAKING_STEPS)
-        if braking.violation:
-            state = replace(state, way=replace(state.way, violation=braking.violation))
+    state = replace(state, separation=separation, guard=_guarded(setup, state, speed))
     limit = config.cell.cartesian_speed_mm_s
-    if limit is None or state.mode is not Mode.REAL_LEADS or state.flags is None:
+    if limit is None or state.mode is not Mode.REAL_LEADS or state.flags is None or speed <= 0.0:
         return state
     full = speed * 100.0 / max(state.flags.override_percent, 1.0)
     return replace(state, speed=replace(state.speed, real_cap=min(state.speed.real_cap, speed_cap(full, limit))))
+
+
+def _guarded(setup: Setup, state: CoreState, speed: float) -> Guard:
+    """Judge whether the real robot moves, whoever drives it, and whether it can stop before each zone."""
+    last, flags, config = state.real.last, state.flags, setup.config
+    driven = flags is not None and (flags.own_program or flags.streaming) and not flags.paused
+    moves = driven or speed > config.separation.standstill_mm_s * 1e-3
+    guard = replace(state.guard if moves else Guard(), moves=moves, violation="")
+    if not setup.keep_out or speed <= 0.0 or not (moves or state.mode in LEADING):
+        return guard
+    stop = braking_way(last.q, last.qdot, setup.acceleration, config.cell.braking_delay_ms * 1e-3)
+    way = judge_way(setup.points, setup.keep_out, last.q, stop, setup.velocity, steps=BRAKING_STEPS)
+    return replace(guard, violation=way.violation)
 
 
 def cap_speed(setup: Setup, state: CoreState, now: float) -> tuple[CoreState, list[AnyAction]]:

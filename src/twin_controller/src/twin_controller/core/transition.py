@@ -75,7 +75,7 @@ def detail(state: CoreState, trigger: Trigger) -> str:
         down = [f"{name}: {side.reason}" for name, side in (("real", state.real), ("twin", state.twin)) if not side.history]
         return f" ({'; '.join(down)})"
     if trigger is Trigger.KEEP_OUT:
-        return f" ({state.way.violation})"
+        return f" ({state.way.violation or state.guard.violation})"
     if trigger in (Trigger.TOO_CLOSE, Trigger.RESUME_BLOCKED) and state.separation.too_close:
         return f" ({state.separation.reason})"
     if trigger in (Trigger.AT_REST, Trigger.UNSETTLED):
@@ -94,6 +94,8 @@ def _enter(state: CoreState, row: Row, trigger: Trigger, now: float) -> CoreStat
         state = replace(state, reset_since=None)
     if trigger is Trigger.KEEP_OUT:
         state = replace(state, way=Way(state.way.target))
+    if trigger in (Trigger.KEEP_OUT, Trigger.TOO_CLOSE):
+        state = replace(state, guard=replace(state.guard, stopped_at=now))
     mode = row.to or state.mode
     if mode is state.mode and mode is not Mode.OFFLINE:
         return state

@@ -162,6 +162,7 @@ _HOLD_REAL = Row(Mode.PAUSED, (Do.HOLD_REAL,), "the target is kept")
 _BEFORE_ZONE = Row(Mode.STOPPED, BOTH_STOP, "both are stopped before it")
 _PROTECT = Row(Mode.PAUSED, (Do.HOLD_REAL, Do.PAUSE_TWIN), "protective stop; RESUME once the person is gone")
 _DIVERGED = Row(Mode.PAUSED, (Do.HOLD_REAL, Do.PAUSE_TWIN), "both are paused until the operator acknowledges")
+_GUARDED = Row(None, (Do.STOP_REAL,), "the real robot moves all the same and is stopped")
 _STOPPED = Row(Mode.STOPPED, BOTH_STOP, "both are stopped")
 _FAILED = Row(Mode.FAULT, BOTH_STOP, "both are stopped; RESET, then ALIGN")
 _OFFLINE = _refuse("a link is down")
@@ -200,6 +201,8 @@ ROWS: dict[Mode, dict[Trigger, Row]] = {
         Trigger.REAL_FAULT: STAY,
         Trigger.REAL_DRIVES_OFF: STAY,
         Trigger.TWIN_ESTOPPED: STAY,
+        Trigger.KEEP_OUT: _GUARDED,
+        Trigger.TOO_CLOSE: _GUARDED,
         Trigger.STOP: Row(None, BOTH_STOP, "sent to the side still reached; a robot that is not is told when it answers again"),
         Trigger.PAUSE: _OFFLINE,
         Trigger.RESUME: _OFFLINE,
@@ -214,6 +217,7 @@ ROWS: dict[Mode, dict[Trigger, Row]] = {
     Mode.ALIGNING: {
         Trigger.ALIGNED: Row(Mode.IDLE, (Do.RELEASE_TWIN, Do.BASELINE), "the pair is ready"),
         Trigger.ALIGN_FAILED: _FAILED,
+        Trigger.KEEP_OUT: _BEFORE_ZONE,
         Trigger.TOO_CLOSE: _STOPPED,
         Trigger.TWIN_STOPPED: _STOPPED,
         Trigger.ALIGN: Row(None, (), "already aligning"),
@@ -283,6 +287,8 @@ ROWS: dict[Mode, dict[Trigger, Row]] = {
     },
     Mode.FAULT: {
         Trigger.LINK_LOST: Row(None, BOTH_STOP, "the fault stays until RESET"),
+        Trigger.KEEP_OUT: _GUARDED,
+        Trigger.TOO_CLOSE: _GUARDED,
         Trigger.REAL_FAULT: STAY,
         Trigger.STOP: Row(None, BOTH_STOP, "the fault stays until RESET"),
         Trigger.RESET: _RESET,

@@ -9,10 +9,14 @@ from twin_controller.core.following.follow import aligned, deviation
 from twin_controller.core.observing import change
 from twin_controller.core.observing.measure import side_lost
 from twin_controller.core.rules.table import LEADING, Mode, Trigger
+from twin_controller.core.safety.guard import Guard
 from twin_controller.core.state import CoreState, Setup, Side
 
 CONFIRM_S = 0.05
 """How long a change that is not confirmed yet is waited for [s]; a few samples."""
+
+UNLED = (Mode.OFFLINE, Mode.FAULT)
+"""Nobody leads and the mode stays; the real robot's own side can start it all the same."""
 
 
 class Onsets(msgspec.Struct, frozen=True):
@@ -48,10 +52,18 @@ def link_triggers(setup: Setup, state: CoreState) -> list[Trigger]:
     return []
 
 
-def safety_triggers(state: CoreState) -> list[Trigger]:
-    """Return what forbids the present motion: a zone on its way, a person too close."""
-    found = [Trigger.KEEP_OUT] if state.way.violation else []
-    return [*found, Trigger.TOO_CLOSE] if state.separation.too_close else found
+def safety_triggers(state: CoreState, now: float) -> list[Trigger]:
+    """Return what forbids the present motion: a zone on its way, a person too close.
+
+    In a mode that a safety stop does not change only a real robot that moves counts, and not while a stop is on its way.
+    """
+    guard = state.guard if state.real.history else Guard()
+    zone, near, due = bool(guard.violation), state.separation.too_close, guard.due(now)
+    if state.mode in UNLED:
+        zone, near = zone and due, near and due
+    else:
+        zone = bool(state.way.violation) or (zone and (due or state.mode is not Mode.STOPPED))
+    return [trigger for trigger, counts in ((Trigger.KEEP_OUT, zone), (Trigger.TOO_CLOSE, near)) if counts]
 
 
 def onsets(setup: Setup, state: CoreState) -> Onsets:

@@ -1,0 +1,92 @@
+"""Zones and people count in every mode: the robot's own pendant can start a program in OFFLINE, FAULT and ALIGNING too."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from harness.pair import HOME, ROBOT, SETUP, Pair, ramp, shifted
+from msgspec.structs import replace
+from twin_controller.core.actions import Do, Perform
+from twin_controller.core.events import PersonSeen
+from twin_controller.core.rules.table import Mode
+from twin_controller.core.safety.guard import REPEAT_S
+from twin_controller.core.safety.points import positions
+from twin_controller.core.state import Setup
+
+WATCHED = Setup(ROBOT, replace(SETUP.config, separation=replace(SETUP.config.separation, enabled=True)))
+FAR, NEAR = 6.0, 0.8
+SURFACE = SETUP.keep_out[0].upper_mm[2] * 1e-3
+INTO_THE_TABLE = shifted(HOME, 0.0, 0.0, -45.0)
+
+
+def see(pair: Pair, x: float, duration: float) -> None:
+    """Let time pass while a sensor sees a person at ``x``."""
+    for _ in range(round(duration / 0.05)):
+        pair.feed(PersonSeen(pair.now, (x, 0.0, 0.0)))
+        pair.run(0.05)
+
+
+def into(mode: Mode, setup: Setup = SETUP) -> Pair:
+    """Return a pair in one of the modes in which nobody leads, its real robot well and its own side free to start it."""
+    pair = Pair(setup=setup, twin=shifted(HOME, 60.0) if mode is Mode.ALIGNING else HOME)
+    pair.link("real", True)
+    pair.link("twin", True)
+    see(pair, FAR, 0.8 if mode is Mode.ALIGNING else 2.5)
+    if mode is Mode.FAULT:
+        pair.alarm("SRVO-050")
+        see(pair, FAR, 0.3)
+        pair.fault = pair.fault_persists = False
+    elif mode is Mode.OFFLINE:
+        pair.link("twin", False)
+        see(pair, FAR, 0.3)
+    assert pair.state.mode is mode
+    return pair
+
+
+def stops(pair: Pair, begun: int) -> int:
+    """Return how often the real robot was told to stop since action number ``begun``."""
+    return sum(isinstance(action, Perform) and action.do is Do.STOP_REAL for action in pair.actions[begun:])
+
+
+@pytest.mark.parametrize("mode", [Mode.OFFLINE, Mode.FAULT])
+def test_a_robot_started_beside_a_person_is_stopped_in_every_mode(mode: Mode) -> None:
+    """Once, and the mode means what it meant."""
+    pair = into(mode, WATCHED)
+    begun = len(pair.actions)
+    see(pair, NEAR, 0.5)
+    assert stops(pair, begun) == 0, "a robot at rest is left alone"
+    pair.start_program(ramp(HOME, shifted(HOME, 60.0), 3.0))
+    see(pair, NEAR, 1.5)
+    assert not pair.own_program and pair.state.mode is mode
+    assert pair.real_q[0] == pytest.approx(HOME[0], abs=0.01)
+    assert stops(pair, begun) == 1 and "a person" in pair.state.why
+
+
+@pytest.mark.parametrize("mode", [Mode.OFFLINE, Mode.FAULT, Mode.ALIGNING])
+def test_a_robot_started_towards_a_zone_is_stopped_before_it_in_every_mode(mode: Mode) -> None:
+    """The tool does not enter; an alignment ends by it, the other modes stay."""
+    pair = into(mode)
+    begun = len(pair.actions)
+    pair.start_program(ramp(HOME, INTO_THE_TABLE, 1.0))
+    pair.run(1.3)
+    assert not pair.own_program
+    assert positions(SETUP.points[0], np.array([pair.real_q]))[0][2] > SURFACE
+    assert stops(pair, begun) == 1 and "keep-out zone below_table" in pair.state.why
+    assert pair.state.mode is (Mode.STOPPED if mode is Mode.ALIGNING else mode)
+
+
+def test_a_robot_that_does_not_obey_is_stopped_again_but_not_each_cycle() -> None:
+    """A stop is on its way for half a second; a robot started anew after it stood is stopped at once."""
+    pair = into(Mode.OFFLINE, WATCHED)
+    begun = len(pair.actions)
+    obeys = pair.command_real
+    pair.command_real = lambda do: None  # type: ignore[method-assign]
+    pair.start_program(ramp(HOME, shifted(HOME, 60.0), 6.0))
+    see(pair, NEAR, 4 * REPEAT_S)
+    assert 3 <= stops(pair, begun) <= 5
+    pair.command_real = obeys  # type: ignore[method-assign]
+    see(pair, NEAR, REPEAT_S)
+    begun, here = len(pair.actions), pair.real_q
+    pair.start_program(ramp(here, shifted(here, 60.0), 3.0))
+    see(pair, NEAR, 0.2)
+    assert stops(pair, begun) == 1 and not pair.own_program
