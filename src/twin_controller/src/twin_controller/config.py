@@ -107,6 +107,7 @@ class CellLimits(Section, frozen=True):
 
     cartesian_speed_mm_s: Positive | None
     braking_delay_ms: Ms
+    braking_acceleration_percent: Percent
 
 
 class Separation(Section, frozen=True):

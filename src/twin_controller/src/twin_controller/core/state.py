@@ -42,6 +42,8 @@ class Setup:
         self.upper = tuple(joint.upper for joint in self.joints)
         self.velocity = tuple(joint.velocity for joint in self.joints)
         self.acceleration = tuple(joint.acceleration for joint in self.joints)
+        share = config.cell.braking_acceleration_percent * 1e-2
+        self.braking = tuple(joint.acceleration * share for joint in self.joints)
         self.points = watched_points(robot)
         self.arm = ScrewModel.from_robot(robot)
         self.arm_columns = np.array([k for k, joint in enumerate(self.joints) if joint.screw_axis is not None])

@@ -12,7 +12,7 @@ from twin_controller.core.observing.divergence import judge, path_distance
 from twin_controller.core.rules.table import LEADING, Mode
 from twin_controller.core.safety.guard import Guard
 from twin_controller.core.safety.separation import judge_separation
-from twin_controller.core.safety.zones import Way, braking_way, judge_way, point_speed, speed_cap
+from twin_controller.core.safety.zones import Way, braking_way, judge_way, point_speed, reached_speed, speed_cap
 from twin_controller.core.state import CoreState, Setup
 
 replace = msgspec.structs.replace
@@ -20,6 +20,8 @@ replace = msgspec.structs.replace
 BRAKING_STEPS = 8
 CAP_STEP = 0.5
 RESEND_S = 0.2
+GAIN_SAMPLES = 3
+"""Over so many samples of the real robot its gain in speed is taken; two would be noise."""
 
 
 def judge_divergence(setup: Setup, state: CoreState) -> CoreState:
@@ -76,7 +78,11 @@ def _guarded(setup: Setup, state: CoreState, speed: float) -> Guard:
     guard = replace(state.guard if moves else Guard(), moves=moves, violation="")
     if not setup.keep_out or speed <= 0.0 or not (moves or state.mode in LEADING):
         return guard
-    stop = braking_way(last.q, last.qdot, setup.acceleration, config.cell.braking_delay_ms * 1e-3)
+    delay = config.cell.braking_delay_ms * 1e-3
+    earlier = state.real.history[-GAIN_SAMPLES:][0]
+    dt = last.t - earlier.t
+    reached = reached_speed(earlier.qdot, last.qdot, dt, delay, setup.velocity) if dt > 0.0 else last.qdot
+    stop = braking_way(last.q, last.qdot, setup.braking, delay, reached)
     way = judge_way(setup.points, setup.keep_out, last.q, stop, setup.velocity, steps=BRAKING_STEPS)
     return replace(guard, violation=way.violation)
 

@@ -73,9 +73,29 @@ def entered(name: str, path: FloatArray, zones: Sequence[KeepOut]) -> str:
     return ""
 
 
-def braking_way(q: Joints, qdot: Joints, acceleration: Joints, delay: float) -> Joints:
-    r"""Return where each joint stands at the earliest if it is stopped now, :math:`q + \dot q t_d + \dot q |\dot q| / 2a`, SI."""
-    return tuple(p + v * delay + v * abs(v) / (2.0 * a) for p, v, a in zip(q, qdot, acceleration))
+def braking_way(q: Joints, qdot: Joints, acceleration: Joints, delay: float, reached: Joints | None = None) -> Joints:
+    r"""Return where each joint stands at the earliest if it is stopped now, SI.
+
+    .. math:: q + \tfrac{1}{2} (\dot q + \dot q_d) t_d + \dot q_d |\dot q_d| / 2a
+
+    Args:
+        q: Joint positions.
+        qdot: Joint velocities now.
+        acceleration: With what each joint brakes.
+        delay: Until it begins to brake, :math:`t_d` [s].
+        reached: Joint velocities by then, :math:`\dot q_d`; as now if left out.
+    """
+    rows = zip(q, qdot, qdot if reached is None else reached, acceleration)
+    return tuple(p + 0.5 * (v + w) * delay + w * abs(w) / (2.0 * a) for p, v, w, a in rows)
+
+
+def reached_speed(before: Joints, after: Joints, dt: float, delay: float, velocity: Joints) -> Joints:
+    """Return the joint velocities in ``delay`` [s] if each joint goes on gaining speed as in the last ``dt`` [s].
+
+    What a joint loses does not count: it may stop losing it at any time.
+    """
+    gains = ((w, (w - v) * delay / dt, limit) for v, w, limit in zip(before, after, velocity))
+    return tuple(w if gain * w <= 0.0 else max(-limit, min(w + gain, limit)) for w, gain, limit in gains)
 
 
 def speed_cap(peak_speed: float, limit_mm_s: float | None) -> float:

@@ -1,0 +1,111 @@
+"""A pair whose real robot is the stand-in's controller: its filters, servo lag and ramps, in virtual time, without a wire."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from fanuc_emulator.config import load_emulator
+from fanuc_emulator.controller import Controller, ControlType
+from fanuc_emulator.program import MoveStep, Program, ProgramState
+from twin_controller.core.actions import AnyAction, Do, OverrideReal, Perform, StreamReal
+from twin_controller.core.events import RealMeasured
+from twin_controller.core.state import Setup
+
+from harness.pair import ROBOT, SETUP, Pair
+from harness.sides import Joints
+from harness.workspace import ROOT
+
+EMULATOR = load_emulator(ROBOT, ROOT / "config")
+COLUMNS = [k for k, joint in enumerate(ROBOT.joints) if joint.twin]
+PULSE_S = 0.02
+WRITE_S = 0.002
+"""From a command until the robot has it [s]."""
+ON_COMMAND: dict[Do, dict[str, bool | None]] = {
+    Do.STOP_REAL: {"cstopi": None, "hold": True},
+    Do.HOLD_REAL: {"hold": False},
+    Do.RELEASE_REAL: {"hold": True, "start": None},
+    Do.ESTOP_REAL: {"imstp": False},
+    Do.RESET_REAL: {"imstp": True, "hold": True, "fault_reset": None},
+    Do.START_STREAM: {"rsr1": None},
+}
+"""The signals of each command; None is a pulse."""
+
+
+def moves(*targets: dict[str, float], speed_percent: float = 100.0) -> Program:
+    """Return a program of joint moves; targets by joint in degrees and millimetres, joints that are left out at 0."""
+    poses = [tuple(target.get(joint.name, 0.0) * joint.scale for joint in ROBOT.joints) for target in targets]
+    return Program("MOVES", 2, tuple(MoveStep(k + 1, pose, speed_percent, True) for k, pose in enumerate(poses)))
+
+
+class EmulatedPair(Pair):
+    """The core, an ideal twin and the stand-in; ``track`` is where the twin's joints of the stand-in really were, each 2 ms."""
+
+    def __init__(self, program: Program, override: int = 100, setup: Setup = SETUP) -> None:
+        """Let the stand-in stand at home with one program, at ``override`` percent."""
+        super().__init__(setup=setup)
+        self.robot = Controller(EMULATOR, ROBOT, {program.rsr: program}, boot_seconds=0.0)
+        self.robot.write_override(override)
+        self.shown = self.robot.step()
+        self.track: list[tuple[Joints, Joints]] = []
+        self._number = program.rsr
+
+    def start(self) -> None:
+        """Start the program on the robot's own side."""
+        self._signals({f"rsr{self._number}": None})
+
+    @property
+    def standing(self) -> bool:
+        """Whether no program runs and no axis moves."""
+        return self.shown.program_state is not ProgramState.RUNNING and not any(self.shown.velocities)
+
+    def move_real(self, now: float) -> None:
+        """Let a millisecond pass; the stand-in steps every second one."""
+        if round(now * 1000) % 2 == 0:
+            self.shown = self.robot.step()
+            self.real_q = _twin_joints(self.shown.positions)
+            self.track.append((self.real_q, _twin_joints(self.shown.velocities)))
+
+    def _report_real(self) -> None:
+        shown, kind = self.shown, self.shown.control_type
+        event = RealMeasured(
+            now=self.now, sent=self.now - 0.0005, received=self.now, clock_ms=shown.clock_ms,
+            q=_twin_joints(shown.measured_positions), qdot=_twin_joints(shown.measured_velocities),
+            own_program=kind is ControlType.PROGRAM, streaming=kind is ControlType.STREAM,
+            paused=shown.outputs.paused or shown.outputs.held, drives_on=shown.outputs.sysrdy, fault=shown.outputs.fault,
+            speed_percent=shown.override * shown.program_speed * 1e-2, override_percent=float(shown.override),
+        )  # fmt: skip
+        self._report(event, lambda: self.real_up)
+
+    def _obey(self, action: AnyAction) -> None:
+        match action:
+            case OverrideReal(speed_percent=percent):
+                self._write(WRITE_S, lambda: self.robot.write_override(round(percent)))
+            case StreamReal():
+                self._write(max(0.0, action.at - self.now) + WRITE_S, lambda: self._set_point(action))
+            case Perform(do=do) if not do.name.endswith("_TWIN"):
+                self._write(WRITE_S, lambda: self._signals(ON_COMMAND[do]))
+            case _:
+                super()._obey(action)
+
+    def _write(self, delay: float, call: Callable[[], object]) -> None:
+        if self.real_up:
+            self._later(delay, call)
+
+    def _set_point(self, action: StreamReal) -> None:
+        pose = list(self.shown.positions)
+        for column, value in zip(COLUMNS, action.q):
+            pose[column] = value
+        self.robot.write_setpoint(pose)
+        self.robot.write_setpoint_valid(True)
+        self.robot.write_stream_speed(min(100, math.ceil(action.speed_percent * 1.25)))
+
+    def _signals(self, signals: dict[str, bool | None]) -> None:
+        for name, value in signals.items():
+            self.robot.write_input(name, value is None or value)
+            if value is None:
+                self._later(PULSE_S, lambda name=name: self.robot.write_input(name, False))
+
+
+def _twin_joints(full: Joints) -> Joints:
+    return tuple(full[column] for column in COLUMNS)
