@@ -12,7 +12,18 @@ from itertools import count
 
 import msgspec
 from twin_controller.config import load_twin_controller
-from twin_controller.core.actions import AnyAction, CapTwin, Decided, Do, FollowTwin, MoveTwin, Perform, Reply, StreamReal
+from twin_controller.core.actions import (
+    AnyAction,
+    CapTwin,
+    Decided,
+    Do,
+    FollowTwin,
+    MoveTwin,
+    OverrideReal,
+    Perform,
+    Reply,
+    StreamReal,
+)
 from twin_controller.core.events import (
     AnyEvent,
     ClockProbe,
@@ -218,6 +229,8 @@ class Pair(RealSide, TwinSide):
                 self.take_follow(action, self.now)
             case StreamReal() if self.real_up:
                 self._later(action.at - self.now, lambda: self.setpoints.append((self.now, action.q)))
+            case OverrideReal() if self.real_up:
+                self.override = float(round(action.speed_percent))
             case CapTwin() if self.twin_up:
                 self.limit = action.speed_percent
             case MoveTwin():

@@ -106,6 +106,8 @@ class CellLimits(Section, frozen=True):
     """What holds in the whole cell, whoever leads."""
 
     cartesian_speed_mm_s: Positive | None
+    cartesian_margin: Annotated[float, Meta(ge=1.0, le=2.0)]
+    cartesian_confirm_ms: Ms
     braking_delay_ms: Ms
     braking_acceleration_percent: Percent
 
@@ -121,7 +123,6 @@ class Separation(Section, frozen=True):
     sensor_uncertainty_mm: Ms
     robot_uncertainty_mm: Ms
     margin_mm: Ms
-    full_speed_mm_s: Positive
     standstill_mm_s: Positive
     stale_ms: PositiveMs
 

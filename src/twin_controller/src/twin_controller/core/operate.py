@@ -6,7 +6,7 @@ import math
 
 import msgspec
 
-from twin_controller.core.actions import AnyAction, OverrideReal, Reply
+from twin_controller.core.actions import AnyAction, Reply
 from twin_controller.core.events import Operator
 from twin_controller.core.following.follow import bounds_of
 from twin_controller.core.following.gate import check_setpoint
@@ -14,6 +14,7 @@ from twin_controller.core.rules import triggers
 from twin_controller.core.rules.table import Trigger, look_up
 from twin_controller.core.safety.zones import judge_way
 from twin_controller.core.state import CoreState, Setup
+from twin_controller.core.supervise import set_speed
 from twin_controller.core.transition import detail, transition
 
 replace = msgspec.structs.replace
@@ -35,11 +36,8 @@ def operate(setup: Setup, state: CoreState, event: Operator) -> tuple[CoreState,
     if event.command == "SPEED":
         if not 1.0 <= event.speed_percent <= 100.0:
             return state, [Reply(event.id, False, f"speed_percent = {event.speed_percent:g} is outside [1, 100]")]
-        state = replace(state, speed=replace(state.speed, cap=event.speed_percent))
-        return state, [
-            OverrideReal(event.speed_percent),
-            Reply(event.id, True, f"speed of both capped at {event.speed_percent:g} %"),
-        ]
+        state, actions, answer = set_speed(setup, state, event.speed_percent, event.now)
+        return state, [*actions, Reply(event.id, True, answer)]
     trigger = triggers.operator_trigger(setup, state, event)
     if trigger is None:
         allowed = ", ".join((*triggers.COMMANDS, "HOME", "MOVE", "MOVE_JOINTS", "SPEED"))

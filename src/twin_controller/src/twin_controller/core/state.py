@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import msgspec
 import numpy as np
 from scara_config import Robot
@@ -19,7 +21,8 @@ from twin_controller.core.rules.table import Mode
 from twin_controller.core.safety.guard import Guard
 from twin_controller.core.safety.points import watched_points
 from twin_controller.core.safety.separation import Distance, Person
-from twin_controller.core.safety.zones import Way
+from twin_controller.core.safety.speed import SpeedState, fastest_speed
+from twin_controller.core.safety.zones import Way, speed_cap
 
 HISTORY = 48
 
@@ -49,6 +52,17 @@ class Setup:
         self.arm_columns = np.array([k for k, joint in enumerate(self.joints) if joint.screw_axis is not None])
         self.home = tuple(robot.home_positions)
         self.keep_out = tuple(robot.keep_out)
+
+    @cached_property
+    def fastest(self) -> float:
+        """Largest speed that a watched point can have [m/s], in any pose and with all joints at their largest speed."""
+        return fastest_speed(self.points, self.lower, self.upper, self.velocity)
+
+    @property
+    def safe_percent(self) -> float:
+        """Program speed at which no motion whatever exceeds the Cartesian limit [percent]; 100 without a limit."""
+        limit = self.config.cell.cartesian_speed_mm_s
+        return 100.0 if limit is None else speed_cap(self.fastest, limit)
 
     def to_border(self, q: Joints) -> Joints:
         """Convert SI joint positions to degrees and millimetres."""
@@ -126,32 +140,6 @@ class StreamState(msgspec.Struct, frozen=True):
     ending: bool = False
     seen: bool = False
     onset: float | None = None
-
-
-class SpeedState(msgspec.Struct, frozen=True):
-    """Program speed, requested and applied [percent], and why it was limited.
-
-    Attributes:
-        cap: The operator's cap for both sides.
-        gate: Why the last set point for the real robot was slowed down; empty if it was not.
-        cap_sent: When the twin's cap was sent last [s].
-        real_cap: Lowest cap of this lead of the real robot, from its measured Cartesian speed.
-        override_before: The robot's override before we lowered it, None while it is its own.
-        override_sent: The override we sent last.
-        override_at: When [s].
-    """
-
-    cap: float = 100.0
-    requested: float = 0.0
-    applied: float = 0.0
-    limited: bool = False
-    reason: str = ""
-    gate: str = ""
-    cap_sent: float | None = None
-    real_cap: float = 100.0
-    override_before: float | None = None
-    override_sent: float = 0.0
-    override_at: float = 0.0
 
 
 class Gripper(msgspec.Struct, frozen=True):

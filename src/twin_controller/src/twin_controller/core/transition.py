@@ -76,6 +76,8 @@ def detail(state: CoreState, trigger: Trigger) -> str:
         return f" ({'; '.join(down)})"
     if trigger is Trigger.KEEP_OUT:
         return f" ({state.way.violation or state.guard.violation})"
+    if trigger is Trigger.TOO_FAST:
+        return f" ({state.guard.too_fast})"
     if trigger in (Trigger.TOO_CLOSE, Trigger.RESUME_BLOCKED) and state.separation.too_close:
         return f" ({state.separation.reason})"
     if trigger in (Trigger.AT_REST, Trigger.UNSETTLED):
@@ -94,13 +96,11 @@ def _enter(state: CoreState, row: Row, trigger: Trigger, now: float) -> CoreStat
         state = replace(state, reset_since=None)
     if trigger is Trigger.KEEP_OUT:
         state = replace(state, way=Way(state.way.target))
-    if trigger in (Trigger.KEEP_OUT, Trigger.TOO_CLOSE):
+    if trigger in (Trigger.KEEP_OUT, Trigger.TOO_CLOSE, Trigger.TOO_FAST):
         state = replace(state, guard=replace(state.guard, stopped_at=now))
     mode = row.to or state.mode
     if mode is state.mode and mode is not Mode.OFFLINE:
         return state
-    if mode is not Mode.PAUSED:
-        state = replace(state, speed=replace(state.speed, real_cap=100.0))
     paused = state.mode if mode is Mode.PAUSED else None
     active = paused or mode
     follows_real = active in (Mode.ALIGNING, Mode.REAL_LEADS)

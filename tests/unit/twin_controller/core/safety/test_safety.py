@@ -130,7 +130,7 @@ def test_the_protective_distance_is_the_sum_of_its_terms() -> None:
 def judged(distance: float, speed: float = 0.0, age: float = 0.0, enabled: bool = True) -> object:
     """Judge a person beside the tool at home."""
     person = Person(10.0 - age, (0.65 + distance, 0.0, 0.0))
-    return judge_separation(POINTS, person, HOME, speed, 10.0, replace(SEPARATION, enabled=enabled))
+    return judge_separation(POINTS, person, HOME, speed, 10.0, replace(SEPARATION, enabled=enabled), SETUP.fastest)
 
 
 @pytest.mark.parametrize(
@@ -153,11 +153,11 @@ def test_a_person_too_close_or_not_seen_any_more_stops(distance: float, speed: f
 
 def test_the_cap_falls_with_the_distance_and_is_off_when_disabled() -> None:
     """Monotonic from 0 to 100 %; without monitoring nobody is too close."""
-    caps = [judged(0.3 + 0.1 * k).cap for k in range(60)]  # type: ignore[attr-defined]
+    caps = [judged(0.3 + 0.1 * k).cap for k in range(80)]  # type: ignore[attr-defined]
     assert caps[0] == 0.0 and caps[-1] == 100.0 and caps == sorted(caps)
     off = judged(0.0, enabled=False)
     assert (off.too_close, off.cap, off.distance) == (False, 100.0, math.inf)  # type: ignore[attr-defined]
-    silent = judge_separation(POINTS, None, HOME, 0.0, 10.0, SEPARATION)
+    silent = judge_separation(POINTS, None, HOME, 0.0, 10.0, SEPARATION, SETUP.fastest)
     assert silent.too_close and "silent" in silent.reason
 
 

@@ -59,6 +59,7 @@ class Trigger(StrEnum):
     DIVERGED = "the pair came apart"
     KEEP_OUT = "the way leads through a keep-out zone"
     TOO_CLOSE = "a person is too close"
+    TOO_FAST = "the real robot is faster than the Cartesian limit"
     STOP = "STOP by the operator"
     PAUSE = "PAUSE by the operator"
     RESUME = "RESUME by the operator"
@@ -132,6 +133,7 @@ DEFAULTS: dict[Trigger, Row] = {
     Trigger.DIVERGED: STAY,
     Trigger.KEEP_OUT: STAY,
     Trigger.TOO_CLOSE: STAY,
+    Trigger.TOO_FAST: STAY,
     Trigger.STOP: Row(Mode.STOPPED, BOTH_STOP, "the target is cleared"),
     Trigger.PAUSE: _refuse("nothing moves that could be paused"),
     Trigger.RESUME: _refuse("nothing is paused"),
@@ -175,6 +177,7 @@ _RESET_FAILED = Row(None, (), "its cause persists: remove it, then RESET again")
 _FOLLOWING: dict[Trigger, Row] = {
     Trigger.KEEP_OUT: _BEFORE_ZONE,
     Trigger.TOO_CLOSE: _PROTECT,
+    Trigger.TOO_FAST: _STOPPED,
     Trigger.TWIN_STOPPED: _STOPPED,
     Trigger.DIVERGED: _DIVERGED,
 }
@@ -203,6 +206,7 @@ ROWS: dict[Mode, dict[Trigger, Row]] = {
         Trigger.TWIN_ESTOPPED: STAY,
         Trigger.KEEP_OUT: _GUARDED,
         Trigger.TOO_CLOSE: _GUARDED,
+        Trigger.TOO_FAST: _GUARDED,
         Trigger.STOP: Row(None, BOTH_STOP, "sent to the side still reached; a robot that is not is told when it answers again"),
         Trigger.PAUSE: _OFFLINE,
         Trigger.RESUME: _OFFLINE,
@@ -219,6 +223,7 @@ ROWS: dict[Mode, dict[Trigger, Row]] = {
         Trigger.ALIGN_FAILED: _FAILED,
         Trigger.KEEP_OUT: _BEFORE_ZONE,
         Trigger.TOO_CLOSE: _STOPPED,
+        Trigger.TOO_FAST: _STOPPED,
         Trigger.TWIN_STOPPED: _STOPPED,
         Trigger.ALIGN: Row(None, (), "already aligning"),
         Trigger.MOVE: _refuse("the twin is aligning: wait"),
@@ -227,6 +232,7 @@ ROWS: dict[Mode, dict[Trigger, Row]] = {
     },
     Mode.IDLE: {
         Trigger.KEEP_OUT: _BEFORE_ZONE,
+        Trigger.TOO_FAST: _STOPPED,
         Trigger.REAL_MOVED: _REAL_LEADS,
         Trigger.REAL_TOOK_OVER: _REAL_LEADS,
         Trigger.TWIN_MOVED: _TWIN_LEADS,
@@ -257,6 +263,7 @@ ROWS: dict[Mode, dict[Trigger, Row]] = {
     },
     Mode.STOPPED: {
         Trigger.KEEP_OUT: Row(None, BOTH_STOP, "both are stopped before it"),
+        Trigger.TOO_FAST: Row(None, BOTH_STOP, "both are stopped"),
         Trigger.REAL_MOVED: _REAL_LEADS,
         Trigger.REAL_TOOK_OVER: _REAL_LEADS,
         Trigger.TWIN_MOVED: _TWIN_LEADS,
@@ -289,6 +296,7 @@ ROWS: dict[Mode, dict[Trigger, Row]] = {
         Trigger.LINK_LOST: Row(None, BOTH_STOP, "the fault stays until RESET"),
         Trigger.KEEP_OUT: _GUARDED,
         Trigger.TOO_CLOSE: _GUARDED,
+        Trigger.TOO_FAST: _GUARDED,
         Trigger.REAL_FAULT: STAY,
         Trigger.STOP: Row(None, BOTH_STOP, "the fault stays until RESET"),
         Trigger.RESET: _RESET,

@@ -53,17 +53,19 @@ def link_triggers(setup: Setup, state: CoreState) -> list[Trigger]:
 
 
 def safety_triggers(state: CoreState, now: float) -> list[Trigger]:
-    """Return what forbids the present motion: a zone on its way, a person too close.
+    """Return what forbids the present motion: a zone on its way, a person too close, the robot too fast.
 
     In a mode that a safety stop does not change only a real robot that moves counts, and not while a stop is on its way.
     """
     guard = state.guard if state.real.history else Guard()
-    zone, near, due = bool(guard.violation), state.separation.too_close, guard.due(now)
-    if state.mode in UNLED:
-        zone, near = zone and due, near and due
-    else:
-        zone = bool(state.way.violation) or (zone and (due or state.mode is not Mode.STOPPED))
-    return [trigger for trigger, counts in ((Trigger.KEEP_OUT, zone), (Trigger.TOO_CLOSE, near)) if counts]
+    led = state.mode not in UNLED
+    counts = guard.due(now) or (led and state.mode is not Mode.STOPPED)
+    found = {
+        Trigger.KEEP_OUT: (led and state.way.violation) or (counts and guard.violation),
+        Trigger.TOO_CLOSE: counts and state.separation.too_close,
+        Trigger.TOO_FAST: counts and guard.too_fast,
+    }
+    return [trigger for trigger, holds in found.items() if holds]
 
 
 def onsets(setup: Setup, state: CoreState) -> Onsets:

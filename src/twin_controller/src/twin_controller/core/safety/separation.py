@@ -62,7 +62,13 @@ def allowed_speed(distance: float, config: Separation) -> float:
 
 
 def judge_separation(
-    points: Sequence[WatchedPoint], person: Person | None, q: Joints, speed: float, now: float, config: Separation
+    points: Sequence[WatchedPoint],
+    person: Person | None,
+    q: Joints,
+    speed: float,
+    now: float,
+    config: Separation,
+    fastest: float,
 ) -> Distance:
     """Judge the distance to the nearest person.
 
@@ -73,6 +79,7 @@ def judge_separation(
         speed: Largest speed of a watched point now [m/s].
         now: Time [s].
         config: Terms of the formula.
+        fastest: Speed of a watched point at 100 % program speed in the worst pose [m/s].
     """
     if not config.enabled:
         return Distance()
@@ -85,4 +92,4 @@ def judge_separation(
     allowed = allowed_speed(distance - config.margin_mm * 1e-3, config)
     too_close = distance <= at_rest or (speed > config.standstill_mm_s * 1e-3 and distance < protective)
     reason = f"a person is {distance * 1e3:.0f} mm away, the protective distance is {protective * 1e3:.0f} mm"
-    return Distance(distance, protective, min(100.0, 100.0 * allowed / (config.full_speed_mm_s * 1e-3)), too_close, reason)
+    return Distance(distance, protective, min(100.0, 100.0 * allowed / fastest), too_close, reason)

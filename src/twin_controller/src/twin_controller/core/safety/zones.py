@@ -105,8 +105,13 @@ def speed_cap(peak_speed: float, limit_mm_s: float | None) -> float:
     return min(100.0, 100.0 * limit_mm_s * 1e-3 / peak_speed)
 
 
-def point_speed(points: Sequence[WatchedPoint], q: Joints, qdot: Joints) -> float:
-    """Return the largest speed of a watched point [m/s], by a central difference over 1 ms."""
+def fastest_point(points: Sequence[WatchedPoint], q: Joints, qdot: Joints) -> tuple[float, str]:
+    """Return the largest speed of a watched point [m/s], by a central difference over 1 ms, and which one it is."""
     centre, step = np.array(q), np.array(qdot) * 5e-4
     rows = np.array([centre - step, centre + step])
-    return max((math.dist(*positions(point, rows)) / 1e-3 for point in points), default=0.0)
+    return max(((math.dist(*positions(point, rows)) / 1e-3, point.name) for point in points), default=(0.0, ""))
+
+
+def point_speed(points: Sequence[WatchedPoint], q: Joints, qdot: Joints) -> float:
+    """Return the largest speed of a watched point [m/s]."""
+    return fastest_point(points, q, qdot)[0]

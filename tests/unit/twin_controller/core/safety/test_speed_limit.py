@@ -1,0 +1,164 @@
+"""The Cartesian limit holds from the first moment, whoever leads; the operator's SPEED is not undone."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from harness.emulated.emulated_pair import EmulatedPair, moves
+from harness.pair import HOME, ROBOT, SETUP, Pair, ramp, shifted
+from msgspec.structs import replace
+from twin_controller.core.actions import CapTwin, OverrideReal
+from twin_controller.core.events import PersonSeen
+from twin_controller.core.rules.table import Mode
+from twin_controller.core.safety.speed import fastest_speed
+from twin_controller.core.safety.zones import point_speed
+from twin_controller.core.state import Setup
+
+LIMIT = 250.0
+LIMITED = Setup(ROBOT, replace(SETUP.config, cell=replace(SETUP.config.cell, cartesian_speed_mm_s=LIMIT)))
+WATCHED = Setup(ROBOT, replace(SETUP.config, separation=replace(SETUP.config.separation, enabled=True)))
+SWEEPS = moves({"joint_1": 20.0, "joint_3": -160.0}, {"joint_1": -20.0, "joint_2": 20.0, "joint_3": -150.0})
+AWAY = shifted(HOME, 60.0)
+
+
+def test_no_motion_is_faster_than_the_fastest() -> None:
+    """Against poses and joint speeds drawn at random; stretched, joints 1 and 2 together and the stroke, in closed form."""
+    random = np.random.default_rng(2)
+    highest = max(
+        point_speed(SETUP.points, tuple(q), tuple(random.choice([-1.0, 1.0], 4) * SETUP.velocity))
+        for q in random.uniform(SETUP.lower, SETUP.upper, (2000, 4))
+    )
+    w1, w2, v3 = SETUP.velocity[:3]
+    closed = float(np.hypot(0.65 * w1 + 0.30 * w2, v3))
+    assert highest <= SETUP.fastest * (1.0 + 1e-6)
+    assert pytest.approx(closed, rel=1e-6) == SETUP.fastest
+    assert fastest_speed((), SETUP.lower, SETUP.upper, SETUP.velocity) == 0.0
+
+
+@pytest.mark.parametrize("phase", [0.0, 0.005])
+def test_a_program_never_exceeds_the_cartesian_limit(phase: float) -> None:
+    """Full override and full program speed: from the first moment, between its moves, and after it."""
+    pair = EmulatedPair(SWEEPS, setup=LIMITED)
+    pair.connect()
+    pair.run(0.3 + phase)
+    assert pair.shown.override == int(LIMITED.safe_percent)
+    for _ in range(2):
+        pair.start()
+        pair.run(3.0)
+        assert pair.shown.override == int(LIMITED.safe_percent)
+    speeds = [point_speed(LIMITED.points, q, qdot) for q, qdot in pair.track]
+    assert 0.05 * LIMIT < 1e3 * max(speeds) <= LIMIT
+    assert pair.state.mode is not Mode.STOPPED
+
+
+def test_the_robots_override_is_lowered_while_the_twin_is_down() -> None:
+    """Its own side can start it then too."""
+    pair = EmulatedPair(SWEEPS, setup=LIMITED)
+    pair.link("real", True)
+    pair.run(0.5)
+    assert pair.state.mode is Mode.OFFLINE and pair.shown.override == int(LIMITED.safe_percent)
+
+
+def test_the_twins_motion_without_a_target_has_the_cap_of_the_worst_pose() -> None:
+    """Before it begins, and without a break between two moves."""
+    pair = Pair(setup=LIMITED)
+    pair.connect()
+    pair.run(0.3)
+    begun = len(pair.actions)
+    assert pair.limit <= LIMITED.safe_percent
+    for end in (shifted(HOME, 5.0), HOME):
+        pair.move_twin(ramp(pair.twin_q, end, 4.0))
+        pair.run(4.5)
+    pair.jog_twin(ramp(HOME, AWAY, 6.0), pair.now)
+    pair.run(1.0)
+    sent = [action.speed_percent for action in pair.actions[begun:] if isinstance(action, CapTwin)]
+    assert max([pair.limit, *sent]) <= LIMITED.safe_percent
+
+
+def too_fast(pair: Pair) -> None:
+    """Let the robot, which does not mind its override, move at about 650 mm/s."""
+    pair.start_program(ramp(pair.real_q, shifted(pair.real_q, 60.0), 2.0))
+    pair.run(1.0)
+
+
+@pytest.mark.parametrize("mode", [Mode.REAL_LEADS, Mode.OFFLINE])
+def test_a_robot_that_exceeds_the_limit_is_stopped(mode: Mode) -> None:
+    """The decision names the point, its speed and the limit."""
+    pair = Pair(setup=LIMITED)
+    pair.connect()
+    if mode is Mode.OFFLINE:
+        pair.link("twin", False)
+        pair.run(0.2)
+    too_fast(pair)
+    assert not pair.own_program
+    assert pair.state.mode is (Mode.STOPPED if mode is Mode.REAL_LEADS else mode)
+    assert "the tool at" in pair.state.why and "allowed are 250 mm/s" in pair.state.why
+    assert sum(decision.trigger == "TOO_FAST" for decision in pair.decisions()) == 1
+
+
+def test_a_robot_without_a_limit_is_not_judged() -> None:
+    """Off as shipped."""
+    pair = Pair()
+    pair.connect()
+    too_fast(pair)
+    assert pair.own_program and pair.override == 100.0
+
+
+class Neighbour:
+    """A robot that leads, and a person beside it."""
+
+    def __init__(self) -> None:
+        """Let the robot begin a long program."""
+        self.pair = Pair(setup=WATCHED)
+        self.pair.link("real", True)
+        self.pair.link("twin", True)
+        self.see(12.0, 2.5)
+        assert self.pair.state.mode is Mode.IDLE
+        self.pair.start_program(ramp(HOME, shifted(HOME, 5.0), 30.0))
+        self.see(12.0, 1.0)
+
+    def see(self, x: float, duration: float) -> None:
+        """Let time pass with the person at ``x``."""
+        for _ in range(round(duration / 0.05)):
+            self.pair.feed(PersonSeen(self.pair.now, (x, 0.0, 0.0)))
+            self.pair.run(0.05)
+
+
+def test_speed_given_beside_a_person_counts_when_the_person_has_gone() -> None:
+    """Beside the person the robot gets no more than the distance allows, and the answer says so."""
+    cell = Neighbour()
+    cell.see(2.2, 1.0)
+    beside = cell.pair.override
+    assert beside < 50.0
+    begun = len(cell.pair.actions)
+    reply = cell.pair.operate("SPEED", speed_percent=87.0)
+    cell.see(2.2, 0.5)
+    assert reply.success and "87 %" in reply.message and f"gets {beside:g} %" in reply.message
+    sent = [action.speed_percent for action in cell.pair.actions[begun:] if isinstance(action, OverrideReal)]
+    assert max([cell.pair.override, *sent]) == beside
+    cell.see(12.0, 0.6)
+    assert cell.pair.override == 87.0
+
+
+def test_speed_lower_than_the_persons_cap_stays() -> None:
+    """Nobody raises it when the person goes."""
+    cell = Neighbour()
+    cell.see(2.2, 1.0)
+    assert cell.pair.operate("SPEED", speed_percent=5.0).message == "speed of both capped at 5 %"
+    cell.see(2.2, 0.5)
+    assert cell.pair.override == 5.0
+    cell.see(12.0, 0.6)
+    assert cell.pair.override == 5.0
+
+
+def test_speed_given_while_the_robot_is_not_reached_counts_when_it_is() -> None:
+    """The answer says what is true until then."""
+    pair = Pair()
+    pair.connect()
+    pair.link("real", False)
+    reply = pair.operate("SPEED", speed_percent=30.0)
+    assert reply.success and "the real robot is not reached" in reply.message
+    assert pair.override == 100.0
+    pair.link("real", True)
+    pair.run(1.0)
+    assert pair.override == 30.0
