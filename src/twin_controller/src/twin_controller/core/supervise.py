@@ -20,6 +20,8 @@ replace = msgspec.structs.replace
 BRAKING_STEPS = 8
 CAP_STEP = 0.5
 CAP_SHARE = 0.05
+RAISE_STEP = 3.0
+"""An override is given back in steps of so much [percent]: between two sightings the cap falls and rises a little."""
 RESEND_S = 0.2
 GAIN_SAMPLES = 3
 """Over so many samples of the real robot its gain in speed is taken; two would be noise."""
@@ -183,6 +185,8 @@ def _cap_real(setup: Setup, state: CoreState, now: float) -> tuple[CoreState, li
         return state, []
     elif before is not None and abs(shown - speed.override_sent) < CAP_STEP:
         wanted = min(before, allowed)
+        if wanted < min(before, shown + RAISE_STEP):
+            return state, []
     else:
         return (replace(state, speed=replace(speed, override_before=None)) if before is not None else state), []
     if abs(wanted - shown) < CAP_STEP:

@@ -114,17 +114,27 @@ def test_the_braking_way_is_the_integral_of_the_speed(v: float, a: float, delay:
     assert (stop - 1.0) * v >= 0.0
 
 
-@given(speed=st.floats(0.0, 5.0))
-def test_allowed_speed_is_the_inverse_of_the_protective_distance(speed: float) -> None:
-    """There and back."""
-    assert allowed_speed(protective_distance(speed, SEPARATION), SEPARATION) == pytest.approx(speed, abs=1e-9)
+@given(speed=st.floats(0.0, 5.0), age=st.floats(0.0, 0.3))
+def test_allowed_speed_is_the_inverse_of_the_protective_distance(speed: float, age: float) -> None:
+    """There and back, whenever the person was seen."""
+    assert allowed_speed(protective_distance(speed, SEPARATION, age), SEPARATION, age) == pytest.approx(speed, abs=1e-9)
 
 
 def test_the_protective_distance_is_the_sum_of_its_terms() -> None:
     """ISO/TS 15066: person, robot until it reacts, robot while it stops, intrusion and uncertainties; by hand for 1 m/s."""
     expected = 1.6 * (0.1 + 0.1) + 1.0 * 0.1 + 1.0 / 20.0 + 0.2 + 0.1 + 0.01
     assert protective_distance(1.0, SEPARATION) == pytest.approx(expected)
+    assert protective_distance(1.0, SEPARATION, 0.25) == pytest.approx(expected + 1.6 * 0.25), "since the sighting people walk on"
     assert allowed_speed(0.3, SEPARATION) == 0.0
+
+
+@pytest.mark.parametrize(("age", "too_close"), [(0.0, False), (0.1, False), (0.2, True)])
+def test_between_two_sightings_the_person_may_come_nearer(age: float, too_close: bool) -> None:
+    """0.47 m at rest and 1.6 m/s since the sighting: 0.7 m are enough for 0.14 s."""
+    found, fresh = judged(0.7, age=age), judged(0.7)
+    assert found.too_close is too_close  # type: ignore[attr-defined]
+    assert found.protective == pytest.approx(0.47 + 1.6 * age)  # type: ignore[attr-defined]
+    assert found.cap <= fresh.cap  # type: ignore[attr-defined]
 
 
 def judged(distance: float, speed: float = 0.0, age: float = 0.0, enabled: bool = True) -> object:

@@ -1,7 +1,8 @@
 r"""Speed and separation monitoring by the protective distance of ISO/TS 15066, sec. 5.5.4.
 
-.. math:: S_p(v) = v_h (T_r + T_s) + v T_r + \frac{v^2}{2a} + C + Z_d + Z_r, \quad T_s = \frac{v}{a}
+.. math:: S_p(v) = v_h (t_s + T_r + T_s) + v T_r + \frac{v^2}{2a} + C + Z_d + Z_r, \quad T_s = \frac{v}{a}
 
+:math:`t_s` is the age of the sighting: since then the person may have come nearer; where the robot is, is known now.
 The speed is scaled so that the distance to the nearest person is never less than this; if it is, motion stops
 protectively. This is no certified safety function: the sensor, this computer and the network are not rated.
 """
@@ -44,17 +45,17 @@ class Distance(msgspec.Struct, frozen=True):
     reason: str = ""
 
 
-def protective_distance(speed: float, config: Separation) -> float:
-    """Return S_p [m] for a robot moving at ``speed`` [m/s]."""
+def protective_distance(speed: float, config: Separation, age: float = 0.0) -> float:
+    """Return S_p [m] for a robot moving at ``speed`` [m/s] and a person seen ``age`` [s] ago."""
     fixed = (config.intrusion_mm + config.sensor_uncertainty_mm + config.robot_uncertainty_mm) * 1e-3
     human, reaction = config.human_speed_mm_s * 1e-3, config.reaction_ms * 1e-3
     stopping = speed / config.deceleration_m_s2
-    return human * (reaction + stopping) + speed * reaction + 0.5 * speed * stopping + fixed
+    return human * (age + reaction + stopping) + speed * reaction + 0.5 * speed * stopping + fixed
 
 
-def allowed_speed(distance: float, config: Separation) -> float:
+def allowed_speed(distance: float, config: Separation, age: float = 0.0) -> float:
     """Return the largest speed [m/s] whose protective distance is ``distance`` [m]; the inverse of S_p, 0 if there is none."""
-    room = distance - protective_distance(0.0, config)
+    room = distance - protective_distance(0.0, config, age)
     if room <= 0.0:
         return 0.0
     linear = config.human_speed_mm_s * 1e-3 + config.reaction_ms * 1e-3 * config.deceleration_m_s2
@@ -83,13 +84,14 @@ def judge_separation(
     """
     if not config.enabled:
         return Distance()
-    if person is None or now - person.seen > config.stale_ms * 1e-3:
+    age = max(0.0, now - person.seen) if person is not None else math.inf
+    if person is None or age > config.stale_ms * 1e-3:
         return Distance(0.0, 0.0, 0.0, True, "the sensor that sees people is silent")
     rows = np.array([q])
     distance = min(math.dist(positions(point, rows)[0], person.position) for point in points)
-    protective = protective_distance(speed, config)
-    at_rest = protective_distance(0.0, config)
-    allowed = allowed_speed(distance - config.margin_mm * 1e-3, config)
+    protective = protective_distance(speed, config, age)
+    at_rest = protective_distance(0.0, config, age)
+    allowed = allowed_speed(distance - config.margin_mm * 1e-3, config, age)
     too_close = distance <= at_rest or (speed > config.standstill_mm_s * 1e-3 and distance < protective)
     reason = f"a person is {distance * 1e3:.0f} mm away, the protective distance is {protective * 1e3:.0f} mm"
     return Distance(distance, protective, min(100.0, 100.0 * allowed / fastest), too_close, reason)
