@@ -119,9 +119,11 @@ class GripAnswered(Event, frozen=True, tag="grip_answered"):
 
 
 class PersonSeen(Event, frozen=True, tag="person"):
-    """Where the nearest person is [m], in the base frame."""
+    """Where the nearest person is [m], in the base frame, how long ago that was true [s], and which sensor says so."""
 
     position: tuple[float, float, float]
+    age: float = 0.0
+    sensor: str = ""
 
 
 class ClockProbe(Event, frozen=True, tag="probe"):

@@ -20,7 +20,8 @@ from twin_controller.core.observing.echo import EchoTube
 from twin_controller.core.rules.table import Mode
 from twin_controller.core.safety.guard import Guard
 from twin_controller.core.safety.points import watched_points
-from twin_controller.core.safety.separation import Distance, Person
+from twin_controller.core.safety.separation import Distance
+from twin_controller.core.safety.sightings import Person
 from twin_controller.core.safety.speed import SpeedState, fastest_speed
 from twin_controller.core.safety.zones import Way, speed_cap
 
@@ -178,8 +179,8 @@ class CoreState(msgspec.Struct, frozen=True):
         asked: What the twin reported when that was sent; until it takes effect the twin goes on reporting so.
         asked_at: When it was sent [s].
         way: The twin's running move as the watched points see it.
-        person: Where the nearest person was seen last.
-        separation: Distance to that person and what follows from it.
+        people: Where each sensor saw the nearest person last.
+        separation: Distance to the nearest of them and what follows from it.
         guard: What the real robot's motion means for zones and people.
         paused_mode: The mode that PAUSE interrupted.
         paused_seen: Whether the real robot and the twin have shown that they paused since.
@@ -218,7 +219,7 @@ class CoreState(msgspec.Struct, frozen=True):
     asked: TwinMotion | None = None
     asked_at: float = 0.0
     way: Way = Way()
-    person: Person | None = None
+    people: tuple[Person, ...] = ()
     separation: Distance = Distance()
     guard: Guard = Guard()
     twin_stopped_at: float = -1e9

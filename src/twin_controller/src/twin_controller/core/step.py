@@ -26,7 +26,7 @@ from twin_controller.core.observing.measure import clock_probed, link_changed, r
 from twin_controller.core.operate import operate
 from twin_controller.core.rules import reports, triggers
 from twin_controller.core.rules.table import Mode, Trigger, look_up
-from twin_controller.core.safety.separation import Person
+from twin_controller.core.safety.sightings import Person, newest
 from twin_controller.core.state import CoreState, Setup
 from twin_controller.core.supervise import cap_speed, judge_divergence, judge_move, watch_real
 from twin_controller.core.transition import transition
@@ -112,7 +112,8 @@ def _absorb(setup: Setup, state: CoreState, event: AnyEvent) -> CoreState:
         case TwinMotion():
             return judge_move(setup, replace(state, motion=event))
         case PersonSeen():
-            return replace(state, person=Person(event.now, event.position))
+            seen = Person(event.now - event.age, event.position, event.sensor)
+            return replace(state, people=newest(state.people, seen))
         case ClockProbe():
             return clock_probed(setup, state, event)
         case MoveEnded():

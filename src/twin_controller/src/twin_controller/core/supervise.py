@@ -65,7 +65,7 @@ def watch_real(setup: Setup, state: CoreState) -> CoreState:
     last, config = state.real.last, setup.config.separation
     speed, name = fastest_point(setup.points, last.q, last.qdot) if any(last.qdot) else (0.0, "")
     fastest = setup.fastest if config.enabled else 1.0
-    separation = judge_separation(setup.points, state.person, last.q, speed, last.t, config, fastest)
+    separation = judge_separation(setup.points, state.people, last.q, speed, last.t, config, fastest)
     guard = _too_fast(setup, _guarded(setup, state, speed), speed, name, last.t)
     return replace(state, separation=separation, guard=guard)
 

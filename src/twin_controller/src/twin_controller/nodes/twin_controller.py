@@ -12,7 +12,6 @@ Publishes: ``twin_controller/state``, ``decisions``, ``inputs``, ``audit``, ``co
 from __future__ import annotations
 
 import hashlib
-import math
 import os
 import sys
 import time
@@ -31,6 +30,7 @@ from std_msgs.msg import String
 from scara_msgs.srv import TwinCommand, TwinCommandResponse, Why, WhyResponse
 from twin_controller.config import TwinControllerConfig, load_twin_controller
 from twin_controller.core.events import PersonSeen
+from twin_controller.core.safety.sightings import SightingError, sighting_age
 from twin_controller.core.state import Setup
 from twin_controller.io.engine import Engine
 from twin_controller.io.real_door import RealDoor
@@ -131,13 +131,15 @@ class Node:
         return answer
 
     def _person(self, message: PointStamped) -> None:
-        """Take a sighting; one in another frame counts as no sighting, and that stops the pair when monitoring is on."""
-        if message.header.frame_id.lstrip("/") != self._base_frame:
-            rospy.logerr_throttle(1.0, "people/nearest: frame %r, expected %r", message.header.frame_id, self._base_frame)
+        """Take a sighting; one that cannot be used counts as none, and that stops the pair when monitoring is on."""
+        header, point = message.header, (message.point.x, message.point.y, message.point.z)
+        sensor = message._connection_header.get("callerid", "")
+        try:
+            age = sighting_age(header.frame_id, header.stamp.to_sec(), point, rospy.get_time(), self._base_frame)
+        except SightingError as error:
+            rospy.logerr_throttle(1.0, "people/nearest of %s: %s", sensor, error)
             return
-        point = (message.point.x, message.point.y, message.point.z)
-        if all(map(math.isfinite, point)):
-            self._engine.put(PersonSeen(time.monotonic(), point))
+        self._engine.put(PersonSeen(time.monotonic(), point, age, sensor))
 
     def _why(self, request: Why._request_class) -> WhyResponse:
         decisions = self._engine.state.decisions[-(request.count or DEFAULT_DECISIONS) :]

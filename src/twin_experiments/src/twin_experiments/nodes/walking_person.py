@@ -39,7 +39,8 @@ def walking_person(
     """Publish until interrupted."""
     try:
         frame = load_robot().base_frame
-        enter_ros("walking_person", READY_S, lambda text: typer.echo(text, err=True))
+        # One name: started again it is the same sensor, not another that fell silent.
+        enter_ros("walking_person", READY_S, lambda text: typer.echo(text, err=True), anonymous=False)
     except (ConfigError, RunError) as error:
         typer.echo(f"walking_person: {error}", err=True)
         raise typer.Exit(WRONG if isinstance(error, ConfigError) else UNUSABLE) from error

@@ -16,7 +16,8 @@ from twin_controller.core.actions import Do, Perform
 from twin_controller.core.events import PersonSeen
 from twin_controller.core.rules.table import Mode
 from twin_controller.core.safety.points import positions, watched_points
-from twin_controller.core.safety.separation import Person, allowed_speed, judge_separation, protective_distance
+from twin_controller.core.safety.separation import allowed_speed, judge_separation, protective_distance
+from twin_controller.core.safety.sightings import Person
 from twin_controller.core.safety.zones import braking_way, entered, judge_way, point_speed, speed_cap
 from twin_controller.core.state import Setup
 
@@ -140,7 +141,7 @@ def test_between_two_sightings_the_person_may_come_nearer(age: float, too_close:
 def judged(distance: float, speed: float = 0.0, age: float = 0.0, enabled: bool = True) -> object:
     """Judge a person beside the tool at home."""
     person = Person(10.0 - age, (0.65 + distance, 0.0, 0.0))
-    return judge_separation(POINTS, person, HOME, speed, 10.0, replace(SEPARATION, enabled=enabled), SETUP.fastest)
+    return judge_separation(POINTS, [person], HOME, speed, 10.0, replace(SEPARATION, enabled=enabled), SETUP.fastest)
 
 
 @pytest.mark.parametrize(
@@ -167,7 +168,7 @@ def test_the_cap_falls_with_the_distance_and_is_off_when_disabled() -> None:
     assert caps[0] == 0.0 and caps[-1] == 100.0 and caps == sorted(caps)
     off = judged(0.0, enabled=False)
     assert (off.too_close, off.cap, off.distance) == (False, 100.0, math.inf)  # type: ignore[attr-defined]
-    silent = judge_separation(POINTS, None, HOME, 0.0, 10.0, SEPARATION, SETUP.fastest)
+    silent = judge_separation(POINTS, [], HOME, 0.0, 10.0, SEPARATION, SETUP.fastest)
     assert silent.too_close and "silent" in silent.reason
 
 

@@ -17,14 +17,8 @@ import numpy as np
 
 from twin_controller.config import Separation
 from twin_controller.core.events import Joints
-from twin_controller.core.safety.points import WatchedPoint, positions
-
-
-class Person(msgspec.Struct, frozen=True):
-    """The nearest person: when seen [s] and where [m] in the base frame."""
-
-    seen: float
-    position: tuple[float, float, float]
+from twin_controller.core.safety.points import FloatArray, WatchedPoint, positions
+from twin_controller.core.safety.sightings import Person
 
 
 class Distance(msgspec.Struct, frozen=True):
@@ -64,18 +58,18 @@ def allowed_speed(distance: float, config: Separation, age: float = 0.0) -> floa
 
 def judge_separation(
     points: Sequence[WatchedPoint],
-    person: Person | None,
+    people: Sequence[Person],
     q: Joints,
     speed: float,
     now: float,
     config: Separation,
     fastest: float,
 ) -> Distance:
-    """Judge the distance to the nearest person.
+    """Judge the distance to the nearest person of each sensor; the worst counts.
 
     Args:
         points: Watched points of the arm.
-        person: Where the nearest person was seen; None if never.
+        people: The newest sighting of each sensor; empty if there never was one.
         q: Joint positions, SI.
         speed: Largest speed of a watched point now [m/s].
         now: Time [s].
@@ -84,11 +78,20 @@ def judge_separation(
     """
     if not config.enabled:
         return Distance()
-    age = max(0.0, now - person.seen) if person is not None else math.inf
-    if person is None or age > config.stale_ms * 1e-3:
+    if not people:
         return Distance(0.0, 0.0, 0.0, True, "the sensor that sees people is silent")
-    rows = np.array([q])
-    distance = min(math.dist(positions(point, rows)[0], person.position) for point in points)
+    places = np.concatenate([positions(point, np.array([q])) for point in points])
+    judged = [_judge(places, person, speed, now, config, fastest) for person in people]
+    return min(judged, key=lambda one: (not one.too_close, one.cap, one.distance))
+
+
+def _judge(places: FloatArray, person: Person, speed: float, now: float, config: Separation, fastest: float) -> Distance:
+    """Judge the distance to one person."""
+    age = max(0.0, now - person.seen)
+    if age > config.stale_ms * 1e-3:
+        name = f"{person.sensor} " if person.sensor else ""
+        return Distance(0.0, 0.0, 0.0, True, f"the sensor {name}that sees people is silent")
+    distance = float(np.min(np.linalg.norm(places - np.array(person.position), axis=1)))
     protective = protective_distance(speed, config, age)
     at_rest = protective_distance(0.0, config, age)
     allowed = allowed_speed(distance - config.margin_mm * 1e-3, config, age)

@@ -20,8 +20,8 @@ MASTER_POLL_S = 0.5
 STOPPED = "STOPPED"
 
 
-def enter_ros(name: str, deadline: float, tell: Callable[[str], None]) -> None:
-    """Become a node as soon as there is a master.
+def enter_ros(name: str, deadline: float, tell: Callable[[str], None], anonymous: bool = True) -> None:
+    """Become a node as soon as there is a master; ``anonymous``: of a name of its own, however many there are.
 
     Raises:
         RunError: There is none after ``deadline`` [s].
@@ -33,7 +33,7 @@ def enter_ros(name: str, deadline: float, tell: Callable[[str], None]) -> None:
         if time.monotonic() > end:
             raise RunError(f"no ROS master at {rosgraph.get_master_uri()} after {deadline:g} s: start the cell first")
         time.sleep(MASTER_POLL_S)
-    rospy.init_node(name, anonymous=True, disable_signals=True)
+    rospy.init_node(name, anonymous=anonymous, disable_signals=True)
 
 
 class LiveTwin:

@@ -1,0 +1,94 @@
+"""Sightings of people: their age, what is refused, several sensors."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from harness.pair import HOME, ROBOT, SETUP, Pair, ramp, shifted
+from msgspec.structs import replace
+from twin_controller.core.events import PersonSeen
+from twin_controller.core.rules.table import Mode
+from twin_controller.core.safety.sightings import Person, SightingError, newest, sighting_age
+from twin_controller.core.state import Setup
+
+HERE = (2.0, 0.0, 0.0)
+WATCHED = Setup(ROBOT, replace(SETUP.config, separation=replace(SETUP.config.separation, enabled=True)))
+FAR = 8.0
+
+
+@pytest.mark.parametrize(("stamp", "age"), [(1000.0, 0.0), (999.75, 0.25), (1000.5, 0.0), (1.0, 999.0)])
+def test_a_late_sighting_is_as_old_as_its_stamp(stamp: float, age: float) -> None:
+    """However it was delayed; one from the future is new."""
+    assert sighting_age("/base_link", stamp, HERE, 1000.0, "base_link") == pytest.approx(age)
+
+
+@pytest.mark.parametrize(
+    ("frame", "stamp", "position", "reason"),
+    [
+        ("camera", 1.0, HERE, "frame 'camera', expected 'base_link'"),
+        ("base_link", 0.0, HERE, "stamp 0 s, expected the time at which the person was there"),
+        ("base_link", math.nan, HERE, "stamp nan s"),
+        ("base_link", 1.0, (0.0, math.nan, 0.0), r"position \(0.0, nan, 0.0\) is not finite"),
+        ("base_link", 1.0, (math.inf, 0.0, 0.0), "is not finite"),
+    ],
+)
+def test_a_sighting_that_cannot_be_used_is_refused_with_the_reason(
+    frame: str, stamp: float, position: tuple[float, float, float], reason: str
+) -> None:
+    """It counts as none."""
+    with pytest.raises(SightingError, match=reason):
+        sighting_age(frame, stamp, position, 1000.0, "base_link")
+
+
+def test_of_each_sensor_the_newest_sighting_is_kept() -> None:
+    """One that arrives after a newer one is dropped; sensors do not replace each other's."""
+    people = newest((), Person(2.0, HERE, "left"))
+    people = newest(people, Person(1.0, (9.0, 0.0, 0.0), "left"))
+    assert people == (Person(2.0, HERE, "left"),)
+    people = newest(people, Person(3.0, (1.0, 0.0, 0.0), "right"))
+    assert {person.sensor: person.seen for person in people} == {"left": 2.0, "right": 3.0}
+    assert newest(people, Person(4.0, HERE, "left"))[-1] == Person(4.0, HERE, "left")
+
+
+def see(pair: Pair, duration: float, age: float = 0.0, **sensors: float) -> None:
+    """Let time pass while each sensor sees a person at its x [m], sightings arriving ``age`` late."""
+    for _ in range(round(duration / 0.05)):
+        for sensor, x in sensors.items():
+            pair.feed(PersonSeen(pair.now, (x, 0.0, 0.0), age, sensor))
+        pair.run(0.05)
+
+
+@pytest.fixture
+def moving() -> Pair:
+    """Return a pair whose real robot leads a long program while two sensors see somebody far away."""
+    pair = Pair(setup=WATCHED)
+    pair.link("real", True)
+    pair.link("twin", True)
+    see(pair, 2.5, left=FAR, right=FAR)
+    pair.start_program(ramp(HOME, shifted(HOME, 40.0), 8.0))
+    see(pair, 0.5, left=FAR, right=FAR)
+    assert pair.state.mode is Mode.REAL_LEADS
+    return pair
+
+
+def test_a_sighting_that_is_older_than_allowed_when_it_arrives_is_none(moving: Pair) -> None:
+    """Latched or queued: they come twenty times a second all the same."""
+    see(moving, 0.5, age=0.5, left=FAR, right=FAR)
+    assert moving.state.mode is Mode.PAUSED and "silent" in moving.state.why
+
+
+def test_the_nearest_person_of_all_sensors_counts(moving: Pair) -> None:
+    """Whichever sensor speaks last."""
+    see(moving, 0.3, left=0.9, right=FAR)
+    assert moving.state.mode is Mode.PAUSED and "a person is" in moving.state.why
+
+
+def test_one_sensor_that_falls_silent_stops_the_pair_until_it_is_back(moving: Pair) -> None:
+    """The other still sees nobody near; what the silent one watched is not known."""
+    see(moving, 0.6, right=FAR)
+    assert moving.state.mode is Mode.PAUSED and "sensor left that sees people is silent" in moving.state.why
+    see(moving, 2.0, right=FAR)
+    assert not moving.operate("RESUME").success
+    see(moving, 0.2, left=FAR, right=FAR)
+    assert moving.operate("RESUME").success
