@@ -12,12 +12,11 @@ from twin_controller.core.observing.divergence import judge, path_distance
 from twin_controller.core.rules.table import LEADING, Mode
 from twin_controller.core.safety.guard import Guard
 from twin_controller.core.safety.separation import judge_separation
-from twin_controller.core.safety.zones import Way, braking_way, fastest_point, judge_way, reached_speed, speed_cap
+from twin_controller.core.safety.zones import Way, braking_way, fastest_point, heads_into, judge_way, reached_speed, speed_cap
 from twin_controller.core.state import CoreState, Setup
 
 replace = msgspec.structs.replace
 
-BRAKING_STEPS = 8
 CAP_STEP = 0.5
 CAP_SHARE = 0.05
 RAISE_STEP = 3.0
@@ -95,8 +94,7 @@ def _guarded(setup: Setup, state: CoreState, speed: float) -> Guard:
     dt = last.t - earlier.t
     reached = reached_speed(earlier.qdot, last.qdot, dt, delay, setup.velocity) if dt > 0.0 else last.qdot
     stop = braking_way(last.q, last.qdot, setup.braking, delay, reached)
-    way = judge_way(setup.points, setup.keep_out, last.q, stop, setup.velocity, steps=BRAKING_STEPS)
-    return replace(guard, violation=way.violation)
+    return replace(guard, violation=heads_into(setup.points, setup.keep_out, last.q, stop))
 
 
 def cap_speed(setup: Setup, state: CoreState, now: float) -> tuple[CoreState, list[AnyAction]]:
