@@ -16,7 +16,7 @@ from scara_config import ConfigError, KeepOut
 from twin_controller.core.actions import Do, Perform
 from twin_controller.core.events import PersonSeen
 from twin_controller.core.rules.table import Mode
-from twin_controller.core.safety.points import positions, watched_points
+from twin_controller.core.safety.points import all_positions, positions, watched_points
 from twin_controller.core.safety.separation import allowed_speed, judge_separation, protective_distance
 from twin_controller.core.safety.sightings import Person
 from twin_controller.core.safety.zones import braking_way, entered, first_hit, heads_into, judge_way, point_speed, speed_cap
@@ -32,11 +32,29 @@ ZONE = KeepOut("box", (400.0, -50.0, -100.0), (500.0, 50.0, 400.0))
 
 @given(q=Q)
 def test_the_watched_points_are_where_plane_geometry_puts_them(q: tuple[float, ...]) -> None:
-    """Tool: L1 c1 + L2 c12, L1 s1 + L2 s12, h + q3. Elbow: L1 c1, L1 s1, at its height."""
-    tool, elbow = (positions(point, np.array([q]))[0] for point in POINTS)
+    """Tool: L1 c1 + L2 c12, L1 s1 + L2 s12, h + q3. Elbow: L1 c1, L1 s1, at its height. Those of a link: on its straight line."""
+    tool, elbow = (positions(point, np.array([q]))[0] for point in POINTS[:2])
     a, b = q[0], q[0] + q[1]
     assert tool == pytest.approx([L1 * math.cos(a) + L2 * math.cos(b), L1 * math.sin(a) + L2 * math.sin(b), H + q[2]])
     assert elbow[:2] == pytest.approx([L1 * math.cos(a), L1 * math.sin(a)])
+    for point in POINTS[2:]:
+        link, place = point.name.split(" at ")
+        along = float(place.removesuffix(" mm")) * 1e-3
+        begin, direction = (np.zeros(2), a) if link == "arm" else (elbow[:2], b)
+        on_link = begin + along * np.array([math.cos(direction), math.sin(direction)])
+        assert positions(point, np.array([q]))[0] == pytest.approx([*on_link, elbow[2]])
+    assert all_positions(POINTS, np.array([q, HOME]))[:, 0] == pytest.approx(
+        np.array([positions(point, np.array([q]))[0] for point in POINTS])
+    )
+
+
+@pytest.mark.parametrize("radius", np.arange(0.15, 0.66, 0.05))
+def test_a_stretched_arm_sweeps_no_post_unnoticed(radius: float) -> None:
+    """80 mm wide, wherever along the two links it stands."""
+    x, y, half = 1e3 * radius * math.cos(0.7), 1e3 * radius * math.sin(0.7), 40.0
+    post = KeepOut("post", (x - half, y - half, -1000.0), (x + half, y + half, 1000.0))
+    found = judge_way(POINTS, [post], (0.0, 0.0, -0.16, 0.0), (1.4, 0.0, -0.16, 0.0), SETUP.velocity).violation
+    assert "keep-out zone post" in found
 
 
 def test_a_point_on_a_joint_that_moves_no_tool_is_refused() -> None:

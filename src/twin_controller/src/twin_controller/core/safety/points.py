@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import msgspec
 import numpy as np
 import numpy.typing as npt
 from scara_config import ConfigError, Robot
-from scara_control.kinematics.screws import ScrewModel, tool_positions
+from scara_control.kinematics.screws import ScrewModel, forward_kinematics_batch, tool_positions
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -52,3 +54,25 @@ def positions(point: WatchedPoint, q: FloatArray) -> FloatArray:
         Positions in the base frame [m], shape (m, 3).
     """
     return tool_positions(point.model, q[:, point.columns])
+
+
+def all_positions(points: Sequence[WatchedPoint], q: FloatArray) -> FloatArray:
+    """Return where all points are; those on one link cost little more than one.
+
+    Args:
+        points: The points.
+        q: Joint positions in the order of the twin's joints, shape (m, n), SI.
+
+    Returns:
+        Positions in the base frame [m], shape (p, m, 3).
+    """
+    found = np.empty((len(points), len(q), 3))
+    homes = np.array([point.model.home_pose[:3, 3] for point in points]).reshape(-1, 3)
+    links: dict[tuple[int, ...], list[int]] = {}
+    for k, point in enumerate(points):
+        links.setdefault(point.columns, []).append(k)
+    for columns, members in links.items():
+        poses = forward_kinematics_batch(points[members[0]].model, q[:, columns])
+        offsets = homes[members] - homes[members[0]]
+        found[members] = poses[:, :3, 3] + np.einsum("mij,kj->kmi", poses[:, :3, :3], offsets)
+    return found

@@ -17,7 +17,7 @@ import numpy as np
 
 from twin_controller.config import Separation
 from twin_controller.core.events import Joints
-from twin_controller.core.safety.points import FloatArray, WatchedPoint, positions
+from twin_controller.core.safety.points import FloatArray, WatchedPoint, all_positions
 from twin_controller.core.safety.sightings import Person
 
 
@@ -80,7 +80,7 @@ def judge_separation(
         return Distance()
     if not people:
         return Distance(0.0, 0.0, 0.0, True, "the sensor that sees people is silent")
-    places = np.concatenate([positions(point, np.array([q])) for point in points])
+    places = all_positions(points, np.array([q]))[:, 0]
     judged = [_judge(places, person, speed, now, config, fastest) for person in people]
     return min(judged, key=lambda one: (not one.too_close, one.cap, one.distance))
 

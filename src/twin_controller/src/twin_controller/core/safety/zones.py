@@ -10,13 +10,15 @@ import numpy as np
 from scara_config import KeepOut
 
 from twin_controller.core.events import Joints
-from twin_controller.core.safety.points import FloatArray, WatchedPoint, positions
+from twin_controller.core.safety.points import FloatArray, WatchedPoint, all_positions
 
 COARSE_STEPS = 8
 MOST_STEPS = 2000
 SPACING = 0.01
 """Longest chord that a watched point's path is cut into [m]; at 0.2 m from an axis it is 0.06 mm off the arc."""
 FINER = 1.2
+BULGE = 0.2
+"""How far an arc may bulge beyond its chord, in parts of the chord: an eighth of a coarse step's angle."""
 STILL = 1e-12
 DEPTH_TOLERANCE = 1e-3
 """A point in a zone that goes deeper by less [m] stands there."""
@@ -51,38 +53,53 @@ def judge_way(points: Sequence[WatchedPoint], zones: Sequence[KeepOut], start: J
     """
     first, last = np.array(start), np.array(end)
     duration = float(np.max(np.abs(last - first) / np.array(velocity)))
-    peak, violation = 0.0, ""
-    for point in points:
-        path, longest = _path(point, first, last)
-        if duration > 0.0:
-            peak = max(peak, longest * (len(path) - 1) / duration)
-        violation = violation or entered(point.name, path, zones)
-    return Way(end, violation, peak)
+    paths, longest = _paths(points, first, last)
+    peak = longest * (paths.shape[1] - 1) / duration if duration > 0.0 else 0.0
+    return Way(end, _first_entered(points, paths, zones), peak)
 
 
 def heads_into(points: Sequence[WatchedPoint], zones: Sequence[KeepOut], start: Joints, end: Joints) -> str:
     """Return in words the zone that the straight joint-space way leads into; as :func:`judge_way`, but quick far from zones."""
+    if not points:
+        return ""
     first, last = np.array(start), np.array(end)
-    rows = first + np.linspace(0.0, 1.0, COARSE_STEPS + 1)[:, None] * (last - first)
-    for point in points:
-        rough = positions(point, rows)
-        reach = float(np.max(np.abs(np.diff(rough, axis=0))))
-        low, high = (rough.min(axis=0) - reach) * 1e3, (rough.max(axis=0) + reach) * 1e3
-        near = [zone for zone in zones if np.all(low <= zone.upper_mm) and np.all(high >= zone.lower_mm)]
-        violation = entered(point.name, _path(point, first, last)[0], near) if near else ""
-        if violation:
-            return violation
-    return ""
+    rough = _cut(points, first, last, COARSE_STEPS)
+    chords = np.abs(np.diff(rough, axis=1))
+    reach = chords.max(axis=1) + BULGE * chords.max(axis=(1, 2))[:, None]
+    near = [point for point, close in zip(points, _near(rough, zones, reach)) if close]
+    return _first_entered(near, _paths(near, first, last)[0], zones) if near else ""
 
 
-def _path(point: WatchedPoint, first: FloatArray, last: FloatArray) -> tuple[FloatArray, float]:
-    """Return where the point passes, cut so finely that chords are the path, and the longest chord [m]."""
+def _near(paths: FloatArray, zones: Sequence[KeepOut], reach: FloatArray | float = 0.0) -> FloatArray:
+    """Return which points' paths come as near as ``reach`` [m] to a zone: boxes around them overlap it."""
+    low, high = (paths.min(axis=1) - reach) * 1e3, (paths.max(axis=1) + reach) * 1e3
+    overlaps = [np.all((low <= zone.upper_mm) & (high >= zone.lower_mm), axis=1) for zone in zones]
+    return np.any(overlaps, axis=0) if overlaps else np.zeros(len(paths))
+
+
+def _first_entered(points: Sequence[WatchedPoint], paths: FloatArray, zones: Sequence[KeepOut]) -> str:
+    near = zip(points, paths, _near(paths, zones))
+    found = (entered(point.name, path, zones) for point, path, close in near if close)
+    return next((violation for violation in found if violation), "")
+
+
+def _cut(points: Sequence[WatchedPoint], first: FloatArray, last: FloatArray, steps: int) -> FloatArray:
+    """Return where the points pass, shape (p, steps + 1, 3) [m]."""
+    return all_positions(points, first + np.linspace(0.0, 1.0, steps + 1)[:, None] * (last - first))
+
+
+def _longest(paths: FloatArray) -> float:
+    return float(np.max(np.linalg.norm(np.diff(paths, axis=1), axis=2), initial=0.0))
+
+
+def _paths(points: Sequence[WatchedPoint], first: FloatArray, last: FloatArray) -> tuple[FloatArray, float]:
+    """Return where the points pass, cut so finely that chords are the path, and the longest chord [m]."""
     steps = COARSE_STEPS
     while True:
-        path = positions(point, first + np.linspace(0.0, 1.0, steps + 1)[:, None] * (last - first))
-        longest = float(np.max(np.linalg.norm(np.diff(path, axis=0), axis=1)))
+        paths = _cut(points, first, last, steps)
+        longest = _longest(paths)
         if not SPACING < longest < math.inf or steps >= MOST_STEPS:
-            return path, longest
+            return paths, longest
         steps = min(MOST_STEPS, math.ceil(FINER * steps * longest / SPACING))
 
 
@@ -167,7 +184,9 @@ def fastest_point(points: Sequence[WatchedPoint], q: Joints, qdot: Joints) -> tu
     """Return the largest speed of a watched point [m/s], by a central difference over 1 ms, and which one it is."""
     centre, step = np.array(q), np.array(qdot) * 5e-4
     rows = np.array([centre - step, centre + step])
-    return max(((math.dist(*positions(point, rows)) / 1e-3, point.name) for point in points), default=(0.0, ""))
+    paths = all_positions(points, rows)
+    speeds = np.linalg.norm(paths[:, 1] - paths[:, 0], axis=1) / 1e-3
+    return max(((float(speed), point.name) for speed, point in zip(speeds, points)), default=(0.0, ""))
 
 
 def point_speed(points: Sequence[WatchedPoint], q: Joints, qdot: Joints) -> float:
