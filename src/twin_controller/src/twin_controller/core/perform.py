@@ -33,7 +33,8 @@ def perform(
     if do in (Do.ESTOP_REAL, Do.ESTOP_TWIN):
         state = replace(state, estop_at=now)
     if do in STOPPING and (state.flags is not None or state.real_busy or command is not None):
-        state = replace(state, owed=Owed(do, now))  # a robot that stood when its link was lost is not stopped later
+        before = state.owed.attempts if state.owed is not None and state.owed.do is do else 0
+        state = replace(state, owed=Owed(do, now, before + 1))  # a robot that stood when its link was lost is not stopped later
     elif do in (Do.RELEASE_REAL, Do.ESTOP_REAL):
         state = replace(state, owed=None)
     if do in TO_TWIN:

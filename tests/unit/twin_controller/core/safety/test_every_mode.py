@@ -9,10 +9,10 @@ from msgspec.structs import replace
 from twin_controller.core.actions import Do, Perform
 from twin_controller.core.events import PersonSeen
 from twin_controller.core.rules.table import Mode
-from twin_controller.core.safety.guard import REPEAT_S
 from twin_controller.core.safety.points import positions
 from twin_controller.core.state import Setup
 
+RETRY_S = SETUP.config.stop.retry_ms * 1e-3
 WATCHED = Setup(ROBOT, replace(SETUP.config, separation=replace(SETUP.config.separation, enabled=True)))
 FAR, NEAR = 6.0, 0.8
 SURFACE = SETUP.keep_out[0].upper_mm[2] * 1e-3
@@ -76,17 +76,21 @@ def test_a_robot_started_towards_a_zone_is_stopped_before_it_in_every_mode(mode:
 
 
 def test_a_robot_that_does_not_obey_is_stopped_again_but_not_each_cycle() -> None:
-    """A stop is on its way for half a second; a robot started anew after it stood is stopped at once."""
+    """As any stop that it does not show; started anew it is stopped at once; one that never obeys loses its drives."""
     pair = into(Mode.OFFLINE, WATCHED)
     begun = len(pair.actions)
     obeys = pair.command_real
     pair.command_real = lambda do: None  # type: ignore[method-assign]
     pair.start_program(ramp(HOME, shifted(HOME, 60.0), 6.0))
-    see(pair, NEAR, 4 * REPEAT_S)
-    assert 3 <= stops(pair, begun) <= 5
+    see(pair, NEAR, 2.5 * RETRY_S)
+    assert stops(pair, begun) == 3
     pair.command_real = obeys  # type: ignore[method-assign]
-    see(pair, NEAR, REPEAT_S)
+    see(pair, NEAR, 3 * RETRY_S)
     begun, here = len(pair.actions), pair.real_q
     pair.start_program(ramp(here, shifted(here, 60.0), 3.0))
     see(pair, NEAR, 0.2)
     assert stops(pair, begun) == 1 and not pair.own_program
+    pair.command_real = lambda do: obeys(do) if do is Do.ESTOP_REAL else None  # type: ignore[method-assign]
+    pair.start_program(ramp(pair.real_q, shifted(pair.real_q, 60.0), 6.0))
+    see(pair, NEAR, 10 * RETRY_S)
+    assert pair.state.mode is Mode.ESTOP and not pair.drives
