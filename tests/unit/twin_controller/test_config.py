@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from harness.workspace import ROOT
 from harness.yaml_files import REMOVED, changed_yaml
+from msgspec.structs import replace
 from scara_config import ConfigError, load_robot
 from twin_controller.config import load_twin_controller
 
@@ -66,6 +67,15 @@ def test_a_wrong_file_is_refused(tmp_path: Path, path: list[str | int], value: A
     """File, key, value and what is allowed."""
     with pytest.raises(ConfigError, match=rf"twin_controller\.yaml: .*{text}"):
         load_twin_controller(ROBOT, changed_yaml(SHIPPED / "twin_controller.yaml", tmp_path, path, value))
+
+
+@pytest.mark.parametrize(("path", "value"), [(["separation", "enabled"], True), (["cell", "cartesian_speed_mm_s"], 250.0)])
+def test_watching_a_robot_without_watched_points_is_refused(tmp_path: Path, path: list[str | int], value: Any) -> None:
+    """Nothing would be too fast or too close."""
+    folder = changed_yaml(SHIPPED / "twin_controller.yaml", tmp_path, path, value)
+    load_twin_controller(ROBOT, folder)
+    with pytest.raises(ConfigError, match=r"need watched_points in robot\.yaml: Expected at least one"):
+        load_twin_controller(replace(ROBOT, watched_points=[]), folder)
 
 
 def test_a_missing_file_is_refused(tmp_path: Path) -> None:

@@ -200,7 +200,7 @@ def load_twin_controller(robot: Robot, directory: Path | str | None = None) -> T
     """Read twin_controller.yaml of ``directory`` (default: the package scara_config).
 
     Raises:
-        ConfigError: The file is missing or wrong, or the home position does not fit the robot.
+        ConfigError: The file is missing or wrong, or the robot has no points whose speed and distance could be watched.
     """
     path = locate("twin_controller.yaml", directory)
     config = load(path, TwinControllerConfig)
@@ -217,7 +217,15 @@ def load_twin_controller(robot: Robot, directory: Path | str | None = None) -> T
             raise ConfigError(
                 f"{path}: stream.period_ms = {period:g}: Expected a multiple of real.sample_period_ms = {tick:g}, or null"
             )
+    _check_watched(path, config, robot)
     low_ms, high_ms = config.real.follow_lag_range_ms
     if not low_ms <= config.real.follow_lag_ms <= high_ms:
         raise ConfigError(f"{path}: real.follow_lag_ms = {config.real.follow_lag_ms:g}: Expected {low_ms:g} to {high_ms:g}")
     return config
+
+
+def _check_watched(path: Path, config: TwinControllerConfig, robot: Robot) -> None:
+    """Refuse to watch people or the Cartesian speed where no point of the robot is watched."""
+    if (config.separation.enabled or config.cell.cartesian_speed_mm_s is not None) and not robot.watched_points:
+        text = "separation and cell.cartesian_speed_mm_s need watched_points in robot.yaml: Expected at least one"
+        raise ConfigError(f"{path}: {text}")
