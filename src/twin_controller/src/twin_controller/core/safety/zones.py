@@ -170,7 +170,7 @@ def reached_speed(before: Joints, after: Joints, dt: float, delay: float, veloci
     What a joint loses does not count: it may stop losing it at any time.
     """
     gains = ((w, (w - v) * delay / dt, limit) for v, w, limit in zip(before, after, velocity))
-    return tuple(w if gain * w <= 0.0 else max(-limit, min(w + gain, limit)) for w, gain, limit in gains)
+    return tuple(w if gain * w <= 0.0 else math.copysign(max(abs(w), min(abs(w + gain), limit)), w) for w, gain, limit in gains)
 
 
 def speed_cap(peak_speed: float, limit_mm_s: float | None) -> float:
