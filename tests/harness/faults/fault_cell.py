@@ -162,13 +162,19 @@ class FaultCell:
         self.recover()
         self.go(speed_percent)
 
-    def go(self, speed_percent: float = 15.0) -> None:
-        """Let the operator move both sides to the further of two poses; wait until the robot is under way."""
+    def go(self, speed_percent: float = 15.0, left_percent: float | None = None) -> None:
+        """Let the operator move both sides to the further of two poses; wait until the robot is under way.
+
+        Args:
+            speed_percent: What is asked for.
+            left_percent: What may be left of it at least, where something limits the speed.
+        """
         here = self.twin.position()
         target = max((THERE, BACK), key=lambda pose: abs(pose[0] - here[0]))
         answer = self.command("MOVE_JOINTS", joint_positions=target, speed_percent=speed_percent)
         assert answer.success, answer.message
-        wait_until(lambda: self.real.under_way(0.6e-2 * speed_percent, 0.1), 8.0, "a robot under way")
+        shown = 0.6e-2 * (speed_percent if left_percent is None else left_percent)
+        wait_until(lambda: self.real.under_way(shown, 0.1), 8.0, "a robot under way")
 
     def until(self, condition: Callable[[], bool], timeout: float, what: str = "") -> None:
         """Wait for ``condition``, which may fail meanwhile."""

@@ -148,7 +148,7 @@ def stands_by(cell: FaultCell, person: Person, rng: Random) -> list[Row]:
     person.stand((away * math.cos(0.9), away * math.sin(0.9), 0.2))
     time.sleep(4 * PERIOD_S)
     begun = time.time()
-    cell.go(30.0)
+    cell.go(30.0, left_percent=2.0)
     cell.wait_for("IDLE", 60.0)
     share, fastest = 0.0, 0.0
     for message in cell.real.between(begun):
