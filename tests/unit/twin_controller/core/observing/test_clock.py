@@ -103,6 +103,14 @@ def test_a_late_reading_is_no_jump_and_counts_as_old(late: float) -> None:
     assert after.to_local(1.001 + 5.0 - late) == pytest.approx(1.001 - late, abs=0.002)
 
 
+def test_a_contradiction_is_part_of_the_uncertainty_while_it_lasts() -> None:
+    """Who was first within a small step of a clock is not known, until the clock is trusted again."""
+    estimate = probe(ClockEstimate(), 0.0, 5.0, 0.001, 0.001)
+    doubtful = probe(estimate, 0.1, 4.95, 0.001, 0.001)
+    assert doubtful.uncertainty == pytest.approx(0.05, abs=0.003)
+    assert probe(doubtful, 0.2, 5.0, 0.001, 0.001).uncertainty == pytest.approx(0.001, abs=0.001)
+
+
 def test_a_small_step_back_that_stays_is_a_jump_in_the_end() -> None:
     """No machine is late in the same way for half a second."""
     estimate, at = probe(ClockEstimate(), 0.0, 5.0, 0.001, 0.001), 0.0

@@ -29,7 +29,11 @@ LASTING = 50
 
 
 class ClockEstimate(msgspec.Struct, frozen=True):
-    """Interval that holds the offset remote - local [s] at local time ``at``."""
+    """Interval that holds the offset remote - local [s] at local time ``at``.
+
+    Attributes:
+        doubt: By how much the newest reading contradicts the interval [s]: a late reading, or a small step of a clock.
+    """
 
     lower: float = -float("inf")
     upper: float = float("inf")
@@ -37,6 +41,7 @@ class ClockEstimate(msgspec.Struct, frozen=True):
     samples: int = 0
     jumps: int = 0
     conflicts: int = 0
+    doubt: float = 0.0
     round_trip: float = 0.0
     best_trip: float = 0.0
     first_offset: float = 0.0
@@ -54,8 +59,8 @@ class ClockEstimate(msgspec.Struct, frozen=True):
 
     @property
     def uncertainty(self) -> float:
-        """Half width of the interval [s]; infinite while unknown."""
-        return 0.5 * (self.upper - self.lower) if self.known else float("inf")
+        """Half width of the interval and the newest reading's contradiction to it [s]; infinite while unknown."""
+        return 0.5 * (self.upper - self.lower) + self.doubt if self.known else float("inf")
 
     @property
     def drift_ppm(self) -> float:
@@ -100,8 +105,9 @@ def observe(
     if estimate.known:
         widened = abs(received - estimate.at) * drift_ppm * 1e-6
         low, high = max(estimate.lower - widened, lower), min(estimate.upper + widened, upper)
-        conflicts = estimate.conflicts + 1 if low > high else 0
-        if low - high < JUMP and conflicts < LASTING:
+        doubt = max(0.0, low - high)
+        conflicts = estimate.conflicts + 1 if doubt > 0.0 else 0
+        if doubt < JUMP and conflicts < LASTING:
             best = min(trip, estimate.best_trip + widened)
             if period > 0.0 or conflicts:
                 high = max(high, low + best)
@@ -112,6 +118,7 @@ def observe(
                 samples=estimate.samples + 1,
                 jumps=estimate.jumps,
                 conflicts=conflicts,
+                doubt=doubt,
                 round_trip=trip,
                 best_trip=best,
                 first_offset=estimate.first_offset,
@@ -119,7 +126,9 @@ def observe(
             )
     middle = 0.5 * (lower + upper)
     jumps = estimate.jumps + (1 if estimate.known else 0)
-    return ClockEstimate(lower, upper, received, 1, jumps, 0, trip, trip, middle, received)
+    return ClockEstimate(
+        lower, upper, received, 1, jumps, round_trip=trip, best_trip=trip, first_offset=middle, first_at=received
+    )
 
 
 def unwrap_ms(previous: int | None, clock_ms: int, bits: int = 31) -> int:
