@@ -3,29 +3,20 @@
 from __future__ import annotations
 
 import math
-import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
 from random import Random
 from typing import Any
 
-from scara_config import load_robot
-
 from harness.faults.fault_cell import FaultCell
 from harness.faults.link_faults import REACTION_S, reaction, still_row
 from harness.faults.process_faults import twin_stops
 from harness.faults.rows import Row
+from harness.opponents.person import FAR, PERIOD_S, WALK_M_S, Person
 from harness.processes import wait_until
-from harness.ros import Ros
-from harness.workspace import ROOT
 from harness.yaml_files import changed_yaml, copy_configuration
 
-Place = tuple[float, float, float]
-FAR: Place = (4.0, 0.0, 0.2)
-PERIOD_S = 0.05
-WALK_M_S = 1.6
-"""How fast people walk, ISO 13855; config/twin_controller.yaml reckons with it."""
 KEPT_MM = 310.0
 """What the formula keeps of the distance when the robot has come to rest: C + Z_d + Z_r of config/twin_controller.yaml."""
 STALE_S = 0.3
@@ -39,68 +30,6 @@ def monitored(folder: Path) -> dict[str, str]:
     copy_configuration(folder)
     changed_yaml(folder / "twin_controller.yaml", folder, ["separation", "enabled"], True)
     return {"SCARA_CONFIG_DIR": str(folder)}
-
-
-class Person:
-    """Somebody whom a sensor sees twenty times a second on ``people/nearest``; a context manager.
-
-    Where the person is, is known for every time of the past: the way is a list of straight walks.
-    """
-
-    def __init__(self, ros: Ros) -> None:
-        """Be far away."""
-        from geometry_msgs.msg import PointStamped
-
-        self._publisher = ros.publisher("people/nearest", PointStamped, subscribers=0)
-        self._walks: list[tuple[float, Place, Place, float]] = [(time.time(), FAR, FAR, 1.0)]
-        self._seen, self._ended = threading.Event(), threading.Event()
-        self._seen.set()
-        self._thread = threading.Thread(target=self._publish, daemon=True)
-
-    def __enter__(self) -> Person:
-        self._thread.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._ended.set()
-        self._thread.join(5.0)
-
-    def stand(self, place: Place) -> float:
-        """Be there from now on, and be seen; return when (ROS time)."""
-        self._seen.set()
-        return self._go(place, place, 1.0)
-
-    def walk(self, end: Place, speed: float = WALK_M_S) -> float:
-        """Walk straight to ``end`` and stay; return when it began (ROS time)."""
-        return self._go(self.at(time.time()), end, speed)
-
-    def hide(self) -> float:
-        """Let the sensor fall silent; return when (ROS time)."""
-        self._seen.clear()
-        return time.time()
-
-    def at(self, stamp: float) -> Place:
-        """Return where the person is at ``stamp`` (ROS time)."""
-        begun, begin, end, speed = [walk for walk in self._walks if walk[0] <= stamp or walk is self._walks[0]][-1]
-        length = math.dist(begin, end)
-        share = 1.0 if length == 0.0 else min(1.0, speed * max(0.0, stamp - begun) / length)
-        x, y, z = (a + share * (b - a) for a, b in zip(begin, end))
-        return x, y, z
-
-    def _go(self, begin: Place, end: Place, speed: float) -> float:
-        now = time.time()
-        self._walks.append((now, begin, end, speed))
-        return now
-
-    def _publish(self) -> None:
-        import rospy
-        from geometry_msgs.msg import Point, PointStamped
-
-        while not self._ended.wait(PERIOD_S):
-            if self._seen.is_set():
-                message = PointStamped(point=Point(*self.at(time.time())))
-                message.header.stamp, message.header.frame_id = rospy.get_rostime(), load_robot(ROOT / "config").base_frame
-                self._publisher.publish(message)
 
 
 def scenarios(cell: FaultCell, person: Person, rng: Random) -> dict[str, Callable[[], list[Row]]]:

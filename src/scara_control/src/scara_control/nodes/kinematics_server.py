@@ -17,7 +17,7 @@ from typing import Any
 import rospy
 from geometry_msgs.msg import Quaternion, Twist, Vector3
 from scara_config import ConfigError, config_directory, load_robot
-from scara_ros.nodes.registration import keep_registered
+from scara_ros.nodes.starting import become_node
 
 from scara_control.errors import ScaraControlError
 from scara_control.kinematics.arm_kinematics import ArmKinematics, parse_elbow
@@ -87,8 +87,7 @@ def _name(elbow: Elbow | None) -> str:
 
 def main() -> None:
     """Start the node and answer until it is told to end."""
-    rospy.init_node("kinematics_server")
-    keep_registered()
+    become_node("kinematics_server")
     try:
         kinematics = ArmKinematics(load_robot(rospy.get_param("~config_dir", "") or config_directory()))
     except (ConfigError, ScaraControlError) as error:

@@ -10,10 +10,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import rosgraph
 import rospy
 from scara_config import ConfigError, Robot, config_directory, load_robot
-from scara_ros.nodes.registration import keep_registered
+from scara_ros.nodes.starting import become_node, until_shutdown
 from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
@@ -21,22 +20,13 @@ from scara_control.config import MotionConfig, load_motion
 from scara_control.motion.packets import Measurement, SetpointPacket
 from scara_control.motion.plan import JointMotion
 
-_RETRY_PERIOD = 0.5
 _LOG_PERIOD = 2.0
 _LATE_PERIODS = 20.0
 
 
 def start_node(name: str) -> tuple[Robot, MotionConfig]:
     """Join the ROS graph and read the configuration; end with code 2 if that is wrong."""
-    if not rosgraph.is_master_online():
-        print(f"{name}: no roscore at {rosgraph.get_master_uri()}: waiting for it", file=sys.stderr, flush=True)
-    try:
-        while not rosgraph.is_master_online():
-            time.sleep(_RETRY_PERIOD)
-    except KeyboardInterrupt:
-        sys.exit(0)
-    rospy.init_node(name)
-    keep_registered()
+    become_node(name)
     try:
         folder = rospy.get_param("~config_dir", "") or config_directory()
         return load_robot(folder), load_motion(folder)
@@ -56,10 +46,8 @@ class Guard:
 
         def guarded(message: Any) -> None:
             try:
-                callback(message)
-            except rospy.ROSException as error:
-                if not rospy.is_shutdown():
-                    self._report(callback, error)
+                with until_shutdown():
+                    callback(message)
             except Exception as error:
                 self._report(callback, error)
 
@@ -120,7 +108,7 @@ class MotionClock:
     def run(self, period: float, tick: Callable[[float], None]) -> None:
         """Call ``tick`` with each deadline until shut down; what it raises ends the node."""
         deadline = self.now()
-        try:
+        with until_shutdown():
             while not rospy.is_shutdown():
                 deadline += period
                 self.sleep_until(deadline)
@@ -128,11 +116,6 @@ class MotionClock:
                 if now < deadline - 2.0 * period or now > deadline + _LATE_PERIODS * period:
                     deadline = now
                 tick(deadline)
-        except (rospy.ROSInterruptException, KeyboardInterrupt):
-            return
-        except rospy.ROSException:
-            if not rospy.is_shutdown():
-                raise
 
 
 class JointStateReader:

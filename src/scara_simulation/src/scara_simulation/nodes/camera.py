@@ -15,12 +15,11 @@ import sys
 import threading
 import time
 
-import rosgraph
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
 from scara_config import ConfigError, load_robot
-from scara_ros.nodes.registration import keep_registered
+from scara_ros.nodes.starting import become_node, until_shutdown
 from sensor_msgs.msg import CameraInfo, Image, JointState
 from tf2_ros import StaticTransformBroadcaster
 from visualization_msgs.msg import Marker, MarkerArray
@@ -29,17 +28,13 @@ from scara_simulation.camera.config import PARAMETERS, CameraConfig, load_camera
 from scara_simulation.io.camera_world import CameraWorld, Part
 
 FRAME = "camera_optical_frame"
-RETRY_PERIOD = 0.5
 REPORT_PERIOD = 1.0  # REP-107
 
 
 def main() -> None:
     """Run the node."""
     try:
-        while not rosgraph.is_master_online():
-            time.sleep(RETRY_PERIOD)
-        rospy.init_node("camera")
-        keep_registered()
+        become_node("camera")
         given = {name: rospy.get_param(f"~{name}") for name in PARAMETERS if rospy.has_param(f"~{name}")}
         directory = rospy.get_param("~config_dir", None)
         config = load_camera(directory, given)
@@ -48,12 +43,11 @@ def main() -> None:
     except ConfigError as error:
         rospy.logfatal("%s", error)
         sys.exit(2)
-    except KeyboardInterrupt:
-        sys.exit(0)
     with world:
         camera = Camera(world, config)
         rospy.on_shutdown(camera.wake)
-        camera.run()
+        with until_shutdown():
+            camera.run()
 
 
 class Camera:

@@ -10,24 +10,21 @@ from __future__ import annotations
 
 import dataclasses
 import os
-import signal
 import sys
 import time
 
 import msgspec
-import rosgraph
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from scara_config import ConfigError
 from scara_ros.memory import keep_for_good
-from scara_ros.nodes.registration import keep_registered
+from scara_ros.nodes.starting import become_node, until_shutdown
 
 from scara_simulation.gateway_config import GatewayConfig, load_gateway_config
 from scara_simulation.io.gateway_door import GatewayError
 from scara_simulation.io.gateway_server import GatewayServer
 from scara_simulation.nodes.ros_graph import RosGraph
 
-_RETRY_PERIOD = 0.5
 _WATCH_PERIOD = 0.2
 _DIAGNOSTICS_PERIOD = 1.0
 
@@ -35,9 +32,7 @@ _DIAGNOSTICS_PERIOD = 1.0
 def main() -> None:
     """Run the node."""
     try:
-        _wait_for_master()
-        rospy.init_node("gateway")
-        keep_registered()
+        become_node("gateway")
         config = _configuration()
         tokens = {os.environ[r.token_environment]: n for n, r in config.roles.items() if os.environ.get(r.token_environment)}
         graph = RosGraph()
@@ -45,26 +40,13 @@ def main() -> None:
     except (ConfigError, GatewayError) as error:
         rospy.logfatal(str(error))
         sys.exit(2)
-    except KeyboardInterrupt:
-        sys.exit(0)
     graph.deliver = server.deliver
     keep_for_good()
-    with server:
+    with server, until_shutdown():
         rospy.loginfo("gateway: rosbridge v2 on %s:%d", config.host, server.port)
         _watch(server)
     if server.failure is not None:
         sys.exit(1)
-
-
-def _wait_for_master() -> None:
-    """Wait for roscore; say once that it is missing. A signal ends the waiting."""
-    if rosgraph.is_master_online():
-        return
-    print(f"gateway: no roscore at {rosgraph.get_master_uri()}: waiting for it", file=sys.stderr, flush=True)
-    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
-    while not rosgraph.is_master_online():
-        time.sleep(_RETRY_PERIOD)
-    signal.signal(signal.SIGTERM, before)
 
 
 def _configuration() -> GatewayConfig:

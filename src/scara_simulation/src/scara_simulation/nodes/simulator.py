@@ -20,12 +20,11 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-import rosgraph
 import rospy
 from scara_config import ConfigError, Robot, load_robot
 from scara_config.palletise import Palletise, find_palletise
 from scara_ros.memory import keep_for_good
-from scara_ros.nodes.registration import keep_registered
+from scara_ros.nodes.starting import become_node, until_shutdown
 
 from scara_simulation.commands import CommandGate
 from scara_simulation.config import LoopGains, SimulationConfig, gains_path, load_gains, load_simulation
@@ -42,15 +41,11 @@ from scara_simulation.simulation import Simulation, Snapshot, Timing
 from scara_simulation.tuning.gains import Tuning, TuningError
 from scara_simulation.tuning.stability import sample_plant
 
-_RETRY_PERIOD = 0.5
-
 
 def main() -> None:
     """Run the node."""
     try:
-        _wait_for_master()
-        rospy.init_node("simulator")
-        keep_registered()
+        become_node("simulator")
         directory = rospy.get_param("~config_dir", None)
         robot = load_robot(directory)
         config, gains = load_simulation(robot, directory), load_gains(robot, directory)
@@ -62,8 +57,6 @@ def main() -> None:
     except ConfigError as error:
         rospy.logfatal("%s", error)
         sys.exit(2)
-    except KeyboardInterrupt:
-        sys.exit(0)
     with world:
         states = StatePorts(names, config.dt, publish_clock=publish_clock)
         simulation = _simulation(world, robot, config, gains)
@@ -95,18 +88,11 @@ def _run(clockwork: Clockwork) -> None:
     """Run until a signal comes; say why the simulation died."""
     keep_for_good()
     try:
-        clockwork.run(rospy.is_shutdown)
+        with until_shutdown():
+            clockwork.run(rospy.is_shutdown)
     except Exception as error:
         rospy.logfatal("the simulation has died: %s: %s", type(error).__name__, error)
         raise
-
-
-def _wait_for_master() -> None:
-    """Wait for roscore; say once that it is missing."""
-    if not rosgraph.is_master_online():
-        print(f"simulator: no roscore at {rosgraph.get_master_uri()}: waiting for it", file=sys.stderr, flush=True)
-    while not rosgraph.is_master_online():
-        time.sleep(_RETRY_PERIOD)
 
 
 def _speed() -> tuple[float, bool]:

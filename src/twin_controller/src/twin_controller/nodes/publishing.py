@@ -9,6 +9,7 @@ import msgspec
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from scara_config import Robot
+from scara_ros.nodes.starting import until_shutdown
 from sensor_msgs.msg import JointState
 
 from scara_msgs.msg import Audit, LinkState, RobotData, TwinControllerState
@@ -55,11 +56,8 @@ class Publishing:
 
         While the node ends its topics close before the engine stops; what it decides then has no listener any more.
         """
-        try:
+        with until_shutdown():
             self._publish(events, state, decided)
-        except rospy.ROSException:
-            if not rospy.is_shutdown():
-                raise
 
     def _publish(self, events: list[AnyEvent], state: CoreState, decided: list[Decided]) -> None:
         now, stamp = time.monotonic(), rospy.get_rostime()

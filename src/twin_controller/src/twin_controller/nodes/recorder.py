@@ -19,7 +19,7 @@ import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from scara_config import ConfigError, config_directory, load, locate
 from scara_ros.memory import keep_for_good
-from scara_ros.nodes.registration import keep_registered
+from scara_ros.nodes.starting import become_node
 
 from scara_msgs.srv import StartRecording, StartRecordingResponse, StopRecording, StopRecordingResponse
 from twin_controller.io.bag_writer import BagWriter, BagWriterError
@@ -129,8 +129,7 @@ def _message(found: Diagnosis) -> DiagnosticArray:
 
 def main() -> None:
     """Record on request until shut down."""
-    rospy.init_node("recorder")
-    keep_registered()
+    become_node("recorder")
     try:
         folder = Path(rospy.get_param("~config_dir", "") or config_directory())
         settings = load(locate("experiments.yaml", folder), RecorderFile).recorder

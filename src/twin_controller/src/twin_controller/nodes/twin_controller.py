@@ -24,7 +24,7 @@ from geometry_msgs.msg import PointStamped
 from scara_config import ConfigError, Robot, config_directory, files_in_force, load_robot
 from scara_config.modbus_map import ModbusMap, load_modbus_map
 from scara_ros.memory import keep_for_good
-from scara_ros.nodes.registration import keep_registered
+from scara_ros.nodes.starting import become_node, until_shutdown
 from std_msgs.msg import String
 
 from scara_msgs.srv import TwinCommand, TwinCommandResponse, Why, WhyResponse
@@ -81,7 +81,7 @@ class Node:
             self._shadow.offer(),
         ]
         keep_for_good()
-        with self._engine, self._real, self._twin:
+        with self._engine, self._real, self._twin, until_shutdown():
             self._watch()
         for service in services:
             service.shutdown("the twin controller ends")
@@ -157,8 +157,7 @@ def _publish_configuration(folder: Path) -> tuple[rospy.Publisher, str]:
 
 def main() -> None:
     """Bridge until shut down."""
-    rospy.init_node("twin_controller")
-    keep_registered()
+    become_node("twin_controller")
     try:
         folder = Path(rospy.get_param("~config_dir", "") or config_directory())
         robot = load_robot(folder)
