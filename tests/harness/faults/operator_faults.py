@@ -30,7 +30,7 @@ def stop_reaches_both(cell: FaultCell, rng: Random, count: int) -> list[Row]:
     """STOP during moves, from each side ``count`` times: how soon after the decision on both wires, and whether one is lost."""
     to_real, to_twin, arrived = [], [], 0
     for source, event in count * list(STOPS.items()):
-        cell.move(rng.uniform(5.0, 10.0))
+        cell.move(rng.uniform(3.0, 5.0))  # slow: the pendant is a program that has to start
         cell.modbus.disturb(Tap(CSTOPI_ON))
         cell.web.disturb(Tap(STOP_COMMAND))
         begun = time.time()
