@@ -9,6 +9,7 @@ from multiprocessing.connection import Connection
 from typing import Any, Self
 
 from scara_config import load_robot
+from twin_experiments.walk import walked
 
 from harness.ros import Ros
 from harness.workspace import ROOT
@@ -74,10 +75,7 @@ class Person:
 def place(walk: Walk, stamp: float) -> Place:
     """Return where somebody is on a straight walk at ``stamp``."""
     begun, begin, end, speed = walk
-    length = math.dist(begin, end)
-    share = 1.0 if length == 0.0 else min(1.0, speed * max(0.0, stamp - begun) / length)
-    x, y, z = (a + share * (b - a) for a, b in zip(begin, end))
-    return x, y, z
+    return walked(begin, end, speed, min(max(0.0, stamp - begun), math.dist(begin, end) / speed))  # and stays there
 
 
 def _serve(line: Connection, walk: Walk | None, topic: str, frame: str) -> None:

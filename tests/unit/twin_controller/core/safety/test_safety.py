@@ -18,7 +18,7 @@ from twin_controller.core.rules.table import Mode
 from twin_controller.core.safety.points import all_positions, positions, watched_points
 from twin_controller.core.safety.separation import allowed_speed, judge_separation, protective_distance
 from twin_controller.core.safety.sightings import Person
-from twin_controller.core.safety.zones import braking_way, entered, judge_way, point_speed, speed_cap
+from twin_controller.core.safety.zones import braking_way, entered, fastest_point, judge_way, speed_cap
 from twin_controller.core.state import Setup
 
 replace = msgspec.structs.replace
@@ -61,7 +61,7 @@ def test_point_speed_is_that_of_the_faster_point(q: tuple[float, ...], qdot: tup
     a, b = q[0], q[0] + q[1]
     tool = math.hypot(-L1 * math.sin(a) * w1 - L2 * math.sin(b) * w2, L1 * math.cos(a) * w1 + L2 * math.cos(b) * w2)
     expected = max(tool, abs(L1 * w1))
-    assert point_speed(POINTS, q, (*qdot, 0.0, 0.0)) == pytest.approx(expected, rel=1e-4, abs=1e-6)
+    assert fastest_point(POINTS, q, (*qdot, 0.0, 0.0))[0] == pytest.approx(expected, rel=1e-4, abs=1e-6)
 
 
 @pytest.mark.parametrize(

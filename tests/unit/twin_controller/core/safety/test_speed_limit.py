@@ -11,7 +11,7 @@ from twin_controller.core.actions import CapTwin, OverrideReal
 from twin_controller.core.events import PersonSeen
 from twin_controller.core.rules.table import Mode
 from twin_controller.core.safety.speed import fastest_speed
-from twin_controller.core.safety.zones import point_speed
+from twin_controller.core.safety.zones import fastest_point
 from twin_controller.core.state import Setup
 
 LIMIT = 250.0
@@ -25,7 +25,7 @@ def test_no_motion_is_faster_than_the_fastest() -> None:
     """Against poses and joint speeds drawn at random; stretched, joints 1 and 2 together and the stroke, in closed form."""
     random = np.random.default_rng(2)
     highest = max(
-        point_speed(SETUP.points, tuple(q), tuple(random.choice([-1.0, 1.0], 4) * SETUP.velocity))
+        fastest_point(SETUP.points, tuple(q), tuple(random.choice([-1.0, 1.0], 4) * SETUP.velocity))[0]
         for q in random.uniform(SETUP.lower, SETUP.upper, (2000, 4))
     )
     w1, w2, v3 = SETUP.velocity[:3]
@@ -46,7 +46,7 @@ def test_a_program_never_exceeds_the_cartesian_limit(phase: float) -> None:
         pair.start()
         pair.run(3.0)
         assert pair.shown.override == int(LIMITED.safe_percent)
-    speeds = [point_speed(LIMITED.points, q, qdot) for q, qdot in pair.track]
+    speeds = [fastest_point(LIMITED.points, q, qdot)[0] for q, qdot in pair.track]
     assert 0.05 * LIMIT < 1e3 * max(speeds) <= LIMIT
     assert pair.state.mode is not Mode.STOPPED
 

@@ -187,8 +187,3 @@ def fastest_point(points: Sequence[WatchedPoint], q: Joints, qdot: Joints) -> tu
     paths = all_positions(points, rows)
     speeds = np.linalg.norm(paths[:, 1] - paths[:, 0], axis=1) / 1e-3
     return max(((float(speed), point.name) for speed, point in zip(speeds, points)), default=(0.0, ""))
-
-
-def point_speed(points: Sequence[WatchedPoint], q: Joints, qdot: Joints) -> float:
-    """Return the largest speed of a watched point [m/s]."""
-    return fastest_point(points, q, qdot)[0]
