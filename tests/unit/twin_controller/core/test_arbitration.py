@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import random
 
 import pytest
@@ -109,6 +110,23 @@ def test_a_twin_that_follows_is_never_a_new_leader(offset: tuple[float, ...], du
     pair.end_program()
     pair.run(2.0)
     assert triggers(pair, since) == ["REAL_TOOK_OVER", "AT_REST"]
+
+
+@pytest.mark.parametrize("tau", [0.3, 0.6, 1.2])
+@pytest.mark.parametrize("left", [0.045, -0.045])
+def test_a_twin_that_goes_on_settling_is_no_new_leader(left: float, tau: float) -> None:
+    """It rests within the tolerance, and its drive takes what is left away long after the last command."""
+    pair = connected()
+    since, goal = len(pair.decisions()), shifted(HOME, 20.0, -30.0)
+    pair.start_program(ramp(HOME, goal, 1.0))
+    pair.run(1.1)
+    pair.end_program()
+    pair.jog_twin(lambda t: shifted(goal, left * math.exp(-t / tau)), pair.now)
+    pair.run(4.0)
+    assert triggers(pair, since) == ["REAL_TOOK_OVER", "AT_REST"]
+    pair.jog_twin(lambda t: shifted(goal, -0.04 * min(1.0, t) * math.copysign(1.0, left)), pair.now)
+    pair.run(2.0)
+    assert leaders(pair, since) == ["real", "twin"], "it went on, past its last command"
 
 
 @FEW

@@ -151,6 +151,17 @@ def test_noise_beside_a_drive_that_settles_is_no_change(seed: int) -> None:
         assert not change.moved(state, CONFIG), f"sample {k}"
 
 
+def test_the_agreed_position_goes_with_the_mean_but_not_beside_a_sample_that_looks_like_a_change() -> None:
+    """A change that began keeps its onset."""
+    state = change.take_baseline(fed(ChangeState(), *(0.0,) * 16), (0.0,), CONFIG)
+    state = fed(state, *(0.012,) * 200)
+    assert change.follow_mean(state, CONFIG).baseline == (0.01,)
+    begun = fed(state, 0.03)
+    assert change.follow_mean(begun, CONFIG) == begun
+    fresh = fed(agreed(0.0), 0.012)
+    assert change.follow_mean(fresh, CONFIG) == fresh, "no mean yet"
+
+
 def test_the_agreed_position_of_a_side_that_moves_is_where_it_is() -> None:
     """A mean over samples of a motion would lie behind."""
     state = fed(ChangeState(), *(0.5 * k for k in range(40)))

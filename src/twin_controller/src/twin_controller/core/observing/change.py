@@ -54,6 +54,13 @@ def drop_baseline(state: ChangeState) -> ChangeState:
     return msgspec.structs.replace(state, baseline=(), recent=(), onset=None, previous=None)
 
 
+def follow_mean(state: ChangeState, config: Change) -> ChangeState:
+    """Let the agreed position of a side that settles go with its mean, unless a sample of it looks like a change."""
+    if state.count < config.agree_samples or any(state.recent):
+        return state
+    return msgspec.structs.replace(state, baseline=tuple(round(value, config.decimals) for value in state.mean))
+
+
 def update(state: ChangeState, t: float, q: Joints, config: Change, echo: bool = False) -> ChangeState:
     """Judge one sample.
 
