@@ -1,4 +1,4 @@
-"""The core of joint_pose_controller, tick by tick, with a twin that is always exactly at its set point."""
+"""Moves of joint_pose_controller: announced, capped, paused, stopped, replaced, refused."""
 
 from __future__ import annotations
 
@@ -6,99 +6,14 @@ import math
 
 import numpy as np
 import pytest
+from harness.opponents.ideal_twin import CONFIG, DT, FAR, HOME, MODES, NAMES, ROBOT, Bench, smooth
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scara_config import load_robot
-from scara_control.config import load_motion
 from scara_control.errors import ScaraControlError
 from scara_control.motion.commands import Command, MotionRefusedError
-from scara_control.motion.packets import Measurement, SetpointPacket
+from scara_control.motion.packets import Measurement
 from scara_control.motion.plan import JointMotion
 from scara_control.motion.pose_control import PoseController
-
-ROBOT, CONFIG = load_robot(), load_motion()
-JOINTS = ROBOT.twin_joints
-NAMES = tuple(joint.name for joint in JOINTS)
-ACCELERATION = np.array([joint.acceleration for joint in JOINTS])
-HOME = (0.0, 0.0, -0.16, 0.0)
-FAR = (1.0, -0.8, -0.02, 0.4)
-DT = CONFIG.period
-MODES = dict.fromkeys(NAMES, "trajectory")
-
-
-class Bench:
-    """A controller, its clock and an ideal twin."""
-
-    def __init__(self, q=HOME):
-        self.now = 50.0
-        self.core = PoseController(ROBOT, CONFIG, self.now)
-        self.q, self.qdot = tuple(q), (0.0,) * 4
-        self.setpoints, self.packets, self.outcomes, self.states = [], [], [], []
-        self.measuring = True
-        self.modes(MODES)
-        self.tick()
-
-    def modes(self, modes):
-        """Tell the controller whom each joint obeys."""
-        self.core.update_modes(modes)
-
-    def obey(self, packet):
-        """Put the twin where a packet wants it."""
-        columns = [NAMES.index(name) for name in packet.names]
-        q, qdot = list(self.q), list(self.qdot)
-        for column, position, velocity in zip(columns, packet.points[0].q, packet.points[0].qdot):
-            q[column], qdot[column] = position, velocity
-        self.q, self.qdot = tuple(q), tuple(qdot)
-
-    def tick(self, count=1):
-        """Go on by periods; return the last state."""
-        for _ in range(count):
-            self.now += DT
-            if self.measuring:
-                self.core.measure(Measurement(self.q, self.qdot, self.now))
-            packet = self.core.tick(self.now)
-            if packet is not None:
-                self.packets.append(packet)
-                self.obey(packet)
-                self.setpoints.append(packet.points[0])
-            self.outcomes += self.core.take_outcomes()
-            self.states.append(self.core.report(self.now).state)
-        return self.states[-1]
-
-    def until(self, state, most=1000):
-        """Tick until ``state`` is reported; fail if it never is."""
-        for _ in range(most):
-            if self.tick() == state:
-                return
-        raise AssertionError(f"never {state}: {self.states[-5:]}")
-
-    def move(self, target=FAR, percent=100.0, names=()):
-        """Begin a move."""
-        return self.core.move(names, target, percent, self.now)
-
-    def command(self, command, reason=""):
-        """Give a command."""
-        self.core.command(command, reason, self.now)
-        self.outcomes += self.core.take_outcomes()
-
-    def stream(self, q, qdot=(0.0,) * 4, names=NAMES, stamp=None):
-        """Send one streamed point; return what is forwarded."""
-        point = JointMotion(tuple(q), tuple(qdot), (0.0,) * len(names))
-        packet = SetpointPacket(names, (self.now if stamp is None else stamp,), (point,))
-        passed = self.core.follow(packet, self.now)
-        self.outcomes += self.core.take_outcomes()
-        self.obey(passed)
-        return passed
-
-    @property
-    def report(self):
-        """Return the controller's report now."""
-        return self.core.report(self.now)
-
-
-def smooth(setpoints):
-    """Say whether no velocity changes by more than acceleration times dt (5 % for the curve between)."""
-    return (np.abs(np.diff([s.qdot for s in setpoints], axis=0)) <= ACCELERATION * DT * 1.05).all()
 
 
 def test_a_move_is_announced_then_driven_then_answered_then_silent():
@@ -426,98 +341,3 @@ def test_a_clock_that_goes_back_ends_all_motion():
     bench.tick()
     bench.move()
     bench.until("idle")
-
-
-def test_a_stream_is_forwarded_as_it_is_and_its_end_is_a_smooth_stop():
-    """At once, with its own stamps; after the time-out a ramp from where the joints are by extrapolation."""
-    bench = Bench()
-    for k in range(30):
-        bench.tick()
-        sent = bench.stream((0.04 * k, 0.0, -0.16, 0.0), (4.0 if k else 0.0, 0.0, 0.0, 0.0))
-    assert sent.times == (bench.now,) and sent.points[0].q[0] == pytest.approx(1.16) and not bench.packets
-    assert bench.report.state == "following" and not bench.report.standing_still
-    bench.tick(10)
-    assert bench.report.state == "following"
-    bench.tick(2)
-    assert bench.report.state == "stopping" and bench.report.message == "follow: no packet for 100 ms"
-    bench.until("idle")
-    assert smooth(bench.setpoints) and 1.36 < bench.q[0] < 1.6 and not bench.outcomes
-
-
-def test_a_stream_of_a_robot_at_rest_stands_still():
-    """Following is not moving."""
-    bench = Bench()
-    bench.stream(HOME)
-    assert bench.report.state == "following" and bench.report.standing_still
-
-
-def test_following_refuses_moves_and_moving_refuses_streams():
-    """One source at a time; the refused packets are counted."""
-    bench = Bench()
-    bench.stream(HOME)
-    with pytest.raises(MotionRefusedError, match="following a stream: it ends by STOP, or when no packet comes any more"):
-        bench.move()
-    bench.command(Command.STOP)
-    bench.until("idle")
-    bench.tick(20)
-    bench.move()
-    for k in (1, 2):
-        bench.tick()
-        with pytest.raises(MotionRefusedError, match="a move is running: STOP it first"):
-            bench.stream(HOME)
-        assert bench.report.message == f"follow: refused {k}: a move is running: STOP it first"
-
-
-def test_stop_while_following_is_not_undone_by_the_rest_of_the_stream():
-    """The stream is heard again only after it has paused."""
-    bench = Bench()
-    for k in range(20):
-        bench.tick()
-        bench.stream((0.02 * k, 0.0, -0.16, 0.0), (2.0 if k else 0.0, 0.0, 0.0, 0.0))
-    bench.command(Command.STOP, "enough")
-    assert bench.report.state == "stopping" and bench.report.message == "aborted by STOP: enough"
-    for k in range(20, 60):
-        bench.tick()
-        with pytest.raises(MotionRefusedError, match="stopped: packets are ignored until they pause"):
-            bench.stream((0.02 * k, 0.0, -0.16, 0.0), (2.0, 0.0, 0.0, 0.0))
-    assert bench.report.state == "idle" and smooth(bench.setpoints)
-    bench.tick(15)
-    bench.stream(bench.q)
-    assert bench.report.state == "following"
-
-
-def test_a_stream_far_from_the_joints_is_refused_with_align_first():
-    """And the running state is what it was."""
-    bench = Bench()
-    with pytest.raises(MotionRefusedError, match=r"align first: joint_1 is 28\.65 deg"):
-        bench.stream((0.5, 0.0, -0.16, 0.0))
-    assert bench.report.state == "idle" and bench.report.message.startswith("follow: refused 1: align first")
-
-
-def test_pause_while_following_is_left_to_the_source():
-    """The stream decides; its ramp down is followed."""
-    bench = Bench()
-    bench.stream(HOME)
-    bench.command(Command.PAUSE)
-    bench.tick()
-    assert bench.report.state == "following" and "pause its source" in bench.report.message
-
-
-def test_a_stream_after_the_end_of_a_plan_replaces_the_settling_move():
-    """Whoever waits for the joints to arrive is told."""
-    bench = Bench()
-    bench.move((0.0, 0.0, -0.16, 0.0))
-    bench.obey = lambda packet: None
-    bench.q = (0.001, *HOME[1:])
-    bench.tick(20)
-    bench.stream(HOME)
-    assert [outcome.message for outcome in bench.outcomes] == ["aborted: replaced by a stream"]
-
-
-def test_a_joint_taken_from_a_stream_ends_it():
-    """As in a move."""
-    bench = Bench()
-    bench.stream((0.0,), (0.0,), names=("joint_1",))
-    bench.modes(MODES | {"joint_1": "position"})
-    bench.tick()
-    assert bench.report.state == "idle" and "joint_1 was taken by its position controller" in bench.report.message

@@ -1,18 +1,17 @@
-"""ModbusLink against a small Modbus TCP server in the test, written on bare sockets, that can misbehave."""
+"""ModbusLink against a robot that can misbehave."""
 
 from __future__ import annotations
 
 import itertools
 import math
 import re
-import socket
 import struct
 import threading
-import time
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from harness.opponents.modbus_robot import Robot
 from harness.processes import free_port, wait_until
 from scara_config import load_robot
 from scara_config.modbus_map import load_modbus_map
@@ -22,97 +21,6 @@ from twin_controller.robot_sample import AlarmStatus, ProgramStatus, RobotSample
 CONFIG = Path(__file__).resolve().parents[4] / "config"
 ROBOT, LAYOUT = load_robot(CONFIG), load_modbus_map(CONFIG)
 UP, DOWN = True, False
-Written = tuple[int, int, tuple[int, ...]]
-
-
-class Robot:
-    """Answers FC2, FC3, FC5 and FC16; keeps every write as (function, PDU address, values).
-
-    ``delay`` is the wire's [s]. ``fault`` makes it misbehave: silent, short, exception, transaction,
-    device, close, refuse_writes, write_function, write_address, write_count, write_level.
-    """
-
-    def __init__(self, port: int = 0) -> None:
-        self.words = {address: 0 for address in range(1000, 1401)}
-        self.words[1018] = self.words[1043] = 1
-        self.put_float(1004, -160.0)
-        self.words[1020] = 1
-        self.signals = 0b11
-        self.written: list[Written] = []
-        self.fault = ""
-        self.delay = 0.0
-        self.asked: list[int] = []
-        self._listener = socket.create_server(("127.0.0.1", port), reuse_port=True)
-        self.port = self._listener.getsockname()[1]
-        self._open: list[socket.socket] = []
-        threading.Thread(target=self._accept, daemon=True).start()
-
-    def put_float(self, address: int, value: float) -> None:
-        """Store a float32, low word first."""
-        self.words[address], self.words[address + 1] = struct.unpack("<2H", struct.pack("<f", value))
-
-    def close(self) -> None:
-        """Drop all clients and stop listening."""
-        self._listener.shutdown(socket.SHUT_RDWR)
-        self._listener.close()
-        for line in self._open:
-            line.close()
-
-    def writes(self, address: int) -> list[tuple[int, ...]]:
-        """Return what was written at one PDU address."""
-        return [values for _, at, values in list(self.written) if at == address]
-
-    def _accept(self) -> None:
-        while True:
-            try:
-                line, _ = self._listener.accept()
-            except OSError:
-                return
-            self._open.append(line)
-            threading.Thread(target=self._serve, args=(line,), daemon=True).start()
-
-    def _serve(self, line: socket.socket) -> None:
-        try:
-            while header := line.recv(7, socket.MSG_WAITALL):
-                transaction, _, length, device = struct.unpack(">HHHB", header)
-                request = line.recv(length - 1, socket.MSG_WAITALL)
-                if self.fault == "close":
-                    line.close()
-                    return
-                if self.fault == "silent":
-                    continue
-                time.sleep(self.delay)
-                self.asked.append(request[0])
-                answer = self._answer(request)
-                transaction += self.fault == "transaction"
-                device += self.fault == "device"
-                line.sendall(struct.pack(">HHHB", transaction, 0, len(answer) + 1, device) + answer)
-        except OSError:
-            return
-
-    def _answer(self, request: bytes) -> bytes:
-        function, address, count = struct.unpack(">BHH", request[:5])
-        if self.fault == "exception" or (self.fault == "refuse_writes" and function > 3):
-            return bytes([function | 0x80, 2])
-        if function == 3:
-            count -= self.fault == "short"
-            words = [self.words.get(address + i, 0) for i in range(count)]
-            return struct.pack(f">BB{count}H", 3, 2 * count, *words)
-        if function == 2:
-            packed = self.signals.to_bytes((count + 7) // 8, "little")
-            return bytes([2, len(packed)]) + packed
-        values = (count,) if function == 5 else struct.unpack(f">{count}H", request[6:])
-        self.written.append((function, address, values))
-        return self._echo(function, address, count)
-
-    def _echo(self, function: int, address: int, count: int) -> bytes:
-        """Confirm a write, or another one."""
-        if self.fault == "write_function":
-            return struct.pack(">BHH", 15 if function == 16 else 6, address, count)
-        address += self.fault == "write_address"
-        count += self.fault == "write_count" and function == 16
-        count ^= 0xFF00 if self.fault == "write_level" and function == 5 else 0
-        return struct.pack(">BHH", function, address, count)
 
 
 class Owner:

@@ -1,0 +1,175 @@
+"""Both sides of a gateway: a stand-in for the ROS graph, and web-socket clients."""
+
+from __future__ import annotations
+
+import json
+import queue
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+
+import websocket
+from scara_simulation.gateway_config import GatewayConfig, load_gateway_config
+from scara_simulation.io.gateway_graph import Ask, GraphError
+from scara_simulation.io.gateway_server import GatewayServer
+from scara_simulation.rosbridge.audit import Entry
+
+from harness.workspace import ROOT
+
+DEADLINE = 5.0
+SHIPPED = load_gateway_config(ROOT / "config")
+TOKENS = {"look": "viewer", "drive": "operator"}
+
+
+class Call:
+    """A service call that ends when the test says so."""
+
+    def __init__(self, args: Any, timeout: float, caller: str) -> None:
+        self.args = args
+        self.timeout = timeout
+        self.caller = caller
+        self.end: queue.Queue[dict[str, Any] | Exception] = queue.Queue()
+        self.cancelled = threading.Event()
+
+    def run(self) -> dict[str, Any]:
+        """Wait for the test."""
+        outcome = self.end.get(timeout=DEADLINE)
+        if isinstance(outcome, Exception):
+            raise outcome
+        return outcome
+
+    def cancel(self) -> None:
+        """End as a broken connection would."""
+        self.cancelled.set()
+        self.end.put(GraphError("cancelled"))
+
+
+class Graph:
+    """Notes what the gateway asks of ROS."""
+
+    def __init__(self) -> None:
+        self.done: queue.Queue[tuple[Any, ...]] = queue.Queue()
+        self.calls: queue.Queue[Call] = queue.Queue()
+        self.asks: dict[str, Ask] = {}
+        self.audited: queue.Queue[tuple[str, Entry]] = queue.Queue()
+
+    def advertise(self, owner: int, topic: str, type_name: str | None, latch: bool, queue_size: int) -> None:
+        """Know all types."""
+        self.done.put(("advertise", owner, topic, type_name, latch, queue_size))
+
+    def unadvertise(self, owner: int, topic: str) -> None:
+        """Note it."""
+        self.done.put(("unadvertise", owner, topic))
+
+    def publish(self, owner: int, topic: str, values: dict[str, Any]) -> None:
+        """Refuse one value, break at another."""
+        if values.get("data") == "refuse":
+            raise GraphError("data = 'refuse': allowed: anything else")
+        if values.get("data") == "break":
+            raise KeyError("a bug")
+        self.done.put(("publish", owner, topic, values))
+
+    def subscribe(self, owner: int, topic: str, type_name: str | None) -> None:
+        """Know no topic called unknown."""
+        if topic.endswith("/unknown"):
+            raise GraphError(f"the type of {topic} is not known")
+        self.done.put(("subscribe", owner, topic, type_name))
+
+    def unsubscribe(self, owner: int, topic: str) -> None:
+        """Note it."""
+        self.done.put(("unsubscribe", owner, topic))
+
+    def service_call(self, service: str, args: Any, timeout: float, caller: str) -> Call:
+        """Hand the call to the test."""
+        call = Call(args, timeout, caller)
+        self.calls.put(call)
+        return call
+
+    def advertise_service(self, owner: int, service: str, type_name: str, ask: Ask, timeout: float) -> None:
+        """Keep the way to the client."""
+        self.asks[service] = ask
+        self.done.put(("advertise_service", owner, service, type_name))
+
+    def unadvertise_service(self, owner: int, service: str) -> None:
+        """Note it."""
+        self.done.put(("unadvertise_service", owner, service))
+
+    def audit(self, caller: str, entry: Entry) -> None:
+        """Note it."""
+        self.audited.put((caller, entry))
+
+    def now(self) -> tuple[int, int]:
+        """Return a time."""
+        return 12, 34
+
+    def topics(self) -> dict[str, str]:
+        """Return one topic."""
+        return {"/clock": "rosgraph_msgs/Clock"}
+
+    def services(self) -> list[str]:
+        """Return none."""
+        return []
+
+    def service_type(self, service: str) -> str:
+        """Know none."""
+        return ""
+
+
+class Client:
+    """A rosbridge client."""
+
+    def __init__(self, line: websocket.WebSocket) -> None:
+        self.line = line
+
+    def say(self, **packet: Any) -> None:
+        """Send a packet."""
+        self.line.send(json.dumps(packet))
+
+    def hear(self) -> dict[str, Any]:
+        """Return the next packet."""
+        packet: dict[str, Any] = json.loads(self.line.recv())
+        return packet
+
+    def ask(self, **packet: Any) -> dict[str, Any]:
+        """Send a packet and return the next that comes."""
+        self.say(**packet)
+        return self.hear()
+
+    def time(self) -> dict[str, Any]:
+        """Ask for the time: proves that the session lives and that all before has been performed."""
+        return self.ask(op="call_service", id="time", service="/rosapi/get_time")
+
+
+class Cell:
+    """A running gateway, its graph, its log and its clients."""
+
+    def __init__(self, config: GatewayConfig) -> None:
+        self.graph = Graph()
+        self.log: list[str] = []
+        self.server = GatewayServer(config, self.graph, "/cell", TOKENS, self.log.append)
+        self._clients: list[websocket.WebSocket] = []
+
+    def client(self, path: str = "", **options: Any) -> Client:
+        """Connect."""
+        url = f"ws://127.0.0.1:{self.server.port}/{path}"
+        line = websocket.create_connection(url, timeout=DEADLINE, **options)
+        self._clients.append(line)
+        return Client(line)
+
+    def close(self) -> None:
+        """End clients and gateway."""
+        for line in self._clients:
+            line.close(timeout=0.1)
+        self.server.stop()
+
+
+MakeCell = Callable[..., Cell]
+
+
+def wait_until(condition: Callable[[], bool]) -> None:
+    """Wait for a condition, with a deadline."""
+    deadline = time.monotonic() + DEADLINE
+    while not condition():
+        assert time.monotonic() < deadline, "waited in vain"
+        threading.Event().wait(0.005)
