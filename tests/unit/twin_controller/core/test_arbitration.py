@@ -124,9 +124,26 @@ def test_a_twin_that_goes_on_settling_is_no_new_leader(left: float, tau: float) 
     pair.jog_twin(lambda t: shifted(goal, left * math.exp(-t / tau)), pair.now)
     pair.run(4.0)
     assert triggers(pair, since) == ["REAL_TOOK_OVER", "AT_REST"]
+    pair.run(1.0)
     pair.jog_twin(lambda t: shifted(goal, -0.04 * min(1.0, t) * math.copysign(1.0, left)), pair.now)
     pair.run(2.0)
-    assert leaders(pair, since) == ["real", "twin"], "it went on, past its last command"
+    assert leaders(pair, since) == ["real", "twin"], "what goes on later is a motion"
+
+
+@pytest.mark.parametrize("left", [0.08, -0.08])
+def test_a_twin_that_settles_after_a_stop_is_not_aligned_by_that(left: float) -> None:
+    """An ESTOP in the middle of a move, RESET: the drive's last hundredths are no motion of the twin, nothing moves."""
+    pair = connected()
+    pair.operate("MOVE_JOINTS", target=shifted(HOME, 20.0), speed_percent=50.0)
+    pair.run(0.8)
+    pair.operate("ESTOP")
+    pair.run(0.5)
+    pair.operate("RESET")
+    pair.run_until(lambda: pair.state.mode is Mode.STOPPED, 2.0)
+    since, place = len(pair.decisions()), pair.twin_q
+    pair.jog_twin(lambda t: shifted(place, left * (1.0 - math.exp(-t / 0.6))), pair.now)
+    pair.run(4.0)
+    assert triggers(pair, since) == []
 
 
 @FEW

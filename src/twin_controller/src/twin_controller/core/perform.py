@@ -6,10 +6,10 @@ import msgspec
 
 from twin_controller.core.actions import AnyAction, Do, MoveTwin, Perform
 from twin_controller.core.events import Operator
-from twin_controller.core.observing import change
+from twin_controller.core.observing.measure import agree
 from twin_controller.core.rules.reports import OWN_COMMAND
 from twin_controller.core.rules.triggers import onsets
-from twin_controller.core.state import CoreState, Follow, Owed, Setup, Side, StreamState
+from twin_controller.core.state import CoreState, Follow, Owed, Setup, StreamState
 
 replace = msgspec.structs.replace
 
@@ -51,7 +51,7 @@ def perform(
             onset = onsets(setup, state).twin
             return replace(state, stream=StreamState(started=now, onset=onset)), []
         case Do.BASELINE:
-            return replace(state, real=_agreed(setup, state.real), twin=_agreed(setup, state.twin)), []
+            return replace(state, real=agree(setup, state.real), twin=agree(setup, state.twin)), []
         case Do.START_STREAM:
             ending = state.flags is not None and state.flags.streaming
             return replace(state, stream=replace(state.stream or StreamState(), starting=True, ending=ending)), []
@@ -60,11 +60,6 @@ def perform(
         case Do.MOVE_TWIN:
             return _move_twin(setup, state, command)
     return state, [Perform(do, reason)]
-
-
-def _agreed(setup: Setup, side: Side) -> Side:
-    """Take a side's newest position as agreed."""
-    return replace(side, change=change.take_baseline(side.change, setup.to_border(side.last.q), setup.config.change))
 
 
 def _move_twin(setup: Setup, state: CoreState, command: Operator | None) -> tuple[CoreState, list[AnyAction]]:

@@ -22,7 +22,7 @@ from twin_controller.core.following.follow import follow_twin, stream_real
 from twin_controller.core.gripping import watch_grippers
 from twin_controller.core.insist import ignored, insist, real_answered
 from twin_controller.core.observing import change
-from twin_controller.core.observing.measure import clock_probed, link_changed, real_measured, twin_measured
+from twin_controller.core.observing.measure import agree, clock_probed, link_changed, real_measured, twin_measured
 from twin_controller.core.operate import operate
 from twin_controller.core.rules import reports, triggers
 from twin_controller.core.rules.table import Mode, Trigger, look_up
@@ -132,8 +132,7 @@ def _remember_pauses(setup: Setup, state: CoreState, now: float) -> CoreState:
     for name in ("real", "twin"):
         side = getattr(state, name)
         if side.history and not side.change.baseline and change.stands_still(side.change, now, setup.config.change):
-            agreed = change.take_baseline(side.change, setup.to_border(side.last.q), setup.config.change)
-            state = replace(state, **{name: replace(side, change=agreed)})
+            state = replace(state, **{name: agree(setup, side)})
     return state
 
 

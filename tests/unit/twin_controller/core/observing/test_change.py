@@ -21,7 +21,7 @@ PERIOD = 0.01
 
 def agreed(*q: float) -> ChangeState:
     """Return a side that has agreed on ``q``."""
-    return change.take_baseline(ChangeState(), q, CONFIG)
+    return change.take_baseline(ChangeState(), 0.0, q, CONFIG)
 
 
 def fed(state: ChangeState, *values: float, start: float = 0.0) -> ChangeState:
@@ -144,28 +144,48 @@ def test_noise_beside_a_drive_that_settles_is_no_change(seed: int) -> None:
     centre = rng.uniform(-90.0, 90.0)
     half = 0.5 * CONFIG.hysteresis
     state = fed(ChangeState(), *(centre + rng.uniform(-half, half) for _ in range(30)))
-    state = change.take_baseline(state, (centre + half,), CONFIG)
+    state = change.take_baseline(state, 0.3, (centre + half,), CONFIG)
     for k in range(20_000):
         drifted = centre - DRIFT * STEP * min(1.0, k / 5000)
         state = change.update(state, 0.3 + k * PERIOD, (drifted + rng.uniform(-half, half),), CONFIG)
         assert not change.moved(state, CONFIG), f"sample {k}"
 
 
-def test_the_agreed_position_goes_with_the_mean_but_not_beside_a_sample_that_looks_like_a_change() -> None:
-    """A change that began keeps its onset."""
-    state = change.take_baseline(fed(ChangeState(), *(0.0,) * 16), (0.0,), CONFIG)
-    state = fed(state, *(0.012,) * 200)
-    assert change.follow_mean(state, CONFIG).baseline == (0.01,)
-    begun = fed(state, 0.03)
-    assert change.follow_mean(begun, CONFIG) == begun
+DURATION, REACH = 3.0, 0.09
+
+
+def settled(state: ChangeState, t: float = 1.0) -> ChangeState:
+    """Return the side after it was given room to settle."""
+    return change.settle(state, t, CONFIG, DURATION, REACH)
+
+
+@pytest.mark.parametrize(
+    ("rests", "later", "expected"),
+    [(0.012, 1.0, 0.01), (0.012, DURATION + 0.1, 0.0), (-0.038, 1.0, -0.04), (0.1, 1.0, 0.0)],
+    ids=["settles", "too late", "the other way", "too far"],
+)
+def test_the_agreed_position_goes_along_with_a_side_that_settles(rests: float, later: float, expected: float) -> None:
+    """For a while and a little way; what goes on after that is a motion."""
+    state = change.take_baseline(fed(ChangeState(), *(0.0,) * 16), 0.0, (0.0,), CONFIG)
+    state = msgspec.structs.replace(fed(state, *(rests,) * 300), recent=(False,) * 3)
+    assert settled(state, later).baseline == (expected,)
+
+
+def test_a_sample_that_looks_like_a_change_holds_the_agreed_position() -> None:
+    """A motion that began keeps its onset; a side that does not stand has no mean, one without an agreement takes none."""
+    state = change.take_baseline(fed(ChangeState(), *(0.01,) * 16), 0.0, (0.01,), CONFIG)
+    begun = fed(state, 0.02, 0.02, 0.04)
+    assert any(begun.recent) and settled(begun) == begun
     fresh = fed(agreed(0.0), 0.012)
-    assert change.follow_mean(fresh, CONFIG) == fresh, "no mean yet"
+    assert settled(fresh) == fresh
+    alone = fed(ChangeState(), *(0.0,) * 16)
+    assert settled(alone) == alone
 
 
 def test_the_agreed_position_of_a_side_that_moves_is_where_it_is() -> None:
     """A mean over samples of a motion would lie behind."""
     state = fed(ChangeState(), *(0.5 * k for k in range(40)))
-    assert change.take_baseline(state, (19.5,), CONFIG).baseline == (19.5,)
+    assert change.take_baseline(state, 0.4, (19.5,), CONFIG).baseline == (19.5,)
 
 
 @given(centre=EDGE, noise=NOISE)
@@ -180,7 +200,7 @@ def test_a_decision_does_not_depend_on_where_zero_is(centre: float, noise: list[
 def test_rounding_is_that_of_the_configuration() -> None:
     """With one decimal fewer the threshold follows."""
     coarse = msgspec.structs.replace(CONFIG, decimals=1)
-    state = change.take_baseline(ChangeState(), (0.04,), coarse)
+    state = change.take_baseline(ChangeState(), 0.0, (0.04,), coarse)
     assert state.baseline == (0.0,)
     for k in range(2):
         state = change.update(state, k * PERIOD, (0.06,), coarse)

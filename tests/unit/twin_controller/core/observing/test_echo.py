@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from twin_controller.core.observing.echo import EchoTube, is_echo, is_settling, remember
+from twin_controller.core.observing.echo import EchoTube, is_echo, remember
 
 MEMORY, REST, TOLERANCE = 0.5, 0.025, 0.5
 
@@ -43,34 +43,6 @@ MOVING = tube_of((0.0, (0.0, 5.0)), (0.1, (1.0, 5.0)), (0.2, (2.0, 5.0)))
 def test_the_tube_is_wide_only_for_joints_that_were_told_to_move(t: float, q: tuple[float, ...], expected: bool) -> None:
     """Commands of the last half second span it; joint 2 was told to stay, so only noise is allowed there."""
     assert is_echo(MOVING, t, q, MEMORY, REST, TOLERANCE) is expected
-
-
-REACH, HALF_STEP = 0.05, 0.005
-
-
-@pytest.mark.parametrize(
-    ("agreed", "mean", "expected"),
-    [
-        (5.04, 5.04, True),
-        (5.04, 5.02, True),
-        (5.04, 4.996, True),
-        (5.04, 4.99, False),
-        (5.04, 5.046, False),
-        (4.96, 4.98, True),
-        (4.96, 4.953, False),
-        (5.06, 5.04, False),
-        (4.94, 4.96, False),
-    ],
-)
-def test_settling_towards_the_last_command_is_told_from_creeping_away(agreed: float, mean: float, expected: bool) -> None:
-    """Between where it came to rest and where it was told to be; one that rests far from its command was not led there."""
-    assert is_settling(MOVING, (2.0, mean), (2.0, agreed), REACH, HALF_STEP) is expected
-
-
-def test_nothing_settles_without_a_command_or_an_agreed_position() -> None:
-    """Then there is nothing to settle between."""
-    assert not is_settling(EchoTube(), (5.0,), (5.0,), REACH, HALF_STEP)
-    assert not is_settling(MOVING, (2.0, 5.0), (), REACH, HALF_STEP)
 
 
 def test_without_commands_nothing_is_an_echo() -> None:

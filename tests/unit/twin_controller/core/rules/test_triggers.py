@@ -6,7 +6,6 @@ import msgspec
 import pytest
 from harness.pair import HOME, SETUP, Pair, shifted
 from twin_controller.core.events import Operator, TwinPlan
-from twin_controller.core.observing.change import ChangeState
 from twin_controller.core.rules.table import Mode, Trigger
 from twin_controller.core.rules.triggers import leader_triggers, onsets, operator_trigger, pair_agreed
 from twin_controller.core.state import CoreState
@@ -27,9 +26,7 @@ def idle() -> CoreState:
 def moved(state: CoreState, side: str, recent: tuple[bool, ...], onset: float | None, seen_until: float = LATER) -> CoreState:
     """Return the state with one side's change, its newest sample ``seen_until`` seconds from now."""
     known = getattr(state, side)
-    change = ChangeState(
-        known.change.baseline, recent, onset, None, known.change.lowest, known.change.highest, known.change.still_since
-    )
+    change = replace(known.change, recent=recent, onset=onset, previous=None)
     last = replace(known.last, t=state.mode_since + seen_until)
     return replace(state, **{side: replace(known, change=change, history=(*known.history, last))})
 

@@ -17,6 +17,7 @@ class ChangeState(msgspec.Struct, frozen=True):
 
     Attributes:
         baseline: Agreed position, rounded, border units; empty until taken.
+        taken: When it was taken [s], and where; from there a side that settles may lead it a little.
         recent: For each of the last samples, whether it was outside the hysteresis.
         onset: Interpolated time of the first crossing [s], None if none.
         previous: Last sample inside the hysteresis: time and largest deviation from the baseline.
@@ -28,6 +29,7 @@ class ChangeState(msgspec.Struct, frozen=True):
     """
 
     baseline: Joints = ()
+    taken: tuple[float, Joints] = (0.0, ())
     recent: tuple[bool, ...] = ()
     onset: float | None = None
     previous: tuple[float, float] | None = None
@@ -38,15 +40,15 @@ class ChangeState(msgspec.Struct, frozen=True):
     still_since: float = 0.0
 
 
-def take_baseline(state: ChangeState, q: Joints, config: Change) -> ChangeState:
-    """Take ``q`` (border units) as the agreed position; nothing has moved since.
+def take_baseline(state: ChangeState, t: float, q: Joints, config: Change) -> ChangeState:
+    """Take ``q`` (border units) at ``t`` [s] as the agreed position; nothing has moved since.
 
     A side that stands has its mean taken: the noise of one sample would stay in every later comparison, and eat up half of
     the hysteresis.
     """
     settled = state.mean if state.count >= config.agree_samples and len(state.mean) == len(q) else q
     rounded = tuple(round(value, config.decimals) for value in settled)
-    return msgspec.structs.replace(state, baseline=rounded, recent=(), onset=None, previous=None)
+    return msgspec.structs.replace(state, baseline=rounded, taken=(t, rounded), recent=(), onset=None, previous=None)
 
 
 def drop_baseline(state: ChangeState) -> ChangeState:
@@ -54,9 +56,23 @@ def drop_baseline(state: ChangeState) -> ChangeState:
     return msgspec.structs.replace(state, baseline=(), recent=(), onset=None, previous=None)
 
 
-def follow_mean(state: ChangeState, config: Change) -> ChangeState:
-    """Let the agreed position of a side that settles go with its mean, unless a sample of it looks like a change."""
-    if state.count < config.agree_samples or any(state.recent):
+def settle(state: ChangeState, t: float, config: Change, duration: float, reach: float) -> ChangeState:
+    """Let the agreed position go along with a side that came to rest and goes on settling.
+
+    A drive takes the last hundredths away for as long as it needs. Only a side that stands is waited for, and only while no
+    sample of it looks like a change: the onset of a motion stays what it is.
+
+    Args:
+        state: What is known so far.
+        t: Now [s].
+        config: Rounding, samples.
+        duration: How long after it was taken the agreed position may go along [s].
+        reach: How far, border units.
+    """
+    since, place = state.taken
+    if not state.baseline or state.count < config.agree_samples or any(state.recent):
+        return state
+    if t - since > duration or max(abs(a - b) for a, b in zip(state.mean, place)) > reach:
         return state
     return msgspec.structs.replace(state, baseline=tuple(round(value, config.decimals) for value in state.mean))
 
@@ -78,7 +94,7 @@ def update(state: ChangeState, t: float, q: Joints, config: Change, echo: bool =
     if not state.baseline:
         return state
     if echo:
-        return take_baseline(state, q, config)
+        return take_baseline(state, t, q, config)
     deviation = max(abs(round(value, config.decimals) - base) for value, base in zip(q, state.baseline))
     threshold = config.hysteresis + 0.5 * 10.0**-config.decimals
     outside = deviation > threshold

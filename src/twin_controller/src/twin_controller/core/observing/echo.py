@@ -1,8 +1,7 @@
 """Recognise the follower's motion as the answer to our own commands.
 
 A follower may be anywhere between where its recent commands were, plus a tolerance that is wide only for the joints
-that were told to move. Inside this tube its motion is an echo; outside, it moves on its own. One that came to rest beside
-its last command may go on settling towards it for as long as its drive needs; its agreed position goes along.
+that were told to move. Inside this tube its motion is an echo; outside, it moves on its own.
 """
 
 from __future__ import annotations
@@ -39,25 +38,6 @@ def is_echo(tube: EchoTube, t: float, q: Joints, memory: float, rest: float, tol
     if not recent:
         return False
     return all(_inside(value, axis, rest, tolerance) for value, axis in zip(q, zip(*recent)))
-
-
-def is_settling(tube: EchoTube, mean: Joints, agreed: Joints, reach: float, step: float) -> bool:
-    """Return whether a side that stands is on its way from its agreed position to its last command.
-
-    Args:
-        tube: Commands sent.
-        mean: Where it stands, without noise, border units.
-        agreed: Its agreed position, border units.
-        reach: How far that may be from the last command.
-        step: Half of the smallest step of an agreed position: no more beyond it, else the agreed position would go with
-            whoever creeps away.
-    """
-    if not tube.commands or not len(mean) == len(agreed) == len(tube.commands[-1][1]):
-        return False
-    return all(
-        abs(place - command) <= reach and min(place, command) - step <= value <= max(place, command) + step
-        for value, place, command in zip(mean, agreed, tube.commands[-1][1])
-    )
 
 
 def _inside(value: float, commanded: tuple[float, ...], rest: float, tolerance: float) -> bool:

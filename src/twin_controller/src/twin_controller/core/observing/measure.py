@@ -89,17 +89,21 @@ def _sampled(setup: Setup, side: Side, sample: Sample) -> Side:
     border = setup.to_border(sample.q)
     rest = config.hysteresis + 0.5 * 10.0**-config.decimals
     own = echo.is_echo(side.tube, sample.t, border, config.echo_memory_ms * 1e-3, rest, config.echo_tolerance)
-    # A side that counts as standing may still move by its tolerance, and its mean is behind by as much.
-    reach, step = setup.config.settle.tolerance + 2.0 * config.still_tolerance, 0.5 * 10.0**-config.decimals
-    known = side.change
-    if echo.is_settling(side.tube, known.mean, known.baseline, reach, step):
-        known = change.follow_mean(known, config)
+    # A side that counts as standing may still move by its tolerance.
+    duration, reach = setup.config.settle.timeout_ms * 1e-3, setup.config.settle.tolerance + 2.0 * config.still_tolerance
+    known = change.settle(side.change, sample.t, config, duration, reach)
     return replace(
         side,
         history=(*side.history, sample)[-HISTORY:],
         change=change.update(known, sample.t, border, config, echo=own),
         echoed=side.echoed + own,
     )
+
+
+def agree(setup: Setup, side: Side) -> Side:
+    """Take a side's newest position as agreed."""
+    agreed = change.take_baseline(side.change, side.last.t, setup.to_border(side.last.q), setup.config.change)
+    return replace(side, change=agreed)
 
 
 def interpolate(history: tuple[Sample, ...], t: float) -> Sample | None:
