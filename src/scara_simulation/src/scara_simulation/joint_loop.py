@@ -164,7 +164,7 @@ class JointLoop:
         self.applied_effort, saturated = saturate(command + feed_forward, model.effort)
         if saturated:
             self.saturated_steps += 1
-        else:
+        elif not (self.holding and self._model_based) or self._holds_against(error):
             self._integral = integral
         return self.applied_effort
 
@@ -239,6 +239,14 @@ class JointLoop:
         """Return what the integral term of the closed loop makes now [N m] or [N]."""
         gains = self.gains
         return min(max(gains.i * self._integral, gains.lower), gains.upper)
+
+    def _holds_against(self, error: float) -> bool:
+        """Return whether an error is one that the position loop's integral is there for: beside a model, dry friction's.
+
+        A larger one is a jump of the set point, as after a stall. Wound up by it, the joint would settle for another second.
+        """
+        gains = self.loop_gains.position
+        return gains.lower <= gains.p * error <= gains.upper
 
     def _close_loop(self, mode: Mode, *, holding: bool) -> None:
         """Change the mode; the effort of the integral is carried over to the other loop."""

@@ -111,6 +111,15 @@ def test_joint_does_not_stick_beside_its_set_point(known):
         assert abs(joint.qdot) < 0.01 * MODEL.standstill
 
 
+def test_a_jump_of_the_set_point_does_not_wind_up_the_integral():
+    """After a stall the set points go on somewhere else; wound up, the integral would carry the joint 5e-4 past them."""
+    joint = Joint()
+    joint.run(10)
+    joint.loop.command_track(track([joint.t], [(0.05, 0.0, 0.0)]), 0)
+    assert max(joint.run(1).q for _ in range(600)) < 0.05 + 1e-4
+    assert joint.q == pytest.approx(0.05, abs=1e-6)
+
+
 def test_new_gains_keep_the_effort_of_the_integral():
     """The joint carries its load on without a jump; the other loop's gains are those of the next hand-over."""
     joint = Joint(load=4.0).run(3000)
