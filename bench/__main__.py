@@ -23,6 +23,8 @@ from harness.workspace import enter_workspace  # noqa: E402
 from rich.console import Console  # noqa: E402
 from rich.table import Table  # noqa: E402
 
+from bench.journal import JournalError, unfinished  # noqa: E402
+
 
 @dataclass(frozen=True)
 class Options:
@@ -57,6 +59,7 @@ def main(
     ] = False,
     seeds: Annotated[int, typer.Option(help="Faults: how often each is done, each time otherwise.", min=0)] = 20,
     minutes: Annotated[float, typer.Option(help="Faults: minutes at random, and at most 10 of sensor noise.", min=0.0)] = 60.0,
+    continued: Annotated[bool, typer.Option("--continue", help="Faults: go on with the last campaign that was ended.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON, progress to standard error.")] = False,
     show: Annotated[bool, typer.Option("--list", help="Only list the rows.")] = False,
 ) -> None:
@@ -64,6 +67,9 @@ def main(
     console = Console(stderr=as_json)
     chosen = [name for name, wanted in (("faults", faults), ("variations", variations)) if wanted]
     enter_workspace()
+    if continued and chosen != ["faults"]:
+        typer.echo("--continue: allowed with --faults alone", err=True)
+        raise typer.Exit(2)
     if show or not chosen:
         from bench.rows import names
         from bench.run import measure
@@ -72,11 +78,14 @@ def main(
         if unknown or show:
             typer.echo("\n".join([f"no row is called {name}" for name in unknown] + ["rows: " + " ".join(names())]), err=not show)
             raise typer.Exit(0 if show and not unknown else 2)
-    folder = ROOT / "runs" / "bench" / time.strftime("%Y-%m-%d_%H-%M-%S")
-    folder.mkdir(parents=True)
     if not chosen:
-        raise typer.Exit(0 if measure(rows or [], folder, console, as_json) else 1)
-    measured = [row for name in chosen for row in SECTIONS[name](Options(seeds, minutes, folder, console))]
+        raise typer.Exit(0 if measure(rows or [], _folder(False), console, as_json) else 1)
+    try:
+        folder = _folder(continued)
+        measured = [row for name in chosen for row in SECTIONS[name](Options(seeds, minutes, folder, console))]
+    except JournalError as error:
+        typer.echo(str(error), err=True)
+        raise typer.Exit(2) from None
     text = json.dumps([row.record() for row in measured], indent=1)
     (folder / "bench.json").write_text(text + "\n", encoding="utf-8")
     console.print(table(measured))
@@ -85,6 +94,16 @@ def main(
     broken = sum(not row.holds for row in measured)
     console.print(f"{len(measured)} rows, {broken} beyond their limit; {folder / 'bench.json'}")
     raise typer.Exit(1 if broken else 0)
+
+
+def _folder(continued: bool) -> Path:
+    """Return where results go: a new folder, or that of the campaign that is continued."""
+    runs = ROOT / "runs" / "bench"
+    if continued:
+        return unfinished(runs)
+    folder = runs / time.strftime("%Y-%m-%d_%H-%M-%S")
+    folder.mkdir(parents=True)
+    return folder
 
 
 def table(rows: list[Row]) -> Table:

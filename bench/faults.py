@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import time
 from collections.abc import Callable, Iterator
@@ -16,9 +15,11 @@ from harness.faults.fault_cell import NODES, FaultCell
 from harness.faults.roscore_faults import MasterCell, master_killed, master_stopped
 from harness.faults.rows import Row, repeated, worst
 from harness.ros import Master, Ros
-from harness.workspace import workspace_environment
+from harness.workspace import ROOT, workspace_environment
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+from bench.journal import Journal
 
 LIES = 10_000
 SECONDS = 4.0
@@ -26,19 +27,22 @@ STALLED_S = 60.0
 STORM_S = 15.0
 NOISE_MINUTES = 10.0
 ALL, REPEATED = "all faults", "scenarios repeated because a time was missed once [part of all]"
-JOURNAL = "scenarios.jsonl"
 
 
 def run(seeds: int, minutes: float, folder: Path, console: Console) -> list[Row]:
     """Run the campaign and return, for each fault and metric, the worst that was measured.
 
-    What each scenario measured is written at once into ``scenarios.jsonl``: a campaign that is ended early leaves its rows.
+    What each scenario measured is written at once into the folder's journal: a campaign that is ended early leaves its rows,
+    and goes on where it was when it is begun again in the same folder.
 
     Args:
         seeds: How often each scenario is run.
         minutes: Of random faults.
         folder: For logs, bags and the journal.
         console: Where progress is shown.
+
+    Raises:
+        JournalError: The folder's journal was written by another version.
     """
     columns = (TextColumn("{task.description:<40}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with Progress(*columns, console=console) as progress:
@@ -60,6 +64,7 @@ class Campaign:
     def __init__(self, folder: Path, progress: Progress) -> None:
         """Begin with nothing measured."""
         self._folder, self._progress = folder, progress
+        self._journal = Journal(folder, ROOT)
         self._rows: list[Row] = []
         self._repeated: list[bool] = []
 
@@ -123,10 +128,10 @@ class Campaign:
     def storms(self, cell: FaultCell, minutes: float) -> None:
         """Break things at random until the time is over."""
         task = self._progress.add_task("random faults [s]", total=round(60.0 * minutes))
-        begun, seed = time.monotonic(), 0
-        while (past := time.monotonic() - begun) < 60.0 * minutes:
+        past, seed = 0.0, 0
+        while past < 60.0 * minutes:
             self._progress.update(task, completed=round(past))
-            self._in_cell(cell, "storm", lambda k=seed: storm(cell, Random(1000 + k), STORM_S))  # type: ignore[misc]
+            past += self._in_cell(cell, "storm", lambda k=seed: storm(cell, Random(1000 + k), STORM_S))  # type: ignore[misc]
             seed += 1
         self._progress.update(task, completed=round(60.0 * minutes))
         if seed:
@@ -137,31 +142,38 @@ class Campaign:
         share = [Row(ALL, REPEATED, 0.05, sum(self._repeated) / len(self._repeated))] if self._repeated else []
         return [*worst(self._rows), *share]
 
-    def _in_cell(self, cell: FaultCell, name: str, action: Callable[[], list[Row]]) -> None:
-        """Run a scenario on an idle cell; whatever it breaks for good is mended before the next."""
+    def _in_cell(self, cell: FaultCell, name: str, action: Callable[[], list[Row]]) -> float:
+        """Run a scenario on an idle cell; whatever it breaks for good is mended before the next. Return how long it took [s]."""
 
         def on_idle_cell() -> list[Row]:
             _mend(cell)
             return action()
 
-        self._run(name, on_idle_cell)
+        return self._run(name, on_idle_cell)
 
-    def _run(self, name: str, action: Callable[[], list[Row]]) -> None:
-        """Keep the rows of a scenario, and whether it was repeated; one that fails is a row that does not hold."""
+    def _run(self, name: str, action: Callable[[], list[Row]]) -> float:
+        """Keep the rows of a scenario, and whether it was repeated; return how long it took [s], now or before."""
+        known = self._journal.take(name)
+        rows, seconds, again = known or self._measured(name, action)
+        if known is None:
+            self._journal.add(name, rows, seconds, again)
+        self._rows += rows
+        self._repeated.append(again > 0)
+        for row in rows:
+            if not row.holds:
+                self._progress.console.print(row.text, markup=False)
+        return seconds
+
+    @staticmethod
+    def _measured(name: str, action: Callable[[], list[Row]]) -> tuple[list[Row], float, int]:
+        """Run a scenario; one that fails is a row that does not hold."""
         begun = time.monotonic()
         try:
             rows, again = repeated(action)
         except Exception as error:
             text = str(error).splitlines()[0][:100] if str(error) else repr(error)
             rows, again = [Row(f"{name}: {text}", "did not end as described", 0.0, 1.0, always=True)], 0
-        self._rows += rows
-        self._repeated.append(again > 0)
-        entry = {"scenario": name, "seconds": round(time.monotonic() - begun, 1), "repeated": again}
-        with (self._folder / JOURNAL).open("a", encoding="utf-8") as journal:
-            journal.write(json.dumps({**entry, "rows": [row.record() for row in rows]}) + "\n")
-        for row in rows:
-            if not row.holds:
-                self._progress.console.print(row.text, markup=False)
+        return rows, time.monotonic() - begun, again
 
 
 def _mend(cell: FaultCell) -> None:
