@@ -46,12 +46,15 @@ def run(seeds: int, minutes: float, folder: Path, console: Console) -> list[Row]
     """
     columns = (TextColumn("{task.description:<40}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with Progress(*columns, console=console) as progress:
-        campaign = Campaign(folder, progress)
+        journal = Journal(folder, ROOT)
+        part = folder / time.strftime("part_%H-%M-%S")  # one that is continued has the logs and bags of an earlier part
+        part.mkdir()
+        campaign = Campaign(journal, part, progress)
         campaign.values(seeds)
         campaign.without_master(seeds)
-        with _master(folder) as master:
+        with _master(part) as master:
             campaign.people(master, seeds)
-            with closing(Ros(master, folder / "cell", "faults")) as ros, FaultCell(ros) as cell:
+            with closing(Ros(master, part / "cell", "faults")) as ros, FaultCell(ros) as cell:
                 campaign.scenarios(cell, seeds)
                 campaign.long(cell, min(minutes, NOISE_MINUTES))
                 campaign.storms(cell, minutes)
@@ -61,10 +64,9 @@ def run(seeds: int, minutes: float, folder: Path, console: Console) -> list[Row]
 class Campaign:
     """Runs scenarios, shows how far it is, and keeps what they measured."""
 
-    def __init__(self, folder: Path, progress: Progress) -> None:
-        """Begin with nothing measured."""
-        self._folder, self._progress = folder, progress
-        self._journal = Journal(folder, ROOT)
+    def __init__(self, journal: Journal, folder: Path, progress: Progress) -> None:
+        """Begin with what the journal knows; ``folder`` is for logs and bags."""
+        self._journal, self._folder, self._progress = journal, folder, progress
         self._rows: list[Row] = []
         self._repeated: list[bool] = []
 
