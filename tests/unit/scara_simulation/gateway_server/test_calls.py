@@ -6,7 +6,8 @@ from concurrent.futures import Future
 from typing import Any
 
 import pytest
-from harness.opponents.graph_and_clients import DEADLINE, Cell, MakeCell, wait_until
+from harness.opponents.graph_and_clients import DEADLINE, Cell, MakeCell
+from harness.processes import wait_until
 from scara_simulation.io.gateway_graph import GraphError
 
 
@@ -90,7 +91,7 @@ def test_calls_are_limited_per_client_and_together(make_cell: MakeCell) -> None:
     calls = [cell.graph.calls.get(timeout=DEADLINE) for _ in range(3)]
     calls[0].end.put({})
     assert first.hear()["result"]
-    wait_until(lambda: cell.server.statistics().calls == 2)
+    wait_until(lambda: cell.server.statistics().calls == 2, DEADLINE)
     first.say(op="call_service", id="again", service="s")
     cell.graph.calls.get(timeout=DEADLINE).end.put({})
     assert first.hear()["id"] == "again"

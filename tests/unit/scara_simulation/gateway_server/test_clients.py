@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 import websocket
-from harness.opponents.graph_and_clients import DEADLINE, Cell, MakeCell, wait_until
+from harness.opponents.graph_and_clients import DEADLINE, Cell, MakeCell
+from harness.processes import wait_until
 
 
 def test_client_that_goes_leaves_nothing_in_the_graph(cell: Cell) -> None:
@@ -24,7 +25,7 @@ def test_client_that_goes_leaves_nothing_in_the_graph(cell: Cell) -> None:
     assert call.cancelled.wait(DEADLINE)
     done = [cell.graph.done.get(timeout=DEADLINE) for _ in range(6)]
     assert set(done[3:]) == {("unsubscribe", 1, "/cell/a"), ("unadvertise", 1, "/cell/b"), ("unadvertise_service", 1, "/cell/s")}
-    wait_until(lambda: cell.server.statistics().clients == 0)
+    wait_until(lambda: cell.server.statistics().clients == 0, DEADLINE)
     assert cell.server.listeners == {}
 
 
@@ -49,7 +50,7 @@ def test_stalled_reader_costs_bounded_memory_and_disturbs_nobody(make_cell: Make
         cell.server.deliver("/cell/small", b'{"data":%d}' % number)
         assert reader.hear()["msg"] == {"data": number}
     assert resident_bytes() - before < 30_000_000
-    wait_until(lambda: any("left: took nothing for 0.5 s" in line for line in cell.log))
+    wait_until(lambda: any("left: took nothing for 0.5 s" in line for line in cell.log), DEADLINE)
     assert cell.server.statistics().dropped > 1900
     assert reader.time()["result"]
 
@@ -61,14 +62,14 @@ def test_client_that_takes_no_answers_is_dropped(make_cell: MakeCell) -> None:
     with pytest.raises((OSError, websocket.WebSocketException)):
         for _ in range(20_000):
             client.say(op="dance", id="x" * 1000)
-    wait_until(lambda: any("left: 100 answers wait and are not taken" in line for line in cell.log))
+    wait_until(lambda: any("left: 100 answers wait and are not taken" in line for line in cell.log), DEADLINE)
 
 
 def test_silent_client_is_found(make_cell: MakeCell) -> None:
     """A client that answers no ping is dropped after ping_interval + ping_timeout."""
     cell = make_cell(ping_interval=0.1, ping_timeout=0.1)
     cell.client()
-    wait_until(lambda: any("left: no answer to a ping within 0.1 s" in line for line in cell.log))
+    wait_until(lambda: any("left: no answer to a ping within 0.1 s" in line for line in cell.log), DEADLINE)
 
 
 def test_client_that_only_sends_is_not_silent(make_cell: MakeCell) -> None:

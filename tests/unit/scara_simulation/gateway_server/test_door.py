@@ -7,8 +7,9 @@ from pathlib import Path
 import msgspec
 import pytest
 import websocket
-from harness.opponents.graph_and_clients import DEADLINE, SHIPPED, Cell, Client, Graph, MakeCell, wait_until
+from harness.opponents.graph_and_clients import DEADLINE, SHIPPED, Cell, Client, Graph, MakeCell
 from harness.opponents.secured_gateway import write_certificate
+from harness.processes import wait_until
 from scara_simulation.io.gateway_door import GatewayError
 from scara_simulation.io.gateway_server import GatewayServer
 
@@ -58,7 +59,7 @@ def test_too_many_clients_are_turned_away(make_cell: MakeCell) -> None:
     with pytest.raises(websocket.WebSocketBadStatusException, match="503"):
         cell.client()
     first.line.close()
-    wait_until(lambda: cell.server.statistics().clients == 0)
+    wait_until(lambda: cell.server.statistics().clients == 0, DEADLINE)
     assert cell.client().time()["result"]
 
 

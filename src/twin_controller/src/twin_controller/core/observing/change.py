@@ -47,7 +47,7 @@ def take_baseline(state: ChangeState, t: float, q: Joints, config: Change) -> Ch
     the hysteresis.
     """
     settled = state.mean if state.count >= config.agree_samples and len(state.mean) == len(q) else q
-    rounded = tuple(round(value, config.decimals) for value in settled)
+    rounded = _rounded(settled, config)
     return msgspec.structs.replace(state, baseline=rounded, taken=(t, rounded), recent=(), onset=None, previous=None)
 
 
@@ -74,7 +74,7 @@ def settle(state: ChangeState, t: float, config: Change, duration: float, reach:
         return state
     if t - since > duration or max(abs(a - b) for a, b in zip(state.mean, place)) > reach:
         return state
-    return msgspec.structs.replace(state, baseline=tuple(round(value, config.decimals) for value in state.mean))
+    return msgspec.structs.replace(state, baseline=_rounded(state.mean, config))
 
 
 def update(state: ChangeState, t: float, q: Joints, config: Change, echo: bool = False) -> ChangeState:
@@ -131,6 +131,11 @@ def moved(state: ChangeState, config: Change) -> bool:
 def stands_still(state: ChangeState, t: float, config: Change) -> bool:
     """Return whether the side has stayed near one position for ``still_time_ms`` until ``t`` [s]."""
     return bool(state.lowest) and t - state.still_since >= config.still_time_ms * 1e-3
+
+
+def _rounded(q: Joints, config: Change) -> Joints:
+    """Round a position as agreed positions are."""
+    return tuple(round(value, config.decimals) for value in q)
 
 
 def _crossing(before: tuple[float, float] | None, after: tuple[float, float], threshold: float) -> float:
