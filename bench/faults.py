@@ -26,7 +26,7 @@ SECONDS = 4.0
 STALLED_S = 60.0
 STORM_S = 15.0
 NOISE_MINUTES = 10.0
-ALL, REPEATED = "all faults", "scenarios repeated because a time was missed once [part of all]"
+ALL, REPEATED = "all faults", "scenarios repeated because a limit was missed once [part of all]"
 
 
 def run(seeds: int, minutes: float, folder: Path, console: Console) -> list[Row]:
@@ -58,17 +58,24 @@ def run(seeds: int, minutes: float, folder: Path, console: Console) -> list[Row]
                 campaign.scenarios(cell, seeds)
                 campaign.long(cell, min(minutes, NOISE_MINUTES))
                 campaign.storms(cell, minutes)
+    for text in campaign.repeated:
+        console.print(f"repeated: {text}", markup=False)
     return campaign.worst()
 
 
 class Campaign:
-    """Runs scenarios, shows how far it is, and keeps what they measured."""
+    """Runs scenarios, shows how far it is, and keeps what they measured.
+
+    Attributes:
+        repeated: For each scenario that had to be repeated, what was missed: a machine that was busy, or a rare fault of ours.
+    """
 
     def __init__(self, journal: Journal, folder: Path, progress: Progress) -> None:
         """Begin with what the journal knows; ``folder`` is for logs and bags."""
         self._journal, self._folder, self._progress = journal, folder, progress
         self._rows: list[Row] = []
-        self._repeated: list[bool] = []
+        self._scenarios = 0
+        self.repeated: list[str] = []
 
     def values(self, seeds: int) -> None:
         """Let robot and twin lie."""
@@ -141,7 +148,7 @@ class Campaign:
 
     def worst(self) -> list[Row]:
         """Return the worst row of each fault and metric, and how many scenarios had to be repeated."""
-        share = [Row(ALL, REPEATED, 0.05, sum(self._repeated) / len(self._repeated))] if self._repeated else []
+        share = [Row(ALL, REPEATED, 0.05, len(self.repeated) / self._scenarios)] if self._scenarios else []
         return [*worst(self._rows), *share]
 
     def _in_cell(self, cell: FaultCell, name: str, action: Callable[[], list[Row]]) -> float:
@@ -156,26 +163,28 @@ class Campaign:
     def _run(self, name: str, action: Callable[[], list[Row]]) -> float:
         """Keep the rows of a scenario, and whether it was repeated; return how long it took [s], now or before."""
         known = self._journal.take(name)
-        rows, seconds, again = known or self._measured(name, action)
+        rows, seconds, missed = known or self._measured(name, action)
         if known is None:
-            self._journal.add(name, rows, seconds, again)
+            self._journal.add(name, rows, seconds, missed)
         self._rows += rows
-        self._repeated.append(again > 0)
+        self._scenarios += 1
+        if missed:
+            self.repeated.append(f"{name}: {' | '.join(missed)}")
         for row in rows:
             if not row.holds:
                 self._progress.console.print(row.text, markup=False)
         return seconds
 
     @staticmethod
-    def _measured(name: str, action: Callable[[], list[Row]]) -> tuple[list[Row], float, int]:
+    def _measured(name: str, action: Callable[[], list[Row]]) -> tuple[list[Row], float, list[str]]:
         """Run a scenario; one that fails is a row that does not hold."""
         begun = time.monotonic()
         try:
-            rows, again = repeated(action)
+            rows, missed = repeated(action)
         except Exception as error:
             text = str(error).splitlines()[0][:100] if str(error) else repr(error)
-            rows, again = [Row(f"{name}: {text}", "did not end as described", 0.0, 1.0, always=True)], 0
-        return rows, time.monotonic() - begun, again
+            rows, missed = [Row(f"{name}: {text}", "did not end as described", 0.0, 1.0, always=True)], []
+        return rows, time.monotonic() - begun, missed
 
 
 def _mend(cell: FaultCell) -> None:

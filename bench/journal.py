@@ -49,16 +49,16 @@ class Journal:
             entry = json.loads(line)
             self._known[entry["scenario"]].append(entry)
 
-    def take(self, scenario: str) -> tuple[list[Row], float, int] | None:
-        """Return rows, seconds and repetitions of the next known run of a scenario, None if it is still to be run."""
+    def take(self, scenario: str) -> tuple[list[Row], float, list[str]] | None:
+        """Return rows, seconds and what was repeated of the next known run of a scenario, None if it is still to be run."""
         if not self._known[scenario]:
             return None
         entry = self._known[scenario].pop(0)
         return [_row(record) for record in entry["rows"]], entry["seconds"], entry["repeated"]
 
-    def add(self, scenario: str, rows: list[Row], seconds: float, repetitions: int) -> None:
-        """Append what a scenario has measured."""
-        entry = {"scenario": scenario, "seconds": round(seconds, 1), "repeated": repetitions}
+    def add(self, scenario: str, rows: list[Row], seconds: float, missed: list[str]) -> None:
+        """Append what a scenario has measured, and what was missed each time that it had to be repeated."""
+        entry = {"scenario": scenario, "seconds": round(seconds, 1), "repeated": missed}
         with self._path.open("a", encoding="utf-8") as journal:
             journal.write(json.dumps({**entry, "rows": [row.record() for row in rows]}) + "\n")
 

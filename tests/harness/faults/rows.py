@@ -52,8 +52,8 @@ def check(measure: Callable[[], list[Row]]) -> None:
     assert all(row.holds for row in rows), "\n".join(row.text for row in rows if not row.holds)
 
 
-def repeated(measure: Callable[[], list[Row]], attempts: int = 3) -> tuple[list[Row], int]:
-    """Measure until all rows hold, at most ``attempts`` times; return the last rows and how often it was repeated.
+def repeated(measure: Callable[[], list[Row]], attempts: int = 3) -> tuple[list[Row], list[str]]:
+    """Measure until all rows hold, at most ``attempts`` times; return the last rows, and for each repetition what was missed.
 
     Times are measured on a machine that does other things too: what the software cannot do it does in no attempt. A row
     that must always hold is not given a second chance.
@@ -61,20 +61,23 @@ def repeated(measure: Callable[[], list[Row]], attempts: int = 3) -> tuple[list[
     Raises:
         AssertionError: The last attempt did not come to an end as described.
     """
-    for attempt in range(attempts):
+    missed: list[str] = []
+    while True:
+        last = len(missed) == attempts - 1
         try:
             rows = measure()
         except AssertionError as error:
-            if attempt == attempts - 1:
+            if last:
                 raise
-            print(f"not measured: {error}")
+            missed.append(f"not measured: {error}")
+            print(missed[-1])
             continue
         for row in rows:
             print(row.text)
         broken = [row for row in rows if not row.holds]
-        if not broken or any(row.always for row in broken):
-            break
-    return rows, attempt
+        if not broken or last or any(row.always for row in broken):
+            return rows, missed
+        missed.append("; ".join(row.text for row in broken))
 
 
 def worst(rows: list[Row]) -> list[Row]:

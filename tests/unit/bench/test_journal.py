@@ -51,23 +51,23 @@ def test_what_was_measured_is_taken_once_in_its_order(folder: Path, root: Path) 
     """A new journal knows nothing; a continued one each run of a scenario, then nothing more; figures stay, infinity too."""
     first = Journal(folder, root)
     assert first.take("cut") is None
-    first.add("cut", ROWS, 1.23, 0)
-    first.add("cut", ROWS[:1], 4.0, 1)
+    first.add("cut", ROWS, 1.23, [])
+    first.add("cut", ROWS[:1], 4.0, ["missed"])
     again = Journal(folder, root)
-    assert again.take("cut") == (ROWS, 1.2, 0)
+    assert again.take("cut") == (ROWS, 1.2, [])
     assert again.take("freeze") is None
-    assert again.take("cut") == (ROWS[:1], 4.0, 1)
+    assert again.take("cut") == (ROWS[:1], 4.0, ["missed"])
     assert again.take("cut") is None
 
 
 def test_an_entry_that_was_not_written_to_its_end_is_measured_again(folder: Path, root: Path) -> None:
     """The campaign was killed while it wrote; what comes next begins on a line of its own."""
-    Journal(folder, root).add("cut", ROWS, 1.0, 0)
+    Journal(folder, root).add("cut", ROWS, 1.0, [])
     with (folder / NAME).open("a") as journal:
         journal.write('{"scenario": "cut", "sec')
     again = Journal(folder, root)
     assert again.take("cut") is not None and again.take("cut") is None
-    again.add("cut", ROWS, 2.0, 0)
+    again.add("cut", ROWS, 2.0, [])
     assert len((folder / NAME).read_text().splitlines()) == 2
 
 
@@ -75,7 +75,7 @@ def test_an_entry_that_was_not_written_to_its_end_is_measured_again(folder: Path
 @pytest.mark.parametrize("committed", [True, False])
 def test_figures_of_another_version_are_not_mixed(folder: Path, root: Path, changed: str, committed: bool, refused: bool) -> None:
     """Committed or not; a text that is not part of the product does not matter."""
-    Journal(folder, root).add("cut", ROWS, 1.0, 0)
+    Journal(folder, root).add("cut", ROWS, 1.0, [])
     (root / changed).write_text("2\n")
     if committed:
         git(root, "commit", "-am", "two")

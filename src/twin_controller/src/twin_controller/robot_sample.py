@@ -63,6 +63,15 @@ class RobotSample(msgspec.Struct, frozen=True):
     outputs: frozenset[str]
     command_echo: int = 0
 
+    @property
+    def moved_by(self) -> ControlType:
+        """Whose program runs or is paused, by registers and signals together.
+
+        They are read one after the other: a program that ends between them still stands in the registers, while its
+        signals are gone. That is an end, not a pause that is over.
+        """
+        return self.control_type if self.outputs & {"progrun", "paused"} else ControlType.NONE
+
 
 class ProgramStatus(msgspec.Struct, frozen=True):
     """The running or last program."""

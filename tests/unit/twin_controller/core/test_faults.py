@@ -140,6 +140,20 @@ def test_a_stream_that_was_ended_during_a_pause_is_started_again(pair: Pair) -> 
     assert pair.state.mode is Mode.TWIN_LEADS and pair.streaming
 
 
+def test_a_stream_that_is_ended_as_it_goes_on_is_not_started_again(pair: Pair) -> None:
+    """Between RESUME and the robot's next answer its own pendant ends the program: that is a stop of both."""
+    pair.move_twin(ramp(HOME, AWAY, 5.0))
+    pair.run(1.0)
+    pair.paused = True
+    pair.run(0.5)
+    assert pair.state.mode is Mode.PAUSED and pair.streaming
+    assert pair.operate("RESUME").success
+    pair.streaming = False
+    pair.run(1.0)
+    assert pair.state.mode is Mode.STOPPED and not pair.streaming
+    assert triggers(pair)[-1] == "REAL_STOPPED"
+
+
 def test_a_program_of_the_robot_takes_over_from_a_paused_twin(pair: Pair) -> None:
     """The paused move ends; the twin follows."""
     pair.move_twin(ramp(HOME, AWAY, 5.0))

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import msgspec
 import pytest
 from harness.pair import ROBOT, SETUP
 from harness.workspace import ROOT
 from scara_config.modbus_map import load_modbus_map
 from twin_controller.core.actions import Do
+from twin_controller.core.events import RealMeasured
 from twin_controller.io.real_door import RealDoor
+from twin_controller.robot_sample import ControlType, RobotSample, WatchdogState
 
 
 class Line:
@@ -52,3 +55,24 @@ def test_a_reset_starts_nothing(door: tuple[RealDoor, Line]) -> None:
     made, line = door
     made.perform(Do.RESET_REAL)
     assert [asked[1] for asked in line.asked] == ["imstp", "hold", "fault_reset"]
+
+
+@pytest.mark.parametrize("kind", [ControlType.STREAM, ControlType.PROGRAM])
+@pytest.mark.parametrize(
+    ("signals", "runs"),
+    [({"progrun", "busy"}, True), ({"paused"}, True), ({"paused", "held"}, True), ({"held"}, False), (set(), False)],
+    ids=["runs", "paused", "held", "ended while held", "ended"],
+)
+def test_a_program_whose_signals_are_gone_has_ended(
+    door: tuple[RealDoor, Line], kind: ControlType, signals: set[str], runs: bool
+) -> None:
+    """Registers and signals are read one after the other; a program that ends between them is not one that goes on."""
+    made, _ = door
+    seen: list[RealMeasured] = []
+    made._put = seen.append  # type: ignore[method-assign, assignment]
+    at = tuple(0.0 for _ in ROBOT.joints)
+    made._sampled(RobotSample(at, at, 0, kind, 50, 100, 0, WatchdogState.DISARMED, frozenset(signals | {"sysrdy"})), 0.0, 0.001)
+    shown = msgspec.structs.asdict(seen[0])
+    assert shown["streaming"] is (runs and kind is ControlType.STREAM)
+    assert shown["own_program"] is (runs and kind is ControlType.PROGRAM)
+    assert shown["paused"] is bool(signals & {"paused", "held"})

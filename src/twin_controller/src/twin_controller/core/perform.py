@@ -49,12 +49,14 @@ def perform(
             return replace(state, follow=Follow(None, max(now, quiet))), []
         case Do.BEGIN_STREAM:
             onset = onsets(setup, state).twin
-            return replace(state, stream=StreamState(started=now, onset=onset)), []
+            ends = state.stream is not None and state.stream.ending
+            loaded = state.flags is not None and state.flags.streaming and not ends
+            return replace(state, stream=StreamState(started=now, loaded=loaded, onset=onset)), []
         case Do.BASELINE:
             return replace(state, real=agree(setup, state.real), twin=agree(setup, state.twin)), []
         case Do.START_STREAM:
             ending = state.flags is not None and state.flags.streaming
-            return replace(state, stream=replace(state.stream or StreamState(), starting=True, ending=ending)), []
+            return replace(state, stream=replace(state.stream or StreamState(), starting=True, ending=ending, loaded=False)), []
         case Do.RESET_REAL:
             state = replace(state, reset_since=now)
         case Do.MOVE_TWIN:

@@ -130,6 +130,7 @@ class StreamState(msgspec.Struct, frozen=True):
         attempts: How often.
         ending: The robot still reports the stream before, which it has been told to end; this one is asked for after it.
         seen: The stream program has been seen running, not held.
+        loaded: It was there, held, when it was let go on: if it is gone after that, somebody ended it.
         onset: When the twin's motion begins, by its announcement [s]; a robot that moved before it was first.
     """
 
@@ -140,6 +141,7 @@ class StreamState(msgspec.Struct, frozen=True):
     attempts: int = 0
     ending: bool = False
     seen: bool = False
+    loaded: bool = False
     onset: float | None = None
 
 

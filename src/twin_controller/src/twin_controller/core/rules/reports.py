@@ -104,7 +104,7 @@ def _stream_reports(setup: Setup, state: CoreState, flags: RealMeasured, now: fl
         return [Trigger.REAL_HELD] if stream.seen or waited > config.attempts * config.retry_ms * 1e-3 else []
     if flags.streaming:
         return []
-    if stream.seen:
+    if stream.seen or stream.loaded:
         return [Trigger.REAL_STOPPED]
     return [Trigger.STREAM_FAILED] if waited > config.retry_ms * 1e-3 and stream.attempts >= config.attempts else []
 
