@@ -31,7 +31,9 @@ PATIENCE: list[tuple[str, list[str | int], float]] = [
     ("twin_controller.yaml", ["real", "stale_ms"], 3000.0),
     ("twin_controller.yaml", ["twin", "stale_ms"], 3000.0),
     ("twin_controller.yaml", ["limit", "source_age_ms"], 1500.0),
-    ("twin_controller.yaml", ["divergence", "pause"], False),  # at full speed 0.3 s without a turn are more than 200 mm
+    ("twin_controller.yaml", ["divergence", "path_mm"], 200.0),
+    ("twin_controller.yaml", ["divergence", "rest_mm"], 50.0),
+    ("motion.yaml", ["follow", "timeout"], 1.0),
     ("motion.yaml", ["jog", "timeout"], 1.0),
     ("operator_panel.yaml", ["jog", "dead_man_ms"], 1000.0),
     ("operator_panel.yaml", ["silent_ms"], 5000.0),
