@@ -74,6 +74,16 @@ class Panel:
         wait_until(lambda: "to watch" in process.output or process.poll() is not None, 30.0, "the operator panel")
         assert process.poll() is None, process.tail()
 
+    @contextlib.contextmanager
+    def standing_still(self) -> Iterator[None]:
+        """Let the node do nothing for a while, as on a machine that has stopped."""
+        assert self.process is not None
+        self.process.signal(signal.SIGSTOP)
+        try:
+            yield
+        finally:
+            self.process.signal(signal.SIGCONT)
+
     def stop(self, number: signal.Signals = signal.SIGINT) -> int:
         """End the node and return its exit code."""
         assert self.process is not None
@@ -258,7 +268,7 @@ def test_changed_gain_is_in_force_and_written_back_and_can_be_undone(operator: P
     operator.get_by_label("Joint", exact=True).click()
     operator.get_by_role("option", name="Table").click()
     field = operator.get_by_label("position d", exact=True)
-    expect(field).not_to_have_value("")
+    expect(field).to_have_value("22.96")
     field.fill("x")
     press(operator, "Set gains")
     expect(operator.get_by_text("'x' is no number")).to_be_visible()
@@ -270,6 +280,20 @@ def test_changed_gain_is_in_force_and_written_back_and_can_be_undone(operator: P
     press(operator, "Undo")
     wait_until(lambda: file.read_text() == before, 20.0, "the old gain")
     expect(field).to_have_value("22.96")
+
+
+def test_gain_changed_and_changed_back_before_the_panel_looked_is_shown(operator: Page, panel: Panel) -> None:
+    """The panel hears of the last values only, which are those that it showed; what is typed is in force for nobody."""
+    operator.get_by_role("tab", name="Tuning").click()
+    field = operator.get_by_label("position d", exact=True)
+    expect(field).not_to_have_value("")
+    in_force = field.input_value()
+    field.fill("270")
+    with panel.standing_still():
+        changed = "{config: {doubles: [{name: position_d, value: 270.0}]}}"
+        panel.cell.call("/twin/pid/joint_1/set_parameters", changed)
+        assert panel.cell.call("/twin/pid/undo")["success"]
+    expect(field).to_have_value(in_force)
 
 
 def test_viewer_sees_everything_and_commands_nothing(open_page: Callable[..., Page]) -> None:

@@ -31,11 +31,13 @@ class Gains(msgspec.Struct, frozen=True):
         values: Name to number.
         ranges: Name to (smallest, largest).
         switches: Name to on or off.
+        told: How often the server has told them; it grows even when a change and its undoing come to the same values.
     """
 
     values: dict[str, float]
     ranges: dict[str, tuple[float, float]] = {}
     switches: dict[str, bool] = {}
+    told: int = 0
 
 
 class Picture(msgspec.Struct, frozen=True):

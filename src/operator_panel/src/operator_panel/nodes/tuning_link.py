@@ -26,7 +26,7 @@ class TuningLink:
         self._lanes = {joint: Lane(f"twin/pid/{joint}/set_parameters", Reconfigure, timeout) for joint in joints}
         self._undo = Lane("twin/pid/undo", Trigger, timeout)
         self._ranges: dict[str, dict[str, tuple[float, float]]] = {}
-        self._configs: dict[str, Config] = {}
+        self._configs: dict[str, tuple[Config, int]] = {}
         self._said = ""
 
     def subscribe(self) -> None:
@@ -39,11 +39,12 @@ class TuningLink:
 
     def gains(self, joint: str) -> Gains | None:
         """Return what a joint's server has published; None while there is none."""
-        config = self._configs.get(joint)
-        if config is None:
+        if joint not in self._configs:
             return None
+        config, told = self._configs[joint]
         values = {parameter.name: parameter.value for parameter in config.doubles}
-        return Gains(values, self._ranges.get(joint, {}), {parameter.name: parameter.value for parameter in config.bools})
+        switches = {parameter.name: parameter.value for parameter in config.bools}
+        return Gains(values, self._ranges.get(joint, {}), switches, told)
 
     async def set(self, joint: str, values: Mapping[str, float], switches: Mapping[str, bool]) -> Answer:
         """Set the parameters that differ; the server takes all of them or none."""
@@ -78,7 +79,8 @@ class TuningLink:
         self._ranges[joint] = {p.name: (p.value, highest[p.name]) for p in message.min.doubles if p.name in highest}
 
     def _updated(self, joint: str, message: Config) -> None:
-        self._configs[joint] = message
+        _, told = self._configs.get(joint, (None, 0))
+        self._configs[joint] = message, told + 1
 
     def _status(self, message: String) -> None:
         self._said = message.data

@@ -12,7 +12,6 @@ from operator_panel.door import Answer, Gains
 from operator_panel.io.page.charts import joint_title
 from operator_panel.io.page.view import PageView
 from operator_panel.step_response import describe, step_response
-from operator_panel.view.snapshot import Snapshot
 
 MISSING = "Not available: the simulator offers no tuning service for this joint."
 NOTE = "Set in the running simulator and written to pid_gains.yaml."
@@ -34,10 +33,9 @@ class _Tuning:
         self._shown: tuple[str, Gains | None] | None = None
         with ui.element("div").classes("tuning-head"):
             names = {name: joint_title(name) for name in self._joints}
-            self._choice = ui.select(names, value=next(iter(names)), label="Joint").props(
-                "dense outlined stack-label options-dense"
-            )
-            self._choice.classes("field").mark("tuning-joint")
+            # At once: what is set must never be what the joint before had.
+            self._choice = ui.select(names, value=next(iter(names)), label="Joint", on_change=self._refresh)
+            self._choice.props("dense outlined stack-label options-dense").classes("field").mark("tuning-joint")
             self._message = ui.label(MISSING).classes("preview").mark("tuning-message")
         self._form = ui.element("div").classes("tuning")
         with ui.element("div").classes("tuning-foot"):
@@ -48,10 +46,10 @@ class _Tuning:
         self._result = ui.label("").classes("preview").mark("tuning-result")
         self._chart = ui.echart(_step_options()).classes("step-chart")
         self._chart.set_visibility(False)
-        view.after.append(self._refresh)
+        view.after.append(lambda _, __: self._refresh())
 
-    def _refresh(self, _: Snapshot, __: bool) -> None:
-        """Show other fields when another joint is chosen or its server comes, goes or changes a value."""
+    def _refresh(self) -> None:
+        """Show other fields when another joint is chosen or its server comes, goes or tells its values."""
         found = (self._choice.value, self._view.door.gains(self._choice.value))
         if found == self._shown:
             return
