@@ -186,6 +186,23 @@ def hold_until(page: Page, button: Locator, reached: Callable[[], bool]) -> None
     raise AssertionError("the joint did not get there in ten presses")
 
 
+def beside_lost_links(panel: Panel, page: Page, scene: Callable[[], None]) -> None:
+    """Play a scene; again, twice at most, where it failed and the twin controller's log shows a link lost meanwhile.
+
+    A machine that stands still for a moment looks like a clock that jumped: the pair goes OFFLINE, stands and aligns, as
+    it should, and an operator would begin again.
+    """
+    log = panel.cell.output / "log" / "twin_controller.log"
+    for attempt in range(3):
+        lost = log.read_text(encoding="utf-8").count("-> OFFLINE")
+        try:
+            return scene()
+        except AssertionError:
+            if attempt == 2 or log.read_text(encoding="utf-8").count("-> OFFLINE") == lost:
+                raise
+        make_ready(page)
+
+
 def run_program(page: Page, override: str) -> None:
     """Start the article's program on the robot's pendant, through the page."""
     page.get_by_role("tab", name="Programs").click()
@@ -197,33 +214,41 @@ def run_program(page: Page, override: str) -> None:
     is_mode(page, "Real robot leads")
 
 
-def test_page_follows_a_run_of_the_real_robot(operator: Page) -> None:
+def test_page_follows_a_run_of_the_real_robot(operator: Page, panel: Panel) -> None:
     """Mode, leader, why and both robots' joints move with the program; at its end the pair is ready again."""
-    run_program(operator, "100")
-    expect(operator.locator('[data-live="leader"]')).to_have_text("real robot, the twin follows")
-    wait_until(lambda: shown(operator, "joint_2.real") > 30.0 and shown(operator, "joint_2.twin") > 30.0, 20.0, "both elbows")
-    expect(operator.locator('[data-live="robot.program"]')).to_contain_text("ARTICLE")
-    is_mode(operator, "Ready", LONG_MS)
-    assert abs(shown(operator, "joint_1.deviation")) <= 0.05
-    operator.get_by_role("tab", name="Decisions").click()
-    expect(operator.locator(".decision").first).to_contain_text("REAL_LEADS \N{RIGHTWARDS ARROW} IDLE")
+
+    def scene() -> None:
+        run_program(operator, "100")
+        expect(operator.locator('[data-live="leader"]')).to_have_text("real robot, the twin follows")
+        wait_until(lambda: shown(operator, "joint_2.real") > 30.0 and shown(operator, "joint_2.twin") > 30.0, 20.0, "both elbows")
+        expect(operator.locator('[data-live="robot.program"]')).to_contain_text("ARTICLE")
+        is_mode(operator, "Ready", LONG_MS)
+        assert abs(shown(operator, "joint_1.deviation")) <= 0.05
+        operator.get_by_role("tab", name="Decisions").click()
+        expect(operator.locator(".decision").first).to_contain_text("REAL_LEADS \N{RIGHTWARDS ARROW} IDLE")
+
+    beside_lost_links(panel, operator, scene)
 
 
-def test_stop_by_the_keyboard_ends_a_move_and_emergency_stop_needs_reset_and_align(operator: Page) -> None:
+def test_stop_by_the_keyboard_ends_a_move_and_emergency_stop_needs_reset_and_align(operator: Page, panel: Panel) -> None:
     """Escape in the middle of a program; then the whole way back from an emergency stop."""
-    run_program(operator, "40")
-    wait_until(lambda: shown(operator, "joint_2.real") > 10.0, 20.0, "motion")
-    operator.keyboard.press("Escape")
-    is_mode(operator, "Stopped")
-    expect(operator.locator('[data-live="motion"]')).to_have_text("both stand still")
-    operator.get_by_role("button", name="E-STOP").click()
-    is_mode(operator, "Emergency stop")
-    expect(operator.locator(".alarm").first).to_contain_text("RESET")
-    expect(operator.get_by_role("button", name="Home", exact=True)).to_be_disabled()
-    press(operator, "Reset")
-    is_mode(operator, "Stopped")
-    press(operator, "Align")
-    is_mode(operator, "Ready", LONG_MS)
+
+    def scene() -> None:
+        run_program(operator, "40")
+        wait_until(lambda: shown(operator, "joint_2.real") > 10.0, 20.0, "motion")
+        operator.keyboard.press("Escape")
+        is_mode(operator, "Stopped")
+        expect(operator.locator('[data-live="motion"]')).to_have_text("both stand still")
+        operator.get_by_role("button", name="E-STOP").click()
+        is_mode(operator, "Emergency stop")
+        expect(operator.locator(".alarm").first).to_contain_text("RESET")
+        expect(operator.get_by_role("button", name="Home", exact=True)).to_be_disabled()
+        press(operator, "Reset")
+        is_mode(operator, "Stopped")
+        press(operator, "Align")
+        is_mode(operator, "Ready", LONG_MS)
+
+    beside_lost_links(panel, operator, scene)
 
 
 def test_jog_moves_while_held_and_stops_by_release_and_by_a_lost_page(operator: Page, open_page: Callable[..., Page]) -> None:
@@ -243,21 +268,25 @@ def test_jog_moves_while_held_and_stops_by_release_and_by_a_lost_page(operator: 
         before = stopped
 
 
-def test_unreachable_target_is_refused_before_it_is_sent_and_a_good_one_is_reached(operator: Page) -> None:
+def test_unreachable_target_is_refused_before_it_is_sent_and_a_good_one_is_reached(operator: Page, panel: Panel) -> None:
     """The preview says why not; a field says what is wrong with it; Move goes there with both."""
-    operator.get_by_role("tab", name="Target").click()
-    operator.get_by_role("button", name="P2", exact=True).click()
-    expect(operator.locator(".preview.good")).to_contain_text("Reachable, righty")
-    operator.get_by_label("X", exact=True).fill("900")
-    expect(operator.locator(".preview.bad")).to_contain_text("Not reachable")
-    operator.get_by_label("Y", exact=True).fill("0,1")
-    expect(operator.get_by_text("write the decimal with a point")).to_be_visible()
-    operator.get_by_label("X", exact=True).fill("510")
-    operator.get_by_label("Y", exact=True).fill("160")
-    expect(operator.locator(".preview.good")).to_be_visible()
-    press(operator, "Move")
-    expect(operator.locator('[data-live="tool.real"]')).to_have_text("x 510.0  y 160.0  z 100.0 mm", timeout=LONG_MS)
-    is_mode(operator, "Ready", LONG_MS)
+
+    def scene() -> None:
+        operator.get_by_role("tab", name="Target").click()
+        operator.get_by_role("button", name="P2", exact=True).click()
+        expect(operator.locator(".preview.good")).to_contain_text("Reachable, righty")
+        operator.get_by_label("X", exact=True).fill("900")
+        expect(operator.locator(".preview.bad")).to_contain_text("Not reachable")
+        operator.get_by_label("Y", exact=True).fill("0,1")
+        expect(operator.get_by_text("write the decimal with a point")).to_be_visible()
+        operator.get_by_label("X", exact=True).fill("510")
+        operator.get_by_label("Y", exact=True).fill("160")
+        expect(operator.locator(".preview.good")).to_be_visible()
+        press(operator, "Move")
+        expect(operator.locator('[data-live="tool.real"]')).to_have_text("x 510.0  y 160.0  z 100.0 mm", timeout=LONG_MS)
+        is_mode(operator, "Ready", LONG_MS)
+
+    beside_lost_links(panel, operator, scene)
 
 
 def test_changed_gain_is_in_force_and_written_back_and_can_be_undone(operator: Page, panel: Panel) -> None:
