@@ -6,6 +6,7 @@ import json
 import math
 import re
 import struct
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +29,7 @@ NODES = (
     "recorder",
 )
 
+WAYS_OUT = {"PAUSED": "STOP", "FAULT": "RESET", "ESTOP": "RESET", "STOPPED": "ALIGN"}  # the commands that lead on
 FOR_PEOPLE = ("real_state_publisher", "camera", "operator_panel")  # their tests start them themselves
 
 
@@ -88,8 +90,35 @@ class LiveCell:
 
     def mode(self) -> str:
         """Return the twin controller's mode."""
-        state = self.tool("rostopic", "echo", "-n", "1", "/twin_controller/state/mode")
+        state = self.tool("rostopic", "echo", "-n", "1", "twin_controller/state/mode")
         return state.split()[0].strip('"')
+
+    def make_ready(self) -> None:
+        """Bring the pair to rest and agreement, as an operator would, whatever has stopped it."""
+
+        def ready() -> bool:
+            mode = self.mode()
+            if mode in WAYS_OUT:
+                self.call("twin_controller/command", f"{{command: {WAYS_OUT[mode]}}}")
+            return mode == "IDLE"
+
+        wait_until(ready, 60.0, "a ready pair", period=0.2)
+
+    def beside_lost_links(self, scene: Callable[[], None]) -> None:
+        """Play a scene with a ready pair; again, twice at most, where it failed and the pair lost a link meanwhile.
+
+        A machine that stands still for a moment looks like a side that is silent, or like a clock that jumped: the pair
+        goes OFFLINE and stands, as it should, and an operator would begin again.
+        """
+        log = self.output / "log" / "twin_controller.log"
+        for attempt in range(3):
+            self.make_ready()
+            lost = log.read_text(encoding="utf-8").count("-> OFFLINE")
+            try:
+                return scene()
+            except AssertionError:
+                if attempt == 2 or log.read_text(encoding="utf-8").count("-> OFFLINE") == lost:
+                    raise
 
     def close(self) -> None:
         """End everything; fail if something is left."""

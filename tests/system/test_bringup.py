@@ -8,7 +8,6 @@ import signal
 import socket
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 from harness.live_cell import NODES, LiveCell
@@ -31,9 +30,10 @@ def config_with(folder: Path, file: str, path: list[str | int], value: object) -
     return {"SCARA_CONFIG_DIR": str(folder)}
 
 
-def test_pids_of_the_table_are_the_nodes_themselves(live_cell: LiveCell) -> None:
+def test_pids_of_the_table_are_the_nodes_themselves(cell: LiveCell) -> None:
     """Rosrun replaces itself by the node, so a signal to the shown process reaches the node."""
-    bringup = live_cell.stage.processes[0]
+    bringup = cell.start()
+    cell.wait_ready(bringup)
     for node in NODES:
         words = Path(f"/proc/{pid_of(bringup, node)}/cmdline").read_bytes().split(b"\0")
         assert any(word.endswith(b"/" + node.encode()) for word in words[:2]), (node, words)
@@ -142,24 +142,17 @@ def test_second_cell_lives_beside_the_first_in_its_own_namespace(ros_master: Mas
             assert "run already in namespace /cell_2" in refused.output
         finally:
             third.close()
-        answer = _moved(second)
-        assert answer["success"], answer
+
+        def scene() -> None:
+            answer = second.call("move_to", "{x: 0.51, y: 0.16, z: 0.10, speed_percent: 50}")
+            assert answer["success"], answer
+
+        second.beside_lost_links(scene)
         assert first.real_joints() == pytest.approx([0, 0, -160, 0, 0, 0, 0, 0, 0], abs=0.02), "the first cell stood still"
     finally:
         second.close()
         first.close()
     assert ros_master.answers()
-
-
-def _moved(cell: LiveCell) -> dict[str, Any]:
-    """Move the second cell; again where a link was too late beside the first cell, once the pair has come back by itself."""
-    answer: dict[str, Any] = {}
-    for _ in range(3):
-        wait_until(lambda: "IDLE" in cell.tool("rostopic", "echo", "-n", "1", "/cell_2/twin_controller/state/mode"), 30.0, "IDLE")
-        answer = cell.call("/cell_2/move_to", "{x: 0.51, y: 0.16, z: 0.10, speed_percent: 50}")
-        if answer["success"] or "link was lost" not in answer["message"]:
-            break
-    return answer
 
 
 def test_unknown_node_to_leave_out_is_refused(cell: LiveCell) -> None:

@@ -34,14 +34,18 @@ def test_cell_starts_at_home_and_mbpoll_reads_the_joints_of_the_robot(live_cell:
 @pytest.mark.parametrize("name", POSITIONS)
 def test_move_to_moves_the_twin_there_and_the_robot_follows(live_cell: LiveCell, name: str) -> None:
     """The article's positions, by `rosservice call /move_to`, with both at the target within 0.2 % of reach."""
-    x, y, z = POSITIONS[name]
-    answer = live_cell.call("/move_to", f"{{x: {x}, y: {y}, z: {z}}}")
-    assert answer["success"], answer
-    q1, q2, q3 = answer["joint_positions"][:3]
-    assert distance(forward([math.degrees(q1), math.degrees(q2), q3 * 1000.0]), (x, y, z)) < TOLERANCE
-    assert answer["error"] < TOLERANCE
-    wait_until(lambda: distance(live_cell.real_tool(), (x, y, z)) < TOLERANCE, 10.0, f"the robot at {name}", period=0.1)
-    wait_until(lambda: live_cell.mode() == "IDLE", 10.0, "mode IDLE", period=0.1)
+
+    def scene() -> None:
+        x, y, z = POSITIONS[name]
+        answer = live_cell.call("/move_to", f"{{x: {x}, y: {y}, z: {z}}}")
+        assert answer["success"], answer
+        q1, q2, q3 = answer["joint_positions"][:3]
+        assert distance(forward([math.degrees(q1), math.degrees(q2), q3 * 1000.0]), (x, y, z)) < TOLERANCE
+        assert answer["error"] < TOLERANCE
+        wait_until(lambda: distance(live_cell.real_tool(), (x, y, z)) < TOLERANCE, 10.0, f"the robot at {name}", period=0.1)
+        wait_until(lambda: live_cell.mode() == "IDLE", 10.0, "mode IDLE", period=0.1)
+
+    live_cell.beside_lost_links(scene)
 
 
 def test_move_to_out_of_reach_is_refused_with_a_reason(live_cell: LiveCell) -> None:
@@ -71,27 +75,37 @@ def test_kinematics_agree_with_the_reading_of_the_real_controller(live_cell: Liv
 
 def test_unmodified_roslibpy_client_subscribes_and_calls(live_cell: LiveCell) -> None:
     """The gateway speaks rosbridge v2: somebody else's client reads joint states and moves the twin."""
-    output = live_cell.tool(sys.executable, str(ROSLIBPY_CLIENT), str(live_cell.gateway_port))
-    seen = json.loads(output.splitlines()[-1])
-    assert seen["names"] == ["joint_1", "joint_2", "joint_3", "table_joint"]
-    assert seen["states"] >= 10
-    assert seen["success"] is True and seen["error"] < TOLERANCE
-    assert seen["refused"]["success"] is False and seen["refused"]["message"]
-    wait_until(lambda: distance(live_cell.real_tool(), tuple(seen["target"])) < TOLERANCE, 10.0, "the robot there", period=0.1)
-    wait_until(lambda: live_cell.mode() == "IDLE", 10.0, "mode IDLE", period=0.1)
+
+    def scene() -> None:
+        output = live_cell.tool(sys.executable, str(ROSLIBPY_CLIENT), str(live_cell.gateway_port))
+        seen = json.loads(output.splitlines()[-1])
+        assert seen["names"] == ["joint_1", "joint_2", "joint_3", "table_joint"]
+        assert seen["states"] >= 10
+        assert seen["success"] is True and seen["error"] < TOLERANCE
+        assert seen["refused"]["success"] is False and seen["refused"]["message"]
+        wait_until(
+            lambda: distance(live_cell.real_tool(), tuple(seen["target"])) < TOLERANCE, 10.0, "the robot there", period=0.1
+        )
+        wait_until(lambda: live_cell.mode() == "IDLE", 10.0, "mode IDLE", period=0.1)
+
+    live_cell.beside_lost_links(scene)
 
 
 def test_program_of_the_robot_moves_the_twin(live_cell: LiveCell) -> None:
     """A program started on the robot's own pendant makes the real robot the leader; at its end both agree."""
-    live_cell.tool("rosrun", "fanuc_emulator", "pendant", "override", "100")
-    live_cell.tool("rosrun", "fanuc_emulator", "pendant", "run", "TWO_POINT")
-    wait_until(lambda: live_cell.mode() == "REAL_LEADS", 15.0, "REAL_LEADS", period=0.05)
-    wait_until(lambda: live_cell.mode() == "IDLE", 120.0, "IDLE after the program", period=0.2)
-    why = live_cell.call("/twin_controller/why", "{count: 20}")["decisions"]
-    assert any("REAL_LEADS" in line for line in why), why
-    twin = live_cell.tool("rostopic", "echo", "-n", "1", "/twin_controller/state/deviation")
-    deviations = json.loads(twin.split("---")[0])
-    assert deviations == pytest.approx([0.0] * 4, abs=0.1), "deg and mm"
+
+    def scene() -> None:
+        live_cell.tool("rosrun", "fanuc_emulator", "pendant", "override", "100")
+        live_cell.tool("rosrun", "fanuc_emulator", "pendant", "run", "TWO_POINT")
+        wait_until(lambda: live_cell.mode() == "REAL_LEADS", 15.0, "REAL_LEADS", period=0.05)
+        wait_until(lambda: live_cell.mode() == "IDLE", 120.0, "IDLE after the program", period=0.2)
+        why = live_cell.call("/twin_controller/why", "{count: 20}")["decisions"]
+        assert any("REAL_LEADS" in line for line in why), why
+        twin = live_cell.tool("rostopic", "echo", "-n", "1", "/twin_controller/state/deviation")
+        deviations = json.loads(twin.split("---")[0])
+        assert deviations == pytest.approx([0.0] * 4, abs=0.1), "deg and mm"
+
+    live_cell.beside_lost_links(scene)
 
 
 def test_stop_of_the_operator_stops_both_sides(live_cell: LiveCell) -> None:
@@ -99,18 +113,22 @@ def test_stop_of_the_operator_stops_both_sides(live_cell: LiveCell) -> None:
 
     From position 1 joint 2 turns by 126 deg, which takes 18 s at 1 %: time for a tool that is started on a busy machine.
     """
-    assert live_cell.call("/move_to", "{x: 0.65, y: 0.0, z: 0.0}")["success"]
-    wait_until(lambda: live_cell.mode() == "IDLE", 10.0, "mode IDLE", period=0.1)
-    x, y, z = 0.30, 0.0, 0.0
-    move = live_cell.stage.start("rosservice", "call", "/move_to", f"{{x: {x}, y: {y}, z: {z}, speed_percent: 1}}")
-    wait_until(lambda: live_cell.mode() == "TWIN_LEADS", 15.0, "TWIN_LEADS", period=0.05)
-    assert live_cell.call("/twin_controller/command", "{command: STOP}")["success"]
-    move.wait(20.0)
-    assert "success: False" in move.output and "STOP" in move.output.upper()
-    wait_until(lambda: live_cell.mode() in ("STOPPED", "IDLE"), 10.0, "standstill", period=0.1)
-    first = live_cell.real_joints()
-    assert distance(forward(first), (x, y, z)) > 10 * TOLERANCE, "it stood before the target"
-    assert live_cell.real_joints() == pytest.approx(first, abs=0.02)
-    home = live_cell.call("/move_to", "{x: 0.65, y: 0.0, z: 0.0}")
-    assert home["success"], home
-    wait_until(lambda: distance(live_cell.real_tool(), (0.65, 0.0, 0.0)) < TOLERANCE, 10.0, "home again", period=0.1)
+
+    def scene() -> None:
+        assert live_cell.call("/move_to", "{x: 0.65, y: 0.0, z: 0.0}")["success"]
+        wait_until(lambda: live_cell.mode() == "IDLE", 10.0, "mode IDLE", period=0.1)
+        x, y, z = 0.30, 0.0, 0.0
+        move = live_cell.stage.start("rosservice", "call", "/move_to", f"{{x: {x}, y: {y}, z: {z}, speed_percent: 1}}")
+        wait_until(lambda: live_cell.mode() == "TWIN_LEADS", 15.0, "TWIN_LEADS", period=0.05)
+        assert live_cell.call("/twin_controller/command", "{command: STOP}")["success"]
+        move.wait(20.0)
+        assert "success: False" in move.output and "STOP" in move.output.upper()
+        wait_until(lambda: live_cell.mode() in ("STOPPED", "IDLE"), 10.0, "standstill", period=0.1)
+        first = live_cell.real_joints()
+        assert distance(forward(first), (x, y, z)) > 10 * TOLERANCE, "it stood before the target"
+        assert live_cell.real_joints() == pytest.approx(first, abs=0.02)
+        home = live_cell.call("/move_to", "{x: 0.65, y: 0.0, z: 0.0}")
+        assert home["success"], home
+        wait_until(lambda: distance(live_cell.real_tool(), (0.65, 0.0, 0.0)) < TOLERANCE, 10.0, "home again", period=0.1)
+
+    live_cell.beside_lost_links(scene)

@@ -186,23 +186,6 @@ def hold_until(page: Page, button: Locator, reached: Callable[[], bool]) -> None
     raise AssertionError("the joint did not get there in ten presses")
 
 
-def beside_lost_links(panel: Panel, page: Page, scene: Callable[[], None]) -> None:
-    """Play a scene; again, twice at most, where it failed and the twin controller's log shows a link lost meanwhile.
-
-    A machine that stands still for a moment looks like a clock that jumped: the pair goes OFFLINE, stands and aligns, as
-    it should, and an operator would begin again.
-    """
-    log = panel.cell.output / "log" / "twin_controller.log"
-    for attempt in range(3):
-        lost = log.read_text(encoding="utf-8").count("-> OFFLINE")
-        try:
-            return scene()
-        except AssertionError:
-            if attempt == 2 or log.read_text(encoding="utf-8").count("-> OFFLINE") == lost:
-                raise
-        make_ready(page)
-
-
 def run_program(page: Page, override: str) -> None:
     """Start the article's program on the robot's pendant, through the page."""
     page.get_by_role("tab", name="Programs").click()
@@ -227,7 +210,7 @@ def test_page_follows_a_run_of_the_real_robot(operator: Page, panel: Panel) -> N
         operator.get_by_role("tab", name="Decisions").click()
         expect(operator.locator(".decision").first).to_contain_text("REAL_LEADS \N{RIGHTWARDS ARROW} IDLE")
 
-    beside_lost_links(panel, operator, scene)
+    panel.cell.beside_lost_links(scene)
 
 
 def test_stop_by_the_keyboard_ends_a_move_and_emergency_stop_needs_reset_and_align(operator: Page, panel: Panel) -> None:
@@ -248,7 +231,7 @@ def test_stop_by_the_keyboard_ends_a_move_and_emergency_stop_needs_reset_and_ali
         press(operator, "Align")
         is_mode(operator, "Ready", LONG_MS)
 
-    beside_lost_links(panel, operator, scene)
+    panel.cell.beside_lost_links(scene)
 
 
 def test_jog_moves_while_held_and_stops_by_release_and_by_a_lost_page(operator: Page, open_page: Callable[..., Page]) -> None:
@@ -286,7 +269,7 @@ def test_unreachable_target_is_refused_before_it_is_sent_and_a_good_one_is_reach
         expect(operator.locator('[data-live="tool.real"]')).to_have_text("x 510.0  y 160.0  z 100.0 mm", timeout=LONG_MS)
         is_mode(operator, "Ready", LONG_MS)
 
-    beside_lost_links(panel, operator, scene)
+    panel.cell.beside_lost_links(scene)
 
 
 def test_changed_gain_is_in_force_and_written_back_and_can_be_undone(operator: Page, panel: Panel) -> None:
@@ -318,6 +301,8 @@ def test_gain_changed_and_changed_back_before_the_panel_looked_is_shown(operator
     expect(field).not_to_have_value("")
     in_force = field.input_value()
     field.fill("270")
+    press(operator, "Preview step")
+    expect(operator.get_by_text("Typed gains: overshoot")).to_be_visible()
     with panel.standing_still():
         changed = "{config: {doubles: [{name: position_d, value: 270.0}]}}"
         panel.cell.call("/twin/pid/joint_1/set_parameters", changed)
