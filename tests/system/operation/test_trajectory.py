@@ -31,30 +31,36 @@ def idle(cell: LiveCell) -> None:
 
 def test_the_real_robot_follows_a_trajectory_of_the_twin(live_cell: LiveCell) -> None:
     """The client reads success, the robot's registers show the goal, and the pair is idle: the end was no stop."""
-    idle(live_cell)
-    ended = send(live_cell, 2.0, 0.4, 0.5, -0.10, 0.2)
-    assert (ended["state"], ended["code"]) == (SUCCEEDED, 0), ended
-    assert ended["feedback"] > 5
-    idle(live_cell)
-    wanted = [22.918, 28.648, -100.0, 11.459]
-    joints = live_cell.real_joints()
-    assert [*joints[:3], joints[4]] == pytest.approx(wanted, abs=0.1), "deg and mm"
-    why = live_cell.call("/twin_controller/why", "{count: 4}")["decisions"]
-    assert any("TWIN_LEADS" in line for line in why) and not any("STOPPED" in line for line in why), why
-    assert send(live_cell, 2.0, *HOME)["state"] == SUCCEEDED
-    idle(live_cell)
+
+    def scene() -> None:
+        ended = send(live_cell, 2.0, 0.4, 0.5, -0.10, 0.2)
+        assert (ended["state"], ended["code"]) == (SUCCEEDED, 0), ended
+        assert ended["feedback"] > 5
+        idle(live_cell)
+        wanted = [22.918, 28.648, -100.0, 11.459]
+        joints = live_cell.real_joints()
+        assert [*joints[:3], joints[4]] == pytest.approx(wanted, abs=0.1), "deg and mm"
+        why = live_cell.call("/twin_controller/why", "{count: 4}")["decisions"]
+        assert any("TWIN_LEADS" in line for line in why) and not any("STOPPED" in line for line in why), why
+        assert send(live_cell, 2.0, *HOME)["state"] == SUCCEEDED
+        idle(live_cell)
+
+    live_cell.beside_lost_links(scene)
 
 
 def test_goals_are_rejected_while_the_pair_is_stopped_by_an_emergency(live_cell: LiveCell) -> None:
     """The client reads the controller's reason, and can go on after RESET and ALIGN."""
-    idle(live_cell)
-    assert live_cell.call("/twin_controller/command", "{command: ESTOP}")["success"]
-    wait_until(lambda: live_cell.mode() == "ESTOP", 10.0, "ESTOP", period=0.2)
-    ended = send(live_cell, 2.0, 0.2, 0.2, -0.16, 0.0)
-    assert ended["state"] == REJECTED and "the twin controller is in ESTOP" in ended["text"], ended
-    assert live_cell.call("/twin_controller/command", "{command: RESET}")["success"]
-    wait_until(lambda: live_cell.mode() == "STOPPED", 10.0, "STOPPED", period=0.2)
-    assert live_cell.call("/twin_controller/command", "{command: ALIGN}")["success"]
-    idle(live_cell)
-    assert send(live_cell, 1.0, *HOME)["state"] == SUCCEEDED
-    idle(live_cell)
+
+    def scene() -> None:
+        assert live_cell.call("/twin_controller/command", "{command: ESTOP}")["success"]
+        wait_until(lambda: live_cell.mode() == "ESTOP", 10.0, "ESTOP", period=0.2)
+        ended = send(live_cell, 2.0, 0.2, 0.2, -0.16, 0.0)
+        assert ended["state"] == REJECTED and "the twin controller is in ESTOP" in ended["text"], ended
+        assert live_cell.call("/twin_controller/command", "{command: RESET}")["success"]
+        wait_until(lambda: live_cell.mode() == "STOPPED", 10.0, "STOPPED", period=0.2)
+        assert live_cell.call("/twin_controller/command", "{command: ALIGN}")["success"]
+        idle(live_cell)
+        assert send(live_cell, 1.0, *HOME)["state"] == SUCCEEDED
+        idle(live_cell)
+
+    live_cell.beside_lost_links(scene)
