@@ -1,7 +1,7 @@
 """Command line of ``./cell bench``: the rows of the table, or the campaigns that take long.
 
-A campaign is a function that takes :class:`Options` and returns rows; put it into ``SECTIONS`` to make it an option. A row is a
-function of a module in ``bench/rows``.
+A campaign is a function that takes :class:`Options` and returns rows; put it into ``SECTIONS`` to
+make it an option. A row is a function of a module in ``bench/rows``.
 """
 
 from __future__ import annotations
@@ -48,25 +48,77 @@ def _variations(options: Options) -> list[Row]:
     return run(options.folder, options.console)
 
 
-SECTIONS: dict[str, Callable[[Options], list[Row]]] = {"faults": _faults, "variations": _variations}
+def _demos(options: Options) -> list[Row]:
+    from bench.demos import run
+
+    return run(options.seeds, options.folder, options.console)
+
+
+SECTIONS: dict[str, Callable[[Options], list[Row]]] = {
+    "faults": _faults,
+    "variations": _variations,
+    "demos": _demos,
+}
 
 
 def main(
-    rows: Annotated[list[str] | None, typer.Argument(help="Rows to measure, by name; default: all of them.")] = None,
-    faults: Annotated[bool, typer.Option("--faults", help="The long fault campaign instead.")] = False,
-    variations: Annotated[
-        bool, typer.Option("--variations", help="The experiments under other speeds, models, delays instead.")
+    rows: Annotated[
+        list[str] | None, typer.Argument(help="Rows to measure, by name; default: all of them.")
+    ] = None,
+    faults: Annotated[
+        bool, typer.Option("--faults", help="The long fault campaign instead.")
     ] = False,
-    seeds: Annotated[int, typer.Option(help="Faults: how often each is done, each time otherwise.", min=0)] = 20,
-    minutes: Annotated[float, typer.Option(help="Faults: minutes at random, and at most 10 of sensor noise.", min=0.0)] = 60.0,
-    continued: Annotated[bool, typer.Option("--continue", help="Faults: go on with the last campaign that was ended.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON, progress to standard error.")] = False,
+    variations: Annotated[
+        bool,
+        typer.Option(
+            "--variations", help="The experiments under other speeds, models, delays instead."
+        ),
+    ] = False,
+    demos: Annotated[
+        bool, typer.Option("--demos", help="The demo, --seeds times; writes README's figures.")
+    ] = False,
+    seeds: Annotated[
+        int, typer.Option(help="Faults: how often each is done, each time otherwise.", min=0)
+    ] = 20,
+    minutes: Annotated[
+        float,
+        typer.Option(help="Faults: minutes at random, and at most 10 of sensor noise.", min=0.0),
+    ] = 60.0,
+    continued: Annotated[
+        bool,
+        typer.Option("--continue", help="Faults: go on with the last campaign that was ended."),
+    ] = False,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print the result as JSON, progress to standard error.")
+    ] = False,
     show: Annotated[bool, typer.Option("--list", help="Only list the rows.")] = False,
+    write: Annotated[
+        bool, typer.Option("--page", help="Only write the pages from bench/results.json.")
+    ] = False,
+    virtual: Annotated[
+        bool, typer.Option("--virtual", help="The experiments in virtual time: ROBOT ... as rows.")
+    ] = False,
+    renew: Annotated[
+        bool, typer.Option("--renew", help="Virtual: store the figures as the tests' baseline.")
+    ] = False,
 ) -> None:
-    """Measure, and compare with the goals. Exit code 0: all hold; 1: one does not; 2: no such row."""
+    """Measure, and compare with the goals.
+
+    Exit code 0: all hold; 1: one does not; 2: no such row.
+    """
+    if virtual:
+        from harness.virtual_cell.__main__ import main as measure_virtual
+
+        measure_virtual(rows, renew, as_json)
     console = Console(stderr=as_json)
-    chosen = [name for name, wanted in (("faults", faults), ("variations", variations)) if wanted]
+    sections = (("faults", faults), ("variations", variations), ("demos", demos))
+    chosen = [name for name, wanted in sections if wanted]
     enter_workspace()
+    if write:
+        from bench import page
+
+        page.write(page.so_far())
+        raise typer.Exit(0)
     if continued and chosen != ["faults"]:
         typer.echo("--continue: allowed with --faults alone", err=True)
         raise typer.Exit(2)
@@ -76,13 +128,23 @@ def main(
 
         unknown = sorted(set(rows or ()) - set(names()))
         if unknown or show:
-            typer.echo("\n".join([f"no row is called {name}" for name in unknown] + ["rows: " + " ".join(names())]), err=not show)
+            typer.echo(
+                "\n".join(
+                    [f"no row is called {name}" for name in unknown]
+                    + ["rows: " + " ".join(names())]
+                ),
+                err=not show,
+            )
             raise typer.Exit(0 if show and not unknown else 2)
     if not chosen:
         raise typer.Exit(0 if measure(rows or [], _folder(False), console, as_json) else 1)
     try:
         folder = _folder(continued)
-        measured = [row for name in chosen for row in SECTIONS[name](Options(seeds, minutes, folder, console))]
+        measured = [
+            row
+            for name in chosen
+            for row in SECTIONS[name](Options(seeds, minutes, folder, console))
+        ]
     except JournalError as error:
         typer.echo(str(error), err=True)
         raise typer.Exit(2) from None
@@ -114,7 +176,13 @@ def table(rows: list[Row]) -> Table:
     for row in rows:
         sign = "≥" if row.at_least else "≤"
         verdict = "[green]yes[/]" if row.holds else "[bold red]NO[/]"
-        shown.add_row(row.fault, row.metric.replace("[", r"\["), f"{sign} {row.limit:.4g}", f"{row.measured:.4g}", verdict)
+        shown.add_row(
+            row.fault,
+            row.metric.replace("[", r"\["),
+            f"{sign} {row.limit:.4g}",
+            f"{row.measured:.4g}",
+            verdict,
+        )
     return shown
 
 

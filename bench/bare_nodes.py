@@ -1,4 +1,7 @@
-"""Bare programs on the other side of some rows: ``python -m bench.bare_nodes NAME ..., see the last line``."""
+"""Bare programs on the other side of some rows.
+
+``python -m bench.bare_nodes NAME ..., see the last line``.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +34,9 @@ def constant_service(name: str) -> None:
     rospy.Service(
         name,
         ForwardKinematics,
-        lambda _: ForwardKinematicsResponse(True, "", 0.5, 0.1, 0.1, Quaternion(0.7, -0.7, 0.0, 0.0), "righty"),
+        lambda _: ForwardKinematicsResponse(
+            True, "", 0.5, 0.1, 0.1, Quaternion(0.7, -0.7, 0.0, 0.0), "righty"
+        ),
     )
     rospy.spin()
 
@@ -101,8 +106,13 @@ def sink(port: str) -> None:
     asyncio.run(run())
 
 
-def poll(modbus_port: str, sink_port: str, offset: str, count: str, device: str, seconds: str) -> None:
-    """Poll registers at 100 Hz on absolute deadlines and send each block on; print words, times of reading and of arrival."""
+def poll(
+    modbus_port: str, sink_port: str, offset: str, count: str, device: str, seconds: str
+) -> None:
+    """Poll registers at 100 Hz on absolute deadlines and send each block on.
+
+    Print words, times of reading and of arrival.
+    """
     import websocket
     from pymodbus.client import ModbusTcpClient
 
@@ -111,7 +121,9 @@ def poll(modbus_port: str, sink_port: str, offset: str, count: str, device: str,
     line = websocket.create_connection(f"ws://127.0.0.1:{sink_port}", sockopt=((6, 1, 1),))
     reads, due = [], time.monotonic()
     for _ in range(int(100 * float(seconds))):
-        words = client.read_holding_registers(int(offset), count=int(count), device_id=int(device)).registers
+        words = client.read_holding_registers(
+            int(offset), count=int(count), device_id=int(device)
+        ).registers
         reads.append((time.monotonic(), words))
         line.send(json.dumps({"op": "publish", "topic": "/setpoint", "msg": {"words": words}}))
         due += 0.01

@@ -1,4 +1,7 @@
-"""The long fault campaign: every scenario with many seeds, sensor noise for minutes, then random faults."""
+"""The long fault campaign.
+
+Every scenario with many seeds, sensor noise for minutes, then random faults.
+"""
 
 from __future__ import annotations
 
@@ -32,8 +35,8 @@ ALL, REPEATED = "all faults", "scenarios repeated because a limit was missed onc
 def run(seeds: int, minutes: float, folder: Path, console: Console) -> list[Row]:
     """Run the campaign and return, for each fault and metric, the worst that was measured.
 
-    What each scenario measured is written at once into the folder's journal: a campaign that is ended early leaves its rows,
-    and goes on where it was when it is begun again in the same folder.
+    What each scenario measured is written at once into the folder's journal: a campaign that is
+    ended early leaves its rows, and goes on where it was when it is begun again in the same folder.
 
     Args:
         seeds: How often each scenario is run.
@@ -44,10 +47,17 @@ def run(seeds: int, minutes: float, folder: Path, console: Console) -> list[Row]
     Raises:
         JournalError: The folder's journal was written by another version.
     """
-    columns = (TextColumn("{task.description:<40}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    columns = (
+        TextColumn("{task.description:<40}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+    )
     with Progress(*columns, console=console) as progress:
         journal = Journal(folder, ROOT)
-        part = folder / time.strftime("part_%H-%M-%S")  # one that is continued has the logs and bags of an earlier part
+        part = folder / time.strftime(
+            "part_%H-%M-%S"
+        )  # one that is continued has the logs and bags of an earlier part
         part.mkdir()
         campaign = Campaign(journal, part, progress)
         campaign.values(seeds)
@@ -67,7 +77,8 @@ class Campaign:
     """Runs scenarios, shows how far it is, and keeps what they measured.
 
     Attributes:
-        repeated: For each scenario that had to be repeated, what was missed: a machine that was busy, or a rare fault of ours.
+        repeated: For each scenario that had to be repeated, what was missed: a machine that was
+            busy, or a rare fault of ours.
     """
 
     def __init__(self, journal: Journal, folder: Path, progress: Progress) -> None:
@@ -125,13 +136,20 @@ class Campaign:
                 self._progress.advance(task)
 
     def long(self, cell: FaultCell, minutes: float) -> None:
-        """Let the sensors of an idle cell be noisy for ``minutes``, and a client that never reads stay for one."""
+        """Let the sensors of an idle cell be noisy for ``minutes``.
+
+        A client that never reads stays for one of them.
+        """
         if not minutes:
             return
         task = self._progress.add_task(f"noise for {minutes:g} min", total=2)
         self._in_cell(cell, "noise", lambda: operator_faults.noisy(cell, Random(0), 60.0 * minutes))
         self._progress.update(task, description=f"a stalled client for {STALLED_S:g} s", advance=1)
-        self._in_cell(cell, "stalled for long", lambda: gateway_faults.attacked(cell, "stalled", Random(0), STALLED_S))
+        self._in_cell(
+            cell,
+            "stalled for long",
+            lambda: gateway_faults.attacked(cell, "stalled", Random(0), STALLED_S),
+        )
         self._progress.advance(task)
 
     def storms(self, cell: FaultCell, minutes: float) -> None:
@@ -140,19 +158,28 @@ class Campaign:
         past, seed = 0.0, 0
         while past < 60.0 * minutes:
             self._progress.update(task, completed=round(past))
-            past += self._in_cell(cell, "storm", lambda k=seed: storm(cell, Random(1000 + k), STORM_S))  # type: ignore[misc]
+            past += self._in_cell(
+                cell, "storm", lambda k=seed: storm(cell, Random(1000 + k), STORM_S)
+            )  # type: ignore[misc]
             seed += 1
         self._progress.update(task, completed=round(60.0 * minutes))
         if seed:
             self._rows.append(Row("storm", "storms weathered", 1.0, float(seed), at_least=True))
 
     def worst(self) -> list[Row]:
-        """Return the worst row of each fault and metric, and how many scenarios had to be repeated."""
-        share = [Row(ALL, REPEATED, 0.05, len(self.repeated) / self._scenarios)] if self._scenarios else []
+        """Return the worst row of each fault and metric, and the number of repeated scenarios."""
+        share = (
+            [Row(ALL, REPEATED, 0.05, len(self.repeated) / self._scenarios)]
+            if self._scenarios
+            else []
+        )
         return [*worst(self._rows), *share]
 
     def _in_cell(self, cell: FaultCell, name: str, action: Callable[[], list[Row]]) -> float:
-        """Run a scenario on an idle cell; whatever it breaks for good is mended before the next. Return how long it took [s]."""
+        """Run a scenario on an idle cell; whatever it breaks for good is mended before the next.
+
+        Return how long it took [s].
+        """
 
         def on_idle_cell() -> list[Row]:
             _mend(cell)
@@ -161,7 +188,10 @@ class Campaign:
         return self._run(name, on_idle_cell)
 
     def _run(self, name: str, action: Callable[[], list[Row]]) -> float:
-        """Keep the rows of a scenario, and whether it was repeated; return how long it took [s], now or before."""
+        """Keep the rows of a scenario, and whether it was repeated.
+
+        Return how long it took [s], now or before.
+        """
         known = self._journal.take(name)
         rows, seconds, missed = known or self._measured(name, action)
         if known is None:
@@ -183,7 +213,10 @@ class Campaign:
             rows, missed = repeated(action)
         except Exception as error:
             text = str(error).splitlines()[0][:100] if str(error) else repr(error)
-            rows, missed = [Row(f"{name}: {text}", "did not end as described", 0.0, 1.0, always=True)], []
+            rows, missed = (
+                [Row(f"{name}: {text}", "did not end as described", 0.0, 1.0, always=True)],
+                [],
+            )
         return rows, time.monotonic() - begun, missed
 
 
@@ -205,7 +238,9 @@ def _master(folder: Path) -> Iterator[Master]:
     import rospy
 
     master = Master(folder / "master", workspace_environment())
-    os.environ.update({name: master.env[name] for name in ("ROS_MASTER_URI", "ROS_HOME", "ROS_LOG_DIR")})
+    os.environ.update(
+        {name: master.env[name] for name in ("ROS_MASTER_URI", "ROS_HOME", "ROS_LOG_DIR")}
+    )
     rospy.init_node("bench", disable_signals=True)
     try:
         yield master

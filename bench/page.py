@@ -1,4 +1,4 @@
-"""Write bench/results.json and docs/benchmarks.md: the table is generated, the notes come from bench/notes.md."""
+"""Write bench/results.json, docs/benchmarks.md (with the notes of bench/notes.md), README.md."""
 
 from __future__ import annotations
 
@@ -6,26 +6,50 @@ import importlib.metadata
 import json
 import os
 import platform
+import subprocess
 import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from bench.readme import with_figures
+
 ROOT = Path(__file__).resolve().parents[1]
-RESULTS, PAGE, NOTES = ROOT / "bench" / "results.json", ROOT / "docs" / "benchmarks.md", ROOT / "bench" / "notes.md"
-OURS = ("numpy", "scipy", "pybullet", "pymodbus", "websockets", "websocket-client", "rosbags", "msgspec")
+RESULTS, PAGE, NOTES = (
+    ROOT / "bench" / "results.json",
+    ROOT / "docs" / "benchmarks.md",
+    ROOT / "bench" / "notes.md",
+)
+README = ROOT / "README.md"
+VIRTUAL = ROOT / "tests" / "virtual_time" / "baseline.json"
+OURS = (
+    "numpy",
+    "scipy",
+    "pybullet",
+    "pymodbus",
+    "websockets",
+    "websocket-client",
+    "rosbags",
+    "msgspec",
+)
 
 
 def machine() -> dict[str, str]:
     """Say what the figures were measured on and with."""
     model = next(
-        (line.split(":")[1].strip() for line in Path("/proc/cpuinfo").read_text().splitlines() if "model name" in line), ""
+        (
+            line.split(":")[1].strip()
+            for line in Path("/proc/cpuinfo").read_text().splitlines()
+            if "model name" in line
+        ),
+        "",
     )
     memory = int(Path("/proc/meminfo").read_text().split()[1]) / 2**20
     release = platform.freedesktop_os_release()["PRETTY_NAME"]
     return {
         "date": time.strftime("%Y-%m-%d"),
-        "machine": f"{model}, {os.cpu_count()} cores, {memory:.0f} GB, {release}, Linux {platform.release()}",
+        "machine": f"{model}, {os.cpu_count()} cores, {memory:.0f} GB, {release}, "
+        f"Linux {platform.release()}",
         "versions": ", ".join(f"{name} {importlib.metadata.version(name)}" for name in OURS)
         + f", Python {platform.python_version()}",
         "peers": ", ".join(
@@ -36,24 +60,72 @@ def machine() -> dict[str, str]:
     }
 
 
-def document(rows: Sequence[dict[str, Any]], seconds: float, load: float) -> dict[str, Any]:
-    """Return what goes into results.json."""
-    return {**machine(), "seconds": round(seconds), "load_before": load, "rows": list(rows)}
+def commit() -> str:
+    """Return the commit that is measured, with a plus if files differ; empty outside a clone."""
+    words = [
+        "git",
+        "-C",
+        str(ROOT),
+        "describe",
+        "--always",
+        "--dirty=+",
+        "--abbrev=7",
+        "--exclude=*",
+    ]
+    told = subprocess.run(words, capture_output=True, text=True, check=False)
+    return told.stdout.strip()
+
+
+def measured(row: dict[str, Any], load: float) -> dict[str, Any]:
+    """Add to a row when, where and on what it was measured: rows may be of different days."""
+    here = machine()
+    return {
+        **row,
+        "date": here["date"],
+        "machine": here["machine"],
+        "commit": commit(),
+        "load_before": round(load, 2),
+    }
+
+
+def document(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """Return what goes into results.json; what is no row of the table stays as it was."""
+    here = machine()
+    kept = json.loads(RESULTS.read_text(encoding="utf-8")) if RESULTS.is_file() else {}
+    own = {"versions": here["versions"], "peers": here["peers"], "rows": list(rows)}
+    return {**({"demos": kept["demos"]} if "demos" in kept else {}), **own}
 
 
 def merged(rows: Sequence[dict[str, Any]], order: Sequence[str]) -> list[dict[str, Any]]:
     """Put newly measured rows among those of the last run, in the order of the table."""
     known: dict[str, dict[str, Any]] = {}
     if RESULTS.is_file():
-        known = {row["id"]: row for row in json.loads(RESULTS.read_text(encoding="utf-8"))["rows"]}
+        before = json.loads(RESULTS.read_text(encoding="utf-8"))
+        # A file of the form before had date and machine once for all rows.
+        shared = {key: before[key] for key in ("date", "machine", "load_before") if key in before}
+        known = {row["id"]: {**shared, **row} for row in before["rows"]}
     known.update({row["id"]: row for row in rows})
     return [known[name] for name in order if name in known]
 
 
+def so_far() -> dict[str, Any]:
+    """Return what was measured so far, with the versions that were measured."""
+    before = json.loads(RESULTS.read_text(encoding="utf-8"))
+    return {**before, "rows": merged([], [row["id"] for row in before["rows"]])}
+
+
 def write(content: dict[str, Any]) -> None:
-    """Write both files."""
+    """Write results.json, docs/benchmarks.md and the figures of README.md."""
     RESULTS.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
     PAGE.write_text(page(content, NOTES.read_text(encoding="utf-8")), encoding="utf-8")
+    README.write_text(
+        with_figures(README.read_text(encoding="utf-8"), readme_figures(content)), encoding="utf-8"
+    )
+
+
+def readme_figures(content: dict[str, Any]) -> dict[str, Any]:
+    """Return what the README shows: the results, and the tests' figures in virtual time."""
+    return {**content, "virtual": json.loads(VIRTUAL.read_text(encoding="utf-8"))}
 
 
 def page(content: dict[str, Any], notes: str) -> str:
@@ -65,30 +137,69 @@ def page(content: dict[str, Any], notes: str) -> str:
     """
     rows = content["rows"]
     kept = sum(row["holds"] for row in rows)
+    seconds = sum(row["seconds"] for row in rows)
     head = (
-        f"{kept} of {len(rows)} rows hold. Measured {content['date']} in {content['seconds']} s on {content['machine']}; "
-        f"load of the machine before the run {content['load_before']:.1f}.\n"
+        f"{kept} of {len(rows)} rows hold; measuring them took {seconds / 60.0:.0f} min.\n\n"
+        f"{_occasions(rows)}\n"
         f"Ours: {content['versions']}. Peers: {content['peers']}.\n"
     )
     parts = [head, _table(rows), "## What each row compares\n", *(_entry(row) for row in rows)]
     return notes.replace("<!-- table -->", "\n".join(parts))
 
 
-def _table(rows: Sequence[dict[str, Any]]) -> str:
-    lines = ["| row | ours | baseline | unit | ratio | goal | holds |", "|---|---|---|---|---|---|---|"]
+def _occasions(rows: Sequence[dict[str, Any]]) -> str:
+    """Return when and where the rows were measured, one line for each date, machine and commit."""
+    found: dict[tuple[str, str, str], list[dict[str, Any]]] = {}
     for row in rows:
-        lines.append(_line(row["id"], row["ours"], row["baseline"], row["unit"], row["ratio"], row["goal"], row["holds"]))
+        found.setdefault((row["date"], row["machine"], row.get("commit", "")), []).append(row)
+    lines = ["| measured | rows | machine | load before |", "|---|---|---|---|"]
+    for (date, where, version), of_it in found.items():
+        names = "all" if len(found) == 1 else ", ".join(row["id"] for row in of_it)
+        at = f", commit {version}" if version else ""
+        loads = max(row["load_before"] for row in of_it)
+        lines.append(f"| {date}{at} | {names} | {where} | at most {loads:.1f} |")
+    return "\n".join(lines) + "\n"
+
+
+def _table(rows: Sequence[dict[str, Any]]) -> str:
+    lines = [
+        "| row | ours | baseline | unit | ratio | goal | holds |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for row in rows:
+        lines.append(
+            _line(
+                row["id"],
+                row["ours"],
+                row["baseline"],
+                row["unit"],
+                row["ratio"],
+                row["goal"],
+                row["holds"],
+            )
+        )
         for figure in row["beside"]:
             lines.append(
-                _line(f"- {figure['what']}", figure["value"], None, figure["unit"], None, figure["goal"], figure["holds"])
+                _line(
+                    f"- {figure['what']}",
+                    figure["value"],
+                    None,
+                    figure["unit"],
+                    None,
+                    figure["goal"],
+                    figure["holds"],
+                )
             )
     return "\n".join(lines) + "\n"
 
 
-def _line(what: str, ours: Any, baseline: Any, unit: str, ratio: Any, goal: str, holds: bool | None) -> str:
+def _line(
+    what: str, ours: Any, baseline: Any, unit: str, ratio: Any, goal: str, holds: bool | None
+) -> str:
     verdict = {True: "yes", False: "**no**", None: ""}[holds]
     limits = goal.replace("<=", "≤").replace(">=", "≥")
-    return f"| {what} | {number(ours)} | {number(baseline)} | {unit} | {number(ratio)} | {limits} | {verdict} |"
+    cells = (what, number(ours), number(baseline), unit, number(ratio), limits, verdict)
+    return f"| {' | '.join(cells)} |"
 
 
 def number(value: float | None) -> str:
@@ -111,9 +222,14 @@ def _entry(row: dict[str, Any]) -> str:
     rounds = f"{row['rounds']} rounds" if row["rounds"] > 1 else "one run"
     lines = [f"**{row['id']}** ({row['statistic']} of {rounds}, {row['seconds']:.0f} s)"]
     if row["measured"]:
-        lines.append(f"ours: {row['measured']}{_tail(row['ours_p99'], row['spread_percent'], row['unit'])}")
+        lines.append(
+            f"ours: {row['measured']}{_tail(row['ours_p99'], row['spread_percent'], row['unit'])}"
+        )
     if row["against"] not in ("", "none"):
-        lines.append(f"baseline: {row['against']}{_tail(row['baseline_p99'], row['baseline_spread_percent'], row['unit'])}")
+        lines.append(
+            f"baseline: {row['against']}"
+            + _tail(row["baseline_p99"], row["baseline_spread_percent"], row["unit"])
+        )
     if row["note"]:
         lines.append(row["note"])
     return "  \n".join(lines) + "\n"

@@ -35,7 +35,10 @@ class Goal:
 
 @dataclass(frozen=True)
 class Beside:
-    """A further figure of a row: another baseline, another reading of the same thing; with or without a goal."""
+    """A further figure of a row: another baseline, another reading of the same thing.
+
+    With or without a goal.
+    """
 
     what: str
     value: float | None
@@ -95,7 +98,11 @@ class Record:
     def holds(self) -> bool:
         """Whether every goal of the row is kept, also those of the figures beside."""
         kept = all(goal.holds(self.ours, self.ratio) for goal in self.goals)
-        return self.ours is not None and kept and all(figure.holds is not False for figure in self.beside)
+        return (
+            self.ours is not None
+            and kept
+            and all(figure.holds is not False for figure in self.beside)
+        )
 
     @property
     def goal(self) -> str:
@@ -115,7 +122,10 @@ def failed(name: str, why: str) -> Record:
 
 
 def interleaved(rounds: int, *sides: Callable[[], list[float]]) -> list[Rounds]:
-    """Let the sides take turns, each round beginning with another one; return the samples of each side."""
+    """Let the sides take turns, each round beginning with another one.
+
+    Return the samples of each side.
+    """
     samples: list[Rounds] = [[] for _ in sides]
     for number in range(rounds):
         order = [*range(number % len(sides), len(sides)), *range(number % len(sides))]
@@ -147,8 +157,13 @@ def spread_percent(rounds: Rounds, statistic: Callable[[Rounds], float] = median
     return 100.0 * (max(values) - min(values)) / middle if middle else 0.0
 
 
-def of_rounds(rounds: Rounds, statistic: Callable[[Rounds], float], scale: float) -> tuple[float, float, float]:
-    """Return figure, 99th percentile and spread [percent] of one side; ``scale`` converts its samples to the row's unit."""
+def of_rounds(
+    rounds: Rounds, statistic: Callable[[Rounds], float], scale: float
+) -> tuple[float, float, float]:
+    """Return figure, 99th percentile and spread [percent] of one side.
+
+    ``scale`` converts its samples to the row's unit.
+    """
     return statistic(rounds) * scale, p99(rounds) * scale, spread_percent(rounds, statistic)
 
 

@@ -1,4 +1,7 @@
-"""What rows share: folder, console, peers that are installed once, cells that several rows look at."""
+"""What rows share.
+
+Folder, console, peers that are installed once, cells that several rows look at.
+"""
 
 from __future__ import annotations
 
@@ -39,7 +42,12 @@ class Room:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
         self._ending.close()
 
     @functools.cached_property
@@ -54,7 +62,9 @@ class Room:
 
         master = Master(self.place("master"), workspace_environment())
         self._ending.callback(master.close)
-        os.environ.update({name: master.env[name] for name in ("ROS_MASTER_URI", "ROS_HOME", "ROS_LOG_DIR")})
+        os.environ.update(
+            {name: master.env[name] for name in ("ROS_MASTER_URI", "ROS_HOME", "ROS_LOG_DIR")}
+        )
         rospy.init_node("bench", disable_signals=True)
         self._ending.callback(rospy.signal_shutdown, "the bench has ended")
         ros = Ros(master, self.place("nodes"), "bench")
@@ -65,7 +75,10 @@ class Room:
     def robot_stand_in(self) -> Iterator[int]:
         """Run the emulator alone, without a ROS master; give its Modbus port."""
         port = free_port()
-        stage = Stage(self.place("emulator"), {**workspace_environment(), "ROS_MASTER_URI": f"http://127.0.0.1:{free_port()}"})
+        stage = Stage(
+            self.place("emulator"),
+            {**workspace_environment(), "ROS_MASTER_URI": f"http://127.0.0.1:{free_port()}"},
+        )
         try:
             process: Process = stage.start("rosrun", "fanuc_emulator", "emulator", f"_port:={port}")
             wait_until(lambda: f":{port}" in process.output, 30.0, "the emulator's port")

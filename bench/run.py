@@ -29,7 +29,7 @@ def measure(wanted: Sequence[str], folder: Path, console: Console, as_json: bool
         console: For progress and table.
         as_json: Print the results as JSON to standard output.
     """
-    begun, load = time.monotonic(), os.getloadavg()[0]
+    load = os.getloadavg()[0]
     chosen = [name for name in names() if not wanted or name in wanted]
     records = []
     with Room(folder, console) as room:
@@ -38,12 +38,15 @@ def measure(wanted: Sequence[str], folder: Path, console: Console, as_json: bool
             record = attempt(name, room)
             console.print(f"    {summary(record)}", markup=False, highlight=False)
             records.append(record)
-    measured = page.merged([record.document() for record in records], names())
-    content = page.document(measured, time.monotonic() - begun, load)
+    rows = [page.measured(record.document(), load) for record in records]
+    content = page.document(page.merged(rows, names()))
     page.write(content)
     console.print(table(records))
     broken = [record.id for record in records if not record.holds]
-    console.print(f"{len(records)} rows, {len(broken)} do not hold{': ' + ', '.join(broken) if broken else ''}; {page.RESULTS}")
+    console.print(
+        f"{len(records)} rows, {len(broken)} do not "
+        f"hold{': ' + ', '.join(broken) if broken else ''}; {page.RESULTS}"
+    )
     if as_json:
         print(json.dumps(content, indent=1))
     return not broken
@@ -64,7 +67,10 @@ def attempt(name: str, room: Room) -> Record:
 
 def summary(record: Record) -> str:
     """Say in one line what came out."""
-    figures = f"{page.number(record.ours)} / {page.number(record.baseline)} {record.unit}, ratio {page.number(record.ratio)}"
+    figures = (
+        f"{page.number(record.ours)} / {page.number(record.baseline)} {record.unit}, ratio "
+        f"{page.number(record.ratio)}"
+    )
     verdict = "holds" if record.holds else "DOES NOT HOLD"
     return f"{figures}, goal {record.goal}: {verdict} ({record.seconds:.0f} s) {record.note}"
 
@@ -73,12 +79,22 @@ def table(records: Sequence[Record]) -> Table:
     """Lay the rows out for a person."""
     shown = Table(show_lines=False)
     for heading in ("row", "ours", "baseline", "unit", "ratio", "goal", "holds"):
-        shown.add_column(heading, justify="right" if heading in ("ours", "baseline", "ratio") else "left")
+        shown.add_column(
+            heading, justify="right" if heading in ("ours", "baseline", "ratio") else "left"
+        )
     for record in records:
         verdict = "[green]yes[/]" if record.holds else "[bold red]NO[/]"
         figures = [page.number(value) for value in (record.ours, record.baseline, record.ratio)]
         shown.add_row(record.id, *figures[:2], record.unit, figures[2], record.goal, verdict)
         for beside in record.beside:
             verdict = {True: "[green]yes[/]", False: "[bold red]NO[/]", None: ""}[beside.holds]
-            shown.add_row(f"  {beside.what}", page.number(beside.value), "", beside.unit, "", beside.goal, verdict)
+            shown.add_row(
+                f"  {beside.what}",
+                page.number(beside.value),
+                "",
+                beside.unit,
+                "",
+                beside.goal,
+                verdict,
+            )
     return shown

@@ -18,7 +18,9 @@ def timed(call: Callable[[], object], times: int) -> list[float]:
 
 
 def timed_blocks(blocks: int, block: Callable[[], int]) -> list[float]:
-    """Time whole blocks and return the seconds of one call in each; for calls that a clock reading would disturb.
+    """Time whole blocks and return the seconds of one call in each.
+
+    For calls that a clock reading would disturb.
 
     Args:
         blocks: How many.

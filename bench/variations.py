@@ -1,4 +1,7 @@
-"""How the errors of the article's experiments depend on speed, model, poll rate and delay: one cell for each variation."""
+"""How the errors of the article's experiments depend on speed, model, poll rate and delay.
+
+One cell for each variation.
+"""
 
 from __future__ import annotations
 
@@ -20,19 +23,26 @@ ARTICLE_PATH, ARTICLE_REST = 5.0, 2.0
 
 Changes = dict[str, dict[tuple[str, ...], Any]]
 
-# Without feed-forward the integral alone carries joint_3; with 20 ms per answer a cycle of three takes 60 ms.
+# Without feed-forward the integral alone carries joint_3; with 20 ms per answer a cycle of three
+# takes 60 ms.
 VARIATIONS: dict[str, tuple[float, Changes]] = {
     "100 % speed": (100.0, {}),
     "30 % speed": (30.0, {}),
     "plain PID, no feed-forward": (
         100.0,
-        {"simulation.yaml": {("feed_forward",): False}, "pid_gains.yaml": {("joint_3", "position", "i_clamp"): 20.0}},
+        {
+            "simulation.yaml": {("feed_forward",): False},
+            "pid_gains.yaml": {("joint_3", "position", "i_clamp"): 20.0},
+        },
     ),
     "masses of the model 20 % wrong": (100.0, {"simulation.yaml": {("model_mass_factor",): 0.8}}),
     "50 Hz poll": (100.0, {"twin_controller.yaml": {("real", "poll_period_ms"): 19.7}}),
     "20 ms added delay": (
         100.0,
-        {"emulator.yaml": {("answer_delay_ms",): 20}, "twin_controller.yaml": {("real", "stale_ms"): 300}},
+        {
+            "emulator.yaml": {("answer_delay_ms",): 20},
+            "twin_controller.yaml": {("real", "stale_ms"): 300},
+        },
     ),
 }
 
@@ -45,7 +55,8 @@ def run(folder: Path, console: Console) -> list[Row]:
         console: For progress.
 
     Returns:
-        For each variation and experiment the path and the positioning error [percent of reach], against the article's.
+        For each variation and experiment the path and the positioning error [percent of reach],
+        against the article's.
     """
     rows: list[Row] = []
     for number, (name, (speed, changes)) in enumerate(VARIATIONS.items(), 1):
@@ -56,9 +67,21 @@ def run(folder: Path, console: Console) -> list[Row]:
             continue
         for experiment in report["experiments"]:
             label = f"{name}: {experiment['name']}"
-            rows.append(Row(label, "path error max [% of reach]", ARTICLE_PATH, experiment["path_error_max_percent"]))
             rows.append(
-                Row(label, "positioning error max [% of reach]", ARTICLE_REST, experiment["positioning_error_max_percent"])
+                Row(
+                    label,
+                    "path error max [% of reach]",
+                    ARTICLE_PATH,
+                    experiment["path_error_max_percent"],
+                )
+            )
+            rows.append(
+                Row(
+                    label,
+                    "positioning error max [% of reach]",
+                    ARTICLE_REST,
+                    experiment["positioning_error_max_percent"],
+                )
             )
     return rows
 
@@ -70,10 +93,25 @@ def _report(folder: Path, speed: float, changes: Changes) -> dict[str, Any] | No
     for name, values in changes.items():
         write_values(config / name, values)
     ports = [f"--{kind}-port={free_port()}" for kind in ("master", "modbus", "gateway")]
-    command = ["rosrun", "scara_bringup", "cell", "demo", "--speed", f"{speed:g}", "--output", str(folder / "run"), *ports]
+    command = [
+        "rosrun",
+        "scara_bringup",
+        "cell",
+        "demo",
+        "--speed",
+        f"{speed:g}",
+        "--output",
+        str(folder / "run"),
+        *ports,
+    ]
     with (folder / "demo.log").open("w") as log:
         subprocess.run(
-            command, env={**os.environ, "SCARA_CONFIG_DIR": str(config)}, stdout=log, stderr=log, timeout=DEADLINE_S, check=False
+            command,
+            env={**os.environ, "SCARA_CONFIG_DIR": str(config)},
+            stdout=log,
+            stderr=log,
+            timeout=DEADLINE_S,
+            check=False,
         )
     file = folder / "run" / "report.json"
     return json.loads(file.read_text(encoding="utf-8")) if file.is_file() else None

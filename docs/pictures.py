@@ -1,9 +1,12 @@
-"""Take the pictures of the documents again: operator page, pendant page, camera, RViz with both robots and with a recording.
+"""Take the pictures of the documents again.
+
+Operator page, pendant page, camera, RViz with both robots and with a recording.
 
     source env.sh; .venv/bin/python docs/pictures.py [FOLDER]        # default: docs/images
 
-A cell of its own on free ports. Browser and RViz draw in software here, which keeps two processors busy, so the cell is
-patient. RViz pictures need rviz, Xvfb and import (ImageMagick), and are left out without them.
+A cell of its own on free ports. Browser and RViz draw in software here, which keeps two processors
+busy, so the cell is patient. RViz pictures need rviz, Xvfb and import (ImageMagick), and are left
+out without them.
 """
 
 from __future__ import annotations
@@ -40,6 +43,7 @@ PATIENCE: list[tuple[str, list[str | int], float]] = [
     ("operator_panel.yaml", ["silent_ms"], 5000.0),
 ]
 WIDE, TABLET = (1280, 720), (768, 1024)
+PENDANT_TOKEN = "token-of-the-pictures"
 RVIZ_SIZE = "1280x800"
 PATIENCE_MS = 120_000
 MOTION_S = 9.0  # so long after its start a played recording is in the middle of the motion
@@ -55,21 +59,36 @@ class Cell:
             changed_yaml(config / file, config, path, value)
         self.folder, self.panel, self.pendant_page = folder, free_port(), free_port()
         master = f"http://127.0.0.1:{free_port()}"
-        self.stage = Stage(folder / "log", {**workspace_environment(), "ROS_MASTER_URI": master, "SCARA_CONFIG_DIR": str(config)})
+        self.stage = Stage(
+            folder / "log",
+            {**workspace_environment(), "ROS_MASTER_URI": master, "SCARA_CONFIG_DIR": str(config)},
+        )
         words = [f"--{name}-port={free_port()}" for name in ("modbus", "gateway")]
-        words += [f"--master-port={master.rsplit(':', 1)[1]}", f"--panel-port={self.panel}", f"--output={folder / 'output'}"]
+        words += [
+            f"--master-port={master.rsplit(':', 1)[1]}",
+            f"--panel-port={self.panel}",
+            f"--output={folder / 'output'}",
+            f"--runs={folder}",
+        ]
         self._up = self.stage.start("rosrun", "scara_bringup", "cell", "up", *words)
-        wait_until(lambda: "cell: ready after" in self._up.output or self._up.poll() is not None, 120.0, "a ready cell")
+        wait_until(
+            lambda: "cell: ready after" in self._up.output or self._up.poll() is not None,
+            120.0,
+            "a ready cell",
+        )
         (token,) = re.findall(r"token=(\S+)", self._up.output)
         self.address = f"http://127.0.0.1:{self.panel}/?token={token}"
 
     def tool(self, *words: str) -> None:
         """Run a command to its end."""
-        process = self.stage.start(*words, env={"SCARA_CONFIG_DIR": str(self.folder / "output" / "config")})
+        process = self.stage.start(
+            *words, env={"SCARA_CONFIG_DIR": str(self.folder / "output" / "config")}
+        )
         assert process.wait(60.0) == 0, process.tail()
 
     def run_program(self, override: int, name: str = "ARTICLE") -> None:
-        """Start a program on the robot's pendant."""
+        """Start a program on the robot's pendant; one that still runs is ended."""
+        self.tool("rosrun", "fanuc_emulator", "pendant", "abort")
         self.tool("rosrun", "fanuc_emulator", "pendant", "override", str(override))
         self.tool("rosrun", "fanuc_emulator", "pendant", "run", name)
 
@@ -81,7 +100,9 @@ class Cell:
 @contextmanager
 def opened(browser: Browser, address: str, size: tuple[int, int], colours: str) -> Iterator[Page]:
     """Open a page."""
-    context = browser.new_context(viewport={"width": size[0], "height": size[1]}, color_scheme=colours)  # type: ignore[arg-type]
+    context = browser.new_context(
+        viewport={"width": size[0], "height": size[1]}, color_scheme=colours
+    )  # type: ignore[arg-type]
     page = context.new_page()
     page.set_default_timeout(PATIENCE_MS)
     page.goto(address)
@@ -104,7 +125,9 @@ def take_pages(cell: Cell, browser: Browser, out: Path) -> None:
         choose(page, "Both", "Programs")
         cell.run_program(25)
         expect(page.locator(mode)).to_have_text("Real robot leads", timeout=60_000)
-        expect(page.locator('[data-live="robot.program"]')).to_have_text(re.compile("line [4-8] running"), timeout=60_000)
+        expect(page.locator('[data-live="robot.program"]')).to_have_text(
+            re.compile("line [4-8] running"), timeout=60_000
+        )
         expect(page.locator('[data-live="motion"]')).to_have_text("both move", timeout=60_000)
         page.screenshot(path=out / "operator_light.png")
         expect(page.locator(mode)).not_to_have_text("Real robot leads", timeout=120_000)
@@ -117,20 +140,29 @@ def take_pages(cell: Cell, browser: Browser, out: Path) -> None:
     with opened(browser, cell.address, TABLET, "light") as page:
         choose(page, "Camera", "Jog")
         page.wait_for_timeout(4000)
-        assert page.evaluate("document.documentElement.scrollWidth <= window.innerWidth"), "the tablet scrolls sideways"
+        assert page.evaluate("document.documentElement.scrollWidth <= window.innerWidth"), (
+            "the tablet scrolls sideways"
+        )
         page.screenshot(path=out / "operator_tablet.png")
     words = ("rosrun", "fanuc_emulator", "pendant_page", f"--page-port={cell.pendant_page}")
-    pendant = cell.stage.start(*words, env={"SCARA_CONFIG_DIR": str(cell.folder / "output" / "config")})
+    env = {
+        "SCARA_CONFIG_DIR": str(cell.folder / "output" / "config"),
+        "PENDANT_PAGE_TOKEN": PENDANT_TOKEN,
+    }
+    pendant = cell.stage.start(*words, env=env)
     cell.run_program(20)
     wait_until(lambda: "http" in pendant.output, 30.0, "the pendant page")
-    with opened(browser, f"http://127.0.0.1:{cell.pendant_page}/", WIDE, "light") as page:
+    address = f"http://127.0.0.1:{cell.pendant_page}/?token={PENDANT_TOKEN}"
+    with opened(browser, address, WIDE, "light") as page:
         page.wait_for_timeout(3000)
         page.screenshot(path=out / "pendant_page.png")
 
 
 def take_camera(cell: Cell, out: Path) -> None:
     """Save what the camera sees."""
-    with urllib.request.urlopen(f"http://127.0.0.1:{cell.panel}/camera.jpg", timeout=20.0) as answer:
+    with urllib.request.urlopen(
+        f"http://127.0.0.1:{cell.panel}/camera.jpg", timeout=20.0
+    ) as answer:
         Image.open(answer).save(out / "camera.png")
 
 
@@ -141,7 +173,9 @@ def rviz(stage: Stage) -> Iterator[str]:
     env = {"DISPLAY": screen, "LIBGL_ALWAYS_SOFTWARE": "1", "QT_X11_NO_MITSHM": "1"}
     display = stage.start("Xvfb", screen, "-screen", "0", f"{RVIZ_SIZE}x24")
     time.sleep(1.0)
-    window = stage.start("rviz", "-d", str(ROOT / "src" / "scara_description" / "rviz" / "cell.rviz"), env=env)
+    window = stage.start(
+        "rviz", "-d", str(ROOT / "src" / "scara_description" / "rviz" / "cell.rviz"), env=env
+    )
     time.sleep(12.0)
     yield screen
     window.stop(2.0)
@@ -149,7 +183,10 @@ def rviz(stage: Stage) -> Iterator[str]:
 
 
 def take_rviz(cell: Cell, out: Path) -> None:
-    """Take RViz while the twin's time stands still and the real robot goes on, so that both are seen apart."""
+    """Take RViz with both robots apart.
+
+    The twin's time stands still meanwhile and the real robot goes on.
+    """
     with rviz(cell.stage) as screen:
         cell.run_program(40)
         time.sleep(2.0)
@@ -176,17 +213,18 @@ def take_recording(bag: Path, folder: Path, out: Path) -> None:
     try:
         stage.start("rosmaster", "--core", "-p", master.rsplit(":", 1)[1])
         time.sleep(3.0)
-        for words in (("rosparam", "set", "use_sim_time", "true"), ("rosrun", "scara_bringup", "set_descriptions")):
-            assert stage.start(*words).wait(30.0) == 0
-        publisher = ("rosrun", "robot_state_publisher", "robot_state_publisher")
-        stage.start(*publisher, "joint_states:=twin/joint_states")
-        real = ("joint_states:=real/joint_states", "robot_description:=real/robot_description")
-        stage.start(*publisher, "__name:=real_state_publisher", *real)
+        assert stage.start("rosparam", "set", "use_sim_time", "true").wait(30.0) == 0
+        stage.start("rosrun", "scara_description", "robot_state_publisher")
         stage.start("rosrun", "scara_simulation", "camera")
         with rviz(stage) as screen:
             stage.start("rosbag", "play", "--clock", "--start", "2", str(bag))
             time.sleep(MOTION_S)
-            assert stage.start("import", "-display", screen, "-window", "root", str(out / "rviz_bag.png")).wait(20.0) == 0
+            assert (
+                stage.start(
+                    "import", "-display", screen, "-window", "root", str(out / "rviz_bag.png")
+                ).wait(20.0)
+                == 0
+            )
     finally:
         stage.close(grace=8.0)
 
@@ -212,7 +250,10 @@ def main() -> None:
             cell.close()
         if with_rviz:
             take_recording(bag, folder, out)
-    print(f"pictures: {out}" + ("" if with_rviz else "; without RViz: rviz, Xvfb or import is missing"))
+    print(
+        f"pictures: {out}"
+        + ("" if with_rviz else "; without RViz: rviz, Xvfb or import is missing")
+    )
 
 
 if __name__ == "__main__":

@@ -15,9 +15,9 @@ check() {
   checks_failed=1
 }
 
-# Print the modules that know no ROS: everything in src/<package>/ but nodes/ and io/.
-pure_modules() {
-  find config/src src/*/src -name '*.py' ! -path '*/nodes/*' ! -path '*/io/*' | sort
+# Print the modules of all packages, their nodes/ and io/ too.
+all_modules() {
+  find config/src src/*/src -name '*.py' | sort
 }
 
 check_xml() {
@@ -33,14 +33,14 @@ check_urdfs() {
 
 check_types() {
   local modules
-  mapfile -t modules < <(pure_modules)
+  mapfile -t modules < <(all_modules)
   .venv/bin/mypy --no-error-summary "${modules[@]}"
 }
 
 run_checks() {
   check "format (ruff)" .venv/bin/ruff format --check --quiet .
   check "lint (ruff)" .venv/bin/ruff check --quiet .
-  check "types of the pure modules (mypy)" check_types
+  check "types of all modules (mypy)" check_types
   check "packages (catkin_lint)" catkin_lint --quiet -W1 --strict --ignore package_path_name config src
   check "XML (xmllint)" check_xml
   check "robot description (check_urdf)" check_urdfs

@@ -1,4 +1,4 @@
-"""Give every test the built workspace, and show what the started processes printed when a test fails."""
+"""Give every test the built workspace; show what processes printed when a test fails."""
 
 from __future__ import annotations
 
@@ -7,19 +7,27 @@ from collections.abc import Iterator
 
 import pytest
 from harness.ros import Master, Ros
+from harness.running.plugin import Running
 from harness.workspace import enter_workspace, workspace_environment
 from hypothesis import HealthCheck, settings
 
 enter_workspace()
 
-# A busy machine is no failure: timing claims live in the benchmark. The same examples each time, so that a change that
-# broke nothing is never refused; HYPOTHESIS_SEARCH=1 looks for new ones.
+# A busy machine is no failure: timing claims live in the benchmark. The same examples each time, so
+# that a change that broke nothing is never refused; HYPOTHESIS_SEARCH=1 looks for new ones.
 SEARCH = "HYPOTHESIS_SEARCH" in os.environ
-settings.register_profile("cell", deadline=None, suppress_health_check=[HealthCheck.too_slow], derandomize=not SEARCH)
+settings.register_profile(
+    "cell",
+    deadline=None,
+    suppress_health_check=[HealthCheck.too_slow],
+    derandomize=not SEARCH,
+    print_blob=True,  # a failing example of the night says how to repeat it by day
+)
 settings.load_profile("cell")
 
 
-# Modules of tests/unit that take many seconds: searches over thousands of histories. `./cell check` leaves them out.
+# Modules of tests/unit that take many seconds: searches over thousands of histories.
+# `./cell check` leaves them out.
 SLOW = (
     "twin_controller/core/test_properties.py",
     "twin_controller/core/test_arbitration.py",
@@ -37,13 +45,20 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker("slow")
 
 
+def pytest_configure(config: pytest.Config) -> None:
+    """Let this run deal out its groups and count its scenes."""
+    config.pluginmanager.register(Running(), "scara_running")
+
+
 @pytest.fixture(scope="session")
 def ros_master(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Master]:
     """Start one ROS master for the whole run and make this process its node ``/tests``."""
     import rospy
 
     master = Master(tmp_path_factory.mktemp("master"), workspace_environment())
-    os.environ.update({name: master.env[name] for name in ("ROS_MASTER_URI", "ROS_HOME", "ROS_LOG_DIR")})
+    os.environ.update(
+        {name: master.env[name] for name in ("ROS_MASTER_URI", "ROS_HOME", "ROS_LOG_DIR")}
+    )
     rospy.init_node("tests", disable_signals=True)
     yield master
     rospy.signal_shutdown("the tests have ended")
@@ -57,8 +72,13 @@ def ros(ros_master: Master, tmp_path: object, request: pytest.FixtureRequest) ->
 
 
 @pytest.fixture(scope="module")
-def ros_module(ros_master: Master, tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest) -> Iterator[Ros]:
-    """Give all tests of one module the same namespace and processes: for nodes that are slow to start."""
+def ros_module(
+    ros_master: Master, tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest
+) -> Iterator[Ros]:
+    """Give all tests of one module the same namespace and processes.
+
+    For nodes that are slow to start.
+    """
     label = request.node.name.rsplit("/", 1)[-1].removesuffix(".py")
     yield from _ros(ros_master, tmp_path_factory.mktemp(label), label)
 

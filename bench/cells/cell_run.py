@@ -1,10 +1,9 @@
-"""A whole cell that runs an experiment, with a slow line between twin controller and twin if wanted."""
+"""A whole cell that runs an experiment, over a slow line to the twin if wanted."""
 
 from __future__ import annotations
 
 import contextlib
 import json
-import os
 import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
@@ -15,7 +14,6 @@ from harness.live_cell import LiveCell
 from harness.wires.proxy import websocket_units
 from harness.wires.relay import Relay
 from scara_bringup.io.configuration import copy_with_ports
-from scara_bringup.io.processes import URGENT_NICENESS
 from scara_config import config_directory
 from scara_config.writer import write_values
 
@@ -35,7 +33,9 @@ class Outcome:
 
 
 @contextlib.contextmanager
-def running_cell(folder: Path, changes: Changes, without: tuple[str, ...] = ()) -> Iterator[LiveCell]:
+def running_cell(
+    folder: Path, changes: Changes, without: tuple[str, ...] = ()
+) -> Iterator[LiveCell]:
     """Start a cell on ports of its own and wait until it is ready; end it at last.
 
     Args:
@@ -59,7 +59,8 @@ def running_cell(folder: Path, changes: Changes, without: tuple[str, ...] = ()) 
 def started(folder: Path, start: Callable[[LiveCell], object]) -> Iterator[LiveCell]:
     """Give a cell once ``start`` has succeeded; end it at last.
 
-    A port that was free when it was chosen may be taken by anybody's connection when it is listened on: then once more.
+    A port that was free when it was chosen may be taken by anybody's connection when it is listened
+    on: then once more.
     """
     for attempt in range(ATTEMPTS):
         cell = LiveCell(folder / f"attempt_{attempt}" if attempt else folder)
@@ -81,7 +82,9 @@ def started(folder: Path, start: Callable[[LiveCell], object]) -> Iterator[LiveC
 
 
 def experiment(folder: Path, delay_ms: tuple[float, float], changes: Changes) -> Outcome:
-    """Let the robot lead at full speed over a line that is slow in each direction by ``delay_ms``, and return what came out.
+    """Let the robot lead at full speed over a slow line.
+
+    The line is slow by ``delay_ms`` in each direction. Return what came out.
 
     Raises:
         RuntimeError: No report came out; the text is the end of the log.
@@ -93,15 +96,16 @@ def experiment(folder: Path, delay_ms: tuple[float, float], changes: Changes) ->
                 relay.disturb(Late(delay_ms[0] * 1e-3, delay_ms[1] * 1e-3))
             env = {"SCARA_CONFIG_DIR": str(cell.output / "config")}
             url = f"_gateway_url:=ws://127.0.0.1:{relay.port}"
-            put_first(cell.stage.start("rosrun", "twin_controller", "twin_controller", url, env=env).pid)
-            put_first(relay._process.pid or 0)  # a busy machine shall not make the line slower than it is meant to be
+            cell.stage.start("rosrun", "twin_controller", "twin_controller", url, env=env)
             return run_experiments(cell, folder / "run", "real_leads", repeat=REPEATS)
         finally:
             relay.close()
 
 
 def run_experiments(cell: LiveCell, output: Path, name: str, repeat: int) -> Outcome:
-    """Run an experiment some times at full speed on a running cell; once more if a busy machine has stopped the cell.
+    """Run an experiment some times at full speed on a running cell.
+
+    Once more if a busy machine has stopped the cell.
 
     Raises:
         RuntimeError: No report came out of any attempt; the text is the end of the log.
@@ -127,19 +131,17 @@ def recover(cell: LiveCell) -> None:
             mode = cell.mode()
             if mode == "IDLE":
                 return
-            cell.call("twin_controller/command", f"{{command: {answers.get(mode, 'STOP')}}}", timeout=10.0)
-
-
-def put_first(pid: int) -> None:
-    """Give a process the priority that the bring-up gives the control loops, if this user may."""
-    with contextlib.suppress(OSError):
-        os.setpriority(os.PRIO_PROCESS, pid, URGENT_NICENESS)
+            cell.call(
+                "twin_controller/command", f"{{command: {answers.get(mode, 'STOP')}}}", timeout=10.0
+            )
 
 
 def _attempt(cell: LiveCell, output: Path, name: str, repeat: int) -> str:
     """Run the command to its end and return its last words."""
     env = {"SCARA_CONFIG_DIR": str(cell.output / "config")}
     options = ("--repeat", str(repeat), "--speed", "100", "--output", str(output))
-    process = cell.stage.start("rosrun", "twin_experiments", "run_experiment", name, *options, env=env)
+    process = cell.stage.start(
+        "rosrun", "twin_experiments", "run_experiment", name, *options, env=env
+    )
     code = process.wait(EXPERIMENT_S)
     return f"run_experiment ended with {code}: {process.tail(3)}"

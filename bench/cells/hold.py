@@ -1,4 +1,7 @@
-"""How far an ideal twin would be off that stands at the newest position it has been sent: from the same recording."""
+"""How far an ideal twin would be off that stands at the newest position it has been sent.
+
+From the same recording.
+"""
 
 from __future__ import annotations
 
@@ -18,11 +21,12 @@ Array = NDArray[np.float64]
 
 
 def held_errors_mm(file: Path, robot: Robot) -> list[float]:
-    """Return for each experiment of a bag the largest distance between the robot's tool and the held one [mm].
+    """Return the largest distance between tool and held tool [mm], for each experiment.
 
     Args:
-        file: Recording in which the robot leads. Each packet to the twin holds the position that the controller has read;
-            it counts from the instant at which it arrived at the twin, until the next one does.
+        file: Recording in which the robot leads. Each packet to the twin holds the position that
+            the controller has read; it counts from the instant at which it arrived at the twin,
+            until the next one does.
         robot: robot.yaml.
     """
     names = [joint.name for joint in robot.arm_joints]
@@ -30,15 +34,26 @@ def held_errors_mm(file: Path, robot: Robot) -> list[float]:
     with open_bag(file) as bag:
         origin = bag.start
         spans = _spans(bag)
-        truth = _table(bag, TRUTH, lambda at, m: (_seconds(m.header.stamp), m.position[_columns(m.name, names)]))
+        truth = _table(
+            bag,
+            TRUTH,
+            lambda at, m: (_seconds(m.header.stamp), m.position[_columns(m.name, names)]),
+        )
         sent = _table(
-            bag, FOLLOW, lambda at, m: (at, m.points[0].positions[_columns(m.joint_names, names)]) if m.points else None
+            bag,
+            FOLLOW,
+            lambda at, m: (
+                (at, m.points[0].positions[_columns(m.joint_names, names)]) if m.points else None
+            ),
         )
     errors = []
     for first, last in spans:
         inside = sent[0][(sent[0] >= first) & (sent[0] <= last)]
         if len(inside) < 2:
-            raise ValueError(f"{file}: the twin was sent nothing between {first - origin:.1f} and {last - origin:.1f} s")
+            raise ValueError(
+                f"{file}: the twin was sent nothing between {first - origin:.1f} and "
+                f"{last - origin:.1f} s"
+            )
         instants = np.arange(inside[0], inside[-1], 1.0 / RATE_HZ)
         real = np.column_stack([np.interp(instants, truth[0], column) for column in truth[1].T])
         held = sent[1][np.searchsorted(sent[0], instants, side="right") - 1]

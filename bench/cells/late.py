@@ -1,4 +1,7 @@
-"""A line that is slow in both directions, for the relay of tests/harness: each unit is late by a random time, in order."""
+"""A line that is slow in both directions, for the relay of tests/harness.
+
+Each unit is late by a random time, in order.
+"""
 
 from __future__ import annotations
 
@@ -21,6 +24,8 @@ class Late:
     def __call__(self, unit: bytes, answers: bool) -> list[Piece]:
         """Return the unit with its delay from now."""
         now = time.monotonic()
-        due = max(now + self.rng.uniform(self.least, self.most), self._last.get(answers, 0.0) + 1e-6)
+        due = max(
+            now + self.rng.uniform(self.least, self.most), self._last.get(answers, 0.0) + 1e-6
+        )
         self._last[answers] = due
         return [(due - now, unit)]

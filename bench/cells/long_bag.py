@@ -11,12 +11,19 @@ from bench.cells.cell_run import experiment
 from bench.room import Room
 
 DURATION_S = 600.0
-_STAMPED = ("sensor_msgs/msg/JointState", "trajectory_msgs/msg/JointTrajectory", "diagnostic_msgs/msg/DiagnosticArray")
+_STAMPED = (
+    "sensor_msgs/msg/JointState",
+    "trajectory_msgs/msg/JointTrajectory",
+    "diagnostic_msgs/msg/DiagnosticArray",
+)
 
 
 def recording(room: Room) -> Path:
     """Return the recording of a cell whose robot led; that of the row sync_error if it was made."""
-    made = sorted(file.with_name("run.bag") for file in (room.folder / "sync_error").rglob("run_*/report.json"))
+    made = sorted(
+        file.with_name("run.bag")
+        for file in (room.folder / "sync_error").rglob("run_*/report.json")
+    )
     if made:
         return made[0]
     room.say("a cell records the robot's program")
@@ -26,20 +33,29 @@ def recording(room: Room) -> Path:
 def long_bag(room: Room, target: Path) -> Path:
     """Write the recording of a cell until it is ten minutes long and return the file.
 
-    Each repetition is moved by a whole number of seconds, in the time of receipt and in the stamp of each message's header.
+    Each repetition is moved by a whole number of seconds, in the time of receipt and in the stamp
+    of each message's header.
     """
     source = recording(room)
     with Reader(source) as reader:
-        messages = [(connection, stamp, bytes(data)) for connection, stamp, data in reader.messages()]
+        messages = [
+            (connection, stamp, bytes(data)) for connection, stamp, data in reader.messages()
+        ]
         period = int((reader.end_time - reader.start_time) * 1e-9) + 2
         with Writer(target) as writer:
             known = {
                 connection.id: writer.add_connection(
-                    connection.topic, connection.msgtype, msgdef=connection.msgdef.data, md5sum=connection.digest
+                    connection.topic,
+                    connection.msgtype,
+                    msgdef=connection.msgdef.data,
+                    md5sum=connection.digest,
                 )
                 for connection in reader.connections
             }
-            stamped = {c.id: c.msgtype in _STAMPED or _has_header(c.msgdef.data) for c in reader.connections}
+            stamped = {
+                c.id: c.msgtype in _STAMPED or _has_header(c.msgdef.data)
+                for c in reader.connections
+            }
             for repetition in range(int(DURATION_S / period) + 1):
                 later = repetition * period
                 for connection, stamp, data in messages:
@@ -56,6 +72,9 @@ def _has_header(definition: str) -> bool:
 
 
 def _moved(data: bytes, seconds: int) -> bytes:
-    """Return a message whose header's stamp is later: sequence number, then seconds, four bytes each."""
+    """Return a message whose header's stamp is later.
+
+    Sequence number, then seconds, four bytes each.
+    """
     (at,) = struct.unpack_from("<I", data, 4)
     return data[:4] + struct.pack("<I", at + seconds) + data[8:]

@@ -1,4 +1,7 @@
-"""The cell as a user starts it, watched from outside: how soon it is ready, what it costs, how old its set points are."""
+"""The cell as a user starts it, watched from outside.
+
+How soon it is ready, what it costs, how old its set points are.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +27,10 @@ SETPOINTS = "twin/joint_setpoints"
 
 @dataclass(frozen=True)
 class Cost:
-    """What a process took: share of one core [percent], memory [MB] with shared pages counted once, and as `top` shows it."""
+    """What a process took.
+
+    Share of one core [percent], memory [MB] with shared pages counted once, and as `top` shows it.
+    """
 
     cpu: float
     memory: float
@@ -33,7 +39,10 @@ class Cost:
 
 @dataclass
 class Watched:
-    """What was seen of a cell: seconds until it was ready, costs by node, ages of set points [s], why there are none."""
+    """What was seen of a cell.
+
+    Seconds until it was ready, costs by node, ages of set points [s], why there are none.
+    """
 
     starts: list[float] = field(default_factory=list)
     rest: dict[str, Cost] = field(default_factory=dict)
@@ -48,7 +57,9 @@ def watch(room: Room) -> Watched:
     for number in range(STARTS):
         room.say(f"./cell up, {number + 1} of {STARTS}")
         taken: list[float] = []
-        with started(room.place(f"whole_cell_{number}"), lambda cell, taken=taken: taken.append(_start(cell))) as cell:  # type: ignore[misc]
+        with started(
+            room.place(f"whole_cell_{number}"), lambda cell, taken=taken: taken.append(_start(cell))
+        ) as cell:  # type: ignore[misc]
             seen.starts.append(taken[-1])
             if number == STARTS - 1:
                 room.say("at rest, then the robot's program twice")
@@ -59,10 +70,24 @@ def watch(room: Room) -> Watched:
 
 def _start(cell: LiveCell) -> float:
     """Start ``./cell up`` on ports of its own and return the seconds until the twin follows."""
-    ports = {"master": cell.master_port, "modbus": cell.modbus_port, "gateway": cell.gateway_port, "panel": free_port()}
+    ports = {
+        "master": cell.master_port,
+        "modbus": cell.modbus_port,
+        "gateway": cell.gateway_port,
+        "panel": free_port(),
+    }
     words = [word for name, port in ports.items() for word in (f"--{name}-port", str(port))]
     begun = time.monotonic()
-    process = cell.stage.start(str(ROOT / "cell"), "up", "--output", str(cell.output), *words, name="cell_up")
+    process = cell.stage.start(
+        str(ROOT / "cell"),
+        "up",
+        "--output",
+        str(cell.output),
+        "--runs",
+        str(cell.folder),
+        *words,
+        name="cell_up",
+    )
     cell.wait_ready(process, READY_S)
     return time.monotonic() - begun
 
@@ -75,11 +100,18 @@ def _lead(cell: LiveCell, seen: Watched) -> None:
 
 
 def _ages(cell: LiveCell) -> list[float]:
-    """Let the robot lead and return how old what the twin followed was when its simulator got it."""
+    """Let the robot lead and return the age of what the twin followed.
+
+    The age is that at arrival at the twin's simulator.
+    """
     outcome = run_experiments(cell, cell.folder / "run", "real_leads", repeat=2)
     ages = []
     with open_bag(outcome.bag) as bag:
-        follow = {_stamp(m.header.stamp) for _, m in bag.messages("joint_pose_controller/follow") if m.points}
+        follow = {
+            _stamp(m.header.stamp)
+            for _, m in bag.messages("joint_pose_controller/follow")
+            if m.points
+        }
         for at, message in bag.messages(SETPOINTS):
             stamp = _stamp(message.header.stamp)
             if stamp in follow:
@@ -92,7 +124,10 @@ def _stamp(stamp: Any) -> tuple[int, int]:
 
 
 def _costs_over(cell: LiveCell, action: Callable[[], object]) -> dict[str, Cost]:
-    """Return what each process of the cell took while ``action`` ran; the experiment's own process is left out."""
+    """Return what each process of the cell took while ``action`` ran.
+
+    The experiment's own process is left out.
+    """
     before, begun = _ticks(cell), time.monotonic()
     action()
     after, seconds = _ticks(cell), time.monotonic() - begun

@@ -1,4 +1,7 @@
-"""Rigid-body dynamics by pinocchio and MuJoCo on a URDF: mass matrix, bias, forward kinematics, Jacobian, speed of a step."""
+"""Rigid-body dynamics by pinocchio and MuJoCo on a URDF.
+
+Mass matrix, bias, forward kinematics, Jacobian, speed of a step.
+"""
 
 from __future__ import annotations
 
@@ -35,11 +38,16 @@ class Pinocchio:
         """Return mass matrix and bias (velocity coupling and gravity) for each (q, qdot)."""
         found = []
         for q, qdot in states:
-            position, velocity = self._spread(q, self.at, self.model.nq), self._spread(qdot, self.along, self.model.nv)
+            position, velocity = (
+                self._spread(q, self.at, self.model.nq),
+                self._spread(qdot, self.along, self.model.nv),
+            )
             mass = self.pin.crba(self.model, self.data, position)
             mass = self.np.triu(mass) + self.np.triu(mass, 1).T
             bias = self.pin.nonLinearEffects(self.model, self.data, position, velocity)
-            found.append([mass[self.np.ix_(self.along, self.along)].tolist(), bias[self.along].tolist()])
+            found.append(
+                [mass[self.np.ix_(self.along, self.along)].tolist(), bias[self.along].tolist()]
+            )
         return found
 
     def kinematics(self, poses: list[list[float]]) -> list[list[Any]]:
@@ -48,7 +56,11 @@ class Pinocchio:
         for q in poses:
             position = self._spread(q, self.at, self.model.nq)
             jacobian = self.pin.computeFrameJacobian(
-                self.model, self.data, position, self.frame, self.pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+                self.model,
+                self.data,
+                position,
+                self.frame,
+                self.pin.ReferenceFrame.LOCAL_WORLD_ALIGNED,
             )[:, self.along]
             pose = self.pin.updateFramePlacement(self.model, self.data, self.frame).homogeneous
             found.append([pose.tolist(), self.np.vstack([jacobian[3:], jacobian[:3]]).tolist()])
@@ -65,7 +77,9 @@ class Mujoco:
 
         self.np, self.mujoco = np, mujoco
         options = '<mujoco><compiler fusestatic="true" discardvisual="true"/></mujoco>'
-        text = re.sub(r"(<robot\b[^>]*>)", rf"\1{options}", Path(urdf).read_text(encoding="utf-8"), count=1)
+        text = re.sub(
+            r"(<robot\b[^>]*>)", rf"\1{options}", Path(urdf).read_text(encoding="utf-8"), count=1
+        )
         self.model = mujoco.MjModel.from_xml_string(text)
         self.model.opt.timestep, self.model.opt.gravity[:] = step, (0.0, 0.0, -gravity)
         self.data = mujoco.MjData(self.model)

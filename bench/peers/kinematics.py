@@ -1,4 +1,7 @@
-"""Inverse kinematics by KDL, modern_robotics and the Robotics Toolbox: one SCARA of three joints, given as its lengths."""
+"""Inverse kinematics by KDL, modern_robotics and the Robotics Toolbox.
+
+One SCARA of three joints, given as its lengths.
+"""
 
 from __future__ import annotations
 
@@ -31,19 +34,29 @@ class _Solver:
 class Kdl(_Solver):
     """KDL's Levenberg-Marquardt solver in C++, by Debian's PyKDL."""
 
-    def __init__(self, lengths: list[float], targets: list[list[float]], seeds: list[list[float]]) -> None:
-        """Take L1, L2, h [m], joint positions whose poses are the targets, and a first guess for each."""
+    def __init__(
+        self, lengths: list[float], targets: list[list[float]], seeds: list[list[float]]
+    ) -> None:
+        """Take L1, L2, h [m], joint positions (their poses are the targets) and first guesses."""
         import PyKDL as Kdl_
 
         self.kdl = Kdl_
         l1, l2, h = lengths
         chain = Kdl_.Chain()
-        for kind, tip in (("RotZ", (l1, 0.0, 0.0)), ("RotZ", (l2, 0.0, 0.0)), ("TransZ", (0.0, 0.0, h))):
-            chain.addSegment(Kdl_.Segment(Kdl_.Joint(getattr(Kdl_.Joint, kind)), Kdl_.Frame(Kdl_.Vector(*tip))))
+        for kind, tip in (
+            ("RotZ", (l1, 0.0, 0.0)),
+            ("RotZ", (l2, 0.0, 0.0)),
+            ("TransZ", (0.0, 0.0, h)),
+        ):
+            chain.addSegment(
+                Kdl_.Segment(Kdl_.Joint(getattr(Kdl_.Joint, kind)), Kdl_.Frame(Kdl_.Vector(*tip)))
+            )
         self.chain, self.solver = chain, Kdl_.ChainIkSolverPos_LMA(chain)
         self.forward = Kdl_.ChainFkSolverPos_recursive(chain)
         answer = self.vector([0.0, 0.0, 0.0])
-        self.tasks = [(self.vector(seed), self.frame(target)) for seed, target in zip(seeds, targets)]
+        self.tasks = [
+            (self.vector(seed), self.frame(target)) for seed, target in zip(seeds, targets)
+        ]
         self.solve = lambda task: self.solver.CartToJnt(task[0], task[1], answer)
         self.version = f"KDL {getattr(Kdl_, '__version__', '1.5.1')}"
 
@@ -61,7 +74,10 @@ class Kdl(_Solver):
         return frame
 
     def errors(self) -> list[float]:
-        """Return how far each solution is from its target [m]; a solver that gave up counts as 1 m."""
+        """Return how far each solution is from its target [m].
+
+        A solver that gave up counts as 1 m.
+        """
         found, errors = self.vector([0.0, 0.0, 0.0]), []
         for seed, target in self.tasks:
             code = self.solver.CartToJnt(seed, target, found)
@@ -77,14 +93,21 @@ class ModernRobotics(_Solver):
     block = 5
 
     def __init__(
-        self, screws: list[list[float]], home: list[list[float]], targets: list[list[float]], seeds: list[list[float]]
+        self,
+        screws: list[list[float]],
+        home: list[list[float]],
+        targets: list[list[float]],
+        seeds: list[list[float]],
     ) -> None:
         """Take screw axes (6, n), home pose, joint positions of the targets, first guesses."""
         import modern_robotics as mr
         import numpy as np
 
         axes, pose = np.array(screws), np.array(home)
-        self.tasks = [(mr.FKinSpace(pose, axes, np.array(target)), np.array(seed)) for target, seed in zip(targets, seeds)]
+        self.tasks = [
+            (mr.FKinSpace(pose, axes, np.array(target)), np.array(seed))
+            for target, seed in zip(targets, seeds)
+        ]
         self.solve = lambda task: mr.IKinSpace(axes, pose, task[0], task[1], 1e-5, 1e-5)
         self.version = f"modern_robotics {mr.__version__}"
 
@@ -94,7 +117,9 @@ class Toolbox(_Solver):
 
     block = 50
 
-    def __init__(self, lengths: list[float], targets: list[list[float]], seeds: list[list[float]]) -> None:
+    def __init__(
+        self, lengths: list[float], targets: list[list[float]], seeds: list[list[float]]
+    ) -> None:
         """Take L1, L2, h [m], joint positions of the targets, first guesses."""
         import numpy as np
         from roboticstoolbox import ET, ETS
@@ -102,6 +127,8 @@ class Toolbox(_Solver):
         l1, l2, h = lengths
         arm = ETS([ET.Rz(), ET.tx(l1), ET.Rz(), ET.tx(l2), ET.tz(), ET.tz(h)])
         mask = np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
-        self.tasks = [(arm.fkine(np.array(target)).A, np.array(seed)) for target, seed in zip(targets, seeds)]
+        self.tasks = [
+            (arm.fkine(np.array(target)).A, np.array(seed)) for target, seed in zip(targets, seeds)
+        ]
         self.solve = lambda task: arm.ik_LM(task[0], q0=task[1], mask=mask, joint_limits=False)
         self.version = "Robotics Toolbox"

@@ -44,6 +44,9 @@ class BookPoses:
         """Return pose (4, 4) and space Jacobian (6, n) for each q."""
         mr, array = self._mr, self._np.array
         return [
-            [mr.FKinSpace(self._home, self._axes, array(q)).tolist(), mr.JacobianSpace(self._axes, array(q)).tolist()]
+            [
+                mr.FKinSpace(self._home, self._axes, array(q)).tolist(),
+                mr.JacobianSpace(self._axes, array(q)).tolist(),
+            ]
             for q in poses
         ]

@@ -26,6 +26,8 @@ class Writer:
             schema = file.register_schema("sensor_msgs/JointState", "ros1msg", b"")
             channel = file.register_channel("/twin/joint_states", "ros1", schema)
             for number in range(self._messages):
-                file.add_message(channel, 1_700_000_000_000_000_000 + 5_000_000 * number, self._data, 0)
+                file.add_message(
+                    channel, 1_700_000_000_000_000_000 + 5_000_000 * number, self._data, 0
+                )
             file.finish()
         return [self._messages / (time.perf_counter() - begun)]

@@ -1,4 +1,7 @@
-"""A peer in a process of its own: asked over its standard input, one JSON line for each question and each answer."""
+"""A peer in a process of its own.
+
+Asked over its standard input, one JSON line for each question and each answer.
+"""
 
 from __future__ import annotations
 
@@ -20,9 +23,14 @@ class PeerError(RuntimeError):
 
 
 class Peer:
-    """One job in a process of its own; a context manager. ``ask`` makes it work while this process waits."""
+    """One job in a process of its own; a context manager.
 
-    def __init__(self, job: str, python: Path = PYTHON, deadline: float = 120.0, **arguments: Any) -> None:
+    ``ask`` makes it work while this process waits.
+    """
+
+    def __init__(
+        self, job: str, python: Path = PYTHON, deadline: float = 120.0, **arguments: Any
+    ) -> None:
         """Start the job ``module:Class`` of ``bench.peers`` with its arguments.
 
         Raises:
@@ -49,7 +57,12 @@ class Peer:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
         self.close()
 
     def ask(self, method: str, **arguments: Any) -> Any:

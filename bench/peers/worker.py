@@ -20,7 +20,9 @@ def main() -> None:
         try:
             if "job" in question:
                 module, name = question["job"].split(":")
-                job = getattr(importlib.import_module(f"bench.peers.{module}"), name)(**question["arguments"])
+                job = getattr(importlib.import_module(f"bench.peers.{module}"), name)(
+                    **question["arguments"]
+                )
                 answer: dict[str, Any] = {"answer": getattr(job, "version", "")}
             else:
                 answer = {"answer": getattr(job, question["ask"])(**question["arguments"])}

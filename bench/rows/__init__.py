@@ -1,4 +1,7 @@
-"""The rows of the benchmark, one module for each group; each row is a function that returns its record."""
+"""The rows of the benchmark, one module for each group.
+
+Each row is a function that returns its record.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +32,10 @@ def names() -> list[str]:
 
 
 def row(name: str) -> RowFunction:
-    """Return a row's function; its module is imported now, so that a broken one costs its own rows only."""
+    """Return a row's function.
+
+    Its module is imported now, so that a broken one costs its own rows only.
+    """
     group = next(group for group, rows in GROUPS.items() if name in rows)
     found: RowFunction = getattr(importlib.import_module(f"bench.rows.{group}"), name)
     return found

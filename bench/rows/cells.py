@@ -22,8 +22,13 @@ from bench.room import Room
 POLL_S, POLLS = 10.0, 2
 
 
-def _sync(room: Room, name: str, delay_ms: tuple[float, float], changes: Changes, limit: float, rate: str) -> Record:
-    """Compare the twin's error with that of a twin that stands at the newest value it has got, in the same run."""
+def _sync(
+    room: Room, name: str, delay_ms: tuple[float, float], changes: Changes, limit: float, rate: str
+) -> Record:
+    """Compare the twin's error with that of a twin that holds the newest value.
+
+    Both are taken from the same run.
+    """
     outcome = experiment(room.place(name), delay_ms, changes)
     held = held_errors_mm(outcome.bag, room.robot)
     ours = [entry["path_error_max_mm"] for entry in outcome.entries]
@@ -34,9 +39,11 @@ def _sync(room: Room, name: str, delay_ms: tuple[float, float], changes: Changes
         statistics.median(held),
         "mm",
         (Goal("ratio", limit),),
-        measured=f"largest distance of both tools at the same instant, robot leads ARTICLE at override 100 %, {rate} poll, each "
-        f"web-socket packet {delay_ms[0]:g} to {delay_ms[1]:g} ms late in both directions; ground truth of both sides",
-        against="the same run: an ideal twin that stands at the newest position it has been sent until the next one arrives",
+        measured="largest distance of both tools at the same instant, robot leads ARTICLE at "
+        f"override 100 %, {rate} poll, each web-socket packet {delay_ms[0]:g} to "
+        f"{delay_ms[1]:g} ms late in both directions; ground truth of both sides",
+        against="the same run: an ideal twin that stands at the newest position it has been sent "
+        "until the next one arrives",
         statistic="median of the largest",
         rounds=len(ours),
         spread_percent=100.0 * (max(ours) - min(ours)) / statistics.median(ours),
@@ -51,8 +58,13 @@ def sync_error(room: Room) -> Record:
 
 
 def sync_error_slow(room: Room) -> Record:
-    """About 50 Hz, 20 to 30 ms; a divergence is reported but pauses nobody, so that there is an error to measure."""
-    changes: Changes = {"twin_controller.yaml": {("real", "poll_period_ms"): 19.7, ("divergence", "pause"): False}}
+    """About 50 Hz, 20 to 30 ms.
+
+    A divergence is reported but pauses nobody, so that there is an error to measure.
+    """
+    changes: Changes = {
+        "twin_controller.yaml": {("real", "poll_period_ms"): 19.7, ("divergence", "pause"): False}
+    }
     return _sync(room, "sync_error_slow", (20.0, 30.0), changes, 0.20, "50 Hz")
 
 
@@ -61,7 +73,10 @@ def _watched(room: Room) -> Watched:
 
 
 def _bare_ages(room: Room) -> list[float]:
-    """Return how old the robot's state is when a bare program's message has been parsed at the other end [s]."""
+    """Return the age of the robot's state at the other end [s].
+
+    It ends when a bare program's message has been parsed there.
+    """
     layout = load_modbus_map(None)
     codec = RegisterCodec(layout, room.robot)
     with room.robot_stand_in() as modbus_port:
@@ -80,10 +95,10 @@ def _bare_ages(room: Room) -> list[float]:
 
 
 def _ages(found: dict[str, Any], codec: RegisterCodec) -> list[float]:
-    """Turn the robot's clock into ours by the reads that took least, and return the ages at arrival.
+    """Turn the robot's clock into ours by the shortest reads, and return the ages at arrival.
 
-    The smallest difference of a second belongs to a state that was latched right before it was read; its age is taken as
-    0.2 ms, as in twin_controller.yaml (sample_latency_ms).
+    The smallest difference of a second belongs to a state that was latched right before it was
+    read; its age is taken as 0.2 ms, as in twin_controller.yaml (sample_latency_ms).
     """
     signals = [False] * codec.outputs.count
     clocks = [codec.decode_sample(words, signals).clock_ms * 1e-3 for _, words in found["reads"]]
@@ -97,7 +112,10 @@ def _ages(found: dict[str, Any], codec: RegisterCodec) -> list[float]:
 
 
 def state_age(room: Room) -> Record:
-    """From the instant at which the robot's state was true until its set point is at the twin's simulator."""
+    """From the robot's state to its set point at the twin's simulator.
+
+    The time begins when the state was true.
+    """
     room.say("bare reader and sender")
     bare = [_bare_ages(room)]
     seen = _watched(room)
@@ -111,10 +129,12 @@ def state_age(room: Room) -> Record:
         statistics.mean(each) * 1e3,
         "ms",
         (Goal("ratio", 2.0),),
-        measured="robot's state block -> twin_controller (checks, clock, decision) -> gateway -> joint_pose_controller -> "
+        measured="robot's state block -> twin_controller (checks, clock, decision) -> gateway -> "
+        "joint_pose_controller -> "
         "simulator, whole cell, robot leads; by the recorder's clock",
-        against="a bare loop on absolute deadlines: pymodbus reads the same block, websocket-client sends it, a bare websockets "
-        "server parses it; nothing else runs; before and after ours",
+        against="a bare loop on absolute deadlines: pymodbus reads the same block, "
+        "websocket-client sends it, a bare websockets server parses it; nothing else "
+        "runs; before and after ours",
         statistic="p99",
         ours_p99=quantile(seen.ages, 0.99) * 1e3,
         baseline_p99=statistics.mean(each) * 1e3,
@@ -122,7 +142,11 @@ def state_age(room: Room) -> Record:
         rounds=POLLS,
         beside=(
             Beside("median, ours", statistics.median(seen.ages) * 1e3, "ms"),
-            Beside("median, baseline", statistics.median([age for ages in bare for age in ages]) * 1e3, "ms"),
+            Beside(
+                "median, baseline",
+                statistics.median([age for ages in bare for age in ages]) * 1e3,
+                "ms",
+            ),
         ),
         note="up to 2 ms of both is the robot's own: it latches its state every 2 ms",
     )
@@ -142,7 +166,8 @@ def cell_cost(room: Room) -> Record:
         None,
         "% of a core",
         (Goal("ours", 60.0),),
-        measured="all processes of ./cell up, operator page included (no browser on it), robot leads, everything is recorded",
+        measured="all processes of ./cell up, operator page included (no browser on it), robot "
+        "leads, everything is recorded",
         against="none",
         statistic="mean",
         beside=(
@@ -164,7 +189,10 @@ def _node(name: str, cost: Cost, rest: Cost | None) -> Beside:
 
 
 def start(room: Room) -> Record:
-    """From ./cell up to the twin controller's IDLE, when the twin has been aligned by following the robot."""
+    """From ./cell up to the twin controller's IDLE.
+
+    By then the twin has been aligned by following the robot.
+    """
     starts = _watched(room).starts
     return Record(
         "start",
@@ -172,7 +200,8 @@ def start(room: Room) -> Record:
         None,
         "s",
         (Goal("ours", 6.0),),
-        measured="./cell up, set-up done, operator page included, until it says ready: every node answers, both links are up, "
+        measured="./cell up, set-up done, operator page included, until it says ready: every node "
+        "answers, both links are up, "
         "the twin has followed the robot's samples to its pose and would follow the next motion",
         against="none",
         rounds=STARTS,

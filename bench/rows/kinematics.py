@@ -1,4 +1,7 @@
-"""Rows ik_single, ik_batch, ik_accuracy: the closed forms of scara_control.kinematics, as the services call them."""
+"""Rows ik_single, ik_batch, ik_accuracy.
+
+The closed forms of scara_control.kinematics, as the services call them.
+"""
 
 from __future__ import annotations
 
@@ -7,17 +10,20 @@ from itertools import cycle
 
 import numpy as np
 from scara_control.kinematics.scara import Elbow, Scara, solve, tool_position
-from scara_control.kinematics.scara_batch import solve_batch, tool_positions_batch
 from scara_control.kinematics.screws import ScrewModel
 
 from bench.peers.process import Peer
 from bench.record import Beside, Goal, Record, interleaved, median, of_rounds, p99
 from bench.room import Room
 from bench.timing import timed_blocks
+from bench.world.scara_batch import solve_batch, tool_positions_batch
 
 POSES, ROUNDS, BLOCKS, CALLS = 1000, 9, 20, 500
 MIDDLE = (0.0, 1.3, -0.105)
-"""First guess for a target of which nothing is known: the middle of the joints' ranges, elbow on the wanted side."""
+"""First guess for a target of which nothing is known.
+
+The middle of the joints' ranges, elbow on the wanted side.
+"""
 NEAR_RAD = 0.05
 """How far the first guess is away from the solution when a motion is followed."""
 
@@ -53,8 +59,12 @@ def ik_single(room: Room) -> Record:
     _ = room.peers
     with (
         Peer("kinematics:Kdl", lengths=lengths, targets=q.tolist(), seeds=middle) as far_kdl,
-        Peer("kinematics:Kdl", lengths=lengths, targets=q.tolist(), seeds=near.tolist()) as near_kdl,
-        Peer("kinematics:ModernRobotics", screws=screws, home=home, targets=q.tolist(), seeds=middle) as book,
+        Peer(
+            "kinematics:Kdl", lengths=lengths, targets=q.tolist(), seeds=near.tolist()
+        ) as near_kdl,
+        Peer(
+            "kinematics:ModernRobotics", screws=screws, home=home, targets=q.tolist(), seeds=middle
+        ) as book,
         Peer("kinematics:Toolbox", lengths=lengths, targets=q.tolist(), seeds=middle) as toolbox,
     ):
         found = sum(error < 1e-4 for error in far_kdl.ask("errors"))
@@ -76,19 +86,34 @@ def ik_single(room: Room) -> Record:
         other,
         "us",
         (Goal("ratio", 0.05),),
-        measured="scara.solve with a branch, all checks of limits included; 1000 targets all over the workspace",
-        against=f"{version} ChainIkSolverPos_LMA (C++) through PyKDL, eps 1e-5, first guess in the middle of the ranges",
+        measured="scara.solve with a branch, all checks of limits included; 1000 targets all "
+        "over the workspace",
+        against=f"{version} ChainIkSolverPos_LMA (C++) through PyKDL, eps 1e-5, first guess in the "
+        "middle of the ranges",
         ours_p99=tail,
         baseline_p99=other_tail,
         spread_percent=spread,
         baseline_spread_percent=other_spread,
         rounds=ROUNDS,
         beside=(
-            Beside(f"ours / {book_version} IKinSpace", by_the_book, "", "<= 0.001", by_the_book <= 0.001),
-            Beside("ours / KDL, first guess 0.05 rad beside the solution", median(ours) / median(kdl_near), ""),
-            Beside("ours / Robotics Toolbox ik_LM (C++), position only", median(ours) / median(lm), ""),
+            Beside(
+                f"ours / {book_version} IKinSpace",
+                by_the_book,
+                "",
+                "<= 0.001",
+                by_the_book <= 0.001,
+            ),
+            Beside(
+                "ours / KDL, first guess 0.05 rad beside the solution",
+                median(ours) / median(kdl_near),
+                "",
+            ),
+            Beside(
+                "ours / Robotics Toolbox ik_LM (C++), position only", median(ours) / median(lm), ""
+            ),
         ),
-        note=f"from that guess KDL finds {found} of {POSES} targets within 0.1 mm; ours all, see ik_accuracy",
+        note=f"from that guess KDL finds {found} of {POSES} targets within 0.1 mm; ours all, see "
+        "ik_accuracy",
     )
 
 
@@ -121,7 +146,11 @@ def ik_batch(room: Room) -> Record:
         rounds=ROUNDS,
         beside=(
             Beside("10 000 targets a call", median(small), "million points/s"),
-            Beside("1 000 000 targets a call: the answer is fresh memory", median(large), "million points/s"),
+            Beside(
+                "1 000 000 targets a call: the answer is fresh memory",
+                median(large),
+                "million points/s",
+            ),
         ),
         note="p99 here: one call in a hundred was slower",
     )
@@ -139,7 +168,10 @@ def ik_accuracy(room: Room) -> Record:
     for elbow in Elbow:
         solutions = solve_batch(scara, points, elbow)
         sure = slice(None) if elbow is Elbow.RIGHTY else solutions.reachable
-        worst = max(worst, float(np.abs(tool_positions_batch(scara, solutions.q[sure]) - points[sure]).max()))
+        worst = max(
+            worst,
+            float(np.abs(tool_positions_batch(scara, solutions.q[sure]) - points[sure]).max()),
+        )
     singly = max(
         abs(a - b)
         for point in points[:: count // 20_000].tolist()
@@ -151,7 +183,8 @@ def ik_accuracy(room: Room) -> Record:
         None,
         "m",
         (Goal("ours", 1e-12),),
-        measured="there and back: 1e6 poses in a batch on both branches, 2e4 of them one by one; 1e5 near the edge",
+        measured="there and back: 1e6 poses in a batch on both branches, 2e4 of them one by "
+        "one; 1e5 near the edge",
         against="none",
         statistic="max",
     )

@@ -10,9 +10,9 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from cell_recorder.io.bag_writer import BagWriter
+from cell_recorder.recording import RecorderFile, RecorderSettings
 from scara_config import config_directory, load
-from twin_controller.io.bag_writer import BagWriter
-from twin_controller.recording import RecorderFile, RecorderSettings
 from twin_experiments.io.bag_reader import open_bag
 from twin_experiments.io.report import analyse_bag
 
@@ -22,7 +22,12 @@ from bench.record import Beside, Goal, Record, interleaved, median, of_rounds
 from bench.room import Room
 
 WRITES, WRITE_ROUNDS = 20_000, 7
-TOPICS = {"twin/joint_states": 200.0, "real/ground_truth": 250.0, "real/joint_states": 100.0, "twin/joint_setpoints": 100.0}
+TOPICS = {
+    "twin/joint_states": 200.0,
+    "real/ground_truth": 250.0,
+    "real/joint_states": 100.0,
+    "twin/joint_setpoints": 100.0,
+}
 """Topics and messages per second that are recorded until the kill."""
 RECORDED_S = 30.0
 
@@ -35,7 +40,11 @@ def _message() -> tuple[dict[str, str], bytes]:
     """Return connection header and bytes of a message as the simulator publishes it."""
     from sensor_msgs.msg import JointState
 
-    message = JointState(name=["joint_1", "joint_2", "joint_3", "table_joint"], position=[0.1] * 4, velocity=[0.2] * 4)
+    message = JointState(
+        name=["joint_1", "joint_2", "joint_3", "table_joint"],
+        position=[0.1] * 4,
+        velocity=[0.2] * 4,
+    )
     message.effort = [1.0] * 4
     stream = io.BytesIO()
     message.serialize(stream)
@@ -44,7 +53,10 @@ def _message() -> tuple[dict[str, str], bytes]:
 
 
 def _ours(folder: Path) -> Callable[[], list[float]]:
-    """Return a round through the recorder's writer: its thread, its chunks every 50 ms, its flushes."""
+    """Return a round through the recorder's writer.
+
+    Its thread, its chunks every 50 ms, its flushes.
+    """
     header, data = _message()
     settings = _settings()
 
@@ -54,7 +66,9 @@ def _ours(folder: Path) -> Callable[[], list[float]]:
         begun = time.perf_counter()
         writer = BagWriter(file, settings)
         for number in range(WRITES):
-            writer.put("/twin/joint_states", header, data, 1_700_000_000_000_000_000 + 5_000_000 * number)
+            writer.put(
+                "/twin/joint_states", header, data, 1_700_000_000_000_000_000 + 5_000_000 * number
+            )
         status = writer.close()
         seconds = time.perf_counter() - begun
         assert status.messages == WRITES, f"{status.messages} of {WRITES} written"
@@ -64,7 +78,10 @@ def _ours(folder: Path) -> Callable[[], list[float]]:
 
 
 def _default(folder: Path) -> Callable[[], list[float]]:
-    """Return a round of rosbag.Bag as it is: chunks of 768 KB, raw messages, so that nothing is serialised."""
+    """Return a round of rosbag.Bag as it is.
+
+    Chunks of 768 KB, raw messages, so that nothing is serialised.
+    """
     import rosbag
     import rospy
     from sensor_msgs.msg import JointState
@@ -76,7 +93,9 @@ def _default(folder: Path) -> Callable[[], list[float]]:
         begun = time.perf_counter()
         with rosbag.Bag(str(folder / "default.bag"), "w") as bag:
             for number in range(WRITES):
-                stamp = rospy.Time(*divmod(1_700_000_000_000_000_000 + 5_000_000 * number, 1_000_000_000))
+                stamp = rospy.Time(
+                    *divmod(1_700_000_000_000_000_000 + 5_000_000 * number, 1_000_000_000)
+                )
                 bag.write("/twin/joint_states", raw, stamp, raw=True)
         return [WRITES / (time.perf_counter() - begun)]
 
@@ -86,7 +105,12 @@ def _default(folder: Path) -> Callable[[], list[float]]:
 def _mcap(room: Room, folder: Path) -> Peer | None:
     try:
         _ = room.peers
-        return Peer("mcap_file:Writer", path=str(folder / "peer.mcap"), size=len(_message()[1]), messages=WRITES)
+        return Peer(
+            "mcap_file:Writer",
+            path=str(folder / "peer.mcap"),
+            size=len(_message()[1]),
+            messages=WRITES,
+        )
     except Exception as error:
         room.say(f"mcap beside it: {error}")
         return None
@@ -104,14 +128,19 @@ def recorder_write(room: Room) -> Record:
         peer.close()
     value, _, spread = of_rounds(samples[0], median, 1.0)
     other, _, other_spread = of_rounds(samples[1], median, 1.0)
-    beside = () if peer is None else (Beside(f"{peer.version}, default settings", median(samples[2]), "messages/s"),)
+    beside = (
+        ()
+        if peer is None
+        else (Beside(f"{peer.version}, default settings", median(samples[2]), "messages/s"),)
+    )
     return Record(
         "recorder_write",
         value,
         other,
         "messages/s",
         (Goal("ratio", 1.0, at_least=True),),
-        measured=f"BagWriter: {WRITES} sensor_msgs/JointState put, written and closed; a chunk and a flush every 50 ms",
+        measured=f"BagWriter: {WRITES} sensor_msgs/JointState put, written and closed; a chunk "
+        "and a flush every 50 ms",
         against="rosbag.Bag with its default chunks of 768 KB, the same raw messages, closed",
         spread_percent=spread,
         baseline_spread_percent=other_spread,
@@ -124,9 +153,14 @@ def _publish(room: Room) -> dict[str, int]:
     """Publish numbered messages at their rates; return how many of each topic were sent."""
     from sensor_msgs.msg import JointState
 
-    publishers = {topic: room.ros.publisher(topic, JointState, subscribers=2, queue_size=1000) for topic in TOPICS}
+    publishers = {
+        topic: room.ros.publisher(topic, JointState, subscribers=2, queue_size=1000)
+        for topic in TOPICS
+    }
     sent, due = dict.fromkeys(TOPICS, 0), dict.fromkeys(TOPICS, 0.0)
-    message = JointState(name=["a", "b", "c", "d"], position=[0.0] * 4, velocity=[0.0] * 4, effort=[0.0] * 4)
+    message = JointState(
+        name=["a", "b", "c", "d"], position=[0.0] * 4, velocity=[0.0] * 4, effort=[0.0] * 4
+    )
     begun = time.monotonic()
     while (now := time.monotonic() - begun) < RECORDED_S:
         for topic, rate in TOPICS.items():
@@ -151,14 +185,16 @@ def _kept(file: Path) -> int:
 
 
 def recorder_loss(room: Room) -> Record:
-    """Record for half a minute, kill the recorder with -9 in the middle of it, count what is gone."""
+    """Record for half a minute, kill the recorder with -9 on the way, count the loss."""
     from scara_msgs.srv import StartRecording
 
     folder, ros = room.place("recorder_loss"), room.ros
-    recorder = ros.run("twin_controller", "recorder", f"_directory:={folder}")
+    recorder = ros.run("cell_recorder", "recorder", f"_directory:={folder}")
     bare_file, file = folder / "default.bag", folder / "ours.bag"
     topics = [ros.name(topic) for topic in TOPICS]
-    bare = ros.stage.start(sys.executable, "-m", "bench.bare_nodes", "record", str(bare_file), *topics)
+    bare = ros.stage.start(
+        sys.executable, "-m", "bench.bare_nodes", "record", str(bare_file), *topics
+    )
     assert ros.service("recorder/start", StartRecording, timeout=30.0)(path=str(file)).success
     room.say(f"recording {RECORDED_S:g} s")
     sent = sum(_publish(room).values())
@@ -166,21 +202,28 @@ def recorder_loss(room: Room) -> Record:
         process.signal(signal.SIGKILL)
         process.wait(5.0)
     ours, default = (100.0 * (sent - _kept(found)) / sent for found in (file, bare_file))
-    ros.stage.processes = [process for process in ros.stage.processes if process not in (recorder, bare)]
+    ros.stage.processes = [
+        process for process in ros.stage.processes if process not in (recorder, bare)
+    ]
     return Record(
         "recorder_loss",
         ours,
         default,
         "%",
         (Goal("ours", 0.5),),
-        measured=f"{sent} messages at 650 a second to the recorder node, killed with -9 as the last one left; our repair reads",
-        against="a bare rospy node that writes the same topics with rosbag.Bag, killed and read in the same way",
+        measured=f"{sent} messages at 650 a second to the recorder node, killed with -9 as the "
+        "last one left; our repair reads",
+        against="a bare rospy node that writes the same topics with rosbag.Bag, killed and read in "
+        "the same way",
         statistic="once",
     )
 
 
 def report(room: Room) -> Record:
-    """Read and analyse ten minutes; drawing takes longer the more experiments there are, and is no part of it."""
+    """Read and analyse ten minutes.
+
+    Drawing takes longer the more experiments there are, and is no part of it.
+    """
     folder = room.place("report")
     bag = long_bag(room, folder / "long.bag")
     times = []
@@ -199,7 +242,8 @@ def report(room: Room) -> Record:
         None,
         "x real time",
         (Goal("ours", 100.0, at_least=True),),
-        measured=f"twin_experiments' analyse_bag on a cell's recording of {duration:.0f} s, {size:.0f} MB, "
+        measured=f"twin_experiments' analyse_bag on a cell's recording of {duration:.0f} s, "
+        f"{size:.0f} MB, "
         f"{sum(run.topics.values())} messages, {len(results)} experiments",
         against="none",
         rounds=len(times),

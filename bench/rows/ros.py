@@ -1,4 +1,7 @@
-"""Rows service_call, gateway: what a call and a web-socket client cost on top of the bare libraries."""
+"""Rows service_call, gateway.
+
+What a call and a web-socket client cost on top of the bare libraries.
+"""
 
 from __future__ import annotations
 
@@ -28,15 +31,20 @@ TOPIC, WATCHED = "/bench/joint_states", "/bench/watched"
 
 
 def service_call(room: Room) -> Record:
-    """Forward kinematics through rospy against an empty service, both on a persistent connection."""
+    """Forward kinematics through rospy against an empty service, both connections kept."""
     ros = room.ros
-    # A caller and a node on two processors wait 20 or 70 us for each other, as the scheduler happens to place them: one for all.
+    # A caller and a node on two processors wait 20 or 70 us for each other, as the scheduler
+    # happens to place them: one for all.
     everywhere = os.sched_getaffinity(0)
     os.sched_setaffinity(0, {min(everywhere)})
     try:
         ros.run("scara_control", "kinematics_server")
-        ros.stage.start(sys.executable, "-m", "bench.bare_nodes", "empty_service", ros.name("empty"))
-        ros.stage.start(sys.executable, "-m", "bench.bare_nodes", "constant_service", ros.name("constant"))
+        ros.stage.start(
+            sys.executable, "-m", "bench.bare_nodes", "empty_service", ros.name("empty")
+        )
+        ros.stage.start(
+            sys.executable, "-m", "bench.bare_nodes", "constant_service", ros.name("constant")
+        )
         return _service_call(ros)
     finally:
         os.sched_setaffinity(0, everywhere)
@@ -72,8 +80,10 @@ def _service_call(ros: Ros) -> Record:
         other,
         "us",
         (Goal("ratio", 1.2),),
-        measured="kinematics_server's forward_kinematics, three joints, all checks, pose as position and quaternion",
-        against="an empty service (std_srvs/Empty) of a bare rospy node, called likewise; caller and nodes on one processor",
+        measured="kinematics_server's forward_kinematics, three joints, all checks, pose as "
+        "position and quaternion",
+        against="an empty service (std_srvs/Empty) of a bare rospy node, called likewise; "
+        "caller and nodes on one processor",
         ours_p99=tail,
         baseline_p99=other_tail,
         spread_percent=spread,
@@ -81,7 +91,9 @@ def _service_call(ros: Ros) -> Record:
         rounds=CALL_ROUNDS,
         beside=(
             Beside(
-                "ours / a bare node that answers the same message with a constant", median(samples[0]) / median(samples[2]), ""
+                "ours / a bare node that answers the same message with a constant",
+                median(samples[0]) / median(samples[2]),
+                "",
             ),
         ),
     )
@@ -106,18 +118,28 @@ class _Gateway:
         ros, self._stack = room.ros, stack
         self.port, echo_port = free_port(), free_port()
         config = copy_with_ports(config_directory(), room.place("gateway_config"), None, self.port)
-        write_values(config / "gateway.yaml", {("ping_interval",): 20.0, ("ping_timeout",): 20.0})  # our clients take turns
-        ros.run("scara_simulation", "gateway", f"_config_dir:={config}")
+        write_values(
+            config / "gateway.yaml", {("ping_interval",): 20.0, ("ping_timeout",): 20.0}
+        )  # our clients take turns
+        ros.run("rosbridge_gateway", "gateway", f"_config_dir:={config}")
         echo = ros.stage.start(sys.executable, "-m", "bench.bare_nodes", "echo", str(echo_port))
         wait_until(lambda: "listening" in echo.output, 20.0, "the echo server")
-        wait_until(lambda: self._open(self.port) is not None, 30.0, "the gateway's port", period=0.2)
+        wait_until(
+            lambda: self._open(self.port) is not None, 30.0, "the gateway's port", period=0.2
+        )
         self.text = json.dumps(_joint_states())
         self.client, self.bare = self._connect(self.port), self._connect(echo_port)
         self.listeners = [self._connect(self.port) for _ in range(CLIENTS)]
         self.bare_listeners = [self._connect(echo_port) for _ in range(CLIENTS)]
         self.bare_speaker = self._connect(echo_port)
         for topic in (TOPIC, WATCHED):
-            self._say(self.client, op="advertise", topic=topic, type="sensor_msgs/JointState", queue_size=10)
+            self._say(
+                self.client,
+                op="advertise",
+                topic=topic,
+                type="sensor_msgs/JointState",
+                queue_size=10,
+            )
         self._say(self.client, op="subscribe", topic=TOPIC, type="sensor_msgs/JointState")
         for listener in self.listeners:
             self._say(listener, op="subscribe", topic=WATCHED, type="sensor_msgs/JointState")
@@ -132,7 +154,9 @@ class _Gateway:
             return None
 
     def _connect(self, port: int) -> Any:
-        line = websocket.create_connection(f"ws://127.0.0.1:{port}", timeout=5.0, sockopt=((6, 1, 1),))
+        line = websocket.create_connection(
+            f"ws://127.0.0.1:{port}", timeout=5.0, sockopt=((6, 1, 1),), suppress_origin=True
+        )
         self._stack.callback(line.close)
         return line
 
@@ -156,7 +180,10 @@ class _Gateway:
         return True
 
     def answer_pings(self) -> None:
-        """Answer what the servers have asked while other clients were at work: a silent client is dropped after a second."""
+        """Answer what the servers have asked while other clients were at work.
+
+        A silent client is dropped after a second.
+        """
         lines = [self.client, self.bare, self.bare_speaker, *self.listeners, *self.bare_listeners]
         while readable := select.select(lines, [], [], 0.0)[0]:
             for line in readable:
@@ -210,15 +237,27 @@ def gateway(room: Room) -> Record:
         other,
         "us",
         (Goal("ratio", 3.0),),
-        measured="client -> gateway -> ROS topic -> gateway -> client: sensor_msgs/JointState, parsed, checked, converted twice",
-        against=f"a bare websockets {websockets.__version__} echo of the same bytes, no compression, the same client",
+        measured="client -> gateway -> ROS topic -> gateway -> client: sensor_msgs/JointState, "
+        "parsed, checked, converted twice",
+        against=f"a bare websockets {websockets.__version__} echo of the same bytes, no "
+        "compression, the same client",
         ours_p99=tail,
         baseline_p99=other_tail,
         spread_percent=spread,
         baseline_spread_percent=other_spread,
         rounds=TRIP_ROUNDS,
         beside=(
-            Beside(f"from one client to {CLIENTS} by ROS, until the last has it", median(fan) * 1e6, "us"),
-            Beside(f"ours / websockets' broadcast to {CLIENTS + 2} clients", fan_ratio, "", "<= 3", fan_ratio <= 3.0),
+            Beside(
+                f"from one client to {CLIENTS} by ROS, until the last has it",
+                median(fan) * 1e6,
+                "us",
+            ),
+            Beside(
+                f"ours / websockets' broadcast to {CLIENTS + 2} clients",
+                fan_ratio,
+                "",
+                "<= 3",
+                fan_ratio <= 3.0,
+            ),
         ),
     )

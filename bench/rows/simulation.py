@@ -10,8 +10,9 @@ from functools import partial
 from itertools import count
 
 from scara_config import Joint
-from scara_control.motion.plan import JointMotion, plan_move
-from scara_control.setpoints import SetpointTrack
+from scara_control.joint_motion import JointMotion
+from scara_control.joint_track import JointTrack
+from scara_control.motion.plan import plan_move
 from scara_simulation.config import load_simulation
 from scara_simulation.io.world import World
 from scara_simulation.simulation import Simulation
@@ -27,7 +28,10 @@ BESIDE = ((-1.0, 0.5, -0.10), (-2.2, 1.5, -0.05))
 
 
 class _Following:
-    """The simulation as it follows the robot: every 10 ms one set point with velocity and acceleration."""
+    """The simulation as it follows the robot.
+
+    Every 10 ms one set point with velocity and acceleration.
+    """
 
     def __init__(self, room: Room, simulation: Simulation) -> None:
         """Plan the ways there and back at full speed."""
@@ -39,15 +43,20 @@ class _Following:
         self._ways += [self._way(joints, poses[k % 2], poses[1 - k % 2]) for k in range(ROUNDS - 1)]
 
     @staticmethod
-    def _way(joints: Sequence[Joint], begin: Sequence[float], end: Sequence[float]) -> list[JointMotion]:
+    def _way(
+        joints: Sequence[Joint], begin: Sequence[float], end: Sequence[float]
+    ) -> list[JointMotion]:
         path = plan_move(joints, JointMotion.at_rest(begin), end, 100.0)
-        return [path.at(min(k * PACKET_STEPS * 1e-3, path.duration)) for k in range(STEPS // PACKET_STEPS)]
+        return [
+            path.at(min(k * PACKET_STEPS * 1e-3, path.duration))
+            for k in range(STEPS // PACKET_STEPS)
+        ]
 
     def round(self, number: int, each: Callable[[], object] | None = None) -> float:
         """Make one way and return the seconds that it took; ``each`` is called after each step."""
         simulation, begun = self._simulation, time.perf_counter()
         for motion in self._ways[number]:
-            track = SetpointTrack(
+            track = JointTrack(
                 [simulation.now],
                 [motion.q],
                 [motion.qdot],
@@ -78,7 +87,12 @@ def _recorded(room: Room) -> list[list[list[float]]]:
         following = _Following(room, simulation)
         for number in range(ROUNDS):
             efforts: list[list[float]] = []
-            following.round(number, lambda kept=efforts: kept.append(list(simulation.snapshot(with_loops=False).efforts)))  # type: ignore[misc]
+            following.round(
+                number,
+                lambda kept=efforts: kept.append(
+                    list(simulation.snapshot(with_loops=False).efforts)
+                ),
+            )  # type: ignore[misc]
             rounds.append(efforts)
     return rounds
 
@@ -119,7 +133,11 @@ def _mujoco(room: Room) -> Peer | None:
         _ = room.peers
         joints = [joint.name for joint in room.robot.twin_joints]
         return Peer(
-            "dynamics:Mujoco", urdf=str(room.robot.description), joints=joints, gravity=config.gravity_m_s2, step=config.dt
+            "dynamics:Mujoco",
+            urdf=str(room.robot.description),
+            joints=joints,
+            gravity=config.gravity_m_s2,
+            step=config.dt,
         )
     except Exception as error:
         room.say(f"MuJoCo beside it: {error}")
@@ -127,10 +145,14 @@ def _mujoco(room: Room) -> Peer | None:
 
 
 def simulation(room: Room) -> Record:
-    """Time of a physics step of the whole cell with our control at every step, against stepping alone."""
+    """Time of a physics step of the whole cell with our control, against stepping alone."""
     start = room.robot.home_positions
     peer, recorded = _mujoco(room), _recorded(room)
-    with offline_twin(room.robot) as (_, whole), offline_twin(room.robot) as (alone, _), offline_twin(room.robot) as (read, _):
+    with (
+        offline_twin(room.robot) as (_, whole),
+        offline_twin(room.robot) as (alone, _),
+        offline_twin(room.robot) as (read, _),
+    ):
         sides: list[Callable[[], list[float]]] = [
             _ours(room, whole),
             _bare(alone, recorded),
@@ -151,19 +173,27 @@ def _record(samples: list[Rounds], dt: float, mujoco: str) -> Record:
     times = dt / median(ours)
     beside = [
         Beside("times real time", times, "x", ">= 35", times >= 35.0),
-        Beside("ours / PyBullet that also reads the joints at each step", median(ours) / median(torque), ""),
+        Beside(
+            "ours / PyBullet that also reads the joints at each step",
+            median(ours) / median(torque),
+            "",
+        ),
     ]
     if len(samples) > 3:
-        beside.append(Beside(f"{mujoco} holding the pose, same URDF, a step", median(samples[3]) * 1e6, "us"))
+        beside.append(
+            Beside(f"{mujoco} holding the pose, same URDF, a step", median(samples[3]) * 1e6, "us")
+        )
     return Record(
         "simulation",
         value,
         other,
         "us/step",
         (Goal("ratio", 1.3),),
-        measured="the simulator at 1 kHz following a set point every 10 ms at full speed: tracks, PID, computed torque, physics, "
+        measured="the simulator at 1 kHz following a set point every 10 ms at full speed: tracks, "
+        "PID, computed torque, physics, "
         "parts on their stands, gripper, snapshots",
-        against="PyBullet alone making the same motion of the same world: recorded efforts, set and stepped, nothing computed",
+        against="PyBullet alone making the same motion of the same world: recorded efforts, "
+        "set and stepped, nothing computed",
         ours_p99=tail,
         baseline_p99=other_tail,
         spread_percent=spread,
@@ -178,7 +208,11 @@ def simulation_repeatable(room: Room) -> Record:
     del room
     hashes = [
         subprocess.run(
-            [sys.executable, "-m", "bench.world.repeat"], capture_output=True, text=True, timeout=120.0, check=True
+            [sys.executable, "-m", "bench.world.repeat"],
+            capture_output=True,
+            text=True,
+            timeout=120.0,
+            check=True,
         ).stdout
         for _ in range(2)
     ]
@@ -189,7 +223,8 @@ def simulation_repeatable(room: Room) -> Record:
         None,
         "differing",
         (Goal("ours", 0.0),),
-        measured="SHA-256 over positions, velocities and efforts of 20 s of motion, bit for bit, in two processes",
+        measured="SHA-256 over positions, velocities and efforts of 20 s of motion, bit for "
+        "bit, in two processes",
         against="the second process",
         statistic="all",
         rounds=2,

@@ -1,4 +1,7 @@
-"""Rows modbus_read, loop_jitter: the twin controller's side of the Modbus line, on the robot's stand-in."""
+"""Rows modbus_read, loop_jitter.
+
+The twin controller's side of the Modbus line, on the robot's stand-in.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +28,10 @@ LOOP_ROUNDS, LOOP_S, PERIOD = 5, 3.0, 0.01
 
 
 def _checked(port: ModbusPort, codec: RegisterCodec) -> Callable[[], object]:
-    """Return our read of everything that the link polls: each answer checked and turned into typed values."""
+    """Return our read of everything that the link polls.
+
+    Each answer checked and turned into typed values.
+    """
 
     def read() -> object:
         sample = codec.decode_sample(port.read_words(codec.state), port.read_signals(codec.outputs))
@@ -40,12 +46,18 @@ def _bare(client: ModbusTcpClient, codec: RegisterCodec, layout: ModbusMap) -> C
 
     def read() -> object:
         device = layout.device_id
-        words = getattr(client, f"read_{codec.state.table}")(codec.state.offset, count=codec.state.count, device_id=device)
-        signals = client.read_discrete_inputs(codec.outputs.offset, count=codec.outputs.count, device_id=device)
+        words = getattr(client, f"read_{codec.state.table}")(
+            codec.state.offset, count=codec.state.count, device_id=device
+        )
+        signals = client.read_discrete_inputs(
+            codec.outputs.offset, count=codec.outputs.count, device_id=device
+        )
         program = getattr(client, f"read_{codec.program.table}")(
             codec.program.offset, count=codec.program.count, device_id=device
         )
-        alarm = getattr(client, f"read_{codec.alarm.table}")(codec.alarm.offset, count=codec.alarm.count, device_id=device)
+        alarm = getattr(client, f"read_{codec.alarm.table}")(
+            codec.alarm.offset, count=codec.alarm.count, device_id=device
+        )
         return words.registers, signals.bits, program.registers, alarm.registers
 
     return read
@@ -56,7 +68,10 @@ def modbus_read(room: Room) -> Record:
     layout = load_modbus_map(None)
     codec = RegisterCodec(layout, room.robot)
     with room.robot_stand_in() as port:
-        ours, bare = ModbusPort("127.0.0.1", port, layout.device_id, 1.0), ModbusTcpClient("127.0.0.1", port=port, retries=0)
+        ours, bare = (
+            ModbusPort("127.0.0.1", port, layout.device_id, 1.0),
+            ModbusTcpClient("127.0.0.1", port=port, retries=0),
+        )
         ours.open()
         bare.connect()
         checked, raw = _checked(ours, codec), _bare(bare, codec, layout)
@@ -72,9 +87,11 @@ def modbus_read(room: Room) -> Record:
         other,
         "us",
         (Goal("ratio", 1.2),),
-        measured=f"state, program and alarm blocks ({words} registers) and {codec.outputs.count} signals in 4 requests, "
+        measured=f"state, program and alarm blocks ({words} registers) and {codec.outputs.count} "
+        "signals in 4 requests, "
         "counted, range-checked and decoded",
-        against=f"pymodbus {pymodbus.__version__} synchronous client, the same 4 requests, nothing looked at",
+        against=f"pymodbus {pymodbus.__version__} synchronous client, the same 4 requests, nothing "
+        "looked at",
         ours_p99=tail,
         baseline_p99=other_tail,
         spread_percent=spread,
@@ -84,23 +101,39 @@ def modbus_read(room: Room) -> Record:
 
 
 def _polling(room: Room, port: int) -> list[float]:
-    """Let the link poll for some seconds and return by how much each period missed its length [s]."""
+    """Let the link poll for some seconds and return the error of each period [s]."""
     sent: list[float] = []
     real = load_twin_controller(room.robot).real
-    settings = ModbusSettings("127.0.0.1", port, poll_period=PERIOD, timeout=real.timeout_ms * 1e-3, heartbeat=False)
-    with ModbusLink(settings, load_modbus_map(None), room.robot, lambda _, begun, __: sent.append(begun), lambda *_: None):
+    settings = ModbusSettings(
+        "127.0.0.1", port, poll_period=PERIOD, timeout=real.timeout_ms * 1e-3, heartbeat=False
+    )
+    with ModbusLink(
+        settings,
+        load_modbus_map(None),
+        room.robot,
+        lambda _, begun, __: sent.append(begun),
+        lambda *_: None,
+    ):
         time.sleep(LOOP_S)
     return _errors(sent)
 
 
 def _errors(stamps: list[float]) -> list[float]:
-    """Return the errors of the periods; the first ones, while the connection is made, are left out."""
+    """Return the errors of the periods.
+
+    The first ones, while the connection is made, are left out.
+    """
     kept = stamps[20:]
     return [abs(after - before - PERIOD) for before, after in pairwise(kept)]
 
 
-def _asyncio_loop(port: int, layout: ModbusMap, codec: RegisterCodec, absolute: bool) -> list[float]:
-    """Poll the same registers by asyncio for some seconds: sleeping a period after each poll, or to absolute deadlines."""
+def _asyncio_loop(
+    port: int, layout: ModbusMap, codec: RegisterCodec, absolute: bool
+) -> list[float]:
+    """Poll the same registers by asyncio for some seconds.
+
+    Sleeping a period after each poll, or to absolute deadlines.
+    """
     stamps: list[float] = []
 
     async def run() -> None:
@@ -109,8 +142,12 @@ def _asyncio_loop(port: int, layout: ModbusMap, codec: RegisterCodec, absolute: 
         due = begun = time.monotonic()
         while due < begun + LOOP_S and len(stamps) < LOOP_S / PERIOD:
             stamps.append(time.monotonic())
-            await getattr(client, f"read_{codec.state.table}")(codec.state.offset, count=codec.state.count, device_id=device)
-            await client.read_discrete_inputs(codec.outputs.offset, count=codec.outputs.count, device_id=device)
+            await getattr(client, f"read_{codec.state.table}")(
+                codec.state.offset, count=codec.state.count, device_id=device
+            )
+            await client.read_discrete_inputs(
+                codec.outputs.offset, count=codec.outputs.count, device_id=device
+            )
             due += PERIOD
             await asyncio.sleep(max(0.0, due - time.monotonic()) if absolute else PERIOD)
         client.close()
@@ -142,13 +179,22 @@ def _jitter_record(ours: Rounds, plain: Rounds, absolute: Rounds) -> Record:
         other,
         "us",
         (Goal("ratio", 0.05),),
-        measured="ModbusLink polling at 100 Hz: |period - 10 ms| between the instants at which requests are sent",
-        against="pymodbus' asyncio client reading the same registers, then asyncio.sleep(0.01), again and again",
+        measured="ModbusLink polling at 100 Hz: |period - 10 ms| between the instants at which "
+        "requests are sent",
+        against="pymodbus' asyncio client reading the same registers, then asyncio.sleep(0.01), "
+        "again and again",
         ours_p99=tail,
         baseline_p99=other_tail,
         spread_percent=spread,
         baseline_spread_percent=other_spread,
         rounds=LOOP_ROUNDS,
-        beside=(Beside("ours / the same by asyncio with absolute deadlines", median(ours) / median(absolute), ""),),
-        note="sleeping a period after the work makes every period too long by the work; asyncio also rounds its waits up to 1 ms",
+        beside=(
+            Beside(
+                "ours / the same by asyncio with absolute deadlines",
+                median(ours) / median(absolute),
+                "",
+            ),
+        ),
+        note="sleeping a period after the work makes every period too long by the work; asyncio "
+        "also rounds its waits up to 1 ms",
     )

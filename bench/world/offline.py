@@ -14,7 +14,10 @@ from scara_simulation.simulation import Simulation
 from scara_simulation.nodes import simulator
 
 PLAIN_J3_CLAMP = 20.0
-"""[N] Bound of joint_3's integral for plain PID, as in bench/variations.py: else its weight is carried by nobody."""
+"""[N] Bound of joint_3's integral for plain PID, as in bench/variations.py.
+
+Else its weight is carried by nobody.
+"""
 
 
 @contextmanager
@@ -25,18 +28,25 @@ def offline_twin(
 
     Args:
         robot: robot.yaml.
-        feed_forward: False: the article's plain PID, with the integral of joint_3 large enough for its weight.
+        feed_forward: False: the article's plain PID, with the integral of joint_3 large enough for
+            its weight.
         mass_factor: Masses of the feed-forward's model over those of the world.
         parts: Whether the parts lie on their stands.
     """
     config, gains = load_simulation(robot, None), load_gains(robot, None)
-    config = msgspec.structs.replace(config, feed_forward=feed_forward, model_mass_factor=mass_factor)
+    config = msgspec.structs.replace(
+        config, feed_forward=feed_forward, model_mass_factor=mass_factor
+    )
     if not feed_forward:
         gains = [
-            msgspec.structs.replace(gain, position=msgspec.structs.replace(gain.position, i_clamp=PLAIN_J3_CLAMP))
+            msgspec.structs.replace(
+                gain, position=msgspec.structs.replace(gain.position, i_clamp=PLAIN_J3_CLAMP)
+            )
             if joint.name == "joint_3"
             else gain
             for gain, joint in zip(gains, robot.twin_joints)
         ]
-    with simulator._world(robot, config, simulator.find_palletise(None) if parts else None) as world:
+    with simulator._world(
+        robot, config, simulator.find_palletise(None) if parts else None
+    ) as world:
         yield world, simulator._simulation(world, robot, config, gains)

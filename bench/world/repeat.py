@@ -1,4 +1,7 @@
-"""Run the same motion of the simulated cell and print the hash of all its states: ``python -m bench.world.repeat``."""
+"""Run the same motion of the simulated cell and print the hash of all its states.
+
+``python -m bench.world.repeat``.
+"""
 
 from __future__ import annotations
 

@@ -6,19 +6,24 @@ from collections.abc import Callable
 
 import numpy as np
 from scara_config import Robot
+from scara_control.joint_motion import JointMotion
+from scara_control.joint_track import JointTrack
 from scara_control.kinematics.scara import Elbow, Scara, solve
-from scara_control.kinematics.scara_batch import tool_positions_batch
-from scara_control.motion.plan import JointMotion, Path, plan_move
-from scara_control.setpoints import SetpointTrack
+from scara_control.motion.plan import Path, plan_move
 from scara_simulation.io.world import World
 from scara_simulation.simulation import Simulation
+
+from bench.world.scara_batch import tool_positions_batch
 
 POINTS_M = ((0.51, 0.16, 0.10), (0.51, -0.16, 0.16), (0.65, 0.0, 0.0))
 """[paper] P2, P3 and back to P1, where the twin starts."""
 TABLE_RAD = (1.0, -1.0, 0.0)
 """The rotary table moves with the arm."""
 HORIZON, PERIOD, SETTLE_S = 16, 0.01, 1.0
-"""Points of a packet and the time between them [s], as in docs/interfaces.md; standing before the first move."""
+"""Points of a packet and the time between them [s], as in docs/interfaces.md.
+
+Standing before the first move.
+"""
 
 
 def paths(robot: Robot, start: tuple[float, ...]) -> list[Path]:
@@ -32,9 +37,12 @@ def paths(robot: Robot, start: tuple[float, ...]) -> list[Path]:
 
 
 def with_setpoints(robot: Robot, simulation: Simulation, path: Path, t: float) -> None:
-    """Send the packet that is due at time ``t`` of the path: from now to the horizon, with velocity and acceleration."""
+    """Send the packet that is due at time ``t`` of the path.
+
+    From now to the horizon, with velocity and acceleration.
+    """
     motions = [path.at(t + k * PERIOD) for k in range(HORIZON)]
-    track = SetpointTrack(
+    track = JointTrack(
         [simulation.now + k * PERIOD for k in range(HORIZON)],
         [motion.q for motion in motions],
         [motion.qdot for motion in motions],
@@ -46,7 +54,7 @@ def with_setpoints(robot: Robot, simulation: Simulation, path: Path, t: float) -
 
 
 def with_positions(robot: Robot, simulation: Simulation, path: Path, t: float) -> None:
-    """Send the position that is due at time ``t`` of the path alone, as a Float64 for each joint."""
+    """Send only the position due at time ``t`` of the path, as a Float64 for each joint."""
     for joint, position in zip(robot.twin_joints, path.at(t).q):
         simulation.control.command_position(joint.name, position)
 
@@ -54,8 +62,10 @@ def with_positions(robot: Robot, simulation: Simulation, path: Path, t: float) -
 Sender = Callable[[Robot, Simulation, Path, float], None]
 
 
-def tip_error_mm(robot: Robot, world: World, simulation: Simulation, send: Sender, period: float) -> float:
-    """Drive the route and return the largest distance of the tool from where it should be at that instant [mm].
+def tip_error_mm(
+    robot: Robot, world: World, simulation: Simulation, send: Sender, period: float
+) -> float:
+    """Drive the route and return the tool's largest error at any instant [mm].
 
     Args:
         robot: robot.yaml.

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from pathlib import Path
 
-import pytest
 from harness.workspace import ROOT
 from scara_config import files_in_force
 
@@ -20,39 +20,45 @@ def anchors(text: str) -> set[str]:
     return {heading.strip().replace(" ", "-") for heading in kept}
 
 
-@pytest.mark.parametrize("name", ["README.md", "CHANGELOG.md", "LICENSE", "docs/interfaces.md", "docs/sources.md"])
-def test_document_exists_and_says_something(name: str) -> None:
-    """A reader finds these in every version."""
-    assert len((ROOT / name).read_text(encoding="utf-8")) > 200
-
-
-@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
-def test_links_lead_to_files_and_headings_that_exist(document: Path) -> None:
-    """Links to other sites are not followed; all others are."""
+def broken(document: Path) -> Iterator[str]:
+    """Yield the links that lead nowhere. Links to other sites are not followed; all others are."""
     text = document.read_text(encoding="utf-8")
-    broken = []
     for target in LINK.findall(text):
         if re.match(r"[a-z]+:", target):
             continue
         name, _, anchor = target.partition("#")
         file = document if not name else (document.parent / name).resolve()
         is_page = file.suffix == ".md" and file.is_file()
-        if not file.exists() or (anchor and is_page and anchor not in anchors(file.read_text(encoding="utf-8"))):
-            broken.append(target)
-    assert broken == []
+        if not file.exists() or (
+            anchor and is_page and anchor not in anchors(file.read_text(encoding="utf-8"))
+        ):
+            yield f"{document.relative_to(ROOT)}: {target}"
 
 
-@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
-def test_documents_name_no_place_outside_the_repository(document: Path) -> None:
+def test_documents_exist_and_say_something() -> None:
+    """A reader finds these in every version."""
+    names = ["README.md", "CHANGELOG.md", "LICENSE", "docs/interfaces.md", "docs/sources.md"]
+    files = {name: ROOT / name for name in names}
+    assert [n for n, f in files.items() if not f.is_file() or f.stat().st_size <= 200] == []
+
+
+def test_links_lead_to_files_and_headings_that_exist() -> None:
+    """In all documents."""
+    assert [text for document in DOCUMENTS for text in broken(document)] == []
+
+
+def test_documents_name_no_place_outside_the_repository() -> None:
     """What a clone does not contain, nobody can read."""
-    text = document.read_text(encoding="utf-8")
-    assert not re.search(r"\.\./shared|(?<![\w/.])/(work|home|root)/", text)
+    outside = re.compile(r"\.\./shared|(?<![\w/.])/(work|home|root)/")
+    texts = {str(document.relative_to(ROOT)): document.read_text() for document in DOCUMENTS}
+    assert [name for name, text in texts.items() if outside.search(text)] == []
 
 
-@pytest.mark.parametrize("file", sorted(name for name in files_in_force(ROOT / "config") if "/" not in name))
-def test_every_configuration_file_has_its_sources_listed(file: str) -> None:
+def test_every_configuration_file_has_its_sources_listed() -> None:
     """docs/sources.md leads from each constant to its source or to "our choice"."""
-    assert file in (ROOT / "docs" / "sources.md").read_text(encoding="utf-8")
+    sources = (ROOT / "docs" / "sources.md").read_text(encoding="utf-8")
+    files = sorted(name for name in files_in_force(ROOT / "config") if "/" not in name)
+    assert [file for file in files if file not in sources] == []
 
 
 def test_decisions_are_numbered_without_gaps_and_titled() -> None:

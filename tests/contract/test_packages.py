@@ -1,15 +1,18 @@
-"""The packages: complete manifests, installable nodes, names and sizes that a reader can live with."""
+"""The packages: complete manifests, installable nodes, readable names and sizes.
+
+Each test is one rule over all packages and lists everything that breaks it.
+"""
 
 from __future__ import annotations
 
 import os
 import re
 from collections import Counter
+from collections.abc import Iterator
 from pathlib import Path
 
-import pytest
-from catkin_pkg.package import Package, parse_package
-from harness.sources import PACKAGES, Module, imported_names, modules, package_name
+from catkin_pkg.package import InvalidPackage, Package, parse_package
+from harness.sources import PACKAGES, imported_names, modules, package_name
 from harness.workspace import ROOT
 
 ROS_PACKAGES = {Path(file).parent.name for file in Path("/usr/share").glob("*/package.xml")} | {
@@ -18,97 +21,149 @@ ROS_PACKAGES = {Path(file).parent.name for file in Path("/usr/share").glob("*/pa
 VAGUE = re.compile(r"^(utils?|helpers?|common|misc|manager|.*_utils?|.*_helpers?|.*_manager)$")
 MODULES = modules()
 WITH_NODES = [folder for folder in PACKAGES if (folder / "nodes").is_dir()]
+LONGEST_MODULE = 400
+LONGEST_SCRIPT = 10
+MOST_FILES = 12
 
 
 def manifest(folder: Path) -> Package:
-    """Read and validate a package.xml."""
+    """Read a package.xml; warnings are no matter here."""
+    return parse_package(str(folder), [])
+
+
+def unsound(folder: Path) -> Iterator[str]:
+    """Yield what is wrong with a package.xml."""
     warnings: list[str] = []
-    package = parse_package(str(folder), warnings)
-    assert warnings == []
-    return package
+    try:
+        package = parse_package(str(folder), warnings)
+    except InvalidPackage as error:
+        yield f"{folder.name}: {error}"
+        return
+    yield from (f"{folder.name}: {warning}" for warning in warnings)
+    if package.package_format != 3:
+        yield f"{folder.name}: format {package.package_format}"
+    if package.name != package_name(folder):
+        yield f"{folder.name}: is called {package.name}"
+    if package.licenses != ["BSD-3-Clause"] and folder.name != "control_msgs":
+        yield f"{folder.name}: licence {package.licenses}"
 
 
-@pytest.mark.parametrize("folder", PACKAGES, ids=package_name)
-def test_manifest_is_valid_format_3(folder: Path) -> None:
-    """Catkin's own check, without a warning; the package has the name of its room and the project's licence."""
-    package = manifest(folder)
-    assert package.package_format == 3
-    assert package.name == package_name(folder)
-    assert package.licenses == ["BSD-3-Clause"] or folder.name == "control_msgs"
+def test_manifests_are_valid_format_3() -> None:
+    """Catkin's own check, without a warning; each has the name of its room and our licence."""
+    assert [text for folder in PACKAGES for text in unsound(folder)] == []
 
 
 def test_all_packages_have_one_version() -> None:
     """They are released together."""
-    versions = {package_name(folder): manifest(folder).version for folder in PACKAGES if folder.name != "control_msgs"}
+    versions = {
+        package_name(folder): manifest(folder).version
+        for folder in PACKAGES
+        if folder.name != "control_msgs"
+    }
     assert len(set(versions.values())) == 1, versions
 
 
-@pytest.mark.parametrize("folder", PACKAGES, ids=package_name)
-def test_every_import_of_another_package_is_declared(folder: Path) -> None:
-    """What a module imports from another ROS package is a dependency in package.xml."""
+def undeclared(folder: Path) -> Iterator[str]:
+    """Yield the imports of ROS packages that a package.xml does not name."""
     package = manifest(folder)
     declared = {d.name for d in (*package.exec_depends, *package.build_depends)} | {package.name}
-    missing = {
-        f"{name.split('.')[0]} ({module.relative}:{line})"
-        for module in MODULES
-        if module.package == package.name
-        for name, line in imported_names(module.tree)
-        if name.split(".")[0] in ROS_PACKAGES - declared
-    }
-    assert not missing, f"not in {folder.name}/package.xml: {sorted(missing)}"
+    for module in MODULES:
+        if module.package != package.name:
+            continue
+        for name, line in imported_names(module.tree):
+            if name.split(".")[0] in ROS_PACKAGES - declared:
+                yield f"{module.relative}:{line}: {name.split('.')[0]}"
 
 
-@pytest.mark.parametrize("folder", WITH_NODES, ids=package_name)
-def test_every_node_is_executable_and_installed_with_the_right_interpreter(folder: Path) -> None:
-    """catkin_install_python writes the interpreter of the build into the script; `env python3` may be another one."""
-    (block,) = re.findall(r"catkin_install_python\(PROGRAMS([^)]*nodes/[^)]*)\)", (folder / "CMakeLists.txt").read_text())
+def test_every_import_of_another_package_is_declared() -> None:
+    """What a module imports from another ROS package is a dependency in package.xml."""
+    assert [text for folder in PACKAGES for text in undeclared(folder)] == []
+
+
+def uninstalled(folder: Path) -> Iterator[str]:
+    """Yield the nodes that are not installed with the right interpreter, or are no executables."""
+    (block,) = re.findall(
+        r"catkin_install_python\(PROGRAMS([^)]*nodes/[^)]*)\)",
+        (folder / "CMakeLists.txt").read_text(),
+    )
     installed = {word for word in block.split() if word.startswith("nodes/")}
     nodes = {f"nodes/{file.name}" for file in (folder / "nodes").iterdir() if file.is_file()}
-    assert installed == nodes
-    for node in nodes:
-        assert os.access(folder / node, os.X_OK), f"{node} is not executable"
-        assert (folder / node).read_text().startswith("#!/usr/bin/env python3\n")
+    yield from (f"{folder.name}/{node}: installed or there, not both" for node in installed ^ nodes)
+    for node in sorted(nodes):
+        if not os.access(folder / node, os.X_OK):
+            yield f"{folder.name}/{node}: is not executable"
+        if not (folder / node).read_text().startswith("#!/usr/bin/env python3\n"):
+            yield f"{folder.name}/{node}: another first line"
 
 
-@pytest.mark.parametrize("folder", WITH_NODES, ids=package_name)
-def test_node_script_only_calls_main_of_its_module(folder: Path) -> None:
-    """nodes/<name> is a few lines; the code is importable as <package>.nodes.<name>."""
-    for script in (folder / "nodes").iterdir():
+def test_every_node_is_executable_and_installed_with_the_right_interpreter() -> None:
+    """catkin_install_python writes the build's interpreter; `env python3` may be another one."""
+    assert [text for folder in WITH_NODES for text in uninstalled(folder)] == []
+
+
+def overgrown(folder: Path) -> Iterator[str]:
+    """Yield the node scripts that do more than to call their module's main."""
+    for script in sorted((folder / "nodes").iterdir()):
         text = script.read_text()
-        assert f"from {package_name(folder)}.nodes.{script.name} import main" in text, script
-        assert len(text.splitlines()) <= 10, script
-        assert (folder / "src" / package_name(folder) / "nodes" / f"{script.name}.py").is_file(), script
+        name = package_name(folder)
+        started = f"from {name}.nodes.{script.name} import main" in text
+        module = folder / "src" / name / "nodes" / f"{script.name}.py"
+        moved = f'run_moved("{name}", "{script.name}", now_in=' in text
+        if not (moved or (started and module.is_file())):
+            yield f"{folder.name}/nodes/{script.name}: calls no main of its module"
+        if len(text.splitlines()) > LONGEST_SCRIPT:
+            yield f"{folder.name}/nodes/{script.name}: {len(text.splitlines())} lines"
 
 
-@pytest.mark.parametrize("folder", PACKAGES, ids=package_name)
-def test_everything_a_package_installs_exists(folder: Path) -> None:
-    """A file named in an install rule that is gone breaks the install space only, where nobody looks."""
+def test_node_scripts_only_call_main_of_their_module() -> None:
+    """nodes/<name> is a few lines; the code is importable as <package>.nodes.<name>."""
+    assert [text for folder in WITH_NODES for text in overgrown(folder)] == []
+
+
+def absent(folder: Path) -> Iterator[str]:
+    """Yield what the install rules name and is not there."""
     text = (folder / "CMakeLists.txt").read_text()
-    for block in re.findall(r"install\((?:FILES|PROGRAMS)([^)]*)\)", text):
-        for word in block.split("DESTINATION")[0].split():
-            assert (folder / word).is_file(), f"{folder.name}/CMakeLists.txt: {word}"
-    for block in re.findall(r"install\(DIRECTORY([^)]*)\)", text):
-        for word in block.split("DESTINATION")[0].split():
-            assert (folder / word).is_dir(), f"{folder.name}/CMakeLists.txt: {word}"
+    for rule, is_there in (("(?:FILES|PROGRAMS)", Path.is_file), ("DIRECTORY", Path.is_dir)):
+        for block in re.findall(rf"install\({rule}([^)]*)\)", text):
+            for word in block.split("DESTINATION")[0].split():
+                if not is_there(folder / word):
+                    yield f"{folder.name}/CMakeLists.txt: {word}"
+
+
+def test_everything_a_package_installs_exists() -> None:
+    """A missing file in an install rule breaks only the install space, where nobody looks."""
+    assert [text for folder in PACKAGES for text in absent(folder)] == []
 
 
 def test_every_yaml_file_of_the_configuration_is_installed() -> None:
     """A cell in the install space finds the same files."""
     text = (ROOT / "config" / "CMakeLists.txt").read_text()
-    assert {file.name for file in (ROOT / "config").glob("*.yaml")} == set(re.findall(r"\w+\.yaml", text))
+    assert {file.name for file in (ROOT / "config").glob("*.yaml")} == set(
+        re.findall(r"\w+\.yaml", text)
+    )
     assert "install(DIRECTORY robots" in text
 
 
-@pytest.mark.parametrize("module", MODULES, ids=lambda module: module.relative)
-def test_module_has_a_telling_name_and_a_readable_length(module: Module) -> None:
+def test_modules_have_telling_names_and_a_readable_length() -> None:
     """No utils, helpers, common, manager; at most 400 lines."""
-    assert not VAGUE.match(module.path.stem)
-    assert len(module.path.read_text().splitlines()) <= 400
+    vague = [module.relative for module in MODULES if VAGUE.match(module.path.stem)]
+    lengths = {module.relative: len(module.path.read_text().splitlines()) for module in MODULES}
+    long = [f"{name}: {lines}" for name, lines in lengths.items() if lines > LONGEST_MODULE]
+    assert vague + long == []
 
 
 def test_no_folder_holds_more_than_twelve_files_of_a_kind() -> None:
-    """A reader sees the whole of a room at a glance."""
+    """A reader sees the whole of a room at a glance; decisions are numbered, and only grow."""
     roots = [ROOT / name for name in ("config", "src", "tests", "setup", "docs")]
-    files = [file for root in roots for file in root.rglob("*") if file.is_file() and "__pycache__" not in file.parts]
-    counts = Counter((file.parent.relative_to(ROOT), file.suffix) for file in files if file.suffix != ".stl")
-    assert {f"{folder}/*{suffix}": n for (folder, suffix), n in counts.items() if n > 12} == {}
+    files = [
+        file
+        for root in roots
+        for file in root.rglob("*")
+        if file.is_file() and not {"__pycache__", "decisions"} & set(file.parts)
+    ]
+    counts = Counter(
+        (file.parent.relative_to(ROOT), file.suffix) for file in files if file.suffix != ".stl"
+    )
+    assert {
+        f"{folder}/*{suffix}": n for (folder, suffix), n in counts.items() if n > MOST_FILES
+    } == {}

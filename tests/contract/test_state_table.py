@@ -5,20 +5,29 @@ from __future__ import annotations
 import re
 
 from harness.workspace import ROOT
-from twin_controller.core.rules.table import Mode, Trigger
-from twin_controller.core.rules.table_page import table_page
+from twin_controller.core.lead.modes import Mode, Trigger
+from twin_controller.core.lead.table_page import table_page
 
 PAGE = ROOT / "docs" / "state_table.md"
 
 
 def test_the_page_is_up_to_date() -> None:
-    """After a change of the table: python -m twin_controller.core.rules.table_page > docs/state_table.md."""
+    """The page is what the table gives.
+
+    After a change: python -m twin_controller.core.lead.table_page > docs/state_table.md.
+    """
     assert PAGE.read_text(encoding="utf-8") == table_page()
 
 
 def test_every_pair_of_mode_and_trigger_is_on_the_page() -> None:
     """Read back from the page as a person would: each mode's section names each trigger."""
-    sections = dict(re.findall(r"^## (\w+)\n(.*?)(?=^## |\Z)", PAGE.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL))
+    sections = dict(
+        re.findall(
+            r"^## (\w+)\n(.*?)(?=^## |\Z)",
+            PAGE.read_text(encoding="utf-8"),
+            re.MULTILINE | re.DOTALL,
+        )
+    )
     assert set(sections) == {"Triggers", *(mode.name for mode in Mode)}
     for mode in Mode:
         named = re.findall(r"`(\w+)`", sections[mode.name])

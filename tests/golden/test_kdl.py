@@ -9,8 +9,9 @@ import pytest
 from scara_config import load_robot
 from scara_control.kinematics.jacobians import tip_jacobian
 from scara_control.kinematics.scara import Elbow, Scara
-from scara_control.kinematics.scara_batch import solve_batch
 from scara_control.kinematics.screws import ScrewModel, forward_kinematics_batch
+
+from bench.world.scara_batch import solve_batch
 
 PyKDL = pytest.importorskip("PyKDL", reason="Debian's python3-pykdl is not installed")
 
@@ -21,8 +22,12 @@ COUNT = 10_000
 
 def chain() -> PyKDL.Chain:
     """Follow the URDF's joints from the base to the tool."""
-    joints = {joint.find("child").get("link"): joint for joint in ElementTree.parse(ROBOT.description).getroot().iter("joint")
-              if joint.find("child") is not None}  # fmt: skip
+    tree = ElementTree.parse(ROBOT.description)
+    joints = {
+        joint.find("child").get("link"): joint
+        for joint in tree.getroot().iter("joint")
+        if joint.find("child") is not None
+    }
     found, link = PyKDL.Chain(), ROBOT.tool_frame
     path = []
     while link in joints:
@@ -30,8 +35,12 @@ def chain() -> PyKDL.Chain:
         link = joints[link].find("parent").get("link")
     for joint in reversed(path):
         origin, axis = joint.find("origin"), joint.find("axis")
-        xyz, rpy = ([float(word) for word in (origin.get(name) or "0 0 0").split()] if origin is not None else [0.0] * 3
-                    for name in ("xyz", "rpy"))  # fmt: skip
+        xyz = rpy = [0.0] * 3
+        if origin is not None:
+            xyz, rpy = (
+                [float(word) for word in (origin.get(name) or "0 0 0").split()]
+                for name in ("xyz", "rpy")
+            )
         frame = PyKDL.Frame(PyKDL.Rotation.RPY(*rpy), PyKDL.Vector(*xyz))
         if joint.get("type") == "fixed":
             found.addSegment(PyKDL.Segment(PyKDL.Joint(PyKDL.Joint.Fixed), frame))
@@ -39,7 +48,9 @@ def chain() -> PyKDL.Chain:
         turning = joint.get("type") != "prismatic"
         direction = frame.M * PyKDL.Vector(*map(float, axis.get("xyz").split()))
         kind = PyKDL.Joint.RotAxis if turning else PyKDL.Joint.TransAxis
-        found.addSegment(PyKDL.Segment(PyKDL.Joint(joint.get("name"), frame.p, direction, kind), frame))
+        found.addSegment(
+            PyKDL.Segment(PyKDL.Joint(joint.get("name"), frame.p, direction, kind), frame)
+        )
     return found
 
 

@@ -1,4 +1,7 @@
-"""A reading of a real SR-6iA's display, rounded to 2 decimals in deg and mm: an oracle from outside this project."""
+"""A reading of a real SR-6iA's display, rounded to 2 decimals in deg and mm.
+
+An oracle from outside this project.
+"""
 
 from __future__ import annotations
 
@@ -22,14 +25,24 @@ Q = (math.radians(JOINTS[0]), math.radians(JOINTS[1]), JOINTS[2] / 1e3, math.rad
 
 
 def test_printed_position_gives_the_printed_joints_digit_for_digit():
-    """Backwards, where the rounding of the input is the smaller one, all three joints agree to 2 decimals."""
+    """Backwards all three joints agree to 2 decimals.
+
+    The rounding of the input is the smaller one there.
+    """
     q, elbow = KINEMATICS.inverse(*(value / 1e3 for value in PRINTED), Elbow.RIGHTY).chosen
-    assert (round(math.degrees(q[0]), 2), round(math.degrees(q[1]), 2), round(q[2] * 1e3, 2)) == JOINTS[:3]
+    assert (
+        round(math.degrees(q[0]), 2),
+        round(math.degrees(q[1]), 2),
+        round(q[2] * 1e3, 2),
+    ) == JOINTS[:3]
     assert elbow is Elbow.RIGHTY
 
 
 def test_printed_joints_give_the_printed_position_within_their_rounding():
-    """Half a digit of a joint, 0.005 deg, moves the tool by up to 0.04 mm; no more may be missing, in z nothing."""
+    """Half a digit of a joint, 0.005 deg, moves the tool by up to 0.04 mm.
+
+    No more may be missing, in z nothing.
+    """
     position = np.array(KINEMATICS.forward(Q).position) * 1e3
     half_digits = np.array([math.radians(HALF_DIGIT), math.radians(HALF_DIGIT), HALF_DIGIT / 1e3])
     allowed = np.abs(tip_jacobian(KINEMATICS.arm, Q[:3])[3:]) @ half_digits * 1e3 + HALF_DIGIT
@@ -39,7 +52,10 @@ def test_printed_joints_give_the_printed_position_within_their_rounding():
 
 
 def test_joints_that_print_the_same_give_the_printed_position_digit_for_digit():
-    """There are joint positions that the display shows as these and that give its X, Y, Z: the lengths are right."""
+    """There are joint positions that the display shows as these and that give its X, Y, Z.
+
+    The lengths are right.
+    """
     q = KINEMATICS.inverse(*(value / 1e3 for value in PRINTED), Elbow.RIGHTY).chosen.q
     position = KINEMATICS.forward(q).position
     assert tuple(round(value * 1e3, 2) for value in position) == PRINTED

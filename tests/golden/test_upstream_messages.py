@@ -1,4 +1,7 @@
-"""The messages that bear upstream's names are upstream's: the checksums that other people's nodes compare."""
+"""The messages that bear upstream's names are upstream's.
+
+The checksums that other people's nodes compare.
+"""
 
 from __future__ import annotations
 

@@ -1,1 +1,4 @@
-"""What tests need to start and end real processes: own master, own ports, own logs, nothing left behind."""
+"""What tests need to start and end real processes.
+
+Own master, own ports, own logs, nothing left behind.
+"""

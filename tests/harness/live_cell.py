@@ -1,4 +1,7 @@
-"""A whole cell as a user starts it: ``rosrun scara_bringup cell``, on free ports, in an environment of its own."""
+"""A whole cell as a user starts it.
+
+``rosrun scara_bringup cell``, on free ports, in an environment of its own.
+"""
 
 from __future__ import annotations
 
@@ -12,11 +15,12 @@ from typing import Any
 
 from ruamel.yaml import YAML
 
-from harness.processes import Process, Stage, free_port, wait_until
+from harness.processes import ROSRUN, Process, Stage, free_port, wait_until
+from harness.running.repeats import played
+from harness.wires.gateway_client import command_over, mode_over
 from harness.workspace import workspace_environment
 
 NODES = (
-    "robot_state_publisher",
     "simulator",
     "gateway",
     "kinematics_server",
@@ -29,14 +33,25 @@ NODES = (
     "recorder",
 )
 
-WAYS_OUT = {"PAUSED": "STOP", "FAULT": "RESET", "ESTOP": "RESET", "STOPPED": "ALIGN"}  # the commands that lead on
-FOR_PEOPLE = ("real_state_publisher", "camera", "operator_panel")  # their tests start them themselves
+WAYS_OUT = {
+    "PAUSED": "STOP",
+    "FAULT": "RESET",
+    "ESTOP": "RESET",
+    "STOPPED": "ALIGN",
+}  # the commands that lead on
+FOR_PEOPLE = (
+    "robot_state_publisher",
+    "camera",
+    "operator_panel",
+)  # their tests start them themselves
 
 
 class LiveCell:
     """One bring-up and the tools around it."""
 
-    def __init__(self, folder: Path, master_uri: str | None = None, namespace: str | None = None) -> None:
+    def __init__(
+        self, folder: Path, master_uri: str | None = None, namespace: str | None = None
+    ) -> None:
         """Choose ports; nothing is started yet. ``master_uri``: a master that runs already."""
         self.folder = folder
         self.output = folder / "output"
@@ -48,19 +63,36 @@ class LiveCell:
             env["ROS_NAMESPACE"] = namespace
         self.stage = Stage(folder / "processes", env)
 
-    def start(self, verb: str = "up", *arguments: str, env: dict[str, str] | None = None, choose_output: bool = True) -> Process:
+    def start(
+        self,
+        verb: str = "up",
+        *arguments: str,
+        env: dict[str, str] | None = None,
+        choose_output: bool = True,
+    ) -> Process:
         """Start the bring-up; without ``choose_output`` it chooses its own folder."""
-        words = ["rosrun", "scara_bringup", "cell", verb, *(["--output", str(self.output)] if choose_output else [])]
+        words = [
+            ROSRUN,
+            "scara_bringup",
+            "cell",
+            verb,
+            *(["--output", str(self.output)] if choose_output else []),
+            *(["--runs", str(self.folder)] if choose_output and verb == "up" else []),
+        ]
         words += ["--modbus-port", str(self.modbus_port), "--gateway-port", str(self.gateway_port)]
         words += ["--master-port", str(self.master_port)] if self.master_port else []
-        words += [word for node in FOR_PEOPLE for word in ("--without", node)] if verb == "up" else []
+        words += (
+            [word for node in FOR_PEOPLE for word in ("--without", node)] if verb == "up" else []
+        )
         return self.stage.start(*words, *arguments, name=f"cell_{verb}", env=env)
 
     def wait_ready(self, bringup: Process, timeout: float = 90.0) -> None:
         """Wait until the bring-up says that the cell is ready."""
 
         def ready() -> bool:
-            assert bringup.poll() is None, f"the cell ended with {bringup.poll()}:\n{bringup.output}"
+            assert bringup.poll() is None, (
+                f"the cell ended with {bringup.poll()}:\n{bringup.output}"
+            )
             return "cell: ready after" in bringup.output
 
         wait_until(ready, timeout, f"a ready cell:\n{bringup.output}", period=0.1)
@@ -74,7 +106,9 @@ class LiveCell:
 
     def call(self, service: str, request: str = "{}", timeout: float = 60.0) -> dict[str, Any]:
         """Return the answer of ``rosservice call``."""
-        answer = YAML(typ="safe").load(self.tool("rosservice", "call", service, request, timeout=timeout))
+        answer = YAML(typ="safe").load(
+            self.tool("rosservice", "call", service, request, timeout=timeout)
+        )
         assert isinstance(answer, dict), answer
         return answer
 
@@ -85,13 +119,12 @@ class LiveCell:
         return [float(value) for value in re.findall(r"^\[\d+\]:\s+(\S+)", output, re.MULTILINE)]
 
     def real_tool(self) -> tuple[float, float, float]:
-        """Compute the tool's position of the robot stand-in [m] from its registers, by the closed form."""
+        """Compute where the stand-in's tool is [m], from its registers by the closed form."""
         return forward(self.real_joints())
 
     def mode(self) -> str:
-        """Return the twin controller's mode."""
-        state = self.tool("rostopic", "echo", "-n", "1", "twin_controller/state/mode")
-        return state.split()[0].strip('"')
+        """Return the twin controller's mode, empty if it cannot be told now."""
+        return mode_over(self.gateway_port)
 
     def make_ready(self) -> None:
         """Bring the pair to rest and agreement, as an operator would, whatever has stopped it."""
@@ -99,26 +132,32 @@ class LiveCell:
         def ready() -> bool:
             mode = self.mode()
             if mode in WAYS_OUT:
-                self.call("twin_controller/command", f"{{command: {WAYS_OUT[mode]}}}")
+                command_over(self.gateway_port, WAYS_OUT[mode])
             return mode == "IDLE"
 
         wait_until(ready, 60.0, "a ready pair", period=0.2)
 
     def beside_lost_links(self, scene: Callable[[], None]) -> None:
-        """Play a scene with a ready pair; again, twice at most, where it failed and the pair lost a link meanwhile.
+        """Play a scene with a ready pair.
 
-        A machine that stands still for a moment looks like a side that is silent, or like a clock that jumped: the pair
-        goes OFFLINE and stands, as it should, and an operator would begin again.
+        Again where it failed, the pair lost a link meanwhile and the machine stood still.
+
+        A machine that stands still for a moment looks like a side that is silent, or like a clock
+        that jumped: the pair goes OFFLINE and stands, as it should, and an operator would begin
+        again.
         """
         log = self.output / "log" / "twin_controller.log"
-        for attempt in range(3):
+        lost = [0]
+
+        def begun() -> None:
             self.make_ready()
-            lost = log.read_text(encoding="utf-8").count("-> OFFLINE")
-            try:
-                return scene()
-            except AssertionError:
-                if attempt == 2 or log.read_text(encoding="utf-8").count("-> OFFLINE") == lost:
-                    raise
+            lost.append(log.read_text(encoding="utf-8").count("-> OFFLINE"))
+            scene()
+
+        played(
+            begun,
+            may_repeat=lambda: log.read_text(encoding="utf-8").count("-> OFFLINE") > lost[-1],
+        )
 
     def close(self) -> None:
         """End everything; fail if something is left."""

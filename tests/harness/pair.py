@@ -1,6 +1,7 @@
 """The twin controller's core between two ideal robots in virtual time.
 
-Each side has a clock of its own, with an offset and a drift; commands and reports may be late by a constant delay.
+Each side has a clock of its own, with an offset and a drift; commands and reports may be late by a
+constant delay.
 """
 
 from __future__ import annotations
@@ -15,13 +16,13 @@ from twin_controller.config import load_twin_controller
 from twin_controller.core.actions import (
     AnyAction,
     CapTwin,
+    Command,
     Decided,
-    Do,
     FollowTwin,
     MoveTwin,
     OverrideReal,
-    Perform,
     Reply,
+    Send,
     StreamReal,
 )
 from twin_controller.core.events import (
@@ -37,7 +38,8 @@ from twin_controller.core.events import (
     TwinMotion,
     TwinPlan,
 )
-from twin_controller.core.state import Setup, initial_state
+from twin_controller.core.setup import Setup
+from twin_controller.core.state import initial_state
 from twin_controller.core.step import step
 
 from harness.sides import ROBOT, Joints, Path_, RealSide, TwinSide, ramp
@@ -61,7 +63,10 @@ class Pair(RealSide, TwinSide):
         twin_clock: float = 1.7e9,
         setup: Setup = SETUP,
     ) -> None:
-        """Place both sides; the clocks are the offsets of their clocks from the controller's [s]."""
+        """Place both sides.
+
+        The clocks are the offsets of their clocks from the controller's [s].
+        """
         self.setup = setup
         RealSide.__init__(self, real, SETUP.config.real.follow_lag_ms * 1e-3)
         TwinSide.__init__(self, twin)
@@ -98,7 +103,7 @@ class Pair(RealSide, TwinSide):
         self.link("real", True)
         self.link("twin", True)
         self.run(1.0)
-        self.run_until(lambda: self.state.mode == "IDLE", 30.0)
+        self.run_until(lambda: self.state.lead.mode == "IDLE", 30.0)
 
     def link(self, side: str, up: bool) -> None:
         """Bring one link up or down."""
@@ -125,7 +130,7 @@ class Pair(RealSide, TwinSide):
         if self.real_up:
             self.feed(RealAlarm(self.now, text))
 
-    def order_twin(self, do: Do, number: int) -> None:
+    def order_twin(self, do: Command, number: int) -> None:
         """Give the twin a motion command that is not ours."""
         self.command_twin(do, number, self.now)
 
@@ -148,7 +153,10 @@ class Pair(RealSide, TwinSide):
             if condition():
                 return
             self._millisecond()
-        raise AssertionError(f"not within {limit} s; mode {self.state.mode}: {self.state.why}; motion {self.motion}")
+        raise AssertionError(
+            f"not within {limit} s; "
+            f"mode {self.state.lead.mode}: {self.state.lead.why}; motion {self.motion}"
+        )
 
     def _millisecond(self) -> None:
         self.now = round(self.now + 0.001, 6)
@@ -175,14 +183,29 @@ class Pair(RealSide, TwinSide):
         clock = int((self.now + self.real_clock) * 1000) // 2 * 2
         q, qdot = self.real_at(clock * 1e-3 - self.real_clock)
         event = RealMeasured(
-            now=self.now, sent=self.now - 0.0005, received=self.now, clock_ms=clock % (1 << 31), q=self._noisy(q), qdot=qdot,
-            own_program=self.own_program, streaming=self.streaming, paused=self.paused, drives_on=self.drives,
-            fault=self.fault, speed_percent=100.0, override_percent=self.override,
-        )  # fmt: skip
+            now=self.now,
+            sent=self.now - 0.0005,
+            received=self.now,
+            clock_ms=clock % (1 << 31),
+            q=self._noisy(q),
+            qdot=qdot,
+            own_program=self.own_program,
+            streaming=self.streaming,
+            paused=self.paused,
+            drives_on=self.drives,
+            fault=self.fault,
+            speed_percent=100.0,
+            override_percent=self.override,
+        )
         self._report(event, lambda: self.real_up)
 
     def _report_twin(self) -> None:
-        event = TwinMeasured(self.now, self.now + self.twin_clock, self._noisy(self.twin_q), self.twin_speed(self.now))
+        event = TwinMeasured(
+            self.now,
+            self.now + self.twin_clock,
+            self._noisy(self.twin_q),
+            self.twin_speed(self.now),
+        )
         self._report(event, lambda: self.twin_up)
         self.report_motion()
 
@@ -198,7 +221,14 @@ class Pair(RealSide, TwinSide):
         if rows:
             times = tuple(0.01 * k for k in range(len(rows)))
             q, qdot = (tuple(column) for column in zip(*rows))
-            event = TwinPlan(self.now, self.now + self.twin_clock, times, q, qdot, ((0.0,) * len(HOME),) * len(rows))
+            event = TwinPlan(
+                self.now,
+                self.now + self.twin_clock,
+                times,
+                q,
+                qdot,
+                ((0.0,) * len(HOME),) * len(rows),
+            )
             self._report(event, lambda: self.twin_up)
 
     def _noisy(self, q: Joints) -> Joints:
@@ -214,21 +244,25 @@ class Pair(RealSide, TwinSide):
 
         def arrive() -> None:
             if up():
-                fields = {"now": self.now} | ({"received": self.now} if isinstance(event, RealMeasured) else {})
+                fields = {"now": self.now} | (
+                    {"received": self.now} if isinstance(event, RealMeasured) else {}
+                )
                 self.feed(msgspec.structs.replace(event, **fields))
 
         self._later(self.report_delay, arrive)
 
     def _obey(self, action: AnyAction) -> None:
         match action:
-            case Perform(do=do) if do.name.endswith("_TWIN"):
+            case Send(command=do) if do.name.endswith("_TWIN"):
                 self.perform_twin(action, self.now)
-            case Perform(do=do) if self.real_up:
+            case Send(command=do) if self.real_up:
                 self.command_real(do)
             case FollowTwin() if self.twin_up:
                 self.take_follow(action, self.now)
             case StreamReal() if self.real_up:
-                self._later(action.at - self.now, lambda: self.setpoints.append((self.now, action.q)))
+                self._later(
+                    action.send_at - self.now, lambda: self.setpoints.append((self.now, action.q))
+                )
             case OverrideReal() if self.real_up:
                 self.override = float(round(action.speed_percent))
             case CapTwin() if self.twin_up:
@@ -236,10 +270,21 @@ class Pair(RealSide, TwinSide):
             case MoveTwin():
                 accepted = self.twin_up and self.motion == "idle"
                 if accepted:
-                    self.move_twin(ramp(self.twin_q, action.target if action.command == "MOVE_JOINTS" else HOME, 1.5))
-                self.feed(MoveEnded(self.now, accepted, "done" if accepted else f"refused: {self.motion}"))
+                    self.move_twin(
+                        ramp(
+                            self.twin_q,
+                            action.target if action.command == "MOVE_JOINTS" else HOME,
+                            1.5,
+                        )
+                    )
+                self.feed(
+                    MoveEnded(self.now, accepted, "done" if accepted else f"refused: {self.motion}")
+                )
 
 
 def shifted(q: Joints, *border: float) -> Joints:
     """Return ``q`` moved by the given amounts in degrees and millimetres."""
-    return tuple(value + amount * scale for value, amount, scale in zip(q, (*border, 0, 0, 0, 0), SETUP.scale))
+    return tuple(
+        value + amount * scale
+        for value, amount, scale in zip(q, (*border, 0, 0, 0, 0), SETUP.scale)
+    )

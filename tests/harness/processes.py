@@ -1,51 +1,79 @@
-"""Start programs in their own sessions, keep their output in files, end them, and prove that nothing is left."""
+"""Start programs in their own sessions, end them, and prove that nothing is left.
+
+Their output is kept in files.
+"""
 
 from __future__ import annotations
 
 import contextlib
 import ctypes
 import os
+import random
 import signal
 import socket
 import subprocess
 import time
 import uuid
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TypeVar
+from typing import Self, TypeVar
 
 T = TypeVar("T")
 
+LOWEST_PORT = 20_000
+_GIVEN: set[int] = set()
 MARK = "CELL_TEST_MARK"
+ROSRUN = "/usr/bin/rosrun"
 _PR_SET_PDEATHSIG = 1
 _LIBC = ctypes.CDLL(None, use_errno=True)
 
 
 def free_port() -> int:
-    """Return a TCP port on 127.0.0.1 that nobody listens on at this moment."""
-    with socket.socket() as listener:
-        listener.bind(("127.0.0.1", 0))
-        port: int = listener.getsockname()[1]
-        return port
+    """Return a TCP port on 127.0.0.1 that nobody listens on, and that nobody is given by chance.
+
+    The kernel gives the ports of its own range to outgoing connections and to servers that ask for
+    any. One of those may be gone before the node that shall have it has started.
+    """
+    own = int(Path("/proc/sys/net/ipv4/ip_local_port_range").read_text().split()[0])
+    choice = random.SystemRandom()
+    while True:
+        port = choice.randrange(LOWEST_PORT, own)
+        with socket.socket() as listener, contextlib.suppress(OSError):
+            listener.bind(("127.0.0.1", port))
+            if port not in _GIVEN:
+                _GIVEN.add(port)
+                return port
 
 
-def wait_until(predicate: Callable[[], T], timeout: float = 10.0, what: str = "", period: float = 0.02) -> T:
-    """Ask ``predicate`` again and again; return its first true answer, or fail with ``what`` after ``timeout`` [s]."""
+def wait_until(
+    predicate: Callable[[], T], timeout: float = 10.0, what: str = "", period: float = 0.02
+) -> T:
+    """Ask ``predicate`` again and again.
+
+    Return its first true answer, or fail with ``what`` after ``timeout`` [s].
+    """
     deadline = time.monotonic() + timeout
     while True:
         answer = predicate()
         if answer:
             return answer
         if time.monotonic() > deadline:
-            raise AssertionError(f"waited {timeout:g} s in vain for {what or predicate}; last answer: {answer!r}")
+            raise AssertionError(
+                f"waited {timeout:g} s in vain for {what or predicate}; last answer: {answer!r}"
+            )
         time.sleep(period)
 
 
 class Process:
     """One started program; its output is a file, its process group is ended as a whole."""
 
-    def __init__(self, command: Iterable[str], env: Mapping[str, str], log: Path, cwd: Path | None = None) -> None:
-        """Start ``command`` in a session of its own; it dies with the test process even if that is killed."""
+    def __init__(
+        self, command: Iterable[str], env: Mapping[str, str], log: Path, cwd: Path | None = None
+    ) -> None:
+        """Start ``command`` in a session of its own.
+
+        It dies with the test process even if that is killed.
+        """
         self.command = [str(word) for word in command]
         self.log = log
         with log.open("wb") as stream:
@@ -79,12 +107,9 @@ class Process:
         try:
             return self.popen.wait(timeout)
         except subprocess.TimeoutExpired:
-            raise AssertionError(f"{self} has not ended after {timeout:g} s:\n{self.tail()}") from None
-
-    def put_first(self) -> None:
-        """Let it go before ordinary processes, as the bring-up does with a cell's loops, where the system allows that."""
-        with contextlib.suppress(PermissionError):
-            os.setpriority(os.PRIO_PROCESS, self.pid, -10)
+            raise AssertionError(
+                f"{self} has not ended after {timeout:g} s:\n{self.tail()}"
+            ) from None
 
     def signal(self, number: signal.Signals) -> None:
         """Send a signal to its whole process group."""
@@ -93,7 +118,11 @@ class Process:
 
     def stop(self, grace: float = 8.0) -> int:
         """End it: SIGINT, after ``grace`` [s] SIGTERM, then SIGKILL; return the exit code."""
-        for number, patience in ((signal.SIGINT, grace), (signal.SIGTERM, 2.0), (signal.SIGKILL, 5.0)):
+        for number, patience in (
+            (signal.SIGINT, grace),
+            (signal.SIGTERM, 2.0),
+            (signal.SIGKILL, 5.0),
+        ):
             if self.poll() is not None:
                 break
             self.signal(number)
@@ -101,6 +130,14 @@ class Process:
                 self.popen.wait(patience)
         self.signal(signal.SIGKILL)
         return self.popen.wait(5.0)
+
+    def __enter__(self) -> Self:
+        """Give the process for the length of a block."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """End it with the block."""
+        self.stop()
 
     def tail(self, lines: int = 60) -> str:
         """Return the last lines of its output."""
@@ -112,9 +149,12 @@ class Process:
 
 
 class Stage:
-    """All processes of one test: ``run`` starts, ``close`` ends them in reverse order and fails if something is left.
+    """All processes of one test.
 
-    Every process inherits a mark in its environment, so that grandchildren in other process groups are found too.
+    ``run`` starts, ``close`` ends them in reverse order and fails if something is left.
+
+    Every process inherits a mark in its environment, so that grandchildren in other process groups
+    are found too.
     """
 
     def __init__(self, folder: Path, env: Mapping[str, str]) -> None:
@@ -125,11 +165,18 @@ class Stage:
         self.env: dict[str, str] = {**env, MARK: self.mark}
         self.processes: list[Process] = []
 
-    def start(self, *command: str, name: str = "", env: Mapping[str, str] | None = None, cwd: Path | None = None) -> Process:
+    def start(
+        self,
+        *command: str,
+        name: str = "",
+        env: Mapping[str, str] | None = None,
+        cwd: Path | None = None,
+    ) -> Process:
         """Start a command with its output in ``<folder>/<nn>_<name>.log``."""
         name = name or Path(command[0]).name
         log = self.folder / f"{len(self.processes):02d}_{name}.log"
-        process = Process(command, {**self.env, **(env or {})}, log, cwd)
+        environment = {**self.env, **(env or {})}
+        process = Process(without_rosrun(command, environment), environment, log, cwd)
         self.processes.append(process)
         return process
 
@@ -152,10 +199,28 @@ class Stage:
         assert not left, f"processes left behind: {left}"
 
     def report(self) -> str:
-        """Return the last lines of every process that runs, has failed, or was among the last, for a failed test."""
+        """Return the last lines of the processes that tell why a test failed.
+
+        These are the ones that run, have failed, or were started last.
+        """
         telling = [p for p in self.processes if p.poll() != 0 or p in self.processes[-3:]]
         parts = [f"--- {p} (exit code {p.poll()})\n{p.tail()}" for p in telling]
         return "\n".join(parts)
+
+
+def without_rosrun(command: Sequence[str], env: Mapping[str, str]) -> list[str]:
+    """Return the command with ``rosrun PACKAGE NODE`` replaced by the node's file.
+
+    rosrun takes 0.4 s of processor time to find it, for each of some hundred nodes of a run. The
+    bring-up looks it up in the same way. Who wants rosrun itself gives its path, ``ROSRUN``.
+    """
+    from scara_bringup.io.executables import command_of
+
+    words = [str(word) for word in command]
+    if "rosrun" not in words[:-2]:
+        return words
+    k = words.index("rosrun")
+    return [*words[:k], *command_of(words[k + 1], words[k + 2], env), *words[k + 3 :]]
 
 
 def _die_with_parent() -> None:
@@ -172,7 +237,9 @@ def _marked(mark: str) -> list[tuple[int, str]]:
             continue
         with contextlib.suppress(OSError):
             if wanted in (entry / "environ").read_bytes().split(b"\0"):
-                command = (entry / "cmdline").read_bytes().replace(b"\0", b" ").decode(errors="replace")
+                command = (
+                    (entry / "cmdline").read_bytes().replace(b"\0", b" ").decode(errors="replace")
+                )
                 if command:
                     found.append((int(entry.name), command.strip()))
     return found

@@ -1,4 +1,7 @@
-"""What the twin controller would publish for replay while a pair runs in virtual time: inputs with states, and decisions."""
+"""What the twin controller would publish for replay while a pair runs in virtual time.
+
+Inputs with states, and decisions.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,10 @@ EPOCH = 1.7e9
 
 
 class Recording:
-    """Everything since it was made; ``batch`` inputs make a message, every ``every``-th message carries the state before it."""
+    """Everything since it was made.
+
+    ``batch`` inputs make a message, every ``every``-th message carries the state before it.
+    """
 
     def __init__(self, pair: Pair, batch: int = 3, every: int = 40) -> None:
         """Attach to a pair."""
@@ -48,7 +54,9 @@ class Recording:
         stamp_ns = round((EPOCH + self._pair.now) * 1e9)
         number = len(self.inputs)
         state = encode_state(self._before) if number % self._every == 0 else b""
-        self.inputs.append(RecordedInput(at, stamp_ns, number + 1, encode_events(self._events), state))
+        self.inputs.append(
+            RecordedInput(at, stamp_ns, number + 1, encode_events(self._events), state)
+        )
         for decided in self._decided:
             self.decisions[stamp_ns, decided.seq] = as_recorded(decided)
         self._events, self._decided, self._before = [], [], self._pair.state
@@ -65,7 +73,7 @@ def eventful(pair: Pair, batch: int = 3, every: int = 40) -> Recording:
     pair.start_program(ramp(HOME, away, 0.5))
     pair.run(1.5)
     pair.end_program()
-    pair.run_until(lambda: pair.state.mode == "IDLE", 10.0)
+    pair.run_until(lambda: pair.state.lead.mode == "IDLE", 10.0)
     pair.run(0.5)
     pair.move_twin(ramp(pair.twin_q, HOME, 1.0))
     pair.run(0.5)

@@ -24,7 +24,12 @@ class Master:
         self.uri = f"http://127.0.0.1:{free_port()}"
         ros_home = folder / "ros_home"
         ros_home.mkdir(parents=True, exist_ok=True)
-        self.env = {**env, "ROS_MASTER_URI": self.uri, "ROS_HOME": str(ros_home), "ROS_LOG_DIR": str(ros_home / "log")}
+        self.env = {
+            **env,
+            "ROS_MASTER_URI": self.uri,
+            "ROS_HOME": str(ros_home),
+            "ROS_LOG_DIR": str(ros_home / "log"),
+        }
         self.stage = Stage(folder, self.env)
         self.process = self.stage.start("rosmaster", "--core", "-p", self.uri.rsplit(":", 1)[1])
         wait_until(self.answers, 15.0, f"the ROS master at {self.uri}")
@@ -49,7 +54,9 @@ class Ros:
     def __init__(self, master: Master, folder: Path, label: str) -> None:
         """Make a namespace of its own; ``label`` appears in it."""
         self.master = master
-        self.namespace = f"/t{next(_NUMBERS)}_{''.join(c if c.isalnum() else '_' for c in label)[:40]}"
+        self.namespace = (
+            f"/t{next(_NUMBERS)}_{''.join(c if c.isalnum() else '_' for c in label)[:40]}"
+        )
         self.folder = folder
         self.stage = Stage(folder / "processes", {**master.env, "ROS_NAMESPACE": self.namespace})
         self.env = self.stage.env
@@ -62,19 +69,27 @@ class Ros:
         """Resolve a relative name into the test's namespace; an absolute name stays as it is."""
         return relative if relative.startswith("/") else f"{self.namespace}/{relative}"
 
-    def run(self, package: str, node: str, *args: str, env: dict[str, str] | None = None) -> Process:
+    def run(
+        self, package: str, node: str, *args: str, env: dict[str, str] | None = None
+    ) -> Process:
         """Start ``rosrun package node args`` in the test's namespace."""
         return self.stage.start("rosrun", package, node, *map(str, args), name=node, env=env)
 
     def shell(self, *command: str, timeout: float = 20.0) -> str:
-        """Run a command line tool (``rosservice``, ``rosbag``) to its end and return its output; fail if it fails."""
+        """Run a command line tool (``rosservice``, ``rosbag``) to its end and return its output.
+
+        Fail if it fails.
+        """
         process = self.stage.start(*command)
         code = process.wait(timeout)
         assert code == 0, f"{process} ended with {code}:\n{process.tail()}"
         return process.output
 
     def service(self, name: str, kind: type[Any], timeout: float = 20.0) -> Callable[..., Any]:
-        """Return a call of a service that ends after ``timeout`` [s] (rospy's own would wait for ever)."""
+        """Return a call of a service that ends after ``timeout`` [s].
+
+        rospy's own would wait for ever.
+        """
         self.wait_for_service(name, timeout)
         import rospy
 
@@ -100,32 +115,57 @@ class Ros:
         wait_until(there, timeout, f"service {self.name(name)}")
 
     def wait_for_message(
-        self, topic: str, kind: type[T], timeout: float = 20.0, such_that: Callable[[T], bool] | None = None
+        self,
+        topic: str,
+        kind: type[T],
+        timeout: float = 20.0,
+        such_that: Callable[[T], bool] | None = None,
     ) -> T:
         """Return the next message on ``topic`` (the next for which ``such_that`` is true)."""
         received = self.collect(topic, kind)
 
         def found() -> list[T]:
             self._all_alive()
-            return [message for message in list(received) if such_that is None or such_that(message)][:1]
+            return [
+                message for message in list(received) if such_that is None or such_that(message)
+            ][:1]
 
-        return wait_until(found, timeout, f"a message on {self.name(topic)}, {len(received)} seen")[0]
+        return wait_until(found, timeout, f"a message on {self.name(topic)}, {len(received)} seen")[
+            0
+        ]
 
     def collect(self, topic: str, kind: type[T]) -> list[T]:
         """Return a list that grows with each message on ``topic``."""
         import rospy
 
         received: list[T] = []
-        self._handles.append(rospy.Subscriber(self.name(topic), kind, received.append, queue_size=1000, tcp_nodelay=True))
+        self._handles.append(
+            rospy.Subscriber(
+                self.name(topic), kind, received.append, queue_size=1000, tcp_nodelay=True
+            )
+        )
         return received
 
-    def publisher(self, topic: str, kind: type[Any], subscribers: int = 1, timeout: float = 20.0, **options: Any) -> Any:
+    def publisher(
+        self,
+        topic: str,
+        kind: type[Any],
+        subscribers: int = 1,
+        timeout: float = 20.0,
+        **options: Any,
+    ) -> Any:
         """Return a publisher once ``subscribers`` nodes listen to it."""
         import rospy
 
-        publisher = rospy.Publisher(self.name(topic), kind, **{"queue_size": 10, "tcp_nodelay": True, **options})
+        publisher = rospy.Publisher(
+            self.name(topic), kind, **{"queue_size": 10, "tcp_nodelay": True, **options}
+        )
         self._handles.append(publisher)
-        wait_until(lambda: publisher.get_num_connections() >= subscribers, timeout, f"a listener on {self.name(topic)}")
+        wait_until(
+            lambda: publisher.get_num_connections() >= subscribers,
+            timeout,
+            f"a listener on {self.name(topic)}",
+        )
         return publisher
 
     def set_param(self, name: str, value: Any) -> None:
@@ -147,7 +187,9 @@ class Ros:
     def _all_alive(self) -> None:
         """Fail with the log of a process that has ended with an error while somebody waits."""
         for process in self.stage.processes:
-            assert process.poll() in (None, 0), f"{process} ended with {process.poll()}:\n{process.tail()}"
+            assert process.poll() in (None, 0), (
+                f"{process} ended with {process.poll()}:\n{process.tail()}"
+            )
 
 
 def _with_deadline(action: Callable[[], T], timeout: float, what: str) -> T:

@@ -1,6 +1,9 @@
-"""Two ideal robots in virtual time: a real one that runs programs or follows set points, and a twin that moves or follows.
+"""Two ideal robots in virtual time.
 
-Nothing here shares code with the twin controller. Positions are SI, in the order of the twin's joints.
+A real one that runs programs or follows set points, and a twin that moves or follows.
+
+Nothing here shares code with the twin controller. Positions are SI, in the order of the twin's
+joints.
 """
 
 from __future__ import annotations
@@ -9,7 +12,7 @@ from collections import deque
 from collections.abc import Callable
 
 from scara_config import load_robot
-from twin_controller.core.actions import Do, FollowTwin, Perform
+from twin_controller.core.actions import Command, FollowTwin, Send
 
 from harness.workspace import ROOT
 
@@ -20,7 +23,10 @@ Path_ = Callable[[float], Joints]
 
 FOLLOW_TIMEOUT = 0.1
 FOLLOW_START = (3.0, 3.0, 5.0, 3.0)
-"""How far, in degrees and millimetres, the twin lets a stream begin from where it is; config/motion.yaml."""
+"""How far, in degrees and millimetres, the twin lets a stream begin from where it is.
+
+config/motion.yaml.
+"""
 STOPPING = 0.04
 """How long the twin takes to end a stream [s]."""
 BRAKING = 0.15
@@ -82,21 +88,30 @@ class RealSide:
         self.streaming = False
         self.end_program()
 
-    def command_real(self, do: Do) -> None:
+    def command_real(self, do: Command) -> None:
         """Obey one command."""
-        if do is Do.STOP_REAL:
+        if do is Command.STOP_REAL:
             self.streaming = self.paused = False
             self.end_program()
             self.setpoints.clear()
-        elif do is Do.HOLD_REAL:
+        elif do is Command.HOLD_REAL:
             self.paused = True
-        elif do is Do.RELEASE_REAL:
+        elif do is Command.RELEASE_REAL:
             self.paused = False
-        elif do is Do.ESTOP_REAL:
+        elif do is Command.ESTOP_REAL:
             self._drives_off()
-        elif do is Do.RESET_REAL:
-            self.drives, self.fault, self.paused = not self.estop_pressed, self.fault_persists, False
-        elif do is Do.START_STREAM and self.starts_stream and self.drives and not (self.own_program or self.fault):
+        elif do is Command.RESET_REAL:
+            self.drives, self.fault, self.paused = (
+                not self.estop_pressed,
+                self.fault_persists,
+                False,
+            )
+        elif (
+            do is Command.START_STREAM
+            and self.starts_stream
+            and self.drives
+            and not (self.own_program or self.fault)
+        ):
             self.streaming = True
 
     def move_real(self, now: float) -> None:
@@ -123,7 +138,10 @@ class RealSide:
 
 
 class TwinSide:
-    """The twin: announced moves that slow down smoothly, streams to follow, jogging, STOP PAUSE RESUME ESTOP RESET."""
+    """The twin: announced moves, streams to follow, jogging and commands.
+
+    Moves slow down smoothly; the commands are STOP PAUSE RESUME ESTOP RESET.
+    """
 
     def __init__(self, q: Joints) -> None:
         """Stand at ``q``."""
@@ -145,37 +163,50 @@ class TwinSide:
     def move_twin(self, path: Path_) -> None:
         """Let the twin move by its own pose controller, announced as that does."""
         if self.motion in ("idle", "announcing", "moving"):
-            self.motion, self.twin_path, self.twin_time, self.pace = "announcing", path, -self.announce, 1.0
+            self.motion, self.twin_path, self.twin_time, self.pace = (
+                "announcing",
+                path,
+                -self.announce,
+                1.0,
+            )
 
     def jog_twin(self, path: Path_, now: float) -> None:
         """Let the twin move without its pose controller: not announced, no plan."""
         self.jog, self.jog_start = path, now
 
-    def command_twin(self, do: Do, number: int, now: float) -> None:
+    def command_twin(self, do: Command, number: int, now: float) -> None:
         """Obey one motion command with this id."""
         self.command_id = number
         drives = self.motion in ("announcing", "moving", "pausing", "paused")
-        if do in (Do.STOP_TWIN, Do.ESTOP_TWIN):
+        if do in (Command.STOP_TWIN, Command.ESTOP_TWIN):
             self.barred = self.barred or now - self.heard <= FOLLOW_TIMEOUT
             self.ended = now if self.motion == "following" else self.ended
-            estopped = do is Do.ESTOP_TWIN or self.motion == "estopped"
+            estopped = do is Command.ESTOP_TWIN or self.motion == "estopped"
             self.motion = "estopped" if estopped else "stopping" if drives else "idle"
             self.follow = self.jog = None
-        elif do is Do.RESET_TWIN and self.motion == "estopped":
+        elif do is Command.YIELD_TWIN:
+            self.motion = "stopping" if drives else self.motion
+            self.jog = None
+        elif do is Command.RESET_TWIN and self.motion == "estopped":
             self.motion = "idle"
-        elif do is Do.PAUSE_TWIN and drives:
+        elif do is Command.PAUSE_TWIN and drives:
             self.motion = "pausing"
-        elif do is Do.RESUME_TWIN and self.motion in ("pausing", "paused"):
+        elif do is Command.RESUME_TWIN and self.motion in ("pausing", "paused"):
             self.motion = "moving"
 
     def take_follow(self, action: FollowTwin, now: float) -> None:
-        """Take a set point, or refuse it: after a stop, while a move runs, or too far away to begin."""
+        """Take a set point, or refuse it.
+
+        After a stop, while a move runs, or too far away to begin.
+        """
         gap, self.heard = now - self.heard, now
         self.barred = self.barred and gap <= FOLLOW_TIMEOUT
         if self.barred or self.shown_motion(now) not in ("idle", "following"):
             return
         off = [abs(a - b) / scale for a, b, scale in zip(action.q, self.twin_q, SCALE)]
-        if self.motion == "following" or all(gap <= allowed for gap, allowed in zip(off, FOLLOW_START)):
+        if self.motion == "following" or all(
+            gap <= allowed for gap, allowed in zip(off, FOLLOW_START)
+        ):
             self.motion, self.follow, self.followed = "following", action, now
 
     def shown_motion(self, now: float) -> str:
@@ -190,7 +221,8 @@ class TwinSide:
         elif self.motion == "following" and self.follow is not None:
             age = max(-0.05, min(stamp - self.follow.stamp, 0.05))
             self.twin_q = tuple(
-                p + age * (v + 0.5 * age * a) for p, v, a in zip(self.follow.q, self.follow.qdot, self.follow.qddot)
+                p + age * (v + 0.5 * age * a)
+                for p, v, a in zip(self.follow.q, self.follow.qdot, self.follow.qddot)
             )
             if now - self.followed > FOLLOW_TIMEOUT:
                 self.motion, self.follow, self.ended = "idle", None, now
@@ -228,21 +260,26 @@ class TwinSide:
         return tuple(self.pace * v for v in rate(self.twin_path, self.twin_time))
 
     def coming(self, rows: int) -> list[tuple[Joints, Joints]]:
-        """Return position and velocity now and every 10 ms from now on; empty while nothing moves by a path."""
+        """Return position and velocity now and every 10 ms from now on.
+
+        Empty while nothing moves by a path.
+        """
         if self.twin_path is None or self.motion in ("idle", "paused"):
             return []
         found, time, pace = [], self.twin_time, self.pace
         for _ in range(rows):
-            found.append((self.twin_path(time), tuple(pace * v for v in rate(self.twin_path, time))))
+            found.append(
+                (self.twin_path(time), tuple(pace * v for v in rate(self.twin_path, time)))
+            )
             for _ in range(10):
                 time, pace = self._ahead(time, pace)
         return found
 
-    def perform_twin(self, action: Perform, now: float) -> None:
+    def perform_twin(self, action: Send, now: float) -> None:
         """Obey an action of the twin controller."""
         if not self.twin_up:
             return
-        if action.do is not Do.RELEASE_TWIN:
-            self.command_twin(action.do, action.id, now)
+        if action.command is not Command.RELEASE_TWIN:
+            self.command_twin(action.command, action.id, now)
         elif self.motion == "following":
             self.motion, self.follow = "idle", None

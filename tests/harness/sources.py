@@ -5,11 +5,20 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 from harness.workspace import ROOT
 
-PACKAGES = sorted([ROOT / "config", *(file.parent for file in (ROOT / "src").glob("*/package.xml"))])
+PACKAGES = sorted(
+    [ROOT / "config", *(file.parent for file in (ROOT / "src").glob("*/package.xml"))]
+)
+
+
+@cache
+def _parsed(path: Path) -> ast.Module:
+    """Parse a file once for all rules."""
+    return ast.parse(path.read_text(encoding="utf-8"), str(path))
 
 
 @dataclass(frozen=True)
@@ -22,7 +31,7 @@ class Module:
     @property
     def tree(self) -> ast.Module:
         """Its syntax tree."""
-        return ast.parse(self.path.read_text(encoding="utf-8"), str(self.path))
+        return _parsed(self.path)
 
     @property
     def relative(self) -> str:
@@ -51,7 +60,7 @@ def modules() -> list[Module]:
 
 
 def imported_names(tree: ast.AST) -> Iterator[tuple[str, int]]:
-    """Yield (absolute dotted name, line) of every import, wherever it stands; ``from a import b`` yields ``a.b``."""
+    """Yield (absolute dotted name, line) of every import; ``from a import b`` yields ``a.b``."""
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             for alias in node.names:

@@ -11,7 +11,14 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 
 # Settings of the calling shell that would make a test's outcome depend on it.
-_OTHERS = ("ROS_NAMESPACE", "ROS_HOSTNAME", "ROS_LOG_DIR", "CELL_TEST_MARK", "SCARA_CONFIG_DIR", "SCARA_ROBOT")
+_OTHERS = (
+    "ROS_NAMESPACE",
+    "ROS_HOSTNAME",
+    "ROS_LOG_DIR",
+    "CELL_TEST_MARK",
+    "SCARA_CONFIG_DIR",
+    "SCARA_ROBOT",
+)
 
 
 @functools.cache
@@ -22,7 +29,9 @@ def workspace_environment() -> dict[str, str]:
         RuntimeError: The workspace is not built; the text says what to do.
     """
     script = 'set -e; source "$1/env.sh" >&2; env -0'
-    done = subprocess.run(["bash", "-c", script, "bash", str(ROOT)], capture_output=True, timeout=30)
+    done = subprocess.run(
+        ["bash", "-c", script, "bash", str(ROOT)], capture_output=True, timeout=30
+    )
     if done.returncode != 0:
         raise RuntimeError(f"env.sh failed: {done.stderr.decode(errors='replace').strip()}")
     pairs = (item.split("=", 1) for item in done.stdout.decode().split("\0") if "=" in item)

@@ -16,12 +16,18 @@ CONFIG = ROOT / "config"
 
 
 def shipped(name: str) -> Path:
-    """Return where a shipped file of the article's robot is, for example ``robot.yaml`` or ``programs/article.yaml``."""
+    """Return where a shipped file of the article's robot is.
+
+    For example ``robot.yaml`` or ``programs/article.yaml``.
+    """
     return locate(name, CONFIG)
 
 
 def copy_configuration(folder: Path) -> Path:
-    """Copy the configuration of the article's robot flat into ``folder``, as a run does; return the folder."""
+    """Copy the configuration of the article's robot flat into ``folder``, as a run does.
+
+    Return the folder.
+    """
     for name, file in files_in_force(CONFIG).items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(file, folder / name)
@@ -29,7 +35,10 @@ def copy_configuration(folder: Path) -> Path:
 
 
 def changed_yaml(source: Path, folder: Path, path: list[str | int], value: Any) -> Path:
-    """Write ``source`` with the value at ``path`` replaced (or removed, for REMOVED) into ``folder``; return the folder."""
+    """Write ``source`` with one value replaced into ``folder``; return the folder.
+
+    The value at ``path`` is removed for REMOVED.
+    """
     yaml = YAML()
     tree = yaml.load(source)
     branch = tree

@@ -1,7 +1,8 @@
 """How to test a node: real ``rosrun``, own master, own namespace, nothing left behind.
 
-The fixtures are in tests/conftest.py (the system tests use them too). ``ros`` is for one test, ``ros_module`` keeps
-its nodes for all tests of a module. All names are relative to the namespace of the test::
+The fixtures are in tests/conftest.py (the system tests use them too). ``ros`` is for one test,
+``ros_module`` keeps its nodes for all tests of a module. All names are relative to the namespace of
+the test::
 
     from scara_msgs.srv import MoveTo
     from sensor_msgs.msg import JointState
@@ -16,8 +17,9 @@ its nodes for all tests of a module. All names are relative to the namespace of 
         jog = ros.publisher("joint_vel_controller/command", JointJog)   # waits for a listener
         assert node.stop() == 0 and "Traceback" not in node.output
 
-``ros.run(...)`` returns at once: a process with ``pid``, ``poll()``, ``wait(timeout)``, ``stop()``, ``signal(number)``,
-``output``. ``ros.shell("rosservice", "call", ...)`` runs a tool to its end and returns what it printed. ``ros.env`` is the
-environment, ``ros.free_port()`` a port for Modbus or a web socket, ``ros.name("x")`` the absolute name, ``ros.folder`` a
-folder for files. When a test fails the last lines of every process are in its report.
+``ros.run(...)`` returns at once: a process with ``pid``, ``poll()``, ``wait(timeout)``, ``stop()``,
+``signal(number)``, ``output``. ``ros.shell("rosservice", "call", ...)`` runs a tool to its end and
+returns what it printed. ``ros.env`` is the environment, ``ros.free_port()`` a port for Modbus or a
+web socket, ``ros.name("x")`` the absolute name, ``ros.folder`` a folder for files. When a test
+fails the last lines of every process are in its report.
 """

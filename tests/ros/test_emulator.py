@@ -1,4 +1,7 @@
-"""The emulator and its pendant as processes: with and without a roscore, read by mbpoll, stopped by its watchdog."""
+"""The emulator and its pendant as processes.
+
+With and without a roscore, read by mbpoll, stopped by its watchdog.
+"""
 
 from __future__ import annotations
 
@@ -37,7 +40,9 @@ class Cell:
 
     def pendant(self, *arguments: str) -> tuple[int, str]:
         """Run the pendant and return its exit code and output."""
-        process = self.ros.stage.start("rosrun", "fanuc_emulator", "pendant", *arguments, "--port", str(self.port))
+        process = self.ros.stage.start(
+            "rosrun", "fanuc_emulator", "pendant", *arguments, "--port", str(self.port)
+        )
         return process.wait(30.0), process.output
 
     def words(self, number: int, count: int = 1) -> list[int]:
@@ -55,22 +60,35 @@ def cell(ros: Ros) -> Iterator[Cell]:
 
 
 def test_ground_truth_is_stamped_every_four_milliseconds_of_nominal_time(cell: Cell) -> None:
-    """real/ground_truth: all joints, true positions and speeds, stamps on the servo's axis whatever the load."""
+    """real/ground_truth.
+
+    All joints, true positions and speeds, stamps on the servo's axis whatever the load.
+    """
     received = cell.ros.collect("real/ground_truth", JointState)
     wait_until(lambda: len(received) >= 200, 20.0, "ground truth")
     assert received[0].name == NAMES
     assert received[0].position == pytest.approx((0.0, 0.0, -0.160, 0.0, 0.0))
-    gaps = [after.header.stamp.to_sec() - before.header.stamp.to_sec() for before, after in pairwise(list(received))]
+    gaps = [
+        after.header.stamp.to_sec() - before.header.stamp.to_sec()
+        for before, after in pairwise(list(received))
+    ]
     assert sorted(gaps)[len(gaps) // 2] == pytest.approx(0.004, abs=2e-5)
 
 
 def test_mbpoll_reads_the_joints(cell: Cell) -> None:
     """An independent Modbus client reads J1..J5 as float32 low word first, and the signals."""
     read = ["mbpoll", "-m", "tcp", "-p", str(cell.port), "-a", "1", "-1", "127.0.0.1"]
-    joints = subprocess.run([*read, "-t", "4:float", "-r", "1001", "-c", "9"], capture_output=True, text=True, timeout=20)
+    joints = subprocess.run(
+        [*read, "-t", "4:float", "-r", "1001", "-c", "9"],
+        capture_output=True,
+        text=True,
+        timeout=20,
+    )
     values = [float(line.split()[1]) for line in joints.stdout.splitlines() if line.startswith("[")]
     assert values == [0.0, 0.0, -160.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], joints.stdout + joints.stderr
-    signals = subprocess.run([*read, "-t", "1", "-r", "6001", "-c", "10"], capture_output=True, text=True, timeout=20)
+    signals = subprocess.run(
+        [*read, "-t", "1", "-r", "6001", "-c", "10"], capture_output=True, text=True, timeout=20
+    )
     levels = [line.split()[1] for line in signals.stdout.splitlines() if line.startswith("[")]
     assert levels == ["1", "1", "0", "0", "0", "0", "1", "0", "0", "0"]
 
@@ -84,7 +102,13 @@ def test_pendant_runs_holds_resumes_and_ends_a_program(cell: Cell) -> None:
     assert code == 1 and "ARTICLE is running; first: pendant abort" in text
     assert cell.pendant("hold") == (0, "held\n")
     code, text = cell.pendant("status")
-    assert code == 0 and "ARTICLE line" in text and "paused" in text and "HELD" in text and "table_joint" in text
+    assert (
+        code == 0
+        and "ARTICLE line" in text
+        and "paused" in text
+        and "HELD" in text
+        and "table_joint" in text
+    )
     assert cell.pendant("resume") == (0, "resumed\n")
     assert cell.pendant("abort") == (0, "aborted\n")
     code, text = cell.pendant("resume")
@@ -100,21 +124,34 @@ def test_pendant_waits_for_the_end_of_a_program(cell: Cell) -> None:
 
 
 def test_pendant_says_why_it_cannot(cell: Cell) -> None:
-    """Unknown program, fault, wrong value, nobody there: one line and an exit code that is not 0."""
+    """Unknown program, fault, wrong value, nobody there.
+
+    One line and an exit code that is not 0.
+    """
     code, text = cell.pendant("run", "NOPE")
-    assert code == 1 and "no program 'NOPE': there are ARTICLE, PALLETISE, STREAM, TWO_POINT" in text
+    assert (
+        code == 1 and "no program 'NOPE': there are ARTICLE, PALLETISE, STREAM, TWO_POINT" in text
+    )
     cell.client.write_coil(6000, False)
     wait_until(lambda: cell.client.read_discrete_inputs(6005, count=1).bits[0], 2.0)
     code, text = cell.pendant("run", "ARTICLE")
     assert code == 1 and "SRVO-037 IMSTP input" in text and "pendant reset" in text
+    code, text = cell.pendant("reset")
+    assert code == 1 and "the fault stays" in text, "who has switched it off releases it"
+    cell.client.write_coil(6000, True)
     assert cell.pendant("reset") == (0, "ready\n")
     assert cell.pendant("override", "101")[0] == 2
-    lonely = cell.ros.stage.start("rosrun", "fanuc_emulator", "pendant", "status", "--port", str(free_port()))
+    lonely = cell.ros.stage.start(
+        "rosrun", "fanuc_emulator", "pendant", "status", "--port", str(free_port())
+    )
     assert lonely.wait(20.0) == 1 and "no robot at 127.0.0.1" in lonely.output
 
 
 def test_watchdog_stops_the_robot_when_its_client_falls_silent(cell: Cell) -> None:
-    """Armed by the client, then no more writes: the program is ended, FAULT is on, the joints stand."""
+    """Armed by the client, then no more writes.
+
+    The program is ended, FAULT is on, the joints stand.
+    """
     cell.pendant("override", "5")
     assert cell.pendant("run", "TWO_POINT")[0] == 0
     cell.client.write_register(1069, 1)
@@ -129,17 +166,31 @@ def test_watchdog_stops_the_robot_when_its_client_falls_silent(cell: Cell) -> No
 
 
 def test_twin_controllers_link_streams_and_its_silence_stops_the_robot(cell: Cell) -> None:
-    """Both ends, written apart, agree on every word: the robot goes where the set points say; a dead client stops it."""
+    """Both ends, written apart, agree on every word: the robot goes where the set points say.
+
+    A dead client stops it.
+    """
     samples: list[RobotSample] = []
     robot = load_robot()
     settings = ModbusSettings("127.0.0.1", cell.port)
-    with ModbusLink(settings, load_modbus_map(), robot, lambda sample, *_: samples.append(sample), lambda *_: None) as link:
+    with ModbusLink(
+        settings,
+        load_modbus_map(),
+        robot,
+        lambda sample, *_: samples.append(sample),
+        lambda *_: None,
+    ) as link:
         wait_until(lambda: link.connected, 10.0)
         link.write_override(100)
         link.write_setpoint((0.1, -0.2, -0.1, 0.3), 50.0)
         link.pulse("rsr1")
-        wait_until(lambda: samples[-1].positions == pytest.approx((0.1, -0.2, -0.1, 0.0, 0.3), abs=1e-5), 10.0)
-        assert samples[-1].control_type.name == "STREAM" and samples[-1].watchdog_state.name == "ARMED"
+        wait_until(
+            lambda: samples[-1].positions == pytest.approx((0.1, -0.2, -0.1, 0.0, 0.3), abs=1e-5),
+            10.0,
+        )
+        assert (
+            samples[-1].control_type.name == "STREAM" and samples[-1].watchdog_state.name == "ARMED"
+        )
         assert link.counters.rejected == link.counters.refused == 0
         link.close(disarm=False)
     wait_until(lambda: cell.words(1043) == [2] and cell.words(1210) == [0], 5.0, "the watchdog")

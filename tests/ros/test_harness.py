@@ -1,7 +1,12 @@
-"""The fixture ``ros`` itself: its nodes see its master and namespace, and nothing outlives a test."""
+"""The fixture ``ros`` itself.
+
+Its nodes see its master and namespace, and nothing outlives a test.
+"""
+
+from pathlib import Path
 
 import pytest
-from harness.processes import Stage, wait_until
+from harness.processes import ROSRUN, Stage, wait_until, without_rosrun
 from harness.ros import Ros
 from std_msgs.msg import String
 from std_srvs.srv import Empty
@@ -12,6 +17,17 @@ def test_a_message_published_by_a_tool_arrives_in_the_namespace(ros: Ros) -> Non
     ros.run("rostopic", "rostopic", "pub", "-r", "20", "greeting", "std_msgs/String", "data: hello")
     assert ros.wait_for_message("greeting", String).data == "hello"
     assert ros.name("greeting") in ros.shell("rostopic", "list")
+
+
+def test_rosrun_finds_what_the_harness_finds_without_it(ros: Ros) -> None:
+    """The harness starts nodes by their file, which saves time; rosrun comes to the same one."""
+    direct = without_rosrun(["rosrun", "fanuc_emulator", "emulator", "_port:=0"], ros.env)
+    assert len(direct) == 2 and Path(direct[0]).is_file()
+    by_rosrun = ros.stage.start(ROSRUN, "fanuc_emulator", "emulator", "_port:=0")
+    by_harness = ros.stage.start("rosrun", "fanuc_emulator", "emulator", "_port:=0")
+    assert by_harness.command == direct
+    assert by_rosrun.wait(20.0) == by_harness.wait(20.0) == 2
+    assert by_rosrun.output == by_harness.output != ""
 
 
 def test_a_node_that_dies_fails_the_wait_with_its_output(ros: Ros) -> None:
@@ -31,7 +47,10 @@ def test_a_grandchild_in_another_session_is_found_and_ended(ros: Ros) -> None:
     """Left-overs are found by their environment, whatever process group they fled to."""
     stage = Stage(ros.folder / "inner", ros.env)
     stage.start("setsid", "--fork", "sleep", "1000").wait()
-    wait_until(lambda: [line for line in stage.left_over() if line.endswith(" sleep 1000")], 20.0)
+    # Before it has fled its command line still begins with setsid.
+    wait_until(
+        lambda: [line.split(" ", 1)[1] for line in stage.left_over()] == ["sleep 1000"], 20.0
+    )
     with pytest.raises(AssertionError, match=r"left behind.*sleep 1000"):
         stage.close()
     assert stage.left_over() == []

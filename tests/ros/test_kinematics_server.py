@@ -9,7 +9,12 @@ from typing import Any
 import pytest
 from harness.ros import Ros
 
-from scara_msgs.srv import ForwardKinematics, InverseKinematics, InverseVelocityKinematics, VelocityKinematics
+from scara_msgs.srv import (
+    ForwardKinematics,
+    InverseKinematics,
+    InverseVelocityKinematics,
+    VelocityKinematics,
+)
 
 SERVICES = {
     "forward_kinematics": ForwardKinematics,
@@ -34,7 +39,8 @@ def test_forward_kinematics_of_the_real_controllers_reading(call):
     assert answer.success and answer.message == "" and answer.elbow == "righty"
     assert (answer.x, answer.y) == pytest.approx((0.28158, 0.41366), abs=7e-5)
     assert answer.z == pytest.approx(0.14183, abs=1e-12)
-    # Home: a half turn about (1, -1, 0) / sqrt(2); the tool turned by R about z adds R / 2 to the axis' angle.
+    # Home: a half turn about (1, -1, 0) / sqrt(2); the tool turned by R about z adds R / 2 to the
+    # axis' angle.
     angle = 2.0 * math.atan2(answer.orientation.y, answer.orientation.x) + math.pi / 2.0
     assert round(math.degrees(angle), 2) == 0.96
     assert (answer.orientation.z, answer.orientation.w) == pytest.approx((0.0, 0.0), abs=1e-12)
@@ -45,8 +51,12 @@ def test_inverse_kinematics_answers_the_chosen_and_both_branches(call):
     answer = call("inverse_kinematics", x=0.51, y=0.16, z=0.10)
     assert answer.success and answer.elbow == "righty"
     assert answer.joint_positions == answer.righty
-    assert [math.degrees(value) for value in answer.righty[:2]] == pytest.approx([-14.3218, 69.6], abs=1e-4)
-    assert [math.degrees(value) for value in answer.lefty[:2]] == pytest.approx([49.1577, -69.6], abs=1e-4)
+    assert [math.degrees(value) for value in answer.righty[:2]] == pytest.approx(
+        [-14.3218, 69.6], abs=1e-4
+    )
+    assert [math.degrees(value) for value in answer.lefty[:2]] == pytest.approx(
+        [49.1577, -69.6], abs=1e-4
+    )
     near = call("inverse_kinematics", x=0.51, y=0.16, z=0.10, seed=[0.8, -1.0, 0.0])
     assert near.elbow == "lefty" and near.joint_positions == answer.lefty
 
@@ -79,21 +89,49 @@ NAN = math.nan
 @pytest.mark.parametrize(
     ("service", "fields", "text"),
     [
-        ("forward_kinematics", {"joint_positions": [0.0, 2.71, 0.0]}, "joint_2 = 2.71 rad is outside [-2.618, 2.618]"),
+        (
+            "forward_kinematics",
+            {"joint_positions": [0.0, 2.71, 0.0]},
+            "joint_2 = 2.71 rad is outside [-2.618, 2.618]",
+        ),
         ("forward_kinematics", {"joint_positions": [0.0, NAN, 0.0]}, "not finite: joint_2 = nan"),
-        ("forward_kinematics", {"joint_positions": []}, "got 0 joint values, expected 3: joint_1, joint_2, joint_3"),
-        ("inverse_kinematics", {"x": 0.9}, "target (0.9, 0) m is at radius 0.9 m, outside the reach [0.175, 0.65] m"),
+        (
+            "forward_kinematics",
+            {"joint_positions": []},
+            "got 0 joint values, expected 3: joint_1, joint_2, joint_3",
+        ),
+        (
+            "inverse_kinematics",
+            {"x": 0.9},
+            "target (0.9, 0) m is at radius 0.9 m, outside the reach [0.175, 0.65] m",
+        ),
         ("inverse_kinematics", {"x": 0.5, "z": 0.3}, "joint_3 = 0.14 m is outside [-0.21, 0]"),
         ("inverse_kinematics", {"x": 0.5, "y": NAN}, "target y = nan is not finite"),
-        ("inverse_kinematics", {"x": 0.5, "elbow": "left"}, "elbow = 'left' is neither righty nor lefty nor empty"),
-        ("inverse_kinematics", {"x": 0.5, "seed": [0.0]}, "got 1 joint values, expected 3: joint_1, joint_2, joint_3"),
+        (
+            "inverse_kinematics",
+            {"x": 0.5, "elbow": "left"},
+            "elbow = 'left' is neither righty nor lefty nor empty",
+        ),
+        (
+            "inverse_kinematics",
+            {"x": 0.5, "seed": [0.0]},
+            "got 1 joint values, expected 3: joint_1, joint_2, joint_3",
+        ),
         (
             "velocity_kinematics",
             {"joint_positions": [0.0] * 3, "joint_velocities": [8.0, 0.0, 0.0]},
             "joint_1 = 8 rad/s is outside [-7.679, 7.679]",
         ),
-        ("velocity_kinematics", {"joint_positions": [0.0] * 3}, "got 0 joint values, expected 3: joint_1, joint_2, joint_3"),
-        ("inverse_velocity_kinematics", {"joint_positions": [3.0, 0.0, 0.0]}, "joint_1 = 3 rad is outside [-2.583, 2.583]"),
+        (
+            "velocity_kinematics",
+            {"joint_positions": [0.0] * 3},
+            "got 0 joint values, expected 3: joint_1, joint_2, joint_3",
+        ),
+        (
+            "inverse_velocity_kinematics",
+            {"joint_positions": [3.0, 0.0, 0.0]},
+            "joint_1 = 3 rad is outside [-2.583, 2.583]",
+        ),
     ],
 )
 def test_refusal_is_an_answer_with_joint_value_and_range(call, service, fields, text):
@@ -107,7 +145,11 @@ def test_velocity_that_is_not_finite_is_refused_by_axis(call):
     """NaN in the vector, not only in the lists."""
     from geometry_msgs.msg import Vector3
 
-    answer = call("inverse_velocity_kinematics", joint_positions=[0.0, 1.0, 0.0], linear=Vector3(0.0, NAN, 0.0))
+    answer = call(
+        "inverse_velocity_kinematics",
+        joint_positions=[0.0, 1.0, 0.0],
+        linear=Vector3(0.0, NAN, 0.0),
+    )
     assert not answer.success and answer.message == "tool velocity is not finite: y = nan"
 
 

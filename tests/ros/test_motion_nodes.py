@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import threading
 from itertools import pairwise
@@ -34,7 +35,10 @@ class Cell:
         from scara_msgs.srv import MoveJoints, MoveTo
 
         self.ros = ros
-        self.processes = [ros.run("scara_simulation", "simulator"), *(ros.run("scara_control", node) for node in NODES)]
+        self.processes = [
+            ros.run("scara_simulation", "simulator"),
+            *(ros.run("scara_control", node) for node in NODES),
+        ]
         self.move = ros.service("joint_pose_controller/move", MoveJoints)
         self.move_to = ros.service("move_to", MoveTo)
         self.commands = ros.publisher("motion_command", MotionCommand, subscribers=3)
@@ -44,7 +48,9 @@ class Cell:
         self.setpoints = ros.collect("twin/joint_setpoints", JointTrajectory)
         self.states = ros.collect("joint_pose_controller/state", MotionState)
         self.jog_states = ros.collect("joint_vel_controller/state", String)
-        ros.wait_until(lambda: self.joints and self.states and self.jog_states, 10.0, "joints and states")
+        ros.wait_until(
+            lambda: self.joints and self.states and self.jog_states, 10.0, "joints and states"
+        )
         self._command_id = 100
 
     def q(self):
@@ -52,27 +58,41 @@ class Cell:
         message = self.joints[-1]
         return [dict(zip(message.name, message.position))[name] for name in NAMES]
 
+    def has_forwarded(self, stamp):
+        """Return whether a set point with this stamp has reached the twin."""
+        return any(packet.header.stamp == stamp for packet in list(self.setpoints)[-10:])
+
     def speed(self):
         """Return the largest joint speed now."""
         return max(map(abs, self.joints[-1].velocity))
 
     def state(self, wanted, timeout=5.0):
         """Wait for a state of joint_pose_controller."""
-        self.ros.wait_until(lambda: self.states[-1].state == wanted, timeout, f"state {wanted}, now {self.states[-1].state}")
+        self.ros.wait_until(
+            lambda: self.states[-1].state == wanted,
+            timeout,
+            f"state {wanted}, now {self.states[-1].state}",
+        )
 
     def still(self):
         """Wait until the twin stands still."""
-        self.ros.wait_until(lambda: self.states[-1].standing_still and self.speed() < 1e-3, 5.0, "standstill")
+        self.ros.wait_until(
+            lambda: self.states[-1].standing_still and self.speed() < 1e-3, 5.0, "standstill"
+        )
 
     def command(self, command, reason="test", number=None):
         """Send a motion command and wait until it is reported back."""
         from scara_msgs.msg import MotionCommand
 
         self._command_id += 1
-        message = MotionCommand(command=getattr(MotionCommand, command), id=number or self._command_id, reason=reason)
+        message = MotionCommand(
+            command=getattr(MotionCommand, command), id=number or self._command_id, reason=reason
+        )
         message.header.frame_id = "tests"
         self.commands.publish(message)
-        self.ros.wait_until(lambda: self.states[-1].last_command_id == message.id, 5.0, f"{command} to be reported")
+        self.ros.wait_until(
+            lambda: self.states[-1].last_command_id == message.id, 5.0, f"{command} to be reported"
+        )
 
     def background(self, call, **fields):
         """Call a service in a thread; return a list that will hold the answer."""
@@ -105,7 +125,9 @@ def cell(running):
     running.still()
     answer = running.move(joint_positions=HOME, speed_percent=100.0)
     assert answer.success, answer.message
-    running.ros.wait_until(lambda: running.jog_states[-1].data.startswith("idle"), 5.0, "the jog controller to be idle")
+    running.ros.wait_until(
+        lambda: running.jog_states[-1].data.startswith("idle"), 5.0, "the jog controller to be idle"
+    )
     del running.setpoints[:]
     yield running
     assert [process.poll() for process in running.processes] == [None] * 5
@@ -114,21 +136,28 @@ def cell(running):
 
 @pytest.mark.parametrize("name", ["P2", "P3", "P1"])
 def test_move_to_brings_the_tool_to_the_articles_points(cell, name):
-    """The service drives until the position is reached and reports the error that is left; the table holds."""
+    """The service drives until the position is reached and reports the error that is left.
+
+    The table holds.
+    """
     point = POINTS[name]
     answer = cell.move_to(*point, 100.0, "")
     assert answer.success, answer.message
-    assert answer.error <= 0.02e-3 and math.dist(tool_position(SCARA, *answer.joint_positions), point) == pytest.approx(
-        answer.error
+    assert answer.error <= 0.02e-3 and math.dist(
+        tool_position(SCARA, *answer.joint_positions), point
+    ) == pytest.approx(answer.error)
+    assert (
+        math.dist(tool_position(SCARA, *cell.q()[:3]), point) < 0.1e-3 and abs(cell.q()[3]) < 1e-3
     )
-    assert math.dist(tool_position(SCARA, *cell.q()[:3]), point) < 0.1e-3 and abs(cell.q()[3]) < 1e-3
     assert 0.1 < answer.duration < 10.0
 
 
 def test_move_to_refuses_what_is_out_of_reach(cell):
     """With value and range; nothing moves."""
     answer = cell.move_to(0.9, 0.0, 0.0, 0.0, "")
-    assert not answer.success and "radius 0.9 m, outside the reach [0.175, 0.65] m" in answer.message
+    assert (
+        not answer.success and "radius 0.9 m, outside the reach [0.175, 0.65] m" in answer.message
+    )
     answer = cell.move_to(0.5, 0.0, 0.1, 101.0, "")
     assert not answer.success and "speed_percent = 101 is outside [1, 100]" in answer.message
     assert not cell.setpoints
@@ -145,10 +174,16 @@ def test_move_answers_with_the_measured_joints(cell):
     ("fields", "text"),
     [
         ({"joint_positions": [0.0, math.nan, -0.1, 0.0]}, "not finite: joint_2 = nan"),
-        ({"joint_positions": [0.0, 2.71, -0.1, 0.0]}, "joint_2 = 2.71 rad is outside [-2.618, 2.618]"),
+        (
+            {"joint_positions": [0.0, 2.71, -0.1, 0.0]},
+            "joint_2 = 2.71 rad is outside [-2.618, 2.618]",
+        ),
         ({"joint_positions": [0.0]}, "got 1 joint values, expected 4"),
         ({"joint_names": ["joint_4"], "joint_positions": [0.0]}, "unknown joint 'joint_4'"),
-        ({"joint_positions": HOME, "speed_percent": 200.0}, "speed_percent = 200 is outside [1, 100]"),
+        (
+            {"joint_positions": HOME, "speed_percent": 200.0},
+            "speed_percent = 200 is outside [1, 100]",
+        ),
     ],
 )
 def test_move_refuses_wrong_requests(cell, fields, text):
@@ -160,7 +195,10 @@ def test_move_refuses_wrong_requests(cell, fields, text):
 
 
 def test_a_move_is_announced_on_time_and_looks_ahead(cell):
-    """The first packet comes 0.1 s before the first motion; each looks 0.15 s ahead; the last one is at rest."""
+    """The first packet comes 0.1 s before the first motion; each looks 0.15 s ahead.
+
+    The last one is at rest.
+    """
     assert cell.move(joint_positions=FAR, speed_percent=100.0).success
     cell.ros.wait_until(lambda: len(cell.setpoints[-1].points) == 1, 5.0, "the last packet")
     packets = list(cell.setpoints)
@@ -183,7 +221,9 @@ def test_the_target_topic_moves_without_an_answer(cell):
     cell.ros.wait_until(lambda: abs(cell.q()[3] - 0.4) < 1e-3, 5.0, "the table at its target")
     assert cell.states[-1].speed_requested_percent == 100.0
     targets.publish(JointState(name=["table_joint"], position=[4.0]))
-    cell.ros.wait_until(lambda: "table_joint = 4 rad is outside" in cell.states[-1].message, 5.0, "the refusal")
+    cell.ros.wait_until(
+        lambda: "table_joint = 4 rad is outside" in cell.states[-1].message, 5.0, "the refusal"
+    )
 
 
 def test_the_speed_cap_stretches_a_move(cell):
@@ -195,7 +235,9 @@ def test_the_speed_cap_stretches_a_move(cell):
     cell.ros.wait_until(lambda: cell.states[-1].speed_limit_percent == 40.0, 5.0, "the cap")
     answers = cell.background(cell.move, joint_positions=FAR, speed_percent=80.0)
     cell.state("moving")
-    assert cell.states[-1].speed_requested_percent == 80.0 and cell.states[-1].speed_applied_percent == pytest.approx(40.0)
+    assert cell.states[-1].speed_requested_percent == 80.0 and cell.states[
+        -1
+    ].speed_applied_percent == pytest.approx(40.0)
     caps.publish(100.0)
     assert cell.answer(answers).success
 
@@ -220,7 +262,12 @@ def test_stop_cancels_move_to_with_its_reason(cell):
     cell.state("moving")
     cell.command("STOP", "gate open")
     answer = cell.answer(answers)
-    assert not answer.success and answer.message == "cancelled by STOP: gate open" and answer.error > 0.01
+    assert (
+        not answer.success
+        # move_to hears the STOP itself, or first from joint_pose_controller: that is chance.
+        and answer.message in ("cancelled by STOP: gate open", "aborted by STOP: gate open")
+        and answer.error > 0.01
+    )
     assert "gate open" in cell.states[-1].message
     cell.still()
 
@@ -236,7 +283,9 @@ def test_emergency_stop_is_latched_until_reset(cell):
     assert cell.states[-1].state == "estopped"
     assert "emergency stop is latched" in cell.move(joint_positions=HOME).message
     cell.jog(["joint_1"], [0.1])
-    cell.ros.wait_until(lambda: "emergency stop is latched" in cell.jog_states[-1].data, 5.0, "the refused jog")
+    cell.ros.wait_until(
+        lambda: "emergency stop is latched" in cell.jog_states[-1].data, 5.0, "the refused jog"
+    )
     where = cell.q()
     cell.command("RESET")
     cell.state("idle")
@@ -263,7 +312,10 @@ def test_a_newer_move_replaces_the_older(cell):
 
 
 def test_a_newer_move_to_replaces_the_older(cell):
-    """The older one ends at once, the newer one reaches its point; one that is refused replaces nothing."""
+    """The older one ends at once, the newer one reaches its point.
+
+    One that is refused replaces nothing.
+    """
     answers = cell.background(cell.move_to, x=0.3, y=0.4, z=0.1, speed_percent=10.0)
     cell.state("moving")
     assert not cell.move_to(0.9, 0.0, 0.0, 0.0, "").success and not answers
@@ -276,7 +328,9 @@ def trajectory(q, qdot, stamp):
     """Make a streamed packet of one point."""
     from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-    packet = JointTrajectory(joint_names=NAMES, points=[JointTrajectoryPoint(positions=q, velocities=qdot)])
+    packet = JointTrajectory(
+        joint_names=NAMES, points=[JointTrajectoryPoint(positions=q, velocities=qdot)]
+    )
     packet.header.stamp = stamp
     return packet
 
@@ -285,18 +339,30 @@ def test_a_stream_is_forwarded_with_its_stamps_and_ends_by_itself(cell):
     """The twin follows; when the stream breaks off it stops; meanwhile moves are refused."""
     import rospy
 
-    start, stamps, refused = rospy.Time.now(), [], None
+    start, stamps, answers = rospy.Time.now(), [], None
     for k in range(60):
-        cell.ros.wait_until(lambda k=k: (rospy.Time.now() - start).to_sec() >= 0.01 * k, 2.0, "the next packet's time")
+        cell.ros.wait_until(
+            lambda k=k: (rospy.Time.now() - start).to_sec() >= 0.01 * k,
+            2.0,
+            "the next packet's time",
+        )
         stamp = rospy.Time.now()
         t = (stamp - start).to_sec()
         cell.follow.publish(
-            trajectory([0.1 * (1.0 - math.cos(4.0 * t)), 0.0, -0.16, 0.0], [0.4 * math.sin(4.0 * t), 0, 0, 0], stamp)
+            trajectory(
+                [0.1 * (1.0 - math.cos(4.0 * t)), 0.0, -0.16, 0.0],
+                [0.4 * math.sin(4.0 * t), 0, 0, 0],
+                stamp,
+            )
         )
         stamps.append(stamp)
         if k == 30:
-            refused = cell.move(joint_positions=HOME)
+            answers = cell.background(cell.move, joint_positions=HOME)
+        # The next one goes when this one has come through: a late machine takes only the newest.
+        with contextlib.suppress(AssertionError):
+            cell.ros.wait_until(lambda stamp=stamp: cell.has_forwarded(stamp), 0.05, period=0.002)
     cell.state("idle")
+    refused = cell.answer(answers)
     assert not refused.success and refused.message.startswith("following a stream")
     forwarded = {packet.header.stamp for packet in cell.setpoints}
     assert len(forwarded & set(stamps)) >= 50
@@ -310,15 +376,21 @@ def test_a_stream_that_does_not_begin_at_the_twin_is_refused(cell):
     import rospy
 
     cell.follow.publish(trajectory([1.0, 0.0, -0.16, 0.0], [0.0] * 4, rospy.Time.now()))
-    cell.ros.wait_until(lambda: "align first: joint_1 is 57." in cell.states[-1].message, 5.0, "the refusal")
+    cell.ros.wait_until(
+        lambda: "align first: joint_1 is 57." in cell.states[-1].message, 5.0, "the refusal"
+    )
     assert not cell.setpoints and cell.states[-1].state == "idle"
 
 
 def test_a_jog_moves_one_joint_until_its_time_out(cell):
     """0.25 s after the last command the joint stands; then all is silent and a move works again."""
     cell.jog(["table_joint"], [0.3])
-    cell.ros.wait_until(lambda: cell.jog_states[-1].data == "jogging table_joint 0.3 rad/s", 5.0, "the jog")
-    cell.ros.wait_until(lambda: cell.jog_states[-1].data == "idle: no command for 250 ms", 5.0, "the time-out")
+    cell.ros.wait_until(
+        lambda: cell.jog_states[-1].data == "jogging table_joint 0.3 rad/s", 5.0, "the jog"
+    )
+    cell.ros.wait_until(
+        lambda: cell.jog_states[-1].data == "idle: no command for 250 ms", 5.0, "the time-out"
+    )
     cell.still()
     assert 0.04 < cell.q()[3] < 0.12 and cell.q()[:3] == pytest.approx(HOME[:3], abs=1e-3)
     assert cell.move(joint_positions=FAR, speed_percent=100.0).success
@@ -330,7 +402,10 @@ def test_a_jog_takes_its_joint_from_a_move(cell):
     cell.state("moving")
     cell.jog(["joint_2"], [0.1])
     answer = cell.answer(answers)
-    assert not answer.success and answer.message == "aborted: joint_2 was taken by its velocity controller"
+    assert (
+        not answer.success
+        and answer.message == "aborted: joint_2 was taken by its velocity controller"
+    )
     cell.still()
 
 
@@ -351,14 +426,19 @@ def changed_config(tmp_path):
 
 @pytest.mark.parametrize("name", POINTS)
 def test_move_to_drives_the_rest_out_through_the_velocity_controller(cell, name):
-    """A joint move that ends a millimetre beside the point is completed by small velocities, P1 (singular) too."""
+    """Small velocities complete a joint move that ends a millimetre beside the point.
+
+    P1, which is singular, is one of them.
+    """
     import rospy
 
     from scara_msgs.srv import MoveJoints, MoveTo
 
     def miss(request):
         missed = [q + off for q, off in zip(request.joint_positions, (0.002, 0.002, -0.001))]
-        return cell.move(request.joint_names, [*missed[:2], min(missed[2], 0.0)], request.speed_percent)
+        return cell.move(
+            request.joint_names, [*missed[:2], min(missed[2], 0.0)], request.speed_percent
+        )
 
     missing = f"missing_move_{name}"
     rospy.Service(cell.ros.name(missing), MoveJoints, miss)
@@ -383,4 +463,7 @@ def test_a_wrong_configuration_ends_the_node_with_one_line(cell, changed_config,
     folder = changed_config("rate_hz: 100.0 ", "rate_hz: 0.0 ")
     process = cell.ros.run("scara_control", node, f"_config_dir:={folder}", f"__name:=wrong_{node}")
     assert process.wait(15.0) == 2
-    assert "motion.yaml: rate_hz = 0.0: Expected `float` >= 1.0" in process.output and "Traceback" not in process.output
+    assert (
+        "motion.yaml: rate_hz = 0.0: Expected `float` >= 1.0" in process.output
+        and "Traceback" not in process.output
+    )

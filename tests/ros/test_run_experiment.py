@@ -1,4 +1,7 @@
-"""run_experiment and report on a cell that the test plays: who is missing, Ctrl-C, verdicts, exit codes."""
+"""run_experiment and report on a cell that the test plays.
+
+Who is missing, Ctrl-C, verdicts, exit codes.
+"""
 
 from __future__ import annotations
 
@@ -32,7 +35,10 @@ MOVE_S = 0.4
 
 
 class PlayedCell:
-    """Publishes both sides; ``move_to`` moves both along a quintic, the real side ``lag`` [s] late and ``offset`` [rad] off."""
+    """Publishes both sides.
+
+    ``move_to`` moves both along a quintic, the real side ``lag`` [s] late and ``offset`` [rad] off.
+    """
 
     def __init__(self, ros: Ros, lag: float, offset: float) -> None:
         """Offer everything that run_experiment needs, except the recorder."""
@@ -71,16 +77,23 @@ class PlayedCell:
     def _run(self) -> None:
         while not self._stop.wait(0.005):
             now = rospy.get_rostime()
-            for topic, late, off in (("twin/joint_states", 0.0, 0.0), ("real/ground_truth", self._lag, self._offset)):
+            for topic, late, off in (
+                ("twin/joint_states", 0.0, 0.0),
+                ("real/ground_truth", self._lag, self._offset),
+            ):
                 u = np.clip((now.to_sec() - late - self._since) / MOVE_S, 0.0, 1.0)
                 way = self._there - self._here
                 position = self._here + way * (10.0 * u**3 - 15.0 * u**4 + 6.0 * u**5)
                 velocity = way * (30.0 * u**2 - 60.0 * u**3 + 30.0 * u**4) / MOVE_S
-                message = JointState(name=JOINTS, position=position + [off, 0.0, 0.0, 0.0], velocity=velocity)
+                message = JointState(
+                    name=JOINTS, position=position + [off, 0.0, 0.0, 0.0], velocity=velocity
+                )
                 message.header.stamp = now
                 self._publishers[topic].publish(message)
             self._publishers["real/robot_data"].publish(RobotData(control_type="none"))
-            self._publishers["twin_controller/state"].publish(TwinControllerState(mode=self.mode, why="told so"))
+            self._publishers["twin_controller/state"].publish(
+                TwinControllerState(mode=self.mode, why="told so")
+            )
 
     def close(self) -> None:
         """Leave nothing behind."""
@@ -97,7 +110,7 @@ def cell(ros: Ros, request: pytest.FixtureRequest) -> Iterator[PlayedCell]:
     """Start a played cell and a real recorder; the parameters are lag [s] and offset [rad]."""
     lag, offset = getattr(request, "param", (0.003, 0.0))
     played = PlayedCell(ros, lag, offset)
-    ros.run("twin_controller", "recorder")
+    ros.run("cell_recorder", "recorder", f"_directory:={ros.folder}")
     yield played
     played.close()
 
@@ -108,7 +121,9 @@ def short_configuration(ros: Ros, cell_deadline: float = 20.0) -> Path:
     folder.mkdir(exist_ok=True)
     (folder / "robot.yaml").write_text(shipped("robot.yaml").read_text())
     text = shipped("experiments.yaml").read_text()
-    text = text.replace("[P1, P2, P3, P1, P2, P3, P1]", "[P1, P2, P3, P1]").replace("cell: 60.0", f"cell: {cell_deadline}")
+    text = text.replace("[P1, P2, P3, P1, P2, P3, P1]", "[P1, P2, P3, P1]").replace(
+        "cell: 60.0", f"cell: {cell_deadline}"
+    )
     (folder / "experiments.yaml").write_text(text)
     return folder
 
@@ -116,11 +131,21 @@ def short_configuration(ros: Ros, cell_deadline: float = 20.0) -> Path:
 def start_twin_leads(ros: Ros, output: Path) -> Process:
     """Start the second experiment with a short configuration."""
     folder = short_configuration(ros)
-    return ros.run("twin_experiments", "run_experiment", "twin_leads", "--output", str(output), f"_config_dir:={folder}")
+    return ros.run(
+        "twin_experiments",
+        "run_experiment",
+        "twin_leads",
+        "--output",
+        str(output),
+        f"_config_dir:={folder}",
+    )
 
 
 def test_a_run_is_recorded_marked_and_reported(ros: Ros, cell: PlayedCell) -> None:
-    """One command: bag, report.json with a lag and errors, page and figures, exit code 0; `report` finds the same again."""
+    """One command: bag, report.json with a lag and errors, page and figures, exit code 0.
+
+    `report` finds the same again.
+    """
     output = ros.folder / "out"
     run = start_twin_leads(ros, output)
     assert run.wait(60.0) == 0, run.tail()
@@ -137,7 +162,9 @@ def test_a_run_is_recorded_marked_and_reported(ros: Ros, cell: PlayedCell) -> No
     with rosbag.Bag(str(output / "run.bag")) as bag:
         said = [m.data for _, m, _ in bag.read_messages(topics=[ros.name("experiment/marker")])]
     assert said == ["start twin_leads", "end twin_leads"]
-    assert {p.name for p in output.glob("*.png")} == {f"twin_leads_{kind}.png" for kind in ("paths", "joints", "errors")}
+    assert {p.name for p in output.glob("*.png")} == {
+        f"twin_leads_{kind}.png" for kind in ("paths", "joints", "errors")
+    }
     words = ("--output", str(ros.folder / "again"), "--config-dir", str(ros.folder / "config"))
     again = ros.run("twin_experiments", "report", str(output / "run.bag"), *words)
     assert again.wait(30.0) == 0, again.tail()
@@ -149,7 +176,12 @@ def test_a_missed_limit_ends_with_exit_code_one_and_says_which(ros: Ros, cell: P
     """A verdict that fails is a failed command."""
     folder = short_configuration(ros)
     run = ros.run(
-        "twin_experiments", "run_experiment", "twin_leads", "--output", str(ros.folder / "out"), f"_config_dir:={folder}"
+        "twin_experiments",
+        "run_experiment",
+        "twin_leads",
+        "--output",
+        str(ros.folder / "out"),
+        f"_config_dir:={folder}",
     )
     assert run.wait(60.0) == 1
     assert "twin_leads: positioning error" in run.output and "limit 0.2 %" in run.output
@@ -159,7 +191,12 @@ def test_ctrl_c_stops_the_motion_and_keeps_the_bag(ros: Ros, cell: PlayedCell) -
     """The operator's way out: STOP is sent, the bag is complete, its place is said."""
     folder = short_configuration(ros)
     run = ros.run(
-        "twin_experiments", "run_experiment", "twin_leads", "--output", str(ros.folder / "out"), f"_config_dir:={folder}"
+        "twin_experiments",
+        "run_experiment",
+        "twin_leads",
+        "--output",
+        str(ros.folder / "out"),
+        f"_config_dir:={folder}",
     )
     bag = ros.folder / "out" / "run.bag"
     ros.wait_until(bag.exists, 30.0, "a bag")
@@ -172,8 +209,12 @@ def test_ctrl_c_stops_the_motion_and_keeps_the_bag(ros: Ros, cell: PlayedCell) -
         assert opened.get_message_count(ros.name("real/ground_truth")) > 100
 
 
-@pytest.mark.parametrize(("mode", "way_out"), [("STOPPED", "ALIGN"), ("ESTOP", "RESET and ALIGN"), ("PAUSED", "RESUME")])
-def test_a_stop_of_the_operator_is_not_overruled(ros: Ros, cell: PlayedCell, mode: str, way_out: str) -> None:
+@pytest.mark.parametrize(
+    ("mode", "way_out"), [("STOPPED", "ALIGN"), ("ESTOP", "RESET and ALIGN"), ("PAUSED", "RESUME")]
+)
+def test_a_stop_of_the_operator_is_not_overruled(
+    ros: Ros, cell: PlayedCell, mode: str, way_out: str
+) -> None:
     """The command ends at once and says what the operator has to do."""
     cell.mode = mode
     run = start_twin_leads(ros, ros.folder / "out")
@@ -196,7 +237,13 @@ def test_a_stop_during_a_run_ends_it(ros: Ros, cell: PlayedCell) -> None:
 def test_what_is_missing_is_named(ros: Ros) -> None:
     """Nothing is started on half a cell."""
     folder = short_configuration(ros, cell_deadline=1.0)
-    run = ros.run("twin_experiments", "run_experiment", "--output", str(ros.folder / "out"), f"_config_dir:={folder}")
+    run = ros.run(
+        "twin_experiments",
+        "run_experiment",
+        "--output",
+        str(ros.folder / "out"),
+        f"_config_dir:={folder}",
+    )
     assert run.wait(60.0) == 3
     for name in ("topic {}/twin/joint_states", "service {}/recorder/start", "service {}/move_to"):
         assert name.format(ros.namespace) in run.output
@@ -207,7 +254,9 @@ def test_a_missing_master_is_named(ros: Ros) -> None:
     """Without a master the command says where it looked."""
     folder = short_configuration(ros, cell_deadline=0.5)
     uri = f"http://127.0.0.1:{ros.free_port()}"
-    run = ros.run("twin_experiments", "run_experiment", f"_config_dir:={folder}", env={"ROS_MASTER_URI": uri})
+    run = ros.run(
+        "twin_experiments", "run_experiment", f"_config_dir:={folder}", env={"ROS_MASTER_URI": uri}
+    )
     assert run.wait(60.0) == 3
     assert f"no ROS master at {uri}" in run.output
 
@@ -220,7 +269,9 @@ def test_a_missing_master_is_named(ros: Ros) -> None:
         (("_config_dir:=/nowhere",), "/nowhere"),
     ],
 )
-def test_wrong_arguments_end_with_exit_code_two(ros: Ros, words: tuple[str, ...], text: str) -> None:
+def test_wrong_arguments_end_with_exit_code_two(
+    ros: Ros, words: tuple[str, ...], text: str
+) -> None:
     """A wrong name, speed or folder is told before anything moves."""
     run = ros.run("twin_experiments", "run_experiment", *words)
     assert run.wait(30.0) == 2

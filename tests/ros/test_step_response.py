@@ -24,7 +24,10 @@ def run(ros, *args, code=0, timeout=60.0):
 
 
 def test_steps_on_the_running_simulator_are_judged_and_drawn(ros, simulator):
-    """Both directions at the physics rate, through command and state topics; the joint ends where it began."""
+    """Both directions at the physics rate, through command and state topics.
+
+    The joint ends where it began.
+    """
     from sensor_msgs.msg import JointState
 
     folder = ros.folder / "steps"
@@ -33,8 +36,12 @@ def test_steps_on_the_running_simulator_are_judged_and_drawn(ros, simulator):
     document = json.loads((folder / "step_joint_2.json").read_text())
     assert (document["simulator"], document["verdict"]) == ("live", "pass")
     assert document["gains"]["p"] > 0.0
-    assert [row["target"] - row["start"] for row in document["steps"]] == pytest.approx([5.0, -5.0], abs=0.01)
-    assert (folder / "step_joint_2_up.png").is_file() and (folder / "step_joint_2_down.png").is_file()
+    assert [row["target"] - row["start"] for row in document["steps"]] == pytest.approx(
+        [5.0, -5.0], abs=0.01
+    )
+    assert (folder / "step_joint_2_up.png").is_file() and (
+        folder / "step_joint_2_down.png"
+    ).is_file()
     state = ros.wait_for_message("twin/joint_states", JointState)
     assert state.position[1] == pytest.approx(0.0, abs=1e-4)
 
@@ -57,9 +64,13 @@ def test_command_refuses_to_move_the_real_robot_along(ros, simulator):
 
     from scara_msgs.msg import TwinControllerState
 
-    publisher = rospy.Publisher(ros.name("twin_controller/state"), TwinControllerState, queue_size=1)
+    publisher = rospy.Publisher(
+        ros.name("twin_controller/state"), TwinControllerState, queue_size=1
+    )
     try:
-        assert "the real robot would follow each step; add --with-robot" in run(ros, "joint_1", "--output", ros.folder, code=3)
+        assert "the real robot would follow each step; add --with-robot" in run(
+            ros, "joint_1", "--output", ros.folder, code=3
+        )
     finally:
         publisher.unregister()
 

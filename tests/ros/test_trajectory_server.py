@@ -1,4 +1,4 @@
-"""The action joint_trajectory_action with the real simulator, as a plain actionlib client sees it."""
+"""The action joint_trajectory_action with the simulator, seen by a plain actionlib client."""
 
 from __future__ import annotations
 
@@ -9,7 +9,11 @@ ROBOT = load_robot()
 NAMES = [joint.name for joint in ROBOT.twin_joints]
 HOME = [0.0, 0.0, -0.16, 0.0]
 AWAY = [0.5, -0.4, -0.06, 0.4]
-NODES = (("scara_simulation", "simulator"), ("scara_control", "joint_pose_controller"), ("scara_control", "trajectory_server"))
+NODES = (
+    ("scara_simulation", "simulator"),
+    ("scara_control", "joint_pose_controller"),
+    ("scara_control", "trajectory_server"),
+)
 
 
 class Client:
@@ -26,7 +30,9 @@ class Client:
         self.ros = ros
         for package, node in NODES:
             ros.run(package, node)
-        self.client = actionlib.SimpleActionClient(ros.name("joint_trajectory_action"), FollowJointTrajectoryAction)
+        self.client = actionlib.SimpleActionClient(
+            ros.name("joint_trajectory_action"), FollowJointTrajectoryAction
+        )
         assert self.client.wait_for_server(rospy.Duration(30))
         self.joints = ros.collect("twin/joint_states", JointState)
         self.states = ros.collect("joint_pose_controller/state", MotionState)
@@ -45,8 +51,13 @@ class Client:
 
         from control_msgs.msg import FollowJointTrajectoryGoal
 
-        rows = [JointTrajectoryPoint(positions=q, time_from_start=rospy.Duration.from_sec(t)) for t, q in points]
-        return FollowJointTrajectoryGoal(trajectory=JointTrajectory(joint_names=list(names), points=rows))
+        rows = [
+            JointTrajectoryPoint(positions=q, time_from_start=rospy.Duration.from_sec(t))
+            for t, q in points
+        ]
+        return FollowJointTrajectoryGoal(
+            trajectory=JointTrajectory(joint_names=list(names), points=rows)
+        )
 
     def send(self, *points, names=NAMES, feedback=None, deadline=30.0):
         """Send a goal, wait for its end; return status and result."""
@@ -76,12 +87,16 @@ def client(ros_module):
 @pytest.fixture(autouse=True)
 def at_rest(client):
     """Begin each test with a twin that nothing commands."""
-    client.client.cancel_goal()  # by its id: a late cancellation of all would meet the next test's goal
+    # By its id: a late cancellation of all would meet the next test's goal.
+    client.client.cancel_goal()
     client.idle()
 
 
 def test_a_trajectory_is_followed_with_feedback_and_succeeds(client) -> None:
-    """Two points there, one back; the joints are where they shall be, the feedback showed the way."""
+    """Two points there, one back.
+
+    The joints are where they shall be, the feedback showed the way.
+    """
     from actionlib_msgs.msg import GoalStatus
 
     seen = []
@@ -101,7 +116,9 @@ def test_goals_out_of_limits_or_of_wrong_joints_are_rejected_with_a_reason(clien
 
     status, result = client.send((2.0, [0.0, 2.71, -0.16, 0.0]))
     assert status == GoalStatus.REJECTED and result.error_code == result.INVALID_GOAL
-    assert "joint_2 = " in result.error_string and "is outside [-2.618, 2.618]" in result.error_string
+    assert (
+        "joint_2 = " in result.error_string and "is outside [-2.618, 2.618]" in result.error_string
+    )
     assert client.client.get_goal_status_text() == result.error_string
     status, result = client.send((2.0, [0.0]), names=["wrist"])
     assert status == GoalStatus.REJECTED and result.error_code == result.INVALID_JOINTS
@@ -139,4 +156,8 @@ def test_a_stop_aborts_and_an_emergency_stop_rejects_until_reset(client) -> None
     client.commands.publish(MotionCommand(command=MotionCommand.RESET))
     client.idle()
     # The server may hear of the reset a little later than this test, and rejects until then.
-    client.ros.wait_until(lambda: client.send((2.0, HOME))[0] == GoalStatus.SUCCEEDED, 10.0, "a goal that is accepted again")
+    client.ros.wait_until(
+        lambda: client.send((2.0, HOME))[0] == GoalStatus.SUCCEEDED,
+        10.0,
+        "a goal that is accepted again",
+    )

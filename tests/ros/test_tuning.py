@@ -1,4 +1,7 @@
-"""Tuning a running simulator: by dynamic_reconfigure's own client, in the loop, in the file, and back."""
+"""Tuning a running simulator.
+
+By dynamic_reconfigure's own client, in the loop, in the file, and back.
+"""
 
 from __future__ import annotations
 
@@ -46,28 +49,42 @@ def status_with(cell, part):
     """Wait for the status text that holds ``part``; an older one may be on its way."""
     from std_msgs.msg import String
 
-    return cell.wait_for_message("twin/pid/status", String, such_that=lambda status: part in status.data).data
+    return cell.wait_for_message(
+        "twin/pid/status", String, such_that=lambda status: part in status.data
+    ).data
 
 
 def gains_in_the_loop(cell, wanted):
     """Wait until joint_1's controller reports the gains that ``wanted`` accepts."""
     from control_msgs.msg import JointControllerState
 
-    return cell.wait_for_message("twin/joint_1_position_controller/state", JointControllerState, such_that=wanted)
+    return cell.wait_for_message(
+        "twin/joint_1_position_controller/state", JointControllerState, such_that=wanted
+    )
 
 
 def test_change_takes_effect_in_loop_and_file_and_is_undone(cell, client):
-    """One value changes in the file, comments and order stay; undo restores the file to the letter."""
+    """One value changes in the file, comments and order stay.
+
+    Undo restores the file to the letter.
+    """
     from std_srvs.srv import Trigger
 
     answer = client.update_configuration({"position_p": 9000.0, "position_antiwindup": False})
-    assert (answer["position_p"], answer["position_antiwindup"], answer["position_d"]) == (9000.0, False, 276.2)
+    assert (answer["position_p"], answer["position_antiwindup"], answer["position_d"]) == (
+        9000.0,
+        False,
+        276.2,
+    )
     gains_in_the_loop(cell, lambda state: state.p == 9000.0 and not state.antiwindup)
     before = "  position: {p: 8285.0, i: 82850.0, d: 276.2, i_clamp: 1.5, antiwindup: true}"
     after = "  position: {p: 9000.0, i: 82850.0, d: 276.2, i_clamp: 1.5, antiwindup: false}"
     assert cell.gains_file.read_text() == SHIPPED.replace(before, after)
     undone = cell.service("twin/pid/undo", Trigger)()
-    assert undone.message == "undone and saved: joint_1: position_p 9000 -> 8285, position_antiwindup false -> true"
+    assert (
+        undone.message
+        == "undone and saved: joint_1: position_p 9000 -> 8285, position_antiwindup false -> true"
+    )
     gains_in_the_loop(cell, lambda state: state.p == 8285.0 and state.antiwindup)
     assert cell.gains_file.read_text() == SHIPPED
     assert cell.service("twin/pid/undo", Trigger)().message.startswith("nothing to undo")
@@ -75,9 +92,13 @@ def test_change_takes_effect_in_loop_and_file_and_is_undone(cell, client):
 
 def test_client_is_told_names_types_and_ranges(cell, client):
     """What rqt_reconfigure draws its sliders from; the ranges are those that are taken."""
-    descriptions = {entry["name"]: entry for entry in client.get_parameter_descriptions(timeout=10.0)}
+    descriptions = {
+        entry["name"]: entry for entry in client.get_parameter_descriptions(timeout=10.0)
+    }
     assert set(descriptions) == {
-        f"{loop}_{key}" for loop in ("position", "velocity") for key in ("p", "i", "d", "i_clamp", "antiwindup")
+        f"{loop}_{key}"
+        for loop in ("position", "velocity")
+        for key in ("p", "i", "d", "i_clamp", "antiwindup")
     }
     assert descriptions["position_i_clamp"]["max"] == 300.0
     assert descriptions["position_antiwindup"]["type"] == "bool"

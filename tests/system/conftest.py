@@ -1,25 +1,36 @@
-"""Whole cells. ``live_cell`` is one for all tests of a file that leave it running; the others start their own.
+"""Whole cells. ``live_cell`` is one for all tests of a group that leave it running.
 
-It ends with its file: two cells on one small machine would judge each other.
+The others start their own. It ends with its group: two cells on one small machine would judge each
+other. Which files are a group stands in tests/harness/running/lanes.py.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
 
 import pytest
 from harness.live_cell import LiveCell
+from harness.running.shared import shared
 
 
-@pytest.fixture(scope="module")
-def live_cell(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LiveCell]:
-    """Give a ready cell with a master of its own."""
-    cell = LiveCell(tmp_path_factory.mktemp("live_cell"))
+@contextmanager
+def ready_cell(folder: Path) -> Iterator[LiveCell]:
+    """Give a ready cell with a master of its own, and end it."""
+    cell = LiveCell(folder)
     try:
         cell.wait_ready(cell.start())
         yield cell
     finally:
         cell.close()
+
+
+@pytest.fixture(scope="module")
+def live_cell(tmp_path_factory: pytest.TempPathFactory) -> LiveCell:
+    """Give a ready cell that its group shares."""
+    made: LiveCell = shared("live cell", lambda: ready_cell(tmp_path_factory.mktemp("live_cell")))
+    return made
 
 
 @pytest.fixture

@@ -22,7 +22,10 @@ def prefix(tmp_path_factory: pytest.TempPathFactory) -> Path:
     target = folder / "prefix"
     for command in (
         ["cmake", "-S", str(ROOT), "-B", str(folder / "build"), f"-DCMAKE_INSTALL_PREFIX={target}"]
-        + [f"-DCATKIN_DEVEL_PREFIX={folder / 'devel'}", f"-DPYTHON_EXECUTABLE={ROOT / '.venv/bin/python'}"],
+        + [
+            f"-DCATKIN_DEVEL_PREFIX={folder / 'devel'}",
+            f"-DPYTHON_EXECUTABLE={ROOT / '.venv/bin/python'}",
+        ],
         ["cmake", "--build", str(folder / "build"), "--", "-j2"],
         ["cmake", "--install", str(folder / "build")],
     ):
@@ -33,22 +36,43 @@ def prefix(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def installed_env(prefix: Path) -> dict[str, str]:
-    """Return the environment of a shell that has sourced the prefix, and nothing of the source tree."""
+    """Return the environment of a shell that has sourced the prefix only."""
     script = 'source "$1/setup.bash" >&2 && env -0'
-    env = {"HOME": str(prefix), "PATH": "/usr/bin:/bin", "LANG": "C.UTF-8", "ROS_IP": "127.0.0.1", "ROS_PYTHON_VERSION": "3"}
-    done = subprocess.run(["bash", "-c", script, "bash", str(prefix)], env=env, capture_output=True, timeout=30, check=True)
+    env = {
+        "HOME": str(prefix),
+        "PATH": "/usr/bin:/bin",
+        "LANG": "C.UTF-8",
+        "ROS_IP": "127.0.0.1",
+        "ROS_PYTHON_VERSION": "3",
+    }
+    done = subprocess.run(
+        ["bash", "-c", script, "bash", str(prefix)],
+        env=env,
+        capture_output=True,
+        timeout=30,
+        check=True,
+    )
     return dict(item.split("=", 1) for item in done.stdout.decode().split("\0") if "=" in item)
 
 
-def test_packages_and_configuration_are_found_in_the_prefix(prefix: Path, installed_env: dict[str, str]) -> None:
+def test_packages_and_configuration_are_found_in_the_prefix(
+    prefix: Path, installed_env: dict[str, str]
+) -> None:
     """Modules, messages and YAML files come from there."""
     code = (
-        "import scara_config, scara_control.nodes.kinematics_server, fanuc_emulator.io, twin_controller.core, scara_msgs.srv\n"
-        "print(scara_config.__file__); print(scara_control.__file__); print(scara_msgs.srv.__file__)\n"
+        "import scara_config, scara_control.nodes.kinematics_server, fanuc_emulator.io\n"
+        "import twin_controller.core, scara_msgs.srv\n"
+        "print(scara_config.__file__); print(scara_control.__file__)\n"
+        "print(scara_msgs.srv.__file__)\n"
         "print(scara_config.config_directory())\n"
     )
     done = subprocess.run(
-        [str(ROOT / ".venv/bin/python"), "-c", code], env=installed_env, cwd="/", capture_output=True, text=True, timeout=30
+        [str(ROOT / ".venv/bin/python"), "-c", code],
+        env=installed_env,
+        cwd="/",
+        capture_output=True,
+        text=True,
+        timeout=30,
     )
     assert done.returncode == 0, done.stderr
     places = done.stdout.split()
@@ -66,7 +90,9 @@ def test_every_node_of_the_source_space_is_in_the_prefix(prefix: Path) -> None:
 
 
 @pytest.fixture
-def installed_cell(installed_env: dict[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[LiveCell]:
+def installed_cell(
+    installed_env: dict[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Iterator[LiveCell]:
     """Give a cell that runs from the prefix."""
     monkeypatch.setattr("harness.live_cell.workspace_environment", lambda: installed_env)
     cell = LiveCell(tmp_path)

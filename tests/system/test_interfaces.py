@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import xmlrpc.client
+from collections.abc import Iterator
 from typing import Any
 
 import pytest
@@ -14,10 +15,12 @@ from harness.workspace import ROOT
 pytestmark = pytest.mark.system
 
 TWIN_JOINTS = ("joint_1", "joint_2", "joint_3", "table_joint")
-# What every ROS node has, and what robot_state_publisher (not ours) adds.
-USUAL = re.compile(r"^/(rosout|rosout_agg|tf|tf_static|clock)$|/(get_loggers|set_logger_level)$|^/rosapi/")
+# What every ROS node has.
+USUAL = re.compile(r"^/(rosout|rosout_agg|clock)$|/(get_loggers|set_logger_level)$|^/rosapi/")
+# What people look at; a cell for tests leaves it out.
+SHOWN = {"camera": "scara_simulation", "robot_state_publisher": "scara_description"}
 # The gateway does what its clients ask for; its own names are in its section as text.
-OURS = sorted({*NODES, "camera"} - {"gateway", "robot_state_publisher"})
+OURS = sorted({*NODES, *SHOWN} - {"gateway"})
 Row = tuple[str, str, str]
 
 
@@ -30,7 +33,9 @@ def sections() -> dict[str, str]:
 
 def expand(name: str) -> list[str]:
     """Write a documented name as absolute names, one for each joint."""
-    names = [name.replace("<joint>", joint) for joint in TWIN_JOINTS] if "<joint>" in name else [name]
+    names = (
+        [name.replace("<joint>", joint) for joint in TWIN_JOINTS] if "<joint>" in name else [name]
+    )
     return [each if each.startswith("/") else f"/{each}" for each in names]
 
 
@@ -62,7 +67,9 @@ class Graph:
     def of(self, node: str) -> set[tuple[str, str]]:
         """Return (name, direction) of everything that a node has and that is not usual."""
         kinds = (("out", self.out), ("in", self.into), ("service", self.services))
-        found = {(name, kind) for kind, table in kinds for name, nodes in table if f"/{node}" in nodes}
+        found = {
+            (name, kind) for kind, table in kinds for name, nodes in table if f"/{node}" in nodes
+        }
         return {(name, kind) for name, kind in found if not USUAL.search(name)}
 
     def type_of(self, name: str, kind: str) -> str:
@@ -71,22 +78,32 @@ class Graph:
             return str(self.types.get(name, ""))
         import rosservice
 
-        headers = rosservice.get_service_headers(name, self._master.lookupService("/tests", name)[2])
+        headers = rosservice.get_service_headers(
+            name, self._master.lookupService("/tests", name)[2]
+        )
         return str(headers["type"])
 
 
 @pytest.fixture(scope="module")
-def graph(live_cell: LiveCell) -> Graph:
+def graph(live_cell: LiveCell) -> Iterator[Graph]:
     """Give the graph of the living cell, once a client is through the gateway."""
-    live_cell.stage.start("rosrun", "scara_simulation", "camera")
-    wait_until(lambda: any(name == "/camera/image_raw" for name, _ in Graph(live_cell.master_uri).out), 30.0, "the camera")
-    wait_until(lambda: any(name == "/move_to" for name, _ in Graph(live_cell.master_uri).services), 10.0)
-    return Graph(live_cell.master_uri)
+    shown = [live_cell.stage.start("rosrun", package, node) for node, package in SHOWN.items()]
+    wait_until(
+        lambda: {"/camera/image_raw", "/tf"} <= {n for n, _ in Graph(live_cell.master_uri).out},
+        30.0,
+        "camera and frames",
+    )
+    wait_until(
+        lambda: any(name == "/move_to" for name, _ in Graph(live_cell.master_uri).services), 10.0
+    )
+    yield Graph(live_cell.master_uri)
+    for node in shown:
+        node.stop()
 
 
 def test_every_node_of_the_cell_has_a_section() -> None:
     """A reader finds each node by its name."""
-    assert set(NODES) - {"robot_state_publisher"} <= set(sections())
+    assert {*NODES, *SHOWN} <= set(sections())
 
 
 @pytest.mark.parametrize("node", OURS)
@@ -96,7 +113,9 @@ def test_everything_a_node_offers_or_hears_is_documented(graph: Graph, node: str
     documented = {(name, kind) for name, _, kind in rows(section)}
     mentioned = {each for name in re.findall(r"`([\w/<>~.]+)`", section) for each in expand(name)}
     undocumented = {
-        (name, kind) for name, kind in graph.of(node) - documented if name not in mentioned or name in {n for n, _ in documented}
+        (name, kind)
+        for name, kind in graph.of(node) - documented
+        if name not in mentioned or name in {n for n, _ in documented}
     }
     assert undocumented == set()
 

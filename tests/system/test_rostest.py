@@ -12,7 +12,7 @@ pytestmark = pytest.mark.system
 
 
 def test_kinematics_answer_under_rostest(tmp_path: Path) -> None:
-    """`rostest scara_bringup kinematics.test` starts its own master, the node, and the script beside it."""
+    """`rostest scara_bringup kinematics.test` starts a master, the node and the script."""
     env = {**workspace_environment(), "ROS_HOME": str(tmp_path / "ros_home")}
     stage = Stage(tmp_path / "processes", env)
     try:

@@ -2,7 +2,15 @@
 
 from scara_config.loader import ConfigError, config_directory, convert, load
 from scara_config.profile import description_path, files_in_force, locate
-from scara_config.robot import Geometry, Joint, KeepOut, PrismaticJoint, RevoluteJoint, Robot, load_robot
+from scara_config.robot import (
+    Geometry,
+    Joint,
+    KeepOut,
+    PrismaticJoint,
+    RevoluteJoint,
+    Robot,
+    load_robot,
+)
 
 __all__ = [
     "ConfigError",

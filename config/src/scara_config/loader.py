@@ -1,4 +1,7 @@
-"""Load a YAML file into a typed structure, or say which file, key and value is wrong and what is allowed."""
+"""Load a YAML file into a typed structure, or say what is wrong.
+
+The text names file, key, value and what is allowed.
+"""
 
 from __future__ import annotations
 
@@ -21,11 +24,16 @@ _STEP = re.compile(r"\.([^.\[\]]+)|\[(\d+)\]|\[\.\.\.\]")
 
 
 class ConfigError(ValueError):
-    """A configuration file is missing or wrong; the text names file, key, value and what is allowed."""
+    """A configuration file is missing or wrong.
+
+    The text names file, key, value and what is allowed.
+    """
 
 
 def config_directory() -> Path:
-    """Return the folder of the installed or sourced package ``scara_config``, or ``SCARA_CONFIG_DIR`` if that is set.
+    """Return the folder of the installed or sourced package ``scara_config``.
+
+    ``SCARA_CONFIG_DIR`` wins if it is set.
 
     The variable reaches every program of a cell, so that a second cell can run on other ports.
 
@@ -39,7 +47,9 @@ def config_directory() -> Path:
     try:
         return Path(rospkg.RosPack().get_path("scara_config"))
     except rospkg.ResourceNotFound as error:
-        raise ConfigError("package scara_config is not on ROS_PACKAGE_PATH: source env.sh first") from error
+        raise ConfigError(
+            "package scara_config is not on ROS_PACKAGE_PATH: source env.sh first"
+        ) from error
 
 
 def load(path: Path | str, kind: type[T]) -> T:
@@ -81,7 +91,9 @@ def convert(tree: Any, kind: type[T], source: str) -> T:
 
 
 def _with_keys(tree: Any, kind: type[Any], text: str, path: str | None) -> str | None:
-    """Put the names of mapping keys into a msgspec path, which shows each of them only as ``[...]``.
+    """Put the names of mapping keys into a msgspec path.
+
+    It shows each of them only as ``[...]``.
 
     The culprit is found by converting the tree again with each single entry of the mapping.
     """

@@ -1,8 +1,10 @@
-"""What stands where on a robot's Modbus server, by modbus_map.yaml: addresses, types, scales, signals; checked.
+"""What stands where on a robot's Modbus server, by modbus_map.yaml.
 
-Robots differ in where things stand and how they are written, not in what is needed of them. The names are those of the
-first robot (UI and UO of a Fanuc controller); a map says for another one by what register, bit or command code it does the
-same.
+Addresses, types, scales, signals; checked.
+
+Robots differ in where things stand and how they are written, not in what is needed of them. The
+names are those of the first robot (UI and UO of a Fanuc controller); a map says for another one by
+what register, bit or command code it does the same.
 """
 
 from __future__ import annotations
@@ -29,8 +31,14 @@ AXES = ("position", "velocity", "setpoint")
 _WHOLE = ("int16", "int32")
 _NEEDED: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(AXES, ("float32", "int32")),
-    **dict.fromkeys(("position_valid", "control_type", "program_speed", "heartbeat_echo", "watchdog_state"), _WHOLE),
-    **dict.fromkeys(("override_now", "setpoint_valid", "heartbeat", "stream_speed", "override", "clock_ms"), _WHOLE),
+    **dict.fromkeys(
+        ("position_valid", "control_type", "program_speed", "heartbeat_echo", "watchdog_state"),
+        _WHOLE,
+    ),
+    **dict.fromkeys(
+        ("override_now", "setpoint_valid", "heartbeat", "stream_speed", "override", "clock_ms"),
+        _WHOLE,
+    ),
     **dict.fromkeys(("program_line", "program_state", "alarm_id", "alarm_number"), _WHOLE),
     **dict.fromkeys(("program_name", "alarm_message"), ("string",)),
 }
@@ -45,15 +53,33 @@ INPUTS = (
     + tuple(f"rsr{number}" for number in range(1, 9))
     + ("pnstrobe", "prod_start")
 )
-OUTPUTS = ("cmdenbl", "sysrdy", "progrun", "paused", "held", "fault", "atperch", "tpenbl", "batalm", "busy")
-# What is said to a robot: coils that must be writable, commands that must have a code. The other inputs are its own affair.
+OUTPUTS = (
+    "cmdenbl",
+    "sysrdy",
+    "progrun",
+    "paused",
+    "held",
+    "fault",
+    "atperch",
+    "tpenbl",
+    "batalm",
+    "busy",
+)
+# What is said to a robot: coils that must be writable, commands that must have a code. The other
+# inputs are its own affair.
 COMMANDS = ("imstp", "hold", "cstopi", "fault_reset", "start", "rsr1")
 # A robot may have a suction gripper: then all of these signals, else none.
 GRIPPER_INPUTS, GRIPPER_OUTPUTS = ("gripper",), ("gripper", "vacuum")
+# A robot may show the buttons of the person beside it: then all of these signals, else none. The
+# twin controller never writes them: who has pressed a button releases it.
+PANEL_INPUTS, PANEL_OUTPUTS = ("panel_imstp", "panel_hold"), ("panel_estop", "panel_held")
 
 
 class Register(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """One value (or ``count`` equal ones in a row); ``scale`` is what one count of an integer means in ``unit``."""
+    """One value (or ``count`` equal ones in a row).
+
+    ``scale`` is what one count of an integer means in ``unit``.
+    """
 
     address: Address
     type: Literal["int16", "int32", "float32", "string"]
@@ -104,7 +130,9 @@ class SignalCode(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class CommandWord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Commands by number: one counts when ``sequence`` changes, and the robot then shows it in ``echo``.
+    """Commands by number.
+
+    One counts when ``sequence`` changes, and the robot then shows it in ``echo``.
 
     Attributes:
         register: Takes the code; the next register is ``sequence``.
@@ -153,17 +181,25 @@ class ModbusMap(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only
     @property
     def has_gripper(self) -> bool:
         """The robot has a suction gripper."""
+        return self._has_any((*GRIPPER_INPUTS, *GRIPPER_OUTPUTS))
+
+    @property
+    def has_panel(self) -> bool:
+        """The robot shows the buttons of the person beside it."""
+        return self._has_any((*PANEL_INPUTS, *PANEL_OUTPUTS))
+
+    def _has_any(self, names: Iterable[str]) -> bool:
         inputs = self.command_word.codes if self.command_word else self.coils
         outputs = self.status_word.bits if self.status_word else self.discrete_inputs
-        return any(name in inputs for name in GRIPPER_INPUTS) or any(name in outputs for name in GRIPPER_OUTPUTS)
+        return any(name in inputs or name in outputs for name in names)
 
 
 def load_modbus_map(directory: Path | str | None = None) -> ModbusMap:
     """Read modbus_map.yaml of ``directory`` (default: the package scara_config).
 
     Raises:
-        ConfigError: The file is missing or wrong, two registers overlap, a needed register or signal is missing or of
-            another kind, a signal is unknown.
+        ConfigError: The file is missing or wrong, two registers overlap, a needed register or
+            signal is missing or of another kind, a signal is unknown.
     """
     path = locate("modbus_map.yaml", directory)
     layout = load(path, ModbusMap)
@@ -193,7 +229,10 @@ def _overlaps(table: str, registers: dict[str, Register]) -> Iterator[str]:
     for (name, register), (after, following) in pairwise(ordered):
         if register.address + register.words > following.address:
             last = register.address + register.words - 1
-            yield f"{table}.{after}.address = {following.address}: overlaps {name}, which ends at {last}"
+            yield (
+                f"{table}.{after}.address = {following.address}: overlaps {name}, which ends at "
+                f"{last}"
+            )
 
 
 def _wrong_registers(layout: ModbusMap) -> Iterator[str]:
@@ -205,17 +244,25 @@ def _wrong_registers(layout: ModbusMap) -> Iterator[str]:
                 yield f"holding_registers.{name}: is missing"
         elif register.type not in kinds:
             yield f"{table}.{name} = {register.type}: must be {' or '.join(kinds)}"
-        elif name not in AXES and register.type != "string" and register.count != (6 if name == "alarm_time" else 1):
+        elif (
+            name not in AXES
+            and register.type != "string"
+            and register.count != (6 if name == "alarm_time" else 1)
+        ):
             yield f"{table}.{name} = {register.type}, count {register.count}: must be one number"
         elif name in _WRITTEN and (table != "holding_registers" or not register.write):
             yield f"{table}.{name}: must be a holding register with write: true"
     counts = {name: register.count for name in AXES if (register := layout.find(name)) is not None}
     if len(set(counts.values())) > 1:
-        yield f"{', '.join(counts)} = {', '.join(map(str, counts.values()))} values: must be as many each"
+        yield (
+            f"{', '.join(counts)} = {', '.join(map(str, counts.values()))} values: must be as "
+            "many each"
+        )
 
 
 def _wrong_outputs(layout: ModbusMap) -> Iterator[str]:
     names = OUTPUTS + (GRIPPER_OUTPUTS if layout.has_gripper else ())
+    names += PANEL_OUTPUTS if layout.has_panel else ()
     if layout.status_word is None:
         yield from _wrong_names("discrete_inputs", layout.discrete_inputs, names)
         return
@@ -235,35 +282,60 @@ def _wrong_word(layout: ModbusMap, key: str, word: SignalWord) -> Iterator[str]:
 
 def _wrong_inputs(layout: ModbusMap) -> Iterator[str]:
     word, gripper = layout.command_word, GRIPPER_INPUTS if layout.has_gripper else ()
+    panel = PANEL_INPUTS if layout.has_panel else ()
     if word is None:
-        yield from _wrong_coils(layout.coils, gripper)
+        yield from _wrong_coils(layout.coils, gripper, panel)
         return
     if layout.coils:
         yield "command_word: there are coils too"
-    first, second, echo = layout.find(word.register), layout.find(word.sequence), layout.find(word.echo)
+    first, second, echo = (
+        layout.find(word.register),
+        layout.find(word.sequence),
+        layout.find(word.echo),
+    )
     for key, register in (("register", first), ("sequence", second), ("echo", echo)):
         if register is None or register.words != 1:
-            yield f"command_word.{key} = {getattr(word, key)}: must be the name of a register of one word"
-    if first and second and not (first.write and second.write and second.address == first.address + 1):
-        yield "command_word: register and sequence must be neighbours with write: true, to be written at once"
-    for name in sorted(set(word.codes) - set(INPUTS + gripper)):
-        yield f"command_word.codes.{name}: is unknown, allowed are {', '.join(INPUTS + gripper)}"
-    for name in (name for name in COMMANDS + gripper if name not in word.codes):
+            yield (
+                f"command_word.{key} = {getattr(word, key)}: must be the name of a register of "
+                "one word"
+            )
+    if (
+        first
+        and second
+        and not (first.write and second.write and second.address == first.address + 1)
+    ):
+        yield (
+            "command_word: register and sequence must be neighbours with write: true, to be "
+            "written at once"
+        )
+    known = INPUTS + gripper + panel
+    for name in sorted(set(word.codes) - set(known)):
+        yield f"command_word.codes.{name}: is unknown, allowed are {', '.join(known)}"
+    for name in (name for name in COMMANDS + gripper + panel if name not in word.codes):
         yield f"command_word.codes.{name}: is missing"
     for name, code in word.codes.items():
         if (code.pulse is None) == (code.low is None) or (code.low is None) != (code.high is None):
             yield f"command_word.codes.{name}: needs either low and high or pulse"
-    codes = [value for code in word.codes.values() for value in (code.low, code.high, code.pulse) if value is not None]
+    codes = [
+        value
+        for code in word.codes.values()
+        for value in (code.low, code.high, code.pulse)
+        if value is not None
+    ]
     if len(set(codes)) != len(codes):
         yield "command_word.codes: a code occurs more than once"
     if layout.switches_word is not None:
         yield from _wrong_word(layout, "switches_word", layout.switches_word)
 
 
-def _wrong_coils(coils: dict[str, Bit], gripper: tuple[str, ...]) -> Iterator[str]:
-    yield from _wrong_names("coils", coils, INPUTS + gripper)
+def _wrong_coils(
+    coils: dict[str, Bit], gripper: tuple[str, ...], panel: tuple[str, ...]
+) -> Iterator[str]:
+    yield from _wrong_names("coils", coils, INPUTS + gripper + panel)
     for name in (name for name in COMMANDS + gripper if name in coils and not coils[name].write):
         yield f"coils.{name}.write = false: must be true, the robot is commanded by it"
+    for name in (name for name in panel if name in coils and coils[name].write):
+        yield f"coils.{name}.write = true: must be false, it is the button of whoever stands there"
 
 
 def _wrong_names(key: str, found: Iterable[str], names: tuple[str, ...]) -> Iterator[str]:

@@ -1,4 +1,7 @@
-"""The work of the cell, from palletise.yaml: parts, stands, pallet, gripper. Plain data and where things are; SI."""
+"""The work of the cell, from palletise.yaml: parts, stands, pallet, gripper.
+
+Plain data and where things are; SI.
+"""
 
 from __future__ import annotations
 
@@ -10,11 +13,11 @@ import msgspec
 from msgspec import Meta
 
 from scara_config.loader import ConfigError, load
+from scara_config.percent import SpeedPercent
 from scara_config.profile import locate
 
 Length = Annotated[float, Meta(ge=-10_000.0, le=10_000.0)]
 Positive = Annotated[float, Meta(gt=0.0, le=10_000.0)]
-Percent = Annotated[float, Meta(ge=1.0, le=100.0)]
 Count = Annotated[int, Meta(ge=1, le=20)]
 Point = tuple[Length, Length]
 MM = 1e-3
@@ -65,7 +68,9 @@ class Table(_Strict, frozen=True):
     def angle_of(self, stand: str) -> float:
         """Return the table's position that brings ``stand`` to the station [rad], in (-pi, pi]."""
         x, y = self.stands_mm[stand]
-        angle = math.radians(self.station_deg) - math.atan2(y - self.axis_mm[1], x - self.axis_mm[0])
+        angle = math.radians(self.station_deg) - math.atan2(
+            y - self.axis_mm[1], x - self.axis_mm[0]
+        )
         return math.pi - (math.pi - angle) % (2.0 * math.pi)
 
 
@@ -118,9 +123,9 @@ class Task(_Strict, frozen=True):
     travel_mm: Length
     near_mm: Positive
     tolerance_mm: Positive
-    speed_percent: Percent
-    lower_percent: Percent
-    approach_percent: Percent
+    speed_percent: SpeedPercent
+    lower_percent: SpeedPercent
+    approach_percent: SpeedPercent
     dwell_s: Annotated[float, Meta(ge=0.0, le=10.0)]
     placed_s: Annotated[float, Meta(gt=0.0, le=10.0)]
 
@@ -153,11 +158,13 @@ class Palletise(_Strict, frozen=True):
         for stand, (x, y) in table.stands_mm.items():
             for dx, dy in table.places_mm:
                 name = f"part_{len(found) + 1}"
-                found.append(Start(name, stand, (x + dx) * MM, (y + dy) * MM, table.stand_top_mm * MM))
+                found.append(
+                    Start(name, stand, (x + dx) * MM, (y + dy) * MM, table.stand_top_mm * MM)
+                )
         return found
 
     def picks(self) -> list[tuple[str, str, float, tuple[float, float]]]:
-        """Return for each part its name, its stand, the table's position [rad] and where it then is: x, y [m]."""
+        """Return each part's name, stand, table position [rad] and place: x, y [m]."""
         table = self.table
         return [
             (start.name, start.stand, angle, table.turned((start.x / MM, start.y / MM), angle))
@@ -178,11 +185,15 @@ class Palletise(_Strict, frozen=True):
     @property
     def place_height(self) -> float:
         """Height of the tool at which it lets go [m]."""
-        return (self.pallet.top_mm + self.parts.height_mm + self.task.gap_mm + self.task.clearance_mm) * MM
+        return (
+            self.pallet.top_mm + self.parts.height_mm + self.task.gap_mm + self.task.clearance_mm
+        ) * MM
 
 
 def find_palletise(directory: Path | str | None = None) -> Palletise | None:
-    """Read palletise.yaml as :func:`load_palletise` does; None if the chosen robot has no such file: no parts, no gripper.
+    """Read palletise.yaml as :func:`load_palletise` does.
+
+    None if the chosen robot has no such file: no parts, no gripper.
 
     Raises:
         ConfigError: The file is wrong.
@@ -194,7 +205,8 @@ def load_palletise(directory: Path | str | None = None) -> Palletise:
     """Read palletise.yaml of ``directory`` (default: the package scara_config).
 
     Raises:
-        ConfigError: The file is missing or wrong, a part overhangs its stand, or there are more parts than places.
+        ConfigError: The file is missing or wrong, a part overhangs its stand, or there are more
+            parts than places.
     """
     path = locate(FILE, directory)
     work = load(path, Palletise)
@@ -202,10 +214,13 @@ def load_palletise(directory: Path | str | None = None) -> Palletise:
         reach = math.hypot(x, y) + 0.5 * work.parts.diameter_mm
         if reach > work.table.stand_radius_mm:
             raise ConfigError(
-                f"{path}: table.places_mm[{index}] = {[x, y]}: a part reaches {reach:.2f} mm from the middle, "
-                f"the stand {work.table.stand_radius_mm:g} mm"
+                f"{path}: table.places_mm[{index}] = {[x, y]}: a part reaches {reach:.2f} mm "
+                f"from the middle, the stand {work.table.stand_radius_mm:g} mm"
             )
     places, parts = len(work.pallet.places()), len(work.starts())
     if parts > places:
-        raise ConfigError(f"{path}: pallet.rows, columns = {work.pallet.rows}, {work.pallet.columns}: {parts} parts")
+        raise ConfigError(
+            f"{path}: pallet.rows, columns = {work.pallet.rows}, {work.pallet.columns}: "
+            f"{parts} parts"
+        )
     return work

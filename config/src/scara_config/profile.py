@@ -1,7 +1,10 @@
-"""Which robot the cell has: everything that belongs to one robot stands in its own folder, ``robots/<name>``.
+"""Which robot the cell has.
 
-A file of the robot's folder is taken before one of the same name above it, so a robot brings what is its own and shares
-the rest. A flat folder (a run's copy, a test's) has no ``robots`` and holds one robot.
+Everything that belongs to one robot stands in its own folder, ``robots/<name>``.
+
+A file of the robot's folder is taken before one of the same name above it, so a robot brings what
+is its own and shares the rest. A flat folder (a run's copy, a test's) has no ``robots`` and holds
+one robot.
 """
 
 from __future__ import annotations
@@ -18,9 +21,16 @@ PROGRAMS = "programs"
 
 
 def known_robots(directory: Path | str | None = None) -> list[str]:
-    """Return the robots that have a folder in ``directory`` (default: the package scara_config); none if it is flat."""
+    """Return the robots that have a folder in ``directory`` (default: the package scara_config).
+
+    None if it is flat.
+    """
     folder = Path(directory or config_directory()) / FOLDER
-    return sorted(entry.name for entry in folder.iterdir() if entry.is_dir()) if folder.is_dir() else []
+    return (
+        sorted(entry.name for entry in folder.iterdir() if entry.is_dir())
+        if folder.is_dir()
+        else []
+    )
 
 
 def chosen_robot() -> str:
@@ -45,7 +55,11 @@ def robot_folder(directory: Path | str | None = None) -> Path:
 
 
 def locate(name: str, directory: Path | str | None = None) -> Path:
-    """Return where the file or folder ``name`` is: with the chosen robot, else in ``directory`` itself.
+    """Return where the file or folder ``name`` is.
+
+    With the chosen robot, else in ``directory`` itself.
+
+    A name that is in neither place belongs to the robot: that is where it has to be written.
 
     Args:
         name: For example ``robot.yaml`` or ``programs``.
@@ -55,18 +69,24 @@ def locate(name: str, directory: Path | str | None = None) -> Path:
         ConfigError: There is no such robot.
     """
     folder = Path(directory or config_directory())
-    own = robot_folder(folder) / name
-    return own if own.exists() else folder / name
+    own, shared = robot_folder(folder) / name, folder / name
+    return shared if shared.exists() and not own.exists() else own
 
 
 def files_in_force(directory: Path | str | None = None) -> dict[str, Path]:
-    """Return every YAML file of the chosen robot's cell by its name, ``programs/article.yaml`` among them.
+    """Return every YAML file of the chosen robot's cell by its name.
+
+    ``programs/article.yaml`` is among them.
 
     Raises:
         ConfigError: There is no such robot.
     """
     folder = Path(directory or config_directory())
-    found = {path.name: path for place in (folder, robot_folder(folder)) for path in sorted(place.glob("*.yaml"))}
+    found = {
+        path.name: path
+        for place in (folder, robot_folder(folder))
+        for path in sorted(place.glob("*.yaml"))
+    }
     for path in sorted(locate(PROGRAMS, folder).glob("*.yaml")):
         found[f"{PROGRAMS}/{path.name}"] = path
     return found
@@ -86,7 +106,9 @@ def description_path(urdf: str) -> Path:
     try:
         path = Path(rospkg.RosPack().get_path("scara_description")) / "urdf" / urdf
     except rospkg.ResourceNotFound as error:
-        raise ConfigError("package scara_description is not on ROS_PACKAGE_PATH: source env.sh first") from error
+        raise ConfigError(
+            "package scara_description is not on ROS_PACKAGE_PATH: source env.sh first"
+        ) from error
     if not path.is_file():
         raise ConfigError(f"{path}: is missing")
     return path

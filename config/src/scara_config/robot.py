@@ -34,7 +34,14 @@ class _JointFields(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
             raise ConfigError(f"{source}: {self.name}: lower limit is not below the upper limit")
 
 
-class RevoluteJoint(_JointFields, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="type", tag="revolute"):
+class RevoluteJoint(
+    _JointFields,
+    frozen=True,
+    kw_only=True,
+    forbid_unknown_fields=True,
+    tag_field="type",
+    tag="revolute",
+):
     """A joint that turns: [rad] inside, degrees at the borders."""
 
     lower_deg: Finite
@@ -72,7 +79,14 @@ class RevoluteJoint(_JointFields, frozen=True, kw_only=True, forbid_unknown_fiel
         return self.jerk_deg_s3 * self.scale
 
 
-class PrismaticJoint(_JointFields, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="type", tag="prismatic"):
+class PrismaticJoint(
+    _JointFields,
+    frozen=True,
+    kw_only=True,
+    forbid_unknown_fields=True,
+    tag_field="type",
+    tag="prismatic",
+):
     """A joint that slides: [m] inside, millimetres at the borders."""
 
     lower_mm: Finite
@@ -130,7 +144,10 @@ class KeepOut(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class WatchedPointEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A point whose place and speed are watched: where it is at the home pose, and the last joint that carries it."""
+    """A point whose place and speed are watched.
+
+    Where it is at the home pose, and the last joint that carries it.
+    """
 
     name: str
     carried_by: str
@@ -186,21 +203,26 @@ class Robot(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         for joint in self.joints:
             if joint.name == name:
                 return joint
-        raise ConfigError(f"unknown joint {name!r}: robot.yaml has {', '.join(j.name for j in self.joints)}")
+        raise ConfigError(
+            f"unknown joint {name!r}: robot.yaml has {', '.join(j.name for j in self.joints)}"
+        )
 
 
 def load_robot(directory: Path | str | None = None) -> Robot:
     """Read robot.yaml of ``directory`` (default: the package scara_config).
 
     Raises:
-        ConfigError: The file is missing or wrong, a limit is inverted, a name or axis number occurs twice, home
-            or inertia does not fit the twin's joints.
+        ConfigError: The file is missing or wrong, a limit is inverted, a name or axis number occurs
+            twice, home or inertia does not fit the twin's joints.
     """
     path = locate("robot.yaml", directory)
     robot = load(path, Robot)
     for joint in robot.joints:
         joint.check(str(path))
-    for key, values in (("name", [j.name for j in robot.joints]), ("axis_number", [str(j.axis_number) for j in robot.joints])):
+    for key, values in (
+        ("name", [j.name for j in robot.joints]),
+        ("axis_number", [str(j.axis_number) for j in robot.joints]),
+    ):
         twice = sorted({value for value in values if values.count(value) > 1})
         if twice:
             raise ConfigError(f"{path}: joints: {key} {', '.join(twice)} occurs more than once")
@@ -212,12 +234,18 @@ def _check_twin(robot: Robot, path: Path) -> None:
     """Raise ConfigError unless home and inertia fit the twin's joints, and the zones are boxes."""
     joints = {joint.name: joint for joint in robot.twin_joints}
     for name in sorted(set(joints) ^ set(robot.home)):
-        what = "is missing" if name in joints else f"is no joint of the twin; it has {', '.join(joints)}"
+        what = (
+            "is missing"
+            if name in joints
+            else f"is no joint of the twin; it has {', '.join(joints)}"
+        )
         raise ConfigError(f"{path}: home.{name}: {what}")
     for name, joint in joints.items():
         value, low, high = robot.home[name], joint.lower / joint.scale, joint.upper / joint.scale
         if not joint.lower <= value * joint.scale <= joint.upper:
-            raise ConfigError(f"{path}: home.{name} = {value:g}: Expected {low:g} to {high:g} {joint.unit}")
+            raise ConfigError(
+                f"{path}: home.{name} = {value:g}: Expected {low:g} to {high:g} {joint.unit}"
+            )
         if joint.inertia is None:
             raise ConfigError(f"{path}: joints: {name}.inertia: is missing")
     for zone in robot.keep_out:

@@ -1,4 +1,7 @@
-"""Change values of a YAML file in place: comments and order stay, and a reader never sees half a file."""
+"""Change values of a YAML file in place.
+
+Comments and order stay, and a reader never sees half a file.
+"""
 
 from __future__ import annotations
 
@@ -23,10 +26,12 @@ def changed_text(path: Path | str, changes: Mapping[Key, Any]) -> str:
 
     Args:
         path: YAML file.
-        changes: Key path, for example ``("joint_1", "position", "p")``, to the new value. Missing keys are added.
+        changes: Key path, for example ``("joint_1", "position", "p")``, to the new value. Missing
+            keys are added.
 
     Raises:
-        ConfigError: The file cannot be read or is no YAML, or a key path leads through a value that is no mapping.
+        ConfigError: The file cannot be read or is no YAML, or a key path leads through a value that
+            is no mapping.
     """
     yaml = YAML()
     yaml.preserve_quotes = True
@@ -57,7 +62,9 @@ def _null(representer: Any, _: None) -> Any:
 
 
 def replace_file(path: Path | str, text: str) -> None:
-    """Put ``text`` into ``path`` atomically: written beside it, synced, then renamed over it. A symbolic link stays one.
+    """Put ``text`` into ``path`` atomically: written beside it, synced, then renamed over it.
+
+    A symbolic link stays one.
 
     Raises:
         ConfigError: The folder or the file cannot be written; the old file is untouched then.
@@ -65,7 +72,9 @@ def replace_file(path: Path | str, text: str) -> None:
     path = Path(path).resolve()
     name = ""
     try:
-        if path.exists() and not os.access(path, os.W_OK):  # a folder that can be written would let it be replaced
+        if path.exists() and not os.access(
+            path, os.W_OK
+        ):  # a folder that can be written would let it be replaced
             raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
         mode = path.stat().st_mode & 0o777 if path.exists() else 0o644
         handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)

@@ -61,11 +61,20 @@ export class Camera {
     }
   }
 
+  // The picture in view is replaced only when the next one can be drawn: it never goes blank.
   async put(blob) {
-    const old = this.image.src;
-    this.image.src = URL.createObjectURL(blob);
-    await this.image.decode();
-    if (old) URL.revokeObjectURL(old);
+    const shown = this.image;
+    const next = shown.cloneNode();
+    next.src = URL.createObjectURL(blob);
+    try {
+      await next.decode();
+    } catch (error) {
+      URL.revokeObjectURL(next.src);
+      throw error;
+    }
+    shown.replaceWith(next);
+    this.image = next;
+    if (shown.src) URL.revokeObjectURL(shown.src);
   }
 
   // A picture that is not current is shown as such.

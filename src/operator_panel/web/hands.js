@@ -1,21 +1,4 @@
-// Hands of the operator: STOP by the keyboard, jog buttons that act only while they are held.
-const TYPING = "input, textarea, select, [contenteditable=true]";
-
-// Escape stops always, space wherever it is not typed into a field.
-export function watchKeys(live, complain) {
-  window.addEventListener(
-    "keydown",
-    (event) => {
-      const isSpace = event.code === "Space" && !event.target.closest?.(TYPING);
-      if (event.code !== "Escape" && !isSpace) return;
-      if (isSpace) event.preventDefault(); // else it would press the focused button too
-      if (isSpace) event.stopPropagation();
-      if (event.repeat) return;
-      if (!live.send({ command: "STOP" })) complain("STOP was NOT sent: no connection. Use the robot's own stop.");
-    },
-    true,
-  );
-}
+// Hands of the operator: jog buttons that act only while they are held.
 
 // A press has a number that grows; signs are sent until the button is let go, the pointer leaves, or the page loses focus.
 export function watchJog(live, periodMs) {

@@ -4,7 +4,8 @@ import { Texts } from "./texts.js";
 import { Scene } from "./scene.js";
 import { Camera } from "./camera.js";
 import { Charts } from "./charts.js";
-import { watchKeys, watchJog } from "./hands.js";
+import { Stop } from "./stop.js";
+import { watchJog } from "./hands.js";
 
 const told = window.PANEL;
 
@@ -36,6 +37,7 @@ function start() {
   const live = new Live(`${told.live}?page=${told.page}&tab=${encodeURIComponent(tabId())}`, {
     frame(frame) {
       texts.show(frame);
+      stop.showTrouble(frame.no_stop || "");
       scene.show(frame);
       if (frame.point) charts.add(frame.t, frame.point);
     },
@@ -43,16 +45,14 @@ function start() {
     parts: (parts) => scene.showParts(parts),
     history: (rows) => charts.restart(rows),
     refused: (refused) => texts.say(false, `Jog: ${refused.why}`),
-    said: (said) => texts.say(said.success, said.text),
+    stopped: (answer) => stop.answered(answer),
     lost: (since) => texts.lost(since),
     back: () => texts.back(),
   });
+  const stop = new Stop(live);
   startTabs();
   new Camera();
-  if (told.operator) {
-    watchKeys(live, (text) => texts.say(false, text));
-    watchJog(live, told.jog_period_ms);
-  }
+  if (told.operator) watchJog(live, told.jog_period_ms);
   window.panel = { preview: (pose) => scene.preview(pose), live };
 }
 

@@ -59,7 +59,7 @@ export class Texts {
   lost(since) {
     document.body.classList.add("is-lost");
     document.querySelector(".lost-text").textContent =
-      `No connection to the operator panel since ${clock(since)}. Nothing here is current, STOP does not get through. Trying again.`;
+      `No connection to the operator panel since ${clock(since)}. Nothing here is current. STOP does not get through: use the stop at the robot. Trying again.`;
   }
 
   back() {

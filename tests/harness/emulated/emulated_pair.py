@@ -1,4 +1,7 @@
-"""A pair whose real robot is the stand-in's controller: its filters, servo lag and ramps, in virtual time, without a wire."""
+"""A pair whose real robot is the stand-in's controller.
+
+Its filters, servo lag and ramps, in virtual time, without a wire.
+"""
 
 from __future__ import annotations
 
@@ -8,9 +11,10 @@ from collections.abc import Callable
 from fanuc_emulator.config import load_emulator
 from fanuc_emulator.controller import Controller, ControlType
 from fanuc_emulator.program import MoveStep, Program, ProgramState
-from twin_controller.core.actions import AnyAction, Do, OverrideReal, Perform, StreamReal
+from twin_controller.core.actions import AnyAction, Command, OverrideReal, Send, StreamReal
 from twin_controller.core.events import RealMeasured
-from twin_controller.core.state import Setup
+from twin_controller.core.setup import Setup
+from twin_controller.robot.signals import UI_SIGNALS, Number, Pulse, Signal, steps
 
 from harness.pair import ROBOT, SETUP, Pair
 from harness.sides import Joints
@@ -21,25 +25,29 @@ COLUMNS = [k for k, joint in enumerate(ROBOT.joints) if joint.twin]
 PULSE_S = 0.02
 WRITE_S = 0.002
 """From a command until the robot has it [s]."""
-ON_COMMAND: dict[Do, dict[str, bool | None]] = {
-    Do.STOP_REAL: {"cstopi": None, "hold": True},
-    Do.HOLD_REAL: {"hold": False},
-    Do.RELEASE_REAL: {"hold": True, "start": None},
-    Do.ESTOP_REAL: {"imstp": False},
-    Do.RESET_REAL: {"imstp": True, "hold": True, "fault_reset": None},
-    Do.START_STREAM: {"rsr1": None},
-}
-"""The signals of each command; None is a pulse."""
 
 
 def moves(*targets: dict[str, float], speed_percent: float = 100.0) -> Program:
-    """Return a program of joint moves; targets by joint in degrees and millimetres, joints that are left out at 0."""
-    poses = [tuple(target.get(joint.name, 0.0) * joint.scale for joint in ROBOT.joints) for target in targets]
-    return Program("MOVES", 2, tuple(MoveStep(k + 1, pose, speed_percent, True) for k, pose in enumerate(poses)))
+    """Return a program of joint moves.
+
+    Targets by joint in degrees and millimetres, joints that are left out at 0.
+    """
+    poses = [
+        tuple(target.get(joint.name, 0.0) * joint.scale for joint in ROBOT.joints)
+        for target in targets
+    ]
+    return Program(
+        "MOVES",
+        2,
+        tuple(MoveStep(k + 1, pose, speed_percent, True) for k, pose in enumerate(poses)),
+    )
 
 
 class EmulatedPair(Pair):
-    """The core, an ideal twin and the stand-in; ``track`` is where the twin's joints of the stand-in really were, each 2 ms."""
+    """The core, an ideal twin and the stand-in.
+
+    ``track`` is where the twin's joints of the stand-in really were, each 2 ms.
+    """
 
     def __init__(self, program: Program, override: int = 100, setup: Setup = SETUP) -> None:
         """Let the stand-in stand at home with one program, at ``override`` percent."""
@@ -52,12 +60,14 @@ class EmulatedPair(Pair):
 
     def start(self) -> None:
         """Start the program on the robot's own side."""
-        self._signals({f"rsr{self._number}": None})
+        self._pulse(f"rsr{self._number}")
 
     @property
     def standing(self) -> bool:
         """Whether no program runs and no axis moves."""
-        return self.shown.program_state is not ProgramState.RUNNING and not any(self.shown.velocities)
+        return self.shown.program_state is not ProgramState.RUNNING and not any(
+            self.shown.velocities
+        )
 
     def move_real(self, now: float) -> None:
         """Let a millisecond pass; the stand-in steps every second one."""
@@ -69,12 +79,22 @@ class EmulatedPair(Pair):
     def _report_real(self) -> None:
         shown, kind = self.shown, self.shown.control_type
         event = RealMeasured(
-            now=self.now, sent=self.now - 0.0005, received=self.now, clock_ms=shown.clock_ms,
-            q=_twin_joints(shown.measured_positions), qdot=_twin_joints(shown.measured_velocities),
-            own_program=kind is ControlType.PROGRAM, streaming=kind is ControlType.STREAM,
-            paused=shown.outputs.paused or shown.outputs.held, drives_on=shown.outputs.sysrdy, fault=shown.outputs.fault,
-            speed_percent=shown.override * shown.program_speed * 1e-2, override_percent=float(shown.override),
-        )  # fmt: skip
+            now=self.now,
+            sent=self.now - 0.0005,
+            received=self.now,
+            clock_ms=shown.clock_ms,
+            q=_twin_joints(shown.measured_positions),
+            qdot=_twin_joints(shown.measured_velocities),
+            own_program=kind is ControlType.PROGRAM,
+            streaming=kind is ControlType.STREAM,
+            paused=shown.outputs.paused or shown.outputs.held,
+            drives_on=shown.outputs.sysrdy,
+            fault=shown.outputs.fault,
+            held_there=shown.outputs.panel_held,
+            estop_pressed=shown.outputs.panel_estop,
+            speed_percent=shown.override * shown.program_speed * 1e-2,
+            override_percent=float(shown.override),
+        )
         self._report(event, lambda: self.real_up)
 
     def _obey(self, action: AnyAction) -> None:
@@ -82,9 +102,11 @@ class EmulatedPair(Pair):
             case OverrideReal(speed_percent=percent):
                 self._write(WRITE_S, lambda: self.robot.write_override(round(percent)))
             case StreamReal():
-                self._write(max(0.0, action.at - self.now) + WRITE_S, lambda: self._set_point(action))
-            case Perform(do=do) if not do.name.endswith("_TWIN"):
-                self._write(WRITE_S, lambda: self._signals(ON_COMMAND[do]))
+                self._write(
+                    max(0.0, action.send_at - self.now) + WRITE_S, lambda: self._set_point(action)
+                )
+            case Send(command=do) if not do.name.endswith("_TWIN"):
+                self._write(WRITE_S, lambda: self._perform(do))
             case _:
                 super()._obey(action)
 
@@ -100,11 +122,20 @@ class EmulatedPair(Pair):
         self.robot.write_setpoint_valid(True)
         self.robot.write_stream_speed(min(100, math.ceil(action.speed_percent * 1.25)))
 
-    def _signals(self, signals: dict[str, bool | None]) -> None:
-        for name, value in signals.items():
-            self.robot.write_input(name, value is None or value)
-            if value is None:
-                self._later(PULSE_S, lambda name=name: self.robot.write_input(name, False))
+    def _perform(self, command: Command) -> None:
+        """Carry out one command by the product's own table, as RealLink does."""
+        for step in steps(UI_SIGNALS, command, self.shown.outputs.paused):
+            match step:
+                case Signal():
+                    self.robot.write_input(step.name, step.level)
+                case Pulse():
+                    self._pulse(step.name)
+                case Number():
+                    getattr(self.robot, f"write_{step.name}")(step.value)
+
+    def _pulse(self, name: str) -> None:
+        self.robot.write_input(name, True)
+        self._later(PULSE_S, lambda: self.robot.write_input(name, False))
 
 
 def _twin_joints(full: Joints) -> Joints:

@@ -1,4 +1,7 @@
-"""A cell that can be broken: each node a process of its own, a relay on both wires of the twin controller, everything watched."""
+"""A cell that can be broken.
+
+Each node a process of its own, a relay on both wires of the twin controller, everything watched.
+"""
 
 from __future__ import annotations
 
@@ -13,9 +16,9 @@ from typing import Any
 
 from scara_config import load_robot
 
-from harness.motion import Motion
 from harness.processes import Process, Stage, free_port, wait_until
 from harness.ros import Ros
+from harness.wires.motion import Motion
 from harness.wires.proxy import modbus_units, websocket_units
 from harness.wires.relay import Relay
 from harness.workspace import ROOT
@@ -25,10 +28,10 @@ NODES = ("emulator", "simulator", "gateway", "joint_pose_controller", "twin_cont
 PACKAGES = {
     "emulator": "fanuc_emulator",
     "simulator": "scara_simulation",
-    "gateway": "scara_simulation",
+    "gateway": "rosbridge_gateway",
     "joint_pose_controller": "scara_control",
     "twin_controller": "twin_controller",
-    "recorder": "twin_controller",
+    "recorder": "cell_recorder",
 }
 THERE, BACK = (1.2, 1.0, -0.10, 0.8), (0.0, 0.0, -0.16, 0.0)
 
@@ -83,7 +86,9 @@ class FaultCell:
 
     def _alive(self) -> bool:
         for process in self.processes.values():
-            assert process.poll() is None, f"{process} ended with {process.poll()}:\n{process.tail()}"
+            assert process.poll() is None, (
+                f"{process} ended with {process.poll()}:\n{process.tail()}"
+            )
         return True
 
     def start(self, node: str, *prefix: str) -> Process:
@@ -91,11 +96,15 @@ class FaultCell:
         words = {
             "emulator": (f"_port:={self.ports['emulator']}",),
             "gateway": (f"_port:={self.ports['gateway']}",),
-            "twin_controller": (f"_modbus_port:={self.modbus.port}", f"_gateway_url:=ws://127.0.0.1:{self.web.port}"),
+            "twin_controller": (
+                f"_modbus_port:={self.modbus.port}",
+                f"_gateway_url:=ws://127.0.0.1:{self.web.port}",
+            ),
             "recorder": (f"_directory:={self.ros.folder}",),
         }.get(node, ())
-        process = self.ros.stage.start(*prefix, "rosrun", PACKAGES[node], node, *words, name=node, env=self.environment)
-        process.put_first()
+        process = self.ros.stage.start(
+            *prefix, "rosrun", PACKAGES[node], node, *words, name=node, env=self.environment
+        )
         self.processes[node] = process
         return process
 
@@ -120,7 +129,9 @@ class FaultCell:
 
     def pendant(self, *words: str) -> str:
         """Use the robot's own pendant, which has a line of its own."""
-        return self.ros.shell("rosrun", "fanuc_emulator", "pendant", *words, "--port", str(self.ports["emulator"]))
+        return self.ros.shell(
+            "rosrun", "fanuc_emulator", "pendant", *words, "--port", str(self.ports["emulator"])
+        )
 
     def command(self, command: str, **fields: Any) -> Any:
         """Call ``twin_controller/command``."""
@@ -155,7 +166,11 @@ class FaultCell:
         def there() -> bool:
             return self.mode == mode and time.time() - self.states[-1].header.stamp.to_sec() < 0.5
 
-        wait_until(there, timeout, f"{mode}; it is {self.mode}: {self.states[-1].why if self.states else ''}")
+        wait_until(
+            there,
+            timeout,
+            f"{mode}; it is {self.mode}: {self.states[-1].why if self.states else ''}",
+        )
 
     def move(self, speed_percent: float = 15.0) -> None:
         """Make sure of an idle cell, then :meth:`go`."""
@@ -163,18 +178,24 @@ class FaultCell:
         self.go(speed_percent)
 
     def go(self, speed_percent: float = 15.0, left_percent: float | None = None) -> None:
-        """Let the operator move both sides to the further of two poses; wait until the robot is under way.
+        """Let the operator move both sides to the further of two poses.
+
+        Wait until the robot is under way.
 
         Args:
             speed_percent: What is asked for.
             left_percent: What may be left of it at least, where something limits the speed.
         """
-        here = self.twin.position()
-        target = max((THERE, BACK), key=lambda pose: abs(pose[0] - here[0]))
+        target = self.farther_pose()
         answer = self.command("MOVE_JOINTS", joint_positions=target, speed_percent=speed_percent)
         assert answer.success, answer.message
         shown = 0.6e-2 * (speed_percent if left_percent is None else left_percent)
         wait_until(lambda: self.real.under_way(shown, 0.1), 8.0, "a robot under way")
+
+    def farther_pose(self) -> Sequence[float]:
+        """Return the further of two poses, so that a move to it takes a while."""
+        here = self.twin.position()
+        return max((THERE, BACK), key=lambda pose: abs(pose[0] - here[0]))
 
     def until(self, condition: Callable[[], bool], timeout: float, what: str = "") -> None:
         """Wait for ``condition``, which may fail meanwhile."""
@@ -187,13 +208,20 @@ class FaultCell:
         wait_until(quiet, timeout, what, period=0.2)
 
     def lost(self, since: float, timeout: float = 5.0) -> float:
-        """Wait for the decision LINK_LOST after ``since`` and return when it was made (ROS time)."""
+        """Wait for LINK_LOST after ``since`` and return when it was decided (ROS time)."""
         return self.noticed(since, timeout, ("LINK_LOST",))
 
-    def noticed(self, since: float, timeout: float = 5.0, events: Sequence[str] = ("LINK_LOST", "REJECTED")) -> float:
-        """Wait for the first of these decisions after ``since``, each of which stops both, and return when it was made."""
+    def noticed(
+        self, since: float, timeout: float = 5.0, events: Sequence[str] = ("LINK_LOST", "REJECTED")
+    ) -> float:
+        """Wait for the first of these decisions after ``since`` and return when it was made.
+
+        Each of them stops both.
+        """
         found = wait_until(
-            lambda: [d for d in self.decided(since) if d.event in events], timeout, f"{' or '.join(events)}; mode {self.mode}"
+            lambda: [d for d in self.decided(since) if d.event in events],
+            timeout,
+            f"{' or '.join(events)}; mode {self.mode}",
         )
         return float(found[0].header.stamp.to_sec())
 
@@ -211,7 +239,9 @@ class FaultCell:
         if time.time() - self.states[-1].header.stamp.to_sec() > 0.5:
             return False
         leads = "STOP" if self.mode.endswith("_LEADS") else ""
-        command = {"FAULT": "RESET", "ESTOP": "RESET", "STOPPED": "ALIGN", "PAUSED": "STOP"}.get(self.mode, leads)
+        command = {"FAULT": "RESET", "ESTOP": "RESET", "STOPPED": "ALIGN", "PAUSED": "STOP"}.get(
+            self.mode, leads
+        )
         if command:
             self.command(command)
         return self.mode == "IDLE"
@@ -229,7 +259,9 @@ class FaultCell:
             ("twin/joint_states", JointState, self.twin.messages),
         ):
             name = self.ros.name(topic)
-            self._subscribers.append(rospy.Subscriber(name, kind, kept.append, queue_size=1000, tcp_nodelay=True))
+            self._subscribers.append(
+                rospy.Subscriber(name, kind, kept.append, queue_size=1000, tcp_nodelay=True)
+            )
 
     def memory(self, node: str) -> float:
         """Return a node's resident memory [MB]."""

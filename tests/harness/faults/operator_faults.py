@@ -1,34 +1,60 @@
-"""What must hold whoever does what: STOP reaches both, a release moves nothing, noise is no leader."""
+"""What must hold whoever does what.
+
+STOP reaches both, a release moves nothing, noise is no leader.
+"""
 
 from __future__ import annotations
 
+import concurrent.futures
 import math
 import statistics
 import time
+from collections.abc import Callable
+from itertools import pairwise
 from random import Random
+
+from fanuc_emulator.io.pendant_link import PendantLink
+from scara_config.modbus_map import load_modbus_map
 
 from harness.faults.fault_cell import FaultCell
 from harness.faults.link_faults import leader_changes, still_row
 from harness.faults.rows import Row
 from harness.processes import wait_until
+from harness.scenes.truth import farthest_apart_mm
 from harness.wires.damage import Tap
 from harness.wires.noise import ModbusNoise, WebNoise
+from harness.workspace import ROOT
 
 CYCLES_S = 0.0194
 """Two polls of the robot (config/twin_controller.yaml)."""
 CSTOPI_ON = bytes((5, 6003 >> 8, 6003 & 0xFF, 0xFF, 0x00))
 STOP_COMMAND = b'"command":1'
 NOISE = 0.01
-"""Amplitude [deg or mm] on each joint of both sides: one of the last digit shown, half the hysteresis."""
+"""Amplitude [deg or mm] on each joint of both sides.
+
+One of the last digit shown, half the hysteresis.
+"""
 WATCHED_S = 1.5
+GAP_S = 0.1
+"""Both sides begin within this."""
+TWO_POINT = 3
+"""RSR number of that program in config/robots/fanuc_sr6ia/programs/two_point.yaml."""
+LEADERS = ("REAL_LEADS", "TWIN_LEADS", "OPERATOR_LEADS")
 
 
-STOPS = {"the operator": "STOP", "the robot's pendant": "REAL_STOPPED", "the twin's side": "TWIN_STOPPED"}
+STOPS = {
+    "the operator": "STOP",
+    "the robot's pendant": "REAL_STOPPED",
+    "the twin's side": "TWIN_STOPPED",
+}
 """Who stops, and the decision that it leads to."""
 
 
 def stop_reaches_both(cell: FaultCell, rng: Random, count: int) -> list[Row]:
-    """STOP during moves, from each side ``count`` times: how soon after the decision on both wires, and whether one is lost."""
+    """STOP during moves, from each side ``count`` times.
+
+    How soon after the decision on both wires, and whether one is lost.
+    """
     to_real, to_twin, lost = [], [], 0
     for source, event in count * list(STOPS.items()):
         cell.move(rng.uniform(3.0, 5.0))  # slow: the pendant is a program that has to start
@@ -38,30 +64,54 @@ def stop_reaches_both(cell: FaultCell, rng: Random, count: int) -> list[Row]:
         _stop(cell, source)
         decided = _decided(cell, begun, event)
         seen = [
-            wait_until(relay.report, 2.0, f"STOP by {source} on the wire").get("seen", 0.0) for relay in (cell.modbus, cell.web)
+            wait_until(relay.report, 2.0, f"STOP by {source} on the wire").get("seen", 0.0)
+            for relay in (cell.modbus, cell.web)
         ]
         if decided is None or any(at < begun for at in seen):
             lost += 1
         else:
             to_real.append(seen[0] - decided)
             to_twin.append(seen[1] - decided)
-            wait_until(lambda: max(cell.real.standstill(begun), cell.twin.standstill(begun)) < 2.0, 5.0, "standstill of both")  # noqa: B023
+            # From the decision on: until then the pendant is a program that starts.
+            _both_stand(cell, decided)
         cell.recover()
     name = f"STOP by {', '.join(STOPS)}"
     return [
         Row(name, "lost", 0.0, float(lost), always=True),
-        Row(name, "on the wire to the robot after [s], median", CYCLES_S, statistics.median(to_real or [math.inf])),
-        Row(name, "on the wire to the twin after [s], median", CYCLES_S, statistics.median(to_twin or [math.inf])),
+        Row(
+            name,
+            "on the wire to the robot after [s], median",
+            CYCLES_S,
+            statistics.median(to_real or [math.inf]),
+        ),
+        Row(
+            name,
+            "on the wire to the twin after [s], median",
+            CYCLES_S,
+            statistics.median(to_twin or [math.inf]),
+        ),
     ]
 
 
 def _decided(cell: FaultCell, since: float, event: str) -> float | None:
-    """Return when ``event`` was decided (ROS time); None if it was not in the time that a pendant may take."""
+    """Return when ``event`` was decided (ROS time).
+
+    None if it was not in the time that a pendant may take.
+    """
     try:
         return cell.noticed(since, events=(event,))
     except AssertionError as error:
         print(f"a STOP was lost: {error}")
         return None
+
+
+def _both_stand(cell: FaultCell, since: float) -> None:
+    """Wait until both sides stand."""
+    wait_until(
+        lambda: max(cell.real.standstill(since), cell.twin.standstill(since)) < 2.0,
+        5.0,
+        "standstill of both",
+    )
 
 
 def _stop(cell: FaultCell, source: str) -> None:
@@ -74,7 +124,9 @@ def _stop(cell: FaultCell, source: str) -> None:
         from scara_msgs.msg import MotionCommand
 
         publisher = cell.ros.publisher("motion_command", MotionCommand)
-        publisher.publish(MotionCommand(command=MotionCommand.STOP, id=1, reason="stopped on the twin's side"))
+        publisher.publish(
+            MotionCommand(command=MotionCommand.STOP, id=1, reason="stopped on the twin's side")
+        )
 
 
 def estop_released(cell: FaultCell, rng: Random) -> list[Row]:
@@ -82,18 +134,97 @@ def estop_released(cell: FaultCell, rng: Random) -> list[Row]:
     cell.move(rng.uniform(10.0, 30.0))
     begun = time.time()
     assert cell.command("ESTOP").success
-    wait_until(lambda: max(cell.real.standstill(begun), cell.twin.standstill(begun)) < 2.0, 5.0, "standstill of both")
+    _both_stand(cell, begun)
     rested = time.time()
     assert cell.command("RESET").success
     cell.wait_for("STOPPED", 10.0)
     time.sleep(WATCHED_S)
-    rows = [still_row(cell, "ESTOP released", rested), still_row(cell, "ESTOP released", rested, "twin")]
+    rows = [
+        still_row(cell, "ESTOP released", rested),
+        still_row(cell, "ESTOP released", rested, "twin"),
+    ]
     cell.recover()
-    return [*rows, Row("ESTOP released", "leader changes", 0.0, float(leader_changes(cell, rested)), always=True)]
+    return [
+        *rows,
+        Row(
+            "ESTOP released",
+            "leader changes",
+            0.0,
+            float(leader_changes(cell, rested)),
+            always=True,
+        ),
+    ]
+
+
+def started_at_once(cell: FaultCell, rng: Random) -> list[Row]:
+    """Start a program on the pendant within 0.1 s of a move of the operator, or of the twin.
+
+    One side leads after the other, they stay together, and end together at rest.
+    """
+    cell.recover()
+    who, gap = rng.choice(("the operator", "the twin")), rng.uniform(-GAP_S, GAP_S)
+    begun = time.time()
+    with _pendant(cell) as pendant, concurrent.futures.ThreadPoolExecutor(2) as hands:
+        at = time.monotonic() + 2.0 * GAP_S
+        program = hands.submit(_at, at, lambda: pendant.pulse(f"rsr{TWO_POINT}"))
+        move = hands.submit(_at, at + gap, lambda: _move(cell, who))
+        program.result(10.0)
+        wait_until(lambda: _modes(cell, begun), 10.0, "a leader")
+        cell.wait_for("IDLE", 60.0)
+        move.result(60.0)
+    time.sleep(WATCHED_S)  # whoever were to move again does so now
+    modes = _modes(cell, begun)
+    changes = [(a, b) for a, b in pairwise(modes) if a != b and "IDLE" not in (a, b)]
+    others = sum(mode not in (*LEADERS, "IDLE") for mode in modes)
+    apart = farthest_apart_mm(cell.real.truth(begun), cell.twin.truth(begun))
+    name = f"a program and a move of {who} at once"
+    return [
+        Row(name, "modes other than leading and IDLE", 0.0, float(others)),
+        Row(name, "changes from one leader to another", 1.0, float(len(changes))),
+        Row(name, "leaders that take over from the robot", 0.0, float(_from_robot(changes))),
+        Row(name, "largest distance of the tools at an instant [% of reach]", 5.0, apart / 6.5),
+        Row(name, "idle at the end", 1.0, float(cell.mode == "IDLE"), at_least=True),
+    ]
+
+
+def _at(moment: float, action: Callable[[], object]) -> None:
+    """Do something at a moment of the monotonic clock [s]."""
+    time.sleep(max(0.0, moment - time.monotonic()))
+    action()
+
+
+def _pendant(cell: FaultCell) -> PendantLink:
+    """Return a pendant that answers at once; the command is a program that has to start."""
+    return PendantLink("127.0.0.1", cell.ports["emulator"], load_modbus_map(ROOT / "config"))
+
+
+def _move(cell: FaultCell, who: str) -> None:
+    """Let somebody move; whether it is carried out is for the pair to decide."""
+    from scara_msgs.srv import MoveJoints
+
+    target = cell.farther_pose()
+    if who == "the operator":
+        cell.command("MOVE_JOINTS", joint_positions=target, speed_percent=30.0)
+    else:
+        fields = {"joint_positions": target, "speed_percent": 50.0}
+        cell.call("joint_pose_controller/move", MoveJoints, timeout=60.0, **fields)
+
+
+def _modes(cell: FaultCell, since: float) -> list[str]:
+    """Return the modes that decisions have led to since then (ROS time)."""
+    return [decision.mode_after for decision in cell.decided(since)]
+
+
+def _from_robot(changes: list[tuple[str, str]]) -> int:
+    """Count who took the lead from a robot that leads: its program has the right of way."""
+    return sum(before == "REAL_LEADS" for before, _ in changes)
 
 
 def hold_released(cell: FaultCell, rng: Random) -> list[Row]:
-    """A program held on the robot's own panel, then STOP: the hold is released by it, and nothing goes on."""
+    """A program held on the robot's own panel, then STOP.
+
+    The hold is released by it, and nothing goes on.
+    """
     cell.recover()
     cell.pendant("run", "TWO_POINT")
     cell.wait_for("REAL_LEADS", 10.0)
@@ -102,10 +233,13 @@ def hold_released(cell: FaultCell, rng: Random) -> list[Row]:
     begun = time.time()
     wait_until(lambda: cell.real.standstill(begun) < 2.0, 10.0, "a robot that is held")
     assert cell.command("STOP").success
-    wait_until(lambda: max(cell.real.standstill(begun), cell.twin.standstill(begun)) < 2.0, 5.0, "standstill of both")
+    _both_stand(cell, begun)
     rested = time.time()
     time.sleep(WATCHED_S)
-    rows = [still_row(cell, "hold released", rested), still_row(cell, "hold released", rested, "twin")]
+    rows = [
+        still_row(cell, "hold released", rested),
+        still_row(cell, "hold released", rested, "twin"),
+    ]
     cell.recover()
     return rows
 
@@ -119,6 +253,9 @@ def noisy(cell: FaultCell, rng: Random, seconds: float) -> list[Row]:
     time.sleep(seconds)
     changes = leader_changes(cell, begun)
     name = f"noise of {NOISE:g} deg or mm on both sides, idle"
-    rows = [Row(name, "leader changes", 0.0, float(changes), always=True), still_row(cell, name, begun)]
+    rows = [
+        Row(name, "leader changes", 0.0, float(changes), always=True),
+        still_row(cell, name, begun),
+    ]
     cell.recover()
     return rows

@@ -1,31 +1,41 @@
-"""Somebody near the robot: what speed and separation monitoring keeps, and what no leaving and no silence may start."""
+"""Somebody near the robot.
+
+What speed and separation monitoring keeps, and what no leaving and no silence may start.
+"""
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from random import Random
-from typing import Any
 
-from harness.faults.fault_cell import FaultCell
+from harness.faults.fault_cell import ROBOT, FaultCell
 from harness.faults.link_faults import REACTION_S, reaction, still_row
 from harness.faults.process_faults import twin_stops
 from harness.faults.rows import Row
 from harness.opponents.person import FAR, PERIOD_S, WALK_M_S, Person
 from harness.processes import wait_until
+from harness.scenes.truth import tool_and_elbow, tool_speed
 from harness.yaml_files import changed_yaml, copy_configuration
 
 KEPT_MM = 310.0
-"""What the formula keeps of the distance when the robot has come to rest: C + Z_d + Z_r of config/twin_controller.yaml."""
+"""What the formula keeps of the distance when the robot has come to rest.
+
+C + Z_d + Z_r of config/twin_controller.yaml.
+"""
+NAMES = [joint.name for joint in ROBOT.twin_joints]
 STALE_S = 0.3
 STANDS_M_S = 0.02
 WATCHED_S = 1.0
 
 
 def monitored(folder: Path) -> dict[str, str]:
-    """Return the environment of a cell that monitors separation; its configuration is a copy in ``folder``."""
+    """Return the environment of a cell that monitors separation.
+
+    Its configuration is a copy in ``folder``.
+    """
     folder.mkdir(parents=True)
     copy_configuration(folder)
     changed_yaml(folder / "twin_controller.yaml", folder, ["separation", "enabled"], True)
@@ -43,7 +53,10 @@ def scenarios(cell: FaultCell, person: Person, rng: Random) -> dict[str, Callabl
 
 
 def walks_in(cell: FaultCell, person: Person, leader: str, rng: Random) -> list[Row]:
-    """Somebody walks up to a robot that moves: it stands in time, nothing goes on when the person leaves, until RESUME."""
+    """Somebody walks up to a robot that moves.
+
+    It stands in time, nothing goes on when the person leaves, until RESUME.
+    """
     fault = f"a person walks in, {leader} leads"
     person.stand(FAR)
     _begin(cell, leader)
@@ -51,9 +64,21 @@ def walks_in(cell: FaultCell, person: Person, leader: str, rng: Random) -> list[
     person.stand((2.2 * math.cos(angle), 2.2 * math.sin(angle), rng.uniform(0.0, 0.5)))
     begun = person.walk((0.5, 0.1, 0.2))
     cell.wait_for("PAUSED", 10.0)
-    wait_until(lambda: max(cell.real.standstill(begun), cell.twin.standstill(begun)) < 5.0, 10.0, "standstill of both")
+    wait_until(
+        lambda: max(cell.real.standstill(begun), cell.twin.standstill(begun)) < 5.0,
+        10.0,
+        "standstill of both",
+    )
     stood = begun + cell.real.standstill(begun)
-    rows = [Row(fault, "person's distance when the robot stands [mm]", KEPT_MM, _distance(cell, person, stood), at_least=True)]
+    rows = [
+        Row(
+            fault,
+            "person's distance when the robot stands [mm]",
+            KEPT_MM,
+            _distance(cell, person, stood),
+            at_least=True,
+        )
+    ]
     rested = time.time()
     answer = cell.command("RESUME")
     assert not answer.success and "mm away" in answer.message, answer
@@ -63,13 +88,24 @@ def walks_in(cell: FaultCell, person: Person, leader: str, rng: Random) -> list[
     cell.until(lambda: bool(cell.command("RESUME").success), 10.0, "a way on")
     resumed = time.time()
     cell.wait_for("IDLE", 60.0)
-    rows.append(Row(fault, "the robot goes on after RESUME [deg or mm]", 1.0, cell.real.travel(resumed), at_least=True))
+    rows.append(
+        Row(
+            fault,
+            "the robot goes on after RESUME [deg or mm]",
+            1.0,
+            cell.real.travel(resumed),
+            at_least=True,
+        )
+    )
     cell.recover()
     return rows
 
 
 def stands_by(cell: FaultCell, person: Person, rng: Random) -> list[Row]:
-    """Somebody stands beside a robot that moves: it is never faster than the protective distance allows."""
+    """Somebody stands beside a robot that moves.
+
+    It is never faster than the protective distance allows.
+    """
     fault = "a person stands by"
     person.stand(FAR)
     cell.recover()
@@ -81,10 +117,14 @@ def stands_by(cell: FaultCell, person: Person, rng: Random) -> list[Row]:
     cell.wait_for("IDLE", 60.0)
     share, fastest = 0.0, 0.0
     for message in cell.real.between(begun):
-        speed = _tool_speed(message)
+        q = _of_twin(message.name, message.position)
+        speed = tool_speed(q, _of_twin(message.name, message.velocity))
         fastest = max(fastest, speed)
         if speed > STANDS_M_S:
-            share = max(share, protective(speed) / (_distance(cell, person, message.header.stamp.to_sec()) * 1e-3))
+            share = max(
+                share,
+                protective(speed) / (_distance(cell, person, message.header.stamp.to_sec()) * 1e-3),
+            )
     person.stand(FAR)
     cell.recover()
     return [
@@ -94,14 +134,20 @@ def stands_by(cell: FaultCell, person: Person, rng: Random) -> list[Row]:
 
 
 def sensor_silent(cell: FaultCell, person: Person) -> list[Row]:
-    """The sensor falls silent during a move: the robot stands; beside a silent sensor no move begins."""
+    """The sensor falls silent during a move: the robot stands.
+
+    Beside a silent sensor no move begins.
+    """
     fault = "the sensor for people falls silent"
     person.stand(FAR)
     cell.recover()
     cell.go(5.0)
     begun = person.hide()
     cell.wait_for("PAUSED", 10.0)
-    rows = [reaction(cell, fault, begun, STALE_S + PERIOD_S + REACTION_S), twin_stops(cell, fault, begun)]
+    rows = [
+        reaction(cell, fault, begun, STALE_S + PERIOD_S + REACTION_S),
+        twin_stops(cell, fault, begun),
+    ]
     rested = time.time()
     answer = cell.command("RESUME")
     assert not answer.success and "silent" in answer.message, answer
@@ -117,13 +163,19 @@ def sensor_silent(cell: FaultCell, person: Person) -> list[Row]:
 
 
 def protective(speed: float) -> float:
-    """Return ISO/TS 15066's protective distance [m] by the terms of config/twin_controller.yaml: 0.1 s, 10 m/s2, 0.31 m."""
+    """Return ISO/TS 15066's protective distance [m] by the terms of config/twin_controller.yaml.
+
+    0.1 s, 10 m/s2, 0.31 m.
+    """
     stopping = speed / 10.0
     return WALK_M_S * (0.1 + stopping) + speed * 0.1 + speed * speed / 20.0 + KEPT_MM * 1e-3
 
 
 def _begin(cell: FaultCell, leader: str) -> None:
-    """Let the robot run its program, or the operator move both for three seconds: time for somebody to come."""
+    """Let the robot run its program, or the operator move both for three seconds.
+
+    Time for somebody to come.
+    """
     cell.recover()
     if leader == "operator":
         cell.go(5.0)
@@ -132,25 +184,14 @@ def _begin(cell: FaultCell, leader: str) -> None:
         cell.wait_for("REAL_LEADS", 15.0)
 
 
-def _points(message: Any) -> list[tuple[float, float, float]]:
-    """Return tool and elbow [m] in closed form; the elbow's height is robot.yaml's."""
-    at = dict(zip(message.name, message.position))
-    first, both = at["joint_1"], at["joint_1"] + at["joint_2"]
-    x, y = 0.35 * math.cos(first), 0.35 * math.sin(first)
-    return [(x + 0.30 * math.cos(both), y + 0.30 * math.sin(both), 0.16 + at["joint_3"]), (x, y, 0.30)]
-
-
 def _distance(cell: FaultCell, person: Person, stamp: float) -> float:
     """Return how far the person was from tool or elbow of the robot at ``stamp`` [mm]."""
     before = cell.real.between(stamp - 0.5, stamp)[-1]
-    return 1e3 * min(math.dist(point, person.at(stamp)) for point in _points(before))
+    q = _of_twin(before.name, before.position)
+    return 1e3 * min(math.dist(point, person.at(stamp)) for point in tool_and_elbow(q))
 
 
-def _tool_speed(message: Any) -> float:
-    """Return the larger speed of tool and elbow [m/s], by the planar Jacobian."""
-    at, rate = dict(zip(message.name, message.position)), dict(zip(message.name, message.velocity))
-    first, both = at["joint_1"], at["joint_1"] + at["joint_2"]
-    w1, w12 = rate["joint_1"], rate["joint_1"] + rate["joint_2"]
-    vx = -0.35 * math.sin(first) * w1 - 0.30 * math.sin(both) * w12
-    vy = 0.35 * math.cos(first) * w1 + 0.30 * math.cos(both) * w12
-    return max(math.hypot(vx, vy, rate["joint_3"]), 0.35 * abs(w1))
+def _of_twin(names: Sequence[str], values: Sequence[float]) -> list[float]:
+    """Return the values of the twin's joints in their order, as truth.py takes them."""
+    by_name = dict(zip(names, values))
+    return [by_name[joint] for joint in NAMES]

@@ -6,16 +6,28 @@ import time
 from random import Random
 
 from harness.faults.fault_cell import FaultCell
-from harness.faults.link_faults import MODBUS_FOUND_S, TWIN_REACTION_S, WEB_FOUND_S, reaction, still_row
+from harness.faults.link_faults import (
+    MODBUS_FOUND_S,
+    TWIN_REACTION_S,
+    WEB_FOUND_S,
+    reaction,
+    still_row,
+)
 from harness.faults.rows import Row
 from harness.processes import wait_until
 
 BACK_S = 30.0
-"""A node that was started again is part of an idle cell within this time [s]; its own start is most of it."""
+"""A node that was started again is part of an idle cell within this time [s].
+
+Its own start is most of it.
+"""
 
 
 def controller_killed(cell: FaultCell, rng: Random) -> list[Row]:
-    """Kill -9 of the twin controller while the robot follows: its own watchdog stops it, a new controller moves nothing."""
+    """Kill -9 of the twin controller while the robot follows.
+
+    Its own watchdog stops it, a new controller moves nothing.
+    """
     cell.move(rng.uniform(10.0, 30.0))
     time.sleep(rng.uniform(0.0, 0.05))
     begun = cell.kill("twin_controller")
@@ -27,11 +39,18 @@ def controller_killed(cell: FaultCell, rng: Random) -> list[Row]:
 
 
 def controller_killed_under_a_program(cell: FaultCell, rng: Random) -> list[Row]:
-    """Kill -9 of the twin controller while the robot runs a program of its own: its watchdog ends the program."""
+    """Kill -9 of the twin controller while the robot runs a program of its own.
+
+    Its watchdog ends the program.
+    """
     fault = "twin_controller killed, robot leads"
     cell.recover()
     cell.pendant("run", "TWO_POINT")
-    wait_until(lambda: cell.mode == "REAL_LEADS" and cell.real.under_way(0.05, 0.1), 15.0, "a robot under way")
+    wait_until(
+        lambda: cell.mode == "REAL_LEADS" and cell.real.under_way(0.05, 0.1),
+        15.0,
+        "a robot under way",
+    )
     time.sleep(rng.uniform(0.0, 0.1))
     begun = cell.kill("twin_controller")
     rows = [reaction(cell, fault, begun), twin_stops(cell, fault, begun)]
@@ -42,7 +61,10 @@ def controller_killed_under_a_program(cell: FaultCell, rng: Random) -> list[Row]
 
 
 def controller_stopped(cell: FaultCell, rng: Random) -> list[Row]:
-    """SIGSTOP and SIGCONT of the twin controller: what it had in mind before is not done afterwards."""
+    """SIGSTOP and SIGCONT of the twin controller.
+
+    What it had in mind before is not done afterwards.
+    """
     cell.move(rng.uniform(10.0, 30.0))
     begun = cell.stop("twin_controller")
     rows = [reaction(cell, "twin_controller stopped", begun)]
@@ -54,7 +76,10 @@ def controller_stopped(cell: FaultCell, rng: Random) -> list[Row]:
 
 
 def emulator_killed(cell: FaultCell, rng: Random) -> list[Row]:
-    """Kill -9 of the robot's controller: found in time; the twin stops; a new one is aligned to, slowly."""
+    """Kill -9 of the robot's controller: found in time; the twin stops.
+
+    A new one is aligned to, slowly.
+    """
     cell.move(rng.uniform(10.0, 30.0))
     begun = cell.kill("emulator")
     rows = [
@@ -75,7 +100,10 @@ def emulator_killed(cell: FaultCell, rng: Random) -> list[Row]:
 
 
 def emulator_stopped(cell: FaultCell, rng: Random) -> list[Row]:
-    """SIGSTOP of the robot's controller: half-open; found in time; afterwards the robot stays where it is."""
+    """SIGSTOP of the robot's controller: half-open; found in time.
+
+    Afterwards the robot stays where it is.
+    """
     cell.move(rng.uniform(10.0, 30.0))
     begun = cell.stop("emulator")
     rows = [
@@ -92,7 +120,10 @@ def emulator_stopped(cell: FaultCell, rng: Random) -> list[Row]:
 
 
 def twin_side_gone(cell: FaultCell, node: str, how: str, rng: Random) -> list[Row]:
-    """Kill or stop gateway, simulator or pose controller while the robot follows: it stands, and the cell comes back."""
+    """Kill or stop gateway, simulator or pose controller while the robot follows.
+
+    It stands, and the cell comes back.
+    """
     name = f"{node} {'killed' if how == 'kill' else 'stopped'}"
     cell.move(rng.uniform(10.0, 30.0))
     begun = cell.kill(node) if how == "kill" else cell.stop(node)

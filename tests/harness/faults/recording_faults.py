@@ -18,7 +18,7 @@ from harness.processes import wait_until
 LOST_S, ERROR_S = 0.2, 1.0
 TRUTH = "real/ground_truth"
 FILE_LIMIT = 1_500_000
-"""Bytes: a process that may write no longer file meets what a full disk is, without filling anybody's disk."""
+"""A process may write no longer file [bytes]: a full disk without filling a disk."""
 
 
 def recorder_killed(cell: FaultCell, rng: Random) -> list[Row]:
@@ -38,7 +38,13 @@ def recorder_killed(cell: FaultCell, rng: Random) -> list[Row]:
     return [
         Row("recorder killed", "lost before the kill [s]", LOST_S, killed - ours[-1]),
         Row("recorder killed", "largest hole in what is kept [s]", 0.1, hole(ours)),
-        Row("recorder killed", "messages that only our tools read", 0.0, float(abs(standard - count)), always=True),
+        Row(
+            "recorder killed",
+            "messages that only our tools read",
+            0.0,
+            float(abs(standard - count)),
+            always=True,
+        ),
     ]
 
 
@@ -53,14 +59,27 @@ def recorder_stopped(cell: FaultCell, rng: Random) -> list[Row]:
     time.sleep(rng.uniform(0.5, 1.5))
     control = losses(cell, "recorder stopped", begun)
     again = cell.go_on("recorder")
-    wait_until(lambda: stamps(path)[-1] > again + 0.2, 10.0, "messages after it goes on", period=0.3)
+    wait_until(
+        lambda: stamps(path)[-1] > again + 0.2, 10.0, "messages after it goes on", period=0.3
+    )
     cell.kill("recorder")
     cell.start("recorder")
-    return [control, Row("recorder stopped", "records again after [s]", 1.0, min(t for t in stamps(path) if t > again) - again)]
+    return [
+        control,
+        Row(
+            "recorder stopped",
+            "records again after [s]",
+            1.0,
+            min(t for t in stamps(path) if t > again) - again,
+        ),
+    ]
 
 
 def disk_full(cell: FaultCell, rng: Random) -> list[Row]:
-    """The bag cannot grow any more: all before is kept, an ERROR tells it, the control feels nothing."""
+    """The bag cannot grow any more.
+
+    All before is kept, an ERROR tells it, the control feels nothing.
+    """
     from diagnostic_msgs.msg import DiagnosticArray
 
     cell.processes["recorder"].stop()
@@ -72,7 +91,12 @@ def disk_full(cell: FaultCell, rng: Random) -> list[Row]:
 
     def errors() -> list[float]:
         recorder = cell.ros.name("recorder")
-        return [m.header.stamp.to_sec() for m in list(said) for s in m.status if s.name == recorder and s.level == 2]
+        return [
+            m.header.stamp.to_sec()
+            for m in list(said)
+            for s in m.status
+            if s.name == recorder and s.level == 2
+        ]
 
     told = wait_until(errors, 60.0, "an ERROR of the recorder")[0]
     time.sleep(0.5)
@@ -83,7 +107,13 @@ def disk_full(cell: FaultCell, rng: Random) -> list[Row]:
     return [
         Row("disk full", "ERROR after the last message kept [s]", ERROR_S, told - kept[-1]),
         Row("disk full", "largest hole in what is kept [s]", 0.1, hole(kept)),
-        Row("disk full", "kept [part of what the disk took]", 0.8, path.stat().st_size / limit, at_least=True),
+        Row(
+            "disk full",
+            "kept [part of what the disk took]",
+            0.8,
+            path.stat().st_size / limit,
+            at_least=True,
+        ),
         control,
     ]
 

@@ -1,6 +1,9 @@
-"""Faults of the ROS master: killed and started again, stopped and let go on, under a cell that moves.
+"""Faults of the ROS master.
 
-The cell has a master of its own; it is looked at from outside only: by the master's own API, the Modbus port, the tools.
+Killed and started again, stopped and let go on, under a cell that moves.
+
+The cell has a master of its own; it is looked at from outside only: by the master's own API, the
+Modbus port, the tools.
 """
 
 from __future__ import annotations
@@ -16,11 +19,12 @@ from pathlib import Path
 from typing import Any
 
 import websocket
-from scara_ros.nodes.registration import MasterLine
+from scara_ros.io.master import MasterClient
 
 from harness.faults.fault_cell import PACKAGES
 from harness.faults.rows import Row
 from harness.processes import Process, Stage, free_port, wait_until
+from harness.wires.gateway_client import mode_over
 from harness.workspace import workspace_environment
 
 NODES = {
@@ -46,14 +50,24 @@ class MasterCell:
         self.master = self.start_master()
 
     def __enter__(self) -> MasterCell:
+        # Its links are those of a desk: a late process of the cell is no fault of the master.
         special = {
-            "emulator": (f"_port:={self.robot}",),
+            "emulator": (f"_port:={self.robot}", "_links:=desk"),
             "gateway": (f"_port:={self.gateway}",),
-            "twin_controller": (f"_modbus_port:={self.robot}", f"_gateway_url:=ws://127.0.0.1:{self.gateway}"),
+            "twin_controller": (
+                "_links:=desk",
+                f"_modbus_port:={self.robot}",
+                f"_gateway_url:=ws://127.0.0.1:{self.gateway}",
+            ),
         }
         for node, package in NODES.items():
-            self.stage.start("rosrun", package, node, *special.get(node, ()), name=node).put_first()
-        wait_until(lambda: all(f"/{node}" in self.nodes() for node in NODES), 60.0, f"all nodes; {self.nodes()}", period=0.1)
+            self.stage.start("rosrun", package, node, *special.get(node, ()), name=node)
+        wait_until(
+            lambda: all(f"/{node}" in self.nodes() for node in NODES),
+            60.0,
+            f"all nodes; {self.nodes()}",
+            period=0.1,
+        )
         wait_until(lambda: self.mode() == "IDLE", 60.0, "IDLE", period=0.3)
         self.pendant("override", "100")
         return self
@@ -65,25 +79,38 @@ class MasterCell:
     def start_master(self) -> Process:
         """Start a master and wait until it answers."""
         master = self.stage.start("rosmaster", "--core", "-p", str(self.port))
-        wait_until(lambda: self.answers() or master.poll() is not None, 20.0, "a ROS master", period=0.01)
+        wait_until(
+            lambda: self.answers() or master.poll() is not None, 20.0, "a ROS master", period=0.01
+        )
         return master
 
     def answers(self) -> bool:
         """Return whether the master answers."""
         with contextlib.suppress(OSError):
-            return bool(MasterLine(self.uri, 1.0).ask("getPid"))
+            return bool(MasterClient(self.uri, "/tests").ask("getPid"))
         return False
 
     def registrations(self) -> Registrations:
         """Return (kind, name, node) of everything that our nodes have registered."""
         found: Registrations = set()
         with contextlib.suppress(OSError):
-            for kind, entries in zip(("publisher", "subscriber", "service"), MasterLine(self.uri, 1.0).ask("getSystemState")):
-                found |= {(kind, name, node) for name, nodes in entries for node in nodes if node.strip("/") in NODES}
+            for kind, entries in zip(
+                ("publisher", "subscriber", "service"),
+                MasterClient(self.uri, "/tests").ask("getSystemState"),
+            ):
+                found |= {
+                    (kind, name, node)
+                    for name, nodes in entries
+                    for node in nodes
+                    if node.strip("/") in NODES
+                }
         return found
 
     def settled(self) -> Registrations:
-        """Return the registrations once nothing comes and goes any more, as the subscriptions of a client that has just left."""
+        """Return the registrations once they stay the same.
+
+        The subscriptions of a client that has just left go first.
+        """
         found: list[Registrations] = [set()]
 
         def same() -> bool:
@@ -105,15 +132,11 @@ class MasterCell:
         return process.output
 
     def mode(self) -> str:
-        """Return the twin controller's mode over the web socket, which needs no master once it is subscribed."""
-        with contextlib.suppress(OSError, websocket.WebSocketException):
-            line = websocket.create_connection(f"ws://127.0.0.1:{self.gateway}", timeout=5.0, suppress_origin=True)
-            with contextlib.closing(line):
-                line.send(json.dumps({"op": "subscribe", "topic": "twin_controller/state"}))
-                packet = json.loads(line.recv())
-                if packet["op"] == "publish":  # else a status: nobody offers the topic yet, and the gateway has said so
-                    return str(packet["msg"]["mode"])
-        return ""
+        """Return the twin controller's mode over the web socket.
+
+        It needs no master once it is subscribed.
+        """
+        return mode_over(self.gateway)
 
     def joint_1(self) -> float:
         """Read joint 1 of the robot [deg] from its registers."""
@@ -130,13 +153,20 @@ class MasterCell:
 
         def there() -> bool:
             mode = self.mode()
-            todo = {"STOPPED": "ALIGN", "FAULT": "RESET", "PAUSED": "STOP", "REAL_LEADS": "STOP"}.get(mode)
+            todo = {
+                "STOPPED": "ALIGN",
+                "FAULT": "RESET",
+                "PAUSED": "STOP",
+                "REAL_LEADS": "STOP",
+            }.get(mode)
             if todo:
                 self.command(todo)
             return self.mode() == "IDLE" and "success: True" in self.command("HOME")
 
         wait_until(there, 60.0, "a way home", period=0.5)
-        wait_until(lambda: abs(self.joint_1()) < 0.1 and self.mode() == "IDLE", 30.0, "home", period=0.3)
+        wait_until(
+            lambda: abs(self.joint_1()) < 0.1 and self.mode() == "IDLE", 30.0, "home", period=0.3
+        )
 
     def pendant(self, *words: str) -> None:
         """Use the robot's own pendant to its end."""
@@ -146,18 +176,30 @@ class MasterCell:
 
     def start_pendant(self, *words: str) -> Process:
         """Use the robot's own pendant; do not wait."""
-        return self.stage.start("rosrun", "fanuc_emulator", "pendant", *words, "--port", str(self.robot))
+        return self.stage.start(
+            "rosrun", "fanuc_emulator", "pendant", *words, "--port", str(self.robot)
+        )
 
     def command(self, command: str, **fields: Any) -> str:
         """Call ``twin_controller/command`` as a user does."""
-        return self.tool("rosservice", "call", "/twin_controller/command", json.dumps({"command": command, **fields}))
+        return self.tool(
+            "rosservice",
+            "call",
+            "/twin_controller/command",
+            json.dumps({"command": command, **fields}),
+        )
 
 
 def master_killed(cell: MasterCell) -> list[Row]:
-    """Kill the master under a moving pair: the move ends as commanded; with a new master all is there again within 2 s."""
+    """Kill the master under a moving pair: the move ends as commanded.
+
+    With a new master all is there again within 2 s.
+    """
     cell.home()
     before = cell.settled()
-    assert "success: True" in cell.command("MOVE_JOINTS", joint_positions=[0.4, 0.3, -0.1, 0.0], speed_percent=3.0)
+    assert "success: True" in cell.command(
+        "MOVE_JOINTS", joint_positions=[0.4, 0.3, -0.1, 0.0], speed_percent=3.0
+    )
     wait_until(lambda: cell.joint_1() > 2.0, 10.0, "a robot under way")
     cell.master.signal(signal.SIGKILL)
     cell.master.wait(5.0)
@@ -168,20 +210,45 @@ def master_killed(cell: MasterCell) -> list[Row]:
     begun = time.monotonic()
     with contextlib.suppress(AssertionError):
         wait_until(lambda: before <= cell.registrations(), 10.0, period=0.05)
-    assert before <= (there := cell.registrations()), f"not registered again: {sorted(before - there)}"
+    assert before <= (there := cell.registrations()), (
+        f"not registered again: {sorted(before - there)}"
+    )
     again = time.monotonic() - begun
     return [
-        Row("roscore killed", "robot goes on without it [deg]", 1.0, cell.joint_1() - away_at, at_least=True),
+        Row(
+            "roscore killed",
+            "robot goes on without it [deg]",
+            1.0,
+            cell.joint_1() - away_at,
+            at_least=True,
+        ),
         Row("roscore killed", "all topics and services registered again after [s]", AGAIN_S, again),
-        Row("roscore killed", "services that answer", 1.0, float("success: True" in cell.command("STOP")), at_least=True),
-        Row("roscore killed", "new subscribers that get data", 1.0, float(hears(cell)), at_least=True),
+        Row(
+            "roscore killed",
+            "services that answer",
+            1.0,
+            float("success: True" in cell.command("STOP")),
+            at_least=True,
+        ),
+        Row(
+            "roscore killed",
+            "new subscribers that get data",
+            1.0,
+            float(hears(cell)),
+            at_least=True,
+        ),
     ]
 
 
 def master_stopped(cell: MasterCell, seconds: float) -> list[Row]:
-    """SIGSTOP of the master: the pair goes on and new motion is followed; what needs the master is refused with the reason."""
+    """SIGSTOP of the master: the pair goes on and new motion is followed.
+
+    What needs the master is refused with the reason.
+    """
     cell.home()
-    line = websocket.create_connection(f"ws://127.0.0.1:{cell.gateway}", timeout=10.0, suppress_origin=True)
+    line = websocket.create_connection(
+        f"ws://127.0.0.1:{cell.gateway}", timeout=10.0, suppress_origin=True
+    )
     with contextlib.closing(line):
         for topic in ("twin/joint_states", "twin_controller/state"):
             line.send(json.dumps({"op": "subscribe", "topic": topic, "throttle_rate": 20}))
@@ -193,19 +260,29 @@ def master_stopped(cell: MasterCell, seconds: float) -> list[Row]:
     cell.pendant("abort")
     return [
         Row("roscore silent", "a call over the gateway is answered after [s]", 3.0, answered),
-        Row("roscore silent", "twin follows a program of the robot [deg]", 5.0, twin, at_least=True),
+        Row(
+            "roscore silent", "twin follows a program of the robot [deg]", 5.0, twin, at_least=True
+        ),
         Row("roscore silent", "times OFFLINE", 0.0, float(modes.count("OFFLINE"))),
     ]
 
 
-def _listen(line: websocket.WebSocket, seconds: float, pendant: Process) -> tuple[float, float, list[str]]:
-    """Call a service, listen; return when it was refused, how far the twin's joint 1 went [deg] and the modes seen.
+def _listen(
+    line: websocket.WebSocket, seconds: float, pendant: Process
+) -> tuple[float, float, list[str]]:
+    """Call a service, listen.
 
-    Listens from the beginning, since the gateway lets a client go that answers no pings, and for ``seconds`` after the pendant
-    has done its work.
+    Return when it was refused, how far the twin's joint 1 went [deg] and the modes seen.
+
+    Listens from the beginning, since the gateway lets a client go that answers no pings, and for
+    ``seconds`` after the pendant has done its work.
     """
     begun = time.monotonic()
-    line.send(json.dumps({"op": "call_service", "service": "/move_to", "args": {}, "id": "x", "timeout": 5.0}))
+    line.send(
+        json.dumps(
+            {"op": "call_service", "service": "/move_to", "args": {}, "id": "x", "timeout": 5.0}
+        )
+    )
     answered, furthest, modes = float("inf"), 0.0, [""]
     end = begun + seconds
     while time.monotonic() < end:
@@ -225,5 +302,6 @@ def _listen(line: websocket.WebSocket, seconds: float, pendant: Process) -> tupl
 def hears(cell: MasterCell) -> bool:
     """Return whether a subscriber that comes now gets a message of each side."""
     return all(
-        "header" in cell.tool("rostopic", "echo", "-n", "1", topic) for topic in ("/twin/joint_states", "/real/joint_states")
+        "header" in cell.tool("rostopic", "echo", "-n", "1", topic)
+        for topic in ("/twin/joint_states", "/real/joint_states")
     )

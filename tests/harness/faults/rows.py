@@ -7,18 +7,18 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from harness.running.repeats import ATTEMPTS, NOTES, Looks, excuse, first_words
+from harness.running.standstill import MACHINE
+
 
 @dataclass(frozen=True)
 class Row:
     """One line of the fault table.
 
-    Attributes:
-        fault: What was done.
-        metric: What was measured, with its unit.
-        limit: The largest value allowed, or the smallest if ``at_least``.
-        measured: The value.
-        at_least: The limit is a lower one.
-        always: No busy machine excuses a value beyond the limit: what may never happen, not even once.
+    Attributes: fault: What was done. metric: What was measured, with its unit. limit: The largest
+    value allowed, or the smallest if ``at_least``. measured: The value. at_least: The limit is a
+    lower one. always: No busy machine excuses a value beyond the limit: what may never happen, not
+    even once.
     """
 
     fault: str
@@ -37,7 +37,8 @@ class Row:
     def text(self) -> str:
         """One line for a person."""
         sign = ">=" if self.at_least else "<="
-        return f"{self.fault}: {self.metric} {self.measured:.4g} {sign} {self.limit:.4g}{'' if self.holds else '  BROKEN'}"
+        end = "" if self.holds else "  BROKEN"
+        return f"{self.fault}: {self.metric} {self.measured:.4g} {sign} {self.limit:.4g}{end}"
 
     def record(self) -> dict[str, Any]:
         """Return it for a JSON file, where infinity is no number."""
@@ -46,38 +47,50 @@ class Row:
 
 
 def check(measure: Callable[[], list[Row]]) -> None:
-    """Measure and print; fail if a row that must always hold is broken, or another one in every attempt."""
-    rows, _ = repeated(measure)
+    """Measure and print.
+
+    Fail if a row that must always hold is broken, or another one in every attempt.
+    """
+    rows, missed = repeated(measure)
+    for line in missed:
+        NOTES.add(line)
     assert rows, "nothing was measured"
     assert all(row.holds for row in rows), "\n".join(row.text for row in rows if not row.holds)
 
 
-def repeated(measure: Callable[[], list[Row]], attempts: int = 3) -> tuple[list[Row], list[str]]:
-    """Measure until all rows hold, at most ``attempts`` times; return the last rows, and for each repetition what was missed.
+def repeated(
+    measure: Callable[[], list[Row]], attempts: int = ATTEMPTS, looks: Looks = MACHINE
+) -> tuple[list[Row], list[str]]:
+    """Measure until all rows hold; return the last rows, and for each repetition what was missed.
 
-    Times are measured on a machine that does other things too: what the software cannot do it does in no attempt. A row
-    that must always hold is not given a second chance.
+    Times are measured on a machine that does other things too. So what failed is measured again,
+    ``attempts`` times at most, but only if the machine was seen to stand still meanwhile. A row
+    that must always hold has no second chance.
 
     Raises:
         AssertionError: The last attempt did not come to an end as described.
     """
     missed: list[str] = []
     while True:
-        last = len(missed) == attempts - 1
+        begun = looks.now()
         try:
             rows = measure()
         except AssertionError as error:
-            if last:
+            why = excuse(begun, looks)
+            if len(missed) == attempts - 1 or not why:
                 raise
-            missed.append(f"not measured: {error}")
+            missed.append(f"{why}; not measured: {first_words(error)}")
             print(missed[-1])
             continue
         for row in rows:
             print(row.text)
         broken = [row for row in rows if not row.holds]
-        if not broken or last or any(row.always for row in broken):
+        if not broken or len(missed) == attempts - 1 or any(row.always for row in broken):
             return rows, missed
-        missed.append("; ".join(row.text for row in broken))
+        why = excuse(begun, looks)
+        if not why:
+            return rows, missed
+        missed.append(f"{why}; {'; '.join(row.text for row in broken)}")
 
 
 def worst(rows: list[Row]) -> list[Row]:

@@ -1,1 +1,4 @@
-"""The other end of a wire, when it means no good: a robot and a twin that lie, clients that attack."""
+"""The other end of a wire, when it means no good.
+
+A robot and a twin that lie, clients that attack.
+"""

@@ -1,4 +1,7 @@
-"""Clients that mean no good, each to be run in a process of its own: attack(port, seconds, seed) -> what was sent."""
+"""Clients that mean no good, each to be run in a process of its own.
+
+Attack(port, seconds, seed) -> what was sent.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +24,9 @@ def handshake(port: int) -> socket.socket:
     """Open a web socket by hand; nothing is read but the answer's header."""
     line = socket.create_connection(("127.0.0.1", port), timeout=2.0)
     key = base64.b64encode(os.urandom(16)).decode()
-    request = f"GET / HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+    request = (
+        f"GET / HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+    )
     line.sendall(f"{request}Sec-WebSocket-Key: {key}\r\nSec-WebSocket-Version: 13\r\n\r\n".encode())
     answer = b""
     while b"\r\n\r\n" not in answer:
@@ -92,9 +97,13 @@ def nested(port: int, seconds: float, seed: int) -> int:
     rng, sent, end = Random(seed), 0, time.monotonic() + seconds
     while time.monotonic() < end:
         depth = rng.choice((100, 10_000, 500_000))
-        text = rng.choice((b"[" * depth + b"]" * depth, b'{"a":' * depth + b"1" + b"}" * depth, b"[" * depth))
+        text = rng.choice(
+            (b"[" * depth + b"]" * depth, b'{"a":' * depth + b"1" + b"}" * depth, b"[" * depth)
+        )
         with contextlib.suppress(OSError), handshake(port) as line:
-            line.sendall(frame(b'{"op":"publish","topic":"faults/deep","msg":{"data":' + text + b"}}"))
+            line.sendall(
+                frame(b'{"op":"publish","topic":"faults/deep","msg":{"data":' + text + b"}}")
+            )
             sent += 1
             time.sleep(0.02)
     return sent
@@ -103,7 +112,11 @@ def nested(port: int, seconds: float, seed: int) -> int:
 def slow_loris(port: int, seconds: float, seed: int) -> int:
     """Begin many handshakes and finish none, a byte at a time; begin anew what is closed."""
     lines: list[socket.socket] = []
-    begun, end, request = 0, time.monotonic() + seconds, b"GET / HTTP/1.1\r\nHost: x\r\nX-Slow: " + b"y" * 10_000
+    begun, end, request = (
+        0,
+        time.monotonic() + seconds,
+        b"GET / HTTP/1.1\r\nHost: x\r\nX-Slow: " + b"y" * 10_000,
+    )
     progress: dict[socket.socket, int] = {}
     while time.monotonic() < end:
         while len(lines) < MANY:
@@ -125,13 +138,21 @@ def slow_loris(port: int, seconds: float, seed: int) -> int:
 
 
 def stalled(port: int, seconds: float, seed: int) -> int:
-    """Subscribe to everything that is fast, with an endless queue, and never read; come again when thrown out."""
+    """Subscribe to everything that is fast, with an endless queue, and never read.
+
+    Come again when thrown out.
+    """
     begun, end = 0, time.monotonic() + seconds
     while time.monotonic() < end:
         with contextlib.suppress(OSError), handshake(port) as line:
             begun += 1
             line.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
-            for topic in (TOPIC, "real/ground_truth", "twin_controller/inputs", "joint_pose_controller/state"):
+            for topic in (
+                TOPIC,
+                "real/ground_truth",
+                "twin_controller/inputs",
+                "joint_pose_controller/state",
+            ):
                 line.sendall(packet(op="subscribe", topic=topic, queue_length=1_000_000))
             line.settimeout(0.2)
             while time.monotonic() < end:
@@ -141,7 +162,10 @@ def stalled(port: int, seconds: float, seed: int) -> int:
 
 
 def reader(port: int, seconds: float, seed: int) -> tuple[int, float]:
-    """Be an honest client; return how many joint states came in the time and the longest silence [s]."""
+    """Be an honest client.
+
+    Return how many joint states came in the time and the longest silence [s].
+    """
     import websocket
 
     line = websocket.create_connection(f"ws://127.0.0.1:{port}", timeout=5.0, suppress_origin=True)

@@ -9,16 +9,17 @@ from collections.abc import Callable
 from typing import Any
 
 import websocket
-from scara_simulation.gateway_config import GatewayConfig, load_gateway_config
-from scara_simulation.io.gateway_graph import Ask, GraphError
-from scara_simulation.io.gateway_server import GatewayServer
-from scara_simulation.rosbridge.audit import Entry
+from rosbridge_gateway.config import GatewayConfig, load_gateway_config
+from rosbridge_gateway.io.graph import Ask, GraphError
+from rosbridge_gateway.io.server import GatewayServer
+from rosbridge_gateway.protocol.audit import Entry
 
 from harness.workspace import ROOT
 
 DEADLINE = 5.0
 SHIPPED = load_gateway_config(ROOT / "config")
-TOKENS = {"look": "viewer", "drive": "operator"}
+TWIN_CONTROLLER = "twin-controller-of-the-tests-0123456789"
+TOKENS = {"look": "viewer", "drive": "operator", TWIN_CONTROLLER: "twin_controller"}
 
 
 class Call:
@@ -51,9 +52,23 @@ class Graph:
         self.done: queue.Queue[tuple[Any, ...]] = queue.Queue()
         self.calls: queue.Queue[Call] = queue.Queue()
         self.asks: dict[str, Ask] = {}
+        self.publishers: dict[str, list[str]] = {}
+        """Nodes that publish a topic natively."""
+        self.providers: dict[str, list[str]] = {}
+        """Nodes that offer a service natively."""
         self.audited: queue.Queue[tuple[str, Entry]] = queue.Queue()
 
-    def advertise(self, owner: int, topic: str, type_name: str | None, latch: bool, queue_size: int) -> None:
+    def publishing_nodes(self, topic: str) -> list[str]:
+        """Return what the test says."""
+        return self.publishers.get(topic, [])
+
+    def offering_nodes(self, service: str) -> list[str]:
+        """Return what the test says."""
+        return self.providers.get(service, [])
+
+    def advertise(
+        self, owner: int, topic: str, type_name: str | None, latch: bool, queue_size: int
+    ) -> None:
         """Know all types."""
         self.done.put(("advertise", owner, topic, type_name, latch, queue_size))
 
@@ -85,7 +100,9 @@ class Graph:
         self.calls.put(call)
         return call
 
-    def advertise_service(self, owner: int, service: str, type_name: str, ask: Ask, timeout: float) -> None:
+    def advertise_service(
+        self, owner: int, service: str, type_name: str, ask: Ask, timeout: float
+    ) -> None:
         """Keep the way to the client."""
         self.asks[service] = ask
         self.done.put(("advertise_service", owner, service, type_name))
@@ -136,7 +153,10 @@ class Client:
         return self.hear()
 
     def time(self) -> dict[str, Any]:
-        """Ask for the time: proves that the session lives and that all before has been performed."""
+        """Ask for the time.
+
+        Proves that the session lives and that all before has been performed.
+        """
         return self.ask(op="call_service", id="time", service="/rosapi/get_time")
 
 
@@ -150,7 +170,8 @@ class Cell:
         self._clients: list[websocket.WebSocket] = []
 
     def client(self, path: str = "", **options: Any) -> Client:
-        """Connect."""
+        """Connect; as a program does, without an origin, unless ``origin`` is given."""
+        options.setdefault("suppress_origin", "origin" not in options)
         url = f"ws://127.0.0.1:{self.server.port}/{path}"
         line = websocket.create_connection(url, timeout=DEADLINE, **options)
         self._clients.append(line)

@@ -1,12 +1,11 @@
-"""The core of joint_pose_controller, tick by tick, with a twin that is always exactly at its set point."""
+"""The core of joint_pose_controller, tick by tick, with a twin that is at its set point."""
 
 from __future__ import annotations
 
 import numpy as np
 from scara_config import load_robot
 from scara_control.config import load_motion
-from scara_control.motion.packets import Measurement, SetpointPacket
-from scara_control.motion.plan import JointMotion
+from scara_control.joint_motion import JointMotion, Setpoints
 from scara_control.motion.pose_control import PoseController
 
 ROBOT, CONFIG = load_robot(), load_motion()
@@ -48,7 +47,7 @@ class Bench:
         for _ in range(count):
             self.now += DT
             if self.measuring:
-                self.core.measure(Measurement(self.q, self.qdot, self.now))
+                self.core.measure(JointMotion.measured(self.q, self.qdot, self.now))
             packet = self.core.tick(self.now)
             if packet is not None:
                 self.packets.append(packet)
@@ -77,7 +76,7 @@ class Bench:
     def stream(self, q, qdot=(0.0,) * 4, names=NAMES, stamp=None):
         """Send one streamed point; return what is forwarded."""
         point = JointMotion(tuple(q), tuple(qdot), (0.0,) * len(names))
-        packet = SetpointPacket(names, (self.now if stamp is None else stamp,), (point,))
+        packet = Setpoints(names, (self.now if stamp is None else stamp,), (point,))
         passed = self.core.follow(packet, self.now)
         self.outcomes += self.core.take_outcomes()
         self.obey(passed)
@@ -90,5 +89,8 @@ class Bench:
 
 
 def smooth(setpoints):
-    """Say whether no velocity changes by more than acceleration times dt (5 % for the curve between)."""
+    """Return whether no velocity changes by more than acceleration times dt.
+
+    5 % more are allowed for the curve between.
+    """
     return (np.abs(np.diff([s.qdot for s in setpoints], axis=0)) <= ACCELERATION * DT * 1.05).all()

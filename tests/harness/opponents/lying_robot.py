@@ -1,8 +1,8 @@
 """A Modbus TCP server that lies: for each answer the truth is known, and so is every lie.
 
-The robot swings; what it says about an instant follows from its clock alone, so that any sample can be checked against the
-truth by its own clock. It lies often, but never twice in a row about the same thing: a robot that goes on telling the same
-lie cannot be found out.
+The robot swings; what it says about an instant follows from its clock alone, so that any sample can
+be checked against the truth by its own clock. It lies often, but never twice in a row about the
+same thing: a robot that goes on telling the same lie cannot be found out.
 """
 
 from __future__ import annotations
@@ -25,7 +25,10 @@ from harness.workspace import ROOT
 ROBOT: Robot = load_robot(ROOT / "config")
 LAYOUT: ModbusMap = load_modbus_map(ROOT / "config")
 SHARE = 0.35
-"""Of the positive half of each joint's range; the robot swings between 20 % and 90 % of it, so a sign is always wrong."""
+"""Of the positive half of each joint's range.
+
+The robot swings between 20 % and 90 % of it, so a sign is always wrong.
+"""
 PERIOD_S = 2.0
 LIES_EACH = 0.5
 
@@ -45,7 +48,10 @@ def truth(clock_ms: int) -> tuple[list[float], list[float]]:
 
 
 class LyingRobot:
-    """Serves FC2, FC3, FC5 and FC16 on a free port; a context manager. ``lies`` counts what was told."""
+    """Serves FC2, FC3, FC5 and FC16 on a free port; a context manager.
+
+    ``lies`` counts what was told.
+    """
 
     def __init__(self, seed: int, rate: float = LIES_EACH) -> None:
         """Lie with probability ``rate``."""
@@ -112,12 +118,20 @@ class LyingRobot:
     def _perhaps_lie(self, adu: bytes) -> bytes | None:
         self.answers += 1
         state = adu[7] == 3 and len(adu) > 90
-        if self.honest or self._lied[state] or self._rng.random() >= self._rate * (1.0 if state else 0.2):
+        if (
+            self.honest
+            or self._lied[state]
+            or self._rng.random() >= self._rate * (1.0 if state else 0.2)
+        ):
             self._lied[state] = False
             return adu
         self._lied[state] = True
         kinds = {**FRAMING, **VALUES} if state else FRAMING
-        name = self._rng.choice(sorted(VALUES)) if state and self._rng.random() < 0.9 else self._rng.choice(sorted(kinds))
+        name = (
+            self._rng.choice(sorted(VALUES))
+            if state and self._rng.random() < 0.9
+            else self._rng.choice(sorted(kinds))
+        )
         self.lies[name] += 1
         if name == "answer of the request before":
             return self._before
@@ -141,7 +155,9 @@ def _put_float(adu: bytearray, first: int, value: float) -> bytes:
 
 def _float_at(adu: bytearray, first: int) -> float:
     at = 9 + 2 * (first - 1001)
-    value: float = struct.unpack("<f", struct.pack("<2H", *struct.unpack(">2H", adu[at : at + 4])))[0]
+    value: float = struct.unpack("<f", struct.pack("<2H", *struct.unpack(">2H", adu[at : at + 4])))[
+        0
+    ]
     return value
 
 
@@ -165,9 +181,9 @@ def _flipped_sign(base: int) -> Lie:
 def _beyond(rng: Random, adu: bytearray) -> bytes:
     joint = rng.choice(ROBOT.joints)
     bound = rng.choice((joint.lower, joint.upper)) / joint.scale
-    outside = bound + math.copysign(0.01 + 0.5 * rng.random(), 1.0 if bound == joint.upper / joint.scale else -1.0) * (
-        (joint.upper - joint.lower) / joint.scale
-    )
+    outside = bound + math.copysign(
+        0.01 + 0.5 * rng.random(), 1.0 if bound == joint.upper / joint.scale else -1.0
+    ) * ((joint.upper - joint.lower) / joint.scale)
     return _put_float(adu, 1001 + 2 * (joint.axis_number - 1), outside)
 
 
@@ -212,14 +228,18 @@ def _header(at: int) -> Lie:
 FRAMING: dict[str, Lie] = {
     "wrong transaction": _header(1),
     "wrong protocol": _header(3),
-    "wrong length": lambda rng, adu: bytes(adu[:4] + struct.pack(">H", rng.choice((0, 1, 3, 700, 65535))) + adu[6:]),
+    "wrong length": lambda rng, adu: bytes(
+        adu[:4] + struct.pack(">H", rng.choice((0, 1, 3, 700, 65535))) + adu[6:]
+    ),
     "wrong unit": _header(6),
     "wrong function": _header(7),
     "wrong byte count": _header(8),
     "fewer registers": lambda rng, adu: _resized(rng, adu, -2 if adu[7] == 3 else -1),
     "more registers": lambda rng, adu: _resized(rng, adu, 2),
     "no registers": lambda rng, adu: _resized(rng, adu, -1000),
-    "exception": lambda rng, adu: bytes(adu[:4] + b"\0\3" + adu[6:7] + bytes((adu[7] | 0x80, rng.randint(1, 11)))),
+    "exception": lambda rng, adu: bytes(
+        adu[:4] + b"\0\3" + adu[6:7] + bytes((adu[7] | 0x80, rng.randint(1, 11)))
+    ),
     "truncated": lambda rng, adu: bytes(adu[: rng.randrange(1, len(adu))]),
     "twice": lambda rng, adu: bytes(adu + adu),
     "garbage": lambda rng, adu: rng.randbytes(rng.randint(1, 300)),
@@ -241,7 +261,9 @@ VALUES: dict[str, Lie] = {
     "position not valid": lambda rng, adu: _put_words(adu, 1019, rng.choice((0, 2, 65535))),
     "unknown control type": lambda rng, adu: _put_words(adu, 1040, rng.randint(3, 65535)),
     "unknown watchdog state": lambda rng, adu: _put_words(adu, 1043, rng.randint(3, 65535)),
-    "percent beyond 100": lambda rng, adu: _put_words(adu, rng.choice((1041, 1044)), rng.randint(101, 65535)),
+    "percent beyond 100": lambda rng, adu: _put_words(
+        adu, rng.choice((1041, 1044)), rng.randint(101, 65535)
+    ),
     "negative clock": lambda rng, adu: _put_words(adu, 1021, rng.randint(0x8000, 0xFFFF)),
     "shifted clock": _shifted_clock,
 }

@@ -1,4 +1,7 @@
-"""A web-socket server that lies about the twin: what is true at a stamp follows from the stamp alone."""
+"""A web-socket server that lies about the twin.
+
+What is true at a stamp follows from the stamp alone.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +34,10 @@ Damage = Callable[[Random, bytes], bytes]
 
 
 def truth(stamp: float) -> tuple[list[float], list[float]]:
-    """Return positions and speeds in SI at a stamp; the twin swings between 20 % and 90 % of one half of each range."""
+    """Return positions and speeds in SI at a stamp.
+
+    The twin swings between 20 % and 90 % of one half of each range.
+    """
     q, qdot = [], []
     for k, joint in enumerate(JOINTS):
         half = joint.upper if joint.upper > 0.0 else joint.lower
@@ -45,12 +51,25 @@ def true_message(stamp: float) -> Message:
     """Return a sensor_msgs/JointState as rosbridge carries it."""
     seconds = int(stamp)
     q, qdot = truth(seconds + round((stamp - seconds) * 1e9) * 1e-9)
-    header = {"seq": 0, "stamp": {"secs": seconds, "nsecs": round((stamp - seconds) * 1e9)}, "frame_id": ""}
-    return {"header": header, "name": [joint.name for joint in JOINTS], "position": q, "velocity": qdot, "effort": [0.0] * len(q)}
+    header = {
+        "seq": 0,
+        "stamp": {"secs": seconds, "nsecs": round((stamp - seconds) * 1e9)},
+        "frame_id": "",
+    }
+    return {
+        "header": header,
+        "name": [joint.name for joint in JOINTS],
+        "position": q,
+        "velocity": qdot,
+        "effort": [0.0] * len(q),
+    }
 
 
 class LyingTwin:
-    """Publishes joint states as fast as it can; a context manager. ``lies`` counts what was told, ``sent`` all packets."""
+    """Publishes joint states as fast as it can; a context manager.
+
+    ``lies`` counts what was told, ``sent`` all packets.
+    """
 
     def __init__(self, seed: int, rate: float = 0.5) -> None:
         """Lie with probability ``rate``, never twice in a row."""
@@ -128,15 +147,21 @@ CHANGES: dict[str, Change] = {
     "sign of a speed": _set("velocity", lambda rng, v, k: -v),
     "65535": _set("position", lambda rng, q, k: 65535),
     "degrees": _set("position", lambda rng, q, k: q * 180.0 / math.pi),
-    "beyond the range": _set("position", lambda rng, q, k: JOINTS[k].upper + 0.1 * (JOINTS[k].upper - JOINTS[k].lower)),
+    "beyond the range": _set(
+        "position", lambda rng, q, k: JOINTS[k].upper + 0.1 * (JOINTS[k].upper - JOINTS[k].lower)
+    ),
     "joint missing": lambda rng, m: m["name"].pop(),
     "joint twice": lambda rng, m: m["name"].__setitem__(0, m["name"][1]),
     "fewer positions": lambda rng, m: m["position"].pop(),
     "more speeds": lambda rng, m: m["velocity"].append(0.0),
     "no header": lambda rng, m: m.pop("header"),
     "shifted stamp": _shift,
-    "stamp of another type": lambda rng, m: m["header"].__setitem__("stamp", rng.choice((None, 7, "now", [1, 2], {"secs": 1}))),
-    "other order": lambda rng, m: m.update({field: m[field][::-1] for field in ("name", "position", "velocity", "effort")}),
+    "stamp of another type": lambda rng, m: m["header"].__setitem__(
+        "stamp", rng.choice((None, 7, "now", [1, 2], {"secs": 1}))
+    ),
+    "other order": lambda rng, m: m.update(
+        {field: m[field][::-1] for field in ("name", "position", "velocity", "effort")}
+    ),
 }
 DAMAGES: dict[str, Damage] = {
     "truncated": lambda rng, data: data[: rng.randrange(len(data))],

@@ -13,8 +13,9 @@ Written = tuple[int, int, tuple[int, ...]]
 class Robot:
     """Answers FC2, FC3, FC5 and FC16; keeps every write as (function, PDU address, values).
 
-    ``delay`` is the wire's [s]. ``fault`` makes it misbehave: silent, short, exception, transaction,
-    device, close, refuse_writes, write_function, write_address, write_count, write_level.
+    ``delay`` is the wire's [s]. ``fault`` makes it misbehave: silent, short, exception,
+    transaction, device, close, refuse_writes, write_function, write_address, write_count,
+    write_level.
     """
 
     def __init__(self, port: int = 0) -> None:
@@ -34,7 +35,9 @@ class Robot:
 
     def put_float(self, address: int, value: float) -> None:
         """Store a float32, low word first."""
-        self.words[address], self.words[address + 1] = struct.unpack("<2H", struct.pack("<f", value))
+        self.words[address], self.words[address + 1] = struct.unpack(
+            "<2H", struct.pack("<f", value)
+        )
 
     def close(self) -> None:
         """Drop all clients and stop listening."""

@@ -1,4 +1,7 @@
-"""Somebody near the robot, seen by a sensor that is a process of its own: what a test is busy with is no silence."""
+"""Somebody near the robot, seen by a sensor that is a process of its own.
+
+What a test is busy with is no silence.
+"""
 
 from __future__ import annotations
 
@@ -36,7 +39,9 @@ class Person:
         context = multiprocessing.get_context("spawn")
         self._line, far = context.Pipe()
         topic, frame = ros.name("people/nearest"), load_robot(ROOT / "config").base_frame
-        self._process = context.Process(target=_serve, args=(far, self._walks[0], topic, frame), daemon=True)
+        self._process = context.Process(
+            target=_serve, args=(far, self._walks[0], topic, frame), daemon=True
+        )
         self._process.start()
         far.close()
 
@@ -63,7 +68,9 @@ class Person:
 
     def at(self, stamp: float) -> Place:
         """Return where the person is at ``stamp`` (ROS time)."""
-        return place([walk for walk in self._walks if walk[0] <= stamp or walk is self._walks[0]][-1], stamp)
+        return place(
+            [walk for walk in self._walks if walk[0] <= stamp or walk is self._walks[0]][-1], stamp
+        )
 
     def _go(self, begin: Place, end: Place, speed: float) -> float:
         walk = (time.time(), begin, end, speed)
@@ -75,11 +82,16 @@ class Person:
 def place(walk: Walk, stamp: float) -> Place:
     """Return where somebody is on a straight walk at ``stamp``."""
     begun, begin, end, speed = walk
-    return walked(begin, end, speed, min(max(0.0, stamp - begun), math.dist(begin, end) / speed))  # and stays there
+    return walked(
+        begin, end, speed, min(max(0.0, stamp - begun), math.dist(begin, end) / speed)
+    )  # and stays there
 
 
 def _serve(line: Connection, walk: Walk | None, topic: str, frame: str) -> None:
-    """Publish where the person is until told to end; ``line`` brings new walks, or that nobody is seen."""
+    """Publish where the person is until told to end.
+
+    ``line`` brings new walks, or that nobody is seen.
+    """
     import rospy
     from geometry_msgs.msg import Point, PointStamped
 

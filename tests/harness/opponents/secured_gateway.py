@@ -1,4 +1,7 @@
-"""A real gateway that speaks TLS only and lets nobody in without a token; behind it stands no ROS."""
+"""A real gateway that speaks TLS only and lets nobody in without a token.
+
+Behind it stands no ROS.
+"""
 
 from __future__ import annotations
 
@@ -11,8 +14,8 @@ import msgspec
 from cryptography import x509
 from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
-from scara_simulation.gateway_config import load_gateway_config
-from scara_simulation.io.gateway_server import GatewayServer
+from rosbridge_gateway.config import load_gateway_config
+from rosbridge_gateway.io.server import GatewayServer
 
 from harness.workspace import ROOT
 
@@ -23,6 +26,14 @@ class NoGraph:
     def now(self) -> tuple[int, int]:
         """Return a time."""
         return 12, 34
+
+    def publishing_nodes(self, topic: str) -> list[str]:
+        """Return none."""
+        return []
+
+    def offering_nodes(self, service: str) -> list[str]:
+        """Return none."""
+        return []
 
     def __getattr__(self, name: str) -> Any:
         return lambda *args: None
@@ -40,7 +51,11 @@ class SecuredGateway:
         """Prepare; ``tokens`` are roles by token."""
         self.certificate, key = write_certificate(folder)
         config = msgspec.structs.replace(
-            load_gateway_config(ROOT / "config"), port=0, tls_certificate=self.certificate, tls_key=key, loopback_role=""
+            load_gateway_config(ROOT / "config"),
+            port=0,
+            tls_certificate=self.certificate,
+            tls_key=key,
+            loopback_role="",
         )
         self.log: list[str] = []
         self._server = GatewayServer(config, NoGraph(), "/", tokens, self.log.append)
@@ -60,12 +75,26 @@ def write_certificate(folder: Path) -> tuple[str, str]:
     key = ec.generate_private_key(ec.SECP256R1())
     name = x509.Name([x509.NameAttribute(x509.NameOID.COMMON_NAME, "127.0.0.1")])
     now = datetime.datetime.now(datetime.UTC)
-    builder = x509.CertificateBuilder().subject_name(name).issuer_name(name).public_key(key.public_key())
-    builder = builder.serial_number(1).not_valid_before(now).not_valid_after(now + datetime.timedelta(days=1))
-    builder = builder.add_extension(x509.SubjectAlternativeName([x509.IPAddress(ipaddress.ip_address("127.0.0.1"))]), False)
+    builder = (
+        x509.CertificateBuilder().subject_name(name).issuer_name(name).public_key(key.public_key())
+    )
+    builder = (
+        builder.serial_number(1)
+        .not_valid_before(now)
+        .not_valid_after(now + datetime.timedelta(days=1))
+    )
+    builder = builder.add_extension(
+        x509.SubjectAlternativeName([x509.IPAddress(ipaddress.ip_address("127.0.0.1"))]), False
+    )
     certificate = folder / "certificate.pem"
-    certificate.write_bytes(builder.sign(key, hashes.SHA256()).public_bytes(serialization.Encoding.PEM))
+    certificate.write_bytes(
+        builder.sign(key, hashes.SHA256()).public_bytes(serialization.Encoding.PEM)
+    )
     private = folder / "key.pem"
-    formats = (serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, serialization.NoEncryption())
+    formats = (
+        serialization.Encoding.PEM,
+        serialization.PrivateFormat.PKCS8,
+        serialization.NoEncryption(),
+    )
     private.write_bytes(key.private_bytes(*formats))
     return str(certificate), str(private)

@@ -1,1 +1,4 @@
-"""Wires that can be made to fail: damage to units of data, sensor noise, a relay in a process of its own."""
+"""Wires that can be made to fail.
+
+Damage to units of data, sensor noise, a relay in a process of its own.
+"""

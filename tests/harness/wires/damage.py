@@ -1,6 +1,9 @@
-"""What a bad line does to one unit of data: a fault takes a unit and returns the pieces that come out, each with a delay.
+"""What a bad line does to one unit of data.
 
-A fault is called for each unit with ``answers`` (it comes from the server). All chance comes from a generator with a seed.
+A fault takes a unit and returns the pieces that come out, each with a delay.
+
+A fault is called for each unit with ``answers`` (it comes from the server). All chance comes from a
+generator with a seed.
 """
 
 from __future__ import annotations
@@ -23,7 +26,10 @@ def passed(unit: bytes, answers: bool) -> list[Piece]:
 
 @dataclass
 class Delayed:
-    """Hold each unit back by ``delay`` [s] and up to ``jitter`` more; the order is kept unless ``jitter`` breaks it."""
+    """Hold each unit back by ``delay`` [s] and up to ``jitter`` more.
+
+    The order is kept unless ``jitter`` breaks it.
+    """
 
     delay: float
     jitter: float = 0.0
@@ -50,7 +56,10 @@ class Split:
 
 @dataclass
 class Sometimes:
-    """Do to an answer, with probability ``chance``, one of: duplicate, corrupt, truncate, drop, swap with the one before."""
+    """Do to an answer, with probability ``chance``, one of.
+
+    Duplicate, corrupt, truncate, drop, swap with the one before.
+    """
 
     rng: Random
     chance: float
@@ -74,7 +83,10 @@ class Sometimes:
 
 @dataclass
 class Tap:
-    """Let everything pass and remember when (ROS time) a question last held ``pattern``, as ``report["seen"]``."""
+    """Let everything pass and remember when a question last held ``pattern``.
+
+    ``report["seen"]`` tells it (ROS time).
+    """
 
     pattern: bytes
     report: dict[str, float] = field(default_factory=dict)
@@ -88,7 +100,10 @@ class Tap:
 
 
 def unmasked(unit: bytes) -> bytes:
-    """Return the payload of a client's web-socket text frame in clear; anything else as it is (RFC 6455 sec. 5.3)."""
+    """Return the payload of a client's web-socket text frame in clear.
+
+    Anything else as it is (RFC 6455 sec. 5.3).
+    """
     if unit[:1] not in (b"\x81", b"\x82") or len(unit) < 6 or not unit[1] & 0x80:
         return unit
     size = unit[1] & 0x7F

@@ -1,4 +1,7 @@
-"""Sensor noise on a wire: every position that a side reports is a little off, each time otherwise."""
+"""Sensor noise on a wire.
+
+Every position that a side reports is a little off, each time otherwise.
+"""
 
 from __future__ import annotations
 
@@ -57,5 +60,9 @@ class WebNoise:
             for name, q in zip(message["name"], message["position"])
         ]
         body = json.dumps(packet).encode()
-        head = bytes((0x81, len(body))) if len(body) < 126 else struct.pack(">BBH", 0x81, 126, len(body))
+        head = (
+            bytes((0x81, len(body)))
+            if len(body) < 126
+            else struct.pack(">BBH", 0x81, 126, len(body))
+        )
         return [(0.0, head + body)]

@@ -1,4 +1,4 @@
-"""A TCP relay between a client and a server that can be made to fail, in every way in which a network does.
+"""A TCP relay between a client and a server that fails in every way in which a network does.
 
 ``Proxy(target)`` listens on a port of its own and relays to ``target``. While it runs::
 
@@ -8,7 +8,8 @@
     proxy.fault = Delayed(0.05)          # every unit; what a unit is says ``units``
     proxy.fault = Both(Corrupted(rng, 0.01), Split())
 
-A unit is what one ``recv`` returned, or one Modbus ADU (``modbus_units``), or one web-socket frame (``websocket_units``).
+A unit is what one ``recv`` returned, or one Modbus ADU (``modbus_units``), or one web-socket frame
+(``websocket_units``).
 """
 
 from __future__ import annotations
@@ -58,7 +59,7 @@ def websocket_units(buffer: bytearray) -> list[bytes]:
 
 
 def _frame_size(buffer: bytearray) -> int:
-    """Return how many bytes the first frame takes, 0 while that is not known (RFC 6455 sec. 5.2)."""
+    """Return the bytes of the first frame, 0 while unknown (RFC 6455 sec. 5.2)."""
     if len(buffer) < 10 and (len(buffer) < 2 or buffer[1] & 0x7F >= 126):
         return 0
     if bytes(buffer[:4]) in (b"GET ", b"HTTP"):
@@ -119,7 +120,10 @@ class Proxy:
         return time.monotonic()
 
     def freeze(self, on: bool) -> float:
-        """Let nothing pass, not even an end of connection; or let all pass that has waited. Return when."""
+        """Let nothing pass, not even an end of connection; or let all pass that has waited.
+
+        Return when.
+        """
         now = time.monotonic()
         (self._moving.clear if on else self._moving.set)()
         return now
@@ -152,7 +156,9 @@ class Proxy:
         self._lines[:] = [line for line in self._lines if line.open]
         self._lines.append(_Line(self, client, server))
 
-    def carry(self, source: socket.socket, put: Callable[[list[Piece]], None], answers: bool) -> None:
+    def carry(
+        self, source: socket.socket, put: Callable[[list[Piece]], None], answers: bool
+    ) -> None:
         """Read units from ``source`` and hand on what the fault makes of them, until its end."""
         buffer = bytearray()
         while True:
@@ -211,7 +217,10 @@ class _Outbox:
         now = time.monotonic()
         with self._changed:
             if pieces is None:
-                heapq.heappush(self._due, (max([now, *(due for due, _, _ in self._due)]), next(self._numbers), None))
+                heapq.heappush(
+                    self._due,
+                    (max([now, *(due for due, _, _ in self._due)]), next(self._numbers), None),
+                )
             for delay, data in pieces or []:
                 heapq.heappush(self._due, (now + delay, next(self._numbers), data))
             self._changed.notify()

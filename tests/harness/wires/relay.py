@@ -1,4 +1,7 @@
-"""A proxy in a process of its own: what the test itself is busy with must not look like a slow line."""
+"""A proxy in a process of its own.
+
+What the test itself is busy with must not look like a slow line.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +10,8 @@ import multiprocessing
 import threading
 from multiprocessing.connection import Connection
 from typing import Any, Self
+
+from scara_ros.io.scheduling import go_first
 
 from harness.wires.damage import Fault
 from harness.wires.proxy import Proxy, Units
@@ -77,7 +82,11 @@ class Relay:
 
 
 def _serve(line: Connection, target: int, units: Units) -> None:
-    """Run the proxy until the other end of ``line`` closes."""
+    """Run the proxy until the other end of ``line`` closes.
+
+    A busy machine shall not make the line slower than it is meant to be.
+    """
+    go_first()
     with Proxy(target, units) as proxy, contextlib.suppress(EOFError, OSError):
         line.send(proxy.port)
         while True:

@@ -29,23 +29,36 @@ def twin(ros: Ros) -> Any:
 
 
 def test_camera_draws_the_joints_it_hears_and_says_where_it_stands(ros: Ros, twin: Any) -> None:
-    """Size and rate by parameters; picture and intrinsics carry the stamp of the joints; nothing is drawn for nobody."""
+    """Size and rate by parameters; picture and intrinsics carry the stamp of the joints.
+
+    Nothing is drawn for nobody.
+    """
     from diagnostic_msgs.msg import DiagnosticArray
     from sensor_msgs.msg import CameraInfo, Image
     from tf2_msgs.msg import TFMessage
 
     reports = ros.collect("/diagnostics", DiagnosticArray)
     places = ros.collect("/tf_static", TFMessage)
-    node = ros.run("scara_simulation", "camera", "_width_px:=160", "_height_px:=120", "_frame_rate_hz:=20")
+    node = ros.run(
+        "scara_simulation", "camera", "_width_px:=160", "_height_px:=120", "_frame_rate_hz:=20"
+    )
 
     def said(text: str) -> bool:
         assert node.poll() is None, node.tail()
-        return any(text in status.message for report in reports for status in report.status if status.name == "camera: pictures")
+        return any(
+            text in status.message
+            for report in reports
+            for status in report.status
+            if status.name == "camera: pictures"
+        )
 
     wait_until(lambda: said("nobody looks"), 30.0, "a camera that rests")
     wait_until(lambda: bool(places), 10.0, "the camera's frame")
     (place,) = places[0].transforms
-    images, infos = ros.collect("camera/image_raw", Image), ros.collect("camera/camera_info", CameraInfo)
+    images, infos = (
+        ros.collect("camera/image_raw", Image),
+        ros.collect("camera/camera_info", CameraInfo),
+    )
 
     def picture(q: float, seconds: int) -> Any:
         def drawn() -> bool:

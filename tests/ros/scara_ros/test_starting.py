@@ -46,8 +46,13 @@ print("ended in order")
 
 
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
-def test_signal_in_the_middle_of_publishing_ends_the_node(ros: Ros, tmp_path: Path, name: str) -> None:
-    """The lock that publishing holds is the one that closing the connection needs; rospy's own handler waits for ever."""
+def test_signal_in_the_middle_of_publishing_ends_the_node(
+    ros: Ros, tmp_path: Path, name: str
+) -> None:
+    """The lock that publishing holds is the one that closing the connection needs.
+
+    Rospy's own handler waits for ever.
+    """
     script = tmp_path / "busy.py"
     script.write_text(BUSY.replace("{name}", name), encoding="utf-8")
     node = ros.stage.start(sys.executable, str(script))
@@ -58,12 +63,20 @@ def test_signal_in_the_middle_of_publishing_ends_the_node(ros: Ros, tmp_path: Pa
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize(
     ("package", "name"),
-    [("scara_control", "kinematics_server"), ("twin_controller", "recorder"), ("scara_simulation", "gateway")],
+    [
+        ("scara_control", "kinematics_server"),
+        ("cell_recorder", "recorder"),
+        ("rosbridge_gateway", "gateway"),
+    ],
 )
-def test_signal_ends_the_waiting_for_a_master(ros: Ros, package: str, name: str, number: signal.Signals) -> None:
+def test_signal_ends_the_waiting_for_a_master(
+    ros: Ros, package: str, name: str, number: signal.Signals
+) -> None:
     """Any order of start works; what waits can be ended."""
     uri = f"http://127.0.0.1:{ros.free_port()}"
     node = ros.run(package, name, env={"ROS_MASTER_URI": uri})
-    ros.wait_until(lambda: f"{name}: no roscore at {uri}: waiting for it" in node.output, 20.0, "the remark")
+    ros.wait_until(
+        lambda: f"{name}: no roscore at {uri}: waiting for it" in node.output, 20.0, "the remark"
+    )
     node.signal(number)
     assert node.wait(10.0) == 0, node.tail()

@@ -24,14 +24,23 @@ def main() -> None:
     client = actionlib.SimpleActionClient("joint_trajectory_action", FollowJointTrajectoryAction)
     if not client.wait_for_server(rospy.Duration(20)):
         sys.exit("no joint_trajectory_action")
-    point = JointTrajectoryPoint(positions=positions, time_from_start=rospy.Duration.from_sec(seconds))
+    point = JointTrajectoryPoint(
+        positions=positions, time_from_start=rospy.Duration.from_sec(seconds)
+    )
     goal = FollowJointTrajectoryGoal(trajectory=JointTrajectory(joint_names=NAMES, points=[point]))
     feedback: list[float] = []
-    client.send_goal(goal, feedback_cb=lambda message: feedback.append(max(map(abs, message.error.positions))))
+    client.send_goal(
+        goal, feedback_cb=lambda message: feedback.append(max(map(abs, message.error.positions)))
+    )
     if not client.wait_for_result(rospy.Duration(60)):
         sys.exit("no result")
     result = client.get_result()
-    ended = {"state": client.get_state(), "code": result.error_code, "text": result.error_string, "feedback": len(feedback)}
+    ended = {
+        "state": client.get_state(),
+        "code": result.error_code,
+        "text": result.error_string,
+        "feedback": len(feedback),
+    }
     print("ended " + json.dumps(ended), flush=True)
 
 

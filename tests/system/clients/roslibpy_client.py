@@ -1,4 +1,6 @@
-"""An unmodified roslibpy client, in a process of its own: subscribe to /twin/joint_states, call /move_to.
+"""An unmodified roslibpy client, in a process of its own.
+
+Subscribe to /twin/joint_states, call /move_to.
 
 Usage: roslibpy_client.py PORT. Prints one line of JSON.
 """

@@ -1,24 +1,44 @@
-"""One breakable cell for all fault tests of a file; each test leaves it idle."""
+"""One breakable cell for the fault tests of a group; each test leaves it idle."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
 from random import Random
 
 import pytest
 from harness.faults.fault_cell import FaultCell
 from harness.ros import Master, Ros
+from harness.running.shared import close, shared
 
 
-@pytest.fixture(scope="module")
-def fault_cell(ros_master: Master, tmp_path_factory: pytest.TempPathFactory) -> Iterator[FaultCell]:
-    """Give a running cell with a relay on both wires of the twin controller."""
-    ros = Ros(ros_master, tmp_path_factory.mktemp("faults"), "faults")
+@contextmanager
+def breakable_cell(master: Master, folder: Path) -> Iterator[FaultCell]:
+    """Give a running cell, and end it."""
+    ros = Ros(master, folder, "faults")
     try:
         with FaultCell(ros) as cell:
             yield cell
     finally:
         ros.close()
+
+
+@pytest.fixture(scope="session")
+def master_of_the_cell(ros_master: Master) -> Iterator[Master]:
+    """Give the master; what the group shares ends before it, also at the end of the run."""
+    yield ros_master
+    close()
+
+
+@pytest.fixture(scope="module")
+def fault_cell(master_of_the_cell: Master, tmp_path_factory: pytest.TempPathFactory) -> FaultCell:
+    """Give a running cell with a relay on both wires; the group shares it."""
+    made: FaultCell = shared(
+        "breakable cell",
+        lambda: breakable_cell(master_of_the_cell, tmp_path_factory.mktemp("faults")),
+    )
+    return made
 
 
 @pytest.fixture

@@ -14,6 +14,11 @@ pytestmark = pytest.mark.system
 
 
 @pytest.mark.parametrize("attack", ATTACKS)
-def test_attack_on_the_gateway_costs_the_others_nothing(cell: FaultCell, rng: Random, attack: str) -> None:
-    """Floods, 10 MB, depth, slow handshakes, a client that never reads: memory bounded, no link lost."""
+def test_attack_on_the_gateway_costs_the_others_nothing(
+    cell: FaultCell, rng: Random, attack: str
+) -> None:
+    """Floods, 10 MB, depth, slow handshakes, a client that never reads.
+
+    Memory bounded, no link lost.
+    """
     check(lambda: attacked(cell, attack, rng, 3.5))

@@ -1,4 +1,7 @@
-"""The two wires of the twin controller fail in every way; each test states what may happen and within which time."""
+"""The two wires of the twin controller fail in every way.
+
+Each test states what may happen and within which time.
+"""
 
 from __future__ import annotations
 
@@ -14,13 +17,20 @@ SIDES = pytest.mark.parametrize("side", ["real", "twin"])
 
 
 @SIDES
-def test_half_open_line_is_found_and_the_robot_stands(cell: FaultCell, side: str, rng: Random) -> None:
-    """Modbus within 0.1 s, the web socket within 0.25 s; the robot stands 0.2 s and a ramp later; nothing is replayed."""
+def test_half_open_line_is_found_and_the_robot_stands(
+    cell: FaultCell, side: str, rng: Random
+) -> None:
+    """Modbus within 0.1 s, the web socket within 0.25 s.
+
+    The robot stands 0.2 s and a ramp later; nothing is replayed.
+    """
     check(lambda: link_faults.frozen(cell, side, rng))
 
 
 @SIDES
-def test_line_that_is_cut_stops_the_robot_and_nothing_goes_on_by_itself(cell: FaultCell, side: str, rng: Random) -> None:
+def test_line_that_is_cut_stops_the_robot_and_nothing_goes_on_by_itself(
+    cell: FaultCell, side: str, rng: Random
+) -> None:
     """After the reconnect the pair aligns and stands, until somebody gives a new command."""
     check(lambda: link_faults.cut(cell, side, rng))
 
@@ -33,17 +43,22 @@ def test_peer_that_refuses_is_found_again(cell: FaultCell, side: str, rng: Rando
 
 @SIDES
 def test_slow_line_loses_nothing(cell: FaultCell, side: str, rng: Random) -> None:
-    """4 to 10 ms more for each of the robot's answers, 10 to 20 ms each way to the twin, are below every time-out."""
+    """4 to 10 ms more for each answer, 10 to 20 ms each way to the twin: no time-out."""
     check(lambda: link_faults.slow_line(cell, side, rng))
 
 
 @SIDES
-def test_bytes_that_come_one_by_one_are_put_together(cell: FaultCell, side: str, rng: Random) -> None:
+def test_bytes_that_come_one_by_one_are_put_together(
+    cell: FaultCell, side: str, rng: Random
+) -> None:
     """Segments are no packets."""
     check(lambda: link_faults.byte_by_byte(cell, side, rng))
 
 
 @SIDES
 def test_damaged_answers_move_nothing(cell: FaultCell, side: str, rng: Random) -> None:
-    """Duplicated, corrupted, truncated, dropped and swapped units: no leader, no motion, idle again afterwards."""
+    """Duplicated, corrupted, truncated, dropped and swapped units.
+
+    No leader, no motion, idle again afterwards.
+    """
     check(lambda: link_faults.damaged(cell, side, rng, 4.0))

@@ -13,12 +13,20 @@ pytestmark = pytest.mark.system
 
 
 def test_robot_stands_when_the_controller_is_killed(cell: FaultCell, rng: Random) -> None:
-    """Within 0.2 s and its ramp; a new controller reads a baseline, aligns the twin, and moves nothing."""
+    """Within 0.2 s and its ramp.
+
+    A new controller reads a baseline, aligns the twin, and moves nothing.
+    """
     check(lambda: process_faults.controller_killed(cell, rng))
 
 
-def test_watchdog_ends_the_robots_own_program_when_the_controller_is_killed(cell: FaultCell, rng: Random) -> None:
-    """A robot whose twin controller is gone moves without supervision: it stops itself, within 0.2 s and its ramp."""
+def test_watchdog_ends_the_robots_own_program_when_the_controller_is_killed(
+    cell: FaultCell, rng: Random
+) -> None:
+    """A robot whose twin controller is gone moves without supervision.
+
+    It stops itself, within 0.2 s and its ramp.
+    """
     check(lambda: process_faults.controller_killed_under_a_program(cell, rng))
 
 
@@ -27,8 +35,13 @@ def test_controller_that_was_stopped_replays_nothing(cell: FaultCell, rng: Rando
     check(lambda: process_faults.controller_stopped(cell, rng))
 
 
-def test_twin_stops_when_the_robot_is_gone_and_aligns_slowly_to_a_new_one(cell: FaultCell, rng: Random) -> None:
-    """Found within 0.1 s; the new robot stands elsewhere, and the twin goes there at a tenth of its speed."""
+def test_twin_stops_when_the_robot_is_gone_and_aligns_slowly_to_a_new_one(
+    cell: FaultCell, rng: Random
+) -> None:
+    """Found within 0.1 s.
+
+    The new robot stands elsewhere, and the twin goes there at a tenth of its speed.
+    """
     check(lambda: process_faults.emulator_killed(cell, rng))
 
 
@@ -39,8 +52,19 @@ def test_robot_that_was_silent_stands_when_it_speaks_again(cell: FaultCell, rng:
 
 @pytest.mark.parametrize(
     ("node", "how"),
-    [("gateway", "kill"), ("gateway", "stop"), ("simulator", "kill"), ("simulator", "stop"), ("joint_pose_controller", "kill")],
+    [
+        ("gateway", "kill"),
+        ("gateway", "stop"),
+        ("simulator", "kill"),
+        ("simulator", "stop"),
+        ("joint_pose_controller", "kill"),
+    ],
 )
-def test_robot_stands_when_a_node_of_the_twin_is_gone(cell: FaultCell, rng: Random, node: str, how: str) -> None:
-    """Noticed within 0.25 s, whichever node it is; the cell comes back with the node, and stands."""
+def test_robot_stands_when_a_node_of_the_twin_is_gone(
+    cell: FaultCell, rng: Random, node: str, how: str
+) -> None:
+    """Noticed within 0.25 s, whichever node it is.
+
+    The cell comes back with the node, and stands.
+    """
     check(lambda: process_faults.twin_side_gone(cell, node, how, rng))

@@ -1,4 +1,4 @@
-"""A cell goes on without its ROS master, and is found by everybody again when there is a new one."""
+"""A cell goes on without its ROS master; a new one makes it known to everybody again."""
 
 from __future__ import annotations
 
@@ -18,8 +18,13 @@ def master_cell(tmp_path_factory: pytest.TempPathFactory) -> Iterator[MasterCell
         yield cell
 
 
-def test_new_master_knows_all_topics_and_services_within_two_seconds(master_cell: MasterCell) -> None:
-    """Nodes outlive their master, a running move too; rospy alone would never register a service again."""
+def test_new_master_knows_all_topics_and_services_within_two_seconds(
+    master_cell: MasterCell,
+) -> None:
+    """Nodes outlive their master, a running move too.
+
+    Rospy alone would never register a service again.
+    """
     check(lambda: master_killed(master_cell))
 
 

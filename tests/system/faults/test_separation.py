@@ -1,4 +1,4 @@
-"""Somebody walks up to the robots, stands beside them, or is not seen any more, where separation is monitored."""
+"""Somebody walks up to the robots of a live cell that monitors separation."""
 
 from __future__ import annotations
 
@@ -16,33 +16,30 @@ pytestmark = pytest.mark.system
 
 
 @pytest.fixture(scope="module")
-def person_and_cell(ros_master: Master, tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Person, FaultCell]]:
+def person_and_cell(
+    ros_master: Master, tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[tuple[Person, FaultCell]]:
     """Give a cell that monitors separation, and the person."""
     folder = tmp_path_factory.mktemp("separation")
     ros = Ros(ros_master, folder, "separation")
     try:
-        with Person(ros) as person, FaultCell(ros, person_faults.monitored(folder / "config")) as cell:
+        with (
+            Person(ros) as person,
+            FaultCell(ros, person_faults.monitored(folder / "config")) as cell,
+        ):
             yield person, cell
     finally:
         ros.close()
 
 
-@pytest.mark.parametrize("leader", ["real", "operator"])
 def test_robot_stands_before_somebody_who_walks_in_reaches_it(
-    person_and_cell: tuple[Person, FaultCell], rng: Random, leader: str
+    person_and_cell: tuple[Person, FaultCell], rng: Random
 ) -> None:
-    """Both pause; RESUME is refused while the person is near, nothing goes on by itself afterwards, RESUME ends the move."""
+    """Both pause; RESUME is refused while the person is near.
+
+    Nothing goes on by itself afterwards; RESUME ends the move. Here a real sensor tells it over a
+    real topic; every other scene with a person is played in virtual time, in
+    tests/virtual_time/test_separation.py, and live in ``./cell bench --faults``.
+    """
     person, cell = person_and_cell
-    check(lambda: person_faults.walks_in(cell, person, leader, rng))
-
-
-def test_robot_is_slow_enough_beside_somebody_who_stands_by(person_and_cell: tuple[Person, FaultCell], rng: Random) -> None:
-    """At each instant of the move the protective distance at the robot's speed is less than the distance."""
-    person, cell = person_and_cell
-    check(lambda: person_faults.stands_by(cell, person, rng))
-
-
-def test_silent_sensor_counts_as_a_person_at_the_robot(person_and_cell: tuple[Person, FaultCell]) -> None:
-    """The pair stops, refuses moves with the reason, and does not go on when the sensor sees again."""
-    person, cell = person_and_cell
-    check(lambda: person_faults.sensor_silent(cell, person))
+    check(lambda: person_faults.walks_in(cell, person, "operator", rng))

@@ -25,7 +25,10 @@ def distance(a: tuple[float, float, float], b: tuple[float, float, float]) -> fl
 
 
 def test_cell_starts_at_home_and_mbpoll_reads_the_joints_of_the_robot(live_cell: LiveCell) -> None:
-    """A Modbus client that shares no code with the project reads POS[0] as float32 in deg and mm: position 1."""
+    """A Modbus client that shares no code with the project reads POS[0] as float32 in deg and mm.
+
+    Position 1.
+    """
     joints = live_cell.real_joints()
     assert len(joints) == 9
     assert joints == pytest.approx([0.0, 0.0, -160.0, 0, 0, 0, 0, 0, 0], abs=0.02)
@@ -33,16 +36,24 @@ def test_cell_starts_at_home_and_mbpoll_reads_the_joints_of_the_robot(live_cell:
 
 @pytest.mark.parametrize("name", POSITIONS)
 def test_move_to_moves_the_twin_there_and_the_robot_follows(live_cell: LiveCell, name: str) -> None:
-    """The article's positions, by `rosservice call /move_to`, with both at the target within 0.2 % of reach."""
+    """`rosservice call /move_to` brings both to the article's positions, within 0.2 % of reach."""
 
     def scene() -> None:
         x, y, z = POSITIONS[name]
         answer = live_cell.call("/move_to", f"{{x: {x}, y: {y}, z: {z}}}")
         assert answer["success"], answer
         q1, q2, q3 = answer["joint_positions"][:3]
-        assert distance(forward([math.degrees(q1), math.degrees(q2), q3 * 1000.0]), (x, y, z)) < TOLERANCE
+        assert (
+            distance(forward([math.degrees(q1), math.degrees(q2), q3 * 1000.0]), (x, y, z))
+            < TOLERANCE
+        )
         assert answer["error"] < TOLERANCE
-        wait_until(lambda: distance(live_cell.real_tool(), (x, y, z)) < TOLERANCE, 10.0, f"the robot at {name}", period=0.1)
+        wait_until(
+            lambda: distance(live_cell.real_tool(), (x, y, z)) < TOLERANCE,
+            10.0,
+            f"the robot at {name}",
+            period=0.1,
+        )
         wait_until(lambda: live_cell.mode() == "IDLE", 10.0, "mode IDLE", period=0.1)
 
     live_cell.beside_lost_links(scene)
@@ -58,23 +69,34 @@ def test_move_to_out_of_reach_is_refused_with_a_reason(live_cell: LiveCell) -> N
 
 
 def test_kinematics_agree_with_the_reading_of_the_real_controller(live_cell: LiveCell) -> None:
-    """J = (19.62, 79.60, -18.17 mm, -98.26) reads X 281.58, Y 413.66, Z 141.83, righty, printed with 2 decimals.
+    """J = (19.62, 79.60, -18.17 mm, -98.26) reads X 281.58, Y 413.66, Z 141.83, righty.
 
-    Forwards, half a digit of the printed angles is up to 0.07 mm at the tool; backwards, where the rounding of the input
-    counts less, all joints agree digit for digit.
+    It prints 2 decimals. Forwards, half a digit of the printed angles is up to 0.07 mm at the tool;
+    backwards, where the rounding of the input counts less, all joints agree digit for digit.
     """
     q = [math.radians(19.62), math.radians(79.60), -0.01817, math.radians(-98.26)]
     forwards = live_cell.call("/forward_kinematics", f"{{joint_positions: {q}}}")
     assert forwards["success"], forwards
-    assert [1000.0 * forwards[axis] for axis in "xyz"] == pytest.approx([281.58, 413.66, 141.83], abs=0.07)
+    assert [1000.0 * forwards[axis] for axis in "xyz"] == pytest.approx(
+        [281.58, 413.66, 141.83], abs=0.07
+    )
     assert forwards["elbow"] == "righty"
-    backwards = live_cell.call("/inverse_kinematics", "{x: 0.28158, y: 0.41366, z: 0.14183, elbow: righty}")
+    backwards = live_cell.call(
+        "/inverse_kinematics", "{x: 0.28158, y: 0.41366, z: 0.14183, elbow: righty}"
+    )
     q1, q2, q3 = backwards["joint_positions"]
-    assert [round(math.degrees(q1), 2), round(math.degrees(q2), 2), round(1000.0 * q3, 2)] == [19.62, 79.60, -18.17]
+    assert [round(math.degrees(q1), 2), round(math.degrees(q2), 2), round(1000.0 * q3, 2)] == [
+        19.62,
+        79.60,
+        -18.17,
+    ]
 
 
 def test_unmodified_roslibpy_client_subscribes_and_calls(live_cell: LiveCell) -> None:
-    """The gateway speaks rosbridge v2: somebody else's client reads joint states and moves the twin."""
+    """The gateway speaks rosbridge v2.
+
+    Somebody else's client reads joint states and moves the twin.
+    """
 
     def scene() -> None:
         output = live_cell.tool(sys.executable, str(ROSLIBPY_CLIENT), str(live_cell.gateway_port))
@@ -84,7 +106,10 @@ def test_unmodified_roslibpy_client_subscribes_and_calls(live_cell: LiveCell) ->
         assert seen["success"] is True and seen["error"] < TOLERANCE
         assert seen["refused"]["success"] is False and seen["refused"]["message"]
         wait_until(
-            lambda: distance(live_cell.real_tool(), tuple(seen["target"])) < TOLERANCE, 10.0, "the robot there", period=0.1
+            lambda: distance(live_cell.real_tool(), tuple(seen["target"])) < TOLERANCE,
+            10.0,
+            "the robot there",
+            period=0.1,
         )
         wait_until(lambda: live_cell.mode() == "IDLE", 10.0, "mode IDLE", period=0.1)
 
@@ -92,7 +117,10 @@ def test_unmodified_roslibpy_client_subscribes_and_calls(live_cell: LiveCell) ->
 
 
 def test_program_of_the_robot_moves_the_twin(live_cell: LiveCell) -> None:
-    """A program started on the robot's own pendant makes the real robot the leader; at its end both agree."""
+    """A program started on the robot's own pendant makes the real robot the leader.
+
+    At its end both agree.
+    """
 
     def scene() -> None:
         live_cell.tool("rosrun", "fanuc_emulator", "pendant", "override", "100")
@@ -111,14 +139,17 @@ def test_program_of_the_robot_moves_the_twin(live_cell: LiveCell) -> None:
 def test_stop_of_the_operator_stops_both_sides(live_cell: LiveCell) -> None:
     """A running move is aborted with a text, both stand, and a new command leads out of it.
 
-    From position 1 joint 2 turns by 126 deg, which takes 18 s at 1 %: time for a tool that is started on a busy machine.
+    From position 1 joint 2 turns by 126 deg, which takes 18 s at 1 %: time for a tool that is
+    started on a busy machine.
     """
 
     def scene() -> None:
         assert live_cell.call("/move_to", "{x: 0.65, y: 0.0, z: 0.0}")["success"]
         wait_until(lambda: live_cell.mode() == "IDLE", 10.0, "mode IDLE", period=0.1)
         x, y, z = 0.30, 0.0, 0.0
-        move = live_cell.stage.start("rosservice", "call", "/move_to", f"{{x: {x}, y: {y}, z: {z}, speed_percent: 1}}")
+        move = live_cell.stage.start(
+            "rosservice", "call", "/move_to", f"{{x: {x}, y: {y}, z: {z}, speed_percent: 1}}"
+        )
         wait_until(lambda: live_cell.mode() == "TWIN_LEADS", 15.0, "TWIN_LEADS", period=0.05)
         assert live_cell.call("/twin_controller/command", "{command: STOP}")["success"]
         move.wait(20.0)
@@ -129,6 +160,11 @@ def test_stop_of_the_operator_stops_both_sides(live_cell: LiveCell) -> None:
         assert live_cell.real_joints() == pytest.approx(first, abs=0.02)
         home = live_cell.call("/move_to", "{x: 0.65, y: 0.0, z: 0.0}")
         assert home["success"], home
-        wait_until(lambda: distance(live_cell.real_tool(), (0.65, 0.0, 0.0)) < TOLERANCE, 10.0, "home again", period=0.1)
+        wait_until(
+            lambda: distance(live_cell.real_tool(), (0.65, 0.0, 0.0)) < TOLERANCE,
+            10.0,
+            "home again",
+            period=0.1,
+        )
 
     live_cell.beside_lost_links(scene)

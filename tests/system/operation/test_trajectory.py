@@ -1,4 +1,7 @@
-"""Trajectories of a plain actionlib client in the whole cell: the real robot follows, the pair comes to rest."""
+"""Trajectories of a plain actionlib client in the whole cell.
+
+The real robot follows, the pair comes to rest.
+"""
 
 from __future__ import annotations
 
@@ -36,7 +39,10 @@ def decisions(cell: LiveCell) -> list[str]:
 
 
 def test_the_real_robot_follows_a_trajectory_of_the_twin(live_cell: LiveCell) -> None:
-    """The client reads success, the robot's registers show the goal, and the pair is idle: the end was no stop."""
+    """The client reads success, the robot's registers show the goal, and the pair is idle.
+
+    The end was no stop.
+    """
 
     def scene() -> None:
         before = decisions(live_cell)
@@ -48,7 +54,9 @@ def test_the_real_robot_follows_a_trajectory_of_the_twin(live_cell: LiveCell) ->
         joints = live_cell.real_joints()
         assert [*joints[:3], joints[4]] == pytest.approx(wanted, abs=0.1), "deg and mm"
         why = [line for line in decisions(live_cell) if line not in before]
-        assert any("TWIN_LEADS" in line for line in why) and not any("STOPPED" in line for line in why), why
+        assert any("TWIN_LEADS" in line for line in why) and not any(
+            "STOPPED" in line for line in why
+        ), why
         assert send(live_cell, 2.0, *HOME)["state"] == SUCCEEDED
         idle(live_cell)
 
@@ -62,7 +70,9 @@ def test_goals_are_rejected_while_the_pair_is_stopped_by_an_emergency(live_cell:
         assert live_cell.call("/twin_controller/command", "{command: ESTOP}")["success"]
         wait_until(lambda: live_cell.mode() == "ESTOP", 10.0, "ESTOP", period=0.2)
         ended = send(live_cell, 2.0, 0.2, 0.2, -0.16, 0.0)
-        assert ended["state"] == REJECTED and "the twin controller is in ESTOP" in ended["text"], ended
+        assert ended["state"] == REJECTED and "the twin controller is in ESTOP" in ended["text"], (
+            ended
+        )
         assert live_cell.call("/twin_controller/command", "{command: RESET}")["success"]
         wait_until(lambda: live_cell.mode() == "STOPPED", 10.0, "STOPPED", period=0.2)
         assert live_cell.call("/twin_controller/command", "{command: ALIGN}")["success"]

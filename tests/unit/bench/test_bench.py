@@ -15,8 +15,11 @@ if str(ROOT) not in sys.path:
     sys.path.append(str(ROOT))
 
 from bench import page, run
+from bench.readme import with_figures
 from bench.record import Beside, Goal, Record, interleaved, median, p99, spread_percent
 from bench.rows import GROUPS, names
+
+FIGURES = "before\n<!-- figures: by a script -->\nold\n<!-- end of figures -->\nafter\n"
 
 
 @pytest.mark.parametrize(
@@ -30,7 +33,9 @@ from bench.rows import GROUPS, names
         ((Goal("ours", 1.0),), (Beside("speed", 3.0, "x"),), True),
     ],
 )
-def test_row_holds_if_all_its_goals_do(goals: tuple[Goal, ...], beside: tuple[Beside, ...], holds: bool) -> None:
+def test_row_holds_if_all_its_goals_do(
+    goals: tuple[Goal, ...], beside: tuple[Beside, ...], holds: bool
+) -> None:
     """Those of the figures beside count too; a figure without a goal does not."""
     record = Record("row", 1.0, 2.0, "s", goals, beside=beside)
     assert record.ratio == 0.5 and record.holds is holds
@@ -54,20 +59,30 @@ def test_sides_take_turns_and_none_is_always_first() -> None:
 def test_statistics_of_rounds() -> None:
     """Median of the rounds' medians, 99th percentile of all samples, spread of the rounds."""
     rounds = [[1.0, 2.0, 3.0], [4.0, 4.0, 4.0], [3.0, 3.0, 90.0]]
-    assert (median(rounds), p99(rounds), spread_percent(rounds)) == (3.0, 90.0, pytest.approx(200.0 / 3.0))
+    assert (median(rounds), p99(rounds), spread_percent(rounds)) == (
+        3.0,
+        90.0,
+        pytest.approx(200.0 / 3.0),
+    )
 
 
-def test_row_that_fails_says_why_and_the_others_go_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_row_that_fails_says_why_and_the_others_go_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Results and page are written all the same."""
 
     def broken(room: object) -> Record:
         raise OSError("the line is cut")
 
-    rows = {"first": broken, "second": lambda room: Record("second", 1.0, 2.0, "s", (Goal("ratio", 1.0),))}
+    rows = {
+        "first": broken,
+        "second": lambda room: Record("second", 1.0, 2.0, "s", (Goal("ratio", 1.0),)),
+    }
     monkeypatch.setattr(run, "names", lambda: list(rows))
     monkeypatch.setattr(run, "row", rows.get)
-    for name, file in (("RESULTS", "results.json"), ("PAGE", "page.md")):
+    for name, file in (("RESULTS", "results.json"), ("PAGE", "page.md"), ("README", "README.md")):
         monkeypatch.setattr(page, name, tmp_path / file)
+    page.README.write_text(FIGURES)
     assert not run.measure([], tmp_path, Console(file=io.StringIO()), as_json=False)
     written = json.loads((tmp_path / "results.json").read_text())["rows"]
     assert [(row["id"], row["holds"]) for row in written] == [("first", False), ("second", True)]
@@ -82,3 +97,30 @@ def test_page_shows_all_rows_that_results_hold() -> None:
     text = page.PAGE.read_text()
     assert [row["id"] for row in rows if f"\n| {row['id']} |" not in text] == []
     assert len(names()) == len(set(names())) == sum(map(len, GROUPS.values()))
+
+
+def test_figures_of_the_readme_are_those_of_the_results() -> None:
+    """One source: what stands in README.md is what its script would write now."""
+    text = page.README.read_text()
+    assert with_figures(text, page.readme_figures(page.so_far())) == text
+
+
+def test_demos_are_shown_with_median_worst_speed_and_plant() -> None:
+    """A label is part of a figure: plant, speed, date, commit and machine stand beside it."""
+    one = {"path_percent": 0.2, "positioning_percent": 0.001, "speed_percent": 50.5}
+    runs = [{"real_leads": one | {"path_percent": value}} for value in (0.1, 0.2, 0.9)]
+    for run_ in runs:
+        run_["twin_leads"] = one
+    told = {"date": "2026-01-02", "commit": "abc1234", "machine": "a machine"}
+    demos = {"robot": "a robot", "plant": "ideal", "failed": 1, "runs": runs, **told}
+    text = with_figures(FIGURES, {"rows": [], "demos": demos})
+    line = "| the real robot leads | 50 % of its largest speed | 0.20 % | 0.90 % | 0.0010 % |"
+    assert line in text and "old" not in text and text.endswith("after\n")
+    assert "3 runs" in text and "1 more ended without a report" in text
+    assert all(word in text for word in ("a robot", "ideal", *told.values()))
+
+
+def test_a_readme_without_its_block_is_refused() -> None:
+    """Figures that are written nowhere would be lost in silence."""
+    with pytest.raises(ValueError, match=r"README\.md has 0 blocks of figures, expected 1"):
+        with_figures("nothing", {"rows": []})

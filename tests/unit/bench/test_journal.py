@@ -16,7 +16,10 @@ if str(ROOT) not in sys.path:
 
 from bench.journal import NAME, Journal, JournalError, unfinished
 
-ROWS = [Row("cut", "found after [s]", 0.1, 0.02), Row("cut", "data lost [s]", 0.2, math.inf, always=True)]
+ROWS = [
+    Row("cut", "found after [s]", 0.1, 0.02),
+    Row("cut", "data lost [s]", 0.2, math.inf, always=True),
+]
 
 
 def git(root: Path, *words: str) -> None:
@@ -48,7 +51,10 @@ def folder(tmp_path: Path) -> Path:
 
 
 def test_what_was_measured_is_taken_once_in_its_order(folder: Path, root: Path) -> None:
-    """A new journal knows nothing; a continued one each run of a scenario, then nothing more; figures stay, infinity too."""
+    """A new journal knows nothing; a continued one each run of a scenario, then nothing more.
+
+    Figures stay, infinity too.
+    """
     first = Journal(folder, root)
     assert first.take("cut") is None
     first.add("cut", ROWS, 1.23, [])
@@ -60,7 +66,9 @@ def test_what_was_measured_is_taken_once_in_its_order(folder: Path, root: Path) 
     assert again.take("cut") is None
 
 
-def test_an_entry_that_was_not_written_to_its_end_is_measured_again(folder: Path, root: Path) -> None:
+def test_an_entry_that_was_not_written_to_its_end_is_measured_again(
+    folder: Path, root: Path
+) -> None:
     """The campaign was killed while it wrote; what comes next begins on a line of its own."""
     Journal(folder, root).add("cut", ROWS, 1.0, [])
     with (folder / NAME).open("a") as journal:
@@ -73,7 +81,9 @@ def test_an_entry_that_was_not_written_to_its_end_is_measured_again(folder: Path
 
 @pytest.mark.parametrize(("changed", "refused"), [("src/a.py", True), ("docs/b.md", False)])
 @pytest.mark.parametrize("committed", [True, False])
-def test_figures_of_another_version_are_not_mixed(folder: Path, root: Path, changed: str, committed: bool, refused: bool) -> None:
+def test_figures_of_another_version_are_not_mixed(
+    folder: Path, root: Path, changed: str, committed: bool, refused: bool
+) -> None:
     """Committed or not; a text that is not part of the product does not matter."""
     Journal(folder, root).add("cut", ROWS, 1.0, [])
     (root / changed).write_text("2\n")
@@ -82,13 +92,19 @@ def test_figures_of_another_version_are_not_mixed(folder: Path, root: Path, chan
     if not refused:
         assert Journal(folder, root).take("cut") is not None
         return
-    with pytest.raises(JournalError, match=r"(?s)has changed since, begin a new campaign:.*src/a\.py"):
+    with pytest.raises(
+        JournalError, match=r"(?s)has changed since, begin a new campaign:.*src/a\.py"
+    ):
         Journal(folder, root)
 
 
-def test_without_git_nobody_could_tell_which_version_was_measured(folder: Path, tmp_path: Path) -> None:
+def test_without_git_nobody_could_tell_which_version_was_measured(
+    folder: Path, tmp_path: Path
+) -> None:
     """Said at the beginning, not after two hours."""
-    with pytest.raises(JournalError, match=r"git rev-parse in .*: a campaign notes which version it measured"):
+    with pytest.raises(
+        JournalError, match=r"git rev-parse in .*: a campaign notes which version it measured"
+    ):
         Journal(folder, tmp_path)
 
 

@@ -44,7 +44,7 @@ def test_clear_keeps_what_it_is_told_to() -> None:
     active = AlarmList()
     active.add(Alarm(alarms.IMSTP, "", 1.0))
     active.add(Alarm(alarms.POSITION_LIMIT, "", 2.0))
-    active.clear(keep=alarms.IMSTP)
+    active.clear(keep=[alarms.IMSTP])
     assert active.shown is not None and active.shown.code is alarms.IMSTP
     active.clear()
     assert active.shown is None and not active.fault

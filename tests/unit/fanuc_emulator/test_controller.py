@@ -52,8 +52,16 @@ def test_article_program_visits_its_positions_and_rests_exactly_there(bench: Ben
     for before, now in zip(bench.history, bench.history[1:]):
         still = still + 1 if before.positions == now.positions else 0
         if still == round(0.5 / bench.config.dt):
-            rests.append(tuple(round(q / joint.scale, 6) for q, joint in zip(now.positions, bench.robot.joints)))
-    p1, p2, p3 = (0, 0, -160, 0, 0), (-14.321759, 69.600038, -60, 0, 0), (-49.157701, 69.600038, 0, 0, 0)
+            rests.append(
+                tuple(
+                    round(q / joint.scale, 6) for q, joint in zip(now.positions, bench.robot.joints)
+                )
+            )
+    p1, p2, p3 = (
+        (0, 0, -160, 0, 0),
+        (-14.321759, 69.600038, -60, 0, 0),
+        (-49.157701, 69.600038, 0, 0, 0),
+    )
     assert rests == [pytest.approx(p) for p in (p1, p2, p3, p1, p2, p3, p1)]
     assert bench.now.outputs.cmdenbl and not bench.now.outputs.progrun and bench.now.outputs.atperch
 
@@ -63,7 +71,9 @@ def test_cold_start_override_slows_a_program_down(bench: Bench) -> None:
     bench.controller.write_override(10)
     bench.pulse("rsr2")
     bench.run(2.5)
-    assert cruising(bench, 1) == pytest.approx(bench.robot.joint("joint_2").velocity * 0.5 * 0.1, rel=0.02)
+    assert cruising(bench, 1) == pytest.approx(
+        bench.robot.joint("joint_2").velocity * 0.5 * 0.1, rel=0.02
+    )
 
 
 def test_override_is_ten_percent_after_a_cold_start(bench: Bench) -> None:
@@ -74,7 +84,10 @@ def test_override_is_ten_percent_after_a_cold_start(bench: Bench) -> None:
 
 @pytest.mark.parametrize("name", ["hold", "enbl"])
 def test_hold_decelerates_on_the_path_and_start_resumes_it(bench: Bench, name: str) -> None:
-    """*HOLD or ENBL off: PAUSED on the straight joint path; back on moves nothing; START goes on to the same end."""
+    """*HOLD or ENBL off: PAUSED on the straight joint path; back on moves nothing.
+
+    START goes on to the same end.
+    """
     start_moving(bench)
     bench.controller.write_input(name, False)
     bench.run(0.6)
@@ -82,7 +95,9 @@ def test_hold_decelerates_on_the_path_and_start_resumes_it(bench: Bench, name: s
     assert not moving(bench)
     assert bench.now.program_state is PAUSED and bench.now.outputs.paused
     assert bench.now.outputs.held is (name == "hold")
-    assert held[1] / math.radians(69.600037824) == pytest.approx(held[0] / math.radians(-14.321759156), rel=1e-4)
+    assert held[1] / math.radians(69.600037824) == pytest.approx(
+        held[0] / math.radians(-14.321759156), rel=1e-4
+    )
     bench.controller.write_input(name, True)
     bench.run(0.3)
     assert bench.now.positions == held
@@ -120,7 +135,10 @@ def test_cstopi_ends_a_program_and_nothing_can_resume_it(bench: Bench) -> None:
 
 
 def test_imstp_cuts_the_drives_at_once_and_latches_an_alarm(bench: Bench) -> None:
-    """Immediate stop, SRVO alarm, SYSRDY and CMDENBL off; letting it go changes nothing before FAULT_RESET."""
+    """Immediate stop, SRVO alarm, SYSRDY and CMDENBL off.
+
+    Letting it go changes nothing before FAULT_RESET.
+    """
     start_moving(bench)
     bench.controller.write_input("imstp", False)
     bench.run(0.002)
@@ -178,7 +196,10 @@ def test_reset_while_still_braking_is_refused(bench: Bench) -> None:
 
 
 def test_safety_speed_caps_the_override_and_forbids_a_start(bench: Bench) -> None:
-    """*SFSPD off: a running program slows down, a new one is refused; the written override comes back afterwards."""
+    """*SFSPD off: a running program slows down, a new one is refused.
+
+    The written override comes back afterwards.
+    """
     start_moving(bench)
     bench.controller.write_input("sfspd", False)
     bench.run(0.4)
@@ -201,7 +222,9 @@ def test_safety_speed_caps_the_override_and_forbids_a_start(bench: Bench) -> Non
         (["rsr2", "-hold", "rsr3"], "ARTICLE is paused"),
     ],
 )
-def test_a_refused_start_says_why_and_is_no_fault(bench: Bench, prepare: list[str], cause: str) -> None:
+def test_a_refused_start_says_why_and_is_no_fault(
+    bench: Bench, prepare: list[str], cause: str
+) -> None:
     """Every obstacle of a remote start is named in a WARN."""
     for action in prepare:
         if action.startswith("-"):
@@ -229,7 +252,9 @@ def test_stream_follows_set_points_after_the_start_delay(bench: Bench) -> None:
     bench.controller.write_input("rsr1", True)
     begin = bench.now.tick
     bench.run_until(lambda now: now.positions[0] != 0.0)
-    assert (bench.now.tick - begin) * bench.config.interpolation_period_ms == pytest.approx(bench.config.start_delay_ms, abs=4)
+    assert (bench.now.tick - begin) * bench.config.interpolation_period_ms == pytest.approx(
+        bench.config.start_delay_ms, abs=4
+    )
     bench.run(0.3)
     assert bench.now.positions[0] == pytest.approx(0.01, abs=1e-12)
     assert bench.now.control_type is ControlType.STREAM and bench.now.program_name == "STREAM"
@@ -242,7 +267,9 @@ def test_stream_speed_and_override_limit_a_far_set_point(bench: Bench) -> None:
     start_stream(bench)
     bench.stream_to("joint_1", 1.5)
     bench.run(1.0)
-    assert cruising(bench, 0) == pytest.approx(0.2 * bench.robot.joint("joint_1").velocity, rel=0.01)
+    assert cruising(bench, 0) == pytest.approx(
+        0.2 * bench.robot.joint("joint_1").velocity, rel=0.01
+    )
     assert bench.now.program_speed == 40
 
 
@@ -268,7 +295,10 @@ def test_an_invalid_set_point_is_not_used(bench: Bench) -> None:
 def test_an_impossible_set_point_aborts_and_is_not_approached(
     bench: Bench, joint: str, value: float, code: alarms.AlarmCode, cause: str
 ) -> None:
-    """Out of range or no number: alarm with axis and value, program ended, nothing moves towards it."""
+    """Out of range or no number.
+
+    Alarm with axis and value, program ended, nothing moves towards it.
+    """
     start_stream(bench)
     before = bench.now.positions
     bench.stream_to(joint, value)
@@ -350,12 +380,18 @@ def test_a_held_stream_catches_up_within_its_limits_after_resume(bench: Bench) -
 
 
 def test_snapshots_belong_together(bench: Bench) -> None:
-    """Clock and position are latched at one instant: the clock goes in whole periods and the encoder agrees with the truth."""
+    """Clock and position are latched at one instant.
+
+    The clock goes in whole periods and the encoder agrees with the truth.
+    """
     start_moving(bench)
     bench.run(0.1)
     for before, now in zip(bench.history, bench.history[1:]):
         assert now.clock_ms - before.clock_ms == bench.config.interpolation_period_ms
-        assert now.clock_ms == bench.config.clock.boot_offset_ms + now.tick * bench.config.interpolation_period_ms
+        assert (
+            now.clock_ms
+            == bench.config.clock.boot_offset_ms + now.tick * bench.config.interpolation_period_ms
+        )
         assert now.measured_positions == pytest.approx(now.positions, abs=1e-5)
 
 

@@ -22,7 +22,9 @@ def drive(move: JointMove, override: float | list[float], limit: int = 20000) ->
 
 
 @given(st.floats(1e-6, 10.0), st.floats(0.1, 100.0))
-def test_braking_from_the_stopping_speed_ends_exactly_at_the_end(distance: float, deceleration: float) -> None:
+def test_braking_from_the_stopping_speed_ends_exactly_at_the_end(
+    distance: float, deceleration: float
+) -> None:
     """The ramp in whole steps covers the distance, no more and no less."""
     speed, travelled = stopping_speed(distance, deceleration, DT), 0.0
     while speed > 1e-9:
@@ -40,9 +42,13 @@ def test_all_axes_start_and_end_together_on_a_straight_joint_path() -> None:
 
 
 @pytest.mark.parametrize(("speed", "override"), [(1.0, 1.0), (0.5, 1.0), (1.0, 0.1), (0.4, 0.5)])
-def test_slowest_axis_reaches_programmed_speed_times_override(speed: float, override: float) -> None:
+def test_slowest_axis_reaches_programmed_speed_times_override(
+    speed: float, override: float
+) -> None:
     """A joint move runs at greatest speed x programmed % x override %."""
-    rows = drive(JointMove((0.0, 0.0, 0.0), (2.5, 0.1, 0.0), speed, VELOCITIES, ACCELERATIONS), override)
+    rows = drive(
+        JointMove((0.0, 0.0, 0.0), (2.5, 0.1, 0.0), speed, VELOCITIES, ACCELERATIONS), override
+    )
     speeds = np.abs(np.diff(rows[:, 0])) / DT
     assert speeds.max() == pytest.approx(VELOCITIES[0] * speed * override, rel=1e-6)
 
@@ -53,10 +59,17 @@ def test_slowest_axis_reaches_programmed_speed_times_override(speed: float, over
     st.floats(0.2, 1.0),
     st.lists(st.sampled_from([0.0, 0.2, 1.0]), min_size=1, max_size=20).filter(any),
 )
-def test_changing_override_keeps_path_and_limits(target: tuple[float, ...], speed: float, overrides: list[float]) -> None:
-    """Hold, resume and override change only the time on the path; speed and acceleration limits hold all the while."""
+def test_changing_override_keeps_path_and_limits(
+    target: tuple[float, ...], speed: float, overrides: list[float]
+) -> None:
+    """Hold, resume and override change only the time on the path.
+
+    Speed and acceleration limits hold all the while.
+    """
     stretched = [value for value in overrides for _ in range(30)]
-    rows = drive(JointMove((0.0, 0.0, 0.0), target, speed, VELOCITIES, ACCELERATIONS), stretched, 10**6)
+    rows = drive(
+        JointMove((0.0, 0.0, 0.0), target, speed, VELOCITIES, ACCELERATIONS), stretched, 10**6
+    )
     along = rows @ np.array(target) / max(np.dot(target, target), 1e-300)
     assert np.abs(rows - along[:, None] * np.array(target)).max() < 1e-9
     rates = np.diff(rows, axis=0, prepend=rows[:1]) / DT

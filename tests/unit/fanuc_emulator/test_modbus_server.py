@@ -1,4 +1,7 @@
-"""The Modbus server and the servo loop in real time: what a client reads, what its writes do, what it is refused."""
+"""The Modbus server and the servo loop in real time.
+
+What a client reads, what its writes do, what it is refused.
+"""
 
 from __future__ import annotations
 
@@ -45,7 +48,12 @@ def test_clock_and_position_go_on_while_a_program_runs(client: Any) -> None:
     begin = time.monotonic()
     while time.monotonic() < begin + 1.5:
         words = client.read_holding_registers(1000, count=44).registers
-        readings.append((client.convert_from_registers(words[19:21], client.DATATYPE.INT32, "little"), tuple(words[2:4])))
+        readings.append(
+            (
+                client.convert_from_registers(words[19:21], client.DATATYPE.INT32, "little"),
+                tuple(words[2:4]),
+            )
+        )
     clocks = [clock for clock, _ in readings]
     assert all(after - before >= 0 for before, after in itertools.pairwise(clocks))
     assert all(clock % 2 == clocks[0] % 2 for clock in clocks)
@@ -56,7 +64,10 @@ def test_clock_and_position_go_on_while_a_program_runs(client: Any) -> None:
 def test_every_register_can_be_read_and_gaps_cannot(client: Any) -> None:
     """Only what the map names exists."""
     for register in LAYOUT.holding_registers.values():
-        assert len(client.read_holding_registers(register.offset, count=register.words).registers) == register.words
+        assert (
+            len(client.read_holding_registers(register.offset, count=register.words).registers)
+            == register.words
+        )
     assert client.read_holding_registers(1044, count=1).exception_code == 2
     assert client.read_holding_registers(0, count=1).exception_code == 2
     assert client.read_holding_registers(1043, count=2).exception_code == 2
@@ -65,7 +76,9 @@ def test_every_register_can_be_read_and_gaps_cannot(client: Any) -> None:
 
 def test_coils_start_at_their_normal_level_and_keep_what_is_written(client: Any) -> None:
     """*IMSTP, *HOLD, *SFSPD and ENBL are on at rest."""
-    assert client.read_coils(6000, count=18).bits[:18] == [bit.normal for bit in LAYOUT.coils.values() if bit.offset < 6018]
+    assert client.read_coils(6000, count=18).bits[:18] == [
+        bit.normal for bit in LAYOUT.coils.values() if bit.offset < 6018
+    ]
     client.write_coil(6001, False)
     assert client.read_coils(6001, count=1).bits[0] is False
 
@@ -109,15 +122,23 @@ def test_a_taken_port_is_named(bench: Bench) -> None:
     """The error says address and cause, at once."""
     port = free_port()
     loop = ServoLoop(bench.controller, bench.config.dt, 0.0)
-    first, second = (RobotServer("127.0.0.1", port, LAYOUT, RegisterImage(LAYOUT, bench.robot), loop) for _ in range(2))
+    first, second = (
+        RobotServer("127.0.0.1", port, LAYOUT, RegisterImage(LAYOUT, bench.robot), loop)
+        for _ in range(2)
+    )
     with first, pytest.raises(PortError, match=f"cannot listen on 127.0.0.1:{port}.*in use"):
         second.__enter__()
 
 
 def test_ticks_are_due_on_a_nominal_time_axis(bench: Bench) -> None:
-    """Whenever a step is computed, the time at which it is true is base + k dt of the robot's clock."""
+    """Whenever a step is computed.
+
+    The time at which it is true is base + k dt of the robot's clock.
+    """
     seen: list[tuple[Snapshot, float]] = []
-    with ServoLoop(bench.controller, bench.config.dt, 200.0, lambda snapshot, due: seen.append((snapshot, due))):
+    with ServoLoop(
+        bench.controller, bench.config.dt, 200.0, lambda snapshot, due: seen.append((snapshot, due))
+    ):
         wait_until(lambda: len(seen) >= 100)
     first = seen[0]
     for snapshot, due in seen:

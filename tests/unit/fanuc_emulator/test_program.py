@@ -53,7 +53,9 @@ def test_first_step_waits_for_the_start_delay() -> None:
         (StreamStep(1), True, True, False),
     ],
 )
-def test_a_move_ends_by_its_termination_and_a_stream_never(step: MoveStep, path_done: bool, arrived: bool, goes_on: bool) -> None:
+def test_a_move_ends_by_its_termination_and_a_stream_never(
+    step: MoveStep, path_done: bool, arrived: bool, goes_on: bool
+) -> None:
     """FINE waits for the motors, CNT for the path only."""
     executor = start(step, MOVE)
     assert executor.advance(0.002, True, True) is step

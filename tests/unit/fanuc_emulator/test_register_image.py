@@ -43,23 +43,37 @@ def at(image: RegisterImage, layout: ModbusMap, name: str) -> object:
     return decode(register, held(image)[begin : begin + register.words])
 
 
-def test_pose_stands_at_1001_in_degrees_and_millimetres_low_word_first(image: RegisterImage) -> None:
-    """POS[0]: J3 = -160 mm is float32 0xC3200000, so 1005 holds 0x0000 and 1006 holds 0xC320; 1019 says valid."""
+def test_pose_stands_at_1001_in_degrees_and_millimetres_low_word_first(
+    image: RegisterImage,
+) -> None:
+    """POS[0]: J3 = -160 mm is float32 0xC3200000, so 1005 holds 0x0000 and 1006 holds 0xC320.
+
+    1019 says valid.
+    """
     assert image.first["holding_registers"] == 1000
     assert held(image)[4:6] == [0x0000, 0xC320]
     assert held(image)[18] == 1
 
 
-def test_a_moving_snapshot_is_shown_whole(image: RegisterImage, layout: ModbusMap, bench: Bench) -> None:
-    """Position, speed and clock of the block are those of one snapshot; table_joint is J5, J6..J9 are zero."""
+def test_a_moving_snapshot_is_shown_whole(
+    image: RegisterImage, layout: ModbusMap, bench: Bench
+) -> None:
+    """Position, speed and clock of the block are those of one snapshot.
+
+    table_joint is J5, J6..J9 are zero.
+    """
     bench.pulse("rsr3")
     bench.run(0.3)
     image.show(bench.now)
     position, velocity = at(image, layout, "position"), at(image, layout, "velocity")
     assert isinstance(position, tuple) and isinstance(velocity, tuple)
     for axis, joint in enumerate(bench.robot.joints):
-        assert position[axis] == pytest.approx(bench.now.measured_positions[axis] / joint.scale, rel=1e-6)
-        assert velocity[axis] == pytest.approx(bench.now.measured_velocities[axis] / joint.scale, rel=1e-6)
+        assert position[axis] == pytest.approx(
+            bench.now.measured_positions[axis] / joint.scale, rel=1e-6
+        )
+        assert velocity[axis] == pytest.approx(
+            bench.now.measured_velocities[axis] / joint.scale, rel=1e-6
+        )
     assert position[5:] == (0.0,) * 4 and velocity[5:] == (0.0,) * 4
     assert at(image, layout, "clock_ms") == (bench.now.clock_ms,)
     assert at(image, layout, "program_name") == "TWO_POINT"
@@ -68,12 +82,17 @@ def test_a_moving_snapshot_is_shown_whole(image: RegisterImage, layout: ModbusMa
     assert at(image, layout, "override_now") == (100,)
 
 
-def test_alarm_block_names_code_severity_time_and_cause(image: RegisterImage, layout: ModbusMap, bench: Bench) -> None:
+def test_alarm_block_names_code_severity_time_and_cause(
+    image: RegisterImage, layout: ModbusMap, bench: Bench
+) -> None:
     """ALM[1] while an alarm is active, zeros and empty texts afterwards."""
     bench.controller.write_input("imstp", False)
     image.show(bench.run(0.2))
     assert (at(image, layout, "alarm_id"), at(image, layout, "alarm_number")) == ((11,), (37,))
-    assert (at(image, layout, "alarm_severity"), at(image, layout, "alarm_severity_text")) == ((4,), "SERVO")
+    assert (at(image, layout, "alarm_severity"), at(image, layout, "alarm_severity_text")) == (
+        (4,),
+        "SERVO",
+    )
     assert at(image, layout, "alarm_message") == "SRVO-037 IMSTP input"
     assert at(image, layout, "alarm_cause") == "the input was switched off"
     assert at(image, layout, "alarm_time") == (2023, 11, 14, 22, 13, 20)
@@ -83,7 +102,9 @@ def test_alarm_block_names_code_severity_time_and_cause(image: RegisterImage, la
     assert (at(image, layout, "alarm_id"), at(image, layout, "alarm_message")) == ((0,), "")
 
 
-def test_one_request_with_set_point_heartbeat_and_speed_reaches_the_controller(image: RegisterImage, bench: Bench) -> None:
+def test_one_request_with_set_point_heartbeat_and_speed_reaches_the_controller(
+    image: RegisterImage, bench: Bench
+) -> None:
     """1051-1071 in one request, as the twin controller writes it."""
     axes = [11.459155902616466, 0.0, -160.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
     words = list(struct.unpack("<18H", struct.pack("<9f", *axes))) + [1, 77, 60]

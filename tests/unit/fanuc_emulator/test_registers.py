@@ -11,7 +11,13 @@ from scara_config.modbus_map import Register
 
 def register(kind: str, count: int = 1) -> Register:
     """Return a register of one kind."""
-    return Register(address=1001, type=kind, unit="", meaning="", count=count)  # type: ignore[arg-type]
+    return Register(
+        address=1001,
+        type=kind,  # type: ignore[arg-type]
+        unit="",
+        meaning="",
+        count=count,
+    )
 
 
 TABLE = [
@@ -28,8 +34,13 @@ TABLE = [
 
 
 @pytest.mark.parametrize(("kind", "value", "words"), TABLE)
-def test_values_stand_low_word_first_and_text_two_characters_a_word(kind: str, value: object, words: list[int]) -> None:
-    """The controller's layout: low word first, each word big-endian on the wire, two characters a word."""
+def test_values_stand_low_word_first_and_text_two_characters_a_word(
+    kind: str, value: object, words: list[int]
+) -> None:
+    """The controller's layout.
+
+    Low word first, each word big-endian on the wire, two characters a word.
+    """
     here = register(kind, 2 if kind == "string" else 1)
     assert encode(here, value) == words  # type: ignore[arg-type]
     decoded = decode(here, words)

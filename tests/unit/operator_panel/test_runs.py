@@ -6,7 +6,9 @@ import pytest
 from operator_panel.runs import may_be_shown, size_text, verdict
 
 
-@pytest.mark.parametrize("file", ["report.html", "report.json", "paths.png", "paths.svg", "run.bag"])
+@pytest.mark.parametrize(
+    "file", ["report.html", "report.json", "paths.png", "paths.svg", "run.bag"]
+)
 def test_report_pictures_and_bag_may_be_shown(file: str) -> None:
     """What a report links to."""
     assert may_be_shown("2026-01-01_12-00-00", file)
@@ -33,7 +35,8 @@ def test_nothing_else_leaves_the_machine(run: str, file: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("size", "text"), [(0, "0 B"), (999, "999 B"), (1000, "1 kB"), (12_345_678, "12 MB"), (2_500_000_000, "2.5 GB")]
+    ("size", "text"),
+    [(0, "0 B"), (999, "999 B"), (1000, "1 kB"), (12_345_678, "12 MB"), (2_500_000_000, "2.5 GB")],
 )
 def test_size_is_in_the_unit_that_reads_best(size: int, text: str) -> None:
     """Decimal units."""
@@ -42,7 +45,11 @@ def test_size_is_in_the_unit_that_reads_best(size: int, text: str) -> None:
 
 def test_verdict_names_each_experiment_with_its_error() -> None:
     """As report.json has it."""
-    report = {"experiments": [{"name": "real_leads", "verdict": "passed", "path_error_max_percent": 0.283}]}
+    report = {
+        "experiments": [
+            {"name": "real_leads", "verdict": "passed", "path_error_max_percent": 0.283}
+        ]
+    }
     assert verdict(report) == "real_leads: passed, path error 0.28 % of reach"
 
 

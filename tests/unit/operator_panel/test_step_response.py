@@ -34,7 +34,9 @@ def test_critically_damped_step_follows_its_closed_form() -> None:
 def test_overshoot_of_an_underdamped_step_is_that_of_its_damping(damping: float) -> None:
     """100 exp(-pi z / sqrt(1 - z^2)) percent."""
     inertia, w = 1.0, 30.0
-    response = step_response(gains(inertia * w * w, 2 * damping * inertia * w), inertia, 1e9, 0.01, 2.0)
+    response = step_response(
+        gains(inertia * w * w, 2 * damping * inertia * w), inertia, 1e9, 0.01, 2.0
+    )
     expected = 100 * math.exp(-math.pi * damping / math.sqrt(1 - damping**2))
     assert response.overshoot_percent == pytest.approx(expected, abs=1.5)
 
@@ -44,7 +46,9 @@ def test_shipped_gains_settle_within_the_window(joint: str) -> None:
     """The page shows a whole response for what is shipped."""
     profile = ROBOT.joint(joint)
     step = (PREVIEW.step_deg if profile.unit == "deg" else PREVIEW.step_mm) * profile.scale
-    response = step_response(SHIPPED[joint]["position"], profile.inertia, profile.effort, step, PREVIEW.duration_s)
+    response = step_response(
+        SHIPPED[joint]["position"], profile.inertia, profile.effort, step, PREVIEW.duration_s
+    )
     assert response.settling_s < PREVIEW.duration_s
     assert describe(response).startswith("overshoot")
 
@@ -63,7 +67,9 @@ def test_gains_that_run_away_end_the_simulation_early() -> None:
 
 def test_weak_motor_is_slower() -> None:
     """The effort is bounded, as in the simulator."""
-    strong, weak = (step_response(gains(900.0, 60.0), 1.0, effort, 0.1, 1.0) for effort in (1e9, 5.0))
+    strong, weak = (
+        step_response(gains(900.0, 60.0), 1.0, effort, 0.1, 1.0) for effort in (1e9, 5.0)
+    )
     assert weak.settling_s > 1.3 * strong.settling_s
 
 
@@ -72,4 +78,10 @@ def test_missing_or_infinite_gain_is_named(missing: str) -> None:
     """Each gain is needed."""
     for wrong in ({}, {missing: math.inf}):
         with pytest.raises(ValueError, match=f"gain {missing} is missing or not finite"):
-            step_response({k: v for k, v in gains(1.0, 1.0).items() if k != missing} | wrong, 1.0, 1.0, 1.0, 0.1)
+            step_response(
+                {k: v for k, v in gains(1.0, 1.0).items() if k != missing} | wrong,
+                1.0,
+                1.0,
+                1.0,
+                0.1,
+            )

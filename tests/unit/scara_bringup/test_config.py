@@ -42,11 +42,16 @@ def test_copy_with_ports_changes_both_ends_and_nothing_else(tmp_path: Path) -> N
     copied = copy_with_ports(CONFIG, tmp_path / "config", 15021, 19091, 18081)
     doors = load_doors(copied)
     assert (doors.modbus.port, doors.gateway.port, doors.panel.port) == (15021, 19091, 18081)
-    before, after = load(CONFIG / "twin_controller.yaml", dict), load(copied / "twin_controller.yaml", dict)
+    before, after = (
+        load(CONFIG / "twin_controller.yaml", dict),
+        load(copied / "twin_controller.yaml", dict),
+    )
     assert after["real"]["port"] == 15021 and after["twin"]["url"] == "ws://127.0.0.1:19091"
     after["real"]["port"], after["twin"]["url"] = before["real"]["port"], before["twin"]["url"]
     assert after == before
-    assert (copied / "twin_controller.yaml").read_text().count("#") == (CONFIG / "twin_controller.yaml").read_text().count("#")
+    assert (copied / "twin_controller.yaml").read_text().count("#") == (
+        CONFIG / "twin_controller.yaml"
+    ).read_text().count("#")
     assert files_in_force(copied).keys() == files_in_force(CONFIG).keys()
 
 

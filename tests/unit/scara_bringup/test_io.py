@@ -16,7 +16,7 @@ import pytest
 from harness.processes import free_port, wait_until
 from scara_bringup.io.executables import command_of
 from scara_bringup.io.master import Address, MasterProbe
-from scara_bringup.io.output import link_latest, make_output
+from scara_bringup.io.output import link_latest, make_output, runs_of
 from scara_bringup.io.ports import listening_ports, owner_of
 from scara_bringup.io.preflight import CannotStartError, check_before_start
 from scara_bringup.io.processes import Processes
@@ -65,11 +65,15 @@ def test_output_and_exit_code_of_a_child_are_kept(tmp_path: Path) -> None:
     assert processes.last_lines("never_started", 3) == []
 
 
-def test_what_a_python_node_prints_is_in_its_log_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_a_python_node_prints_is_in_its_log_at_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A file is no terminal: without help the last lines of a node that is killed would be lost."""
     monkeypatch.delenv("PYTHONUNBUFFERED", raising=False)
     with Processes(tmp_path / "log", os.environ) as processes:
-        processes.start(plain("chatter", sys.executable, "-c", "import time; print('up'); time.sleep(1000)"))
+        processes.start(
+            plain("chatter", sys.executable, "-c", "import time; print('up'); time.sleep(1000)")
+        )
         wait_until(lambda: processes.last_lines("chatter", 1) == ["up"], 10.0, "the first line")
 
 
@@ -85,8 +89,13 @@ def test_signal_reaches_the_whole_group(tmp_path: Path) -> None:
 
 def test_leaving_the_context_kills_what_ignores_every_signal(tmp_path: Path) -> None:
     """An error in the bring-up itself leaves nothing behind."""
-    with pytest.raises(RuntimeError, match="a fault"), Processes(tmp_path / "log", os.environ) as processes:
-        processes.start(plain("deaf", "bash", "-c", "trap '' INT TERM; echo up; while :; do sleep 0.1; done"))
+    with (
+        pytest.raises(RuntimeError, match="a fault"),
+        Processes(tmp_path / "log", os.environ) as processes,
+    ):
+        processes.start(
+            plain("deaf", "bash", "-c", "trap '' INT TERM; echo up; while :; do sleep 0.1; done")
+        )
         wait_until(lambda: processes.last_lines("deaf", 1), 5.0)
         raise RuntimeError("a fault")
     assert not is_alive(processes.pids()["deaf"])
@@ -95,16 +104,22 @@ def test_leaving_the_context_kills_what_ignores_every_signal(tmp_path: Path) -> 
 def test_children_die_with_a_bring_up_that_is_killed(tmp_path: Path) -> None:
     """Not even SIGKILL of the bring-up leaves a node behind."""
     script = (
-        "import os, time\nfrom pathlib import Path\nfrom scara_bringup.io.processes import Processes\n"
+        "import os, time\nfrom pathlib import Path\nfrom scara_bringup.io.processes import "
+        "Processes\n"
         "from scara_bringup.plan import NodePlan\n"
         f"p = Processes(Path({str(tmp_path)!r}), os.environ)\n"
         "print(p.start(NodePlan('child', '', 'sleep', ('1000',))), flush=True)\ntime.sleep(1000)\n"
     )
-    with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True) as parent:
+    with subprocess.Popen(
+        [sys.executable, "-c", script], stdout=subprocess.PIPE, text=True
+    ) as parent:
         assert parent.stdout is not None
         child = int(parent.stdout.readline())
-        # Until setpriv has replaced itself by the child, the kernel does not know yet that it shall die with its parent.
-        wait_until(lambda: Path(f"/proc/{child}/comm").read_text() == "sleep\n", 20.0, "the child itself")
+        # Until setpriv has replaced itself by the child, the kernel does not know yet that it shall
+        # die with its parent.
+        wait_until(
+            lambda: Path(f"/proc/{child}/comm").read_text() == "sleep\n", 20.0, "the child itself"
+        )
         parent.kill()
     wait_until(lambda: not is_alive(child), 20.0, "the end of the child")
 
@@ -131,10 +146,14 @@ def test_master_address_is_split(uri: str, host: str, port: int, local: bool) ->
     assert (address.host, address.port, address.is_local) == (host, port, local)
 
 
-@pytest.mark.parametrize("uri", ["", "127.0.0.1:11311", "http://127.0.0.1", "http://127.0.0.1:port", "http://:11311"])
+@pytest.mark.parametrize(
+    "uri", ["", "127.0.0.1:11311", "http://127.0.0.1", "http://127.0.0.1:port", "http://:11311"]
+)
 def test_wrong_master_address_is_refused(uri: str) -> None:
     """The text shows the value and what it should look like."""
-    with pytest.raises(ValueError, match=r"ROS_MASTER_URI = .*must be like http://127\.0\.0\.1:11311"):
+    with pytest.raises(
+        ValueError, match=r"ROS_MASTER_URI = .*must be like http://127\.0\.0\.1:11311"
+    ):
         Address.of(uri)
 
 
@@ -150,7 +169,10 @@ class _Quiet(SimpleXMLRPCRequestHandler):
 
 @pytest.fixture
 def fake_master() -> Iterator[str]:
-    """Give the address of a server that answers as a ROS master with one node, one service and one topic."""
+    """Give the address of a stand-in for a ROS master.
+
+    It has one node, one service and one topic.
+    """
     with SimpleXMLRPCServer(("127.0.0.1", 0), _Quiet, allow_none=True) as server:
         uri = f"http://127.0.0.1:{server.server_address[1]}"
         state = [[["/twin/joint_states", ["/simulator"]]], [], [["/move_to", ["/motion_server"]]]]
@@ -158,7 +180,8 @@ def fake_master() -> Iterator[str]:
         server.register_function(lambda caller: [1, "", 1], "getPid")
         server.register_function(lambda caller: [1, "", state], "getSystemState")
         server.register_function(
-            lambda caller, name: [1, "", nodes[name]] if name in nodes else [-1, "unknown", ""], "lookupNode"
+            lambda caller, name: [1, "", nodes[name]] if name in nodes else [-1, "unknown", ""],
+            "lookupNode",
         )
         thread = threading.Thread(target=server.serve_forever, args=(0.02,))
         thread.start()
@@ -169,25 +192,37 @@ def fake_master() -> Iterator[str]:
 
 def test_names_of_services_and_topics_come_from_the_master(fake_master: str) -> None:
     """Only published topics count."""
-    assert MasterProbe(fake_master).services_and_topics() == (frozenset({"/move_to"}), frozenset({"/twin/joint_states"}))
+    assert MasterProbe(fake_master).services_and_topics() == (
+        frozenset({"/move_to"}),
+        frozenset({"/twin/joint_states"}),
+    )
 
 
 def test_registered_node_counts_only_if_it_answers(fake_master: str) -> None:
     """The entry of a node that was killed does not stop a new cell."""
     probe = MasterProbe(fake_master)
-    assert [probe.is_running(name) for name in ("/simulator", "/dead", "/unknown")] == [True, False, False]
+    assert [probe.is_running(name) for name in ("/simulator", "/dead", "/unknown")] == [
+        True,
+        False,
+        False,
+    ]
 
 
 def test_taken_port_is_refused_before_anything_starts(listener: int) -> None:
     """The text names port, node and owner."""
     nodes = [NodePlan("emulator", "fanuc_emulator", "emulator", port=listener)]
-    with pytest.raises(CannotStartError, match=rf"port {listener}, wanted by emulator, is taken by pid {os.getpid()}"):
+    with pytest.raises(
+        CannotStartError,
+        match=rf"port {listener}, wanted by emulator, is taken by pid {os.getpid()}",
+    ):
         check_before_start(nodes, MasterProbe(f"http://127.0.0.1:{free_port()}"))
 
 
 def test_port_of_the_master_taken_by_something_else_is_refused(listener: int) -> None:
     """What answers there is no ROS master."""
-    with pytest.raises(CannotStartError, match=rf"port {listener}, wanted by the ROS master, is taken"):
+    with pytest.raises(
+        CannotStartError, match=rf"port {listener}, wanted by the ROS master, is taken"
+    ):
         check_before_start([], MasterProbe(f"http://127.0.0.1:{listener}", timeout=0.2))
 
 
@@ -210,7 +245,20 @@ def test_master_of_another_machine_is_not_started_here() -> None:
         check_before_start([], MasterProbe("http://192.0.2.1:11311", timeout=0.2))
 
 
-def test_output_without_a_wish_is_named_by_the_time_in_the_workspace(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_recordings_stay_in_runs_or_in_the_folder_that_was_asked_for(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """A person's own folder around the output is none of the recorder's business."""
+    monkeypatch.setenv("CELL_ROOT", str(tmp_path))
+    runs = tmp_path / "runs"
+    assert runs_of(runs / "2030", None) == runs
+    assert runs_of(tmp_path / "home" / "mine", None) == tmp_path / "home" / "mine"
+    assert runs_of(tmp_path / "home" / "mine", tmp_path / "home") == tmp_path / "home"
+
+
+def test_output_without_a_wish_is_named_by_the_time_in_the_workspace(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     """CELL_ROOT is set by env.sh; `latest` follows the newest run."""
     monkeypatch.setenv("CELL_ROOT", str(tmp_path))
     folder = make_output(None)
@@ -238,12 +286,19 @@ def test_file_in_the_place_of_the_output_is_an_error(tmp_path: Path) -> None:
 
 
 def test_node_is_found_where_rosrun_finds_it(tmp_path: Path) -> None:
-    """The first workspace wins; a file that cannot be executed does not count; what is nowhere is left to rosrun."""
+    """The first workspace wins; a file that cannot be executed does not count.
+
+    What is nowhere is left to rosrun.
+    """
     for workspace, mode in (("plain", 0o644), ("first", 0o755), ("second", 0o755)):
         script = tmp_path / workspace / "lib" / "package" / "node"
         script.parent.mkdir(parents=True)
         script.touch(mode)
-    env = {"CMAKE_PREFIX_PATH": ":".join(str(tmp_path / name) for name in ("plain", "first", "second"))}
-    assert command_of("package", "node", env) == [str(tmp_path / "first" / "lib" / "package" / "node")]
+    env = {
+        "CMAKE_PREFIX_PATH": ":".join(str(tmp_path / name) for name in ("plain", "first", "second"))
+    }
+    assert command_of("package", "node", env) == [
+        str(tmp_path / "first" / "lib" / "package" / "node")
+    ]
     assert command_of("package", "other", env) == ["rosrun", "package", "other"]
     assert command_of("package", "node", {}) == ["rosrun", "package", "node"]

@@ -6,8 +6,19 @@ import pytest
 from scara_bringup.config import Door, Doors
 from scara_bringup.plan import cell_plan, ending_order, experiment_plan
 
-DOORS = Doors(modbus=Door("127.0.0.1", 15020), gateway=Door("127.0.0.1", 19090), panel=Door("127.0.0.1", 18080))
+DOORS = Doors(
+    modbus=Door("127.0.0.1", 15020),
+    gateway=Door("127.0.0.1", 19090),
+    panel=Door("127.0.0.1", 18080),
+)
 PLAN = cell_plan(DOORS)
+
+
+def test_recorder_and_page_are_told_one_folder_of_runs() -> None:
+    """What the page records, the recorder may write."""
+    told = {node.name: node.arguments for node in cell_plan(DOORS, (), True, runs="/data/runs")}
+    assert "_directory:=/data/runs" in told["recorder"]
+    assert "_runs_dir:=/data/runs" in told["operator_panel"]
 
 
 def test_plan_holds_every_node_of_the_design() -> None:
@@ -15,7 +26,6 @@ def test_plan_holds_every_node_of_the_design() -> None:
     names = [node.name for node in PLAN]
     assert len(set(names)) == len(names)
     assert set(names) == {
-        "robot_state_publisher",
         "simulator",
         "gateway",
         "kinematics_server",
@@ -31,28 +41,27 @@ def test_plan_holds_every_node_of_the_design() -> None:
 
 def test_ports_of_the_plan_are_those_of_the_configuration() -> None:
     """What is checked for a listener is what the nodes will open."""
-    assert {node.name: node.port for node in PLAN if node.port} == {"emulator": 15020, "gateway": 19090}
+    assert {node.name: node.port for node in PLAN if node.port} == {
+        "emulator": 15020,
+        "gateway": 19090,
+    }
 
 
-def test_page_camera_and_ghost_belong_to_a_cell_for_people_only() -> None:
-    """An experiment needs none of them; a page goes first when the cell ends, so that nobody commands a cell that ends."""
+def test_page_camera_and_models_belong_to_a_cell_for_people_only() -> None:
+    """An experiment needs none of them.
+
+    A page goes first when the cell ends, so that nobody commands a cell that ends.
+    """
     added = {node.name: node for node in cell_plan(DOORS, with_panel=True) if node not in PLAN}
-    assert set(added) == {"real_state_publisher", "camera", "operator_panel"}
+    assert set(added) == {"robot_state_publisher", "camera", "operator_panel"}
     assert added["operator_panel"].port == 18080
-    assert "joint_states:=real/joint_states" in added["real_state_publisher"].arguments
     assert ending_order(cell_plan(DOORS, with_panel=True))[0] == frozenset({"operator_panel"})
 
 
-def test_robot_state_publisher_follows_the_twin() -> None:
-    """The model in RViz is the twin's."""
-    (node,) = [node for node in PLAN if node.name == "robot_state_publisher"]
-    assert node.arguments == ("joint_states:=twin/joint_states",)
-
-
-def test_every_node_of_ours_but_the_publishers_shows_a_sign_of_readiness() -> None:
+def test_every_node_shows_a_sign_of_readiness() -> None:
     """A node without a sign could be missing unseen."""
-    silent = {node.name for node in PLAN if not (node.services or node.topics or node.port)}
-    assert silent == {"robot_state_publisher"}
+    nodes = cell_plan(DOORS, with_panel=True)
+    assert [node.name for node in nodes if not (node.services or node.topics or node.port)] == []
 
 
 def test_left_out_node_is_not_in_the_plan() -> None:
@@ -69,10 +78,25 @@ def test_unknown_node_to_leave_out_is_refused_with_the_known_ones() -> None:
 def test_controller_leaves_before_the_recorder_and_both_before_the_rest() -> None:
     """See cell_plan: the watchdog is disarmed while the robot is there, and recorded."""
     order = ending_order([*PLAN, experiment_plan("runs/x", ("real_leads",))])
-    assert order[:3] == (frozenset({"run_experiment"}), frozenset({"twin_controller"}), frozenset({"recorder"}))
+    assert order[:3] == (
+        frozenset({"run_experiment"}),
+        frozenset({"twin_controller"}),
+        frozenset({"recorder"}),
+    )
 
 
 def test_experiments_get_their_output_folder_and_arguments() -> None:
     """The words are those of docs/interfaces.md."""
     node = experiment_plan("runs/x", ("real_leads", "twin_leads"), ("--speed", "30"))
     assert node.arguments == ("real_leads", "twin_leads", "--output", "runs/x", "--speed", "30")
+
+
+def test_links_are_those_of_a_desk_only_where_the_robot_is_the_stand_in() -> None:
+    """A real robot keeps the strict limits, and no other node is told anything."""
+
+    def told(without: tuple[str, ...]) -> set[str]:
+        plan = cell_plan(DOORS, without, with_panel=True)
+        return {node.name for node in plan if "_links:=desk" in node.arguments}
+
+    assert told(()) == {"emulator", "twin_controller"}
+    assert told(("emulator",)) == set()

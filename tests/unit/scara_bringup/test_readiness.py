@@ -9,7 +9,13 @@ from scara_bringup.config import Door, Doors
 from scara_bringup.plan import cell_plan
 from scara_bringup.readiness import Missing, Seen, missing, resolve
 
-PLAN = cell_plan(Doors(modbus=Door("127.0.0.1", 15020), gateway=Door("127.0.0.1", 19090), panel=Door("127.0.0.1", 18080)))
+PLAN = cell_plan(
+    Doors(
+        modbus=Door("127.0.0.1", 15020),
+        gateway=Door("127.0.0.1", 19090),
+        panel=Door("127.0.0.1", 18080),
+    )
+)
 
 
 def complete(namespace: str = "/") -> Seen:
@@ -37,10 +43,19 @@ def test_services_of_another_namespace_do_not_count() -> None:
 @pytest.mark.parametrize(
     ("seen", "expected"),
     [
-        (replace(complete(), ports=frozenset({15020})), Missing("gateway", "a listener at port 19090")),
+        (
+            replace(complete(), ports=frozenset({15020})),
+            Missing("gateway", "a listener at port 19090"),
+        ),
         (replace(complete(), topics=frozenset()), Missing("simulator", "topic twin/joint_states")),
-        (replace(complete(), services=complete().services - {"/move_to"}), Missing("motion_server", "service move_to")),
-        (replace(complete(), mode=""), Missing("twin_controller", "mode IDLE (no twin_controller/state yet)")),
+        (
+            replace(complete(), services=complete().services - {"/move_to"}),
+            Missing("motion_server", "service move_to"),
+        ),
+        (
+            replace(complete(), mode=""),
+            Missing("twin_controller", "mode IDLE (no twin_controller/state yet)"),
+        ),
         (
             replace(complete(), mode="OFFLINE", why="no answer of the robot"),
             Missing("twin_controller", "mode IDLE: it is OFFLINE (no answer of the robot)"),

@@ -35,6 +35,7 @@ DEADLINES = Bringup(
     terminate_grace=2.0,
     kill_grace=1.0,
     log_lines=10,
+    log_limit_mb=1.0,
 )
 CONTROLLER = NodePlan("twin_controller", "p", "twin_controller", leaves=1)
 RECORDER = NodePlan("recorder", "p", "recorder", leaves=2)
@@ -55,12 +56,17 @@ def running(foreground: NodePlan | None = None) -> Cell:
 
 
 def end_in_order(cell: Cell, now: float) -> tuple[Cell, list[frozenset[str]]]:
-    """Let every process obey its first SIGINT; return the groups in the order in which they were signalled."""
+    """Let every process obey its first SIGINT.
+
+    Return the groups in the order in which they were signalled.
+    """
     groups: list[frozenset[str]] = []
     cell, actions = step(cell, Interrupted(signal.SIGINT), now)
     while cell.phase is not Phase.ENDED:
         signals = [action for action in actions if isinstance(action, Signal)]
-        assert [action.number for action in signals] == [signal.SIGINT], "exactly one group is asked at a time"
+        assert [action.number for action in signals] == [signal.SIGINT], (
+            "exactly one group is asked at a time"
+        )
         groups.append(signals[0].names)
         actions = []
         for name in sorted(signals[0].names):
@@ -97,7 +103,10 @@ def test_cell_that_is_not_ready_in_time_names_what_is_missing() -> None:
     cell, actions = step(cell, Tick(), 30.0)
     explain = actions[0]
     assert isinstance(explain, Explain)
-    assert "not ready after 30 s" in explain.text and "gateway: a listener at port 9090" in explain.text
+    assert (
+        "not ready after 30 s" in explain.text
+        and "gateway: a listener at port 9090" in explain.text
+    )
     assert explain.logs == ("gateway",)
     assert (cell.phase, cell.exit_code) == (Phase.ENDING, 1)
 
@@ -107,7 +116,9 @@ def test_cell_that_is_not_ready_in_time_names_what_is_missing() -> None:
     [(2, 2, "exit code 2"), (0, 1, "exit code 0"), (-9, 137, "SIGKILL"), (-11, 139, "SIGSEGV")],
 )
 @pytest.mark.parametrize("ready", [False, True])
-def test_a_node_that_dies_is_named_and_ends_the_cell(code: int, exit_code: int, text: str, ready: bool) -> None:
+def test_a_node_that_dies_is_named_and_ends_the_cell(
+    code: int, exit_code: int, text: str, ready: bool
+) -> None:
     """Even an exit code of 0 is a fault: a node has no business to end."""
     cell, actions = step(running() if ready else started(), Ended("simulator", code), 3.0)
     explain = actions[0]
@@ -116,8 +127,12 @@ def test_a_node_that_dies_is_named_and_ends_the_cell(code: int, exit_code: int, 
     assert (cell.phase, cell.exit_code) == (Phase.ENDING, exit_code)
 
 
-@pytest.mark.parametrize(("code", "exit_code", "told"), [(0, 0, False), (3, 3, True), (-15, 143, True)])
-def test_end_of_the_foreground_ends_the_cell_with_its_code(code: int, exit_code: int, told: bool) -> None:
+@pytest.mark.parametrize(
+    ("code", "exit_code", "told"), [(0, 0, False), (3, 3, True), (-15, 143, True)]
+)
+def test_end_of_the_foreground_ends_the_cell_with_its_code(
+    code: int, exit_code: int, told: bool
+) -> None:
     """A demo ends by itself; a failed experiment is the demo's failure."""
     cell, actions = step(running(RUN), Ended("run_experiment", code), 50.0)
     assert any(isinstance(action, Explain) for action in actions) is told
@@ -125,7 +140,7 @@ def test_end_of_the_foreground_ends_the_cell_with_its_code(code: int, exit_code:
 
 
 def test_controller_leaves_first_then_recorder_then_the_others_then_the_master() -> None:
-    """The controller disarms the robot's watchdog while the robot is there, and the recorder sees it."""
+    """The controller disarms the watchdog while the robot is there; the recorder sees it."""
     cell, groups = end_in_order(running(), 5.0)
     assert groups == [
         frozenset({"twin_controller"}),
@@ -157,7 +172,9 @@ def test_process_that_ignores_signals_gets_harder_ones_after_each_grace() -> Non
         seen.append([action.number for action in actions if isinstance(action, Signal)])
     assert seen == [[], [signal.SIGTERM], [], [signal.SIGKILL]]
     cell, actions = step(cell, Ended("twin_controller", -9), 17.1)
-    assert actions == [Signal(frozenset({"recorder"}), signal.SIGINT)], "the next group starts gently again"
+    assert actions == [Signal(frozenset({"recorder"}), signal.SIGINT)], (
+        "the next group starts gently again"
+    )
 
 
 def test_process_that_survives_sigkill_is_named_and_does_not_hang_the_end() -> None:
@@ -168,7 +185,9 @@ def test_process_that_survives_sigkill_is_named_and_does_not_hang_the_end() -> N
     while cell.phase is Phase.ENDING:
         now += 1.0
         cell, actions = step(cell, Tick(), now)
-    assert any(isinstance(action, Explain) and "not even by SIGKILL" in action.text for action in actions)
+    assert any(
+        isinstance(action, Explain) and "not even by SIGKILL" in action.text for action in actions
+    )
     assert now <= 10.0 + 5.0 + 2.0 + 1.0 + 1.0
 
 
@@ -185,7 +204,10 @@ def test_node_that_dies_beside_the_first_is_named_too() -> None:
     """The first to be noticed need not be the cause."""
     cell, _ = step(running(), Ended("simulator", 1), 5.0)
     cell, actions = step(cell, Ended("gateway", 7), 5.0)
-    assert any(isinstance(action, Explain) and "gateway ended with exit code 7 as well" in action.text for action in actions)
+    assert any(
+        isinstance(action, Explain) and "gateway ended with exit code 7 as well" in action.text
+        for action in actions
+    )
     assert cell.exit_code == 1
 
 
@@ -197,7 +219,9 @@ def test_node_that_obeys_is_not_called_dead() -> None:
 
 
 EVENTS = st.one_of(
-    st.builds(Ended, st.sampled_from([node.name for node in [*NODES, RUN, MASTER]]), st.integers(-15, 3)),
+    st.builds(
+        Ended, st.sampled_from([node.name for node in [*NODES, RUN, MASTER]]), st.integers(-15, 3)
+    ),
     st.just(Checked(())),
     st.just(Checked((Missing("gateway", "x"),))),
     st.builds(Interrupted, st.sampled_from([signal.SIGINT, signal.SIGTERM, signal.SIGHUP])),
@@ -206,8 +230,10 @@ EVENTS = st.one_of(
 
 
 @given(st.lists(EVENTS, max_size=30))
-def test_every_history_ends_and_every_living_process_is_killed_on_the_way(events: list[Event]) -> None:
-    """Whatever happens, a signal and time bring the cell to its end, and nobody alive is forgotten."""
+def test_every_history_ends_and_every_living_process_is_killed_on_the_way(
+    events: list[Event],
+) -> None:
+    """A signal and time always bring the cell to its end, and nobody alive is forgotten."""
     cell, now = started(RUN), 0.0
     killed: set[str] = set()
 
@@ -230,7 +256,9 @@ def test_every_history_ends_and_every_living_process_is_killed_on_the_way(events
     assert cell.alive <= killed, "who has not ended was killed"
 
 
-@pytest.mark.parametrize(("code", "text"), [(0, "exit code 0"), (5, "exit code 5"), (-15, "SIGTERM"), (-99, "signal 99")])
+@pytest.mark.parametrize(
+    ("code", "text"), [(0, "exit code 0"), (5, "exit code 5"), (-15, "SIGTERM"), (-99, "signal 99")]
+)
 def test_exit_is_described_in_words(code: int, text: str) -> None:
     """Signals have names, and a number without one is still told."""
     assert text in describe_exit(code)

@@ -44,23 +44,62 @@ def test_good_file_becomes_the_structure(tmp_path: Path) -> None:
         ("rate_hz: fast\naxes: []\n", "rate_hz", "'fast'", "Expected `int`"),
         ("rate_hz: 1.5\naxes: []\n", "rate_hz", "1.5", "Expected `int`"),
         ("rate_hz: null\naxes: []\n", "rate_hz", "None", "Expected `int`"),
-        ("rate_hz: 1\naxes:\n  - {name: a, speed_percent: 101}\n", r"axes\[0\]\.speed_percent", "101", "<= 100"),
-        ("rate_hz: 1\naxes:\n  - {name: a, speed_percent: .nan}\n", r"axes\[0\]\.speed_percent", "nan", ""),
-        ("rate_hz: 1\naxes:\n  - {name: 7, speed_percent: 10}\n", r"axes\[0\]\.name", "7", "Expected `str`"),
-        ("rate_hz: 1\naxes:\n  - {name: a}\n", r"axes\[0\]", r"\{name\}", "missing required field `speed_percent`"),
+        (
+            "rate_hz: 1\naxes:\n  - {name: a, speed_percent: 101}\n",
+            r"axes\[0\]\.speed_percent",
+            "101",
+            "<= 100",
+        ),
+        (
+            "rate_hz: 1\naxes:\n  - {name: a, speed_percent: .nan}\n",
+            r"axes\[0\]\.speed_percent",
+            "nan",
+            "",
+        ),
+        (
+            "rate_hz: 1\naxes:\n  - {name: 7, speed_percent: 10}\n",
+            r"axes\[0\]\.name",
+            "7",
+            "Expected `str`",
+        ),
+        (
+            "rate_hz: 1\naxes:\n  - {name: a}\n",
+            r"axes\[0\]",
+            r"\{name\}",
+            "missing required field `speed_percent`",
+        ),
         ("axes: []\n", r"\(top level\)", r"\{axes\}", "missing required field `rate_hz`"),
-        ("rate_hz: 1\naxes: []\nrate: 2\n", r"\(top level\)", r"\{rate_hz, axes, rate\}", "unknown field `rate`"),
-        ("rate_hz: 1\naxes: []\ngains: {p: 1, i: high}\n", r"gains\.i", "'high'", "Expected `float`"),
-        ("rate_hz: 1\naxes: []\nrows: {a: {b: 1, c: x}, d: {e: 1}}\n", r"rows\.a\.c", "'x'", "Expected `int`"),
+        (
+            "rate_hz: 1\naxes: []\nrate: 2\n",
+            r"\(top level\)",
+            r"\{rate_hz, axes, rate\}",
+            "unknown field `rate`",
+        ),
+        (
+            "rate_hz: 1\naxes: []\ngains: {p: 1, i: high}\n",
+            r"gains\.i",
+            "'high'",
+            "Expected `float`",
+        ),
+        (
+            "rate_hz: 1\naxes: []\nrows: {a: {b: 1, c: x}, d: {e: 1}}\n",
+            r"rows\.a\.c",
+            "'x'",
+            "Expected `int`",
+        ),
         ("- 1\n", r"\(top level\)", r"\[1\]", "Expected `object`"),
         ("", r"\(top level\)", "None", "Expected `object`"),
     ],
 )
-def test_wrong_value_is_refused_with_key_value_and_allowed(tmp_path: Path, text: str, key: str, value: str, allowed: str) -> None:
+def test_wrong_value_is_refused_with_key_value_and_allowed(
+    tmp_path: Path, text: str, key: str, value: str, allowed: str
+) -> None:
     """One line holds all a person needs to mend the file."""
     file = tmp_path / "example.yaml"
     file.write_text(text)
-    with pytest.raises(ConfigError, match=rf"example\.yaml: {key}.* = .*{value}.*: .*{allowed}") as caught:
+    with pytest.raises(
+        ConfigError, match=rf"example\.yaml: {key}.* = .*{value}.*: .*{allowed}"
+    ) as caught:
         load(file, Example)
     assert "\n" not in str(caught.value)
 
@@ -95,13 +134,17 @@ def test_tree_of_the_caller_is_not_touched_by_an_error() -> None:
     assert tree == {"rate_hz": 1, "axes": [], "rows": {"a": {"b": 1, "c": "x"}, "d": {}}}
 
 
-def test_override_is_the_configuration_directory(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_override_is_the_configuration_directory(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     """A second cell reads its own folder; every program of it inherits the variable."""
     monkeypatch.setenv("SCARA_CONFIG_DIR", str(tmp_path))
     assert config_directory() == tmp_path
 
 
-def test_configuration_directory_is_the_package_without_override(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_configuration_directory_is_the_package_without_override(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """ROS finds the package in the source space."""
     monkeypatch.delenv("SCARA_CONFIG_DIR", raising=False)
     assert (config_directory() / "bringup.yaml").is_file()

@@ -35,7 +35,10 @@ def test_registers_stand_where_the_controller_has_them(name: str, first: int, la
 
 
 def test_state_and_set_point_blocks_fit_one_request_each() -> None:
-    """Modbus reads at most 125 registers at once, so that position, speed and clock belong together."""
+    """Position, speed and clock belong together.
+
+    Modbus reads at most 125 registers at once.
+    """
 
     def span(first: str, last: str) -> int:
         start, end = MAP.holding_registers[first], MAP.holding_registers[last]
@@ -45,19 +48,26 @@ def test_state_and_set_point_blocks_fit_one_request_each() -> None:
     assert span("setpoint", "stream_speed") <= 123
 
 
-@pytest.mark.parametrize(("number", "name"), [(1, "imstp"), (2, "hold"), (5, "fault_reset"), (6, "start"), (8, "enbl")])
+@pytest.mark.parametrize(
+    ("number", "name"), [(1, "imstp"), (2, "hold"), (5, "fault_reset"), (6, "start"), (8, "enbl")]
+)
 def test_inputs_are_the_user_operator_panel_from_6001(number: int, name: str) -> None:
     """UI[n] is coil 6000 + n."""
     assert MAP.coils[name].address == 6000 + number
 
 
-@pytest.mark.parametrize(("number", "name"), [(1, "cmdenbl"), (3, "progrun"), (4, "paused"), (6, "fault"), (10, "busy")])
+@pytest.mark.parametrize(
+    ("number", "name"), [(1, "cmdenbl"), (3, "progrun"), (4, "paused"), (6, "fault"), (10, "busy")]
+)
 def test_outputs_are_the_user_operator_panel_from_6001(number: int, name: str) -> None:
     """UO[n] is discrete input 6000 + n."""
     assert MAP.discrete_inputs[name].address == 6000 + number
 
 
-@pytest.mark.parametrize(("kind", "count", "words"), [("int16", 1, 1), ("int32", 1, 2), ("float32", 9, 18), ("string", 40, 40)])
+@pytest.mark.parametrize(
+    ("kind", "count", "words"),
+    [("int16", 1, 1), ("int32", 1, 2), ("float32", 9, 18), ("string", 40, 40)],
+)
 def test_width_follows_from_type_and_count(kind: Any, count: int, words: int) -> None:
     """A string counts words, two characters each."""
     assert Register(address=1, type=kind, unit="", meaning="", count=count).words == words
@@ -66,21 +76,61 @@ def test_width_follows_from_type_and_count(kind: Any, count: int, words: int) ->
 @pytest.mark.parametrize(
     ("path", "value", "text"),
     [
-        (["holding_registers", "position_valid", "address"], 1018, r"position_valid\.address = 1018: overlaps position, .*1018"),
-        (["holding_registers", "position", "count"], 10, r"position_valid\.address = 1019: overlaps position"),
+        (
+            ["holding_registers", "position_valid", "address"],
+            1018,
+            r"position_valid\.address = 1018: overlaps position, .*1018",
+        ),
+        (
+            ["holding_registers", "position", "count"],
+            10,
+            r"position_valid\.address = 1019: overlaps position",
+        ),
         (["holding_registers", "clock_ms", "address"], 0, r"clock_ms.* = 0: Expected `int` >= 1"),
-        (["holding_registers", "clock_ms", "address"], 65537, r"clock_ms.* = 65537: Expected `int` <= 65536"),
-        (["holding_registers", "clock_ms", "type"], "int64", r"clock_ms.* = 'int64': Invalid enum value"),
-        (["holding_registers", "clock_ms", "meaning"], REMOVED, r"missing required field `meaning`"),
+        (
+            ["holding_registers", "clock_ms", "address"],
+            65537,
+            r"clock_ms.* = 65537: Expected `int` <= 65536",
+        ),
+        (
+            ["holding_registers", "clock_ms", "type"],
+            "int64",
+            r"clock_ms.* = 'int64': Invalid enum value",
+        ),
+        (
+            ["holding_registers", "clock_ms", "meaning"],
+            REMOVED,
+            r"missing required field `meaning`",
+        ),
         (["holding_registers", "clock_ms", "adress"], 5, r"unknown field `adress`"),
         (["coils", "hold", "address"], 6001, r"coils: an address occurs more than once"),
-        (["discrete_inputs", "fault", "address"], 6001, r"discrete_inputs: an address occurs more than once"),
+        (
+            ["discrete_inputs", "fault", "address"],
+            6001,
+            r"discrete_inputs: an address occurs more than once",
+        ),
         (["holding_registers", "heartbeat"], REMOVED, r"holding_registers\.heartbeat: is missing"),
-        (["holding_registers", "override", "type"], "float32", r"override = float32: must be int16 or int32"),
-        (["holding_registers", "override", "write"], False, r"override: must be a holding register with write: true"),
-        (["holding_registers", "setpoint", "count"], 6, r"position, velocity, setpoint = 9, 9, 6 values: must be as many each"),
+        (
+            ["holding_registers", "override", "type"],
+            "float32",
+            r"override = float32: must be int16 or int32",
+        ),
+        (
+            ["holding_registers", "override", "write"],
+            False,
+            r"override: must be a holding register with write: true",
+        ),
+        (
+            ["holding_registers", "setpoint", "count"],
+            6,
+            r"position, velocity, setpoint = 9, 9, 6 values: must be as many each",
+        ),
         (["coils", "rsr3"], REMOVED, r"coils\.rsr3: is missing"),
-        (["coils", "rsr9"], {"address": 6019, "meaning": ""}, r"coils\.rsr9: is unknown, allowed are imstp"),
+        (
+            ["coils", "rsr9"],
+            {"address": 6019, "meaning": ""},
+            r"coils\.rsr9: is unknown, allowed are imstp",
+        ),
         (["discrete_inputs", "busy"], REMOVED, r"discrete_inputs\.busy: is missing"),
         (["device_id"], 248, r"device_id = 248: Expected `int` <= 247"),
         (["word_order"], "middle", r"word_order = 'middle'"),
@@ -92,11 +142,15 @@ def test_wrong_map_is_refused(tmp_path: Path, path: list[str | int], value: Any,
         load_modbus_map(changed_yaml(shipped("modbus_map.yaml"), tmp_path, path, value))
 
 
-@pytest.mark.parametrize("coil", ["imstp", "hold", "cstopi", "fault_reset", "start", "rsr1", "gripper"])
+@pytest.mark.parametrize(
+    "coil", ["imstp", "hold", "cstopi", "fault_reset", "start", "rsr1", "gripper"]
+)
 def test_coil_that_stops_or_starts_the_robot_must_be_writable(tmp_path: Path, coil: str) -> None:
     """A map that does not release it is found at the start, not when STOP is pressed."""
     folder = changed_yaml(shipped("modbus_map.yaml"), tmp_path, ["coils", coil, "write"], False)
-    with pytest.raises(ConfigError, match=rf"modbus_map\.yaml: coils\.{coil}\.write = false: must be true"):
+    with pytest.raises(
+        ConfigError, match=rf"modbus_map\.yaml: coils\.{coil}\.write = false: must be true"
+    ):
         load_modbus_map(folder)
 
 
@@ -106,27 +160,61 @@ SIX = SHIPPED / "robots" / "articulated_six" / "modbus_map.yaml"
 @pytest.mark.parametrize(
     ("path", "value", "text"),
     [
-        (["status_word", "register"], "nothing", r"status_word\.register = nothing: must be the name of a register of one word"),
+        (
+            ["status_word", "register"],
+            "nothing",
+            r"status_word\.register = nothing: must be the name of a register of one word",
+        ),
         (["status_word", "bits", "fault"], REMOVED, r"status_word\.bits\.fault: is missing"),
         (["status_word", "bits", "fault"], 4, r"status_word\.bits: a bit occurs more than once"),
         (["status_word", "bits", "fault"], 16, r"Expected `int` <= 15"),
-        (["command_word", "echo"], "clock_ms", r"command_word\.echo = clock_ms: must be the name of a register of one word"),
-        (["command_word", "sequence"], "heartbeat", r"command_word: register and sequence must be neighbours"),
+        (
+            ["command_word", "echo"],
+            "clock_ms",
+            r"command_word\.echo = clock_ms: must be the name of a register of one word",
+        ),
+        (
+            ["command_word", "sequence"],
+            "heartbeat",
+            r"command_word: register and sequence must be neighbours",
+        ),
         (["command_word", "codes", "cstopi"], REMOVED, r"command_word\.codes\.cstopi: is missing"),
-        (["command_word", "codes", "hold"], {"low": 3}, r"command_word\.codes\.hold: needs either low and high or pulse"),
-        (["command_word", "codes", "hold"], {"low": 3, "high": 10}, r"command_word\.codes: a code occurs more than once"),
-        (["command_word", "codes", "dance"], {"pulse": 99}, r"command_word\.codes\.dance: is unknown, allowed are imstp"),
+        (
+            ["command_word", "codes", "hold"],
+            {"low": 3},
+            r"command_word\.codes\.hold: needs either low and high or pulse",
+        ),
+        (
+            ["command_word", "codes", "hold"],
+            {"low": 3, "high": 10},
+            r"command_word\.codes: a code occurs more than once",
+        ),
+        (
+            ["command_word", "codes", "dance"],
+            {"pulse": 99},
+            r"command_word\.codes\.dance: is unknown, allowed are imstp",
+        ),
         (["coils"], {"hold": {"address": 1, "meaning": ""}}, r"command_word: there are coils too"),
-        (["discrete_inputs"], {"fault": {"address": 1, "meaning": ""}}, r"status_word: there are discrete_inputs too"),
+        (
+            ["discrete_inputs"],
+            {"fault": {"address": 1, "meaning": ""}},
+            r"status_word: there are discrete_inputs too",
+        ),
         (
             ["input_registers", "override"],
             {"address": 900, "type": "int16", "unit": "percent", "meaning": ""},
             r"override: stands in",
         ),
-        (["holding_registers", "setpoint", "scale"], 0.0, r"scale = 0\.0: Expected `float` >= 1e-09"),
+        (
+            ["holding_registers", "setpoint", "scale"],
+            0.0,
+            r"scale = 0\.0: Expected `float` >= 1e-09",
+        ),
     ],
 )
-def test_wrong_map_of_another_controller_is_refused(tmp_path: Path, path: list[str | int], value: Any, text: str) -> None:
+def test_wrong_map_of_another_controller_is_refused(
+    tmp_path: Path, path: list[str | int], value: Any, text: str
+) -> None:
     """Words, bits and command codes are checked as registers and coils are."""
     with pytest.raises(ConfigError, match=rf"modbus_map\.yaml: .*{text}"):
         load_modbus_map(changed_yaml(SIX, tmp_path, path, value))

@@ -1,4 +1,7 @@
-"""The robot profile: units change at the border, and a profile that contradicts itself is refused."""
+"""The robot profile.
+
+Units change at the border, and a profile that contradicts itself is refused.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +22,9 @@ ROBOT = load_robot(SHIPPED)
 def test_limits_and_speeds_of_turning_joints_are_radians() -> None:
     """joint_1 turns +-148 deg at 440 deg/s at most (facts: SR-6iA)."""
     joint = ROBOT.joint("joint_1")
-    assert np.degrees([joint.lower, joint.upper, joint.velocity]) == pytest.approx([-148.0, 148.0, 440.0])
+    assert np.degrees([joint.lower, joint.upper, joint.velocity]) == pytest.approx(
+        [-148.0, 148.0, 440.0]
+    )
     assert math.degrees(joint.acceleration) == pytest.approx(2500.0)
     assert math.degrees(joint.jerk) == pytest.approx(40000.0)
 
@@ -34,7 +39,12 @@ def test_limits_and_speeds_of_sliding_joints_are_metres() -> None:
 
 def test_twin_moves_all_but_joint_4() -> None:
     """The article leaves joint 4 out of the model; the table is a joint that moves no tool."""
-    assert [joint.name for joint in ROBOT.twin_joints] == ["joint_1", "joint_2", "joint_3", "table_joint"]
+    assert [joint.name for joint in ROBOT.twin_joints] == [
+        "joint_1",
+        "joint_2",
+        "joint_3",
+        "table_joint",
+    ]
     assert [joint.name for joint in ROBOT.arm_joints] == ["joint_1", "joint_2", "joint_3"]
 
 
@@ -55,9 +65,14 @@ def test_home_pose_is_a_rigid_transform() -> None:
     assert pose[3] == pytest.approx([0, 0, 0, 1])
 
 
-@pytest.mark.parametrize("joint", [joint for joint in ROBOT.joints if joint.screw_axis is not None], ids=lambda j: j.name)
+@pytest.mark.parametrize(
+    "joint", [joint for joint in ROBOT.joints if joint.screw_axis is not None], ids=lambda j: j.name
+)
 def test_screw_axes_are_normalised(joint: Any) -> None:
-    """A turning axis has |omega| = 1 and v perpendicular to it, a sliding one omega = 0 and |v| = 1."""
+    """A turning axis has |omega| = 1 and v perpendicular to it.
+
+    A sliding one has omega = 0 and |v| = 1.
+    """
     omega, v = np.array(joint.screw_axis[:3]), np.array(joint.screw_axis[3:])
     if isinstance(joint, PrismaticJoint):
         assert not omega.any() and np.linalg.norm(v) == pytest.approx(1.0)
@@ -67,7 +82,9 @@ def test_screw_axes_are_normalised(joint: Any) -> None:
 
 def test_unknown_joint_is_refused_with_the_known_ones() -> None:
     """The text helps against typing errors."""
-    with pytest.raises(ConfigError, match=r"unknown joint 'joint_9': robot.yaml has joint_1, .*table_joint"):
+    with pytest.raises(
+        ConfigError, match=r"unknown joint 'joint_9': robot.yaml has joint_1, .*table_joint"
+    ):
         ROBOT.joint("joint_9")
 
 
@@ -85,7 +102,11 @@ def test_home_is_the_articles_position_1_in_si() -> None:
         (["joints", 1, "name"], "joint_1", r"name joint_1 occurs more than once"),
         (["joints", 1, "axis_number"], 1, r"axis_number 1 occurs more than once"),
         (["joints", 2, "axis_number"], 10, r"joints\[2\]\.axis_number = 10: Expected `int` <= 9"),
-        (["joints", 0, "velocity_deg_s"], 0.0, r"joints\[0\]\.velocity_deg_s = 0.0: Expected `float` > 0"),
+        (
+            ["joints", 0, "velocity_deg_s"],
+            0.0,
+            r"joints\[0\]\.velocity_deg_s = 0.0: Expected `float` > 0",
+        ),
         (["joints", 0, "type"], "spherical", r"joints\[0\]\.type = 'spherical'"),
         (["joints", 2, "lower_deg"], -10.0, r"joints\[2\].*unknown field `lower_deg`"),
         (["joints", 2, "lower_mm"], REMOVED, r"joints\[2\].*missing required field `lower_mm`"),
@@ -96,14 +117,24 @@ def test_home_is_the_articles_position_1_in_si() -> None:
         (["home", "joint_3"], 1.0, r"home\.joint_3 = 1: Expected -210 to 0 mm"),
         (["home", "joint_1"], 149.0, r"home\.joint_1 = 149: Expected -148 to 148 deg"),
         (["home", "joint_1"], REMOVED, r"home\.joint_1: is missing"),
-        (["home", "joint_4"], 0.0, r"home\.joint_4: is no joint of the twin; it has joint_1, .*table_joint"),
+        (
+            ["home", "joint_4"],
+            0.0,
+            r"home\.joint_4: is no joint of the twin; it has joint_1, .*table_joint",
+        ),
         (["joints", 1, "inertia"], REMOVED, r"joints: joint_2\.inertia: is missing"),
         (["positions_m", "P1"], [0.65, 0.0], r"positions_m\.P1.*length 3"),
-        (["keep_out", 0, "lower_mm"], [900.0, 0.0, 0.0], r"keep_out\.below_table: lower_mm is not below upper_mm"),
+        (
+            ["keep_out", 0, "lower_mm"],
+            [900.0, 0.0, 0.0],
+            r"keep_out\.below_table: lower_mm is not below upper_mm",
+        ),
         (["urdf"], REMOVED, r"missing required field `urdf`"),
     ],
 )
-def test_wrong_profile_is_refused(tmp_path: Path, path: list[str | int], value: Any, text: str) -> None:
+def test_wrong_profile_is_refused(
+    tmp_path: Path, path: list[str | int], value: Any, text: str
+) -> None:
     """File, key, value and what is allowed."""
     with pytest.raises(ConfigError, match=rf"robot\.yaml: .*{text}"):
         load_robot(changed_yaml(shipped("robot.yaml"), tmp_path, path, value))

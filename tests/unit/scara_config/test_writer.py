@@ -70,7 +70,9 @@ def test_a_failed_write_leaves_the_old_file(file: Path, monkeypatch: pytest.Monk
     assert [path.name for path in file.parent.iterdir()] == ["gains.yaml"]
 
 
-@pytest.mark.parametrize("name", ["pid_gains.yaml", "simulation.yaml", "twin_controller.yaml", "robot.yaml"])
+@pytest.mark.parametrize(
+    "name", ["pid_gains.yaml", "simulation.yaml", "twin_controller.yaml", "robot.yaml"]
+)
 def test_writing_nothing_changes_nothing_in_our_files(name: str) -> None:
     """A proposal shows only what it changes."""
     path = shipped(name)

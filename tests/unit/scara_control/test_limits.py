@@ -61,11 +61,15 @@ def test_what_is_no_joint_vector_is_refused_by_every_check(check, values, text):
 def test_speed_above_the_joints_is_refused():
     """The limit is symmetric and named with its unit per second."""
     assert check_velocities(JOINTS, [7.6, -12.2, 2.0]) == (7.6, -12.2, 2.0)
-    with pytest.raises(JointLimitError, match=r"^joint_1 = -7\.7 rad/s is outside \[-7\.679, 7\.679\]$"):
+    with pytest.raises(
+        JointLimitError, match=r"^joint_1 = -7\.7 rad/s is outside \[-7\.679, 7\.679\]$"
+    ):
         check_velocities(JOINTS, [-7.7, 0.0, 0.0])
 
 
 def test_every_refusal_is_one_kind_of_error():
     """A service catches the root and answers with its text."""
-    assert issubclass(JointLimitError, ScaraControlError) and issubclass(JointVectorError, ScaraControlError)
+    assert issubclass(JointLimitError, ScaraControlError) and issubclass(
+        JointVectorError, ScaraControlError
+    )
     assert issubclass(ScaraControlError, ValueError)

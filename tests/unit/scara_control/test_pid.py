@@ -29,9 +29,13 @@ FINITE = st.floats(-1e3, 1e3)
         (PidGains(p=2.0, i=4.0), 0.3, 1.0, math.inf, 0.1, 0.0, 0.3),
     ],
 )
-def test_one_step_gives_the_effort_worked_out_by_hand(gains, integral, error, error_dot, dt, effort, integral_after):
+def test_one_step_gives_the_effort_worked_out_by_hand(
+    gains, integral, error, error_dot, dt, effort, integral_after
+):
     """U = p e + clamp(i * sum of e dt) + d de/dt; no step and no number give no effort."""
-    assert compute_command(gains, integral, error, error_dot, dt) == pytest.approx((effort, integral_after))
+    assert compute_command(gains, integral, error, error_dot, dt) == pytest.approx(
+        (effort, integral_after)
+    )
 
 
 def test_antiwindup_leaves_the_clamp_as_soon_as_the_error_changes_sign():
@@ -66,7 +70,9 @@ def test_loop_follows_the_closed_form_of_a_damped_oscillator():
 @given(FINITE, FINITE, st.floats(1e-4, 1.0), st.booleans())
 def test_integral_term_never_leaves_its_clamp(integral, error, dt, antiwindup):
     """The clamp holds for whatever went before."""
-    effort, _ = compute_command(PidGains(i=3.0, i_clamp=0.7, antiwindup=antiwindup), integral, error, 0.0, dt)
+    effort, _ = compute_command(
+        PidGains(i=3.0, i_clamp=0.7, antiwindup=antiwindup), integral, error, 0.0, dt
+    )
     assert abs(effort) <= 0.7 * (1.0 + 1e-12)
 
 
@@ -84,7 +90,8 @@ def test_loop_without_integral_gain_takes_over_nothing():
 
 
 @pytest.mark.parametrize(
-    ("effort", "through"), [(5.0, (5.0, False)), (10.0, (10.0, False)), (10.5, (10.0, True)), (-99.0, (-10.0, True))]
+    ("effort", "through"),
+    [(5.0, (5.0, False)), (10.0, (10.0, False)), (10.5, (10.0, True)), (-99.0, (-10.0, True))],
 )
 def test_saturation_is_reported(effort, through):
     """What is cut off is told, never silently lost."""

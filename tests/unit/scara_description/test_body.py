@@ -1,4 +1,7 @@
-"""A URDF from a profile: the frames are where the screws say, and a body that does not fit is refused."""
+"""A URDF from a profile.
+
+The frames are where the screws say, and a body that does not fit is refused.
+"""
 
 from __future__ import annotations
 
@@ -10,11 +13,11 @@ import numpy as np
 import pytest
 from harness.workspace import ROOT
 from harness.yaml_files import REMOVED, changed_yaml
+from robot_doctor.chain import read_description
 from scara_config import ConfigError, Robot, load_robot
 from scara_config.profile import CHOICE
 from scara_description.body import load_body, rpy_of, urdf_of
 from scara_description.inertia import rotation_from_rpy
-from twin_controller.doctor.chain import read_description
 
 FOLDER = ROOT / "config" / "robots" / "articulated_six"
 
@@ -36,7 +39,14 @@ def test_screws_and_tool_of_the_urdf_are_those_of_the_profile(robot: Robot) -> N
 
 
 @pytest.mark.parametrize(
-    "rpy", [(0.0, 0.0, 0.0), (0.3, -0.7, 2.0), (math.pi, 0.0, -math.pi / 2), (0.0, math.pi / 2, 0.0), (0.0, -math.pi / 2, 0.4)]
+    "rpy",
+    [
+        (0.0, 0.0, 0.0),
+        (0.3, -0.7, 2.0),
+        (math.pi, 0.0, -math.pi / 2),
+        (0.0, math.pi / 2, 0.0),
+        (0.0, -math.pi / 2, 0.4),
+    ],
 )
 def test_roll_pitch_yaw_give_the_rotation_back(rpy: tuple[float, float, float]) -> None:
     """Straight up and down too."""
@@ -47,16 +57,26 @@ def test_roll_pitch_yaw_give_the_rotation_back(rpy: tuple[float, float, float]) 
 @pytest.mark.parametrize(
     ("path", "value", "text"),
     [
-        (["links", 1, "parent"], "link_9", r"links: link_1\.parent = 'link_9': Expected a link above it"),
+        (
+            ["links", 1, "parent"],
+            "link_9",
+            r"links: link_1\.parent = 'link_9': Expected a link above it",
+        ),
         (["links", 1, "joint"], "joint_9", r"links: link_1\.joint = joint_9: no joint of the twin"),
         (["links", 1, "joint"], REMOVED, r"Expected each of joint_1, .* once"),
-        (["links", 0, "shapes", 0, "colour"], "pink", r"shapes\.colour = pink: Expected one of black"),
+        (
+            ["links", 0, "shapes", 0, "colour"],
+            "pink",
+            r"shapes\.colour = pink: Expected one of black",
+        ),
         (["links", 0, "shapes", 0, "box_mm"], REMOVED, r"each needs either box_mm or cylinder_mm"),
         (["links", 7, "name"], "tool1", r"links: there is no tool0"),
         (["links", 0, "mass_kg"], 0.0, r"mass_kg = 0\.0: Expected `float` > 0"),
     ],
 )
-def test_a_body_that_does_not_fit_is_refused(robot: Robot, tmp_path: Path, path: list[str | int], value: Any, text: str) -> None:
+def test_a_body_that_does_not_fit_is_refused(
+    robot: Robot, tmp_path: Path, path: list[str | int], value: Any, text: str
+) -> None:
     """File, link and what is allowed."""
     with pytest.raises(ConfigError, match=rf"body\.yaml: .*{text}"):
         load_body(robot, changed_yaml(FOLDER / "body.yaml", tmp_path, path, value))

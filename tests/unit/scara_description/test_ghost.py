@@ -7,8 +7,9 @@ from xml.etree import ElementTree
 
 import pytest
 from harness.workspace import ROOT
-from operator_panel.urdf import link_pose, parse_urdf
 from scara_description.ghost import COLOUR, PREFIX, DescriptionError, ghost_of
+
+from scara_description.urdf import link_pose, parse_urdf
 
 URDFS = sorted((ROOT / "src" / "scara_description" / "urdf").glob("*.urdf"))
 
@@ -34,13 +35,18 @@ def test_ghost_shows_only_what_moves_in_one_colour(urdf: Path) -> None:
     tree = ElementTree.fromstring(ghost_of(text))
     assert not list(tree.iter("collision")) and not list(tree.iter("inertial"))
     assert {element.get("rgba") for element in tree.iter("color")} == {COLOUR}
-    shown = {link.get("name", "").removeprefix(PREFIX) for link in tree.iter("link") if link.find("visual") is not None}
+    shown = {
+        link.get("name", "").removeprefix(PREFIX)
+        for link in tree.iter("link")
+        if link.find("visual") is not None
+    }
     assert moving <= shown and parse_urdf(text).root not in shown
 
 
 def test_shapes_of_the_ghost_are_a_hair_smaller() -> None:
     """Where both robots agree, the ghost is inside the twin."""
-    text = """<robot name="r"><link name="a"/><link name="b"><visual><geometry><box size="0.1 0.2 0.0004"/></geometry></visual>
+    text = """<robot name="r"><link name="a"/><link name="b">
+    <visual><geometry><box size="0.1 0.2 0.0004"/></geometry></visual>
     <visual><geometry><cylinder radius="0.02" length="0.3"/></geometry></visual></link>
     <joint name="j" type="continuous"><parent link="a"/><child link="b"/></joint></robot>"""
     box, cylinder = parse_urdf(ghost_of(text)).shapes["real/b"]
@@ -52,7 +58,10 @@ def test_shapes_of_the_ghost_are_a_hair_smaller() -> None:
     ("text", "why"),
     [
         ("<robot", "is no XML"),
-        ('<robot name="r"><link name="a"/><link name="b"/></robot>', "must have one root, it has a, b"),
+        (
+            '<robot name="r"><link name="a"/><link name="b"/></robot>',
+            "must have one root, it has a, b",
+        ),
         ('<robot name="r"/>', "must have one root, it has none"),
     ],
 )

@@ -9,15 +9,21 @@ import pytest
 from scara_description.inertia import ShapeError, inertial_of, rotation_from_rpy, with_inertia
 from scipy.spatial.transform import Rotation
 
-BOX = '<collision><origin xyz="{xyz}" rpy="{rpy}"/><geometry><box size="{size}"/></geometry></collision>'
+BOX = (
+    '<collision><origin xyz="{xyz}" rpy="{rpy}"/><geometry><box '
+    'size="{size}"/></geometry></collision>'
+)
 CYLINDER = (
-    '<collision><origin xyz="{xyz}" rpy="{rpy}"/><geometry><cylinder radius="{radius}" length="{length}"/></geometry></collision>'
+    '<collision><origin xyz="{xyz}" rpy="{rpy}"/><geometry><cylinder '
+    'radius="{radius}" length="{length}"/></geometry></collision>'
 )
 
 
 def link(*shapes: str, mass: float = 2.0) -> ET.Element:
     """Build a link of the given collision shapes."""
-    return ET.fromstring(f'<link name="part"><inertial><mass value="{mass}"/></inertial>{"".join(shapes)}</link>')
+    return ET.fromstring(
+        f'<link name="part"><inertial><mass value="{mass}"/></inertial>{"".join(shapes)}</link>'
+    )
 
 
 def test_box_has_the_textbook_inertia():
@@ -29,9 +35,13 @@ def test_box_has_the_textbook_inertia():
 
 def test_shape_without_origin_stands_at_the_links_frame():
     """As URDF says; a turned cylinder has its axis where the turn puts it."""
-    upright = inertial_of(link('<collision><geometry><cylinder radius="1" length="6"/></geometry></collision>'))
+    upright = inertial_of(
+        link('<collision><geometry><cylinder radius="1" length="6"/></geometry></collision>')
+    )
     np.testing.assert_allclose(upright.inertia, np.diag([6.5, 6.5, 1.0]))
-    lying = inertial_of(link(CYLINDER.format(xyz="5 6 7", rpy="0 1.5707963267948966 0", radius=1, length=6)))
+    lying = inertial_of(
+        link(CYLINDER.format(xyz="5 6 7", rpy="0 1.5707963267948966 0", radius=1, length=6))
+    )
     np.testing.assert_allclose(lying.inertia, np.diag([1.0, 6.5, 6.5]), atol=1e-12)
     np.testing.assert_allclose(lying.centre, [5.0, 6.0, 7.0])
 
@@ -53,10 +63,14 @@ def test_turned_shapes_agree_with_sampling():
     size, radius, length = np.array([0.2, 0.4, 0.3]), 0.1, 0.5
     volumes = {"box": size.prod(), "cylinder": np.pi * radius**2 * length}
     turn, reach = rng.uniform(0.0, 2.0 * np.pi, count), radius * np.sqrt(rng.uniform(size=count))
-    in_cylinder = np.column_stack([reach * np.cos(turn), reach * np.sin(turn), rng.uniform(-length / 2, length / 2, count)])
+    in_cylinder = np.column_stack(
+        [reach * np.cos(turn), reach * np.sin(turn), rng.uniform(-length / 2, length / 2, count)]
+    )
     in_box = rng.uniform(-size / 2, size / 2, (count, 3))
     matrix = Rotation.from_euler("xyz", rpy).as_matrix()
-    points = np.vstack([in_box @ matrix.T + places["box"], in_cylinder @ matrix.T + places["cylinder"]])
+    points = np.vstack(
+        [in_box @ matrix.T + places["box"], in_cylinder @ matrix.T + places["cylinder"]]
+    )
     share = np.repeat([volumes["box"], volumes["cylinder"]], count)
     weights = 2.0 * share / share.sum()
     centre = weights @ points / 2.0
@@ -77,14 +91,19 @@ def test_turned_shapes_agree_with_sampling():
 @pytest.mark.parametrize("rpy", [(0.1, 0.2, 0.3), (np.pi, 0.0, -np.pi / 2), (-2.0, 1.5, 0.7)])
 def test_rpy_is_about_fixed_axes(rpy):
     """URDF's convention: roll, then pitch, then yaw, each about the parent's axes."""
-    np.testing.assert_allclose(rotation_from_rpy(*rpy), Rotation.from_euler("xyz", rpy).as_matrix(), atol=1e-15)
+    np.testing.assert_allclose(
+        rotation_from_rpy(*rpy), Rotation.from_euler("xyz", rpy).as_matrix(), atol=1e-15
+    )
 
 
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
         ("<link name='part'/>", "link part has no mass"),
-        ("<link name='part'><inertial><mass value='1'/></inertial></link>", "link part has no collision shape"),
+        (
+            "<link name='part'><inertial><mass value='1'/></inertial></link>",
+            "link part has no collision shape",
+        ),
         (
             "<link name='part'><inertial><mass value='1'/></inertial>"
             "<collision><geometry><mesh filename='a'/></geometry></collision></link>",

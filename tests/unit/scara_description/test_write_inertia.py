@@ -28,7 +28,10 @@ def test_writes_once_and_then_finds_the_file_up_to_date(tmp_path, monkeypatch, c
     [
         (None, "No such file"),
         ("<robot>", "no element found"),
-        (TEXT.replace("box size", "mesh scale"), "link part has a collision shape that is neither box nor cylinder"),
+        (
+            TEXT.replace("box size", "mesh scale"),
+            "link part has a collision shape that is neither box nor cylinder",
+        ),
     ],
 )
 def test_file_that_cannot_be_done_stays_as_it_is(tmp_path, monkeypatch, text, reason):

@@ -11,7 +11,9 @@ from pathlib import Path
 import pytest
 from harness.workspace import ROOT
 
-VERBS = re.findall(r"^  ([a-z]+(?: \| [a-z]+)*)(?: \| -\S+)*\)", (ROOT / "cell").read_text(), re.MULTILINE)
+VERBS = re.findall(
+    r"^  ([a-z]+(?: \| [a-z]+)*)(?: \| -\S+)*\)", (ROOT / "cell").read_text(), re.MULTILINE
+)
 FOREIGN = {
     "PYTHONPATH": "/opt/ros/other/lib/python3.8/site-packages",
     "PYTHONHOME": "/nowhere",
@@ -25,7 +27,9 @@ FOREIGN = {
 }
 
 
-def run(*command: str, cwd: Path | None = None, env: dict[str, str] | None = None) -> subprocess.CompletedProcess[str]:
+def run(
+    *command: str, cwd: Path | None = None, env: dict[str, str] | None = None
+) -> subprocess.CompletedProcess[str]:
     """Run a command to its end."""
     return subprocess.run(command, cwd=cwd, env=env, capture_output=True, text=True, timeout=60)
 
@@ -61,23 +65,48 @@ def test_continuous_integration_calls_cell_test_and_nothing_else(tmp_path: Path)
     assert (done.stdout, done.returncode) == (f"cell:test:{tmp_path}\n", 7)
 
 
-def shell(script: str, env: dict[str, str] | None = None, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
+def shell(
+    script: str, env: dict[str, str] | None = None, cwd: Path | None = None
+) -> subprocess.CompletedProcess[str]:
     """Run a bash script in an almost empty environment."""
     base = {"HOME": "/nonexistent", "PATH": "/usr/bin:/bin"}
     return run("bash", "--norc", "-c", script, cwd=cwd, env={**base, **(env or {})})
 
 
+def test_tests_and_measurements_listen_at_this_machine_only() -> None:
+    """An address in the user's shell opened every node of every test."""
+    text = (ROOT / "cell").read_text()
+    (function,) = re.findall(r"^stay_on_loopback\(\) \{.*?^\}", text, re.MULTILINE | re.DOTALL)
+    foreign = {"ROS_IP": "192.168.1.5", "ROS_HOSTNAME": "cell-7"}
+    done = shell(f'{function}\nstay_on_loopback\necho "$ROS_IP|${{ROS_HOSTNAME-none}}"', foreign)
+    assert done.stdout == "127.0.0.1|none\n"
+    for verb in ("test", "bench"):
+        (body,) = re.findall(rf"^  {verb}\)(.*?);;", text, re.MULTILINE | re.DOTALL)
+        assert "stay_on_loopback" in body
+
+
 def test_sourced_environment_knows_the_workspace_without_any_variable_set(tmp_path: Path) -> None:
     """A fresh login has no ROS variables."""
-    done = shell(f'source "{ROOT}/env.sh" && rospack find scara_config && echo "$ROS_MASTER_URI $ROS_IP"', cwd=tmp_path)
-    assert done.stdout.split() == [str(ROOT / "config"), "http://127.0.0.1:11311", "127.0.0.1"], done.stderr
+    done = shell(
+        f'source "{ROOT}/env.sh" && rospack find scara_config && echo "$ROS_MASTER_URI $ROS_IP"',
+        cwd=tmp_path,
+    )
+    assert done.stdout.split() == [str(ROOT / "config"), "http://127.0.0.1:11311", "127.0.0.1"], (
+        done.stderr
+    )
 
 
 def test_foreign_variables_do_not_leak_in() -> None:
     """Another ROS, an activated venv and a foreign library path are forgotten."""
-    done = shell(f'source "{ROOT}/env.sh" && env && python3 -c "import rospy, scara_msgs.srv"', FOREIGN)
+    done = shell(
+        f'source "{ROOT}/env.sh" && env && python3 -c "import rospy, scara_msgs.srv"', FOREIGN
+    )
     assert done.returncode == 0, done.stderr
-    assert "/opt/ros/other" not in done.stdout and "/somebody" not in done.stdout and "/nowhere" not in done.stdout
+    assert (
+        "/opt/ros/other" not in done.stdout
+        and "/somebody" not in done.stdout
+        and "/nowhere" not in done.stdout
+    )
 
 
 def test_another_python_first_on_path_does_not_matter(tmp_path: Path) -> None:
@@ -93,8 +122,16 @@ def test_another_python_first_on_path_does_not_matter(tmp_path: Path) -> None:
 
 def test_choices_of_the_user_stay() -> None:
     """Master, address and namespace are the user's; ROS_IP is not set beside a ROS_HOSTNAME."""
-    env = {"ROS_MASTER_URI": "http://10.0.0.7:11311", "ROS_HOSTNAME": "here", "ROS_NAMESPACE": "cell_2"}
-    done = shell(f'source "{ROOT}/env.sh"; echo "$ROS_MASTER_URI $ROS_HOSTNAME $ROS_NAMESPACE ${{ROS_IP:-none}}"', env)
+    env = {
+        "ROS_MASTER_URI": "http://10.0.0.7:11311",
+        "ROS_HOSTNAME": "here",
+        "ROS_NAMESPACE": "cell_2",
+    }
+    done = shell(
+        f'source "{ROOT}/env.sh"; echo "$ROS_MASTER_URI $ROS_HOSTNAME $ROS_NAMESPACE '
+        f'${{ROS_IP:-none}}"',
+        env,
+    )
     assert done.stdout.split() == ["http://10.0.0.7:11311", "here", "cell_2", "none"]
 
 
@@ -109,13 +146,19 @@ def test_environment_of_an_unbuilt_workspace_says_what_to_do(tmp_path: Path) -> 
 def test_environment_can_be_sourced_twice() -> None:
     """Nothing piles up."""
     once = shell(f'source "{ROOT}/env.sh"; echo "$PYTHONPATH $CMAKE_PREFIX_PATH $ROS_PACKAGE_PATH"')
-    twice = shell(f'source "{ROOT}/env.sh"; source "{ROOT}/env.sh"; echo "$PYTHONPATH $CMAKE_PREFIX_PATH $ROS_PACKAGE_PATH"')
+    twice = shell(
+        f'source "{ROOT}/env.sh"; source "{ROOT}/env.sh"; echo "$PYTHONPATH '
+        '$CMAKE_PREFIX_PATH $ROS_PACKAGE_PATH"'
+    )
     assert once.stdout == twice.stdout
 
 
 def test_user_site_packages_are_left_out() -> None:
     """A library in ~/.local must not stand in front of a pinned one."""
-    done = shell(f'source "{ROOT}/env.sh"; "{ROOT}/.venv/bin/python" -c "import site; print(site.ENABLE_USER_SITE)"')
+    done = shell(
+        f'source "{ROOT}/env.sh"; "{ROOT}/.venv/bin/python" -c "import site; '
+        'print(site.ENABLE_USER_SITE)"'
+    )
     assert done.stdout == "False\n"
 
 

@@ -1,4 +1,7 @@
-"""twin_controller.yaml: the shipped file loads, a wrong one is refused with file, key, value and what is allowed."""
+"""twin_controller.yaml.
+
+The shipped file loads, a wrong one is refused with file, key, value and what is allowed.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,7 @@ from harness.workspace import ROOT
 from harness.yaml_files import REMOVED, changed_yaml
 from msgspec.structs import replace
 from scara_config import ConfigError, load_robot
-from twin_controller.config import load_twin_controller
+from twin_controller.config import links_text, load_twin_controller, recorded_links
 
 SHIPPED = ROOT / "config"
 ROBOT = load_robot(SHIPPED)
@@ -37,7 +40,9 @@ def test_the_shipped_file_loads() -> None:
 )
 def test_other_values_are_accepted(tmp_path: Path, path: list[str | int], value: Any) -> None:
     """Up to the limits of their range."""
-    load_twin_controller(ROBOT, changed_yaml(SHIPPED / "twin_controller.yaml", tmp_path, path, value))
+    load_twin_controller(
+        ROBOT, changed_yaml(SHIPPED / "twin_controller.yaml", tmp_path, path, value)
+    )
 
 
 @pytest.mark.parametrize(
@@ -53,28 +58,55 @@ def test_other_values_are_accepted(tmp_path: Path, path: list[str | int], value:
         (["real", "colour"], "yellow", r"unknown field `colour`"),
         (["change", "hysteresis"], 0.0, r"change\.hysteresis = 0\.0: Expected `float` > 0"),
         (["change", "confirm"], 4, r"change\.confirm = 4: Expected at most change\.window = 3"),
-        (["divergence", "confirm"], 16, r"divergence\.confirm = 16: Expected at most divergence\.window = 15"),
-        (["divergence", "release_ratio"], 1.0, r"divergence\.release_ratio = 1\.0: Expected `float` < 1"),
+        (
+            ["divergence", "confirm"],
+            16,
+            r"divergence\.confirm = 16: Expected at most divergence\.window = 15",
+        ),
+        (
+            ["divergence", "release_ratio"],
+            1.0,
+            r"divergence\.release_ratio = 1\.0: Expected `float` < 1",
+        ),
         (["real", "follow_lag_ms"], 151, r"real\.follow_lag_ms = 151: Expected 0 to 150"),
-        (["stream", "period_ms"], 9.0, r"stream\.period_ms = 9: Expected a multiple of real\.sample_period_ms = 2, or null"),
-        (["stream", "period_ms"], 0.000001, r"stream\.period_ms = 1e-06: Expected a multiple of real\.sample_period_ms = 2"),
+        (
+            ["stream", "period_ms"],
+            9.0,
+            r"stream\.period_ms = 9: Expected a multiple of real\.sample_period_ms = 2, or null",
+        ),
+        (
+            ["stream", "period_ms"],
+            0.000001,
+            r"stream\.period_ms = 1e-06: Expected a multiple of real\.sample_period_ms = 2",
+        ),
         (["home", "speed_percent"], 0.0, r"home\.speed_percent = 0\.0: Expected `float` >= 1"),
         (["state_rate_hz"], 0.5, r"state_rate_hz = 0\.5: Expected `float` >= 1"),
         (["decision_history"], 5, r"decision_history = 5: Expected `int` >= 10"),
     ],
 )
-def test_a_wrong_file_is_refused(tmp_path: Path, path: list[str | int], value: Any, text: str) -> None:
+def test_a_wrong_file_is_refused(
+    tmp_path: Path, path: list[str | int], value: Any, text: str
+) -> None:
     """File, key, value and what is allowed."""
     with pytest.raises(ConfigError, match=rf"twin_controller\.yaml: .*{text}"):
-        load_twin_controller(ROBOT, changed_yaml(SHIPPED / "twin_controller.yaml", tmp_path, path, value))
+        load_twin_controller(
+            ROBOT, changed_yaml(SHIPPED / "twin_controller.yaml", tmp_path, path, value)
+        )
 
 
-@pytest.mark.parametrize(("path", "value"), [(["separation", "enabled"], True), (["cell", "cartesian_speed_mm_s"], 250.0)])
-def test_watching_a_robot_without_watched_points_is_refused(tmp_path: Path, path: list[str | int], value: Any) -> None:
+@pytest.mark.parametrize(
+    ("path", "value"),
+    [(["separation", "enabled"], True), (["cell", "cartesian_speed_mm_s"], 250.0)],
+)
+def test_watching_a_robot_without_watched_points_is_refused(
+    tmp_path: Path, path: list[str | int], value: Any
+) -> None:
     """Nothing would be too fast or too close."""
     folder = changed_yaml(SHIPPED / "twin_controller.yaml", tmp_path, path, value)
     load_twin_controller(ROBOT, folder)
-    with pytest.raises(ConfigError, match=r"need watched_points in robot\.yaml: Expected at least one"):
+    with pytest.raises(
+        ConfigError, match=r"need watched_points in robot\.yaml: Expected at least one"
+    ):
         load_twin_controller(replace(ROBOT, watched_points=[]), folder)
 
 
@@ -82,3 +114,59 @@ def test_a_missing_file_is_refused(tmp_path: Path) -> None:
     """It is named."""
     with pytest.raises(ConfigError, match=r"twin_controller\.yaml: cannot be read"):
         load_twin_controller(ROBOT, tmp_path)
+
+
+def test_links_are_strict_unless_somebody_says_that_the_cell_is_a_desk() -> None:
+    """A real robot that is silent for a tenth of a second is lost."""
+    config = load_twin_controller(ROBOT, SHIPPED)
+    assert config.links == "strict"
+    assert (config.real.timeout_ms, config.real.stale_ms, config.twin.stale_ms) == (70, 100, 220)
+    assert config == load_twin_controller(ROBOT, SHIPPED, "strict")
+
+
+def test_a_desk_is_more_patient_with_its_links_and_with_nothing_else() -> None:
+    """Its processes share one machine; all other limits stay."""
+    strict, desk = (load_twin_controller(ROBOT, SHIPPED, links) for links in ("strict", "desk"))
+    assert desk.real.timeout_ms > strict.real.timeout_ms
+    assert desk.real.stale_ms > strict.real.stale_ms
+    assert desk.twin.stale_ms > strict.twin.stale_ms
+    patient = ("timeout_ms", "stale_ms", "clock_jump_ms", "clock_conflicts")
+    for side in (desk.real, desk.twin):
+        assert side.clock_jump_ms > 100.0 and side.clock_conflicts > 50
+    real = replace(desk.real, **{name: getattr(strict.real, name) for name in patient})
+    twin = replace(desk.twin, **{name: getattr(strict.twin, name) for name in patient[1:]})
+    assert replace(desk, real=real, twin=twin, links="strict") == strict
+
+
+def test_a_desk_is_never_stricter_than_the_file(tmp_path: Path) -> None:
+    """Who has made a limit longer keeps it."""
+    folder = changed_yaml(SHIPPED / "twin_controller.yaml", tmp_path, ["real", "stale_ms"], 5000.0)
+    assert load_twin_controller(ROBOT, folder, "desk").real.stale_ms == 5000.0
+
+
+def test_what_is_recorded_is_loaded_with_the_links_that_were_in_force(tmp_path: Path) -> None:
+    """A replay needs no parameter of the node that has run."""
+    desk = load_twin_controller(ROBOT, SHIPPED, "desk")
+    text = (SHIPPED / "twin_controller.yaml").read_text()
+    for name, recorded in (
+        ("line", recorded_links(text, desk)),
+        ("none", recorded_links(text.replace("links: strict", "# links: strict"), desk)),
+    ):
+        folder = tmp_path / name
+        folder.mkdir()
+        (folder / "twin_controller.yaml").write_text(recorded)
+        assert load_twin_controller(ROBOT, folder) == desk
+    assert recorded_links(text, load_twin_controller(ROBOT, SHIPPED)) == text
+
+
+def test_the_log_says_which_links_are_in_force() -> None:
+    """With each limit."""
+    said = links_text(load_twin_controller(ROBOT, SHIPPED))
+    assert said == "link limits: strict; robot: answer 70 ms, data 100 ms; twin: data 220 ms"
+
+
+@pytest.mark.parametrize("links", ["loose", "Desk"])
+def test_an_unknown_choice_of_links_is_refused(links: str) -> None:
+    """What is allowed is said."""
+    with pytest.raises(ConfigError, match=f"links = '{links}': Expected strict, or desk"):
+        load_twin_controller(ROBOT, SHIPPED, links)

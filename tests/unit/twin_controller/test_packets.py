@@ -11,10 +11,10 @@ import pytest
 from harness.pair import HOME, SETUP
 from hypothesis import given
 from hypothesis import strategies as st
-from twin_controller.core.actions import Do, FollowTwin, Perform
+from twin_controller.core.actions import Command, FollowTwin, Send
 from twin_controller.core.events import ClockProbe, TwinMeasured, TwinMotion, TwinPlan
-from twin_controller.packets import (
-    PacketError,
+from twin_controller.twin.fields import PacketError
+from twin_controller.twin.packets import (
     clock_probe,
     command_packet,
     end_packet,
@@ -32,13 +32,24 @@ ZERO = [0.0] * 4
 
 def joint_state(**changes: Any) -> dict[str, Any]:
     """Return a joint state of the twin with some fields changed."""
-    return {"header": STAMP, "name": list(NAMES), "position": [1, 2.0, 3.0, 4.0], "velocity": ZERO, "effort": []} | changes
+    return {
+        "header": STAMP,
+        "name": list(NAMES),
+        "position": [1, 2.0, 3.0, 4.0],
+        "velocity": ZERO,
+        "effort": [],
+    } | changes
 
 
 def point(due_ms: int, **changes: Any) -> dict[str, Any]:
     """Return one set point due after ``due_ms``."""
     due = {"secs": 0, "nsecs": due_ms * 1_000_000}
-    return {"positions": ZERO, "velocities": ZERO, "accelerations": ZERO, "time_from_start": due} | changes
+    return {
+        "positions": ZERO,
+        "velocities": ZERO,
+        "accelerations": ZERO,
+        "time_from_start": due,
+    } | changes
 
 
 def trajectory(*points: dict[str, Any], **changes: Any) -> dict[str, Any]:
@@ -49,20 +60,29 @@ def trajectory(*points: dict[str, Any], **changes: Any) -> dict[str, Any]:
 def motion_state(**changes: Any) -> dict[str, Any]:
     """Return the state of joint_pose_controller with some fields changed."""
     fields = {"state": "idle", "last_command_id": 7, "standing_still": True, "message": ""}
-    return fields | {f"speed_{kind}_percent": 10.0 for kind in ("requested", "applied", "limit")} | changes
+    return (
+        fields
+        | {f"speed_{kind}_percent": 10.0 for kind in ("requested", "applied", "limit")}
+        | changes
+    )
 
 
 def test_a_joint_state_becomes_an_input_in_the_cores_order() -> None:
     """The wire's order of joints is its own; more joints than ours are allowed."""
     order = ["table_joint", "gripper", "joint_3", "joint_2", "joint_1"]
     message = joint_state(name=order, position=[4, 9, 3, 2, 1], velocity=[0.4, 9, 0.3, 0.2, 0.1])
-    assert twin_measured(message, NAMES, 5.0) == TwinMeasured(5.0, 100.25, (1.0, 2.0, 3.0, 4.0), (0.1, 0.2, 0.3, 0.4))
+    assert twin_measured(message, NAMES, 5.0) == TwinMeasured(
+        5.0, 100.25, (1.0, 2.0, 3.0, 4.0), (0.1, 0.2, 0.3, 0.4)
+    )
 
 
 @pytest.mark.parametrize(
     ("changes", "text"),
     [
-        ({"name": list(NAMES[:3]), "position": ZERO[:3], "velocity": ZERO[:3]}, "name = .*: table_joint missing"),
+        (
+            {"name": list(NAMES[:3]), "position": ZERO[:3], "velocity": ZERO[:3]},
+            "name = .*: table_joint missing",
+        ),
         ({"name": None}, "name: missing"),
         ({"name": "joint_1"}, "name: missing"),
         ({"position": ZERO[:3]}, r"position: expected 4 numbers, got \[0.0, 0.0, 0.0\]"),
@@ -78,7 +98,10 @@ def test_a_joint_state_becomes_an_input_in_the_cores_order() -> None:
         ({"header": None}, "header: missing"),
         ({"header": {}}, "stamp = None: expected secs and nsecs"),
         ({"header": {"stamp": {"secs": 1.5, "nsecs": 0}}}, "stamp = .*: expected secs and nsecs"),
-        ({"header": {"stamp": {"secs": 10**400, "nsecs": 0}}}, "stamp = .*: expected secs and nsecs"),
+        (
+            {"header": {"stamp": {"secs": 10**400, "nsecs": 0}}},
+            "stamp = .*: expected secs and nsecs",
+        ),
     ],
 )
 def test_a_bad_joint_state_is_refused(changes: dict[str, Any], text: str) -> None:
@@ -92,7 +115,14 @@ def test_coming_set_points_become_a_plan() -> None:
     order = list(reversed(NAMES))
     message = trajectory(point(0), point(10, positions=[4, 3, 2, 1]), joint_names=order)
     plan = twin_plan(message, NAMES, 5.0)
-    assert plan == TwinPlan(5.0, 100.25, (0.0, 0.01), ((0.0,) * 4, (1.0, 2.0, 3.0, 4.0)), ((0.0,) * 4,) * 2, ((0.0,) * 4,) * 2)
+    assert plan == TwinPlan(
+        5.0,
+        100.25,
+        (0.0, 0.01),
+        ((0.0,) * 4, (1.0, 2.0, 3.0, 4.0)),
+        ((0.0,) * 4,) * 2,
+        ((0.0,) * 4,) * 2,
+    )
 
 
 @pytest.mark.parametrize(
@@ -105,8 +135,14 @@ def test_coming_set_points_become_a_plan() -> None:
         (trajectory(point(10), point(0)), "is not after"),
         (trajectory(point(0, positions=ZERO[:3])), "positions: expected 4 numbers"),
         (trajectory(point(0, velocities=[])), "velocities: expected 4 numbers"),
-        (trajectory(point(0, accelerations=[math.nan, 0.0, 0.0, 0.0])), "accelerations = .*: not finite"),
-        (trajectory(point(0, time_from_start=None)), "time_from_start = None: expected secs and nsecs"),
+        (
+            trajectory(point(0, accelerations=[math.nan, 0.0, 0.0, 0.0])),
+            "accelerations = .*: not finite",
+        ),
+        (
+            trajectory(point(0, time_from_start=None)),
+            "time_from_start = None: expected secs and nsecs",
+        ),
         (trajectory(None), "time_from_start = None"),  # type: ignore[arg-type]
         (trajectory("point"), "time_from_start = None"),  # type: ignore[arg-type]
         (trajectory(point(0), header=None), "header: missing"),
@@ -120,8 +156,12 @@ def test_bad_set_points_are_refused(message: dict[str, Any], text: str) -> None:
 
 def test_the_state_of_the_pose_controller_becomes_an_input() -> None:
     """Field by field."""
-    message = motion_state(state="moving", standing_still=False, message="busy", speed_limit_percent=80)
-    assert twin_motion(message, NAMES, 5.0) == TwinMotion(5.0, "moving", 10.0, 10.0, 80.0, 7, False, "busy")
+    message = motion_state(
+        state="moving", standing_still=False, message="busy", speed_limit_percent=80
+    )
+    assert twin_motion(message, NAMES, 5.0) == TwinMotion(
+        5.0, "moving", 10.0, 10.0, 80.0, 7, False, "busy"
+    )
 
 
 def test_the_end_of_a_running_move_is_part_of_the_state() -> None:
@@ -137,7 +177,10 @@ def test_the_end_of_a_running_move_is_part_of_the_state() -> None:
     [
         ({"target": [1.0], "name": list(NAMES)}, "target: expected 4 numbers"),
         ({"target": [1.0, 2.0, math.nan, 4.0], "name": list(NAMES)}, "target = .*: not finite"),
-        ({"target": [1.0], "name": ["joint_1"]}, "name = .*: joint_2, joint_3, table_joint missing"),
+        (
+            {"target": [1.0], "name": ["joint_1"]},
+            "name = .*: joint_2, joint_3, table_joint missing",
+        ),
         ({"target": [1.0]}, "name: missing"),
     ],
 )
@@ -161,7 +204,10 @@ def test_a_state_without_a_field_is_refused(field: str) -> None:
     [
         ({"speed_limit_percent": math.nan}, "speed_limit_percent = nan: expected a finite number"),
         ({"speed_limit_percent": "80"}, "speed_limit_percent = '80': expected a finite number"),
-        ({"speed_requested_percent": True}, "speed_requested_percent = True: expected a finite number"),
+        (
+            {"speed_requested_percent": True},
+            "speed_requested_percent = True: expected a finite number",
+        ),
         ({"last_command_id": "seven"}, "last_command_id = 'seven'"),
         ({"last_command_id": None}, "last_command_id = None"),
         ({"last_command_id": math.nan}, "last_command_id = nan: expected int"),
@@ -181,11 +227,14 @@ def test_a_state_of_the_wrong_type_is_refused(changes: dict[str, Any], text: str
 
 def test_the_answer_of_the_twins_clock_becomes_a_probe() -> None:
     """Its time, and when we asked and heard."""
-    assert clock_probe({"time": {"secs": 7, "nsecs": 500_000_000}}, 1.0, 1.5) == ClockProbe(1.5, 1.0, 1.5, 7.5)
+    assert clock_probe({"time": {"secs": 7, "nsecs": 500_000_000}}, 1.0, 1.5) == ClockProbe(
+        1.5, 1.0, 1.5, 7.5
+    )
 
 
 @pytest.mark.parametrize(
-    "values", [{}, {"time": None}, {"time": 7.5}, {"time": {"secs": 7}}, {"time": {"secs": "7", "nsecs": 0}}]
+    "values",
+    [{}, {"time": None}, {"time": 7.5}, {"time": {"secs": 7}}, {"time": {"secs": "7", "nsecs": 0}}],
 )
 def test_an_answer_without_a_time_is_refused(values: dict[str, Any]) -> None:
     """A clock that says nothing is not believed."""
@@ -212,13 +261,23 @@ def test_a_packet_without_points_ends_the_following() -> None:
 
 
 @pytest.mark.parametrize(
-    ("do", "command"), [(Do.STOP_TWIN, 1), (Do.PAUSE_TWIN, 2), (Do.RESUME_TWIN, 3), (Do.ESTOP_TWIN, 4), (Do.RESET_TWIN, 5)]
+    ("do", "command"),
+    [
+        (Command.STOP_TWIN, 1),
+        (Command.PAUSE_TWIN, 2),
+        (Command.RESUME_TWIN, 3),
+        (Command.ESTOP_TWIN, 4),
+        (Command.RESET_TWIN, 5),
+    ],
 )
-def test_a_command_to_the_twin_carries_its_id_and_reason(do: Do, command: int) -> None:
+def test_a_command_to_the_twin_carries_its_id_and_reason(do: Command, command: int) -> None:
     """Numbers of scara_msgs/MotionCommand."""
-    packet = command_packet(Perform(do, "because", 12), 7.25)
+    packet = command_packet(Send(do, "because", 12), 7.25)
     assert (packet["command"], packet["id"], packet["reason"]) == (command, 12, "because")
-    assert packet["header"] == {"stamp": {"secs": 7, "nsecs": 250_000_000}, "frame_id": "twin_controller"}
+    assert packet["header"] == {
+        "stamp": {"secs": 7, "nsecs": 250_000_000},
+        "frame_id": "twin_controller",
+    }
 
 
 def test_the_command_numbers_are_those_of_the_message() -> None:
@@ -226,25 +285,34 @@ def test_the_command_numbers_are_those_of_the_message() -> None:
     from harness.workspace import ROOT
 
     text = (ROOT / "src" / "scara_msgs" / "msg" / "MotionCommand.msg").read_text(encoding="utf-8")
-    numbers = {name: int(number) for name, number in re.findall(r"^uint8 (\w+)=(\d+)", text, re.MULTILINE)}
-    sent = {do.name.removesuffix("_TWIN"): command_packet(Perform(do, "", 1), 0.0)["command"] for do in Do if is_for_twin(do)}
+    numbers = {
+        name: int(number) for name, number in re.findall(r"^uint8 (\w+)=(\d+)", text, re.MULTILINE)
+    }
+    sent = {
+        do.name.removesuffix("_TWIN"): command_packet(Send(do, "", 1), 0.0)["command"]
+        for do in Command
+        if is_for_twin(do)
+    }
     assert sent == numbers
 
 
 def test_only_motion_commands_are_for_the_twin() -> None:
     """Actions on the real robot and inner ones are not."""
-    assert {do for do in Do if is_for_twin(do)} == {
-        Do.STOP_TWIN,
-        Do.PAUSE_TWIN,
-        Do.RESUME_TWIN,
-        Do.ESTOP_TWIN,
-        Do.RESET_TWIN,
+    assert {do for do in Command if is_for_twin(do)} == {
+        Command.STOP_TWIN,
+        Command.PAUSE_TWIN,
+        Command.RESUME_TWIN,
+        Command.ESTOP_TWIN,
+        Command.RESET_TWIN,
+        Command.YIELD_TWIN,
     }
 
 
 JSON = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
-    lambda inner: st.lists(inner, max_size=5) | st.dictionaries(st.text(max_size=5), inner, max_size=5),
+    lambda inner: (
+        st.lists(inner, max_size=5) | st.dictionaries(st.text(max_size=5), inner, max_size=5)
+    ),
     max_leaves=8,
 )
 
@@ -254,7 +322,17 @@ def test_whatever_stands_in_a_field_only_packet_errors_come_out(field: str, valu
     """The link's thread survives any packet, and what passes is finite."""
     for convert, message in (
         (twin_measured, joint_state(**{field: value})),
-        (twin_plan, trajectory(point(0, **{{"position": "positions", "velocity": "velocities"}.get(field, field): value}))),
+        (
+            twin_plan,
+            trajectory(
+                point(
+                    0,
+                    **{
+                        {"position": "positions", "velocity": "velocities"}.get(field, field): value
+                    },
+                )
+            ),
+        ),
     ):
         try:
             event = convert(message, NAMES, 0.0)
@@ -265,7 +343,9 @@ def test_whatever_stands_in_a_field_only_packet_errors_come_out(field: str, valu
 
 
 @given(field=st.sampled_from(sorted(motion_state())), value=JSON)
-def test_whatever_stands_in_the_motion_state_only_packet_errors_come_out(field: str, value: Any) -> None:
+def test_whatever_stands_in_the_motion_state_only_packet_errors_come_out(
+    field: str, value: Any
+) -> None:
     """Likewise."""
     try:
         event = twin_motion(motion_state(**{field: value}), NAMES, 0.0)

@@ -8,7 +8,15 @@ from random import Random
 
 import pytest
 from scara_config import load_robot
-from twin_controller.plausible import GAP, LASTING, MOST_REFUSED, Plausibility, Reading, Verdict, judge
+from twin_controller.plausible import (
+    GAP,
+    LASTING,
+    MOST_REFUSED,
+    Plausibility,
+    Reading,
+    Verdict,
+    judge,
+)
 
 ROBOT = load_robot(Path(__file__).resolve().parents[3] / "config")
 JOINTS = ROBOT.joints
@@ -18,7 +26,9 @@ POLL = 0.0097
 
 def still(local: float, *degrees: float, remote: float | None = None) -> Reading:
     """Return a robot that stands; the first joints at the given degrees, or millimetres."""
-    q = tuple(value * joint.scale for value, joint in zip((*degrees, *(0.0,) * len(JOINTS)), JOINTS))
+    q = tuple(
+        value * joint.scale for value, joint in zip((*degrees, *(0.0,) * len(JOINTS)), JOINTS)
+    )
     return Reading(q, (0.0,) * len(JOINTS), local + 500.0 if remote is None else remote, local)
 
 
@@ -32,7 +42,7 @@ def fed(*readings: Reading) -> tuple[Plausibility, list[Verdict]]:
 
 
 def sweep(t: float, share: float, turn: float) -> tuple[list[float], list[float]]:
-    """Swing every joint at ``share`` of its greatest speed, as hard as twice its acceleration allows."""
+    """Swing every joint at ``share`` of its greatest speed, as twice its acceleration allows."""
     q, qdot = [], []
     for joint in JOINTS:
         v = share * joint.velocity
@@ -45,7 +55,10 @@ def sweep(t: float, share: float, turn: float) -> tuple[list[float], list[float]
 @pytest.mark.parametrize("share", [1.0, 0.5, 0.05])
 @pytest.mark.parametrize("seed", range(4))
 def test_no_motion_that_the_robot_can_make_is_refused(share: float, seed: int) -> None:
-    """Full speed, reversals at twice the acceleration, a clock in steps of 2 ms, late polls, a stalled clock."""
+    """Full speed, reversals at twice the acceleration, a clock in steps of 2 ms, late polls.
+
+    The clock stalls too.
+    """
     rng = Random(seed)
     state, local, true_at = Plausibility(), 100.0, 0.0
     for k in range(3000):
@@ -69,7 +82,9 @@ def test_no_motion_that_the_robot_can_make_is_refused(share: float, seed: int) -
         (still(10.01, 20.0, remote=510.01 - 3600.0), "the clock went on by -3599.990 s in 0.010 s"),
     ],
 )
-def test_a_single_wrong_reading_is_refused_and_the_next_good_one_accepted(wrong: Reading, reason: str) -> None:
+def test_a_single_wrong_reading_is_refused_and_the_next_good_one_accepted(
+    wrong: Reading, reason: str
+) -> None:
     """The reason names joint, step and time."""
     state, verdicts = fed(still(10.0, 20.0), wrong)
     assert verdicts == [Verdict.ACCEPTED, Verdict.REFUSED]
@@ -80,27 +95,37 @@ def test_a_single_wrong_reading_is_refused_and_the_next_good_one_accepted(wrong:
 def test_a_speed_that_no_drive_can_reach_is_refused() -> None:
     """A sign flip of a fast joint's speed."""
     fast = Reading((0.0,) * len(JOINTS), (4.0,) + (0.0,) * (len(JOINTS) - 1), 500.0, 10.0)
-    flipped = Reading((0.04,) + (0.0,) * (len(JOINTS) - 1), (-4.0,) + (0.0,) * (len(JOINTS) - 1), 500.01, 10.01)
+    flipped = Reading(
+        (0.04,) + (0.0,) * (len(JOINTS) - 1), (-4.0,) + (0.0,) * (len(JOINTS) - 1), 500.01, 10.01
+    )
     state, verdicts = fed(fast, flipped)
-    assert verdicts[-1] is Verdict.REFUSED and "joint_1 changed its speed by 458.4 deg/s" in state.reason
+    assert (
+        verdicts[-1] is Verdict.REFUSED
+        and "joint_1 changed its speed by 458.4 deg/s" in state.reason
+    )
 
 
 def test_readings_that_go_on_fitting_each_other_are_a_jump() -> None:
-    """Encoders that were set anew: known after three readings, not before; what is known then holds no more."""
-    _, verdicts = fed(still(10.0, 20.0), *(still(10.0 + POLL * k, 50.0) for k in range(1, LASTING + 1)))
+    """Encoders that were set anew: known after three readings, not before."""
+    _, verdicts = fed(
+        still(10.0, 20.0), *(still(10.0 + POLL * k, 50.0) for k in range(1, LASTING + 1))
+    )
     assert verdicts == [Verdict.ACCEPTED, *[Verdict.REFUSED] * (LASTING - 1), Verdict.JUMPED]
 
 
 def test_random_readings_never_pass_and_are_soon_given_up() -> None:
     """Noise does not agree with itself, but a robot that says nothing else is not there."""
     rng = Random(3)
-    readings = [still(10.0 + POLL * k, rng.uniform(60.0, 140.0) * rng.choice((-1, 1))) for k in range(1, MOST_REFUSED + 1)]
+    readings = [
+        still(10.0 + POLL * k, rng.uniform(60.0, 140.0) * rng.choice((-1, 1)))
+        for k in range(1, MOST_REFUSED + 1)
+    ]
     _, verdicts = fed(still(10.0, 20.0), *readings)
     assert verdicts == [Verdict.ACCEPTED, *[Verdict.REFUSED] * (MOST_REFUSED - 1), Verdict.JUMPED]
 
 
 def test_the_first_reading_counts_once_a_second_one_fits_it() -> None:
-    """After a connect there is nothing to compare with: a lie at that moment would be the baseline."""
+    """After a connect there is nothing to compare with: a lie then would be the baseline."""
     state, verdicts = Plausibility(), []
     for reading in (still(10.0, -20.0), still(10.01, 20.0), still(10.02, 20.0)):
         state, verdict = judge(state, reading, JOINTS)
@@ -115,4 +140,7 @@ def test_nothing_is_compared_after_a_silence() -> None:
 
 def test_a_clock_that_wraps_goes_on() -> None:
     """2^31 ms to 0."""
-    assert fed(still(10.0, 20.0, remote=WRAP - 0.002), still(10.01, 20.0, remote=0.008))[1][-1] is Verdict.ACCEPTED
+    assert (
+        fed(still(10.0, 20.0, remote=WRAP - 0.002), still(10.01, 20.0, remote=0.008))[1][-1]
+        is Verdict.ACCEPTED
+    )

@@ -12,7 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scara_config import ConfigError, Robot, load_robot
 from scara_config.modbus_map import ModbusMap, load_modbus_map
-from twin_controller.registers import Block, RegisterCodec
+from twin_controller.modbus.blocks import Block
+from twin_controller.registers import RegisterCodec
 from twin_controller.robot_sample import (
     AlarmStatus,
     ControlType,
@@ -27,7 +28,7 @@ CONFIG = Path(__file__).resolve().parents[3] / "config"
 ROBOT: Robot = load_robot(CONFIG)
 LAYOUT: ModbusMap = load_modbus_map(CONFIG)
 CODEC = RegisterCodec(LAYOUT, ROBOT)
-SIGNALS = [True, True, True, False, False, False, False, False, False, True] + [False] * 12
+SIGNALS = [True, True, True, False, False, False, False, False, False, True] + [False] * 14
 
 
 def low_first(*values: float) -> list[int]:
@@ -35,19 +36,32 @@ def low_first(*values: float) -> list[int]:
     return list(struct.unpack(f"<{2 * len(values)}H", struct.pack(f"<{len(values)}f", *values)))
 
 
-def state_words(position: tuple[float, ...] = (10.0, 20.0, -160.0, 30.0, -40.0), **changed: int) -> list[int]:
+def state_words(
+    position: tuple[float, ...] = (10.0, 20.0, -160.0, 30.0, -40.0), **changed: int
+) -> list[int]:
     """Return an answer to the state block: 44 words from 1001 on."""
     words = low_first(*position, 0.0, 0.0, 0.0, 0.0) + [changed.get("valid", 1)]
-    words += [0x5678, changed.get("clock_high", 0x1234)] + low_first(1.0, 2.0, 3.0, 4.0, 5.0, 0.0, 0.0, 0.0, 0.0)
-    words += [changed.get("control", 2), changed.get("speed", 50), 77, changed.get("watchdog", 1), changed.get("override", 100)]
+    words += [0x5678, changed.get("clock_high", 0x1234)] + low_first(
+        1.0, 2.0, 3.0, 4.0, 5.0, 0.0, 0.0, 0.0, 0.0
+    )
+    words += [
+        changed.get("control", 2),
+        changed.get("speed", 50),
+        77,
+        changed.get("watchdog", 1),
+        changed.get("override", 100),
+    ]
     return words
 
 
 def test_one_read_covers_the_state_and_one_write_the_set_point() -> None:
-    """1001-1044 is read, 1051-1071 written, UO[1..10] and the gripper read, each by one request (PDU addresses are one less)."""
+    """1001-1044 is read, 1051-1071 written, UO[1..10] and the gripper read, each by one request.
+
+    PDU addresses are one less.
+    """
     assert CODEC.state == Block(1000, 44)
     assert CODEC.setpoint == Block(1050, 21)
-    assert CODEC.outputs == Block(6000, 22)
+    assert CODEC.outputs == Block(6000, 24)
     assert CODEC.program.count <= 125 and CODEC.alarm.count <= 125
 
 
@@ -70,19 +84,29 @@ def test_a_state_block_is_decoded_in_si_in_the_order_of_the_profile() -> None:
     [
         (state_words()[:-1], SIGNALS, "43 words instead of 44"),
         (state_words() + [0], SIGNALS, "45 words instead of 44"),
-        (state_words(), SIGNALS[:9], "9 signals instead of 22"),
+        (state_words(), SIGNALS[:9], "9 signals instead of 24"),
         (state_words(valid=0), SIGNALS, "position is not valid"),
         (state_words((math.nan, 0.0, 0.0, 0.0, 0.0)), SIGNALS, "joint_1 = nan deg is outside"),
         (state_words((0.0, math.inf, 0.0, 0.0, 0.0)), SIGNALS, "joint_2 = inf deg is outside"),
-        (state_words((148.5, 0.0, 0.0, 0.0, 0.0)), SIGNALS, r"joint_1 = 148.5 deg is outside \[-148, 148\]"),
-        (state_words((0.0, 0.0, 1.0, 0.0, 0.0)), SIGNALS, r"joint_3 = 1.0 mm is outside \[-210, 0\]"),
+        (
+            state_words((148.5, 0.0, 0.0, 0.0, 0.0)),
+            SIGNALS,
+            r"joint_1 = 148.5 deg is outside \[-148, 148\]",
+        ),
+        (
+            state_words((0.0, 0.0, 1.0, 0.0, 0.0)),
+            SIGNALS,
+            r"joint_3 = 1.0 mm is outside \[-210, 0\]",
+        ),
         (state_words(control=3), SIGNALS, "3 is not a valid ControlType"),
         (state_words(watchdog=-1), SIGNALS, "is not a valid WatchdogState"),
         (state_words(override=101), SIGNALS, r"override_now = 101 is outside \[0, 100\]"),
         (state_words(clock_high=0x8000), SIGNALS, "clock_ms = -2147461512 is negative"),
     ],
 )
-def test_a_doubtful_answer_is_refused_with_its_reason(words: list[int], signals: list[bool], text: str) -> None:
+def test_a_doubtful_answer_is_refused_with_its_reason(
+    words: list[int], signals: list[bool], text: str
+) -> None:
     """Nothing that cannot be true gets inside."""
     with pytest.raises(SampleError, match=text):
         CODEC.decode_sample([word & 0xFFFF for word in words], signals)
@@ -98,11 +122,17 @@ def test_an_impossible_speed_is_refused() -> None:
 
 def test_a_position_just_over_its_limit_is_read() -> None:
     """Rounding at the end of the range is no error."""
-    assert CODEC.decode_sample(state_words((148.0001, 0.0, 0.0002, 0.0, 0.0)), SIGNALS).positions[2] > 0.0
+    assert (
+        CODEC.decode_sample(state_words((148.0001, 0.0, 0.0002, 0.0, 0.0)), SIGNALS).positions[2]
+        > 0.0
+    )
 
 
 def test_set_points_stand_low_word_first_in_degrees_and_millimetres() -> None:
-    """PR[1], valid, R[1], R[2]: 90 deg is 0x42B40000, -160 mm is 0xC3200000; a speed is rounded up to whole percent."""
+    """PR[1], valid, R[1], R[2]: 90 deg is 0x42B40000, -160 mm is 0xC3200000.
+
+    A speed is rounded up to whole percent.
+    """
     words = CODEC.encode_setpoint((math.pi / 2, 0.0, -0.160, 0.0, 0.0), 4711, 79.2)
     assert words[0:2] == [0x0000, 0x42B4]
     assert words[4:6] == [0x0000, 0xC320]
@@ -121,13 +151,23 @@ def test_set_points_stand_low_word_first_in_degrees_and_millimetres() -> None:
         ((0.0,) * 5, 101.0, r"speed_percent = 101.0 is outside"),
     ],
 )
-def test_a_set_point_that_cannot_be_meant_is_refused(positions: tuple[float, ...], speed: float, text: str) -> None:
+def test_a_set_point_that_cannot_be_meant_is_refused(
+    positions: tuple[float, ...], speed: float, text: str
+) -> None:
     """The last check before the wire rejects, it never clamps."""
     with pytest.raises(SetpointError, match=text):
         CODEC.encode_setpoint(positions, 1, speed)
 
 
-@given(st.tuples(st.floats(-2.5, 2.5), st.floats(-2.6, 2.6), st.floats(-0.21, 0.0), st.floats(-12.0, 12.0), st.floats(-3.1, 3.1)))
+@given(
+    st.tuples(
+        st.floats(-2.5, 2.5),
+        st.floats(-2.6, 2.6),
+        st.floats(-0.21, 0.0),
+        st.floats(-12.0, 12.0),
+        st.floats(-3.1, 3.1),
+    )
+)
 def test_what_is_written_is_read_back_by_the_same_layout(positions: tuple[float, ...]) -> None:
     """PR[1] and POS[0] have one layout: the words of a set point are a legal position block."""
     written = CODEC.encode_setpoint(positions, 1, 100.0)[:18]
@@ -138,12 +178,16 @@ def test_what_is_written_is_read_back_by_the_same_layout(positions: tuple[float,
 def test_high_word_first_is_obeyed() -> None:
     """Another controller may order its words the other way."""
     swapped = RegisterCodec(msgspec.structs.replace(LAYOUT, word_order="high_first"), ROBOT)
-    assert swapped.encode_setpoint((math.pi / 2, 0.0, 0.0, 0.0, 0.0), 1, 50.0)[0:2] == [0x42B4, 0x0000]
+    assert swapped.encode_setpoint((math.pi / 2, 0.0, 0.0, 0.0, 0.0), 1, 50.0)[0:2] == [
+        0x42B4,
+        0x0000,
+    ]
     assert swapped.encode_int("override", 100) == [0, 100]
 
 
 @pytest.mark.parametrize(
-    ("name", "value", "words"), [("override", 100, [100, 0]), ("override", -2, [0xFFFE, 0xFFFF]), ("setpoint_valid", 0, [0])]
+    ("name", "value", "words"),
+    [("override", 100, [100, 0]), ("override", -2, [0xFFFE, 0xFFFF]), ("setpoint_valid", 0, [0])],
 )
 def test_integers_are_encoded_by_their_width(name: str, value: int, words: list[int]) -> None:
     """int32 low word first, int16 one word."""
@@ -169,7 +213,11 @@ def test_program_and_alarm_blocks_become_text() -> None:
 
 @pytest.mark.parametrize(
     ("decode", "words", "text"),
-    [("decode_program", [0] * 9, "9 words"), ("decode_program", [0] * 9 + [7], "ProgramState"), ("decode_alarm", [0], "1 words")],
+    [
+        ("decode_program", [0] * 9, "9 words"),
+        ("decode_program", [0] * 9 + [7], "ProgramState"),
+        ("decode_alarm", [0], "1 words"),
+    ],
 )
 def test_wrong_status_blocks_are_refused(decode: str, words: list[int], text: str) -> None:
     """As for the state block."""
@@ -178,10 +226,16 @@ def test_wrong_status_blocks_are_refused(decode: str, words: list[int], text: st
 
 
 @pytest.mark.parametrize(
-    ("name", "address", "text"), [("override_now", 1200, "one request carries 125"), ("stream_speed", 1090, "without a gap")]
+    ("name", "address", "text"),
+    [("override_now", 1200, "one request carries 125"), ("stream_speed", 1090, "without a gap")],
 )
-def test_a_map_that_needs_more_than_one_request_is_refused(name: str, address: int, text: str) -> None:
+def test_a_map_that_needs_more_than_one_request_is_refused(
+    name: str, address: int, text: str
+) -> None:
     """Position, speed and clock must come in one answer, the set point go in one request."""
-    registers = {**LAYOUT.holding_registers, name: msgspec.structs.replace(LAYOUT.holding_registers[name], address=address)}
+    registers = {
+        **LAYOUT.holding_registers,
+        name: msgspec.structs.replace(LAYOUT.holding_registers[name], address=address),
+    }
     with pytest.raises(ConfigError, match=text):
         RegisterCodec(msgspec.structs.replace(LAYOUT, holding_registers=registers), ROBOT)

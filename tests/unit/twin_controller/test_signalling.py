@@ -6,21 +6,28 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scara_config.modbus_map import CommandWord, SignalCode
-from twin_controller.signalling import CommandLostError, CommandQueue, following
+from twin_controller.modbus.signalling import CommandLostError, CommandQueue, following, patience
 
-WORD = CommandWord("command", "sequence", "echo", {"hold": SignalCode(low=3, high=4), "cstopi": SignalCode(pulse=10)})
+WORD = CommandWord(
+    "command",
+    "sequence",
+    "echo",
+    {"hold": SignalCode(low=3, high=4), "cstopi": SignalCode(pulse=10)},
+)
+
+PATIENCE = patience(0.1, 5)
 
 
 def queue(echo: int = 0) -> CommandQueue:
     """Return an empty queue that has seen the robot's number."""
-    found = CommandQueue(WORD)
+    found = CommandQueue(WORD, PATIENCE)
     found.confirm(echo)
     return found
 
 
 def test_nothing_is_written_before_the_robots_number_is_known() -> None:
     """A number that the robot has already obeyed would be no command."""
-    waiting = CommandQueue(WORD)
+    waiting = CommandQueue(WORD, PATIENCE)
     waiting.put("cstopi", True, True)
     assert waiting.next(0.0) is None and waiting.due() is None
     waiting.confirm(7)
@@ -41,13 +48,19 @@ def test_commands_go_one_after_the_other_in_their_order() -> None:
 
 
 def test_an_unconfirmed_command_is_repeated_with_its_number_then_given_up() -> None:
-    """A lost write costs 0.1 s; a robot that is deaf is told about, and the next command has its turn."""
+    """A lost write costs 0.1 s; a deaf robot is told about, and the next command has its turn."""
     commands = queue()
     commands.put("cstopi", True, True)
     commands.put("hold", True, False)
-    numbers = [written.sequence for k in range(5) if (written := commands.next(0.1 * k + 1e-6 * k)) is not None]
+    numbers = [
+        written.sequence
+        for k in range(5)
+        if (written := commands.next(0.1 * k + 1e-6 * k)) is not None
+    ]
     assert len(numbers) == 5 and len(set(numbers)) == 1
-    with pytest.raises(CommandLostError, match=r"cstopi: the robot did not confirm command 10 in 5 attempts"):
+    with pytest.raises(
+        CommandLostError, match=r"cstopi: the robot did not confirm command 10 in 5 attempts"
+    ):
         commands.next(1.0)
     after = commands.next(1.1)
     assert after is not None and after.code == 4

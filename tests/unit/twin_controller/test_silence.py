@@ -6,13 +6,13 @@ from harness.pair import Pair
 
 
 def test_silent_pose_controller_counts_as_a_lost_twin() -> None:
-    """Joint states alone do not tell whether the twin obeys; when its state comes again the pair aligns."""
+    """Joint states alone do not tell whether the twin obeys; with its state the pair aligns."""
     pair = Pair()
     pair.connect()
     report = pair.report_motion
     pair.report_motion = lambda: None  # type: ignore[method-assign]
     pair.run(0.3)
-    assert pair.state.mode == "OFFLINE"
+    assert pair.state.lead.mode == "OFFLINE"
     assert "its pose controller was silent" in pair.decisions()[-1].why
     pair.report_motion = report  # type: ignore[method-assign]
-    pair.run_until(lambda: pair.state.mode == "IDLE", 5.0)
+    pair.run_until(lambda: pair.state.lead.mode == "IDLE", 5.0)

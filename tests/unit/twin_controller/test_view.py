@@ -1,14 +1,19 @@
-"""What is shown is what the core knows: rounded positions, reasons, links, alarms with what to do."""
+"""What is shown is what the core knows.
+
+Rounded positions, reasons, links, alarms with what to do.
+"""
 
 from __future__ import annotations
 
 import msgspec
 import pytest
 from harness.pair import HOME, SETUP, Pair, ramp, shifted
+from harness.parts import changed
+from scara_ros.diagnosis import Level
 from twin_controller.core.actions import Decided
-from twin_controller.core.rules.table import Mode
+from twin_controller.core.lead.modes import Mode
 from twin_controller.core.state import CoreState
-from twin_controller.view import ERROR, OK, WARN, alarm_text, decision_text, state_view, statuses
+from twin_controller.view import alarm_text, decision_text, state_view, statuses
 
 replace = msgspec.structs.replace
 AWAY = shifted(HOME, 20.0, -30.0, 40.0, 10.0)
@@ -24,7 +29,11 @@ def pair() -> Pair:
 
 def level(pair_state: CoreState, name: str, now: float = 0.0) -> int:
     """Return the level of one diagnostic."""
-    return next(status.level for status in statuses(SETUP, pair_state, {}, now) if status.name.endswith(name))
+    return next(
+        status.level
+        for status in statuses(SETUP, pair_state, {}, now)
+        if status.name.endswith(name)
+    )
 
 
 def test_positions_are_rounded_and_their_difference_is_of_what_is_shown(pair: Pair) -> None:
@@ -43,7 +52,13 @@ def test_before_anything_is_known_nothing_is_claimed() -> None:
     """Empty lists, links down with a reason, infinite age."""
     state = Pair().state
     view = state_view(SETUP, state, 1.0)
-    assert (view.mode, view.leader, view.real_position, view.twin_position, view.deviation) == ("OFFLINE", "", [], [], [])
+    assert (view.mode, view.leader, view.real_position, view.twin_position, view.deviation) == (
+        "OFFLINE",
+        "",
+        [],
+        [],
+        [],
+    )
     assert [link.connected for link in view.links] == [False, False]
     assert all(link.reason for link in view.links)
     assert view.links[0].age == float("inf")
@@ -73,46 +88,53 @@ def test_who_leads_and_what_is_limited_is_shown(pair: Pair) -> None:
     assert view.speed_limited and view.speed_applied_percent < view.speed_requested_percent
     assert view.speed_reason
     assert not view.twin_standing_still
-    assert view.follower_lag == pair.state.lag
+    assert view.follower_lag == pair.state.follow.lag
 
 
 def mode(state: CoreState, name: Mode, **changes: object) -> CoreState:
     """Return the state in another mode."""
-    return replace(state, mode=name, **changes)
+    return changed(state, lead__mode=name, **changes)
 
 
 def test_an_alarm_says_what_to_do(pair: Pair) -> None:
     """The robot's own text first; else what the mode needs; else nothing."""
     state = pair.state
     assert alarm_text(state) == ""
-    assert alarm_text(replace(state, alarm="SRVO-050 collision")) == "SRVO-050 collision"
+    assert (
+        alarm_text(changed(state, sides__real__alarm="SRVO-050 collision")) == "SRVO-050 collision"
+    )
     assert "RESET, then ALIGN" in alarm_text(mode(state, Mode.ESTOP))
-    assert alarm_text(mode(state, Mode.FAULT, why="the stream does not start")) == "the stream does not start"
-    assert "ACKNOWLEDGE" in alarm_text(mode(state, Mode.PAUSED, needs_acknowledge=True))
+    assert (
+        alarm_text(mode(state, Mode.FAULT, lead__why="the stream does not start"))
+        == "the stream does not start"
+    )
+    assert "ACKNOWLEDGE" in alarm_text(mode(state, Mode.PAUSED, lead__needs_acknowledge=True))
 
 
 def test_the_reason_of_a_lost_link_is_shown(pair: Pair) -> None:
     """Which side, and why, as text and as diagnostics of that link."""
     pair.link("twin", False)
     assert alarm_text(pair.state) == "twin: cut"
-    assert level(pair.state, "link twin") == ERROR
-    assert level(pair.state, "link real") == OK
-    assert "cut" in next(s.message for s in statuses(SETUP, pair.state, {}, pair.now) if s.name.endswith("link twin"))
+    assert level(pair.state, "link twin") == Level.ERROR
+    assert level(pair.state, "link real") == Level.OK
+    assert "cut" in next(
+        s.message for s in statuses(SETUP, pair.state, {}, pair.now) if s.name.endswith("link twin")
+    )
 
 
 @pytest.mark.parametrize(
     ("name", "expected"),
     [
-        (Mode.IDLE, OK),
-        (Mode.ALIGNING, OK),
-        (Mode.REAL_LEADS, OK),
-        (Mode.TWIN_LEADS, OK),
-        (Mode.OPERATOR_LEADS, OK),
-        (Mode.PAUSED, WARN),
-        (Mode.STOPPED, WARN),
-        (Mode.OFFLINE, ERROR),
-        (Mode.ESTOP, ERROR),
-        (Mode.FAULT, ERROR),
+        (Mode.IDLE, Level.OK),
+        (Mode.ALIGNING, Level.OK),
+        (Mode.REAL_LEADS, Level.OK),
+        (Mode.TWIN_LEADS, Level.OK),
+        (Mode.OPERATOR_LEADS, Level.OK),
+        (Mode.PAUSED, Level.WARN),
+        (Mode.STOPPED, Level.WARN),
+        (Mode.OFFLINE, Level.ERROR),
+        (Mode.ESTOP, Level.ERROR),
+        (Mode.FAULT, Level.ERROR),
     ],
 )
 def test_each_mode_has_a_diagnostic_level(pair: Pair, name: Mode, expected: int) -> None:
@@ -129,31 +151,57 @@ def test_every_mode_has_been_given_a_level() -> None:
 def test_alarm_and_divergence_are_errors(pair: Pair) -> None:
     """Each has its own diagnostic."""
     state = pair.state
-    assert (level(state, "real robot"), level(state, "pair")) == (OK, OK)
-    assert level(replace(state, alarm="SRVO-050"), "real robot") == ERROR
-    assert level(replace(state, divergence=replace(state.divergence, alarm=True)), "pair") == ERROR
+    assert (level(state, "real robot"), level(state, "pair")) == (Level.OK, Level.OK)
+    assert level(changed(state, sides__real__alarm="SRVO-050"), "real robot") == Level.ERROR
+    assert level(changed(state, safety__divergence__alarm=True), "pair") == Level.ERROR
 
 
 def test_counters_of_the_links_are_among_their_values(pair: Pair) -> None:
     """What was received, rejected, reconnected."""
     found = statuses(SETUP, pair.state, {"real": {"rejected": 3}}, pair.now)
-    assert next(status.values["rejected"] for status in found if status.name.endswith("link real")) == "3"
+    assert (
+        next(status.values["rejected"] for status in found if status.name.endswith("link real"))
+        == "3"
+    )
 
 
-BASE = Decided(7, 12.3456, "IDLE", "REAL_MOVED", "REAL_LEADS", "real", (), "the real robot moved first: the twin follows")
+BASE = Decided(
+    7,
+    12.3456,
+    "IDLE",
+    "REAL_MOVED",
+    "REAL_LEADS",
+    "real",
+    (),
+    "the real robot moved first: the twin follows",
+)
 
 
 @pytest.mark.parametrize(
     ("real", "twin", "expected"),
     [
-        (None, None, "#7 12.346 s IDLE -> REAL_LEADS: the real robot moved first: the twin follows"),
+        (
+            None,
+            None,
+            "#7 12.346 s IDLE -> REAL_LEADS: the real robot moved first: the twin follows",
+        ),
         (12.3, None, "(real moved at 12.3000 s, twin did not move, uncertainty 1.5 ms)"),
         (None, 12.3, "(real did not move, twin moved at 12.3000 s, uncertainty 1.5 ms)"),
-        (12.3, 12.305, "(real moved at 12.3000 s, twin moved at 12.3050 s, difference +5.0 ms, uncertainty 1.5 ms)"),
+        (
+            12.3,
+            12.305,
+            "(real moved at 12.3000 s, twin moved at 12.3050 s, difference +5.0 ms, "
+            "uncertainty 1.5 ms)",
+        ),
         (12.3, 12.298, "difference -2.0 ms"),
     ],
 )
-def test_a_decision_is_told_in_plain_words(real: float | None, twin: float | None, expected: str) -> None:
-    """Who led, both onsets, their difference (positive: the real robot was first), its uncertainty."""
+def test_a_decision_is_told_in_plain_words(
+    real: float | None, twin: float | None, expected: str
+) -> None:
+    """Who led, both onsets, their difference and its uncertainty.
+
+    Positive: the real robot was first.
+    """
     text = decision_text(replace(BASE, onset_real=real, onset_twin=twin, onset_uncertainty=0.0015))
     assert expected in text and text.startswith("#7 12.346 s IDLE -> REAL_LEADS")

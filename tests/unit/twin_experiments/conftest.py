@@ -13,19 +13,29 @@ import pytest
 from rosbags.rosbag1 import Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from scara_config import files_in_force
-from twin_controller.metrics_series import Array
+from twin_experiments.metrics.series import Array
 
 ROOT = Path(__file__).resolve().parents[3]
 ORIGIN_NS = 1_900_000_000_123_456_789
 JOINTS = ("joint_1", "joint_2", "joint_3", "table_joint")
-P1, P2, P3 = (np.array(p) for p in ((0.0, 0.0, -0.16, 0.0), (-0.249962, 1.214750, -0.06, 0.0), (-0.857964, 1.214750, 0.0, 0.0)))
+P1, P2, P3 = (
+    np.array(p)
+    for p in (
+        (0.0, 0.0, -0.16, 0.0),
+        (-0.249962, 1.214750, -0.06, 0.0),
+        (-0.857964, 1.214750, 0.0, 0.0),
+    )
+)
 CYCLE = (P1, P2, P3, P1, P2, P3, P1)
 REST_S, MOVE_S = 0.8, 0.6
 DURATION_S = len(CYCLE) * REST_S + (len(CYCLE) - 1) * MOVE_S
 
 
 def article_motion(times: Array) -> tuple[Array, Array]:
-    """Return joint positions and velocities of P1 P2 P3 P1 P2 P3 P1 with rests: quintic, so rests are exact."""
+    """Return joint positions and velocities of P1 P2 P3 P1 P2 P3 P1 with rests.
+
+    Quintic, so rests are exact.
+    """
     positions, velocities = np.tile(P1, (len(times), 1)), np.zeros((len(times), 4))
     for i, (here, there) in enumerate(pairwise(CYCLE)):
         u = np.clip((times - (i + 1) * REST_S - i * MOVE_S) / MOVE_S, 0.0, 1.0)[:, None]
@@ -51,7 +61,9 @@ class BagMaker:
         self.store = get_typestore(Stores.ROS1_NOETIC)
         folder = ROOT / "src" / "scara_msgs" / "msg"
         for name in ("Decision", "CoreInput"):
-            self.store.register(get_types_from_msg((folder / f"{name}.msg").read_text(), f"scara_msgs/msg/{name}"))
+            self.store.register(
+                get_types_from_msg((folder / f"{name}.msg").read_text(), f"scara_msgs/msg/{name}")
+            )
         self.namespace = namespace
         self.samples: list[Sample] = []
 
@@ -76,12 +88,23 @@ class BagMaker:
         """Add a string."""
         self.add(at, topic, "std_msgs/msg/String", text)
 
-    def joint_states(self, topic: str, names: Iterable[str], stamps: Array, positions: Array, velocities: Array) -> None:
+    def joint_states(
+        self, topic: str, names: Iterable[str], stamps: Array, positions: Array, velocities: Array
+    ) -> None:
         """Add joint states that are received 1 ms after they were true."""
         names = list(names)
         for stamp, position, velocity in zip(stamps, positions, velocities):
             header = self.header(stamp)
-            self.add(stamp + 1e-3, topic, "sensor_msgs/msg/JointState", header, names, position, velocity, np.zeros(len(names)))
+            self.add(
+                stamp + 1e-3,
+                topic,
+                "sensor_msgs/msg/JointState",
+                header,
+                names,
+                position,
+                velocity,
+                np.zeros(len(names)),
+            )
 
     def write(self, path: Path) -> Path:
         """Write the bag."""
@@ -91,15 +114,20 @@ class BagMaker:
                 name = topic if topic.startswith("/") else f"{self.namespace}/{topic}"
                 if name not in connections:
                     connections[name] = writer.add_connection(name, kind, typestore=self.store)
-                writer.write(connections[name], ORIGIN_NS + round(at * 1e9), self.store.serialize_ros1(message, kind))
+                writer.write(
+                    connections[name],
+                    ORIGIN_NS + round(at * 1e9),
+                    self.store.serialize_ros1(message, kind),
+                )
         return path
 
 
 class Pair(NamedTuple):
     """How the follower differs from the leader in a bag that imitates a run.
 
-    ``without`` names topics that are missing; ``silent`` is a topic and the experiment during which nothing came on it; ``hole``
-    is a topic and the times [s] within each experiment between which nothing came; after ``frozen_after`` [s] nothing moves.
+    ``without`` names topics that are missing; ``silent`` is a topic and the experiment during which
+    nothing came on it; ``hole`` is a topic and the times [s] within each experiment between which
+    nothing came; after ``frozen_after`` [s] nothing moves.
     """
 
     lag_s: float = 0.005
@@ -112,7 +140,9 @@ class Pair(NamedTuple):
     frozen_after: float = 1e9
 
 
-def imitate(maker: BagMaker, pair: Pair, experiments: tuple[str, ...] = ("real_leads", "twin_leads")) -> None:
+def imitate(
+    maker: BagMaker, pair: Pair, experiments: tuple[str, ...] = ("real_leads", "twin_leads")
+) -> None:
     """Add a whole run: markers, both sides, ages, decisions, a warning."""
     generator = np.random.default_rng(7)
     start = 0.5
@@ -125,14 +155,23 @@ def imitate(maker: BagMaker, pair: Pair, experiments: tuple[str, ...] = ("real_l
             times = np.arange(-0.1, DURATION_S + 0.1, 1.0 / rate)
             if topic == pair.hole[0]:
                 times = times[(times < pair.hole[1]) | (times > pair.hole[2])]
-            positions, velocities = article_motion(np.minimum(times, pair.frozen_after) - pair.lag_s * delayed)
-            positions = positions + np.array(pair.offset) * delayed + generator.normal(0.0, 1.0, positions.shape) * pair.noise
+            positions, velocities = article_motion(
+                np.minimum(times, pair.frozen_after) - pair.lag_s * delayed
+            )
+            positions = (
+                positions
+                + np.array(pair.offset) * delayed
+                + generator.normal(0.0, 1.0, positions.shape) * pair.noise
+            )
             if (topic, name) == pair.silent:
                 continue
             names = list(JOINTS)
             if topic == "real/ground_truth":
                 names.insert(3, "joint_4")
-                positions, velocities = np.insert(positions, 3, 0.5, axis=1), np.insert(velocities, 3, 0.0, axis=1)
+                positions, velocities = (
+                    np.insert(positions, 3, 0.5, axis=1),
+                    np.insert(velocities, 3, 0.0, axis=1),
+                )
             maker.joint_states(topic, names, start + times, positions, velocities)
         maker.marker(start + DURATION_S, f"end {name}")
         start += DURATION_S + 1.0
@@ -141,7 +180,10 @@ def imitate(maker: BagMaker, pair: Pair, experiments: tuple[str, ...] = ("real_l
 
 
 def _say(maker: BagMaker, pair: Pair) -> None:
-    """Add configuration, a decision, a warning and stamped set points that are received 2 ms after their time."""
+    """Add configuration, a decision, a warning and stamped set points.
+
+    The set points are received 2 ms after their time.
+    """
     if pair.configuration is not None:
         maker.text(0.0, "twin_controller/configuration", pair.configuration)
     decision: tuple[Any, ...] = (
@@ -161,8 +203,12 @@ def _say(maker: BagMaker, pair: Pair) -> None:
     types = maker.store.types
     value = types["diagnostic_msgs/msg/KeyValue"]("age", "12")
     for at, level in ((1.0, 0), (2.0, 1), (3.0, 1), (4.0, 0)):
-        status = types["diagnostic_msgs/msg/DiagnosticStatus"](level, "link", "late <&>", "", [value])
-        maker.add(at, "/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", maker.header(at), [status])
+        status = types["diagnostic_msgs/msg/DiagnosticStatus"](
+            level, "link", "late <&>", "", [value]
+        )
+        maker.add(
+            at, "/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", maker.header(at), [status]
+        )
     duration = types["builtin_interfaces/msg/Duration"](0, 10_000_000)
     empty = np.zeros(0)
     point = types["trajectory_msgs/msg/JointTrajectoryPoint"](empty, empty, empty, empty, duration)
@@ -181,7 +227,11 @@ def _say(maker: BagMaker, pair: Pair) -> None:
 def make_bag(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Path]:
     """Return a function that writes a bag like that of a whole run into a folder of its own."""
 
-    def make(namespace: str = "", experiments: tuple[str, ...] = ("real_leads", "twin_leads"), **options: Any) -> Path:
+    def make(
+        namespace: str = "",
+        experiments: tuple[str, ...] = ("real_leads", "twin_leads"),
+        **options: Any,
+    ) -> Path:
         maker = BagMaker(namespace)
         imitate(maker, Pair(**options), experiments)
         return maker.write(tmp_path_factory.mktemp("bag") / "run.bag")
@@ -204,7 +254,10 @@ def recorded_configuration() -> str:
 
 @pytest.fixture
 def largest_tool_speed() -> float:
-    """Return the largest speed of the tool in the imitated run [m/s], by the chain rule of the plane's two links."""
+    """Return the tool's largest speed in the imitated run [m/s].
+
+    It comes from the chain rule of the plane's two links.
+    """
     positions, velocities = article_motion(np.arange(0.0, DURATION_S, 1e-3))
     first, both = positions[:, 0], positions[:, 0] + positions[:, 1]
     turn, turn_both = velocities[:, 0], velocities[:, 0] + velocities[:, 1]

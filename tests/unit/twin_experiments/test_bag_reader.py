@@ -9,13 +9,24 @@ from pathlib import Path
 
 import pytest
 import rosbag
-from rosbags.rosbag1 import Reader
-from twin_controller.io.bag_writer import BagWriter
-from twin_controller.recording import RecorderSettings
+from cell_recorder.io.bag_writer import BagWriter
+from cell_recorder.recording import RecorderSettings
 from twin_experiments.io.bag_reader import BagError, open_bag
 
-FLOAT64 = {"type": "std_msgs/Float64", "md5sum": "fdb28210bfa9d7c91146260178d9a584", "message_definition": "float64 data\n"}
-SETTINGS = RecorderSettings(topics=["a"], write_period_ms=5.0, queue_messages=100_000, min_free_mb=0.0)
+FLOAT64 = {
+    "type": "std_msgs/Float64",
+    "md5sum": "fdb28210bfa9d7c91146260178d9a584",
+    "message_definition": "float64 data\n",
+}
+SETTINGS = RecorderSettings(
+    topics=["a"],
+    write_period_ms=5.0,
+    queue_messages=100_000,
+    min_free_mb=0.0,
+    part_mb=1000.0,
+    part_minutes=15.0,
+    runs_limit_mb=1000.0,
+)
 
 
 def values(path: Path) -> list[float]:
@@ -25,7 +36,10 @@ def values(path: Path) -> list[float]:
 
 
 def unfinished(folder: Path, chunks: int = 4, compression: str = "none") -> Path:
-    """Write a bag of ten messages a chunk with the standard library and take its file away before it is closed."""
+    """Write a bag of ten messages a chunk and take its file away before it is closed.
+
+    It is written with the standard library.
+    """
     bag = rosbag.Bag(str(folder / "open.bag"), "w", compression=compression)
     import genpy
     from std_msgs.msg import Float64
@@ -42,7 +56,10 @@ def unfinished(folder: Path, chunks: int = 4, compression: str = "none") -> Path
 
 @pytest.mark.parametrize("compression", ["none", "bz2", "lz4"])
 def test_an_unfinished_bag_gives_all_its_messages(tmp_path: Path, compression: str) -> None:
-    """A recorder that was killed leaves no index; a copy is indexed anew, the original stays as it is."""
+    """A recorder that was killed leaves no index.
+
+    A copy is indexed anew, the original stays as it is.
+    """
     path = unfinished(tmp_path, compression=compression)
     before = path.read_bytes()
     with pytest.raises(rosbag.ROSBagUnindexedException):
@@ -52,7 +69,9 @@ def test_an_unfinished_bag_gives_all_its_messages(tmp_path: Path, compression: s
 
 
 @pytest.mark.parametrize("missing", [1, 7, 100, 700])
-def test_a_bag_that_was_cut_gives_the_whole_messages_before_the_cut(tmp_path: Path, missing: int) -> None:
+def test_a_bag_that_was_cut_gives_the_whole_messages_before_the_cut(
+    tmp_path: Path, missing: int
+) -> None:
     """A file that lost its end keeps its beginning."""
     path = unfinished(tmp_path)
     path.write_bytes(path.read_bytes()[:-missing])
@@ -106,7 +125,11 @@ def test_types_come_from_the_bag(make_bag: Callable[..., Path]) -> None:
     """A message of the cell is read without the workspace that defined it."""
     with open_bag(make_bag()) as bag:
         ((_, decision),) = list(bag.messages("twin_controller/decisions"))
-    assert (decision.mode_after, decision.leader, decision.why) == ("REAL_LEADS", "real", "the real robot moved first")
+    assert (decision.mode_after, decision.leader, decision.why) == (
+        "REAL_LEADS",
+        "real",
+        "the real robot moved first",
+    )
 
 
 def test_relative_names_are_found_in_any_namespace(make_bag: Callable[..., Path]) -> None:
@@ -121,9 +144,13 @@ def test_two_cells_in_one_bag_are_not_mixed(make_bag: Callable[..., Path]) -> No
     """A name that fits several topics is refused with all of them."""
     with (
         open_bag(make_bag()) as bag,
-        pytest.raises(BagError, match=r"more than one cell: /real/ground_truth, /x/real/ground_truth"),
+        pytest.raises(
+            BagError, match=r"more than one cell: /real/ground_truth, /x/real/ground_truth"
+        ),
     ):
-        bag._reader.connections.append(bag._connections("real/ground_truth")[0]._replace(topic="/x/real/ground_truth"))
+        bag._reader.connections.append(
+            bag._connections("real/ground_truth")[0]._replace(topic="/x/real/ground_truth")
+        )
         list(bag.messages("real/ground_truth"))
 
 
@@ -132,7 +159,11 @@ def test_every_missing_topic_is_named(make_bag: Callable[..., Path]) -> None:
     path = make_bag(without=("real/ground_truth",))
     with (
         open_bag(path) as bag,
-        pytest.raises(BagError, match=r"no message of real/ground_truth, x/y; the bag holds .*/twin/joint_states \(\d+\)"),
+        pytest.raises(
+            BagError,
+            match=r"no message of real/ground_truth, x/y; the bag holds .*/twin/joint_states "
+            r"\(\d+\)",
+        ),
     ):
         bag.require(["real/ground_truth", "twin/joint_states", "x/y"])
 
@@ -158,7 +189,12 @@ def test_what_is_no_bag_is_refused(tmp_path: Path, content: bytes | None, text: 
 def test_an_unfinished_bag_without_a_message_is_refused(tmp_path: Path) -> None:
     """There is nothing to repair."""
     path = unfinished(tmp_path, chunks=0)
-    with pytest.raises(BagError, match="the recording was not finished and no whole message is in it"), open_bag(path):
+    with (
+        pytest.raises(
+            BagError, match="the recording was not finished and no whole message is in it"
+        ),
+        open_bag(path),
+    ):
         pass
 
 
@@ -167,6 +203,6 @@ def test_nothing_temporary_is_left(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     path = unfinished(tmp_path)
     with open_bag(path) as bag:
-        copy = bag._reader.path
-        assert isinstance(bag._reader, Reader) and Path(str(copy)).exists()
+        (copy,) = bag.readable
+        assert copy != path and copy.exists()
     assert not list(tmp_path.glob("bag_*"))

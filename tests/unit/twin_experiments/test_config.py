@@ -9,7 +9,13 @@ from typing import Any
 import pytest
 from ruamel.yaml import YAML
 from scara_config import ConfigError, load_robot
-from twin_experiments.config import ExperimentsFile, RealLeads, TwinLeads, load_experiments, metrics_settings
+from twin_experiments.config import (
+    ExperimentsFile,
+    RealLeads,
+    TwinLeads,
+    load_experiments,
+    metrics_settings,
+)
 
 SHIPPED = Path(__file__).resolve().parents[3] / "config"
 ROBOT = load_robot(SHIPPED)
@@ -30,7 +36,11 @@ def test_the_shipped_file_holds_the_two_experiments_of_the_article() -> None:
     real, twin = config.experiments["real_leads"], config.experiments["twin_leads"]
     assert isinstance(real, RealLeads) and isinstance(twin, TwinLeads)
     assert real.visits == twin.visits == ["P1", "P2", "P3", "P1", "P2", "P3", "P1"]
-    assert ROBOT.positions_m == {"P1": (0.65, 0.0, 0.0), "P2": (0.51, 0.16, 0.10), "P3": (0.51, -0.16, 0.16)}
+    assert ROBOT.positions_m == {
+        "P1": (0.65, 0.0, 0.0),
+        "P2": (0.51, 0.16, 0.10),
+        "P3": (0.51, -0.16, 0.16),
+    }
     assert (config.paper.path_error_percent, config.paper.positioning_error_percent) == (5.0, 2.0)
 
 
@@ -54,10 +64,22 @@ def test_a_joint_moves_from_its_share_of_the_largest_speed() -> None:
 @pytest.mark.parametrize(
     ("change", "text"),
     [
-        (lambda t: t["limits"].pop("path_error_percent"), "limits.*missing required field `path_error_percent`"),
-        (lambda t: t["limits"].update(path_error_percent=0.0), "limits.path_error_percent = 0.0: Expected `float` > 0.0"),
-        (lambda t: t["metrics"].update(rate_hz=10.0), "metrics.rate_hz = 10.0: Expected `float` >= 100.0"),
-        (lambda t: t["experiments"]["real_leads"].update(leader="operator"), "experiments.*Invalid value 'operator'"),
+        (
+            lambda t: t["limits"].pop("path_error_percent"),
+            "limits.*missing required field `path_error_percent`",
+        ),
+        (
+            lambda t: t["limits"].update(path_error_percent=0.0),
+            "limits.path_error_percent = 0.0: Expected `float` > 0.0",
+        ),
+        (
+            lambda t: t["metrics"].update(rate_hz=10.0),
+            "metrics.rate_hz = 10.0: Expected `float` >= 100.0",
+        ),
+        (
+            lambda t: t["experiments"]["real_leads"].update(leader="operator"),
+            "experiments.*Invalid value 'operator'",
+        ),
         (
             lambda t: t["experiments"]["twin_leads"].update(speed_percent=101.0),
             "101.0: Expected `float` <= 100.0",
@@ -67,10 +89,15 @@ def test_a_joint_moves_from_its_share_of_the_largest_speed() -> None:
             "twin_leads.visits = P9: .*P1, P2, P3",
         ),
         (lambda t: t.update(colour="red"), "unknown field `colour`"),
-        (lambda t: t["deadlines_s"].update(move=0.0), "deadlines_s.move = 0.0: Expected `float` > 0.0"),
+        (
+            lambda t: t["deadlines_s"].update(move=0.0),
+            "deadlines_s.move = 0.0: Expected `float` > 0.0",
+        ),
     ],
 )
-def test_a_wrong_value_is_refused_with_its_key(tmp_path: Path, change: Callable[[Any], object], text: str) -> None:
+def test_a_wrong_value_is_refused_with_its_key(
+    tmp_path: Path, change: Callable[[Any], object], text: str
+) -> None:
     """File, key, value and what is allowed are in the error."""
     with pytest.raises(ConfigError, match=text):
         load_changed(tmp_path, change)
@@ -79,7 +106,10 @@ def test_a_wrong_value_is_refused_with_its_key(tmp_path: Path, change: Callable[
 def test_an_unknown_experiment_is_refused_with_those_that_exist() -> None:
     """A typing error on the command line starts nothing."""
     config = load_experiments(ROBOT, SHIPPED)
-    with pytest.raises(ConfigError, match=r"unknown experiment 'real_leds': experiments.yaml has real_leads, twin_leads"):
+    with pytest.raises(
+        ConfigError,
+        match=r"unknown experiment 'real_leds': experiments.yaml has real_leads, twin_leads",
+    ):
         config.select(["real_leds"])
     assert list(config.select(["twin_leads"])) == ["twin_leads"]
     assert list(config.select([])) == ["real_leads", "twin_leads"]

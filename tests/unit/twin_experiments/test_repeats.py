@@ -28,7 +28,13 @@ def test_a_single_value_has_no_spread() -> None:
 
 def entry(name: str, error: float | None, verdict: str = "pass") -> dict[str, Any]:
     """Return an experiment of report.json with one figure."""
-    return {"name": name, "leader": "real", "verdict": verdict, "path_error_max_percent": error, "lag_s": 0.001}
+    return {
+        "name": name,
+        "leader": "real",
+        "verdict": verdict,
+        "path_error_max_percent": error,
+        "lag_s": 0.001,
+    }
 
 
 def test_only_what_was_repeated_is_summarized() -> None:
@@ -36,7 +42,11 @@ def test_only_what_was_repeated_is_summarized() -> None:
     once, twice = entry("a", 1.0), [entry("b", 1.0), entry("b", 3.0, "fail")]
     (summary,) = summarize_repeats([twice[0], once, twice[1]])
     assert (summary["name"], summary["repeats"], summary["passed"]) == ("b", 2, 1)
-    assert summary["path_error_max_percent"] == {"mean": 2.0, "spread": pytest.approx(2**0.5), "worst": 3.0}
+    assert summary["path_error_max_percent"] == {
+        "mean": 2.0,
+        "spread": pytest.approx(2**0.5),
+        "worst": 3.0,
+    }
     rows = repeat_rows([summary])
     assert ("b", "lag", "2", "1.000 ms", "0.000 ms", "1.000 ms") in rows
     (partly,) = summarize_repeats([entry("b", 1.0), entry("b", None)])
@@ -46,5 +56,8 @@ def test_only_what_was_repeated_is_summarized() -> None:
 
 def test_repeats_are_numbered_by_name() -> None:
     """The second one of a name is called so."""
-    markers = [(float(k), text) for k, text in enumerate(["start a", "end a", "start b", "end b", "start a", "end a"])]
+    markers = [
+        (float(k), text)
+        for k, text in enumerate(["start a", "end a", "start b", "end b", "start a", "end a"])
+    ]
     assert [span.label for span in find_spans(markers, 9.0)] == ["a", "b", "a #2"]

@@ -20,9 +20,18 @@ from twin_experiments.record import RecordError
 CONFIG = Path(__file__).resolve().parents[3] / "config"
 MakeBag = Callable[..., Path]
 DESIGNED = {
-    "name", "leader", "samples", "duration_s", "lag_s", "path_error_max_mm", "path_error_max_percent", "path_error_rms_percent",
-    "positioning_error_max_mm", "positioning_error_max_percent", "verdict",
-}  # fmt: skip
+    "name",
+    "leader",
+    "samples",
+    "duration_s",
+    "lag_s",
+    "path_error_max_mm",
+    "path_error_max_percent",
+    "path_error_rms_percent",
+    "positioning_error_max_mm",
+    "positioning_error_max_percent",
+    "verdict",
+}
 
 
 def analyse(bag: Path) -> dict[str, Any]:
@@ -60,7 +69,9 @@ def test_the_lag_of_the_follower_is_found_whoever_leads(make_bag: MakeBag, lag_s
     assert [e["lag_s"] for e in document["experiments"]] == pytest.approx([lag_s, lag_s], abs=2e-4)
 
 
-def test_the_path_error_is_lag_times_speed_and_vanishes_without_the_lag(make_bag: MakeBag, largest_tool_speed: float) -> None:
+def test_the_path_error_is_lag_times_speed_and_vanishes_without_the_lag(
+    make_bag: MakeBag, largest_tool_speed: float
+) -> None:
     """For a short lag the largest distance is the largest tool speed times the lag."""
     document = analyse(make_bag(lag_s=0.001))
     first = document["experiments"][0]
@@ -69,7 +80,10 @@ def test_the_path_error_is_lag_times_speed_and_vanishes_without_the_lag(make_bag
 
 
 def test_an_offset_of_the_follower_is_its_positioning_error(make_bag: MakeBag) -> None:
-    """0.5 mm up at the follower are 0.5 mm between the sides and against the set position, 0 for the leader."""
+    """0.5 mm up at the follower are 0.5 mm between the sides and against the set position.
+
+    The leader has 0.
+    """
     document = analyse(make_bag(offset=(0.0, 0.0, 0.0005, 0.0)))
     first = document["experiments"][0]
     assert first["positioning_error_max_mm"] == pytest.approx(0.5, abs=1e-3)
@@ -84,11 +98,16 @@ def test_an_offset_of_the_follower_is_its_positioning_error(make_bag: MakeBag) -
         ({"lag_s": 0.1}, r"path error \d+\.\d+ % of reach, limit 2 %"),
         ({"offset": (0.0, 0.0, 0.002, 0.0)}, r"positioning error 0.308 % of reach, limit 0.2 %"),
         ({"offset": (0.0, 0.0, -0.05, 0.0)}, r"positioning error 7.692 % of reach"),
-        ({"hole": ("twin/joint_states", 1.0, 1.5)}, r"5\.\d % of the time has no samples, limit 1 %"),
+        (
+            {"hole": ("twin/joint_states", 1.0, 1.5)},
+            r"5\.\d % of the time has no samples, limit 1 %",
+        ),
         ({"frozen_after": 3.0}, r"both stood still at P1 P2 P3, expected P1 P2 P3 P1 P2 P3 P1"),
     ],
 )
-def test_a_limit_that_is_missed_is_the_reason_to_fail(make_bag: MakeBag, options: dict[str, Any], reason: str) -> None:
+def test_a_limit_that_is_missed_is_the_reason_to_fail(
+    make_bag: MakeBag, options: dict[str, Any], reason: str
+) -> None:
     """The verdict says by how much."""
     document = analyse(make_bag(**options))
     for experiment in document["experiments"]:
@@ -103,10 +122,14 @@ def test_the_age_of_samples_is_receipt_minus_the_time_they_were_due(make_bag: Ma
     assert age == pytest.approx({"median": 2.0, "p95": 2.0, "max": 2.0}, abs=1e-3)
 
 
-def test_the_configuration_in_the_bag_is_used(make_bag: MakeBag, recorded_configuration: str) -> None:
+def test_the_configuration_in_the_bag_is_used(
+    make_bag: MakeBag, recorded_configuration: str
+) -> None:
     """A report of an old bag is judged by the limits of its day."""
     files = json.loads(recorded_configuration)
-    files["experiments.yaml"] = files["experiments.yaml"].replace("path_error_percent: 2.0", "path_error_percent: 0.01")
+    files["experiments.yaml"] = files["experiments.yaml"].replace(
+        "path_error_percent: 2.0", "path_error_percent: 0.01"
+    )
     bag = make_bag(configuration=json.dumps(files))
     report = write_report(bag, bag.parent, CONFIG)
     assert report.configuration.origin == "in the bag"
@@ -115,7 +138,9 @@ def test_the_configuration_in_the_bag_is_used(make_bag: MakeBag, recorded_config
     assert "modbus_map.yaml" in page and "Analysed with the configuration in the bag." in page
 
 
-def test_a_wrong_configuration_in_the_bag_is_named(make_bag: MakeBag, recorded_configuration: str) -> None:
+def test_a_wrong_configuration_in_the_bag_is_named(
+    make_bag: MakeBag, recorded_configuration: str
+) -> None:
     """It is no excuse to take another one."""
     files = json.loads(recorded_configuration)
     files["robot.yaml"] = files["robot.yaml"].replace("reach_mm: 650.0", "reach_mm: -1.0")
@@ -138,7 +163,11 @@ class _Page(HTMLParser):
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         for name, value in attrs:
             if name in ("src", "href", "data"):
-                (self.images if (value or "").startswith("data:image/png;base64,") else self.asked).append(value or "")
+                (
+                    self.images
+                    if (value or "").startswith("data:image/png;base64,")
+                    else self.asked
+                ).append(value or "")
 
 
 def test_the_page_is_self_contained_and_escapes_what_nodes_said(written: Report) -> None:
@@ -191,11 +220,16 @@ def test_a_topic_that_is_missing_is_named(make_bag: MakeBag, topic: str) -> None
         analyse(make_bag(without=(topic,)))
 
 
-def test_an_experiment_that_nobody_knows_is_refused(make_bag: MakeBag, recorded_configuration: str) -> None:
+def test_an_experiment_that_nobody_knows_is_refused(
+    make_bag: MakeBag, recorded_configuration: str
+) -> None:
     """The text lists those that are known."""
     files = json.loads(recorded_configuration)
     files["experiments.yaml"] = files["experiments.yaml"].replace("  twin_leads:", "  both_lead:")
-    with pytest.raises(RecordError, match=r"unknown experiment twin_leads: experiments\.yaml has real_leads, both_lead"):
+    with pytest.raises(
+        RecordError,
+        match=r"unknown experiment twin_leads: experiments\.yaml has real_leads, both_lead",
+    ):
         analyse(make_bag(configuration=json.dumps(files)))
 
 

@@ -25,7 +25,9 @@ def test_a_side_stands_still_since_its_last_motion() -> None:
 
 def test_both_sides_must_stand_still() -> None:
     """The later one decides."""
-    assert still_for([watch([(1.0, 1.0), (4.0, 0.0)]), watch([(3.0, 1.0), (4.0, 0.0)])], 4.0, 0.5) == pytest.approx(1.0)
+    assert still_for(
+        [watch([(1.0, 1.0), (4.0, 0.0)]), watch([(3.0, 1.0), (4.0, 0.0)])], 4.0, 0.5
+    ) == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize("silent", [Activity(), watch([(1.0, 0.0)])])
@@ -41,4 +43,6 @@ def test_a_side_that_was_never_seen_moving_stands_still_since_its_first_sample()
 
 def test_moves_are_counted_when_they_begin_after_a_standstill() -> None:
     """A speed that touches zero within a move starts no new one."""
-    assert watch([(0.0, 0.0), (1.0, 1.0), (1.1, 0.0), (1.15, 1.0), (2.0, 0.0), (3.0, 1.0)]).moves == 2
+    assert (
+        watch([(0.0, 0.0), (1.0, 1.0), (1.1, 0.0), (1.15, 1.0), (2.0, 0.0), (3.0, 1.0)]).moves == 2
+    )

@@ -6,7 +6,9 @@ import pytest
 from twin_experiments.walk import walked
 
 
-@pytest.mark.parametrize(("elapsed", "x"), [(0.0, 3.0), (1.0, 2.5), (4.0, 1.0), (5.0, 1.5), (8.0, 3.0), (9.0, 2.5)])
+@pytest.mark.parametrize(
+    ("elapsed", "x"), [(0.0, 3.0), (1.0, 2.5), (4.0, 1.0), (5.0, 1.5), (8.0, 3.0), (9.0, 2.5)]
+)
 def test_walks_there_and_back(elapsed: float, x: float) -> None:
     """Two metres at half a metre a second take four seconds each way."""
     assert walked((3.0, 0.5, 0.0), (1.0, 0.5, 0.0), 0.5, elapsed) == pytest.approx((x, 0.5, 0.0))

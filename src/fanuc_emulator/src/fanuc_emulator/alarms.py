@@ -1,7 +1,11 @@
-"""Alarms of the robot controller: what can be raised, how severe it is, which one the alarm registers show."""
+"""Alarms of the robot controller.
+
+What can be raised, how severe it is, which one the alarm registers show.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from enum import IntEnum
 
@@ -55,6 +59,7 @@ class Alarm(msgspec.Struct, frozen=True):
         return (at.year, at.month, at.day, at.hour, at.minute, at.second)
 
 
+PANEL_ESTOP = AlarmCode(11, 1, Severity.SERVO, "Operator panel E-stop")
 IMSTP = AlarmCode(11, 37, Severity.SERVO, "IMSTP input")
 HEARTBEAT_LOST = AlarmCode(12, 213, Severity.ABORT, "UALM heartbeat lost")
 HEARTBEAT_SILENT = AlarmCode(12, 214, Severity.WARN, "UALM heartbeat silent")
@@ -63,38 +68,56 @@ POSITION_LIMIT = AlarmCode(15, 17, Severity.ABORT, "Limit error PR[1]")
 POSITION_INVALID = AlarmCode(12, 311, Severity.ABORT, "Uninitialized data PR[1]")
 START_REFUSED = AlarmCode(24, 11, Severity.WARN, "Start refused")
 RESET_REFUSED = AlarmCode(24, 12, Severity.WARN, "Reset refused")
-ALL_CODES = (IMSTP, HEARTBEAT_LOST, HEARTBEAT_SILENT, NO_VACUUM, POSITION_LIMIT, POSITION_INVALID, START_REFUSED, RESET_REFUSED)
+POWER_OFF = {"imstp": IMSTP, "panel_imstp": PANEL_ESTOP}
+"""By the input that switches the drives off; no reset clears one while its input is off."""
+ALL_CODES = (
+    PANEL_ESTOP,
+    IMSTP,
+    HEARTBEAT_LOST,
+    HEARTBEAT_SILENT,
+    NO_VACUUM,
+    POSITION_LIMIT,
+    POSITION_INVALID,
+    START_REFUSED,
+    RESET_REFUSED,
+)
 
 
 class AlarmList:
-    """The active alarms. One of each kind; the latest of those that stop is shown first, then the latest warning."""
+    """The active alarms. One of each kind.
+
+    The latest of those that stop is shown first, then the latest warning.
+
+    Attributes:
+        fault: Whether an alarm is active that stops; a warning is none.
+        shown: The alarm in the alarm registers, if any.
+    """
 
     def __init__(self) -> None:
-        self._active: list[Alarm] = []
+        self._hold([])
 
     def add(self, alarm: Alarm) -> None:
-        """Make ``alarm`` active; a kind that is active already keeps its first time and cause (a warning: its last)."""
+        """Make ``alarm`` active.
+
+        A kind that is active already keeps its first time and cause (a warning: its last).
+        """
         same = [old for old in self._active if old.code is alarm.code]
         if same and alarm.code.severity > Severity.WARN:
             return
-        self._active = [old for old in self._active if old not in same] + [alarm]
+        self._hold([old for old in self._active if old not in same] + [alarm])
 
-    def clear(self, keep: AlarmCode | None = None) -> None:
-        """Forget all alarms but those of the kind ``keep``."""
-        self._active = [alarm for alarm in self._active if alarm.code is keep]
+    def clear(self, keep: Sequence[AlarmCode] = ()) -> None:
+        """Forget all alarms but those of the kinds ``keep``."""
+        self._hold([alarm for alarm in self._active if alarm.code in keep])
 
     def drop(self, code: AlarmCode) -> None:
         """Forget the alarm of one kind: its cause is gone."""
-        self._active = [alarm for alarm in self._active if alarm.code is not code]
+        self._hold([alarm for alarm in self._active if alarm.code is not code])
 
-    @property
-    def fault(self) -> bool:
-        """An alarm is active that stops; a warning is none."""
-        return any(alarm.code.severity > Severity.WARN for alarm in self._active)
-
-    @property
-    def shown(self) -> Alarm | None:
-        """The alarm in the alarm registers, if any."""
-        stopping = [alarm for alarm in self._active if alarm.code.severity > Severity.WARN]
-        listed = stopping or self._active
-        return listed[-1] if listed else None
+    def _hold(self, active: list[Alarm]) -> None:
+        """Keep these alarms; what they come to is asked for far more often than it changes."""
+        self._active = active
+        stopping = [alarm for alarm in active if alarm.code.severity > Severity.WARN]
+        listed = stopping or active
+        self.fault = bool(stopping)
+        self.shown: Alarm | None = listed[-1] if listed else None

@@ -1,4 +1,7 @@
-"""Servo model of one axis: moving-average filters, a command limiter, a second-order position loop, an encoder."""
+"""Servo model of one axis.
+
+Moving-average filters, a command limiter, a second-order position loop, an encoder.
+"""
 
 from __future__ import annotations
 
@@ -49,15 +52,18 @@ class MovingAverage:
 
 
 class CommandLimiter:
-    """Follow a smoothed set point exactly while it keeps the axis' limits, and as near as they allow when it does not.
+    """Follow a smoothed set point exactly while it keeps the axis' limits.
 
-    Whatever comes in, the command stays inside the position range, its speed changes by at most ``command_acceleration dt``
-    a step, and it can always stop before the end of the range.
+    When it does not, follow it as near as they allow.
+
+    Whatever comes in, the command stays inside the position range, its speed changes by at most
+    ``command_acceleration dt`` a step, and it can always stop before the end of the range.
     """
 
     def __init__(self, parameters: AxisParameters, position: float, dt: float) -> None:
         self._p = parameters
         self._dt = dt
+        self._change = parameters.command_acceleration * dt
         self.reset(position)
 
     def reset(self, position: float) -> None:
@@ -73,20 +79,23 @@ class CommandLimiter:
             reference: Set point [u]; outside the range it counts as the range's end.
             speed: Fraction 0..1 of the axis' greatest speed; lowering it brakes, 0 stops.
         """
-        p, dt = self._p, self._dt
+        p, dt, change = self._p, self._dt, self._change
         acceleration = p.command_acceleration
+        position, velocity = self.position, self.velocity
         reference = min(max(reference, p.lower), p.upper)
-        behind = self._reference - self.position
+        behind = self._reference - position
         catch_up = math.copysign(stopping_speed(abs(behind), acceleration, dt), behind)
         wanted = (reference - self._reference) / dt + catch_up
         self._reference = reference
         limit = p.velocity * speed
         wanted = min(max(wanted, -limit), limit)
-        wanted = min(wanted, stopping_speed(p.upper - self.position, acceleration, dt))
-        wanted = max(wanted, -stopping_speed(self.position - p.lower, acceleration, dt))
-        change = acceleration * dt
-        self.velocity = min(max(wanted, self.velocity - change), self.velocity + change)
-        self.position = min(max(self.position + self.velocity * dt, p.lower), p.upper)
+        # Only the end of the range that lies ahead matters.
+        if wanted > 0.0:
+            wanted = min(wanted, stopping_speed(p.upper - position, acceleration, dt))
+        elif wanted < 0.0:
+            wanted = max(wanted, -stopping_speed(position - p.lower, acceleration, dt))
+        self.velocity = min(max(wanted, velocity - change), velocity + change)
+        self.position = min(max(position + self.velocity * dt, p.lower), p.upper)
 
 
 class Axis:
@@ -101,18 +110,28 @@ class Axis:
     """
 
     def __init__(
-        self, parameters: AxisParameters, filter_lengths: Sequence[int], position: float, dt: float, substeps: int
+        self,
+        parameters: AxisParameters,
+        filter_lengths: Sequence[int],
+        position: float,
+        dt: float,
+        substeps: int,
     ) -> None:
         self.parameters = parameters
         self.position = position
         self.velocity = 0.0
         self._filters = [MovingAverage(length, position) for length in filter_lengths]
         self._limiter = CommandLimiter(parameters, position, dt)
-        self._target = position
+        self._target, self._speed = position, 0.0
+        # A step with the same target and speed would change nothing.
+        self._still = False
+        # For so many steps the target has been the same and the command has stood.
         self._settled_steps = 0
         self._drain = sum(filter_lengths)
         self._h = dt / substeps
-        self._substeps = substeps
+        self._substeps = range(1, substeps + 1)
+        omega = parameters.natural_frequency
+        self._stiffness, self._friction = omega * omega, 2.0 * parameters.damping * omega
 
     @property
     def command(self) -> float:
@@ -138,66 +157,116 @@ class Axis:
 
     @property
     def resting(self) -> bool:
-        """Target, filters, command and motor have come to rest (perhaps apart: the command may be held back)."""
+        """Target, filters, command and motor have come to rest.
+
+        Perhaps apart: the command may be held back.
+        """
         return self._settled_steps > self._drain and self.velocity == 0.0
 
-    def step(self, target: float, speed: float) -> None:
+    def step(self, target: float, speed: float) -> bool:
         """Go on for one interpolation period with the drive on.
 
         Args:
             target: Position that the path or the stream asks for [u].
             speed: Fraction 0..1 of the greatest speed that the command may use.
+
+        Returns:
+            Whether the axis is still: this step changed nothing, nor will others with the same
+            arguments.
         """
-        before = self.command
-        if target == self._target and self.command_velocity == 0.0:
+        if self._still and target == self._target and speed == self._speed:
+            return True
+        limiter, position, command = self._limiter, self.position, self._limiter.position
+        if target == self._target and limiter.velocity == 0.0:
             self._settled_steps += 1
         else:
             self._settled_steps = 0
-        self._target = target
-        if self.resting and (speed == 0.0 or before == target):
-            return
+        self._target, self._speed = target, speed
+        self._still = self.resting and (speed == 0.0 or command == target)
+        if self._still:
+            return True
+        reference = target
         for smoothing in self._filters:
-            target = smoothing.step(target)
-        self._limiter.step(target, speed)
-        self._servo(before)
+            reference = smoothing.step(reference)
+        limiter.step(reference, speed)
+        self._servo(command)
+        # The filters have forgotten other targets, and command and motor stay where they were. The
+        # command need not be the target: a mean of equal numbers may differ from them in the last
+        # bit.
+        self._still = (
+            self.resting
+            and self.position == position
+            and limiter.position == command
+            and limiter.velocity == 0.0
+        )
+        return self._still
 
-    def brake(self) -> None:
-        """Go on for one interpolation period with the drive off: the brake stops the axis where it can."""
+    def brake(self) -> bool:
+        """Go on for one interpolation period with the drive off.
+
+        The brake stops the axis where it can.
+
+        Returns:
+            Whether the axis stood already.
+        """
+        stood = self.velocity == 0.0
         change = self.parameters.estop_deceleration * self._h
-        for _ in range(self._substeps):
+        for _ in self._substeps:
             self.velocity = math.copysign(max(abs(self.velocity) - change, 0.0), self.velocity)
             self.position += self.velocity * self._h
         self._bound()
         self.rest()
+        return stood
 
     def rest(self) -> None:
         """Make the place where the axis is its command, and forget what was asked for."""
-        held = self.position if self.velocity != 0.0 or abs(self.position - self.command) > 1e-6 else self.command
+        held = (
+            self.position
+            if self.velocity != 0.0 or abs(self.position - self.command) > 1e-6
+            else self.command
+        )
         for smoothing in self._filters:
             smoothing.reset(held)
         self._limiter.reset(held)
         self._target = held
         self._settled_steps = 0
+        self._still = False
 
     def _servo(self, before: float) -> None:
-        """Let the motor follow the command, which goes in a straight line from ``before`` to now."""
-        p, h, n = self.parameters, self._h, self._substeps
-        omega = p.natural_frequency
-        stiffness, friction, limit = omega * omega, 2.0 * p.damping * omega, p.servo_acceleration
-        increment = (self.command - before) / n
-        feed = p.velocity_feedforward * self.command_velocity
-        for i in range(1, n + 1):
-            acceleration = stiffness * (before + i * increment - self.position) + friction * (feed - self.velocity)
-            acceleration = min(max(acceleration, -limit), limit)
-            self.velocity = min(max(self.velocity + acceleration * h, -p.velocity), p.velocity)
-            self.position += self.velocity * h
+        """Let the motor follow the command.
+
+        The command goes in a straight line from ``before`` to now.
+        """
+        p, h = self.parameters, self._h
+        stiffness, friction = self._stiffness, self._friction
+        limit, fastest = p.servo_acceleration, p.velocity
+        command, command_velocity = self._limiter.position, self._limiter.velocity
+        increment = (command - before) / len(self._substeps)
+        feed = p.velocity_feedforward * command_velocity
+        position, velocity = self.position, self.velocity
+        for i in self._substeps:
+            acceleration = stiffness * (before + i * increment - position) + friction * (
+                feed - velocity
+            )
+            # Not by min and max: this is the inmost loop, and calls cost more than comparisons.
+            if acceleration > limit:
+                acceleration = limit
+            elif acceleration < -limit:
+                acceleration = -limit
+            velocity += acceleration * h
+            if velocity > fastest:
+                velocity = fastest
+            elif velocity < -fastest:
+                velocity = -fastest
+            position += velocity * h
+        self.position, self.velocity = position, velocity
         self._bound()
         if (
-            self.command_velocity == 0.0
-            and abs(self.position - self.command) < _REST_POSITION
+            command_velocity == 0.0
+            and abs(self.position - command) < _REST_POSITION
             and abs(self.velocity) < _REST_VELOCITY
         ):
-            self.position, self.velocity = self.command, 0.0
+            self.position, self.velocity = command, 0.0
 
     def _bound(self) -> None:
         """Stop at the mechanical end of the range."""

@@ -1,4 +1,7 @@
-"""The robot controller: signals, override, alarms, watchdog, programs and motion, stepped once per interpolation period."""
+"""The robot controller.
+
+Signals, override, alarms, watchdog, programs and motion, stepped once per interpolation period.
+"""
 
 from __future__ import annotations
 
@@ -15,8 +18,15 @@ from fanuc_emulator.axis import Axis
 from fanuc_emulator.config import EmulatorConfig, axis_parameters, joint_positions
 from fanuc_emulator.gripping.cell_parts import CellParts
 from fanuc_emulator.motion import MotionGroup
-from fanuc_emulator.program import Executor, GripperStep, MoveStep, Program, ProgramState, StreamStep
-from fanuc_emulator.uop import Inputs, Outputs, Request
+from fanuc_emulator.program import (
+    Executor,
+    GripperStep,
+    MoveStep,
+    Program,
+    ProgramState,
+    StreamStep,
+)
+from fanuc_emulator.uop import NORMALLY_ON, Inputs, Outputs, Request
 from fanuc_emulator.watchdog import Watchdog, WatchdogState
 
 _CLOCK_WRAP = 2**31
@@ -31,7 +41,10 @@ class ControlType(IntEnum):
 
 
 class Snapshot(msgspec.Struct, frozen=True):
-    """Everything a client can read, true at one instant; positions in the order of robot.yaml [rad or m]."""
+    """Everything a client can read, true at one instant.
+
+    Positions in the order of robot.yaml [rad or m].
+    """
 
     tick: int
     clock_ms: int
@@ -82,11 +95,18 @@ class Controller:
         self._home = joint_positions(config.start_position, robot, lambda _: "start_position")
         self._motion = MotionGroup(
             [
-                Axis(axis_parameters(config, joint), config.filter_lengths, position, config.dt, config.servo_substeps)
+                Axis(
+                    axis_parameters(config, joint),
+                    config.filter_lengths,
+                    position,
+                    config.dt,
+                    config.servo_substeps,
+                )
                 for joint, position in zip(robot.joints, self._home)
             ],
             config.dt,
         )
+        self._tolerances = tuple(axis.parameters.tolerance for axis in self._motion.axes)
         self._programs = {**programs, 1: Program(config.stream_program, 1, (StreamStep(1),))}
         self._executor = Executor()
         self._inputs = Inputs()
@@ -107,14 +127,17 @@ class Controller:
         return min(self._override, cap)
 
     def write_input(self, name: str, value: bool) -> None:
-        """Set UI signal ``name``; ``gripper`` is no UI signal, a background program copies each write of it to RO[1]."""
+        """Set UI signal ``name``.
+
+        ``gripper`` is no UI signal, a background program copies each write of it to RO[1].
+        """
         if name == "gripper":
             self._gripper = value
             return
         match self._inputs.write(name, value):
             case Request.POWER_OFF:
                 self._motion.power_off()
-                self._raise(alarms.IMSTP, "the input was switched off")
+                self._raise(alarms.POWER_OFF[name], "the input was switched off")
             case Request.HOLD:
                 self._executor.pause()
             case Request.END:
@@ -131,7 +154,10 @@ class Controller:
         self._override = percent
 
     def write_setpoint(self, positions: Sequence[float]) -> None:
-        """Set PR[1]: joint positions in the order of robot.yaml [rad or m]; judged when a program uses it."""
+        """Set PR[1]: joint positions in the order of robot.yaml [rad or m].
+
+        Judged when a program uses it.
+        """
         self._setpoint = tuple(positions)
         self._setpoint_checked = False
 
@@ -166,7 +192,10 @@ class Controller:
         return self.snapshot()
 
     def _lose_heartbeat(self) -> None:
-        """Stop the program that runs, and latch it; a robot that runs none has nothing to stop and only warns."""
+        """Stop the program that runs, and latch it.
+
+        A robot that runs none has nothing to stop and only warns.
+        """
         cause = f"heartbeat {self._watchdog.heartbeat} stood still"
         if self._executor.state is ProgramState.ABORTED:
             self._raise(alarms.HEARTBEAT_SILENT, cause)
@@ -176,15 +205,15 @@ class Controller:
 
     def snapshot(self) -> Snapshot:
         """Return what can be read now."""
-        axes = self._motion.axes
+        motion = self._motion
         program = self._executor.program
         return Snapshot(
             tick=self._tick,
             clock_ms=(self._config.clock.boot_offset_ms + self._now_ms) % _CLOCK_WRAP,
-            measured_positions=tuple([axis.measured_position for axis in axes]),
-            measured_velocities=tuple([axis.measured_velocity for axis in axes]),
-            positions=self._motion.positions,
-            velocities=self._motion.velocities,
+            measured_positions=motion.measured_positions,
+            measured_velocities=motion.measured_velocities,
+            positions=motion.positions,
+            velocities=motion.velocities,
             control_type=self._control_type,
             program_speed=self._program_speed,
             override=self.override,
@@ -228,26 +257,36 @@ class Controller:
     def _enabled(self) -> bool:
         """CMDENBL: a remote start is possible."""
         inputs = self._inputs
-        return self._motion.powered and inputs["sfspd"] and inputs["enbl"] and not self._alarms.fault
+        return (
+            self._motion.powered and inputs["sfspd"] and inputs["enbl"] and not self._alarms.fault
+        )
 
     def _outputs(self) -> Outputs:
         state = self._executor.state
         running = state is ProgramState.RUNNING
-        at_home = all(abs(axis.position - home) <= axis.parameters.tolerance for axis, home in zip(self._motion.axes, self._home))
         return Outputs(
             cmdenbl=self._enabled,
             sysrdy=self._motion.powered,
             progrun=running,
             paused=state is ProgramState.PAUSED,
-            held=not self._inputs["hold"],
+            held=not (self._inputs["hold"] and self._inputs["panel_hold"]),
             fault=self._alarms.fault,
-            atperch=at_home,
+            atperch=self._at_home(),
             tpenbl=False,
             batalm=False,
             busy=running or not self._motion.standing,
+            panel_estop=not self._inputs["panel_imstp"],
+            panel_held=not self._inputs["panel_hold"],
             gripper=self._gripper,
             vacuum=self._vacuum,
         )
+
+    def _at_home(self) -> bool:
+        """ATPERCH: each joint is at home within its tolerance."""
+        for position, home, tolerance in zip(self._motion.positions, self._home, self._tolerances):
+            if not abs(position - home) <= tolerance:
+                return False
+        return True
 
     def _execute(self) -> None:
         """Let the program go on, and start what its line asks for."""
@@ -260,14 +299,18 @@ class Controller:
         elif isinstance(self._executor.step, GripperStep):
             self._wait_for_vacuum(self._executor.step)
         elif isinstance(self._executor.step, StreamStep) and self._setpoint_acceptable():
-            motion.stream(self._setpoint if self._setpoint_valid else None, self._stream_speed / 100.0)
+            motion.stream(
+                self._setpoint if self._setpoint_valid else None, self._stream_speed / 100.0
+            )
 
     def _wait_for_vacuum(self, step: GripperStep) -> None:
         """Pause the program when the gripper has not answered in time; START waits again."""
         self._gripper_wait += self._dt
         if self._gripper_wait > self._config.gripper_timeout_ms * 1e-3:
             self._gripper_wait = 0.0
-            self._raise(alarms.NO_VACUUM, f"RI[1] is not {'ON' if step.on else 'OFF'} in line {step.line}")
+            self._raise(
+                alarms.NO_VACUUM, f"RI[1] is not {'ON' if step.on else 'OFF'} in line {step.line}"
+            )
 
     def _setpoint_acceptable(self) -> bool:
         """Check PR[1] once after each write; raise an alarm if the robot cannot go there."""
@@ -304,8 +347,9 @@ class Controller:
 
     def _reset(self) -> None:
         """FAULT_RESET: clear alarms whose cause is gone, and switch the drives on again."""
-        if not self._inputs["imstp"]:
-            self._alarms.clear(keep=alarms.IMSTP)
+        persists = [code for name, code in alarms.POWER_OFF.items() if not self._inputs[name]]
+        if persists:
+            self._alarms.clear(keep=persists)
             return
         if not self._motion.powered:
             if not self._motion.standing:
@@ -319,7 +363,9 @@ class Controller:
         """START: let a paused program go on."""
         if self._executor.state is not ProgramState.PAUSED:
             return
-        reason = self._start_obstacle() or ("the program is being ended" if self._aborting else None)
+        reason = self._start_obstacle() or (
+            "the program is being ended" if self._aborting else None
+        )
         if reason:
             self._raise(alarms.START_REFUSED, reason)
         else:
@@ -330,7 +376,9 @@ class Controller:
         program = self._programs.get(number)
         if self._executor.state is not ProgramState.ABORTED:
             assert self._executor.program is not None
-            reason: str | None = f"{self._executor.program.name} is {self._executor.state.name.lower()}"
+            reason: str | None = (
+                f"{self._executor.program.name} is {self._executor.state.name.lower()}"
+            )
         elif program is None:
             reason = f"RSR{number} has no program"
         else:
@@ -345,7 +393,7 @@ class Controller:
         """Say why nothing may start now, or None."""
         if self._alarms.fault:
             return "FAULT is on"
-        for name in ("imstp", "hold", "sfspd", "enbl"):
+        for name in NORMALLY_ON:
             if not self._inputs[name]:
                 return f"{name.upper()} is off"
         return None if self._motion.powered else "the drives are off"

@@ -1,4 +1,7 @@
-"""Plan a joint move along its path: all axes start and end together, the speed may change while it runs."""
+"""Plan a joint move along its path.
+
+All axes start and end together, the speed may change while it runs.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +12,9 @@ from collections.abc import Sequence
 def stopping_speed(distance: float, deceleration: float, dt: float) -> float:
     r"""Compute the largest speed from which a stop within ``distance`` is possible.
 
-    In steps of ``dt`` a ramp of ``n`` steps from ``v`` covers :math:`n v\,dt - a\,dt^2 n(n-1)/2`; ``n`` is the least that reaches
-    ``d``, and the speed is the one that ends exactly there. Braking from it by ``a dt`` a step is therefore always possible.
+    In steps of ``dt`` a ramp of ``n`` steps from ``v`` covers :math:`n v\,dt - a\,dt^2 n(n-1)/2`;
+    ``n`` is the least that reaches ``d``, and the speed is the one that ends exactly there. Braking
+    from it by ``a dt`` a step is therefore always possible.
 
     Args:
         distance: What is left, in any unit u; negative counts as zero.
@@ -28,10 +32,11 @@ def stopping_speed(distance: float, deceleration: float, dt: float) -> float:
 
 
 class JointMove:
-    """Follow the straight joint path from ``start`` to ``target`` by a trapezoid in the path parameter.
+    """Follow the straight joint path by a trapezoid in the path parameter.
 
-    The axis that needs longest moves at ``speed`` of its greatest speed times the override; the others keep pace. The path
-    depends on nothing else, so hold, resume and override change the time on it but never its shape.
+    The axis that needs longest moves at ``speed`` of its greatest speed times the override; the
+    others keep pace. The path depends on nothing else, so hold, resume and override change the time
+    on it but never its shape.
 
     Args:
         start: Joint positions at the start [rad or m], shape ``(n,)``.
@@ -70,12 +75,16 @@ class JointMove:
         """Go on for ``dt`` and return the joint positions.
 
         Args:
-            override: Fraction 0..1 of the programmed speed; 0 decelerates along the path and holds there.
+            override: Fraction 0..1 of the programmed speed; 0 decelerates along the path and holds
+                there.
             dt: Step [s].
         """
         if not self.done:
             change = self._rate_change * dt
-            wanted = min(self._rate_limit * override, stopping_speed(1.0 - self.progress, self._rate_change, dt))
+            wanted = min(
+                self._rate_limit * override,
+                stopping_speed(1.0 - self.progress, self._rate_change, dt),
+            )
             self.rate = min(max(wanted, self.rate - change), self.rate + change)
             self.progress = min(self.progress + self.rate * dt, 1.0)
             if 1.0 - self.progress < 1e-12:
@@ -87,4 +96,4 @@ class JointMove:
         if self.done:
             return self._target
         s = self.progress
-        return tuple(begin + s * (end - begin) for begin, end in zip(self._start, self._target))
+        return tuple([begin + s * (end - begin) for begin, end in zip(self._start, self._target)])

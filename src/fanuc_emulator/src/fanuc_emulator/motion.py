@@ -14,6 +14,12 @@ class MotionGroup:
     Args:
         axes: In the order of robot.yaml.
         dt: Interpolation period [s].
+
+    Attributes:
+        positions: True joint positions [rad or m], shape ``(n,)``.
+        velocities: True joint speeds [rad/s or m/s].
+        measured_positions: In whole encoder counts.
+        measured_velocities: In whole counts per servo period.
     """
 
     def __init__(self, axes: Sequence[Axis], dt: float) -> None:
@@ -23,23 +29,16 @@ class MotionGroup:
         self._targets: tuple[float, ...] = tuple(axis.command for axis in axes)
         self._move: JointMove | None = None
         self._stream_speed: float | None = None
-
-    @property
-    def positions(self) -> tuple[float, ...]:
-        """True joint positions [rad or m]."""
-        return tuple(axis.position for axis in self.axes)
-
-    @property
-    def velocities(self) -> tuple[float, ...]:
-        """True joint speeds [rad/s or m/s]."""
-        return tuple(axis.velocity for axis in self.axes)
+        self._look()
 
     @property
     def standing(self) -> bool:
         """No axis moves and none is about to, unless it is let go on."""
         if not self.powered:
-            return all(axis.velocity == 0.0 for axis in self.axes)
-        return (self._move is None or self._move.rate == 0.0) and all(axis.resting for axis in self.axes)
+            return not any(self.velocities)
+        return (self._move is None or self._move.rate == 0.0) and (
+            all([axis.resting for axis in self.axes])
+        )
 
     @property
     def path_done(self) -> bool:
@@ -48,13 +47,18 @@ class MotionGroup:
 
     @property
     def arrived(self) -> bool:
-        """FINE: the planned move is done and each motor is at its end within the axis' tolerance."""
-        return self.path_done and all(
-            abs(axis.position - target) <= axis.parameters.tolerance
-            and abs(axis.velocity) * self._dt <= axis.parameters.tolerance
-            and abs(axis.command - target) <= axis.parameters.tolerance
-            for axis, target in zip(self.axes, self._targets)
-        )
+        """FINE: the planned move is done, each motor is at its end within the tolerance."""
+        if not self.path_done:
+            return False
+        for axis, target in zip(self.axes, self._targets):
+            tolerance = axis.parameters.tolerance
+            if not (
+                abs(axis.position - target) <= tolerance
+                and abs(axis.velocity) * self._dt <= tolerance
+                and abs(axis.command - target) <= tolerance
+            ):
+                return False
+        return True
 
     def start_move(self, target: Sequence[float], speed: float) -> None:
         """Plan a joint move from the end of the last one (or from where the command is).
@@ -70,7 +74,10 @@ class MotionGroup:
         self._move = JointMove(self._targets, target, speed, velocities, accelerations)
 
     def stream(self, target: Sequence[float] | None, speed: float) -> None:
-        """Follow set points: ``target`` is the latest one (None: stay), ``speed`` the fraction of the greatest speed."""
+        """Follow set points.
+
+        ``target`` is the latest one (None: stay), ``speed`` the fraction of the greatest speed.
+        """
         self._move = None
         self._stream_speed = speed
         if target is not None:
@@ -102,9 +109,10 @@ class MotionGroup:
             override: Fraction 0..1 of every programmed speed.
             hold: Decelerate (a planned move: along its path) and stay.
         """
+        # Lists: each axis has to go on, whatever the one before it says.
         if not self.powered:
-            for axis in self.axes:
-                axis.brake()
+            if not all([axis.brake() for axis in self.axes]):
+                self._look()
             return
         factor = 0.0 if hold else override
         limit = 1.0
@@ -112,5 +120,13 @@ class MotionGroup:
             self._targets = self._move.advance(factor, self._dt)
         elif self._stream_speed is not None:
             limit = factor * self._stream_speed
-        for axis, target in zip(self.axes, self._targets):
-            axis.step(target, limit)
+        if not all([axis.step(target, limit) for axis, target in zip(self.axes, self._targets)]):
+            self._look()
+
+    def _look(self) -> None:
+        """Note where the axes are: several ask for it in each period, and it seldom changes."""
+        axes = self.axes
+        self.positions = tuple([axis.position for axis in axes])
+        self.velocities = tuple([axis.velocity for axis in axes])
+        self.measured_positions = tuple([axis.measured_position for axis in axes])
+        self.measured_velocities = tuple([axis.measured_velocity for axis in axes])

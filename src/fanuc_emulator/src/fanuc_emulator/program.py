@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from enum import IntEnum
+from functools import cached_property
 from typing import Annotated, Literal
 
 import msgspec
@@ -11,7 +12,10 @@ from msgspec import Meta
 
 
 class MoveLine(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="do", tag="move"):
-    """``J P[n] v% FINE``: a joint move to a named position; ``cnt`` goes on before it has settled."""
+    """``J P[n] v% FINE``: a joint move to a named position.
+
+    ``cnt`` goes on before it has settled.
+    """
 
     position: str
     speed_percent: Annotated[float, Meta(gt=0.0, le=100.0)]
@@ -24,13 +28,17 @@ class WaitLine(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_fiel
     wait_s: Annotated[float, Meta(ge=0.0, le=3600.0)]
 
 
-class GripperLine(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="do", tag="gripper"):
+class GripperLine(
+    msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="do", tag="gripper"
+):
     """``RO[1]=ON; WAIT RI[1]=ON`` (or OFF): switch the suction, go on when the vacuum says so."""
 
     value: Literal["on", "off"]
 
 
-class RepeatLine(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="do", tag="repeat"):
+class RepeatLine(
+    msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="do", tag="repeat"
+):
     """``FOR .. ENDFOR``: run the lines below ``times`` times."""
 
     times: Annotated[int, Meta(ge=1, le=1000)]
@@ -41,7 +49,10 @@ Line = MoveLine | WaitLine | GripperLine | RepeatLine
 
 
 class ProgramFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """One file of config/programs/; positions carry the unit in the key (``joint_1_deg``, ``joint_3_mm``)."""
+    """One file of config/programs/.
+
+    Positions carry the unit in the key (``joint_1_deg``, ``joint_3_mm``).
+    """
 
     name: Annotated[str, Meta(pattern=r"^[A-Z][A-Z0-9_]{0,15}$")]
     rsr: Annotated[int, Meta(ge=2, le=8)]
@@ -51,7 +62,10 @@ class ProgramFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class MoveStep(msgspec.Struct, frozen=True):
-    """A move to be started: joint positions [rad or m], programmed speed in percent, FINE or not."""
+    """A move to be started.
+
+    Joint positions [rad or m], programmed speed in percent, FINE or not.
+    """
 
     line: int
     target: tuple[float, ...]
@@ -82,14 +96,14 @@ class StreamStep(msgspec.Struct, frozen=True):
 Step = MoveStep | WaitStep | GripperStep | StreamStep
 
 
-class Program(msgspec.Struct, frozen=True):
+class Program(msgspec.Struct, frozen=True, dict=True):
     """A program ready to run: its loops are unrolled, each step knows its line in the listing."""
 
     name: str
     rsr: int
     steps: tuple[Step, ...]
 
-    @property
+    @cached_property
     def streams(self) -> bool:
         """It is the program that follows PR[1]."""
         return any(isinstance(step, StreamStep) for step in self.steps)
@@ -103,7 +117,9 @@ class ProgramState(IntEnum):
     RUNNING = 2
 
 
-def unroll(lines: Sequence[Line], first: int = 1) -> Iterator[tuple[int, MoveLine | WaitLine | GripperLine]]:
+def unroll(
+    lines: Sequence[Line], first: int = 1
+) -> Iterator[tuple[int, MoveLine | WaitLine | GripperLine]]:
     """Yield (line number, line) in the order of execution.
 
     Lines are numbered as they stand in the listing, a ``repeat`` takes a number of its own.
@@ -120,7 +136,9 @@ def unroll(lines: Sequence[Line], first: int = 1) -> Iterator[tuple[int, MoveLin
 
 def count_lines(lines: Sequence[Line]) -> int:
     """Return how many lines the listing of ``lines`` has."""
-    return sum(1 + (count_lines(line.lines) if isinstance(line, RepeatLine) else 0) for line in lines)
+    return sum(
+        1 + (count_lines(line.lines) if isinstance(line, RepeatLine) else 0) for line in lines
+    )
 
 
 class Executor:
@@ -169,7 +187,9 @@ class Executor:
         """End the program here."""
         self.state = ProgramState.ABORTED
 
-    def advance(self, dt: float, path_done: bool, arrived: bool, vacuum: bool = False) -> Step | None:
+    def advance(
+        self, dt: float, path_done: bool, arrived: bool, vacuum: bool = False
+    ) -> Step | None:
         """Go on for ``dt`` and return a step that begins now, if one does.
 
         Args:
@@ -198,7 +218,10 @@ class Executor:
         return step
 
     def _finished(self, step: Step, path_done: bool, arrived: bool, vacuum: bool) -> bool:
-        """Tell whether ``step`` is done; a wait is done when its delay has run out, a stream never."""
+        """Tell whether ``step`` is done.
+
+        A wait is done when its delay has run out, a stream never.
+        """
         if isinstance(step, MoveStep):
             return arrived if step.fine else path_done
         if isinstance(step, GripperStep):

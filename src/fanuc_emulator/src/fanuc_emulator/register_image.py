@@ -5,12 +5,29 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from scara_config import Robot
-from scara_config.modbus_map import TABLES, ModbusMap, Table
+from scara_config.modbus_map import TABLES, ModbusMap, Register, Table
 
 from fanuc_emulator.controller import Controller, Snapshot
 from fanuc_emulator.registers import RegisterError, Value, decode, encode
 
-_RANGES = {"override": (1, 100), "stream_speed": (1, 100), "setpoint_valid": (0, 1), "heartbeat": (0, 32767)}
+# Registers of one number, and what of a snapshot they show.
+_NUMBERS = {
+    "clock_ms": "clock_ms",
+    "control_type": "control_type",
+    "program_speed": "program_speed",
+    "heartbeat_echo": "heartbeat",
+    "watchdog_state": "watchdog_state",
+    "override_now": "override",
+    "program_line": "program_line",
+    "program_state": "program_state",
+    "override": "general_override",
+}
+_RANGES = {
+    "override": (1, 100),
+    "stream_speed": (1, 100),
+    "setpoint_valid": (0, 1),
+    "heartbeat": (0, 32767),
+}
 
 
 class RegisterImage:
@@ -32,42 +49,41 @@ class RegisterImage:
         self._low_first = layout.word_order == "low_first"
         self._axes = [(joint.axis_number - 1, 1.0 / joint.scale) for joint in robot.joints]
         self._registers = {**layout.input_registers, **layout.holding_registers}
+        self._table_of: dict[str, Table] = {}
         self.first: dict[Table, int] = {}
         self.tables: dict[Table, list[int]] = {}
         for table in TABLES:
-            registers = [register for name, register in self._registers.items() if layout.table_of(name) == table]
+            registers: dict[str, Register] = getattr(layout, table)
             if registers:
-                self.first[table] = min(register.offset for register in registers)
-                self.tables[table] = [0] * (max(r.offset + r.words for r in registers) - self.first[table])
+                first = min(register.offset for register in registers.values())
+                end = max(register.offset + register.words for register in registers.values())
+                self.first[table], self.tables[table] = first, [0] * (end - first)
+                self._table_of |= dict.fromkeys(registers, table)
         self._shown: Snapshot | None = None
         self._sequence = 0
         self._codes = _codes(layout)
+        self._put("position_valid", (1,))
         self._put("stream_speed", (100,))
 
     def show(self, snapshot: Snapshot) -> None:
-        """Bring all words up to date with ``snapshot``."""
+        """Bring all words up to date with ``snapshot``; what is as before is left alone."""
         before, self._shown = self._shown, snapshot
         if before is snapshot:
             return
-        self._put("position", self._by_axis(snapshot.measured_positions))
-        self._put("position_valid", (1,))
+        if before is None or before.measured_positions != snapshot.measured_positions:
+            self._put("position", self._by_axis(snapshot.measured_positions))
+        if before is None or before.measured_velocities != snapshot.measured_velocities:
+            self._put("velocity", self._by_axis(snapshot.measured_velocities))
+        for name, field in _NUMBERS.items():
+            number = getattr(snapshot, field)
+            if before is None or getattr(before, field) != number:
+                self._put(name, (number,))
         self._show_signals(snapshot)
-        self._put("clock_ms", (snapshot.clock_ms,))
-        self._put("velocity", self._by_axis(snapshot.measured_velocities))
-        self._put("control_type", (snapshot.control_type,))
-        self._put("program_speed", (snapshot.program_speed,))
-        self._put("heartbeat_echo", (snapshot.heartbeat,))
-        self._put("watchdog_state", (snapshot.watchdog_state,))
-        self._put("override_now", (snapshot.override,))
-        self._put("program_line", (snapshot.program_line,))
-        self._put("program_state", (snapshot.program_state,))
         if before is None or before.program_name != snapshot.program_name:
             self._put("program_name", snapshot.program_name)
             self._put("program_caller", snapshot.program_name)
         if before is None or before.alarm is not snapshot.alarm:
             self._show_alarm(snapshot)
-        if before is None or before.general_override != snapshot.general_override:
-            self._put("override", (snapshot.general_override,))
 
     def take(self, offset: int, words: Sequence[int]) -> list[tuple[str, Value]]:
         """Store written words and return the registers that they touch, with their new values.
@@ -87,17 +103,20 @@ class RegisterImage:
             if register.offset < offset + len(words) and offset < register.offset + register.words:
                 value = self._get(name)
                 low, high = _RANGES.get(name, (None, None))
-                if low is not None and high is not None and not low <= value[0] <= high:  # type: ignore[operator]
+                bounded = low is not None and high is not None
+                if bounded and not low <= value[0] <= high:  # type: ignore[operator]
                     held[begin : begin + len(words)] = old
                     raise RegisterError(f"{name} = {value[0]} is outside [{low}, {high}]")
                 touched.append((name, value))
         word = self._layout.command_word
-        if word is not None and word.sequence in dict(touched):  # a command counts by its number, whoever wrote the code when
+        if word is not None and word.sequence in dict(
+            touched
+        ):  # a command counts by its number, whoever wrote the code when
             touched.append((word.register, self._get(word.register)))
         return touched
 
     def joint_positions(self, values: Sequence[float]) -> tuple[float, ...]:
-        """Convert axis values in deg or mm to joint positions in the order of robot.yaml [rad or m]."""
+        """Convert axis values [deg or mm] to joint positions in robot.yaml's order [SI]."""
         return tuple(values[index] / factor for index, factor in self._axes)
 
     def apply(self, controller: Controller, values: Sequence[tuple[str, Value]]) -> None:
@@ -115,7 +134,9 @@ class RegisterImage:
                 controller.write_override(round(float(value[0])))
         word, written = self._layout.command_word, dict(values)
         if word is not None and word.sequence in written:
-            self._command(controller, int(written[word.register][0]), int(written[word.sequence][0]))
+            self._command(
+                controller, int(written[word.register][0]), int(written[word.sequence][0])
+            )
 
     def _command(self, controller: Controller, code: int, sequence: int) -> None:
         """Obey a numbered command once; a code that nobody knows is confirmed and does nothing."""
@@ -130,22 +151,28 @@ class RegisterImage:
         """Fill the words of outputs, inputs and the confirmed command, where the map has such."""
         layout = self._layout
         if layout.status_word is not None:
-            lit = [bit for name, bit in layout.status_word.bits.items() if getattr(snapshot.outputs, name)]
+            lit = [
+                bit
+                for name, bit in layout.status_word.bits.items()
+                if getattr(snapshot.outputs, name)
+            ]
             self._put_word(layout.status_word.register, sum(1 << bit for bit in lit))
         if layout.switches_word is not None:
-            lit = [bit for name, bit in layout.switches_word.bits.items() if name in snapshot.inputs]
+            lit = [
+                bit for name, bit in layout.switches_word.bits.items() if name in snapshot.inputs
+            ]
             self._put_word(layout.switches_word.register, sum(1 << bit for bit in lit))
         if layout.command_word is not None:
             self._put_word(layout.command_word.echo, self._sequence)
 
     def _put_word(self, name: str, word: int) -> None:
         """Write a register of one word, without a sign."""
-        table = self._layout.table_of(name) or TABLES[0]
+        table = self._table_of[name]
         self.tables[table][self._registers[name].offset - self.first[table]] = word & 0xFFFF
 
     def _get(self, name: str) -> Value:
         """Read one register."""
-        register, table = self._registers[name], self._layout.table_of(name) or TABLES[0]
+        register, table = self._registers[name], self._table_of[name]
         at = register.offset - self.first[table]
         return decode(register, self.tables[table][at : at + register.words], self._low_first)
 
@@ -170,8 +197,9 @@ class RegisterImage:
 
     def _put(self, name: str, values: Sequence[float] | Sequence[int] | str) -> None:
         """Write one register's words, if the map has it."""
-        register, table = self._registers.get(name), self._layout.table_of(name)
-        if register is not None and table is not None:
+        register = self._registers.get(name)
+        if register is not None:
+            table = self._table_of[name]
             at = register.offset - self.first[table]
             self.tables[table][at : at + register.words] = encode(register, values, self._low_first)
 
@@ -180,7 +208,11 @@ def _codes(layout: ModbusMap) -> dict[int, tuple[str, tuple[bool, ...]]]:
     """Return for each command code the input and the levels that it takes one after the other."""
     found: dict[int, tuple[str, tuple[bool, ...]]] = {}
     for name, code in (layout.command_word.codes if layout.command_word else {}).items():
-        for value, levels in ((code.low, (False,)), (code.high, (True,)), (code.pulse, (True, False))):
+        for value, levels in (
+            (code.low, (False,)),
+            (code.high, (True,)),
+            (code.pulse, (True, False)),
+        ):
             if value is not None:
                 found[value] = (name, levels)
     return found

@@ -18,7 +18,9 @@ class RegisterError(ValueError):
     """A value does not fit its register."""
 
 
-def encode(register: Register, values: Sequence[float] | Sequence[int] | str, low_first: bool = True) -> list[int]:
+def encode(
+    register: Register, values: Sequence[float] | Sequence[int] | str, low_first: bool = True
+) -> list[int]:
     """Return the words of ``values``, given in the register's unit.
 
     Args:
@@ -36,14 +38,18 @@ def encode(register: Register, values: Sequence[float] | Sequence[int] | str, lo
         packed = values.encode("ascii", "replace")[:size].ljust(size, b"\0")
         return list(struct.unpack(f">{register.count}H", packed))
     if isinstance(values, str) or len(values) != register.count:
-        raise RegisterError(f"register {register.address} holds {register.count} numbers, not {values!r}")
+        raise RegisterError(
+            f"register {register.address} holds {register.count} numbers, not {values!r}"
+        )
     if register.scale != 1.0:
         counts = [value / register.scale for value in values]
         values = counts if register.type == "float32" else [round(value) for value in counts]
     try:
         packed = struct.pack(f"<{register.count}{_FORMATS[register.type]}", *values)
     except (struct.error, OverflowError) as error:
-        raise RegisterError(f"register {register.address}: {values!r} do not fit {register.type}: {error}") from error
+        raise RegisterError(
+            f"register {register.address}: {values!r} do not fit {register.type}: {error}"
+        ) from error
     words = list(struct.unpack(f"<{register.words}H", packed))
     return words if low_first else _swap(register, words)
 
@@ -55,14 +61,20 @@ def decode(register: Register, words: Sequence[int], low_first: bool = True) -> 
         RegisterError: The number of words is not the register's.
     """
     if len(words) != register.words:
-        raise RegisterError(f"register {register.address} has {register.words} words, not {len(words)}")
+        raise RegisterError(
+            f"register {register.address} has {register.words} words, not {len(words)}"
+        )
     if register.type == "string":
         text = struct.pack(f">{register.count}H", *words)
         return text.split(b"\0", 1)[0].decode("ascii", "replace")
     ordered = words if low_first else _swap(register, words)
     packed = struct.pack(f"<{register.words}H", *ordered)
     found: tuple[float, ...] = struct.unpack(f"<{register.count}{_FORMATS[register.type]}", packed)
-    return found if register.scale == 1.0 else tuple([round(value * register.scale, 9) for value in found])
+    return (
+        found
+        if register.scale == 1.0
+        else tuple([round(value * register.scale, 9) for value in found])
+    )
 
 
 def _swap(register: Register, words: Sequence[int]) -> list[int]:

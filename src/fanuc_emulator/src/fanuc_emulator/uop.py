@@ -1,4 +1,6 @@
-"""The controller's digital signals: inputs UI[1..18] as the client writes them, outputs UO[1..20] as it reads them.
+"""The controller's digital signals.
+
+Inputs UI[1..18] as the client writes them, outputs UO[1..20] as it reads them.
 
 Source:
     The real controller's user operator panel (UOP).
@@ -26,14 +28,17 @@ class Request(Enum):
 INPUTS = (
     ("imstp", "hold", "sfspd", "cstopi", "fault_reset", "start", "home", "enbl")
     + tuple(f"rsr{number}" for number in range(1, 9))
-    + ("pnstrobe", "prod_start")
+    + ("pnstrobe", "prod_start", "panel_imstp", "panel_hold")
 )
-NORMALLY_ON = ("imstp", "hold", "sfspd", "enbl")
+"""The last two are the buttons of the person at the robot; no client of the UOP releases them."""
+NORMALLY_ON = ("imstp", "hold", "sfspd", "enbl", "panel_imstp", "panel_hold")
 
 # (input, value after the edge) -> request. HOME, PNSTROBE and PROD_START do nothing here.
 _EDGES: dict[tuple[str, bool], Request] = {
     ("imstp", False): Request.POWER_OFF,
+    ("panel_imstp", False): Request.POWER_OFF,
     ("hold", False): Request.HOLD,
+    ("panel_hold", False): Request.HOLD,
     ("enbl", False): Request.HOLD,
     ("cstopi", True): Request.END,
     ("fault_reset", False): Request.RESET,
@@ -63,7 +68,10 @@ class Inputs:
 
 
 class Outputs(msgspec.Struct, frozen=True):
-    """Levels of the outputs, named as in modbus_map.yaml; ``gripper`` is RO[1], ``vacuum`` its answer RI[1]."""
+    """Levels of the outputs, named as in modbus_map.yaml.
+
+    ``gripper`` is RO[1], ``vacuum`` its answer RI[1].
+    """
 
     cmdenbl: bool
     sysrdy: bool
@@ -75,5 +83,7 @@ class Outputs(msgspec.Struct, frozen=True):
     tpenbl: bool
     batalm: bool
     busy: bool
+    panel_estop: bool
+    panel_held: bool
     gripper: bool = False
     vacuum: bool = False

@@ -1,4 +1,7 @@
-"""The background program that watches the client's heartbeat: Modbus itself keeps the last value of a dead client for ever."""
+"""The background program that watches the client's heartbeat.
+
+Modbus itself keeps the last value of a dead client for ever.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +19,8 @@ class WatchdogState(IntEnum):
 class Watchdog:
     """Expire when an armed heartbeat stands still.
 
-    The first change to a value other than 0 arms it; writing 0 disarms it; expired stays expired until :meth:`reset`.
+    The first change to a value other than 0 arms it; writing 0 disarms it; expired stays expired
+    until :meth:`reset`.
 
     Args:
         timeout_ms: Longest time without a change.

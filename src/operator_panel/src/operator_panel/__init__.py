@@ -1,1 +1,1 @@
-"""The operator's page: what both robots do, in words and in one picture, and the operator's commands."""
+"""The operator's page: what both robots do, in words and pictures, and the commands."""

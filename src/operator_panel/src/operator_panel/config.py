@@ -8,8 +8,8 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 from scara_config import Robot, load, locate
+from scara_config.percent import SharePercent
 
-Percent = Annotated[float, Meta(gt=0.0, le=100.0)]
 Rate = Annotated[float, Meta(ge=1.0, le=50.0)]
 Seconds = Annotated[float, Meta(gt=0.0, le=600.0)]
 Positive = Annotated[float, Meta(gt=0.0, le=1e6)]
@@ -21,7 +21,7 @@ class Jog(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     dead_man_ms: Annotated[float, Meta(ge=50.0, le=1000.0)]
     rate_hz: Annotated[float, Meta(ge=5.0, le=100.0)]
-    speed_percent: Percent
+    speed_percent: SharePercent
 
 
 class Control(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -74,7 +74,7 @@ class _TwinController(msgspec.Struct, frozen=True):
 
 
 class _JogLimit(msgspec.Struct, frozen=True):
-    speed_percent: Percent
+    speed_percent: SharePercent
 
 
 class _Motion(msgspec.Struct, frozen=True):
@@ -112,7 +112,9 @@ def load_surroundings(robot: Robot, directory: Path | str | None = None) -> Surr
     Raises:
         ConfigError: A file is missing, or a value that is needed here does not fit.
     """
-    programs = [load(file, Program) for file in sorted(locate("programs", directory).glob("*.yaml"))]
+    programs = [
+        load(file, Program) for file in sorted(locate("programs", directory).glob("*.yaml"))
+    ]
     return Surroundings(
         real=load(locate("twin_controller.yaml", directory), _TwinController).real,
         jog_limit_percent=load(locate("motion.yaml", directory), _Motion).jog.speed_percent,

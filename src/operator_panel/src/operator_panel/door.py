@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Awaitable, Mapping, Sequence
 from typing import Any, Protocol
 
 import msgspec
@@ -31,7 +31,8 @@ class Gains(msgspec.Struct, frozen=True):
         values: Name to number.
         ranges: Name to (smallest, largest).
         switches: Name to on or off.
-        told: How often the server has told them; it grows even when a change and its undoing come to the same values.
+        told: How often the server has told them; it grows even when a change and its undoing come
+            to the same values.
     """
 
     values: dict[str, float]
@@ -41,29 +42,40 @@ class Gains(msgspec.Struct, frozen=True):
 
 
 class Picture(msgspec.Struct, frozen=True):
-    """A picture of the camera: JPEG, and the time at which it was true, as text that grows with it."""
+    """A JPEG picture of the camera. ``stamp`` is its time, as text that grows with it."""
 
     stamp: str
     jpeg: bytes
 
 
 class CellDoor(Protocol):
-    """The cell behind the page. Coroutines answer within a deadline and never raise for what the cell did."""
+    """The cell behind the page. Coroutines answer in time; no fault of the cell raises."""
 
     def snapshot(self) -> Snapshot:
         """Return what is known now."""
 
     async def command(self, command: str, **fields: Any) -> Answer:
-        """Send a command to the twin controller."""
+        """Send a command other than STOP and ESTOP to the twin controller."""
 
-    async def reach(self, x: float, y: float, z: float, elbow: str, seed: Sequence[float]) -> Answer:
+    def stop(self, command: str) -> Awaitable[Answer]:
+        """Send STOP or ESTOP now, not when it is awaited; values: confirmed.
+
+        The answer always comes, maybe late.
+
+        Raises:
+            RuntimeError: Nothing was sent.
+        """
+
+    async def reach(
+        self, x: float, y: float, z: float, elbow: str, seed: Sequence[float]
+    ) -> Answer:
         """Ask for the joint positions at a point [m]; values: joint_positions, elbow."""
 
     async def shadow(self, time: float) -> Answer:
         """Ask for the pair at a time [s]; values: document (JSON), without it nobody answered."""
 
     async def picture(self, after: str) -> Picture | None:
-        """Wait a short while for a picture of the camera that is not that of ``after``; None if none came."""
+        """Wait a short while for a picture newer than that of ``after``; None if none came."""
 
     async def record(self, path: str) -> Answer:
         """Start a recording; values: path."""
@@ -74,7 +86,9 @@ class CellDoor(Protocol):
     def gains(self, joint: str) -> Gains | None:
         """Return a joint's tuning parameters; None while its server is missing."""
 
-    async def tune(self, joint: str, values: Mapping[str, float], switches: Mapping[str, bool]) -> Answer:
+    async def tune(
+        self, joint: str, values: Mapping[str, float], switches: Mapping[str, bool]
+    ) -> Answer:
         """Set a joint's tuning parameters."""
 
     async def undo_tuning(self) -> Answer:

@@ -32,7 +32,7 @@ class Run(msgspec.Struct, frozen=True):
 
 
 def may_be_shown(run: str, file: str) -> bool:
-    """Return whether ``file`` of the folder ``run`` is a report, a picture or a bag directly in it."""
+    """Return whether ``file`` is a report, a picture or a bag directly in the folder ``run``."""
     return bool(RUN.fullmatch(run) and SHOWN.fullmatch(file)) and ".." not in run + file
 
 
@@ -49,6 +49,10 @@ def verdict(report: Mapping[str, Any]) -> str:
     found = []
     for experiment in report.get("experiments", []):
         error = experiment.get("path_error_max_percent")
-        words = f"path error {error:.2f} % of reach" if isinstance(error, (int, float)) else "no path error"
+        words = (
+            f"path error {error:.2f} % of reach"
+            if isinstance(error, (int, float))
+            else "no path error"
+        )
         found.append(f"{experiment.get('name', '?')}: {experiment.get('verdict', '?')}, {words}")
     return "; ".join(found)

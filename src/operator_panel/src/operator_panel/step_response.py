@@ -1,8 +1,9 @@
 r"""What a joint would do with other gains: a mass on a motor under PID control, for a preview only.
 
-.. math:: J \ddot q = p e + I - d \dot q, \quad \dot I = i e, \quad |I| \le c, \qquad e = q_{set} - q
+.. math:: J \ddot q = p e + I - d \dot q, \quad \dot I = i e, \quad |I| \le c, \quad e = q_{set} - q
 
-Gravity, friction and the feed-forward of the simulator are left out; the joint starts at rest and the set point jumps.
+Gravity, friction and the feed-forward of the simulator are left out; the joint starts at rest and
+the set point jumps.
 Source: control_toolbox's gain names; semi-implicit Euler integration at the simulator's 1 kHz.
 """
 
@@ -32,7 +33,9 @@ class Response(NamedTuple):
     settling_s: float
 
 
-def step_response(gains: Mapping[str, float], inertia: float, effort: float, step: float, duration: float) -> Response:
+def step_response(
+    gains: Mapping[str, float], inertia: float, effort: float, step: float, duration: float
+) -> Response:
     """Simulate a jump of the set point.
 
     Args:
@@ -62,14 +65,20 @@ def step_response(gains: Mapping[str, float], inertia: float, effort: float, ste
             values.append(q / step)
     ran_away = len(values) <= duration / STEP_S / SHOWN_EVERY
     unsettled = ran_away or settled > duration - 2 * STEP_S
-    return Response(tuple(times), tuple(values), 100.0 * max(0.0, max(values) - 1.0), math.inf if unsettled else settled)
+    return Response(
+        tuple(times),
+        tuple(values),
+        100.0 * max(0.0, max(values) - 1.0),
+        math.inf if unsettled else settled,
+    )
 
 
 def describe(response: Response) -> str:
     """Return overshoot and settling time in words."""
     if not math.isfinite(response.settling_s):
         return "does not settle: these gains are unstable or too weak"
-    return f"overshoot {response.overshoot_percent:.1f} %, within 2 % after {response.settling_s * 1e3:.0f} ms"
+    settling_ms = response.settling_s * 1e3
+    return f"overshoot {response.overshoot_percent:.1f} %, within 2 % after {settling_ms:.0f} ms"
 
 
 def _gain(gains: Mapping[str, float], name: str) -> float:

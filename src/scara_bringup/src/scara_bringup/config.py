@@ -14,7 +14,7 @@ Port = Annotated[int, Meta(ge=1, le=65535)]
 
 
 class Bringup(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Deadlines of starting and ending a cell [s]."""
+    """Deadlines of starting and ending a cell [s], and how large its logs grow."""
 
     master_timeout: Seconds
     ready_timeout: Seconds
@@ -23,6 +23,7 @@ class Bringup(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     terminate_grace: Seconds
     kill_grace: Seconds
     log_lines: Annotated[int, Meta(ge=1, le=1000)]
+    log_limit_mb: Annotated[float, Meta(ge=0.1, le=10_000.0)]
 
 
 class Door(msgspec.Struct, frozen=True):

@@ -20,7 +20,6 @@ class NodePlan:
         topics: Relative names it publishes when it is ready.
         port: TCP port it listens at when it is ready.
         leaves: When it is ended: 0 first, then 1, and so on.
-        urgent: It holds a loop that others wait for: on a busy machine it goes first, where the system allows that.
     """
 
     name: str
@@ -31,82 +30,132 @@ class NodePlan:
     topics: tuple[str, ...] = ()
     port: int | None = None
     leaves: int = 3
-    urgent: bool = False
 
 
-MASTER = NodePlan("rosmaster", "", "rosmaster", leaves=5)
-ROSOUT = NodePlan("rosout", "rosout", "rosout", leaves=4)
+MASTER = NodePlan("rosmaster", "scara_bringup", "master", leaves=5)
+ROSOUT = NodePlan("rosout", "scara_bringup", "rosout", topics=("/rosout_agg",), leaves=4)
 CONTROLLER = "twin_controller"
 PANEL = "operator_panel"
 POSE = "joint_pose_controller"
-REAL_DESCRIPTION = "real/robot_description"
+DESK_LINKS = ("_links:=desk",)
+"""Robot and twin share this machine: a late process is no lost link.
+
+See links and desk in twin_controller.yaml.
+"""
 
 
-def cell_plan(doors: Doors, without: tuple[str, ...] = (), with_panel: bool = False) -> list[NodePlan]:
+def cell_plan(
+    doors: Doors,
+    without: tuple[str, ...] = (),
+    with_panel: bool = False,
+    runs: str = "",
+) -> list[NodePlan]:
     """List the nodes of a cell, in the order in which they are started.
 
-    Any order works; this one only saves the nodes some waiting. The twin controller ends first, so that it can
-    disarm the robot's watchdog while the robot is still there; the recorder next, so that it records that.
+    Any order works; this one only saves the nodes some waiting. The twin controller ends first, so
+    that it can disarm the robot's watchdog while the robot is still there; the recorder next, so
+    that it records that.
 
     Args:
         doors: Where emulator, gateway and operator page will listen.
         without: Names to leave out, for example the emulator when a real robot is there.
-        with_panel: Whether what people look at belongs to it, the operator page, the camera and the real robot's model in
-            RViz: in a cell for people, not in one that runs experiments.
+        with_panel: Whether what people look at belongs to it, the operator page, the camera and the
+            robots' models in RViz: in a cell for people, not in one that runs experiments.
+        runs: The folder of all recordings; empty: the nodes' own default.
 
     Raises:
         ValueError: ``without`` names a node that is not in the plan; the text lists those that are.
     """
+    links = () if "emulator" in without else DESK_LINKS
     nodes = [
-        NodePlan("robot_state_publisher", "robot_state_publisher", "robot_state_publisher", ("joint_states:=twin/joint_states",)),
-        NodePlan("emulator", "fanuc_emulator", "emulator", port=doors.modbus.port, urgent=True),
+        NodePlan("emulator", "fanuc_emulator", "emulator", links, port=doors.modbus.port),
         NodePlan(
             "simulator",
             "scara_simulation",
             "simulator",
             services=("pause_physics", "step"),
             topics=("twin/joint_states",),
-            urgent=True,
         ),
-        NodePlan("gateway", "scara_simulation", "gateway", port=doors.gateway.port, urgent=True),
+        NodePlan("gateway", "rosbridge_gateway", "gateway", port=doors.gateway.port),
         NodePlan("kinematics_server", "scara_control", "kinematics_server", services=_KINEMATICS),
-        NodePlan(POSE, "scara_control", POSE, services=(f"{POSE}/move",), urgent=True),
-        NodePlan("joint_vel_controller", "scara_control", "joint_vel_controller", topics=("joint_vel_controller/state",)),
+        NodePlan(POSE, "scara_control", POSE, services=(f"{POSE}/move",)),
+        NodePlan(
+            "joint_vel_controller",
+            "scara_control",
+            "joint_vel_controller",
+            topics=("joint_vel_controller/state",),
+        ),
         NodePlan("motion_server", "scara_control", "motion_server", services=("move_to",)),
-        NodePlan("trajectory_server", "scara_control", "trajectory_server", topics=("joint_trajectory_action/status",)),
-        NodePlan("recorder", CONTROLLER, "recorder", services=("recorder/start", "recorder/stop"), leaves=2),
-        NodePlan(CONTROLLER, CONTROLLER, CONTROLLER, services=("twin_controller/command",), leaves=1, urgent=True),
+        NodePlan(
+            "trajectory_server",
+            "scara_control",
+            "trajectory_server",
+            topics=("joint_trajectory_action/status",),
+        ),
+        NodePlan(
+            "recorder",
+            "cell_recorder",
+            "recorder",
+            (f"_directory:={runs}",) if runs else (),
+            services=("recorder/start", "recorder/stop"),
+            leaves=2,
+        ),
+        NodePlan(
+            CONTROLLER,
+            CONTROLLER,
+            CONTROLLER,
+            links,
+            services=("twin_controller/command",),
+            leaves=1,
+        ),
     ]
     if with_panel:
-        nodes += _for_people(doors)
+        nodes += _for_people(doors, runs)
     unknown = sorted(set(without) - {node.name for node in nodes})
     if unknown:
-        raise ValueError(f"no node is called {', '.join(unknown)}; there are: {', '.join(node.name for node in nodes)}")
+        raise ValueError(
+            f"no node is called {', '.join(unknown)}; there are: "
+            f"{', '.join(node.name for node in nodes)}"
+        )
     return [node for node in nodes if node.name not in without]
 
 
-def _for_people(doors: Doors) -> list[NodePlan]:
-    """List what shows the cell; the page goes first when it ends, so that nobody commands a cell that ends."""
-    publisher = "robot_state_publisher"
-    model = ("__name:=real_state_publisher", "joint_states:=real/joint_states", f"robot_description:={REAL_DESCRIPTION}")
+def _for_people(doors: Doors, runs: str) -> list[NodePlan]:
+    """List what shows the cell.
+
+    The page goes first when it ends, so that nobody commands a cell that ends.
+    """
+    models = "robot_state_publisher"
+    panel = (f"_runs_dir:={runs}",) if runs else ()
     return [
-        NodePlan("real_state_publisher", publisher, publisher, model),
+        NodePlan(models, "scara_description", models, topics=("/tf",)),
         NodePlan("camera", "scara_simulation", "camera", topics=("camera/image_raw",)),
-        NodePlan(PANEL, PANEL, PANEL, port=doors.panel.port, leaves=0),
+        NodePlan(PANEL, PANEL, PANEL, panel, port=doors.panel.port, leaves=0),
     ]
 
 
-def experiment_plan(output: str, experiments: tuple[str, ...], arguments: tuple[str, ...] = ()) -> NodePlan:
+def experiment_plan(
+    output: str, experiments: tuple[str, ...], arguments: tuple[str, ...] = ()
+) -> NodePlan:
     """Describe the run of the experiments, which ends by itself; it leaves before all nodes."""
     words = (*experiments, "--output", output, *arguments)
     return NodePlan("run_experiment", "twin_experiments", "run_experiment", words, leaves=0)
 
 
 def ending_order(nodes: list[NodePlan]) -> tuple[frozenset[str], ...]:
-    """Group names by ``leaves``: those of one group end together, after the group before is gone."""
+    """Group names by ``leaves``.
+
+    Those of one group end together, after the group before is gone.
+    """
     return tuple(
-        frozenset(node.name for node in nodes if node.leaves == rank) for rank in sorted({node.leaves for node in nodes})
+        frozenset(node.name for node in nodes if node.leaves == rank)
+        for rank in sorted({node.leaves for node in nodes})
     )
 
 
-_KINEMATICS = ("forward_kinematics", "inverse_kinematics", "velocity_kinematics", "inverse_velocity_kinematics")
+_KINEMATICS = (
+    "forward_kinematics",
+    "inverse_kinematics",
+    "velocity_kinematics",
+    "inverse_velocity_kinematics",
+)

@@ -6,8 +6,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from scara_bringup.plan import CONTROLLER, NodePlan
+from scara_msgs.msg import TwinControllerState
 
-READY_MODE = "IDLE"
+READY_MODE = TwinControllerState.IDLE
 
 
 @dataclass(frozen=True)
@@ -54,8 +55,12 @@ def missing(nodes: Iterable[NodePlan], seen: Seen, namespace: str = "/") -> tupl
 
 def _lacks(node: NodePlan, seen: Seen, namespace: str) -> list[str]:
     """List what one node does not offer yet."""
-    lacks = [f"service {name}" for name in node.services if resolve(name, namespace) not in seen.services]
-    lacks += [f"topic {name}" for name in node.topics if resolve(name, namespace) not in seen.topics]
+    lacks = [
+        f"service {name}" for name in node.services if resolve(name, namespace) not in seen.services
+    ]
+    lacks += [
+        f"topic {name}" for name in node.topics if resolve(name, namespace) not in seen.topics
+    ]
     if node.port is not None and node.port not in seen.ports:
         lacks.append(f"a listener at port {node.port}")
     return lacks

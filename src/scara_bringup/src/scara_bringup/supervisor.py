@@ -1,7 +1,10 @@
-"""Decide what to start, to say and to end: (state, event, now) -> (state, actions). No process is touched here.
+"""Decide what to start, to say and to end: (state, event, now) -> (state, actions).
 
-A cell goes STARTING -> RUNNING -> ENDING -> ENDED. It begins to end when a node dies, when the readiness deadline has
-passed, when a signal comes, or when the run in the foreground is over; the first of these gives the exit code.
+No process is touched here.
+
+A cell goes STARTING -> RUNNING -> ENDING -> ENDED. It begins to end when a node dies, when the
+readiness deadline has passed, when a signal comes, or when the run in the foreground is over; the
+first of these gives the exit code.
 """
 
 from __future__ import annotations
@@ -120,12 +123,18 @@ Step = tuple[Cell, list[Action]]
 
 
 def begin(
-    nodes: list[NodePlan], foreground: NodePlan | None, deadlines: Bringup, now: float, running: tuple[NodePlan, ...] = ()
+    nodes: list[NodePlan],
+    foreground: NodePlan | None,
+    deadlines: Bringup,
+    now: float,
+    running: tuple[NodePlan, ...] = (),
 ) -> Step:
     """Start every node; those ``running`` already (the master) are only watched and ended."""
     everyone = (*running, *nodes)
     cell = Cell(everyone, foreground, deadlines, deadline=now + deadlines.ready_timeout)
-    return replace(cell, alive=frozenset(node.name for node in everyone)), [Start(node) for node in nodes]
+    return replace(cell, alive=frozenset(node.name for node in everyone)), [
+        Start(node) for node in nodes
+    ]
 
 
 def step(cell: Cell, event: Event, now: float) -> Step:
@@ -137,7 +146,12 @@ def step(cell: Cell, event: Event, now: float) -> Step:
     if cell.phase is Phase.ENDING:
         return _while_ending(cell, event, now)
     if isinstance(event, Interrupted):
-        return _end(cell, 128 + event.number, Explain(f"{signal.Signals(event.number).name}: ending the cell"), now)
+        return _end(
+            cell,
+            128 + event.number,
+            Explain(f"{signal.Signals(event.number).name}: ending the cell"),
+            now,
+        )
     if isinstance(event, Ended):
         return _lost(cell, event, now)
     if cell.phase is Phase.STARTING:
@@ -153,8 +167,13 @@ def _while_starting(cell: Cell, event: Event, now: float) -> Step:
             return _ready(cell)
     if now < cell.deadline:
         return cell, []
-    lines = [f"  {item.node}: {item.what}" for item in cell.lacking] or ["  no look at the cell was possible"]
-    text = f"the cell is not ready after {cell.deadlines.ready_timeout:g} s; missing:\n" + "\n".join(lines)
+    lines = [f"  {item.node}: {item.what}" for item in cell.lacking] or [
+        "  no look at the cell was possible"
+    ]
+    text = (
+        f"the cell is not ready after {cell.deadlines.ready_timeout:g} s; missing:\n"
+        + "\n".join(lines)
+    )
     logs = tuple(dict.fromkeys(item.node for item in cell.lacking))
     return _end(cell, 1, Explain(text, logs), now)
 
@@ -164,7 +183,10 @@ def _ready(cell: Cell) -> Step:
     cell = replace(cell, phase=Phase.RUNNING)
     if cell.foreground is None:
         return cell, [Announce()]
-    return replace(cell, alive=cell.alive | {cell.foreground.name}), [Announce(), Start(cell.foreground)]
+    return replace(cell, alive=cell.alive | {cell.foreground.name}), [
+        Announce(),
+        Start(cell.foreground),
+    ]
 
 
 def _lost(cell: Cell, event: Ended, now: float) -> Step:
@@ -173,14 +195,24 @@ def _lost(cell: Cell, event: Ended, now: float) -> Step:
         code = event.code if event.code >= 0 else 128 - event.code
         explain = Explain(f"{event.name} {describe_exit(event.code)}") if code else None
         return _end(cell, code, explain, now)
-    code = event.code if event.code > 0 else 128 - event.code if event.code < 0 else 1
-    return _end(cell, code, Explain(f"node {event.name} {describe_exit(event.code)}; ending the cell", (event.name,)), now)
+    # A node that ends in peace (0) is a fault too; a signal counts as a shell counts it.
+    code = event.code or 1
+    if code < 0:
+        code = 128 - code
+    return _end(
+        cell,
+        code,
+        Explain(f"node {event.name} {describe_exit(event.code)}; ending the cell", (event.name,)),
+        now,
+    )
 
 
 def _end(cell: Cell, code: int, explain: Explain | None, now: float) -> Step:
     """Begin to end everything, in order."""
     nodes = [*cell.nodes, *([cell.foreground] if cell.foreground else [])]
-    cell = replace(cell, phase=Phase.ENDING, exit_code=code, order=ending_order(nodes), strikes=0, deadline=now)
+    cell = replace(
+        cell, phase=Phase.ENDING, exit_code=code, order=ending_order(nodes), strikes=0, deadline=now
+    )
     cell, actions = _advance(cell, now)
     return cell, [*([explain] if explain else []), *actions]
 
@@ -192,7 +224,10 @@ def _while_ending(cell: Cell, event: Event, now: float) -> Step:
     died = isinstance(event, Ended) and any(event.name in group for group in cell.order[1:])
     cell, actions = _advance(cell, now)
     if isinstance(event, Ended) and died:
-        return cell, [Explain(f"node {event.name} {describe_exit(event.code)} as well", (event.name,)), *actions]
+        return cell, [
+            Explain(f"node {event.name} {describe_exit(event.code)} as well", (event.name,)),
+            *actions,
+        ]
     return cell, actions
 
 
@@ -211,9 +246,15 @@ def _advance(cell: Cell, now: float) -> Step:
     if cell.strikes == len(_ESCALATION):
         text = f"{', '.join(sorted(names))} cannot be ended, not even by SIGKILL"
         return replace(cell, phase=Phase.ENDED, exit_code=cell.exit_code or 1), [Explain(text)]
-    graces = (cell.deadlines.interrupt_grace, cell.deadlines.terminate_grace, cell.deadlines.kill_grace)
+    graces = (
+        cell.deadlines.interrupt_grace,
+        cell.deadlines.terminate_grace,
+        cell.deadlines.kill_grace,
+    )
     number = _ESCALATION[cell.strikes]
-    told = [Explain(f"{', '.join(sorted(names))} still there: {number.name}")] if cell.strikes else []
+    told = (
+        [Explain(f"{', '.join(sorted(names))} still there: {number.name}")] if cell.strikes else []
+    )
     cell = replace(cell, deadline=now + graces[cell.strikes], strikes=cell.strikes + 1)
     return cell, [*told, Signal(names, number)]
 

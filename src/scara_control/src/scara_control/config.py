@@ -8,17 +8,17 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 from scara_config import ConfigError, Joint, load, locate
+from scara_config.percent import SpeedPercent
 
 Rate = Annotated[float, Meta(ge=1.0, le=1000.0)]
 Duration = Annotated[float, Meta(gt=0.0, le=60.0)]
-Percent = Annotated[float, Meta(ge=1.0, le=100.0)]
 Positive = Annotated[float, Meta(gt=0.0, le=1e4)]
 
 
 class MoveConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Joint moves of joint_pose_controller."""
 
-    default_speed_percent: Percent
+    default_speed_percent: SpeedPercent
     announce: Annotated[float, Meta(ge=0.0, le=2.0)]
     horizon: Annotated[float, Meta(gt=0.0, le=1.0)]
     time_scale_ramp: Annotated[float, Meta(ge=0.1, le=100.0)]
@@ -51,8 +51,8 @@ class JogConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Joint velocities of joint_vel_controller."""
 
     timeout: Annotated[float, Meta(ge=0.02, le=2.0)]
-    speed_percent: Percent
-    braking_percent: Percent
+    speed_percent: SpeedPercent
+    braking_percent: SpeedPercent
     reaction: Annotated[float, Meta(ge=0.0, le=1.0)]
     final_zeros: Annotated[int, Meta(ge=1, le=100)]
 
@@ -113,7 +113,10 @@ def load_motion(directory: Path | str | None = None) -> MotionConfig:
     path = locate("motion.yaml", directory)
     config = load(path, MotionConfig)
     if config.move.horizon < 2.0 * config.period:
-        raise ConfigError(f"{path}: move.horizon = {config.move.horizon}: is below two periods, {2.0 * config.period:g} s")
+        raise ConfigError(
+            f"{path}: move.horizon = {config.move.horizon}: is below two periods, "
+            f"{2.0 * config.period:g} s"
+        )
     return config
 
 

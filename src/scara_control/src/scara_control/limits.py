@@ -1,4 +1,7 @@
-"""Refuse joint vectors that are no numbers, of the wrong length, or outside the limits of robot.yaml."""
+"""Refuse joint vectors that cannot be.
+
+They are no numbers, of the wrong length, or outside the limits of robot.yaml.
+"""
 
 from __future__ import annotations
 
@@ -10,8 +13,8 @@ from scara_config import Joint
 from scara_control.errors import JointLimitError, JointVectorError
 
 LIMIT_TOLERANCE = 1e-9
-"""[rad] or [m]: what floating point may put a value beyond a limit (our choice: 10 000 times finer than the
-robot's repeatability, 10 000 times coarser than rounding)."""
+"""[rad] or [m]: what floating point may put a value beyond a limit (our choice: 10 000 times finer
+than the robot's repeatability, 10 000 times coarser than rounding)."""
 
 
 def check_joint_vector(joints: Sequence[Joint], values: Sequence[float]) -> tuple[float, ...]:
@@ -30,7 +33,11 @@ def check_joint_vector(joints: Sequence[Joint], values: Sequence[float]) -> tupl
     numbers = tuple(map(float, values))
     if math.isfinite(sum(numbers)):
         return numbers
-    broken = [f"{joint.name} = {value}" for joint, value in zip(joints, numbers) if not math.isfinite(value)]
+    broken = [
+        f"{joint.name} = {value}"
+        for joint, value in zip(joints, numbers)
+        if not math.isfinite(value)
+    ]
     if broken:
         raise JointVectorError(f"not finite: {', '.join(broken)}")
     return numbers
@@ -44,7 +51,8 @@ def check_limits(joints: Sequence[Joint], q: Sequence[float]) -> tuple[float, ..
         q: Joint positions, shape ``(n,)``: [rad], prismatic [m].
 
     Returns:
-        The positions; one beyond a limit by no more than :data:`LIMIT_TOLERANCE` is the limit itself.
+        The positions; one beyond a limit by no more than :data:`LIMIT_TOLERANCE` is the limit
+        itself.
 
     Raises:
         JointVectorError: See :func:`check_joint_vector`.
@@ -57,7 +65,10 @@ def check_limits(joints: Sequence[Joint], q: Sequence[float]) -> tuple[float, ..
     else:
         return numbers
     outside = [
-        f"{joint.name} = {value:.6g} {joint.si_unit} is outside [{joint.lower:.4g}, {joint.upper:.4g}]"
+        (
+            f"{joint.name} = {value:.6g} {joint.si_unit} is outside [{joint.lower:.4g}, "
+            f"{joint.upper:.4g}]"
+        )
         for joint, value in zip(joints, numbers)
         if not joint.lower - LIMIT_TOLERANCE <= value <= joint.upper + LIMIT_TOLERANCE
     ]
@@ -75,11 +86,15 @@ def check_velocities(joints: Sequence[Joint], qdot: Sequence[float]) -> tuple[fl
 
     Raises:
         JointVectorError: See :func:`check_joint_vector`.
-        JointLimitError: A speed is above the joint's; the text names each such joint, value and range.
+        JointLimitError: A speed is above the joint's; the text names each such joint, value and
+            range.
     """
     numbers = check_joint_vector(joints, qdot)
     outside = [
-        f"{joint.name} = {value:.6g} {joint.si_unit}/s is outside [{-joint.velocity:.4g}, {joint.velocity:.4g}]"
+        (
+            f"{joint.name} = {value:.6g} {joint.si_unit}/s is outside [{-joint.velocity:.4g}, "
+            f"{joint.velocity:.4g}]"
+        )
         for joint, value in zip(joints, numbers)
         if abs(value) > joint.velocity + LIMIT_TOLERANCE
     ]

@@ -17,9 +17,10 @@ Gain = Annotated[float, Meta(ge=0.0, le=1e9)]
 class PidGains(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Gains of one loop; the names are control_toolbox's.
 
-    ``i_clamp`` bounds the integral term symmetrically. ``i_clamp_min`` and ``i_clamp_max`` (both or none) replace it.
-    With ``antiwindup`` the integrated error itself is bounded, so that the term leaves its bound as soon as the error
-    changes sign; without it only the term is bounded and the integrated error goes on growing.
+    ``i_clamp`` bounds the integral term symmetrically. ``i_clamp_min`` and ``i_clamp_max`` (both or
+    none) replace it. With ``antiwindup`` the integrated error itself is bounded, so that the term
+    leaves its bound as soon as the error changes sign; without it only the term is bounded and the
+    integrated error goes on growing.
     """
 
     p: Gain = 0.0
@@ -50,7 +51,9 @@ class PidGains(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return self.i_clamp if self.i_clamp_max is None else self.i_clamp_max
 
 
-def compute_command(gains: PidGains, integral: float, error: float, error_dot: float, dt: float) -> tuple[float, float]:
+def compute_command(
+    gains: PidGains, integral: float, error: float, error_dot: float, dt: float
+) -> tuple[float, float]:
     r"""Compute the effort of one step.
 
     .. math:: u = p\,e + i \int e\,dt + d\,\dot e, \qquad e = setpoint - measured
@@ -63,13 +66,15 @@ def compute_command(gains: PidGains, integral: float, error: float, error_dot: f
         dt: Time since the last step [s].
 
     Returns:
-        The effort [N m] or [N] and the integrated error after the step. Without a step (``dt`` <= 0) or with an error
-        that is not finite the effort is 0 and the integrated error stays.
+        The effort [N m] or [N] and the integrated error after the step. Without a step (``dt`` <=
+        0) or with an error that is not finite the effort is 0 and the integrated error stays.
 
     Source:
         ROS control_toolbox, control_toolbox::Pid::computeCommand (semantics).
     """
-    if not (dt > 0.0 and isfinite(error + error_dot)):  # 8000 times a second: each call that is saved counts
+    if not (
+        dt > 0.0 and isfinite(error + error_dot)
+    ):  # 8000 times a second: each call that is saved counts
         return 0.0, integral
     upper, lower, i = gains.i_clamp_max, gains.i_clamp_min, gains.i
     if upper is None or lower is None:
@@ -89,7 +94,9 @@ def compute_command(gains: PidGains, integral: float, error: float, error_dot: f
 
 
 def integral_for_effort(gains: PidGains, effort: float) -> float:
-    """Return the integrated error that makes the integral term ``effort``, as far as the clamp allows.
+    """Return the integrated error that makes the integral term ``effort``.
+
+    It goes as far as the clamp allows.
 
     Used to switch from one loop to another without a jump of the effort.
     """

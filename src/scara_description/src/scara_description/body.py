@@ -1,6 +1,9 @@
-"""The URDF of a robot from its profile: joints, screws and limits of robot.yaml, links and shapes of body.yaml.
+"""The URDF of a robot from its profile.
 
-All frames but the tool's lie along the base's with all joints at 0, so a joint's axis is that of its screw as it is.
+Joints, screws and limits of robot.yaml, links and shapes of body.yaml.
+
+All frames but the tool's lie along the base's with all joints at 0, so a joint's axis is that of
+its screw as it is.
 """
 
 from __future__ import annotations
@@ -35,7 +38,10 @@ COLOURS = {
 
 
 class Shape(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A box (edges) or a cylinder (radius, length; along z) in the link's frame; seen and touched alike."""
+    """A box (edges) or a cylinder (radius, length; along z) in the link's frame.
+
+    Seen and touched alike.
+    """
 
     colour: str
     box_mm: tuple[Positive, Positive, Positive] | None = None
@@ -45,7 +51,10 @@ class Shape(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Link(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A body: where its frame is with all joints at 0, and what holds it: a joint of robot.yaml, else nothing moves it."""
+    """A body: where its frame is with all joints at 0, and what holds it.
+
+    A joint of robot.yaml, else nothing moves it.
+    """
 
     name: str
     mass_kg: Positive
@@ -67,8 +76,9 @@ def load_body(robot: Robot, directory: Path | str | None = None) -> Body:
     """Read body.yaml of ``directory`` (default: the package scara_config).
 
     Raises:
-        ConfigError: The file is missing or wrong, a link hangs on nothing or on an unknown joint, a joint of the twin
-            moves no link, a shape is neither box nor cylinder or has an unknown colour.
+        ConfigError: The file is missing or wrong, a link hangs on nothing or on an unknown joint, a
+            joint of the twin moves no link, a shape is neither box nor cylinder or has an unknown
+            colour.
     """
     path = locate("body.yaml", directory)
     body = load(path, Body)
@@ -82,9 +92,15 @@ def urdf_of(robot: Robot, body: Body) -> str:
     places = {link.name: np.array(link.at_mm) * 1e-3 for link in body.links}
     home = np.array(robot.home_pose, dtype=float)
     places[robot.tool_frame] = home[:3, 3]
-    lines = ['<?xml version="1.0"?>', "<!-- Written by write_urdf from robot.yaml and body.yaml: change those. -->"]
+    lines = [
+        '<?xml version="1.0"?>',
+        "<!-- Written by write_urdf from robot.yaml and body.yaml: change those. -->",
+    ]
     lines.append(f'<robot name="{robot.name}">')
-    lines += [f'  <material name="{name}"><color rgba="{rgba}"/></material>' for name, rgba in COLOURS.items()]
+    lines += [
+        f'  <material name="{name}"><color rgba="{rgba}"/></material>'
+        for name, rgba in COLOURS.items()
+    ]
     for link in body.links:
         lines += _link(link)
         if link.parent:
@@ -103,25 +119,38 @@ def rpy_of(rotation: FloatArray) -> Triple:
     pitch = math.atan2(-rotation[2, 0], math.hypot(rotation[0, 0], rotation[1, 0]))
     if math.hypot(rotation[0, 0], rotation[1, 0]) < 1e-9:
         return 0.0, pitch, math.atan2(-rotation[0, 1], rotation[1, 1])
-    return math.atan2(rotation[2, 1], rotation[2, 2]), pitch, math.atan2(rotation[1, 0], rotation[0, 0])
+    return (
+        math.atan2(rotation[2, 1], rotation[2, 2]),
+        pitch,
+        math.atan2(rotation[1, 0], rotation[0, 0]),
+    )
 
 
 def _problems(body: Body, robot: Robot) -> Iterator[str]:
     known: set[str] = set()
     for number, link in enumerate(body.links):
         if (number == 0) != (link.parent == "") or (link.parent and link.parent not in known):
-            yield f"links: {link.name}.parent = {link.parent!r}: Expected a link above it, none for the first only"
+            yield (
+                f"links: {link.name}.parent = {link.parent!r}: Expected a link above it, "
+                "none for the first only"
+            )
         if link.joint and link.joint not in [joint.name for joint in robot.twin_joints]:
             yield f"links: {link.name}.joint = {link.joint}: no joint of the twin"
         for shape in link.shapes:
             if (shape.box_mm is None) == (shape.cylinder_mm is None):
                 yield f"links: {link.name}.shapes: each needs either box_mm or cylinder_mm"
             if shape.colour not in COLOURS:
-                yield f"links: {link.name}.shapes.colour = {shape.colour}: Expected one of {', '.join(COLOURS)}"
+                yield (
+                    f"links: {link.name}.shapes.colour = {shape.colour}: Expected one of "
+                    f"{', '.join(COLOURS)}"
+                )
         known.add(link.name)
     moved = [link.joint for link in body.links if link.joint]
     if sorted(moved) != sorted(joint.name for joint in robot.twin_joints):
-        yield f"links: joints {', '.join(moved)}: Expected each of {', '.join(j.name for j in robot.twin_joints)} once"
+        yield (
+            f"links: joints {', '.join(moved)}: Expected each of "
+            f"{', '.join(j.name for j in robot.twin_joints)} once"
+        )
     for frame in (robot.base_frame, robot.tool_frame):
         if frame not in known:
             yield f"links: there is no {frame}"
@@ -129,8 +158,14 @@ def _problems(body: Body, robot: Robot) -> Iterator[str]:
 
 def _link(link: Link) -> list[str]:
     lines = [f'  <link name="{link.name}">']
-    shapes = [(_origin(np.array(s.at_mm) * 1e-3, tuple(math.radians(v) for v in s.rpy_deg)), _solid(s), s) for s in link.shapes]
-    lines += [f'    <visual>{where}{what}<material name="{shape.colour}"/></visual>' for where, what, shape in shapes]
+    shapes = [
+        (_origin(np.array(s.at_mm) * 1e-3, tuple(math.radians(v) for v in s.rpy_deg)), _solid(s), s)
+        for s in link.shapes
+    ]
+    lines += [
+        f'    <visual>{where}{what}<material name="{shape.colour}"/></visual>'
+        for where, what, shape in shapes
+    ]
     lines += [f"    <collision>{where}{what}</collision>" for where, what, _ in shapes]
     inertial = f'<mass value="{_number(link.mass_kg)}"/>'
     return [*lines, "    <inertial>", f"      {inertial}", "    </inertial>", "  </link>"]
@@ -140,20 +175,31 @@ def _solid(shape: Shape) -> str:
     if shape.box_mm is not None:
         return f'<geometry><box size="{_numbers(np.array(shape.box_mm) * 1e-3)}"/></geometry>'
     radius, length = shape.cylinder_mm or (0.0, 0.0)
-    return f'<geometry><cylinder radius="{_number(radius * 1e-3)}" length="{_number(length * 1e-3)}"/></geometry>'
+    return (
+        f'<geometry><cylinder radius="{_number(radius * 1e-3)}" '
+        f'length="{_number(length * 1e-3)}"/></geometry>'
+    )
 
 
 def _joint(link: Link, robot: Robot, at: FloatArray, turn: FloatArray) -> list[str]:
     """Return the joint that holds a link."""
     joint = robot.joint(link.joint) if link.joint else None
     kind = "fixed" if joint is None else "prismatic" if joint.si_unit == "m" else "revolute"
-    lines = [f'  <joint name="{link.joint or link.name + "_joint"}" type="{kind}">', f"    {_origin(at, rpy_of(turn))}"]
+    lines = [
+        f'  <joint name="{link.joint or link.name + "_joint"}" type="{kind}">',
+        f"    {_origin(at, rpy_of(turn))}",
+    ]
     lines += [f'    <parent link="{link.parent}"/>', f'    <child link="{link.name}"/>']
     if joint is not None:
         lines.append(f'    <axis xyz="{_numbers(_axis(joint))}"/>')
-        limits = f'lower="{joint.lower!r}" upper="{joint.upper!r}" effort="{_number(joint.effort)}" velocity="{joint.velocity!r}"'
+        limits = (
+            f'lower="{joint.lower!r}" upper="{joint.upper!r}" '
+            f'effort="{_number(joint.effort)}" velocity="{joint.velocity!r}"'
+        )
         lines.append(f"    <limit {limits}/>")
-        lines.append(f'    <dynamics damping="{_number(link.damping)}" friction="{_number(link.friction)}"/>')
+        lines.append(
+            f'    <dynamics damping="{_number(link.damping)}" friction="{_number(link.friction)}"/>'
+        )
     return [*lines, "  </joint>"]
 
 
@@ -169,13 +215,19 @@ def _transmission(name: str) -> list[str]:
         f'  <transmission name="{name}_transmission">',
         "    <type>transmission_interface/SimpleTransmission</type>",
         f'    <joint name="{name}">{kind}</joint>',
-        f'    <actuator name="{name}_motor">{kind}<mechanicalReduction>1</mechanicalReduction></actuator>',
+        (
+            "    <actuator "
+            f'name="{name}_motor">{kind}<mechanicalReduction>1</mechanicalReduction></actuator>'
+        ),
         "  </transmission>",
     ]
 
 
 def _origin(at: FloatArray, rpy: tuple[float, ...]) -> str:
-    return f'<origin xyz="{_numbers(at)}" rpy="{" ".join(repr(value) if value else "0" for value in rpy)}"/>'
+    return (
+        f'<origin xyz="{_numbers(at)}" '
+        f'rpy="{" ".join(repr(value) if value else "0" for value in rpy)}"/>'
+    )
 
 
 def _numbers(values: FloatArray) -> str:

@@ -1,7 +1,9 @@
-"""The real robot's description for one picture with the twin: the moving parts once more, as a ghost with frames of its own.
+"""The real robot's description for one picture with the twin.
 
-RViz shows two robots by two descriptions and two robot_state_publishers. Both hang on the same root frame, and joints keep
-their names, so that no frame has two parents and each publisher follows its own joint states.
+The moving parts once more, as a ghost with frames of its own.
+
+RViz shows two robots by two descriptions. Both hang on the same root frame, so that no frame has
+two parents. Joints keep their names: each robot follows joint states of its own.
 """
 
 from __future__ import annotations
@@ -11,7 +13,8 @@ from xml.etree.ElementTree import Element
 
 PREFIX = "real/"
 COLOUR = "0.18 0.50 0.88 1"
-SHRINK = 0.001  # our choice [m]: where both agree the ghost is inside the twin, and only the twin is seen
+# Where both agree the ghost is inside the twin, and only the twin is seen.
+SHRINK = 0.001  # our choice [m]
 
 
 class DescriptionError(ValueError):
@@ -19,10 +22,13 @@ class DescriptionError(ValueError):
 
 
 def ghost_of(description: str) -> str:
-    """Return the description of the moving parts of ``description``, with prefixed links, in one colour, a hair smaller.
+    """Return the description of the moving parts of ``description``, with prefixed links.
+
+    They have one colour and are a hair smaller.
 
     Args:
-        description: URDF. What hangs on its root by fixed joints only is left out of the ghost's shapes.
+        description: URDF. What hangs on its root by fixed joints only is left out of the ghost's
+            shapes.
 
     Raises:
         DescriptionError: It is no XML, or has not exactly one root.
@@ -33,9 +39,13 @@ def ghost_of(description: str) -> str:
         raise DescriptionError(f"the robot description is no XML: {error}") from error
     joints = [joint for joint in robot.findall("joint") if joint.find("parent") is not None]
     children = {_link(joint, "child"): joint for joint in joints}
-    roots = [name for link in robot.findall("link") if (name := link.get("name", "")) not in children]
+    roots = [
+        name for link in robot.findall("link") if (name := link.get("name", "")) not in children
+    ]
     if len(roots) != 1:
-        raise DescriptionError(f"the robot description must have one root, it has {', '.join(roots) or 'none'}")
+        raise DescriptionError(
+            f"the robot description must have one root, it has {', '.join(roots) or 'none'}"
+        )
     for element in list(robot):
         if element.tag not in ("link", "joint"):
             robot.remove(element)
@@ -76,7 +86,9 @@ def _dress(link: Element, moves: bool) -> None:
     for visual in link.findall("visual"):
         for old in visual.findall("material"):
             visual.remove(old)
-        ElementTree.SubElement(ElementTree.SubElement(visual, "material", {"name": "ghost"}), "color", {"rgba": COLOUR})
+        ElementTree.SubElement(
+            ElementTree.SubElement(visual, "material", {"name": "ghost"}), "color", {"rgba": COLOUR}
+        )
         for geometry in visual.findall("geometry"):
             for shape in geometry:
                 _shrink(shape)
@@ -85,5 +97,7 @@ def _dress(link: Element, moves: bool) -> None:
 def _shrink(shape: Element) -> None:
     for key, by in (("size", SHRINK), ("radius", SHRINK / 2.0), ("length", SHRINK)):
         if key in shape.attrib:
-            lengths = (max(float(word) - by, float(word) / 2.0) for word in shape.get(key, "").split())
+            lengths = (
+                max(float(word) - by, float(word) / 2.0) for word in shape.get(key, "").split()
+            )
             shape.set(key, " ".join(f"{length:g}" for length in lengths))

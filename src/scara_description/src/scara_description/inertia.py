@@ -1,7 +1,7 @@
 """Inertia of a URDF link from its mass and its collision shapes.
 
-Each shape has the share of the link's mass that it has of the sum of the volumes: one density per link, and where
-shapes overlap, as at the joints with their motors and gears, twice of it.
+Each shape has the share of the link's mass that it has of the sum of the volumes: one density per
+link, and where shapes overlap, as at the joints with their motors and gears, twice of it.
 
 Source: solid box and solid cylinder, any table of moments of inertia; parallel axes by Steiner.
 """
@@ -26,7 +26,10 @@ class ShapeError(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class Inertial:
-    """Mass [kg], centre of mass in the link's frame (3,) [m], inertia about it, (3, 3) along the link's axes [kg m^2]."""
+    """Mass [kg], centre of mass in the link's frame (3,) [m], inertia about it.
+
+    The inertia is (3, 3), along the link's axes [kg m^2].
+    """
 
     mass: float
     centre: FloatArray
@@ -59,7 +62,8 @@ def inertial_of(link: ET.Element) -> Inertial:
         link: A ``<link>`` with a mass and collision shapes (boxes, cylinders).
 
     Raises:
-        ShapeError: No mass, no collision shape, or one that is neither box nor cylinder; the text names the link.
+        ShapeError: No mass, no collision shape, or one that is neither box nor cylinder; the text
+            names the link.
     """
     name = link.get("name")
     mass = link.find("inertial/mass")
@@ -82,7 +86,9 @@ def with_inertia(urdf: str) -> str:
     Raises:
         ShapeError: See :func:`inertial_of`.
     """
-    links = iter([link for link in ET.fromstring(urdf).iter("link") if link.find("inertial") is not None])
+    links = iter(
+        [link for link in ET.fromstring(urdf).iter("link") if link.find("inertial") is not None]
+    )
     return _INERTIAL.sub(lambda match: _block(inertial_of(next(links)), match["indent"]), urdf)
 
 
@@ -120,8 +126,17 @@ def _block(inertial: Inertial, indent: str) -> str:
         return "0" if abs(value) < 1e-9 * scale else f"{value:.6g}"
 
     centre = " ".join(number(value, 1.0) for value in inertial.centre)
-    terms = {"ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2), "iyy": (1, 1), "iyz": (1, 2), "izz": (2, 2)}
-    inertia = " ".join(f'{key}="{number(inertial.inertia[at], largest)}"' for key, at in terms.items())
+    terms = {
+        "ixx": (0, 0),
+        "ixy": (0, 1),
+        "ixz": (0, 2),
+        "iyy": (1, 1),
+        "iyz": (1, 2),
+        "izz": (2, 2),
+    }
+    inertia = " ".join(
+        f'{key}="{number(inertial.inertia[at], largest)}"' for key, at in terms.items()
+    )
     lines = (
         "<inertial>",
         f'  <origin xyz="{centre}" rpy="0 0 0"/>',

@@ -9,15 +9,18 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 from scara_config import ConfigError, Joint, Robot, load, locate
+from scara_config.percent import TolerancePercent
 from scara_control.pid import PidGains
 
 Rate = Annotated[int, Meta(ge=1, le=10_000)]
 Milliseconds = Annotated[float, Meta(gt=0.0, le=60_000.0)]
-Percent = Annotated[float, Meta(ge=0.0, le=10_000.0)]
 
 
 class JointDynamics(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Friction of one joint in place of the URDF's: [N m s/rad] and [N m], prismatic [N s/m] and [N]."""
+    """Friction of one joint in place of the URDF's.
+
+    [N m s/rad] and [N m], prismatic [N s/m] and [N].
+    """
 
     damping: Annotated[float, Meta(ge=0.0, le=10_000.0)]
     friction: Annotated[float, Meta(ge=0.0, le=10_000.0)]
@@ -38,10 +41,12 @@ class SimulationConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     diagnostics_rate_hz: Annotated[int, Meta(ge=1, le=100)]
     extrapolation_limit_ms: Annotated[float, Meta(ge=0.0, le=1000.0)]
     setpoint_lead_limit_ms: Milliseconds
+    velocity_timeout_ms: Annotated[float, Meta(ge=10.0, le=60_000.0)]
+    stop_ramp_ms: Milliseconds
     position_tolerance_deg: Annotated[float, Meta(ge=0.0, le=1.0)]
     position_tolerance_mm: Annotated[float, Meta(ge=0.0, le=1.0)]
-    velocity_tolerance_percent: Percent
-    acceleration_tolerance_percent: Percent
+    velocity_tolerance_percent: TolerancePercent
+    acceleration_tolerance_percent: TolerancePercent
     standstill_percent: Annotated[float, Meta(gt=0.0, le=5.0)]
     stick_band_deg: Annotated[float, Meta(ge=0.0, le=1.0)]
     stick_band_mm: Annotated[float, Meta(ge=0.0, le=1.0)]
@@ -51,7 +56,9 @@ class SimulationConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     @property
     def dynamics(self) -> dict[str, tuple[float, float]]:
         """Damping and friction by joint, for the world."""
-        return {name: (entry.damping, entry.friction) for name, entry in self.joint_dynamics.items()}
+        return {
+            name: (entry.damping, entry.friction) for name, entry in self.joint_dynamics.items()
+        }
 
     @property
     def step_ns(self) -> int:
@@ -64,11 +71,13 @@ class SimulationConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return 1.0 / self.physics_rate_hz
 
     def position_tolerance(self, joint: Joint) -> float:
-        """How far a set point may lie outside the joint's limits and is pulled back [rad] or [m]."""
-        return {"deg": self.position_tolerance_deg, "mm": self.position_tolerance_mm}[joint.unit] * joint.scale
+        """How far outside its limits a set point is pulled back [rad] or [m]."""
+        return {"deg": self.position_tolerance_deg, "mm": self.position_tolerance_mm}[
+            joint.unit
+        ] * joint.scale
 
     def stick_band(self, joint: Joint) -> float:
-        """Position error at rest for which the whole dry friction of the joint is pushed against [rad] or [m]."""
+        """Position error at rest that gets the whole dry friction pushed [rad] or [m]."""
         return {"deg": self.stick_band_deg, "mm": self.stick_band_mm}[joint.unit] * joint.scale
 
 
@@ -89,14 +98,20 @@ def load_simulation(robot: Robot, directory: Path | str | None = None) -> Simula
     path = locate("simulation.yaml", directory)
     config = load(path, SimulationConfig)
     if 1_000_000_000 % config.physics_rate_hz:
-        raise ConfigError(f"{path}: physics_rate_hz = {config.physics_rate_hz}: must divide 1000000000")
-    for key, whole in (("joint_states_rate_hz", "physics_rate_hz"), ("controller_state_rate_hz", "joint_states_rate_hz")):
+        raise ConfigError(
+            f"{path}: physics_rate_hz = {config.physics_rate_hz}: must divide 1000000000"
+        )
+    for key, whole in (
+        ("joint_states_rate_hz", "physics_rate_hz"),
+        ("controller_state_rate_hz", "joint_states_rate_hz"),
+    ):
         rate, multiple = getattr(config, key), getattr(config, whole)
         if multiple % rate:
             raise ConfigError(f"{path}: {key} = {rate}: must divide {whole} = {multiple}")
     if config.wake_period_ms > config.max_catch_up_ms:
         raise ConfigError(
-            f"{path}: wake_period_ms = {config.wake_period_ms}: must not exceed max_catch_up_ms = {config.max_catch_up_ms}"
+            f"{path}: wake_period_ms = {config.wake_period_ms}: must not exceed "
+            f"max_catch_up_ms = {config.max_catch_up_ms}"
         )
     _refuse_strangers(path, "joint_dynamics.", config.joint_dynamics, robot)
     return config
@@ -108,7 +123,7 @@ def gains_path(directory: Path | str | None = None) -> Path:
 
 
 def load_gains(robot: Robot, directory: Path | str | None = None) -> list[LoopGains]:
-    """Read pid_gains.yaml of ``directory`` and return the twin's joints' gains in robot.yaml's order.
+    """Read the twin's gains from pid_gains.yaml of ``directory``, in robot.yaml's order.
 
     Raises:
         ConfigError: The file is missing or wrong, or does not name exactly the twin's joints.
@@ -127,4 +142,6 @@ def _refuse_strangers(path: Path, prefix: str, names: Iterable[str], robot: Robo
     joints = [joint.name for joint in robot.twin_joints]
     for name in names:
         if name not in joints:
-            raise ConfigError(f"{path}: {prefix}{name}: no joint of the twin; it has {', '.join(joints)}")
+            raise ConfigError(
+                f"{path}: {prefix}{name}: no joint of the twin; it has {', '.join(joints)}"
+            )

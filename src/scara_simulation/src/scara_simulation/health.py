@@ -15,7 +15,10 @@ SLOWEST = 0.9
 
 
 class Status(msgspec.Struct, frozen=True):
-    """How the simulation is doing; counters since the start, deadlines and speed of the last report period."""
+    """How the simulation is doing.
+
+    Counters since the start, deadlines and speed of the last report period.
+    """
 
     paused: bool
     steps: int
@@ -56,7 +59,14 @@ def judge(status: Status, last: Status | None, factor: float) -> tuple[Level, st
         texts.append(f"effort saturated in {saturated} joint steps")
     if limited := status.limited_steps - last.limited_steps:
         texts.append(f"set point kept inside its limits in {limited} joint steps")
-    slow = factor > 0.0 and not last.paused and last.steps > 0 and status.real_time_factor < SLOWEST * factor
+    slow = (
+        factor > 0.0
+        and not last.paused
+        and last.steps > 0
+        and status.real_time_factor < SLOWEST * factor
+    )
     if slow:
-        texts.insert(0, f"too slow: {status.real_time_factor:.2f} of real time instead of {factor:g}")
+        texts.insert(
+            0, f"too slow: {status.real_time_factor:.2f} of real time instead of {factor:g}"
+        )
     return ("error" if slow else "warn" if texts else "ok"), "; ".join(texts) or "running"

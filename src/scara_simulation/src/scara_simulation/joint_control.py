@@ -1,28 +1,34 @@
-r"""All joints' loops together: set points in, efforts out, with the inverse dynamics as feed-forward.
+r"""All joints' loops together.
 
-The feed-forward is computed torque: the acceleration it is asked for holds the error of the wanted position,
+Set points in, efforts out, with the inverse dynamics as feed-forward.
+
+The feed-forward is computed torque: the acceleration it is asked for holds the error of the wanted
+position,
 
 .. math:: a = \ddot q_r + \omega^2 (q_r - q) + 2 \omega (\dot q_r - \dot q),
 
-so that the mass matrix spreads the correction over the joints. A correction of one joint then does not push the others,
-and a set point that was extrapolated wrongly is recovered from at the bandwidth :math:`\omega`, whatever the pose. The PID
-loops stay as they are and take what the model does not know.
+so that the mass matrix spreads the correction over the joints. A correction of one joint then does
+not push the others, and a set point that was extrapolated wrongly is recovered from at the
+bandwidth :math:`\omega`, whatever the pose. The PID loops stay as they are and take what the model
+does not know.
 
 Source: Lynch & Park, Modern Robotics (2017), sec. 11.4.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 
-from scara_control.setpoints import SetpointTrack
+from scara_control.joint_track import JointTrack
 
 from scara_simulation.config import LoopGains
 from scara_simulation.joint_loop import JointLoop
 from scara_simulation.joint_model import JointModel
 
 InverseDynamics = Callable[[list[float], list[float], list[float]], Sequence[float]]
-"""Efforts of all joints for positions, velocities and accelerations, without damping and friction."""
+"""Efforts of all joints for positions, velocities and accelerations, without damping and
+friction."""
 
 
 class JointControl:
@@ -49,7 +55,8 @@ class JointControl:
         """
         model_based = inverse_dynamics is not None
         self.loops = [
-            JointLoop(model, gain, q, model_based=model_based) for model, gain, q in zip(models, gains, start, strict=True)
+            JointLoop(model, gain, q, model_based=model_based)
+            for model, gain, q in zip(models, gains, start, strict=True)
         ]
         self._index = {model.name: k for k, model in enumerate(models)}
         self._start = tuple(start)
@@ -77,11 +84,16 @@ class JointControl:
         """Let one joint go to ``position`` [rad] or [m]."""
         self.loops[self._index[name]].command_position(position)
 
-    def command_velocity(self, name: str, velocity: float) -> None:
-        """Let one joint move with ``velocity`` [rad/s] or [m/s]."""
-        self.loops[self._index[name]].command_velocity(velocity)
+    def command_velocity(self, name: str, velocity: float, until: float = math.inf) -> None:
+        """Let one joint move with ``velocity`` [rad/s] or [m/s] until the time ``until`` [s]."""
+        self.loops[self._index[name]].command_velocity(velocity, until)
 
-    def command_track(self, names: Sequence[str], track: SetpointTrack) -> None:
+    def stop(self) -> None:
+        """Let each joint that a direct command moves come to rest and hold there."""
+        for loop in self.loops:
+            loop.stop()
+
+    def command_track(self, names: Sequence[str], track: JointTrack) -> None:
         """Let the joints called ``names`` follow the columns of ``track``."""
         for column, name in enumerate(names):
             self.loops[self._index[name]].command_track(track, column)
@@ -117,7 +129,10 @@ class JointControl:
         if self._inverse_dynamics is not None:
             stiffness, damping = self._stiffness, self._damping
             accelerations = [
-                a + stiffness * (p - q[k]) + damping * (v - 0.5 * dt * a - qdot[k]) for k, (p, v, a) in enumerate(wanted)
+                a + stiffness * (p - q[k]) + damping * (v - 0.5 * dt * a - qdot[k])
+                for k, (p, v, a) in enumerate(wanted)
             ]
-            feed_forward = self._inverse_dynamics([w[0] for w in wanted], [w[1] for w in wanted], accelerations)
+            feed_forward = self._inverse_dynamics(
+                [w[0] for w in wanted], [w[1] for w in wanted], accelerations
+            )
         return [loop.effort(q[k], qdot[k], feed_forward[k], dt) for k, loop in enumerate(loops)]

@@ -1,8 +1,9 @@
 """One joint's control loop: the last command wins, and switching makes no jump of the effort.
 
-With a model of its joint the loop takes a position command to it along a jerk-limited path, so that a step of any size
-stays within the effort, and overcomes friction by the model. Without one (the article's plain PID) the command itself is
-the set point, and damping, friction and weight are left to the gains.
+With a model of its joint the loop takes a position command to it along a jerk-limited path, so that
+a step of any size stays within the effort, and overcomes friction by the model. Without one (the
+article's plain PID) the command itself is the set point, and damping, friction and weight are left
+to the gains.
 """
 
 from __future__ import annotations
@@ -11,9 +12,10 @@ import math
 from typing import Literal
 
 import msgspec
+from scara_control.joint_motion import AxisMotion
+from scara_control.joint_track import JointTrack
 from scara_control.motion.plan import Path
 from scara_control.pid import PidGains, compute_command, integral_for_effort, saturate
-from scara_control.setpoints import Sample, SetpointTrack
 
 from scara_simulation.config import LoopGains
 from scara_simulation.joint_model import JointModel
@@ -22,7 +24,8 @@ from scara_simulation.track_queue import TrackQueue
 Mode = Literal["trajectory", "position", "velocity"]
 
 _BRAKING_LAG = 0.05
-"""[s] Three time constants of the velocity loop: how late it may follow a braking command. Our choice."""
+"""[s] Three time constants of the velocity loop: how late it may follow a braking command. Our
+choice."""
 
 
 class LoopState(msgspec.Struct, frozen=True):
@@ -41,7 +44,8 @@ class LoopState(msgspec.Struct, frozen=True):
 class JointLoop:
     """Set point, mode and integral of one joint.
 
-    Each step is two calls: :meth:`reference` (what shall be, for the inverse dynamics) and :meth:`effort`.
+    Each step is two calls: :meth:`reference` (what shall be, for the inverse dynamics) and
+    :meth:`effort`.
     """
 
     __slots__ = (
@@ -54,6 +58,7 @@ class JointLoop:
         "_queue",
         "_target",
         "_velocity_command",
+        "_velocity_until",
         "_wanted",
         "applied_effort",
         "holding",
@@ -66,8 +71,13 @@ class JointLoop:
         "velocity_setpoint",
     )
 
-    def __init__(self, model: JointModel, gains: LoopGains, position: float, *, model_based: bool = True) -> None:
-        """Hold ``position``; ``model_based``: with paths and friction compensation, else plain PID."""
+    def __init__(
+        self, model: JointModel, gains: LoopGains, position: float, *, model_based: bool = True
+    ) -> None:
+        """Hold ``position``; ``model_based``.
+
+        With it, paths and friction compensation are used, else plain PID.
+        """
         self.model = model
         self.loop_gains = gains
         self._model_based = model_based
@@ -83,9 +93,10 @@ class JointLoop:
         self.velocity_setpoint = 0.0
         self.applied_effort = self._integral = 0.0
         self._velocity_command = self._last_velocity = self._next_velocity = 0.0
+        self._velocity_until = math.inf
         self._queue = TrackQueue()
         self._target = position
-        self._wanted: Sample = (position, 0.0, 0.0)
+        self._wanted: AxisMotion = (position, 0.0, 0.0)
         self._path: Path | None = None
         self._path_time = 0.0
 
@@ -95,26 +106,45 @@ class JointLoop:
         return self.loop_gains.position if self.holding else self.loop_gains.velocity
 
     def set_gains(self, gains: LoopGains) -> None:
-        """Go on with other gains; the effort of the integral stays, as far as the new clamp allows."""
+        """Go on with other gains.
+
+        The effort of the integral stays, as far as the new clamp allows.
+        """
         effort = self._integral_effort()
         self.loop_gains = gains
         self._integral = integral_for_effort(self.gains, effort)
 
     def command_position(self, position: float) -> None:
-        """Go to ``position``: along a path that begins with the present motion, or by a step without a model."""
+        """Go to ``position``.
+
+        Along a path that begins with the present motion, or by a step without a model.
+        """
         self._close_loop("position", holding=True)
         self._target, self._path_time = position, 0.0
         self._path = self.model.plan(self._wanted, position) if self._model_based else None
         if self._path is None:
             self._wanted = position, 0.0, 0.0
 
-    def command_velocity(self, velocity: float) -> None:
-        """Move with ``velocity``; 0 holds the position as soon as the joint stands still."""
+    def command_velocity(self, velocity: float, until: float = math.inf) -> None:
+        """Move with ``velocity`` until the time ``until`` [s].
+
+        0 holds the position as soon as the joint stands still.
+        """
         if self.mode != "velocity":
             self._close_loop("velocity", holding=False)
-        self._velocity_command = velocity
+        self._velocity_command, self._velocity_until = velocity, until
 
-    def command_track(self, track: SetpointTrack, column: int) -> None:
+    def stop(self) -> None:
+        """Come to rest within the joint's acceleration, and hold there.
+
+        A joint that rests stays as it is. Set points with a time end where their sender ends them.
+        """
+        if self.mode == "velocity":
+            self._velocity_command = 0.0
+        elif self.mode == "position" and self._path is not None:
+            self.command_velocity(0.0)
+
+    def command_track(self, track: JointTrack, column: int) -> None:
         """Follow a column of ``track`` from its first point on; what was sent for earlier stays."""
         self._close_loop("trajectory", holding=True)
         self._queue.add(track, column)
@@ -122,16 +152,20 @@ class JointLoop:
     def postpone(self, duration: float) -> None:
         """Let all set points be due ``duration`` [s] later."""
         self._queue.postpone(duration)
+        self._velocity_until += duration
 
-    def reference(self, t: float, q: float, qdot: float, dt: float) -> Sample:
+    def reference(self, t: float, q: float, qdot: float, dt: float) -> AxisMotion:
         """Return the motion at time ``t`` that the inverse dynamics shall be computed for.
 
-        A set point with a time and a path are met in position, velocity and acceleration. In velocity mode no position is
-        wanted but the measured one; the velocity set point goes to the commanded one within the joint's acceleration.
+        A set point with a time and a path are met in position, velocity and acceleration. In
+        velocity mode no position is wanted but the measured one; the velocity set point goes to the
+        commanded one within the joint's acceleration.
         """
         if self.mode == "trajectory":
             self._wanted = self._sample(t)
         elif self.mode == "velocity":
+            if t > self._velocity_until:
+                self._velocity_command = 0.0
             self._limit_velocity(q, qdot)
             if not self.holding:
                 self._wanted = self._towards_velocity(q, dt)
@@ -139,7 +173,8 @@ class JointLoop:
         elif self._path is not None:
             self._wanted = self._along_path(dt)
         position, velocity, acceleration = self._wanted
-        # The integrator's velocity belongs to the middle of the last step, so the reference does too.
+        # The integrator's velocity belongs to the middle of the last step, so the reference does
+        # too.
         self.position_setpoint = position
         self.velocity_setpoint = velocity - 0.5 * dt * acceleration
         return self._wanted
@@ -155,9 +190,12 @@ class JointLoop:
             if self._model_based:
                 feed_forward += model.friction_effort(self._wanted[1], error)
         else:
-            # The derivative is of the measured velocity alone: a step of the set point makes no kick.
+            # The derivative is of the measured velocity alone: a step of the set point makes no
+            # kick.
             error, error_dot = self.velocity_setpoint - qdot, (self._last_velocity - qdot) / dt
-            command, integral = compute_command(self.loop_gains.velocity, self._integral, error, error_dot, dt)
+            command, integral = compute_command(
+                self.loop_gains.velocity, self._integral, error, error_dot, dt
+            )
             if self._model_based:
                 feed_forward += model.friction_effort(self.velocity_setpoint)
         self._last_velocity = qdot
@@ -169,19 +207,37 @@ class JointLoop:
         return self.applied_effort
 
     def state(self, q: float, qdot: float) -> LoopState:
-        """Return what the loop did in the last step; in velocity mode the velocity loop, also while it holds.
+        """Return what the loop did in the last step.
 
-        The set point of the position and velocity modes is the commanded one, within the limits of the joint.
+        In velocity mode that is the velocity loop, also while it holds.
+
+        The set point of the position and velocity modes is the commanded one, within the limits of
+        the joint.
         """
         kind: Literal["position", "velocity"]
         if self.mode == "velocity":
-            kind, value, value_dot, set_point, gains = "velocity", qdot, 0.0, self._target, self.loop_gains.velocity
+            kind, value, value_dot, set_point, gains = (
+                "velocity",
+                qdot,
+                0.0,
+                self._target,
+                self.loop_gains.velocity,
+            )
         else:
             set_point = self._target if self.mode == "position" else self.position_setpoint
             kind, value, value_dot, gains = "position", q, qdot, self.loop_gains.position
-        return LoopState(self.model.name, kind, set_point, value, value_dot, set_point - value, self.applied_effort, gains)
+        return LoopState(
+            self.model.name,
+            kind,
+            set_point,
+            value,
+            value_dot,
+            set_point - value,
+            self.applied_effort,
+            gains,
+        )
 
-    def _along_path(self, dt: float) -> Sample:
+    def _along_path(self, dt: float) -> AxisMotion:
         """Go on by a step on the path, and leave it at its end."""
         assert self._path is not None
         self._path_time += dt
@@ -190,7 +246,7 @@ class JointLoop:
             self._path = None
         return motion.q[0], motion.qdot[0], motion.qddot[0]
 
-    def _sample(self, t: float) -> Sample:
+    def _sample(self, t: float) -> AxisMotion:
         """Sample the set points that are due, kept inside the joint's limits."""
         sample, model = self._queue.sample(t), self.model
         if model.lower - model.tolerance <= sample[0] <= model.upper + model.tolerance:
@@ -199,9 +255,14 @@ class JointLoop:
         return min(max(sample[0], model.lower), model.upper), 0.0, 0.0
 
     def _limit_velocity(self, q: float, qdot: float) -> None:
-        """Brake in front of the joint's limit and hold there; hold at standstill when the command is 0."""
+        """Brake in front of the joint's limit and hold there.
+
+        Hold at standstill when the command is 0.
+        """
         model, wanted = self.model, self._velocity_command
-        limit, room = (model.upper, model.upper - q) if wanted > 0.0 else (model.lower, q - model.lower)
+        limit, room = (
+            (model.upper, model.upper - q) if wanted > 0.0 else (model.lower, q - model.lower)
+        )
         lag = model.acceleration * _BRAKING_LAG
         allowed = math.sqrt(lag * lag + 2.0 * model.acceleration * max(0.0, room)) - lag
         if abs(wanted) <= allowed:
@@ -219,12 +280,22 @@ class JointLoop:
         if velocity != 0.0:
             if self.holding:
                 self._close_loop("velocity", holding=False)
-        elif not self.holding and self.velocity_setpoint == 0.0 and abs(qdot) <= self.model.standstill:
+        elif (
+            not self.holding
+            and self.velocity_setpoint == 0.0
+            and abs(qdot) <= self.model.standstill
+        ):
             self._hold(q)
 
-    def _towards_velocity(self, q: float, dt: float) -> Sample:
-        """Move the velocity set point on towards the commanded one; without a model it jumps there."""
-        velocity, most = self._next_velocity, self.model.acceleration * dt if self._model_based else math.inf
+    def _towards_velocity(self, q: float, dt: float) -> AxisMotion:
+        """Move the velocity set point on towards the commanded one.
+
+        Without a model it jumps there.
+        """
+        velocity, most = (
+            self._next_velocity,
+            self.model.acceleration * dt if self._model_based else math.inf,
+        )
         self._next_velocity = min(max(self._target, velocity - most), velocity + most)
         self.velocity_setpoint = velocity
         return q, 0.5 * (velocity + self._next_velocity), (self._next_velocity - velocity) / dt
@@ -241,9 +312,12 @@ class JointLoop:
         return min(max(gains.i * self._integral, gains.lower), gains.upper)
 
     def _holds_against(self, error: float) -> bool:
-        """Return whether an error is one that the position loop's integral is there for: beside a model, dry friction's.
+        """Return whether an error is one that the position loop's integral is there for.
 
-        A larger one is a jump of the set point, as after a stall. Wound up by it, the joint would settle for another second.
+        Beside a model, dry friction's.
+
+        A larger one is a jump of the set point, as after a stall. Wound up by it, the joint would
+        settle for another second.
         """
         gains = self.loop_gains.position
         return gains.lower <= gains.p * error <= gains.upper

@@ -8,17 +8,20 @@ from typing import Any
 
 import msgspec
 from scara_config import Robot
-from scara_control.motion.plan import JointMotion, Path, plan_move
-from scara_control.setpoints import Sample
+from scara_control.joint_motion import AxisMotion, JointMotion
+from scara_control.motion.plan import Path, plan_move
 
 from scara_simulation.config import SimulationConfig
 
 
 class JointModel(msgspec.Struct, frozen=True):
-    """What the loop knows of its joint, in SI: limits of robot.yaml, damping and friction of the URDF.
+    """What the loop knows of its joint, in SI.
 
-    ``standstill`` is the speed that counts as none, ``tolerance`` how far a set point may pass a limit unnoticed,
-    ``stick_band`` the position error at rest for which the whole dry friction is pushed against; 0: never.
+    Limits of robot.yaml, damping and friction of the URDF.
+
+    ``standstill`` is the speed that counts as none, ``tolerance`` how far a set point may pass a
+    limit unnoticed, ``stick_band`` the position error at rest for which the whole dry friction is
+    pushed against; 0: never.
     """
 
     name: str
@@ -37,14 +40,17 @@ class JointModel(msgspec.Struct, frozen=True):
     def friction_effort(self, velocity: float, error: float = 0.0) -> float:
         r"""Return the effort that overcomes damping and dry friction.
 
-        .. math:: d\,v + f\,\mathrm{sat}\bigl(s + (1 - |s|)\, e / e_0\bigr), \qquad s = \mathrm{sat}(v / v_0)
+        .. math:: d\,v + f\,\mathrm{sat}\bigl(s + (1 - |s|)\, e / e_0\bigr),
+            \qquad s = \mathrm{sat}(v / v_0)
 
-        While the set point moves, friction acts against its direction. At rest its direction is unknown, and the joint
-        would stick anywhere within ``friction / stiffness``: there the position error says which way to push.
+        While the set point moves, friction acts against its direction. At rest its direction is
+        unknown, and the joint would stick anywhere within ``friction / stiffness``: there the
+        position error says which way to push.
 
         Args:
             velocity: Wanted velocity [rad/s] or [m/s].
-            error: Position error (set point minus measured) [rad] or [m]; 0 while no position is wanted.
+            error: Position error (set point minus measured) [rad] or [m]; 0 while no position is
+                wanted.
         """
         moving = velocity / self.standstill
         if -1.0 < moving < 1.0:
@@ -54,15 +60,25 @@ class JointModel(msgspec.Struct, frozen=True):
             return self.damping * velocity + self.friction * moving
         return self.damping * velocity + (self.friction if velocity > 0.0 else -self.friction)
 
-    def plan(self, start: Sample, target: float) -> Path:
-        """Plan the way to ``target`` [rad] or [m] from a motion, within the joint's velocity, acceleration and jerk."""
+    def plan(self, start: AxisMotion, target: float) -> Path:
+        """Plan the way to ``target`` [rad] or [m] from a motion.
+
+        It keeps the joint's velocity, acceleration and jerk.
+        """
         joints: Any = (self,)  # has the limits by the names that plan_move reads
         position, velocity, acceleration = start
-        return plan_move(joints, JointMotion((position,), (velocity,), (acceleration,)), (target,), 100.0)
+        return plan_move(
+            joints, JointMotion((position,), (velocity,), (acceleration,)), (target,), 100.0
+        )
 
 
-def joint_models(robot: Robot, config: SimulationConfig, damping: Sequence[float], friction: Sequence[float]) -> list[JointModel]:
-    """Return what the loops need to know, from the robot's limits and the URDF's damping and friction."""
+def joint_models(
+    robot: Robot, config: SimulationConfig, damping: Sequence[float], friction: Sequence[float]
+) -> list[JointModel]:
+    """Return what the loops need to know.
+
+    It comes from the robot's limits and the URDF's damping and friction.
+    """
     return [
         JointModel(
             name=joint.name,

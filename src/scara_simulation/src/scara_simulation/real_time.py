@@ -1,4 +1,7 @@
-"""When which physics step is due, and how well the deadlines are kept. The clock is an argument, in [ns]."""
+"""When which physics step is due, and how well the deadlines are kept.
+
+The clock is an argument, in [ns].
+"""
 
 from __future__ import annotations
 
@@ -17,8 +20,8 @@ class Due(msgspec.Struct, frozen=True):
 class Pace:
     """Spreads physics steps over real time by absolute deadlines.
 
-    Step k is due at ``start + k * step``. A wake runs all that is due; after a stall longer than the allowed catch-up
-    the rest is skipped: the nominal time jumps, no burst of old steps is run.
+    Step k is due at ``start + k * step``. A wake runs all that is due; after a stall longer than
+    the allowed catch-up the rest is skipped: the nominal time jumps, no burst of old steps is run.
     """
 
     def __init__(self, step_ns: int, factor: float, max_catch_up_ns: int, now_ns: int) -> None:
@@ -54,10 +57,13 @@ class Pace:
             steps_made: Steps that were made by hand meanwhile.
 
         Returns:
-            How many steps the pause would have held beyond those; 0 if more were made: then real time catches up first.
+            How many steps the pause would have held beyond those; 0 if more were made: then real
+            time catches up first.
         """
         self._done += steps_made
-        missing = max(0, int((now_ns - self._start_ns) * self._factor) // self._step_ns - self._done)
+        missing = max(
+            0, int((now_ns - self._start_ns) * self._factor) // self._step_ns - self._done
+        )
         self._done += missing
         return missing
 
@@ -100,7 +106,13 @@ class Deadlines:
         self._lateness_ns, self._missed = [], 0
         if not late:
             return DeadlineReport(0, missed, 0.0, 0.0, 0.0)
-        return DeadlineReport(len(late), missed, _percentile(late, 50) / 1e6, _percentile(late, 99) / 1e6, late[-1] / 1e6)
+        return DeadlineReport(
+            len(late),
+            missed,
+            _percentile(late, 50) / 1e6,
+            _percentile(late, 99) / 1e6,
+            late[-1] / 1e6,
+        )
 
 
 def _percentile(ordered: Sequence[int], percent: int) -> int:

@@ -1,4 +1,7 @@
-"""The simulated cell on its nominal time axis: world, control, pause and reset. No clock is read here."""
+"""The simulated cell on its nominal time axis: world, control, pause and reset.
+
+No clock is read here.
+"""
 
 from __future__ import annotations
 
@@ -32,8 +35,8 @@ class SimulationError(RuntimeError):
 class Snapshot(msgspec.Struct, frozen=True):
     """State of the joints at a nominal time; efforts are those of the step before.
 
-    ``loops`` is empty most of the time; ``watched`` holds (stamp, state) of the watched loops for each step since the last
-    snapshot.
+    ``loops`` is empty most of the time; ``watched`` holds (stamp, state) of the watched loops for
+    each step since the last snapshot.
     """
 
     step: int
@@ -46,7 +49,10 @@ class Snapshot(msgspec.Struct, frozen=True):
 
 
 class Timing(msgspec.Struct, frozen=True):
-    """The nominal time axis, and how many steps lie between two snapshots and between two with the loops' states."""
+    """The nominal time axis.
+
+    It says how many steps lie between two snapshots and between two with the loops' states.
+    """
 
     step_ns: int
     epoch_ns: int
@@ -57,10 +63,13 @@ class Timing(msgspec.Struct, frozen=True):
 class Simulation:
     """Steps the world under control; step k ends at ``base + k * step_ns``.
 
-    The axis of the set points is seconds since the epoch, which never moves; the base moves when time was skipped.
+    The axis of the set points is seconds since the epoch, which never moves; the base moves when
+    time was skipped.
     """
 
-    def __init__(self, world: World, control: JointControl, start: Sequence[float], timing: Timing) -> None:
+    def __init__(
+        self, world: World, control: JointControl, start: Sequence[float], timing: Timing
+    ) -> None:
         """Put the world at the start pose [rad] or [m], at the nominal time of ``timing``."""
         self._world = world
         self.control = control
@@ -104,13 +113,20 @@ class Simulation:
         self._base_ns += duration_ns
 
     def thaw(self, duration_ns: int) -> None:
-        """Go on after a pause of ``duration_ns``: set points are due that much later, so motion goes on where it stood."""
+        """Go on after a pause of ``duration_ns``.
+
+        Set points are due that much later, so motion goes on where it stood.
+        """
         self._base_ns += duration_ns
         self.control.postpone(duration_ns * 1e-9)
 
     def snapshot(self, *, with_loops: bool) -> Snapshot:
         """Return the present state."""
-        loops = [loop.state(q, v) for loop, q, v in zip(self.control.loops, self._q, self._qdot)] if with_loops else []
+        loops = (
+            [loop.state(q, v) for loop, q, v in zip(self.control.loops, self._q, self._qdot)]
+            if with_loops
+            else []
+        )
         seen, self._seen = self._seen, []
         return Snapshot(self.steps, self.stamp_ns, self._q, self._qdot, self._efforts, loops, seen)
 
@@ -128,9 +144,13 @@ class Simulation:
             self._q, self._qdot = world.read()
             self.steps += 1
             for k in self.watched:
-                self._seen.append((self.stamp_ns, control.loops[k].state(self._q[k], self._qdot[k])))
+                self._seen.append(
+                    (self.stamp_ns, control.loops[k].state(self._q[k], self._qdot[k]))
+                )
             if self.steps % timing.steps_per_snapshot == 0:
                 if not all(map(math.isfinite, self._q)):
                     raise SimulationError(f"step {self.steps}: joint positions are {self._q}")
-                snapshots.append(self.snapshot(with_loops=self.steps % timing.steps_per_loop_state == 0))
+                snapshots.append(
+                    self.snapshot(with_loops=self.steps % timing.steps_per_loop_state == 0)
+                )
         return snapshots

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from scara_control.setpoints import Sample, SetpointTrack
+from scara_control.joint_motion import AxisMotion
+from scara_control.joint_track import JointTrack
 
 
 class TrackQueue:
@@ -12,11 +13,16 @@ class TrackQueue:
 
     def __init__(self) -> None:
         """Begin empty."""
-        self._entries: list[tuple[SetpointTrack, int, float]] = []
+        self._entries: list[tuple[JointTrack, int, float]] = []
 
-    def add(self, track: SetpointTrack, column: int) -> None:
-        """Let a column of ``track`` replace all that was to come after its first point; what is due before it stays."""
-        earlier = [entry for entry in self._entries if entry[0].first_time + entry[2] < track.first_time]
+    def add(self, track: JointTrack, column: int) -> None:
+        """Let a column of ``track`` replace all that was to come after its first point.
+
+        What is due before it stays.
+        """
+        earlier = [
+            entry for entry in self._entries if entry[0].first_time + entry[2] < track.first_time
+        ]
         self._entries = earlier + [(track, column, 0.0)]
 
     def clear(self) -> None:
@@ -25,9 +31,11 @@ class TrackQueue:
 
     def postpone(self, duration: float) -> None:
         """Let all be due ``duration`` [s] later."""
-        self._entries = [(track, column, delay + duration) for track, column, delay in self._entries]
+        self._entries = [
+            (track, column, delay + duration) for track, column, delay in self._entries
+        ]
 
-    def sample(self, t: float) -> Sample:
+    def sample(self, t: float) -> AxisMotion:
         """Return the motion at time ``t``; tracks that have been replaced by then are forgotten."""
         entries = self._entries
         while len(entries) > 1 and entries[1][0].first_time + entries[1][2] <= t:

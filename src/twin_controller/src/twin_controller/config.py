@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import msgspec
 from msgspec import Meta
 from scara_config import ConfigError, Robot, load, locate
+from scara_config.percent import SpeedPercent
 
 Ms = Annotated[float, Meta(ge=0.0, le=600_000.0)]
 PositiveMs = Annotated[float, Meta(gt=0.0, le=600_000.0)]
-Percent = Annotated[float, Meta(ge=1.0, le=100.0)]
 Positive = Annotated[float, Meta(gt=0.0, le=1e6)]
 Count = Annotated[int, Meta(ge=1, le=1000)]
 
@@ -34,6 +35,10 @@ class Real(Section, frozen=True):
     clock_drift_ppm: Positive
     follow_lag_ms: Ms
     follow_lag_range_ms: tuple[Ms, Ms]
+    command_retry_ms: PositiveMs
+    command_attempts: Count
+    clock_jump_ms: PositiveMs = 100.0
+    clock_conflicts: Count = 50
 
 
 class Twin(Section, frozen=True):
@@ -47,8 +52,30 @@ class Twin(Section, frozen=True):
     clock_drift_ppm: Positive
     probes: Count
     stop_quiet_ms: Ms
+    command_retry_ms: PositiveMs
+    command_attempts: Count
     token_environment: Annotated[str, Meta(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$")] | None = None
     ca_file: str | None = None
+    clock_jump_ms: PositiveMs = 100.0
+    clock_conflicts: Count = 50
+
+
+class Desk(Section, frozen=True):
+    """Link limits of a cell whose robot is the stand-in on the same machine."""
+
+    real_timeout_ms: PositiveMs
+    real_stale_ms: PositiveMs
+    twin_stale_ms: PositiveMs
+    clock_jump_ms: PositiveMs
+    clock_conflicts: Count
+
+
+class OwnGap(Section, frozen=True):
+    """When a late look of the controller itself is no silence of a side."""
+
+    notice_ms: PositiveMs
+    forgive_ms: Ms
+    window_ms: PositiveMs
 
 
 class Change(Section, frozen=True):
@@ -58,6 +85,7 @@ class Change(Section, frozen=True):
     hysteresis: Positive
     confirm: Count
     window: Count
+    confirm_wait_ms: Ms
     agree_samples: Count
     still_tolerance: Positive
     still_time_ms: PositiveMs
@@ -68,7 +96,7 @@ class Change(Section, frozen=True):
 class Align(Section, frozen=True):
     """The twin's slow way to the real robot's pose."""
 
-    speed_percent: Percent
+    speed_percent: SpeedPercent
     tolerance: Positive
     timeout_ms: PositiveMs
     lead_tolerance: Positive
@@ -95,7 +123,7 @@ class Gripper(Section, frozen=True):
 class Limit(Section, frozen=True):
     """The additional controller between twin and real robot."""
 
-    speed_percent: Percent
+    speed_percent: SpeedPercent
     step_margin: Annotated[float, Meta(ge=1.0, le=10.0)]
     override_margin: Annotated[float, Meta(ge=1.0, le=2.0)]
     source_age_ms: PositiveMs
@@ -109,7 +137,7 @@ class CellLimits(Section, frozen=True):
     cartesian_margin: Annotated[float, Meta(ge=1.0, le=2.0)]
     cartesian_confirm_ms: Ms
     braking_delay_ms: Ms
-    braking_acceleration_percent: Percent
+    braking_acceleration_percent: SpeedPercent
 
 
 class Separation(Section, frozen=True):
@@ -139,6 +167,22 @@ class Stop(Section, frozen=True):
 
     retry_ms: PositiveMs
     attempts: Count
+    safety_retry_ms: PositiveMs
+
+
+class EStop(Section, frozen=True):
+    """How long a side may take to show a latched emergency stop."""
+
+    retry_ms: PositiveMs
+
+
+class SpeedOrders(Section, frozen=True):
+    """How long a side may take to show a cap or an override, and what counts as shown."""
+
+    retry_ms: PositiveMs
+    step_percent: Positive
+    step_ratio: Annotated[float, Meta(gt=0.0, le=1.0)]
+    raise_step_percent: Positive
 
 
 class Stream(Section, frozen=True):
@@ -164,7 +208,7 @@ class Divergence(Section, frozen=True):
 class Home(Section, frozen=True):
     """How the twin goes home; where that is: robot.yaml."""
 
-    speed_percent: Percent
+    speed_percent: SpeedPercent
 
 
 class Shadow(Section, frozen=True):
@@ -188,44 +232,117 @@ class TwinControllerConfig(Section, frozen=True):
     separation: Separation
     reset: Reset
     stop: Stop
+    estop: EStop
+    speed: SpeedOrders
     stream: Stream
     divergence: Divergence
     home: Home
     shadow: Shadow
     state_rate_hz: Annotated[float, Meta(ge=1.0, le=100.0)]
     decision_history: Annotated[int, Meta(ge=10, le=100_000)]
+    links: Literal["strict", "desk"] = "strict"
+    desk: Desk | None = None
+    own_gap: OwnGap = OwnGap(30.0, 100.0, 1000.0)
 
 
-def load_twin_controller(robot: Robot, directory: Path | str | None = None) -> TwinControllerConfig:
-    """Read twin_controller.yaml of ``directory`` (default: the package scara_config).
+def with_links(config: TwinControllerConfig, links: str = "") -> TwinControllerConfig:
+    """Return the configuration with the link limits in force.
+
+    Args:
+        config: What stands in the file.
+        links: ``strict`` or ``desk``; empty: what the file says.
 
     Raises:
-        ConfigError: The file is missing or wrong, or the robot has no points whose speed and distance could be watched.
+        ConfigError: There is no such choice, or the file has no limits for a desk.
+    """
+    links = links or config.links
+    if links == "strict":
+        return msgspec.structs.replace(config, links="strict")
+    if links != "desk" or config.desk is None:
+        raise ConfigError(f"links = {links!r}: Expected strict, or desk with the section desk")
+    desk = config.desk
+    real = msgspec.structs.replace(
+        config.real,
+        timeout_ms=max(config.real.timeout_ms, desk.real_timeout_ms),
+        stale_ms=max(config.real.stale_ms, desk.real_stale_ms),
+        clock_jump_ms=max(config.real.clock_jump_ms, desk.clock_jump_ms),
+        clock_conflicts=max(config.real.clock_conflicts, desk.clock_conflicts),
+    )
+    twin = msgspec.structs.replace(
+        config.twin,
+        stale_ms=max(config.twin.stale_ms, desk.twin_stale_ms),
+        clock_jump_ms=max(config.twin.clock_jump_ms, desk.clock_jump_ms),
+        clock_conflicts=max(config.twin.clock_conflicts, desk.clock_conflicts),
+    )
+    return msgspec.structs.replace(config, real=real, twin=twin, links="desk")
+
+
+def recorded_links(text: str, config: TwinControllerConfig) -> str:
+    """Return the text of twin_controller.yaml with the choice in force, as it is recorded."""
+    line = f"links: {config.links}"
+    said, count = re.subn(r"^links:\s*\w+", line, text, count=1, flags=re.MULTILINE)
+    if count or config.links == "strict":
+        return said
+    return f"{text.rstrip()}\n{line}\n"
+
+
+def links_text(config: TwinControllerConfig) -> str:
+    """Say which link limits are in force, for the log."""
+    return (
+        f"link limits: {config.links}; robot: answer {config.real.timeout_ms:g} ms,"
+        f" data {config.real.stale_ms:g} ms; twin: data {config.twin.stale_ms:g} ms"
+    )
+
+
+def load_twin_controller(
+    robot: Robot, directory: Path | str | None = None, links: str = ""
+) -> TwinControllerConfig:
+    """Read twin_controller.yaml of ``directory`` (default: the package scara_config).
+
+    Args:
+        robot: robot.yaml.
+        directory: Folder with the YAML files.
+        links: Which link limits count, see :func:`with_links`.
+
+    Raises:
+        ConfigError: The file is missing or wrong, or the robot has no points whose speed and
+            distance could be watched.
     """
     path = locate("twin_controller.yaml", directory)
-    config = load(path, TwinControllerConfig)
+    config = with_links(load(path, TwinControllerConfig), links)
     for section, low, high in (
         ("change", config.change.confirm, config.change.window),
         ("divergence", config.divergence.confirm, config.divergence.window),
     ):
         if low > high:
-            raise ConfigError(f"{path}: {section}.confirm = {low}: Expected at most {section}.window = {high}")
+            raise ConfigError(
+                f"{path}: {section}.confirm = {low}: Expected at most {section}.window = {high}"
+            )
     period = config.stream.period_ms
     if period is not None:
         tick = config.real.sample_period_ms
         if period < 0.5 * tick or abs(period / tick - round(period / tick)) > 1e-6:
             raise ConfigError(
-                f"{path}: stream.period_ms = {period:g}: Expected a multiple of real.sample_period_ms = {tick:g}, or null"
+                f"{path}: stream.period_ms = {period:g}: "
+                f"Expected a multiple of real.sample_period_ms = {tick:g}, or null"
             )
     _check_watched(path, config, robot)
     low_ms, high_ms = config.real.follow_lag_range_ms
     if not low_ms <= config.real.follow_lag_ms <= high_ms:
-        raise ConfigError(f"{path}: real.follow_lag_ms = {config.real.follow_lag_ms:g}: Expected {low_ms:g} to {high_ms:g}")
+        raise ConfigError(
+            f"{path}: real.follow_lag_ms = {config.real.follow_lag_ms:g}: "
+            f"Expected {low_ms:g} to {high_ms:g}"
+        )
     return config
 
 
 def _check_watched(path: Path, config: TwinControllerConfig, robot: Robot) -> None:
     """Refuse to watch people or the Cartesian speed where no point of the robot is watched."""
-    if (config.separation.enabled or config.cell.cartesian_speed_mm_s is not None) and not robot.watched_points:
-        text = "separation and cell.cartesian_speed_mm_s need watched_points in robot.yaml: Expected at least one"
+    if (
+        config.separation.enabled or config.cell.cartesian_speed_mm_s is not None
+    ) and not robot.watched_points:
+        text = (
+            "separation and cell.cartesian_speed_mm_s need watched_points in robot.yaml: "
+            "Expected at least one"
+        )
         raise ConfigError(f"{path}: {text}")

@@ -67,8 +67,8 @@ class RobotSample(msgspec.Struct, frozen=True):
     def moved_by(self) -> ControlType:
         """Whose program runs or is paused, by registers and signals together.
 
-        They are read one after the other: a program that ends between them still stands in the registers, while its
-        signals are gone. That is an end, not a pause that is over.
+        They are read one after the other: a program that ends between them still stands in the
+        registers, while its signals are gone. That is an end, not a pause that is over.
         """
         return self.control_type if self.outputs & {"progrun", "paused"} else ControlType.NONE
 

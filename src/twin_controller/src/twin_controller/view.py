@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import msgspec
+from scara_ros.diagnosis import Level
 
 from twin_controller.core.actions import Decided
-from twin_controller.core.following.follow import deviation
-from twin_controller.core.gripping import gripper_text
-from twin_controller.core.observing import change
-from twin_controller.core.rules.table import Mode
-from twin_controller.core.state import CoreState, Setup, Side
-
-OK, WARN, ERROR, STALE = 0, 1, 2, 3
+from twin_controller.core.lead.modes import Mode
+from twin_controller.core.orders.gripper import gripper_text
+from twin_controller.core.setup import Setup
+from twin_controller.core.sides import change
+from twin_controller.core.sides.pairing import deviation
+from twin_controller.core.sides.side import Side
+from twin_controller.core.state import CoreState
 
 
 class LinkView(msgspec.Struct, frozen=True):
@@ -65,54 +66,64 @@ class Status(msgspec.Struct, frozen=True):
 
 
 def state_view(setup: Setup, state: CoreState, now: float) -> StateView:
-    """Return what ``twin_controller/state`` shows; positions rounded as the article does, empty while unknown."""
-    real, twin = _rounded(setup, state.real), _rounded(setup, state.twin)
+    """Return what ``twin_controller/state`` shows.
+
+    Positions are rounded as the article does, and empty while unknown.
+    """
+    sides, lead, speeds = state.sides, state.lead, state.orders.speeds
+    real, twin = _rounded(setup, sides.real), _rounded(setup, sides.twin)
     decimals = setup.config.change.decimals
     return StateView(
-        mode=state.mode.value,
-        leader=state.leader,
-        why=state.why,
+        mode=lead.mode.value,
+        leader=lead.leader,
+        why=lead.why,
         name=list(setup.names),
         unit=[joint.unit for joint in setup.joints],
         real_position=real,
         twin_position=twin,
         deviation=[round(a - b, decimals) for a, b in zip(real, twin)],
-        speed_requested_percent=state.speed.requested,
-        speed_applied_percent=state.speed.applied,
-        speed_limited=state.speed.limited,
-        speed_reason=state.speed.reason,
-        deviation_mm=state.divergence.distance_mm,
-        follower_lag=state.lag,
-        diverged=state.divergence.alarm,
-        real_standing_still=change.stands_still(state.real.change, now, setup.config.change),
-        twin_standing_still=change.stands_still(state.twin.change, now, setup.config.change),
+        speed_requested_percent=speeds.requested,
+        speed_applied_percent=speeds.applied,
+        speed_limited=speeds.limited,
+        speed_reason=speeds.reason,
+        deviation_mm=state.safety.divergence.distance_mm,
+        follower_lag=state.follow.lag,
+        diverged=state.safety.divergence.alarm,
+        real_standing_still=change.stands_still(sides.real.change, now, setup.config.change),
+        twin_standing_still=change.stands_still(sides.twin.change, now, setup.config.change),
         alarm=alarm_text(state),
-        real_gripper=gripper_text(state.grip_real),
-        twin_gripper=gripper_text(state.grip_twin),
-        gripper_alarm=state.grip_trouble,
-        links=[_link_view("real", state.real, now), _link_view("twin", state.twin, now)],
+        real_gripper=gripper_text(sides.real.gripper),
+        twin_gripper=gripper_text(sides.twin.gripper),
+        gripper_alarm=state.orders.grips.trouble,
+        links=[_link_view("real", sides.real, now), _link_view("twin", sides.twin, now)],
     )
 
 
 def alarm_text(state: CoreState) -> str:
     """Return the active alarm with what to do, or an empty text."""
-    if state.alarm:
-        return state.alarm
-    if state.mode is Mode.ESTOP:
+    sides, lead = state.sides, state.lead
+    if sides.real.alarm:
+        return sides.real.alarm
+    if lead.mode is Mode.ESTOP:
         return "emergency stop is latched: remove the cause, RESET, then ALIGN"
-    if state.mode is Mode.FAULT:
-        return f"{state.why}"
-    if state.needs_acknowledge:
+    if lead.mode is Mode.FAULT:
+        return lead.why
+    if lead.needs_acknowledge:
         return "the pair came apart: look at both robots, ACKNOWLEDGE, then RESUME or STOP"
-    if state.mode is Mode.OFFLINE:
-        down = [f"{name}: {side.reason}" for name, side in (("real", state.real), ("twin", state.twin)) if side.reason]
+    if lead.mode is Mode.OFFLINE:
+        down = [
+            f"{name}: {side.reason}"
+            for name, side in (("real", sides.real), ("twin", sides.twin))
+            if side.reason
+        ]
         return "; ".join(down)
-    return state.grip_trouble
+    return state.orders.grips.trouble
 
 
 def decision_text(decision: Decided) -> str:
     """Return one decision as a line for a person."""
-    line = f"#{decision.seq} {decision.now:.3f} s {decision.mode_before} -> {decision.mode_after}: {decision.why}"
+    modes = f"{decision.mode_before} -> {decision.mode_after}"
+    line = f"#{decision.seq} {decision.now:.3f} s {modes}: {decision.why}"
     if decision.onset_real is None and decision.onset_twin is None:
         return line
     shown = [
@@ -124,13 +135,21 @@ def decision_text(decision: Decided) -> str:
     return f"{line} ({', '.join(shown)}, uncertainty {decision.onset_uncertainty * 1e3:.1f} ms)"
 
 
-def statuses(setup: Setup, state: CoreState, counters: dict[str, dict[str, int]], now: float) -> list[Status]:
+def statuses(
+    setup: Setup, state: CoreState, counters: dict[str, dict[str, int]], now: float
+) -> list[Status]:
     """Return the diagnostics of the controller, its two links, the real robot and the pair."""
     view = state_view(setup, state, now)
-    level = {Mode.ESTOP: ERROR, Mode.FAULT: ERROR, Mode.OFFLINE: ERROR, Mode.STOPPED: WARN, Mode.PAUSED: WARN}
+    level = {
+        Mode.ESTOP: Level.ERROR,
+        Mode.FAULT: Level.ERROR,
+        Mode.OFFLINE: Level.ERROR,
+        Mode.STOPPED: Level.WARN,
+        Mode.PAUSED: Level.WARN,
+    }
     found = [
         Status(
-            level.get(state.mode, OK),
+            level.get(state.lead.mode, Level.OK),
             "twin_controller: mode",
             f"{view.mode}: {view.alarm or view.why}",
             {"leader": view.leader, "why": view.why, "speed_reason": view.speed_reason},
@@ -145,16 +164,41 @@ def statuses(setup: Setup, state: CoreState, counters: dict[str, dict[str, int]]
             "clock_drift_ppm": f"{link.clock_drift_ppm:.0f}",
         } | {key: str(value) for key, value in counters.get(link.name, {}).items()}
         good = link.connected and not link.reason
-        found.append(Status(OK if good else ERROR, f"twin_controller: link {link.name}", link.reason or "connected", values))
+        found.append(
+            Status(
+                Level.OK if good else Level.ERROR,
+                f"twin_controller: link {link.name}",
+                link.reason or "connected",
+                values,
+            )
+        )
+    trouble, alarm = state.orders.grips.trouble, state.sides.real.alarm
     grippers = {"real": view.real_gripper, "twin": view.twin_gripper}
-    found.append(Status(WARN if state.grip_trouble else OK, "twin_controller: grippers", state.grip_trouble or "agree", grippers))
-    found.append(Status(ERROR if state.alarm else OK, "twin_controller: real robot", state.alarm or "no alarm", {}))
     found.append(
         Status(
-            ERROR if state.divergence.alarm else OK,
+            Level.WARN if trouble else Level.OK,
+            "twin_controller: grippers",
+            trouble or "agree",
+            grippers,
+        )
+    )
+    found.append(
+        Status(
+            Level.ERROR if alarm else Level.OK,
+            "twin_controller: real robot",
+            alarm or "no alarm",
+            {},
+        )
+    )
+    found.append(
+        Status(
+            Level.ERROR if state.safety.divergence.alarm else Level.OK,
             "twin_controller: pair",
-            "the pair came apart" if state.divergence.alarm else "together",
-            {"deviation_mm": f"{view.deviation_mm:.3f}", "joint_deviation": f"{deviation(setup, state):.3f}"},
+            "the pair came apart" if state.safety.divergence.alarm else "together",
+            {
+                "deviation_mm": f"{view.deviation_mm:.3f}",
+                "joint_deviation": f"{deviation(setup, state.sides):.3f}",
+            },
         )
     )
     return found

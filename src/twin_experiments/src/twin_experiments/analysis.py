@@ -9,17 +9,20 @@ from itertools import groupby
 import numpy as np
 from scara_config import Robot
 from scara_config.palletise import Palletise
-from twin_controller.metrics import Comparison, MetricsSettings, ToolFunction, compare
-from twin_controller.metrics_series import Array, Gap, MetricsError, Motion
 
 from twin_experiments.config import Experiment, ExperimentsFile, Limits
+from twin_experiments.metrics.errors import Comparison, MetricsSettings, ToolFunction, compare
+from twin_experiments.metrics.series import Array, Gap, MetricsError, Motion
 from twin_experiments.palletising.outcome import SIDES, Handled, SideOutcome, outcome, shortcomings
 from twin_experiments.record import Age, RecordError, Run, Span, cut, pick
 
 
 @dataclass(frozen=True)
 class AgeSummary:
-    """How old a topic's content was when it was received [ms]; negative: it was due in the future."""
+    """How old a topic's content was when it was received [ms].
+
+    Negative: it was due in the future.
+    """
 
     median_ms: float
     p95_ms: float
@@ -81,7 +84,10 @@ def analyse(
     """
     unknown = sorted({span.name for span in run.spans} - set(config.known))
     if unknown:
-        raise RecordError(f"unknown experiment {', '.join(unknown)}: experiments.yaml has {', '.join(config.known)}")
+        raise RecordError(
+            f"unknown experiment {', '.join(unknown)}: experiments.yaml has "
+            f"{', '.join(config.known)}"
+        )
     positions = {name: np.array(place) for name, place in robot.positions_m.items()}
     columns = [run.joint_names.index(joint.name) for joint in robot.arm_joints]
 
@@ -102,12 +108,22 @@ def _analyse_span(
     columns: list[int],
     tool: ToolFunction,
 ) -> Result:
-    """Analyse one experiment; data that cannot be compared are a reason to fail, not an end of the report."""
+    """Analyse one experiment.
+
+    Data that cannot be compared are a reason to fail, not an end of the report.
+    """
     experiment = config.known[span.name]
-    ages = {topic: found for topic, age in run.ages.items() if (found := summarize_age(age, span)) is not None}
+    ages = {
+        topic: found
+        for topic, age in run.ages.items()
+        if (found := summarize_age(age, span)) is not None
+    }
     visits = tuple(experiment.visits)
     try:
-        motions = (cut(run.real.motion, span.start, span.end), cut(run.twin.motion, span.start, span.end))
+        motions = (
+            cut(run.real.motion, span.start, span.end),
+            cut(run.twin.motion, span.start, span.end),
+        )
         arm = [pick(motion, columns) for motion in motions]
         comparison = compare(arm[0], arm[1], tool, settings, experiment.leader, positions)
     except (MetricsError, RecordError) as error:
@@ -123,8 +139,13 @@ def _with_parts(result: Result, run: Run, work: Palletise | None) -> Result:
     if work is None:
         return replace(result, reasons=(*result.reasons, "there is no palletise.yaml"))
     span = result.span
-    parts = tuple(outcome(side, run.handled.get(side, Handled()), work, span.start, span.end) for side in SIDES)
-    return replace(result, parts=parts, reasons=(*result.reasons, *shortcomings(parts, work.task.tolerance_mm)))
+    parts = tuple(
+        outcome(side, run.handled.get(side, Handled()), work, span.start, span.end)
+        for side in SIDES
+    )
+    return replace(
+        result, parts=parts, reasons=(*result.reasons, *shortcomings(parts, work.task.tolerance_mm))
+    )
 
 
 def held_positions(comparison: Comparison) -> tuple[str, ...]:
@@ -134,24 +155,43 @@ def held_positions(comparison: Comparison) -> tuple[str, ...]:
 
 
 def judge(
-    span: Span, experiment: Experiment, comparison: Comparison, held: tuple[str, ...], reach_mm: float, limits: Limits
+    span: Span,
+    experiment: Experiment,
+    comparison: Comparison,
+    held: tuple[str, ...],
+    reach_mm: float,
+    limits: Limits,
 ) -> tuple[str, ...]:
     """Return every reason why an experiment fails; none: it passes."""
     reasons = []
     if not span.finished:
         reasons.append("the recording ends before the experiment does")
     if comparison.path.max_percent > limits.path_error_percent:
-        reasons.append(f"path error {comparison.path.max_percent:.3f} % of reach, limit {limits.path_error_percent:g} %")
+        reasons.append(
+            f"path error {comparison.path.max_percent:.3f} % of reach, limit "
+            f"{limits.path_error_percent:g} %"
+        )
     positioning = comparison.positioning_max_mm
-    if positioning is not None and 100.0 * positioning / reach_mm > limits.positioning_error_percent:
+    if (
+        positioning is not None
+        and 100.0 * positioning / reach_mm > limits.positioning_error_percent
+    ):
         percent = 100.0 * positioning / reach_mm
-        reasons.append(f"positioning error {percent:.3f} % of reach, limit {limits.positioning_error_percent:g} %")
+        reasons.append(
+            f"positioning error {percent:.3f} % of reach, limit "
+            f"{limits.positioning_error_percent:g} %"
+        )
     wanted = tuple(name for name, _ in groupby(experiment.visits))
     if held[-len(wanted) :] != wanted:
-        reasons.append(f"both stood still at {' '.join(held) or 'no set position'}, expected {' '.join(wanted)}")
+        reasons.append(
+            f"both stood still at {' '.join(held) or 'no set position'}, expected "
+            f"{' '.join(wanted)}"
+        )
     excluded = 100.0 * comparison.trace.aligned.excluded_share
     if excluded > limits.excluded_percent:
-        reasons.append(f"{excluded:.1f} % of the time has no samples, limit {limits.excluded_percent:g} %")
+        reasons.append(
+            f"{excluded:.1f} % of the time has no samples, limit {limits.excluded_percent:g} %"
+        )
     return tuple(reasons)
 
 
@@ -160,14 +200,24 @@ def summarize_age(age: Age, span: Span) -> AgeSummary | None:
     inside: Array = 1e3 * age.age[(age.received >= span.start) & (age.received <= span.end)]
     if not len(inside):
         return None
-    return AgeSummary(float(np.median(inside)), float(np.percentile(inside, 95.0)), float(inside.max()))
+    return AgeSummary(
+        float(np.median(inside)), float(np.percentile(inside, 95.0)), float(inside.max())
+    )
 
 
-def _complete_gaps(comparison: Comparison, motions: tuple[Motion, Motion], span: Span, longest: float) -> Comparison:
-    """Count what is missing at the ends of an experiment as holes too: a side that falls silent is not excused."""
+def _complete_gaps(
+    comparison: Comparison, motions: tuple[Motion, Motion], span: Span, longest: float
+) -> Comparison:
+    """Count what is missing at the ends of an experiment as holes too.
+
+    A side that falls silent is not excused.
+    """
     gaps = list(comparison.trace.aligned.gaps)
     for motion in motions:
-        for start, end in ((span.start, float(motion.stamps[0])), (float(motion.stamps[-1]), span.end)):
+        for start, end in (
+            (span.start, float(motion.stamps[0])),
+            (float(motion.stamps[-1]), span.end),
+        ):
             if end - start > longest:
                 gaps.append(Gap(motion.side, start, end - start))
     start = max(motion.stamps[0] for motion in motions)

@@ -7,13 +7,13 @@ from typing import Annotated, ClassVar, Literal
 
 import msgspec
 import numpy as np
+from cell_recorder.recording import RecorderSettings
 from msgspec import Meta
 from scara_config import ConfigError, Robot, load, locate
-from twin_controller.metrics import MetricsSettings
-from twin_controller.recording import RecorderSettings
+from scara_config.percent import SharePercent, SpeedPercent
 
-Percent = Annotated[float, Meta(gt=0.0, le=100.0)]
-ProgramPercent = Annotated[float, Meta(ge=1.0, le=100.0)]
+from twin_experiments.metrics.errors import MetricsSettings
+
 Seconds = Annotated[float, Meta(ge=0.0, le=600.0)]
 Deadline = Annotated[float, Meta(gt=0.0, le=3600.0)]
 Visits = Annotated[list[str], Meta(min_length=2)]
@@ -27,7 +27,7 @@ class RealLeads(Section, frozen=True, kw_only=True, tag_field="leader", tag="rea
     """The robot's own program moves first."""
 
     program: Annotated[str, Meta(pattern=r"^[A-Z][A-Z0-9_]*$")]
-    override_percent: ProgramPercent
+    override_percent: SpeedPercent
     visits: Visits
     leader: ClassVar[Literal["real", "twin"]] = "real"
 
@@ -35,7 +35,7 @@ class RealLeads(Section, frozen=True, kw_only=True, tag_field="leader", tag="rea
 class TwinLeads(Section, frozen=True, kw_only=True, tag_field="leader", tag="twin"):
     """The twin is sent to one position after the other."""
 
-    speed_percent: ProgramPercent
+    speed_percent: SpeedPercent
     dwell_s: Seconds
     visits: Visits
     leader: ClassVar[Literal["real", "twin"]] = "twin"
@@ -45,7 +45,7 @@ class RealPalletises(Section, frozen=True, kw_only=True, tag_field="leader", tag
     """The robot's own program carries the parts."""
 
     program: Annotated[str, Meta(pattern=r"^[A-Z][A-Z0-9_]*$")]
-    override_percent: ProgramPercent
+    override_percent: SpeedPercent
     visits: ClassVar[tuple[str, ...]] = ()
     leader: ClassVar[Literal["real", "twin"]] = "real"
 
@@ -64,11 +64,14 @@ PALLETISE = "palletise"
 
 
 class MetricsSection(Section, frozen=True, kw_only=True):
-    """What counts as moving, as a hole, as a rest; see :class:`twin_controller.metrics.MetricsSettings`."""
+    """What counts as moving, as a hole, as a rest.
+
+    See :class:`twin_experiments.metrics.errors.MetricsSettings`.
+    """
 
     rate_hz: Annotated[float, Meta(ge=100.0, le=10_000.0)]
     longest_gap_s: Annotated[float, Meta(ge=0.02, le=1.0)]
-    moving_speed_percent: Percent
+    moving_speed_percent: SharePercent
     rest_s: Seconds
     rest_margin_s: Seconds
     set_position_radius_mm: Annotated[float, Meta(gt=0.0, le=1000.0)]
@@ -79,16 +82,16 @@ class MetricsSection(Section, frozen=True, kw_only=True):
 class Limits(Section, frozen=True, kw_only=True):
     """What a run must keep to pass."""
 
-    path_error_percent: Percent
-    positioning_error_percent: Percent
-    excluded_percent: Percent
+    path_error_percent: SharePercent
+    positioning_error_percent: SharePercent
+    excluded_percent: SharePercent
 
 
 class PaperFigures(Section, frozen=True, kw_only=True):
     """The article's results."""
 
-    path_error_percent: Percent
-    positioning_error_percent: Percent
+    path_error_percent: SharePercent
+    positioning_error_percent: SharePercent
 
 
 class Deadlines(Section, frozen=True, kw_only=True):
@@ -123,26 +126,38 @@ class ExperimentsFile(Section, frozen=True, kw_only=True):
             unknown = sorted(set(experiment.visits) - set(robot.positions_m))
             if unknown:
                 raise ConfigError(
-                    f"{source}: experiments.{name}.visits = {', '.join(unknown)}: Expected one of {', '.join(robot.positions_m)}"
+                    f"{source}: experiments.{name}.visits = {', '.join(unknown)}: "
+                    f"Expected one of {', '.join(robot.positions_m)}"
                 )
 
     def select(self, names: list[str]) -> dict[str, Experiment]:
-        """Return the experiments called ``names`` in that order, the article's if there is none; ``palletise`` stands for both.
+        """Return the experiments called ``names`` in that order, the article's if there is none.
+
+        ``palletise`` stands for both.
 
         Raises:
             ConfigError: A name is unknown; the text lists those that exist.
         """
-        wanted = [each for name in names for each in (self.palletising if name == PALLETISE else (name,))]
+        wanted = [
+            each for name in names for each in (self.palletising if name == PALLETISE else (name,))
+        ]
         for name in wanted:
             if name not in self.known:
-                raise ConfigError(f"unknown experiment {name!r}: experiments.yaml has {', '.join((*self.known, PALLETISE))}")
+                raise ConfigError(
+                    f"unknown experiment {name!r}: experiments.yaml has "
+                    f"{', '.join((*self.known, PALLETISE))}"
+                )
         return {name: self.known[name] for name in wanted or self.experiments}
 
 
 def metrics_settings(section: MetricsSection, robot: Robot) -> MetricsSettings:
     """Build the settings of the errors for the joints of ``robot`` that move the twin's tool."""
     fraction = section.moving_speed_percent / 100.0
-    fields = {name: getattr(section, name) for name in section.__struct_fields__ if name != "moving_speed_percent"}
+    fields = {
+        name: getattr(section, name)
+        for name in section.__struct_fields__
+        if name != "moving_speed_percent"
+    }
     moving_speeds = np.array([joint.velocity * fraction for joint in robot.arm_joints])
     return MetricsSettings(reach_mm=robot.reach_mm, moving_speeds=moving_speeds, **fields)
 

@@ -24,8 +24,12 @@ class Configuration:
     origin: str
 
 
-def choose(recorded: Mapping[str, Any], robot: Robot, experiments: ExperimentsFile) -> Configuration:
-    """Take robot and experiments from the recorded files; what the bag does not hold is taken as given.
+def choose(
+    recorded: Mapping[str, Any], robot: Robot, experiments: ExperimentsFile
+) -> Configuration:
+    """Take robot and experiments from the recorded files.
+
+    What the bag does not hold is taken as given.
 
     Args:
         recorded: File name to its text.
@@ -39,11 +43,17 @@ def choose(recorded: Mapping[str, Any], robot: Robot, experiments: ExperimentsFi
     if ROBOT in held:
         robot = convert(_parse(held[ROBOT], ROBOT), Robot, f"{ROBOT} in the bag")
     if EXPERIMENTS in held:
-        experiments = convert(_parse(held[EXPERIMENTS], EXPERIMENTS), ExperimentsFile, f"{EXPERIMENTS} in the bag")
+        experiments = convert(
+            _parse(held[EXPERIMENTS], EXPERIMENTS), ExperimentsFile, f"{EXPERIMENTS} in the bag"
+        )
         experiments.check(robot, f"{EXPERIMENTS} in the bag")
     missing = [name for name in (ROBOT, EXPERIMENTS) if name not in held]
-    origin = f"in the bag, except {' and '.join(missing)}: of this machine" if missing else "in the bag"
-    return Configuration(robot, experiments, origin if held else "of this machine, the bag holds none")
+    origin = (
+        f"in the bag, except {' and '.join(missing)}: of this machine" if missing else "in the bag"
+    )
+    return Configuration(
+        robot, experiments, origin if held else "of this machine, the bag holds none"
+    )
 
 
 def _parse(text: Any, name: str) -> Any:

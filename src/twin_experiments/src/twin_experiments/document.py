@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from twin_controller.metrics import Comparison, ErrorSummary, Rest
-
 from twin_experiments.analysis import Result
 from twin_experiments.config import Limits, PaperFigures
+from twin_experiments.metrics.errors import Comparison, ErrorSummary, Rest
 from twin_experiments.palletising.outcome import as_document
 from twin_experiments.repeats import summarize_repeats
 
@@ -26,7 +25,9 @@ NOT_COMPARED: dict[str, Any] = {
 }
 
 
-def report_document(results: Sequence[Result], reach_mm: float, paper: PaperFigures) -> dict[str, Any]:
+def report_document(
+    results: Sequence[Result], reach_mm: float, paper: PaperFigures
+) -> dict[str, Any]:
     """Return the content of report.json."""
     document: dict[str, Any] = {
         "experiments": [_experiment(result, reach_mm) for result in results],
@@ -36,13 +37,15 @@ def report_document(results: Sequence[Result], reach_mm: float, paper: PaperFigu
         },
     }
     if repeats := summarize_repeats(document["experiments"]):
-        document["repeats"] = _rounded(repeats)
+        document["repeats"] = rounded_tree(repeats)
     return document
 
 
 def _experiment(result: Result, reach_mm: float) -> dict[str, Any]:
     """Return one experiment of report.json."""
-    figures = NOT_COMPARED if result.comparison is None else _figures(result.comparison, reach_mm, result.span.start)
+    figures = NOT_COMPARED
+    if result.comparison is not None:
+        figures = _figures(result.comparison, reach_mm, result.span.start)
     entry = {
         "name": result.span.name,
         "leader": result.leader,
@@ -53,12 +56,13 @@ def _experiment(result: Result, reach_mm: float) -> dict[str, Any]:
         "visits": list(result.visits),
         "held": list(result.held),
         "sample_age_ms": {
-            topic: {"median": age.median_ms, "p95": age.p95_ms, "max": age.max_ms} for topic, age in result.ages.items()
+            topic: {"median": age.median_ms, "p95": age.p95_ms, "max": age.max_ms}
+            for topic, age in result.ages.items()
         },
     }
     if result.parts:
         entry["parts"] = as_document(result.parts)
-    rounded: dict[str, Any] = _rounded(entry)
+    rounded: dict[str, Any] = rounded_tree(entry)
     return rounded
 
 
@@ -78,10 +82,15 @@ def _figures(comparison: Comparison, reach_mm: float, start: float) -> dict[str,
         "path_error_max_after_lag_percent": None if after is None else after.max_percent,
         "path_error_max_travelled_percent": comparison.travelled_percent,
         "positioning_error_max_mm": positioning,
-        "positioning_error_max_percent": None if positioning is None else 100.0 * positioning / reach_mm,
+        "positioning_error_max_percent": None
+        if positioning is None
+        else 100.0 * positioning / reach_mm,
         "positions": [_rest(rest, start) for rest in comparison.rests],
         "excluded_percent": 100.0 * aligned.excluded_share,
-        "gaps": [{"side": gap.side, "start_s": gap.start - start, "duration_s": gap.duration} for gap in aligned.gaps],
+        "gaps": [
+            {"side": gap.side, "start_s": gap.start - start, "duration_s": gap.duration}
+            for gap in aligned.gaps
+        ],
     }
 
 
@@ -96,16 +105,26 @@ def _rest(rest: Rest, start: float) -> dict[str, Any]:
     }
 
 
-def _rounded(value: Any) -> Any:
+def rounded_tree(value: Any) -> Any:
     """Round all floats of a tree."""
     if isinstance(value, float):
         return round(value, DIGITS)
     if isinstance(value, dict):
-        return {key: _rounded(item) for key, item in value.items()}
-    return [_rounded(item) for item in value] if isinstance(value, list) else value
+        return {key: rounded_tree(item) for key, item in value.items()}
+    return [rounded_tree(item) for item in value] if isinstance(value, list) else value
 
 
-HEADINGS = ("experiment", "leader", "path error max", "rms", "after lag", "of travelled", "lag", "positioning max", "verdict")
+HEADINGS = (
+    "experiment",
+    "leader",
+    "path error max",
+    "rms",
+    "after lag",
+    "of travelled",
+    "lag",
+    "positioning max",
+    "verdict",
+)
 
 
 def summary_rows(results: Sequence[Result], reach_mm: float) -> list[tuple[str, ...]]:
@@ -133,7 +152,11 @@ def _row(result: Result, reach_mm: float) -> tuple[str, ...]:
     comparison = result.comparison
     if comparison is None:
         return (result.span.label, result.leader, *["-"] * (len(HEADINGS) - 3), verdict)
-    lag, travelled, positioning = comparison.lag_s, comparison.travelled_percent, comparison.positioning_max_mm
+    lag, travelled, positioning = (
+        comparison.lag_s,
+        comparison.travelled_percent,
+        comparison.positioning_max_mm,
+    )
     return (
         result.span.label,
         result.leader,

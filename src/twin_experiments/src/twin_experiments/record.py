@@ -7,8 +7,8 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from twin_controller.metrics_series import FEWEST_SAMPLES, Array, Motion
 
+from twin_experiments.metrics.series import FEWEST_SAMPLES, Array, Motion
 from twin_experiments.palletising.outcome import Handled
 
 
@@ -50,7 +50,7 @@ class Side:
 
 @dataclass(frozen=True)
 class Age:
-    """How old a topic's content was when it was received: times of receipt [s] and ages [s], shape ``(k,)``."""
+    """Age of a topic's content on receipt: times of receipt [s] and ages [s], shape ``(k,)``."""
 
     received: Array
     age: Array
@@ -67,7 +67,7 @@ class Event:
 
 @dataclass(frozen=True)
 class Run:
-    """Everything of a bag that the report uses; ``configuration`` is empty if the bag holds none."""
+    """All of a bag that the report uses; ``configuration`` is empty if the bag holds none."""
 
     path: str
     origin: float
@@ -109,12 +109,15 @@ def find_spans(markers: list[tuple[float, str]], end: float) -> tuple[Span, ...]
     if not spans:
         raise RecordError("no experiment was started: experiment/marker never said `start NAME`")
     return tuple(
-        replace(span, repeat=1 + sum(before.name == span.name for before in spans[:number])) for number, span in enumerate(spans)
+        replace(span, repeat=1 + sum(before.name == span.name for before in spans[:number]))
+        for number, span in enumerate(spans)
     )
 
 
 def build_side(side: str, stamps: Array, positions: Array, velocities: Array) -> Side:
-    """Build one side from samples as they came; those that do not go forward in time are left out and counted.
+    """Build one side from samples as they came.
+
+    Samples that do not go forward in time are left out and counted.
 
     Raises:
         RecordError: Less than two samples are left, or a value is not finite.
@@ -141,9 +144,13 @@ def cut(motion: Motion, start: float, end: float) -> Motion:
             f"{motion.side}: {int(inside.sum())} samples between {start:.2f} and {end:.2f} s; "
             f"there are some from {motion.stamps[0]:.2f} to {motion.stamps[-1]:.2f} s"
         )
-    return Motion(motion.side, motion.stamps[inside], motion.positions[inside], motion.velocities[inside])
+    return Motion(
+        motion.side, motion.stamps[inside], motion.positions[inside], motion.velocities[inside]
+    )
 
 
 def pick(motion: Motion, columns: list[int]) -> Motion:
     """Return the motion of some joints only."""
-    return Motion(motion.side, motion.stamps, motion.positions[:, columns], motion.velocities[:, columns])
+    return Motion(
+        motion.side, motion.stamps, motion.positions[:, columns], motion.velocities[:, columns]
+    )

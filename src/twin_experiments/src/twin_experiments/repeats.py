@@ -19,7 +19,9 @@ HEADINGS = ("experiment", "figure", "repeats", "mean", "spread", "worst")
 
 
 def summarize(values: Sequence[float]) -> dict[str, float]:
-    """Return the mean, the sample standard deviation (0 for a single value) and the value that is largest in amount.
+    """Return the mean, the sample standard deviation and the largest amount.
+
+    The deviation of a single value is 0; the largest value keeps its sign.
 
     Example:
         >>> summarize([1.0, 2.0, -3.0])["worst"]
@@ -38,14 +40,20 @@ def summarize_repeats(experiments: Sequence[dict[str, Any]]) -> list[dict[str, A
         experiments: Entries of report.json.
 
     Returns:
-        For each of them name, leader, how many there are, how many passed, and each figure that all of them have.
+        For each of them name, leader, how many there are, how many passed, and each figure that all
+        of them have.
     """
     found = []
     for name in dict.fromkeys(entry["name"] for entry in experiments):
         repeats = [entry for entry in experiments if entry["name"] == name]
         if len(repeats) > 1:
             passed = sum(entry["verdict"] == "pass" for entry in repeats)
-            summary: dict[str, Any] = {"name": name, "leader": repeats[0]["leader"], "repeats": len(repeats), "passed": passed}
+            summary: dict[str, Any] = {
+                "name": name,
+                "leader": repeats[0]["leader"],
+                "repeats": len(repeats),
+                "passed": passed,
+            }
             for figure in FIGURES:
                 values = [entry.get(figure) for entry in repeats]
                 if all(value is not None for value in values):
@@ -55,9 +63,17 @@ def summarize_repeats(experiments: Sequence[dict[str, Any]]) -> list[dict[str, A
 
 
 def repeat_rows(summaries: Sequence[dict[str, Any]]) -> list[tuple[str, ...]]:
-    """Return one row of text for each figure of each repeated experiment, cells as in ``HEADINGS``."""
+    """Return a row of text for each figure of each repeated experiment.
+
+    The cells are those of ``HEADINGS``.
+    """
     return [
-        (summary["name"], heading, str(summary["repeats"]), *(_cell(summary[figure][key], unit, factor) for key in HEADINGS[3:]))
+        (
+            summary["name"],
+            heading,
+            str(summary["repeats"]),
+            *(_cell(summary[figure][key], unit, factor) for key in HEADINGS[3:]),
+        )
         for summary in summaries
         for figure, (heading, unit, factor) in FIGURES.items()
         if figure in summary

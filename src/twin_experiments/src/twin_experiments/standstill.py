@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from twin_controller.metrics_series import Array
+
+from twin_experiments.metrics.series import Array
 
 NEW_MOVE_AFTER_S = 0.2  # our choice: motion after this much standstill is a new move
 
@@ -43,7 +44,10 @@ def observe(activity: Activity, now: float, velocities: Array, moving_speeds: Ar
 
 
 def still_for(sides: list[Activity], now: float, fresh: float) -> float:
-    """Return for how long all sides have stood still [s]; 0 if one has been silent for longer than ``fresh`` [s]."""
+    """Return for how long all sides have stood still [s].
+
+    0 if one has been silent for longer than ``fresh`` [s].
+    """
     if any(side.newest is None or now - side.newest > fresh for side in sides):
         return 0.0
     return min(now - side.last_moving for side in sides)

@@ -1,4 +1,7 @@
-"""Where a person is who walks to and fro, for trying the monitoring of speed and separation without a sensor."""
+"""Where a person is who walks to and fro.
+
+For trying the monitoring of speed and separation without a sensor.
+"""
 
 from __future__ import annotations
 

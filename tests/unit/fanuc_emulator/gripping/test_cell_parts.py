@@ -1,4 +1,7 @@
-"""The real side's parts: held they move with the tool, on a stand with the table; drops and collisions are seen."""
+"""The real side's parts: held they move with the tool, on a stand with the table.
+
+Drops and collisions are seen.
+"""
 
 from __future__ import annotations
 
@@ -36,7 +39,15 @@ class Bench:
     def __init__(self) -> None:
         self.parts = CellParts(WORK, ROBOT)
 
-    def be(self, x: float, y: float, z: float, suction: bool, seconds: float = 0.1, table: float = ANGLE) -> None:
+    def be(
+        self,
+        x: float,
+        y: float,
+        z: float,
+        suction: bool,
+        seconds: float = 0.1,
+        table: float = ANGLE,
+    ) -> None:
         """Hold the tool there for a while."""
         for _ in range(round(seconds / DT)):
             self.parts.step(joints(x, y, z, table), suction, DT)
@@ -67,7 +78,9 @@ def test_part_is_carried_by_the_tool_and_lies_where_it_was_let_go(bench: Bench) 
     part = bench.parts.parts[0]
     assert bench.kinds() == ["gripped", "released", "placed"]
     assert part.on == "pallet"
-    assert bench.parts.place(part) == pytest.approx((x - 0.001, y, WORK.pallet.top_mm * 1e-3), abs=1e-9)
+    assert bench.parts.place(part) == pytest.approx(
+        (x - 0.001, y, WORK.pallet.top_mm * 1e-3), abs=1e-9
+    )
 
 
 def test_parts_on_stands_turn_with_the_table_and_others_do_not(bench: Bench) -> None:
@@ -75,14 +88,19 @@ def test_parts_on_stands_turn_with_the_table_and_others_do_not(bench: Bench) -> 
     bench.be(0.3, -0.3, 0.1, False, table=0.0)
     before = [bench.parts.place(part) for part in bench.parts.parts]
     bench.be(0.3, -0.3, 0.1, False, table=math.pi / 2)
-    assert min(math.dist(a, bench.parts.place(part)) for a, part in zip(before, bench.parts.parts)) > 0.1
+    assert (
+        min(math.dist(a, bench.parts.place(part)) for a, part in zip(before, bench.parts.parts))
+        > 0.1
+    )
     test_part_is_carried_by_the_tool_and_lies_where_it_was_let_go(bench)
     placed = bench.parts.place(bench.parts.parts[0])
     bench.be(0.3, -0.3, 0.1, False, table=0.3)
     assert bench.parts.place(bench.parts.parts[0]) == placed
 
 
-@pytest.mark.parametrize(("dx", "dz"), [(0.0, 0.002), (0.007, 0.0)], ids=["too high", "too far beside"])
+@pytest.mark.parametrize(
+    ("dx", "dz"), [(0.0, 0.002), (0.007, 0.0)], ids=["too high", "too far beside"]
+)
 def test_suction_grips_only_what_is_near_below(bench: Bench, dx: float, dz: float) -> None:
     """Beyond reach_mm or offset_mm there is no vacuum."""
     bench.be(X + dx, Y - dx, WORK.pick_height + dz, True, 0.5)
@@ -109,7 +127,10 @@ def test_held_part_run_into_a_stand_is_one_collision(bench: Bench) -> None:
 
 
 def controller(steps: tuple[GripperStep, ...]) -> Controller:
-    """Return a robot with parts and one program as RSR2, at home above stand 1: nothing is near enough to be gripped."""
+    """Return a robot with parts and one program as RSR2, at home above stand 1.
+
+    Nothing is near enough to be gripped.
+    """
     config = load_emulator(ROBOT, CONFIG)
     made = Controller(config, ROBOT, {2: Program("GRIP", 2, steps)}, 0.0, CellParts(WORK, ROBOT))
     made.write_input("rsr2", True)
@@ -127,12 +148,19 @@ def test_program_waits_for_the_vacuum_and_pauses_with_an_alarm() -> None:
     """Nothing gripped is no reason to go on; the output stays as commanded."""
     now = run(controller((GripperStep(1, True),)), 0.7)
     assert now.program_state is ProgramState.PAUSED
-    assert now.alarm is not None and now.alarm.code is alarms.NO_VACUUM and "RI[1] is not ON in line 1" in now.alarm.cause
+    assert (
+        now.alarm is not None
+        and now.alarm.code is alarms.NO_VACUUM
+        and "RI[1] is not ON in line 1" in now.alarm.cause
+    )
     assert now.outputs.gripper and not now.outputs.vacuum
 
 
 def test_only_a_command_opens_the_gripper() -> None:
-    """Neither hold nor the emergency stop nor the end of the program switches the suction; each write of the coil does."""
+    """Neither hold nor the emergency stop nor the end of the program switches the suction.
+
+    Each write of the coil does.
+    """
     robot = controller((GripperStep(1, True),))
     run(robot, 0.1)
     for name, level in (("hold", False), ("imstp", False), ("cstopi", True)):
@@ -145,9 +173,14 @@ def test_only_a_command_opens_the_gripper() -> None:
 
 
 def test_shipped_program_places_nine_parts() -> None:
-    """PALLETISE by the robot alone: all on their places within the goal, without a collision or a drop."""
+    """PALLETISE by the robot alone.
+
+    All on their places within the goal, without a collision or a drop.
+    """
     parts = CellParts(WORK, ROBOT)
-    robot = Controller(load_emulator(ROBOT, CONFIG), ROBOT, load_programs(ROBOT, CONFIG), 0.0, parts)
+    robot = Controller(
+        load_emulator(ROBOT, CONFIG), ROBOT, load_programs(ROBOT, CONFIG), 0.0, parts
+    )
     robot.write_override(100)
     robot.write_input("rsr4", True)
     run(robot, 0.1)
@@ -155,7 +188,10 @@ def test_shipped_program_places_nine_parts() -> None:
         if robot.step().program_state is ProgramState.ABORTED:
             break
     assert robot.snapshot().alarm is None
-    off = [math.dist(parts.place(part)[:2], place) * 1e3 for part, place in zip(parts.parts, WORK.pallet.places())]
+    off = [
+        math.dist(parts.place(part)[:2], place) * 1e3
+        for part, place in zip(parts.parts, WORK.pallet.places())
+    ]
     assert [part.on for part in parts.parts] == ["pallet"] * 9
     assert max(off) < WORK.task.tolerance_mm
     assert (parts.collisions, parts.drops) == (0, 0)

@@ -1,4 +1,7 @@
-"""A robot with another kind of controller on the wire: input registers, counts, numbered commands, signals in a word."""
+"""A robot with another kind of controller on the wire.
+
+Input registers, counts, numbered commands, signals in a word.
+"""
 
 from __future__ import annotations
 
@@ -15,13 +18,13 @@ from fanuc_emulator.register_image import RegisterImage
 from harness.processes import free_port, wait_until
 from harness.workspace import ROOT
 from pymodbus.client import ModbusTcpClient
+from robot_doctor.finding import Level
+from robot_doctor.io.robot_probe import ask
+from robot_doctor.link_checks import check_answers
 from scara_config import Robot, load_robot
 from scara_config.modbus_map import ModbusMap, load_modbus_map
 from scara_config.profile import CHOICE
 from twin_controller.config import load_twin_controller
-from twin_controller.doctor.finding import Level
-from twin_controller.doctor.link_checks import check_answers
-from twin_controller.io.doctor.robot_probe import ask
 from twin_controller.io.modbus.link import ModbusLink, ModbusSettings
 from twin_controller.robot_sample import ControlType, RobotSample
 
@@ -42,7 +45,11 @@ def port(profile: tuple[Robot, ModbusMap], monkeypatch: pytest.MonkeyPatch) -> I
     monkeypatch.setenv(CHOICE, "articulated_six")
     robot, layout = profile
     config = load_emulator(robot, CONFIG)
-    loop = ServoLoop(Controller(config, robot, load_programs(robot, CONFIG), 1.7e9), config.dt, config.clock.drift_ppm)
+    loop = ServoLoop(
+        Controller(config, robot, load_programs(robot, CONFIG), 1.7e9),
+        config.dt,
+        config.clock.drift_ppm,
+    )
     chosen = free_port()
     with loop, RobotServer("127.0.0.1", chosen, layout, RegisterImage(layout, robot), loop):
         yield chosen
@@ -58,7 +65,10 @@ def client(port: int) -> Iterator[ModbusTcpClient]:
 
 
 def test_state_stands_in_input_registers_as_counts_high_word_first(client: ModbusTcpClient) -> None:
-    """joint_2 = 39.01 deg is 39010 counts; the same address has no holding register, there is no coil."""
+    """joint_2 = 39.01 deg is 39010 counts.
+
+    The same address has no holding register, there is no coil.
+    """
     words = client.read_input_registers(102, count=2, device_id=17).registers
     assert words == [0, 39010]
     assert client.read_holding_registers(102, count=2, device_id=17).exception_code == 2
@@ -67,7 +77,10 @@ def test_state_stands_in_input_registers_as_counts_high_word_first(client: Modbu
 
 
 def test_a_command_counts_once_when_its_number_changes(client: ModbusTcpClient) -> None:
-    """HOLD off is obeyed and confirmed; the same number with another code is not; another number is."""
+    """HOLD off is obeyed and confirmed; the same number with another code is not.
+
+    Another number is.
+    """
 
     def held() -> bool:
         return bool(client.read_input_registers(132, count=1, device_id=17).registers[0] >> 4 & 1)
@@ -78,20 +91,30 @@ def test_a_command_counts_once_when_its_number_changes(client: ModbusTcpClient) 
     client.write_registers(30, [3, 11], device_id=17)
     wait_until(lambda: held() and echo() == 11, 5.0)
     client.write_registers(30, [4, 11], device_id=17)
-    client.write_registers(20, [500], device_id=17)  # a later write, to see that the one before was looked at
-    wait_until(lambda: client.read_input_registers(131, count=1, device_id=17).registers == [500], 5.0)
+    client.write_registers(
+        20, [500], device_id=17
+    )  # a later write, to see that the one before was looked at
+    wait_until(
+        lambda: client.read_input_registers(131, count=1, device_id=17).registers == [500], 5.0
+    )
     assert held()
     client.write_registers(30, [4, 12], device_id=17)
     wait_until(lambda: not held() and echo() == 12, 5.0)
 
 
 def test_the_pendant_works_by_the_same_map(port: int, profile: tuple[Robot, ModbusMap]) -> None:
-    """Override in tenths, a program by command, lamps and switches from words; what the robot lacks is said."""
+    """Override in tenths, a program by command, lamps and switches from words.
+
+    What the robot lacks is said.
+    """
     with PendantLink("127.0.0.1", port, profile[1]) as pendant:
         pendant.write("override", [30])
         wait_until(lambda: pendant.read("override_now") == (30.0,), 5.0)
         pendant.pulse("rsr3")
-        wait_until(lambda: pendant.outputs()["progrun"] and pendant.read("program_name") == "TWO_POINT", 5.0)
+        wait_until(
+            lambda: pendant.outputs()["progrun"] and pendant.read("program_name") == "TWO_POINT",
+            5.0,
+        )
         assert pendant.signal("imstp") and pendant.read("alarm_cause") == ""
         pendant.pulse("cstopi")
         wait_until(lambda: not pendant.outputs()["progrun"], 5.0)
@@ -99,12 +122,19 @@ def test_the_pendant_works_by_the_same_map(port: int, profile: tuple[Robot, Modb
             pendant.pulse("home")
 
 
-def test_the_twin_controllers_link_streams_to_it(port: int, profile: tuple[Robot, ModbusMap]) -> None:
-    """The same code as for a Fanuc: connect, start the stream by a command, follow a set point of all six joints."""
+def test_the_twin_controllers_link_streams_to_it(
+    port: int, profile: tuple[Robot, ModbusMap]
+) -> None:
+    """The same code as for a Fanuc.
+
+    Connect, start the stream by a command, follow a set point of all six joints.
+    """
     robot, layout = profile
     samples: list[RobotSample] = []
     settings = ModbusSettings("127.0.0.1", port, timeout=1.0, heartbeat=False)
-    with ModbusLink(settings, layout, robot, lambda sample, *_: samples.append(sample), lambda *_: None) as link:
+    with ModbusLink(
+        settings, layout, robot, lambda sample, *_: samples.append(sample), lambda *_: None
+    ) as link:
         wait_until(lambda: samples, 5.0)
         start = samples[-1].positions
         link.write_override(100)
@@ -112,7 +142,10 @@ def test_the_twin_controllers_link_streams_to_it(port: int, profile: tuple[Robot
         wait_until(lambda: samples[-1].control_type is ControlType.STREAM, 5.0)
         target = tuple(q + 0.02 for q in start)
         begun = time.monotonic()
-        while time.monotonic() - begun < 10.0 and max(abs(a - b) for a, b in zip(samples[-1].positions, target)) > 1e-4:
+        while (
+            time.monotonic() - begun < 10.0
+            and max(abs(a - b) for a, b in zip(samples[-1].positions, target)) > 1e-4
+        ):
             link.write_setpoint(target, 50.0)
             time.sleep(0.01)
         assert samples[-1].positions == pytest.approx(target, abs=1e-4)

@@ -40,7 +40,11 @@ class Link:
     def read(self, name: str) -> Any:
         """Return a register."""
         self._here()
-        many = {"position": [1.0, 2.0, -3.0, 4.0, 5.0, 0, 0, 0, 0], "velocity": [0.5] * 9, "program_name": "ARTICLE"}
+        many = {
+            "position": [1.0, 2.0, -3.0, 4.0, 5.0, 0, 0, 0, 0],
+            "velocity": [0.5] * 9,
+            "program_name": "ARTICLE",
+        }
         return many.get(name, [2])
 
     def write(self, name: str, values: list[int]) -> None:
@@ -74,9 +78,17 @@ def station(monkeypatch: pytest.MonkeyPatch) -> Iterator[PendantStation]:
 def test_display_shows_joints_program_lamps_and_alarm(station: PendantStation) -> None:
     """As the controller reports them, in deg and mm."""
     reading = station.reading
-    assert reading.rows[2] == ("joint_3", -3.0, 0.5, "mm") and reading.program == "ARTICLE  line 2  running"
+    assert (
+        reading.rows[2] == ("joint_3", -3.0, 0.5, "mm")
+        and reading.program == "ARTICLE  line 2  running"
+    )
     assert reading.override == 2 and reading.alarm == "SRVO-037" and reading.lamps["progrun"]
-    assert reading.switches == {"imstp": True, "hold": True, "sfspd": True, "enbl": False}
+    assert reading.switches == {
+        "panel_imstp": True,
+        "panel_hold": True,
+        "sfspd": True,
+        "enbl": False,
+    }
 
 
 def test_lost_robot_is_said_and_found_again(station: PendantStation) -> None:
@@ -94,7 +106,9 @@ def test_key_that_cannot_act_says_why(station: PendantStation) -> None:
         raise PendantError("the robot refuses")
 
     assert station.press(key) == "the robot refuses"
-    assert station.press(lambda link: link.write("override", [50])) == "" and Link.written == [("override", [50])]
+    assert station.press(lambda link: link.write("override", [50])) == "" and Link.written == [
+        ("override", [50])
+    ]
 
 
 def test_injected_heartbeat_is_one_that_arms_the_watchdog(station: PendantStation) -> None:

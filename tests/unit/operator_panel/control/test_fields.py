@@ -7,7 +7,8 @@ from operator_panel.control.fields import FieldError, error_text, parse_number, 
 
 
 @pytest.mark.parametrize(
-    ("text", "value"), [("510", 510.0), (" -1.5 ", -1.5), ("\N{MINUS SIGN}160", -160.0), ("1e2", 100.0), (7, 7.0)]
+    ("text", "value"),
+    [("510", 510.0), (" -1.5 ", -1.5), ("\N{MINUS SIGN}160", -160.0), ("1e2", 100.0), (7, 7.0)],
 )
 def test_number_is_read(text: object, value: float) -> None:
     """The true minus sign of the page can be copied back into a field."""

@@ -63,7 +63,10 @@ def test_new_press_of_another_joint_stops_the_first(dead_man: DeadMan) -> None:
     """One joint at a time."""
     dead_man.hold("a", 1, "joint_1", 1, 3.0, 0.0)
     dead_man.hold("a", 2, "joint_2", 1, 3.0, 0.01)
-    assert dead_man.tick(0.02) == {"joint_1": 0.0, "joint_2": pytest.approx(ROBOT.joint("joint_2").velocity * 0.03)}
+    assert dead_man.tick(0.02) == {
+        "joint_1": 0.0,
+        "joint_2": pytest.approx(ROBOT.joint("joint_2").velocity * 0.03),
+    }
 
 
 def test_another_page_cannot_take_over_a_held_button(dead_man: DeadMan) -> None:
@@ -93,14 +96,20 @@ def test_page_that_leaves_stops_what_it_holds(dead_man: DeadMan) -> None:
         ("joint_1", 1, float("nan"), "speed = nan"),
     ],
 )
-def test_wrong_press_is_refused(dead_man: DeadMan, joint: str, direction: int, percent: float, why: str) -> None:
+def test_wrong_press_is_refused(
+    dead_man: DeadMan, joint: str, direction: int, percent: float, why: str
+) -> None:
     """What comes from a browser is not trusted."""
     with pytest.raises(JogError, match=why):
         dead_man.hold("a", 1, joint, direction, percent, 0.0)
     assert dead_man.tick(0.0) == {}
 
 
-@given(st.lists(st.tuples(st.sampled_from(["hold", "release", "wait"]), st.integers(1, 4)), max_size=40))
+@given(
+    st.lists(
+        st.tuples(st.sampled_from(["hold", "release", "wait"]), st.integers(1, 4)), max_size=40
+    )
+)
 def test_nothing_moves_once_all_is_quiet(steps: list[tuple[str, int]]) -> None:
     """Whatever came before: after the time-out and its zero there is silence."""
     dead_man, now = DeadMan(ROBOT, 10.0, 0.25), 0.0

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import math
 import time
-from collections.abc import Mapping
+from collections.abc import Awaitable, Mapping
 from typing import Any
 
 import pytest
@@ -14,7 +14,7 @@ from operator_panel.config import Control
 from operator_panel.control.authority import Role, passed
 from operator_panel.control.jog import DeadMan
 from operator_panel.door import Answer
-from operator_panel.io.desk import Desk
+from operator_panel.io.desk import MOST_WATCHERS, Desk
 from operator_panel.view.snapshot import CellState, Snapshot
 from scara_config import load_robot
 
@@ -31,12 +31,23 @@ class Door:
 
     def snapshot(self) -> Snapshot:
         """Return a state that is never silent."""
-        return Snapshot(master=True, state=CellState(self.mode), received=math.inf)
+        refused = "" if self.mode in ("IDLE", "TWIN_LEADS") else "only while both stand ready"
+        state = CellState(self.mode, command=("JOG",), refused=(refused,))
+        return Snapshot(master=True, state=state, received=math.inf)
 
     async def command(self, command: str, **_: Any) -> Answer:
         """Remember."""
         self.commands.append(command)
         return Answer(True, "done")
+
+    def stop(self, command: str) -> Awaitable[Answer]:
+        """Remember."""
+        self.commands.append(command)
+
+        async def answer() -> Answer:
+            return Answer(True, "stopped", {"confirmed": True})
+
+        return answer()
 
     def jog(self, velocities: Mapping[str, float]) -> None:
         """Remember."""
@@ -64,31 +75,74 @@ def command(desk: Desk, page: str, name: str) -> Answer:
     return asyncio.run(desk.command(page, name))
 
 
+def stop(desk: Desk, page: str, name: str = "STOP") -> Answer:
+    """Press a stop."""
+
+    async def press() -> Answer:
+        return await desk.stop(page, name)
+
+    return asyncio.run(press())
+
+
 def test_first_operator_has_control_and_the_second_has_not(desk: Desk) -> None:
     """Without a question asked."""
     assert desk.state.holder == "a" and desk.name_of("b") == "operator 2"
 
 
 @pytest.mark.parametrize(
-    ("page", "name", "passes"), [("a", "HOME", True), ("b", "HOME", False), ("b", "STOP", True), ("v", "STOP", False)]
+    ("page", "name", "passes"),
+    [("a", "HOME", True), ("b", "HOME", False), ("v", "HOME", False)],
 )
-def test_command_reaches_the_cell_only_from_who_may(desk: Desk, door: Door, page: str, name: str, passes: bool) -> None:
-    """Any operator stops, one moves, a viewer watches; the refusal is in words."""
+def test_command_reaches_the_cell_only_from_who_may(
+    desk: Desk, door: Door, page: str, name: str, passes: bool
+) -> None:
+    """One operator moves the pair, a viewer watches; the refusal is in words."""
     answer = command(desk, page, name)
     assert answer.success == passes and door.commands == ([name] if passes else [])
     assert passes or answer.message
 
 
+def test_pages_that_watch_are_bounded_and_operators_always_fit(desk: Desk) -> None:
+    """Whoever reaches the port may watch, and each page costs memory."""
+    opened = 1
+    while not desk.crowded():
+        desk.open(f"watcher {opened}", Role.VIEWER)
+        opened += 1
+    assert opened == MOST_WATCHERS and "watch already" in desk.crowded()
+    desk.sessions.pop("watcher 1")
+    for number in range(3):
+        desk.open(f"operator {number}", Role.OPERATOR)
+    assert desk.crowded() == ""
+
+
+@pytest.mark.parametrize("page", ["a", "b", "v", "a page of an earlier server"])
+@pytest.mark.parametrize("name", ["STOP", "ESTOP"])
+def test_whoever_sees_the_page_may_stop(desk: Desk, door: Door, page: str, name: str) -> None:
+    """In control or not, with the token or without."""
+    assert stop(desk, page, name).success and door.commands == [name]
+
+
+def test_stop_is_sent_before_anything_else_is_tried(desk: Desk, door: Door) -> None:
+    """A jog that cannot be ended, a log that cannot be written: the STOP is out, and answered."""
+
+    def fail(_: Mapping[str, float]) -> None:
+        raise OSError("no space left on device")
+
+    desk.hold("a", 1, "joint_1", 1, 3.0)
+    door.jog = fail  # type: ignore[assignment]
+    assert stop(desk, "v").success and door.commands == ["STOP"]
+
+
 def test_unknown_page_is_told_to_load_again(desk: Desk) -> None:
     """After a restart of the panel."""
-    assert "load it again" in command(desk, "old", "STOP").message
+    assert "load it again" in command(desk, "old", "HOME").message
 
 
-def test_stop_ends_a_held_jog_before_it_is_sent(desk: Desk, door: Door) -> None:
+def test_stop_ends_a_held_jog(desk: Desk, door: Door) -> None:
     """The zero does not wait for the answer."""
     assert desk.hold("a", 1, "joint_1", 1, 3.0) == ""
     desk.jog_tick()
-    command(desk, "b", "STOP")
+    stop(desk, "b")
     assert door.jogs[-1] == {"joint_1": 0.0}
 
 
@@ -101,9 +155,16 @@ def test_lost_page_lets_go_of_its_joint(desk: Desk, door: Door) -> None:
 
 
 @pytest.mark.parametrize(
-    ("page", "mode", "why"), [("b", "IDLE", "another operator"), ("v", "IDLE", "only watches"), ("a", "ESTOP", "stand ready")]
+    ("page", "mode", "why"),
+    [
+        ("b", "IDLE", "another operator"),
+        ("v", "IDLE", "only watches"),
+        ("a", "ESTOP", "stand ready"),
+    ],
 )
-def test_jog_is_refused_to_others_and_in_other_modes(desk: Desk, door: Door, page: str, mode: str, why: str) -> None:
+def test_jog_is_refused_to_others_and_in_other_modes(
+    desk: Desk, door: Door, page: str, mode: str, why: str
+) -> None:
     """Nothing is sent."""
     door.mode = mode
     assert why in desk.hold(page, 1, "joint_1", 1, 3.0)
@@ -140,7 +201,9 @@ def test_other_tab_does_not_inherit(desk: Desk) -> None:
     assert desk.state.holder == "a"
 
 
-def test_page_that_comes_while_the_holder_is_gone_gets_control_if_that_stays_away(desk: Desk) -> None:
+def test_page_that_comes_while_the_holder_is_gone_gets_control_if_that_stays_away(
+    desk: Desk,
+) -> None:
     """Nobody has to press a button for a free seat."""
     desk.left("a")
     desk.left("b")

@@ -17,7 +17,9 @@ def made(folder: Path, name: str, when: float, report: bool) -> Path:
     if report:
         (run / "report.html").write_text("<p>")
         (run / "report.json").write_text(
-            json.dumps({"experiments": [{"name": "e", "verdict": "passed", "path_error_max_percent": 1}]})
+            json.dumps(
+                {"experiments": [{"name": "e", "verdict": "passed", "path_error_max_percent": 1}]}
+            )
         )
     os.utime(run, (when, when))
     return run
@@ -29,7 +31,10 @@ def test_newest_run_comes_first_and_the_link_to_it_is_not_listed_twice(tmp_path:
     made(tmp_path, "two", 2000.0, True)
     (tmp_path / "latest").symlink_to("two")
     runs = list_runs(tmp_path)
-    assert [(run.name, run.has_report, run.size) for run in runs] == [("two", True, "2 kB"), ("one", False, "2 kB")]
+    assert [(run.name, run.has_report, run.size) for run in runs] == [
+        ("two", True, "2 kB"),
+        ("one", False, "2 kB"),
+    ]
     assert runs[0].verdict == "e: passed, path error 1.00 % of reach"
 
 

@@ -27,10 +27,15 @@ def texts(snapshot: Snapshot) -> list[str]:
 
 def test_good_cell_has_no_alarm() -> None:
     """Nothing is shown that needs no attention."""
-    assert active_alarms(heard(None, Diagnosis(0, "/recorder", "not recording", NOW)), NOW, 0.6) == ()
+    assert (
+        active_alarms(heard(None, Diagnosis(0, "/recorder", "not recording", NOW)), NOW, 0.6) == ()
+    )
 
 
-@pytest.mark.parametrize(("mode", "text"), [("FAULT", "the stream program does not start"), ("OFFLINE", "real: no answer")])
+@pytest.mark.parametrize(
+    ("mode", "text"),
+    [("FAULT", "the stream program does not start"), ("OFFLINE", "real: no answer")],
+)
 def test_alarm_of_the_controller_without_advice_gets_one(mode: str, text: str) -> None:
     """Text and what to do."""
     (alarm,) = active_alarms(heard(CellState(mode, alarm=text)), NOW, 0.6)
@@ -45,7 +50,10 @@ def test_alarm_that_says_itself_what_to_do_gets_no_second_advice() -> None:
 
 
 def test_one_trouble_is_one_line_and_names_its_source() -> None:
-    """The controller repeats the robot's alarm as its mode and as its own; the line that stays is the robot's."""
+    """The controller repeats the robot's alarm as its mode and as its own.
+
+    The line that stays is the robot's.
+    """
     alarm = "SRVO-001 emergency stop"
     snapshot = heard(
         CellState("FAULT", alarm=alarm),

@@ -8,15 +8,18 @@ import math
 import msgspec
 import pytest
 from harness.workspace import ROOT
-from operator_panel.urdf import parse_urdf
 from operator_panel.view import words
 from operator_panel.view.frame import FrameMaker
 from operator_panel.view.history import History
 from operator_panel.view.snapshot import CellState, Link, Loop, RobotPackage, Snapshot
 from scara_config import load_robot
 
+from scara_description.urdf import parse_urdf
+
 ROBOT = load_robot(ROOT / "config")
-MODEL = parse_urdf((ROOT / "src" / "scara_description" / "urdf" / "scara_cell.urdf").read_text(encoding="utf-8"))
+MODEL = parse_urdf(
+    (ROOT / "src" / "scara_description" / "urdf" / "scara_cell.urdf").read_text(encoding="utf-8")
+)
 MAKER = FrameMaker(ROBOT, MODEL, 0.6)
 NAMES = tuple(joint.name for joint in ROBOT.twin_joints)
 NOW = 50.0
@@ -33,20 +36,30 @@ STATE = CellState(
     speed_applied_percent=80.0,
     speed_limited=True,
     speed_reason="above 80 %",
-    links=(Link("real", True, "", 0.004, 0.0003, 1.8e9, 0.0002, -3.24), Link("twin", False, "refused")),
+    links=(
+        Link("real", True, "", 0.004, 0.0003, 1.8e9, 0.0002, -3.24),
+        Link("twin", False, "refused"),
+    ),
 )
 
 
-def frame_of(state: CellState = STATE, received: float = NOW, **fields: object) -> dict[str, object]:
+def frame_of(
+    state: CellState = STATE, received: float = NOW, **fields: object
+) -> dict[str, object]:
     """Return the frame as a page gets it."""
-    snapshot = Snapshot(master=True, state=state, received=received, silent_since="12:00:00", **fields)  # type: ignore[arg-type]
+    snapshot = Snapshot(
+        master=True, state=state, received=received, silent_since="12:00:00", **fields
+    )  # type: ignore[arg-type]
     decoded = json.loads(msgspec.json.encode(MAKER.make(snapshot, NOW)))
     assert isinstance(decoded, dict)
     return decoded
 
 
 def test_the_tools_distance_is_the_lag_free_one_only_while_a_side_follows() -> None:
-    """Nobody judges the path of a pair that only aligns: what is shown is how far apart the shown poses are."""
+    """Nobody judges the path of a pair that only aligns.
+
+    What is shown is how far apart the shown poses are.
+    """
     state = msgspec.structs.replace(STATE, deviation_mm=0.07)
     text = frame_of(msgspec.structs.replace(state, leader="real"))["text"]
     assert isinstance(text, dict) and text["deviation"] == "0.07 mm"
@@ -61,7 +74,11 @@ def test_joint_texts_have_two_decimals_and_a_signed_deviation() -> None:
     """The article's rounding."""
     text = frame_of()["text"]
     assert isinstance(text, dict)
-    assert (text["joint_1.real"], text["joint_1.twin"], text["joint_1.deviation"]) == ("90.00", "89.50", "+0.50")
+    assert (text["joint_1.real"], text["joint_1.twin"], text["joint_1.deviation"]) == (
+        "90.00",
+        "89.50",
+        "+0.50",
+    )
 
 
 def test_mode_leader_and_why_are_words() -> None:
@@ -75,7 +92,9 @@ def test_mode_leader_and_why_are_words() -> None:
 def test_limited_speed_is_marked_with_its_reason() -> None:
     """Requested, applied and why."""
     frame = frame_of()
-    assert frame["text"]["speed.applied"] == "80 %" and frame["text"]["speed.reason"] == "above 80 %"  # type: ignore[index]
+    assert (
+        frame["text"]["speed.applied"] == "80 %" and frame["text"]["speed.reason"] == "above 80 %"
+    )  # type: ignore[index]
     assert frame["tone"]["speed.applied"] == "warn"  # type: ignore[index]
 
 
@@ -96,7 +115,10 @@ def test_bars_are_shares_of_the_range() -> None:
 def test_unknown_side_is_a_dash_and_no_pose() -> None:
     """While a link is down only the other side is known."""
     frame = frame_of(msgspec.structs.replace(STATE, twin_position=(), deviation=()))
-    assert frame["text"]["joint_1.twin"] == "\N{EN DASH}" and frame["text"]["tool.twin"] == "\N{EN DASH}"  # type: ignore[index]
+    assert (
+        frame["text"]["joint_1.twin"] == "\N{EN DASH}"
+        and frame["text"]["tool.twin"] == "\N{EN DASH}"
+    )  # type: ignore[index]
     assert set(frame["pose"]) == {"real"} and frame["bar"]["joint_1"][1] is None  # type: ignore[arg-type, index]
 
 
@@ -109,6 +131,15 @@ def test_link_that_is_down_shows_its_reason_and_no_figures() -> None:
     assert tone["link.twin.state"] == "bad"  # type: ignore[index]
 
 
+@pytest.mark.parametrize("known", [True, False])
+def test_page_says_before_a_press_that_no_stop_gets_through(known: bool) -> None:
+    """And what to do instead, whether the twin controller was ever heard or not."""
+    snapshot = Snapshot(state=STATE if known else None, received=NOW, no_stop="roscore is gone")
+    text = MAKER.make(snapshot, NOW).no_stop
+    assert "use the stop at the robot" in text and "Roscore is gone" in text
+    assert "no_stop" not in frame_of(), "while it gets through there is nothing to say"
+
+
 def test_silent_controller_is_said_with_its_time_and_stops_the_charts() -> None:
     """Old values are no new points."""
     frame = frame_of(received=NOW - 1.0)
@@ -117,7 +148,10 @@ def test_silent_controller_is_said_with_its_time_and_stops_the_charts() -> None:
 
 def test_points_are_in_the_joints_unit_and_its_effort() -> None:
     """Set point, measured and error of the PID loop come in SI."""
-    loops = {"joint_1": Loop(math.pi, math.pi / 2, math.pi / 2, 12.5), "joint_3": Loop(-0.1, math.nan, 0.001, 1.0)}
+    loops = {
+        "joint_1": Loop(math.pi, math.pi / 2, math.pi / 2, 12.5),
+        "joint_3": Loop(-0.1, math.nan, 0.001, 1.0),
+    }
     point = frame_of(loops=loops)["point"]
     assert point["joint_1"] == [90.0, 89.5, 180.0, 90.0, 90.0, 12.5]  # type: ignore[index]
     assert point["joint_3"] == [-10.0, -10.0, -100.0, None, 1.0, 1.0]  # type: ignore[index]
@@ -126,12 +160,20 @@ def test_points_are_in_the_joints_unit_and_its_effort() -> None:
 
 def test_program_of_the_robot_is_shown() -> None:
     """The article's package."""
-    text = frame_of(package=RobotPackage("program", 50.0, True, True, "ARTICLE line 3 running"))["text"]
+    text = frame_of(package=RobotPackage("program", 50.0, True, True, "ARTICLE line 3 running"))[
+        "text"
+    ]
     assert isinstance(text, dict)
-    assert (text["robot.program"], text["robot.speed"], text["robot.ready"]) == ("ARTICLE line 3 running", "50 %", "ready")
+    assert (text["robot.program"], text["robot.speed"], text["robot.ready"]) == (
+        "ARTICLE line 3 running",
+        "50 %",
+        "ready",
+    )
 
 
-@pytest.mark.parametrize(("master", "why"), [(True, "Waiting for the twin controller"), (False, "No ROS master")])
+@pytest.mark.parametrize(
+    ("master", "why"), [(True, "Waiting for the twin controller"), (False, "No ROS master")]
+)
 def test_before_the_first_state_the_page_says_what_it_waits_for(master: bool, why: str) -> None:
     """Any start order works."""
     frame = MAKER.make(Snapshot(master=master), NOW)
@@ -157,7 +199,10 @@ def test_clock_of_another_day_is_its_own() -> None:
     """An offset of 20000 days tells an operator nothing; how well it is known does."""
     text = frame_of()["text"]
     assert isinstance(text, dict)
-    assert (text["link.real.clock"], text["link.twin.clock"]) == ("own \N{PLUS-MINUS SIGN} 200 \u00b5s", "\N{EN DASH}")
+    assert (text["link.real.clock"], text["link.twin.clock"]) == (
+        "own \N{PLUS-MINUS SIGN} 200 \u00b5s",
+        "\N{EN DASH}",
+    )
 
 
 def test_clock_of_the_same_day_shows_its_offset() -> None:

@@ -21,7 +21,9 @@ from operator_panel.view.snapshot import CellState, Link
         (math.inf, 2, False, "\N{EN DASH}"),
     ],
 )
-def test_number_has_a_true_minus_and_no_minus_zero(value: float, decimals: int, signed: bool, text: str) -> None:
+def test_number_has_a_true_minus_and_no_minus_zero(
+    value: float, decimals: int, signed: bool, text: str
+) -> None:
     """What is not finite is a dash."""
     assert words.number(value, decimals, signed) == text
 
@@ -68,7 +70,10 @@ def test_link_says_why_it_is_down(link: Link, text: str) -> None:
 )
 def test_motion_is_said_of_both_sides(real: bool, twin: bool, text: str) -> None:
     """In words, beside the mode."""
-    assert words.motion_text(CellState("IDLE", real_standing_still=real, twin_standing_still=twin)) == text
+    assert (
+        words.motion_text(CellState("IDLE", real_standing_still=real, twin_standing_still=twin))
+        == text
+    )
 
 
 def test_unknown_mode_and_leader_are_shown_as_they_are() -> None:

@@ -7,7 +7,12 @@ import math
 import numpy as np
 import pytest
 from scara_config import load_robot
-from scara_control.errors import JointLimitError, JointVectorError, ScaraControlError, UnreachableError
+from scara_control.errors import (
+    JointLimitError,
+    JointVectorError,
+    ScaraControlError,
+    UnreachableError,
+)
 from scara_control.kinematics.arm_kinematics import ArmKinematics, parse_elbow
 from scara_control.kinematics.scara import Elbow
 from scipy.spatial.transform import Rotation
@@ -28,7 +33,9 @@ def test_orientation_is_the_tools_at_the_home_pose():
     np.testing.assert_allclose(rotation, [[0, -1, 0], [-1, 0, 0], [0, 0, -1]], atol=1e-15)
 
 
-@pytest.mark.parametrize("q", [[0.3, 0.9, -0.1], [0.3, 0.9, -0.1, 0.0], [-0.5, 1.4, 0.0, 0.7], [1.0, -2.0, -0.2, -3.0]])
+@pytest.mark.parametrize(
+    "q", [[0.3, 0.9, -0.1], [0.3, 0.9, -0.1, 0.0], [-0.5, 1.4, 0.0, 0.7], [1.0, -2.0, -0.2, -3.0]]
+)
 def test_tool_is_turned_by_the_sum_of_the_turning_joints(q):
     """R = J1 + J2 + J4, without J4 for three joints."""
     expected = q[0] + q[1] + (q[3] if len(q) == 4 else 0.0)
@@ -38,20 +45,27 @@ def test_tool_is_turned_by_the_sum_of_the_turning_joints(q):
 def test_joint_4_does_not_move_the_tool():
     """Its axis passes through the tool's origin."""
     positions = [KINEMATICS.forward([0.4, -1.0, -0.1, q4]).position for q4 in (0.0, 1.0, -5.0)]
-    np.testing.assert_allclose(positions, [KINEMATICS.forward([0.4, -1.0, -0.1]).position] * 3, atol=1e-15)
+    np.testing.assert_allclose(
+        positions, [KINEMATICS.forward([0.4, -1.0, -0.1]).position] * 3, atol=1e-15
+    )
     assert KINEMATICS.forward([0.4, -1.0, -0.1]).elbow is Elbow.LEFTY
 
 
 @pytest.mark.parametrize("count", [0, 2, 5])
 def test_forward_refuses_another_count(count):
     """Three joints, or four with joint_4."""
-    with pytest.raises(JointVectorError, match=f"got {count} joint values, expected 3: .*joint_3, or .*joint_4"):
+    with pytest.raises(
+        JointVectorError, match=f"got {count} joint values, expected 3: .*joint_3, or .*joint_4"
+    ):
         KINEMATICS.forward([0.0] * count)
 
 
 @pytest.mark.parametrize(
     ("q", "text"),
-    [([0.0, 2.71, 0.0], r"joint_2 = 2\.71 rad"), ([0.0, 0.0, 0.0, 13.0], r"joint_4 = 13 rad is outside \[-12\.57, 12\.57\]")],
+    [
+        ([0.0, 2.71, 0.0], r"joint_2 = 2\.71 rad"),
+        ([0.0, 0.0, 0.0, 13.0], r"joint_4 = 13 rad is outside \[-12\.57, 12\.57\]"),
+    ],
 )
 def test_forward_refuses_positions_outside_the_limits(q, text):
     """A pose the robot cannot take has no answer."""
@@ -84,7 +98,10 @@ def test_velocity_and_its_inverse_are_each_others():
 
 @pytest.mark.parametrize(
     ("q", "qdot", "text"),
-    [([0.0] * 3, [8.0, 0.0, 0.0], r"joint_1 = 8 rad/s"), ([3.0, 0.0, 0.0], [0.0] * 3, "joint_1 = 3 rad ")],
+    [
+        ([0.0] * 3, [8.0, 0.0, 0.0], r"joint_1 = 8 rad/s"),
+        ([3.0, 0.0, 0.0], [0.0] * 3, "joint_1 = 3 rad "),
+    ],
 )
 def test_velocity_refuses_what_is_outside_the_limits(q, qdot, text):
     """Positions and speeds alike."""
@@ -104,7 +121,9 @@ def test_inverse_velocity_names_the_axis_that_is_not_finite():
         KINEMATICS.inverse_velocity([0.0, 1.0, 0.0], [0.0, math.nan, 0.0])
 
 
-@pytest.mark.parametrize(("text", "elbow"), [("", None), ("righty", Elbow.RIGHTY), ("lefty", Elbow.LEFTY)])
+@pytest.mark.parametrize(
+    ("text", "elbow"), [("", None), ("righty", Elbow.RIGHTY), ("lefty", Elbow.LEFTY)]
+)
 def test_elbow_is_read_from_its_name(text, elbow):
     """The empty name leaves the choice."""
     assert parse_elbow(text) is elbow
@@ -112,5 +131,7 @@ def test_elbow_is_read_from_its_name(text, elbow):
 
 def test_unknown_elbow_is_refused():
     """The text says what is allowed."""
-    with pytest.raises(ScaraControlError, match="elbow = 'left' is neither righty nor lefty nor empty"):
+    with pytest.raises(
+        ScaraControlError, match="elbow = 'left' is neither righty nor lefty nor empty"
+    ):
         parse_elbow("left")

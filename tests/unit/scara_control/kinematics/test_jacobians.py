@@ -12,10 +12,19 @@ from scara_control.kinematics.twists import inverse_transform
 
 ROBOT = load_robot()
 ARM = ScrewModel.from_robot(ROBOT)
-WHOLE_ARM = ScrewModel.from_joints([joint for joint in ROBOT.joints if joint.screw_axis is not None], ROBOT.home_pose)
+WHOLE_ARM = ScrewModel.from_joints(
+    [joint for joint in ROBOT.joints if joint.screw_axis is not None], ROBOT.home_pose
+)
 RNG = np.random.default_rng(5)
 SLANTED = ScrewModel(
-    np.array([[0.6, 0, 0.8, 0.1, 0.2, 0.3], [0, 1, 0, -0.4, 0, 0.2], [0, 0, 0, 0.6, 0.8, 0], [0, 0, 1, 0, -0.65, 0]]).T,
+    np.array(
+        [
+            [0.6, 0, 0.8, 0.1, 0.2, 0.3],
+            [0, 1, 0, -0.4, 0, 0.2],
+            [0, 0, 0, 0.6, 0.8, 0],
+            [0, 0, 1, 0, -0.65, 0],
+        ]
+    ).T,
     ROBOT.home_pose,
 )
 ARMS = {"twin": ARM, "with joint_4": WHOLE_ARM, "slanted": SLANTED}
@@ -38,7 +47,10 @@ def vee(matrix: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("arm", ARMS.values(), ids=ARMS)
 @pytest.mark.parametrize("seed", range(10))
 def test_jacobians_are_the_derivative_of_the_pose(arm, seed):
-    """[V_s] = T' T^-1, [V_b] = T^-1 T', and the tip's lower rows are the derivative of the position."""
+    """[V_s] = T' T^-1, [V_b] = T^-1 T'.
+
+    And the tip's lower rows are the derivative of the position.
+    """
     q = np.random.default_rng(seed).uniform(-2.0, 2.0, arm.joint_count)
     inverse = inverse_transform(forward_kinematics(arm, q))
     space, body, tip = space_jacobian(arm, q), body_jacobian(arm, q), tip_jacobian(arm, q)
@@ -51,13 +63,18 @@ def test_jacobians_are_the_derivative_of_the_pose(arm, seed):
 
 
 def test_space_jacobian_is_the_one_derived_by_hand():
-    """Columns J1, J2, J3, J4 of the closed form; J4's is constant in omega and passes through the tool."""
+    """Columns J1, J2, J3, J4 of the closed form.
+
+    J4's is constant in omega and passes through the tool.
+    """
     q1, q2 = 0.7, -1.1
     l1, l2 = 0.35, 0.30
     x1, y1 = l1 * np.cos(q1), l1 * np.sin(q1)
     x, y = x1 + l2 * np.cos(q1 + q2), y1 + l2 * np.sin(q1 + q2)
     expected = [[0, 0, 1, 0, 0, 0], [0, 0, 1, y1, -x1, 0], [0, 0, 0, 0, 0, 1], [0, 0, 1, y, -x, 0]]
-    np.testing.assert_allclose(space_jacobian(WHOLE_ARM, [q1, q2, -0.1, 2.0]).T, expected, atol=1e-15)
+    np.testing.assert_allclose(
+        space_jacobian(WHOLE_ARM, [q1, q2, -0.1, 2.0]).T, expected, atol=1e-15
+    )
 
 
 @pytest.mark.parametrize("function", [space_jacobian, body_jacobian, tip_jacobian])

@@ -42,7 +42,10 @@ def test_the_profile_decides_how_the_arm_is_solved(robot: Robot) -> None:
 def test_a_point_in_front_of_the_arm_is_reached_with_the_tool_as_at_home(
     arm: NumericArm, radius: float, angle: float, z: float
 ) -> None:
-    """Forward kinematics of the answer is the question, to 0.1 um; each joint is within its limits."""
+    """Forward kinematics of the answer is the question, to 0.1 um.
+
+    Each joint is within its limits.
+    """
     target = (radius * math.cos(angle), radius * math.sin(angle), z)
     if math.dist((radius, z + 0.08), (0.0, 0.3)) > 0.58:
         return
@@ -63,14 +66,28 @@ def test_the_answer_stays_near_its_seed(arm: NumericArm) -> None:
 @pytest.mark.parametrize(
     ("target", "options", "error", "text"),
     [
-        ((1.5, 0.0, 0.3), {}, UnreachableError, r"target \(1\.5, 0, 0\.3\) m, the tool as at home: not reached .* mm away"),
+        (
+            (1.5, 0.0, 0.3),
+            {},
+            UnreachableError,
+            r"target \(1\.5, 0, 0\.3\) m, the tool as at home: not reached .* mm away",
+        ),
         ((math.nan, 0.0, 0.3), {}, UnreachableError, "is not finite"),
         ((0.4, 0.0, 0.24), {"elbow_wanted": True}, ScaraControlError, "no righty and lefty"),
-        ((0.4, 0.0, 0.24), {"seed": (0.0, 0.0)}, JointVectorError, "got 2 joint values, expected 6"),
+        (
+            (0.4, 0.0, 0.24),
+            {"seed": (0.0, 0.0)},
+            JointVectorError,
+            "got 2 joint values, expected 6",
+        ),
     ],
 )
 def test_what_cannot_be_is_refused_with_its_reason(
-    arm: NumericArm, target: tuple[float, ...], options: dict[str, object], error: type[Exception], text: str
+    arm: NumericArm,
+    target: tuple[float, ...],
+    options: dict[str, object],
+    error: type[Exception],
+    text: str,
 ) -> None:
     """Out of reach with how near it came; a question for another arm; a wrong seed."""
     with pytest.raises(error, match=text):
@@ -82,6 +99,8 @@ def test_joint_velocities_give_the_wanted_tool_velocity(arm: NumericArm) -> None
     q = inverse(arm, (0.36, 0.1, 0.3))
     answer = velocities_for(arm, q, (0.05, -0.02, 0.03))
     assert not answer.damped
-    np.testing.assert_allclose(tool_velocity_of(arm, q, answer.qdot), (0.05, -0.02, 0.03), atol=1e-9)
+    np.testing.assert_allclose(
+        tool_velocity_of(arm, q, answer.qdot), (0.05, -0.02, 0.03), atol=1e-9
+    )
     straight = velocities_for(arm, [0.0, 0.0, -math.pi / 2, 0.0, 0.0, 0.0], (0.05, 0.0, 0.05))
     assert straight.damped and all(math.isfinite(value) for value in straight.qdot)

@@ -26,7 +26,9 @@ def skew_arm(joints: int, seed: int) -> ScrewModel:
 
 
 @pytest.mark.parametrize(
-    "arm", [ScrewModel.from_robot(ROBOT), *(skew_arm(n, n) for n in (1, 2, 5, 7))], ids=lambda a: a.joint_count
+    "arm",
+    [ScrewModel.from_robot(ROBOT), *(skew_arm(n, n) for n in (1, 2, 5, 7))],
+    ids=lambda a: a.joint_count,
 )
 def test_pose_is_that_of_the_matrix_exponentials(arm):
     """Any open chain: position to rounding, quaternion with the same sign."""
@@ -42,4 +44,6 @@ def test_pose_at_zero_is_the_home_pose():
     """No motion, no rounding."""
     arm = ScrewModel.from_robot(ROBOT)
     position, orientation = PoseChain(arm).pose([0.0] * arm.joint_count)
-    assert position == tuple(arm.home_pose[:3, 3]) and orientation == quaternion(arm.home_pose[:3, :3])
+    assert position == tuple(arm.home_pose[:3, 3]) and orientation == quaternion(
+        arm.home_pose[:3, :3]
+    )

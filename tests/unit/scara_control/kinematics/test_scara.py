@@ -10,8 +10,21 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scara_config import load_robot
-from scara_control.errors import JointLimitError, JointVectorError, ScaraControlError, UnreachableError
-from scara_control.kinematics.scara import REACH_TOLERANCE, Elbow, Scara, branches, solve, solve_elbow, tool_position
+from scara_control.errors import (
+    JointLimitError,
+    JointVectorError,
+    ScaraControlError,
+    UnreachableError,
+)
+from scara_control.kinematics.scara import (
+    REACH_TOLERANCE,
+    Elbow,
+    Scara,
+    branches,
+    solve,
+    solve_elbow,
+    tool_position,
+)
 from scara_control.kinematics.screws import ScrewModel, forward_kinematics
 
 ROBOT = load_robot()
@@ -32,7 +45,9 @@ def wide(lower_deg: float, upper_deg: float) -> Scara:
 @given(Q1, Q2, Q3)
 def test_position_is_that_of_the_screw_model(q1, q2, q3):
     """Two routes to the same point: the closed form and the product of exponentials."""
-    np.testing.assert_allclose(tool_position(SCARA, q1, q2, q3), forward_kinematics(ARM, [q1, q2, q3])[:3, 3], atol=1e-14)
+    np.testing.assert_allclose(
+        tool_position(SCARA, q1, q2, q3), forward_kinematics(ARM, [q1, q2, q3])[:3, 3], atol=1e-14
+    )
 
 
 def test_straight_arm_reaches_sum_of_links():
@@ -42,7 +57,10 @@ def test_straight_arm_reaches_sum_of_links():
 
 
 def test_inner_radius_is_given_by_the_limit_of_joint_2():
-    """With |J2| <= 150 deg it is 0.175 m, not L1 - L2 = 0.05 m; the tool at the limit stands on it."""
+    """With |J2| <= 150 deg it is 0.175 m, not L1 - L2 = 0.05 m.
+
+    The tool at the limit stands on it.
+    """
     x, y, _ = tool_position(SCARA, 0.3, SCARA.joints[1].upper, 0.0)
     assert SCARA.inner_radius == pytest.approx(0.175, abs=2e-4)
     assert math.hypot(x, y) == pytest.approx(SCARA.inner_radius, abs=1e-15)
@@ -73,7 +91,9 @@ def test_joints_to_point_and_back_are_the_joints(q1, q2, q3):
 def test_edge_of_the_reach_is_reached_to_the_last_digit(inside, angle_deg, elbow):
     """Where an arc cosine loses half of the digits the tool still arrives within 1e-15 m."""
     angle, r = math.radians(angle_deg), 0.65 - inside
-    x, y, _ = tool_position(SCARA, *solve_elbow(SCARA, r * math.cos(angle), r * math.sin(angle), 0.0, elbow))
+    x, y, _ = tool_position(
+        SCARA, *solve_elbow(SCARA, r * math.cos(angle), r * math.sin(angle), 0.0, elbow)
+    )
     assert math.hypot(x - r * math.cos(angle), y - r * math.sin(angle)) < 1e-15
 
 
@@ -125,7 +145,10 @@ def test_target_outside_the_limits_is_refused_with_joint_value_and_range(target,
 
 
 def test_lowest_stroke_is_within_the_limit():
-    """-0.05 - 0.16 is -0.21000000000000002; the answer is the limit itself, so that nothing downstream refuses it."""
+    """-0.05 - 0.16 is -0.21000000000000002.
+
+    The answer is the limit itself, so that nothing downstream refuses it.
+    """
     assert solve(SCARA, 0.5, 0.0, -0.05).q[2] == SCARA.joints[2].lower
 
 
@@ -169,7 +192,10 @@ def test_seed_that_is_no_joint_vector_is_refused(seed):
 @settings(deadline=None)
 @given(st.floats(-175.0, 360.0), Q2)
 def test_joint_1_is_turned_into_its_limits(q1_deg, q2):
-    """A gamma - alpha beyond half a turn is the same angle less a full one: both turns are tried."""
+    """A gamma - alpha beyond half a turn is the same angle less a full one.
+
+    Both turns are tried.
+    """
     scara = wide(-175.0, 360.0)
     point = tool_position(scara, math.radians(q1_deg), q2, 0.0)
     for q in branches(scara, *point):
@@ -178,7 +204,9 @@ def test_joint_1_is_turned_into_its_limits(q1_deg, q2):
         assert tool_position(scara, *q) == pytest.approx(point, abs=1e-12)
 
 
-@pytest.mark.parametrize(("seed_deg", "expected_deg"), [(350.0, 350.0), (-20.0, -10.0), (169.0, -10.0), (171.0, 350.0)])
+@pytest.mark.parametrize(
+    ("seed_deg", "expected_deg"), [(350.0, 350.0), (-20.0, -10.0), (169.0, -10.0), (171.0, 350.0)]
+)
 def test_of_two_turns_the_one_nearer_to_the_seed_is_taken(seed_deg, expected_deg):
     """With a range of more than a turn the arm does not unwind without need."""
     scara = wide(-175.0, 360.0)
@@ -189,5 +217,8 @@ def test_of_two_turns_the_one_nearer_to_the_seed_is_taken(seed_deg, expected_deg
 
 def test_robot_that_is_no_scara_is_refused():
     """The closed form needs two turning joints and a sliding one."""
-    with pytest.raises(ScaraControlError, match="is no SCARA: its arm joints are joint_1, joint_2, expected two revolute"):
+    with pytest.raises(
+        ScaraControlError,
+        match="is no SCARA: its arm joints are joint_1, joint_2, expected two revolute",
+    ):
         Scara.from_robot(msgspec.structs.replace(ROBOT, joints=ROBOT.joints[:2]))

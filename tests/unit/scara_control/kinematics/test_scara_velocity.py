@@ -12,7 +12,13 @@ from scara_config import load_robot
 from scara_control.errors import JointVectorError
 from scara_control.kinematics.jacobians import tip_jacobian
 from scara_control.kinematics.scara import Scara, tool_position
-from scara_control.kinematics.scara_velocity import DAMPED_BELOW, DAMPING, joint_velocities, planar_jacobian, tool_velocity
+from scara_control.kinematics.scara_velocity import (
+    DAMPED_BELOW,
+    DAMPING,
+    joint_velocities,
+    planar_jacobian,
+    tool_velocity,
+)
 from scara_control.kinematics.screws import ScrewModel
 
 ROBOT = load_robot()
@@ -32,7 +38,9 @@ def test_tool_velocity_is_the_difference_quotient_of_the_position(q1, q2, w1, w2
     before = tool_position(SCARA, q1 - w1 * dt, q2 - w2 * dt, -up * dt)
     velocity = tool_velocity(SCARA, (q1, q2, 0.0), (w1, w2, up))
     np.testing.assert_allclose(velocity, np.subtract(after, before) / (2.0 * dt), atol=1e-8)
-    np.testing.assert_allclose(velocity, (tip_jacobian(ARM, [q1, q2, 0.0]) @ [w1, w2, up])[3:], atol=1e-14)
+    np.testing.assert_allclose(
+        velocity, (tip_jacobian(ARM, [q1, q2, 0.0]) @ [w1, w2, up])[3:], atol=1e-14
+    )
 
 
 @settings(deadline=None)
@@ -40,9 +48,13 @@ def test_tool_velocity_is_the_difference_quotient_of_the_position(q1, q2, w1, w2
 def test_bent_arm_reaches_the_wanted_velocity_exactly(q1, q2, vx, vy, vz):
     """Round trip through both directions; no damping is reported."""
     answer = joint_velocities(SCARA, (q1, q2, 0.0), (vx, vy, vz))
-    np.testing.assert_allclose(tool_velocity(SCARA, (q1, q2, 0.0), answer.qdot), (vx, vy, vz), atol=1e-12)
+    np.testing.assert_allclose(
+        tool_velocity(SCARA, (q1, q2, 0.0), answer.qdot), (vx, vy, vz), atol=1e-12
+    )
     assert not answer.damped
-    assert answer.manipulability == pytest.approx(abs(np.linalg.det(planar_jacobian(SCARA, q1, q2))), abs=1e-15)
+    assert answer.manipulability == pytest.approx(
+        abs(np.linalg.det(planar_jacobian(SCARA, q1, q2))), abs=1e-15
+    )
 
 
 @settings(deadline=None)
@@ -63,7 +75,9 @@ def test_straight_arm_gives_no_speed_along_itself():
     assert along.qdot == pytest.approx((0.0, 0.0, 0.1))
     assert along.manipulability == 0.0 and along.damped
     across = joint_velocities(SCARA, (0.0, 0.0, 0.0), (0.0, 0.5, 0.0))
-    assert tool_velocity(SCARA, (0.0, 0.0, 0.0), across.qdot) == pytest.approx((0.0, 0.5, 0.0), rel=2e-3)
+    assert tool_velocity(SCARA, (0.0, 0.0, 0.0), across.qdot) == pytest.approx(
+        (0.0, 0.5, 0.0), rel=2e-3
+    )
 
 
 def test_damping_sets_in_without_a_jump():
@@ -76,7 +90,12 @@ def test_damping_sets_in_without_a_jump():
 
 @pytest.mark.parametrize(
     ("q", "velocity"),
-    [([0.0, 0.0], [0.0] * 3), ([0.0] * 3, [0.0] * 2), ([math.nan, 0.0, 0.0], [0.0] * 3), ([0.0] * 3, [math.inf] * 3)],
+    [
+        ([0.0, 0.0], [0.0] * 3),
+        ([0.0] * 3, [0.0] * 2),
+        ([math.nan, 0.0, 0.0], [0.0] * 3),
+        ([0.0] * 3, [math.inf] * 3),
+    ],
 )
 @pytest.mark.parametrize("function", [tool_velocity, joint_velocities])
 def test_refuses_wrong_counts_and_what_is_not_finite(function, q, velocity):

@@ -14,6 +14,7 @@ from scara_control.kinematics.screws import (
     forward_kinematics,
     forward_kinematics_batch,
     forward_kinematics_body,
+    tool_position,
     tool_positions,
 )
 from scara_control.kinematics.twists import twist_matrix
@@ -21,7 +22,9 @@ from scipy.linalg import expm
 
 ROBOT = load_robot()
 ARM = ScrewModel.from_robot(ROBOT)
-WHOLE_ARM = ScrewModel.from_joints([joint for joint in ROBOT.joints if joint.screw_axis is not None], ROBOT.home_pose)
+WHOLE_ARM = ScrewModel.from_joints(
+    [joint for joint in ROBOT.joints if joint.screw_axis is not None], ROBOT.home_pose
+)
 
 
 def six_axis_arm() -> ScrewModel:
@@ -57,7 +60,9 @@ def test_pose_equals_the_product_of_general_matrix_exponentials(arm, data):
 def test_space_and_body_form_agree(arm, data):
     """M exp([B1] q1) .. exp([Bn] qn) is the same pose."""
     q = data.draw(arrays(float, arm.joint_count, elements=st.floats(-6.0, 6.0)))
-    np.testing.assert_allclose(forward_kinematics_body(arm, q), forward_kinematics(arm, q), atol=1e-10)
+    np.testing.assert_allclose(
+        forward_kinematics_body(arm, q), forward_kinematics(arm, q), atol=1e-10
+    )
 
 
 @pytest.mark.parametrize("arm", ARMS.values(), ids=ARMS)
@@ -67,11 +72,18 @@ def test_many_joint_vectors_give_what_each_alone_gives(arm):
     expected = np.array([forward_kinematics(arm, row) for row in q])
     np.testing.assert_allclose(forward_kinematics_batch(arm, q), expected, atol=1e-12)
     np.testing.assert_allclose(tool_positions(arm, q), expected[:, :3, 3], atol=1e-12)
+    alone = [tool_position(arm, row.tolist()) for row in q]
+    np.testing.assert_allclose(alone, expected[:, :3, 3], atol=1e-12)
 
 
 def test_body_screws_are_those_of_the_article():
     """B1 = (0 0 -1, -0.65 0 0) as the article derives it, and the other joints alike."""
-    expected = [[0, 0, -1, -0.65, 0, 0], [0, 0, -1, -0.30, 0, 0], [0, 0, 0, 0, 0, -1], [0, 0, -1, 0, 0, 0]]
+    expected = [
+        [0, 0, -1, -0.65, 0, 0],
+        [0, 0, -1, -0.30, 0, 0],
+        [0, 0, 0, 0, 0, -1],
+        [0, 0, -1, 0, 0, 0],
+    ]
     np.testing.assert_allclose(WHOLE_ARM.body_screw_axes.T, expected, atol=1e-15)
 
 
@@ -85,7 +97,9 @@ def test_order_of_wrist_and_stroke_does_not_matter():
     """Their axes coincide: the article counts R R R P, the robot R R P R."""
     swapped = ScrewModel(WHOLE_ARM.screw_axes[:, [0, 1, 3, 2]], WHOLE_ARM.home_pose)
     q = np.array([0.3, -0.9, -0.1, 2.0])
-    np.testing.assert_allclose(forward_kinematics(swapped, q[[0, 1, 3, 2]]), forward_kinematics(WHOLE_ARM, q), atol=1e-15)
+    np.testing.assert_allclose(
+        forward_kinematics(swapped, q[[0, 1, 3, 2]]), forward_kinematics(WHOLE_ARM, q), atol=1e-15
+    )
 
 
 def test_no_joint_vectors_give_no_poses():

@@ -9,7 +9,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from scara_control.kinematics.twists import adjoint, exp6, inverse_transform, quaternion, skew, twist_matrix
+from scara_control.kinematics.twists import (
+    adjoint,
+    exp6,
+    inverse_transform,
+    quaternion,
+    skew,
+    twist_matrix,
+)
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
@@ -25,7 +32,10 @@ def test_skew_is_the_cross_product():
 @settings(deadline=None)
 @given(TWISTS, st.sampled_from([1.0, 1e-3, 1e-5, 1e-8, 0.0]))
 def test_exponential_equals_the_general_matrix_exponential(twist, angle_scale):
-    """The closed form holds for turning, screwing, sliding, and through the change to the series at small angles."""
+    """The closed form holds for turning, screwing, sliding.
+
+    And through the change to the series at small angles.
+    """
     twist = np.concatenate([twist[:3] * angle_scale, twist[3:]])
     np.testing.assert_allclose(exp6(twist), expm(twist_matrix(twist)), rtol=0.0, atol=1e-12)
 
@@ -56,7 +66,14 @@ def test_inverse_transform_undoes_the_motion(motion):
 
 @pytest.mark.parametrize(
     "vector",
-    [(0.0, 0.0, 0.0), (math.pi, 0.0, 0.0), (0.0, math.pi, 0.0), (0.0, 0.0, math.pi), (2.1, -2.1, 0.3), (1e-9, 0.0, 0.0)],
+    [
+        (0.0, 0.0, 0.0),
+        (math.pi, 0.0, 0.0),
+        (0.0, math.pi, 0.0),
+        (0.0, 0.0, math.pi),
+        (2.1, -2.1, 0.3),
+        (1e-9, 0.0, 0.0),
+    ],
 )
 def test_quaternion_turns_as_the_matrix_does(vector):
     """The quaternion is of unit length and stands for the same rotation, half turns included."""
@@ -68,4 +85,7 @@ def test_quaternion_turns_as_the_matrix_does(vector):
 
 def test_quaternion_has_one_sign():
     """Of q and -q the one with positive w is given, so that equal poses print equally."""
-    assert all(quaternion(Rotation.from_rotvec([0.0, 0.0, angle]).as_matrix())[3] > 0.0 for angle in (-3.0, -1.0, 1.0, 3.0))
+    assert all(
+        quaternion(Rotation.from_rotvec([0.0, 0.0, angle]).as_matrix())[3] > 0.0
+        for angle in (-3.0, -1.0, 1.0, 3.0)
+    )

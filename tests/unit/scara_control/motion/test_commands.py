@@ -20,7 +20,10 @@ from scara_control.motion.commands import Command, CommandInbox, Ownership, pars
     ],
 )
 def test_a_command_is_obeyed_once_per_sender_and_id(before, command, fresh):
-    """Repeats are not obeyed; after the memory's time a sender may start counting anew; id 0 is always obeyed."""
+    """Repeats are not obeyed; after the memory's time a sender may start counting anew.
+
+    Id 0 is always obeyed.
+    """
     inbox = CommandInbox(memory=2.0)
     for sender, number, now in before:
         inbox.accept(sender, number, now)
@@ -33,7 +36,8 @@ def test_commands_have_the_numbers_of_the_message():
     from scara_msgs.msg import MotionCommand
 
     assert {command.name: int(command) for command in Command} == {
-        name: getattr(MotionCommand, name) for name in ("STOP", "PAUSE", "RESUME", "ESTOP", "RESET")
+        name: getattr(MotionCommand, name)
+        for name in ("STOP", "PAUSE", "RESUME", "ESTOP", "RESET", "YIELD")
     }
 
 
@@ -44,7 +48,7 @@ def test_a_command_tells_its_reason():
 
 
 def test_a_joint_is_lost_only_after_it_was_ours():
-    """The mode left over from an earlier motion does not end a new one that the simulator has not seen yet."""
+    """An earlier motion's mode does not end a new one, unseen by the simulator so far."""
     ownership = Ownership("trajectory")
     ownership.update({"joint_1": "velocity", "joint_2": "trajectory"})
     ownership.begin(["joint_1", "joint_2"])
@@ -58,4 +62,7 @@ def test_a_joint_is_lost_only_after_it_was_ours():
 
 def test_modes_are_read_from_their_text():
     """Words that are no pair are left out."""
-    assert parse_modes("joint_1:trajectory  table_joint:velocity ?") == {"joint_1": "trajectory", "table_joint": "velocity"}
+    assert parse_modes("joint_1:trajectory  table_joint:velocity ?") == {
+        "joint_1": "trajectory",
+        "table_joint": "velocity",
+    }

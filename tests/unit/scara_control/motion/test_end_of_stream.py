@@ -5,8 +5,7 @@ from __future__ import annotations
 import pytest
 from harness.pair import ROBOT, ROOT
 from scara_control.config import load_motion
-from scara_control.motion.packets import Measurement, SetpointPacket
-from scara_control.motion.plan import JointMotion
+from scara_control.joint_motion import JointMotion, Setpoints
 from scara_control.motion.pose_control import PoseController
 from scara_control.motion.requests import MotionRefusedError
 
@@ -18,8 +17,10 @@ STILL = (0.0, 0.0, 0.0, 0.0)
 def following() -> PoseController:
     """Return a controller that follows a stream at rest."""
     controller = PoseController(ROBOT, load_motion(ROOT / "config"), 10.0)
-    controller.measure(Measurement(REST, STILL, 10.0))
-    controller.follow(SetpointPacket(controller.names, (10.0,), (JointMotion(REST, STILL, STILL),)), 10.0)
+    controller.measure(JointMotion.measured(REST, STILL, 10.0))
+    controller.follow(
+        Setpoints(controller.names, (10.0,), (JointMotion(REST, STILL, STILL),)), 10.0
+    )
     return controller
 
 
@@ -39,7 +40,7 @@ def test_a_move_is_possible_as_soon_as_the_stream_has_been_ended(following: Pose
 def test_ending_a_stream_that_is_not_there_changes_nothing() -> None:
     """The end may come twice, or late."""
     controller = PoseController(ROBOT, load_motion(ROOT / "config"), 10.0)
-    controller.measure(Measurement(REST, STILL, 10.0))
+    controller.measure(JointMotion.measured(REST, STILL, 10.0))
     move = controller.move((), (0.1, 0.0, -0.1, 0.0), 50.0, 10.0)
     controller.end_follow()
     controller.tick(10.05)

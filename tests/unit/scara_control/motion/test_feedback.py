@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 from scara_config import load_robot
 from scara_control.config import load_motion
+from scara_control.joint_motion import JointMotion
 from scara_control.motion.commands import MotionRefusedError, Ownership
 from scara_control.motion.feedback import Feedback
-from scara_control.motion.packets import Measurement
 
 JOINTS = load_robot().twin_joints
 CONFIG = load_motion()
@@ -18,7 +18,7 @@ LAST = (0.101, 0.2, -0.1, 0.5)
 def feedback(q=HERE, qdot=(0.0,) * 4):
     """Make a feedback with one measurement at 10 s."""
     known = Feedback(JOINTS, CONFIG)
-    known.measured = Measurement(q, qdot, 10.0)
+    known.measured = JointMotion.measured(q, qdot, 10.0)
     return known
 
 
@@ -28,7 +28,10 @@ def test_no_measurement_is_no_feedback():
         Feedback(JOINTS, CONFIG).fresh(0.0)
 
 
-@pytest.mark.parametrize(("age", "trouble"), [(0.0, ""), (0.499, ""), (0.52, "twin/joint_states is 0.52 s old, allowed 0.5")])
+@pytest.mark.parametrize(
+    ("age", "trouble"),
+    [(0.0, ""), (0.499, ""), (0.52, "twin/joint_states is 0.52 s old, allowed 0.5")],
+)
 def test_an_old_measurement_is_no_feedback(age, trouble):
     """The text says how old and how old it may be."""
     assert feedback().trouble(10.0 + age) == trouble
@@ -51,11 +54,14 @@ def test_a_joint_that_somebody_else_moves_does_not_rest():
     """Joint, speed and controller are named."""
     ownership = Ownership("trajectory")
     ownership.update({"joint_3": "velocity"})
-    with pytest.raises(MotionRefusedError, match=r"joint_3 moves at 10\.00 mm/s under its velocity controller: stop it first"):
+    with pytest.raises(
+        MotionRefusedError,
+        match=r"joint_3 moves at 10\.00 mm/s under its velocity controller: stop it first",
+    ):
         feedback(qdot=(0.0, 0.0, 0.01, 0.0)).rest(LAST, ownership, 10.0)
 
 
 def test_a_measurement_is_extrapolated_by_its_velocity():
     """Five milliseconds at 2 m/s are a centimetre."""
-    measured = Measurement((0.0, -0.1), (0.0, 2.0), 1.0)
+    measured = JointMotion.measured((0.0, -0.1), (0.0, 2.0), 1.0)
     assert measured.extrapolated(1.005) == pytest.approx((0.0, -0.09))

@@ -10,17 +10,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scara_config import load_robot
 from scara_control.config import load_motion
+from scara_control.joint_motion import JointMotion, Setpoints
 from scara_control.motion.commands import MotionRefusedError
 from scara_control.motion.following.stream import FollowSession, StreamGate
-from scara_control.motion.packets import Measurement, SetpointPacket
-from scara_control.motion.plan import JointMotion
 
 JOINTS = load_robot().twin_joints
 NAMES = tuple(joint.name for joint in JOINTS)
 CONFIG = load_motion().follow
 HERE = (0.1, 0.2, -0.1, 0.0)
 NOW = 100.0
-MEASURED = Measurement(HERE, (0.0,) * 4, NOW)
+MEASURED = JointMotion.measured(HERE, (0.0,) * 4, NOW)
 
 
 def point(q=HERE, qdot=(0.0,) * 4, qddot=(0.0,) * 4):
@@ -31,7 +30,7 @@ def point(q=HERE, qdot=(0.0,) * 4, qddot=(0.0,) * 4):
 def packet(*points, times=None, names=NAMES):
     """Make a packet, by default of one point, now."""
     points = points or (point(),)
-    return SetpointPacket(names, tuple(times or [NOW + 0.01 * k for k in range(len(points))]), points)
+    return Setpoints(names, tuple(times or [NOW + 0.01 * k for k in range(len(points))]), points)
 
 
 def session(first=None, now=NOW):
@@ -42,17 +41,26 @@ def session(first=None, now=NOW):
 @pytest.mark.parametrize(
     ("bad", "text"),
     [
-        (packet(names=("joint_1", "joint_2", "joint_3", "wrist")), "unknown joint 'wrist': the twin has joint_1, joint_2"),
+        (
+            packet(names=("joint_1", "joint_2", "joint_3", "wrist")),
+            "unknown joint 'wrist': the twin has joint_1, joint_2",
+        ),
         (packet(names=("joint_1",) * 4), "joint names are missing or occur twice"),
         (packet(names=()), "joint names are missing or occur twice"),
-        (SetpointPacket(NAMES, (), ()), "no points"),
+        (Setpoints(NAMES, (), ()), "no points"),
         (packet(point(q=HERE[:3])), "point 0: 3 positions for 4 joints"),
         (packet(point(qdot=())), "point 0: 0 velocities for 4 joints"),
         (packet(point(qddot=(0.0,) * 5)), "point 0: 5 accelerations for 4 joints"),
         (packet(point(q=(math.nan, 0.2, -0.1, 0.0))), "point 0: positions are not all finite"),
         (packet(point(qdot=(0.0, math.inf, 0.0, 0.0))), "point 0: velocities are not all finite"),
-        (packet(point(), point(qddot=(0.0, 0.0, 0.0, math.nan))), "point 1: accelerations are not all finite"),
-        (packet(point(q=(0.1, 2.71, -0.1, 0.0))), r"joint_2 = 2\.71 rad is outside \[-2\.618, 2\.618\]"),
+        (
+            packet(point(), point(qddot=(0.0, 0.0, 0.0, math.nan))),
+            "point 1: accelerations are not all finite",
+        ),
+        (
+            packet(point(q=(0.1, 2.71, -0.1, 0.0))),
+            r"joint_2 = 2\.71 rad is outside \[-2\.618, 2\.618\]",
+        ),
         (packet(point(q=(0.1, 0.2, 0.01, 0.0))), r"joint_3 = 0\.01 m is outside \[-0\.21, 0\]"),
         (packet(point(qdot=(0.0, 0.0, 3.1, 0.0))), r"joint_3 = 3\.1 m/s is outside \[-3, 3\]"),
         (packet(times=[math.nan]), "times are missing or not finite"),
@@ -63,8 +71,14 @@ def session(first=None, now=NOW):
             packet(point(), point(q=(0.4, 0.2, -0.1, 0.0))),
             "jump between points 0 and 1: joint_1 by 17.19 deg in 10 ms, allowed 7.10",
         ),
-        (packet(point(q=(0.16, 0.2, -0.1, 0.0))), "align first: joint_1 is 3.44 deg from the first set point, allowed 3"),
-        (packet(point(q=(0.1, 0.2, -0.106, 0.0))), "align first: joint_3 is 6.00 mm from the first set point, allowed 5"),
+        (
+            packet(point(q=(0.16, 0.2, -0.1, 0.0))),
+            "align first: joint_1 is 3.44 deg from the first set point, allowed 3",
+        ),
+        (
+            packet(point(q=(0.1, 0.2, -0.106, 0.0))),
+            "align first: joint_3 is 6.00 mm from the first set point, allowed 5",
+        ),
     ],
 )
 def test_a_stream_does_not_begin_with_a_wrong_packet(bad, text):
@@ -79,7 +93,9 @@ def test_a_stream_does_not_begin_with_a_wrong_packet(bad, text):
         (packet(times=[NOW]), r"stamp is not newer than the one before \(0\.0 ms\)"),
         (packet(times=[NOW - 0.02]), r"stamp is not newer than the one before \(-20\.0 ms\)"),
         (
-            packet(point(q=HERE[:1], qdot=(0.0,), qddot=(0.0,)), names=("joint_1",), times=[NOW + 0.01]),
+            packet(
+                point(q=HERE[:1], qdot=(0.0,), qddot=(0.0,)), names=("joint_1",), times=[NOW + 0.01]
+            ),
             "other joints than before: joint_1 after joint_1, joint_2",
         ),
         (
@@ -104,11 +120,16 @@ def test_a_stream_does_not_go_on_with_a_wrong_packet(bad, text):
         packet(times=[NOW - 0.09]),
         packet(point(q=(0.12, 0.19, -0.103, 0.03))),
         packet(point(q=(-0.1,), qdot=(0.0,), qddot=(0.0,)), names=("joint_3",)),
-        packet(point(q=(0.1 - 0.07, 0.2, -0.1, 0.0), qdot=(7.0, 0.0, 0.0, 0.0)), times=[NOW - 0.01]),
+        packet(
+            point(q=(0.1 - 0.07, 0.2, -0.1, 0.0), qdot=(7.0, 0.0, 0.0, 0.0)), times=[NOW - 0.01]
+        ),
     ],
 )
 def test_a_good_packet_begins_a_stream(good):
-    """Several points, a little late, a little off, a few joints, moving: the extrapolated point counts."""
+    """Several points, a little late, a little off, a few joints, moving.
+
+    The extrapolated point counts.
+    """
     assert session(good).names == good.names
 
 
@@ -147,7 +168,9 @@ def test_a_barred_stream_is_heard_again_only_after_a_pause():
     gate.check(0.0)
     gate.bar(0.05)
     for k in range(6, 60):
-        with pytest.raises(MotionRefusedError, match="stopped: packets are ignored until they pause for 100 ms"):
+        with pytest.raises(
+            MotionRefusedError, match="stopped: packets are ignored until they pause for 100 ms"
+        ):
             gate.check(k * 0.01)
     gate.check(0.8)
     gate.check(0.81)

@@ -1,4 +1,7 @@
-"""The core of joint_vel_controller: ramped, within the limits, never without somebody holding the key."""
+"""The core of joint_vel_controller.
+
+Ramped, within the limits, never without somebody holding the key.
+"""
 
 from __future__ import annotations
 
@@ -11,9 +14,9 @@ from hypothesis import strategies as st
 from scara_config import load_robot
 from scara_control.config import load_motion
 from scara_control.errors import ScaraControlError
+from scara_control.joint_motion import JointMotion
 from scara_control.motion.commands import Command, MotionRefusedError
 from scara_control.motion.jog import JogController, braking_speed
-from scara_control.motion.packets import Measurement
 
 ROBOT, CONFIG = load_robot(), load_motion()
 JOINTS = ROBOT.twin_joints
@@ -31,14 +34,14 @@ class Bench:
         self.core = JogController(ROBOT, CONFIG, self.now)
         self.q, self.qdot = list(q), list(qdot)
         self.sent = []
-        self.core.measure(Measurement(tuple(q), tuple(qdot), self.now))
+        self.core.measure(JointMotion.measured(tuple(q), tuple(qdot), self.now))
 
     def tick(self, count=1):
         """Go on by periods; return what was sent last."""
         for _ in range(count):
             self.now += DT
             velocities = self.core.tick(self.now)
-            self.core.measure(Measurement(tuple(self.q), tuple(self.qdot), self.now))
+            self.core.measure(JointMotion.measured(tuple(self.q), tuple(self.qdot), self.now))
             self.sent.append(velocities)
             for name, velocity in velocities.items():
                 k = NAMES.index(name)
@@ -59,12 +62,17 @@ def test_a_jog_ramps_up_ends_by_itself_and_falls_silent():
     bench.tick(20)
     assert bench.sent[-1] == {"table_joint": 0.3}
     bench.tick(10)
-    assert bench.core.report() == "stopping: no command for 250 ms" or bench.core.report().startswith("idle")
+    assert (
+        bench.core.report() == "stopping: no command for 250 ms"
+        or bench.core.report().startswith("idle")
+    )
     bench.tick(20)
     sent = [velocities["table_joint"] for velocities in bench.sent if velocities]
     changes = [abs(after - before) for before, after in zip([0.0, *sent], sent)]
     assert max(changes) <= JOINTS[3].acceleration * DT + 1e-12
-    assert sent[-CONFIG.jog.final_zeros :] == [0.0] * CONFIG.jog.final_zeros and bench.sent[-1] == {}
+    assert (
+        sent[-CONFIG.jog.final_zeros :] == [0.0] * CONFIG.jog.final_zeros and bench.sent[-1] == {}
+    )
     assert bench.core.report() == "idle: no command for 250 ms"
 
 
@@ -110,7 +118,9 @@ def test_velocity_zero_stops_at_once():
 
 @settings(max_examples=80, deadline=None)
 @given(
-    st.tuples(*[st.floats(0.0, 1.0).map(lambda x, j=j: j.lower + x * (j.upper - j.lower)) for j in JOINTS]),
+    st.tuples(
+        *[st.floats(0.0, 1.0).map(lambda x, j=j: j.lower + x * (j.upper - j.lower)) for j in JOINTS]
+    ),
     st.lists(st.tuples(*[st.floats(-1.0, 1.0)] * 4), min_size=1, max_size=40),
 )
 def test_no_jogging_leads_beyond_a_limit(q, commands):
@@ -144,7 +154,9 @@ def test_from_the_braking_speed_a_joint_stops_at_its_limit(room, deceleration, r
     joint = JOINTS[0]
     v = braking_speed(joint, joint.upper - room, 1.0, deceleration, reaction)
     assert v * reaction + v * v / (2.0 * deceleration) == pytest.approx(room, abs=1e-9)
-    assert braking_speed(joint, joint.lower + room, -1.0, deceleration, reaction) == pytest.approx(v)
+    assert braking_speed(joint, joint.lower + room, -1.0, deceleration, reaction) == pytest.approx(
+        v
+    )
 
 
 def test_outside_its_limits_a_joint_can_only_be_jogged_back():
@@ -159,12 +171,30 @@ def test_outside_its_limits_a_joint_can_only_be_jogged_back():
 @pytest.mark.parametrize(
     ("names", "velocities", "displacements", "duration", "text"),
     [
-        (["elbow"], [0.1], (), 0.0, "unknown joint 'elbow': the twin has joint_1, joint_2, joint_3, table_joint"),
-        (["joint_1", "joint_1"], [0.1, 0.1], (), 0.0, "joint names are missing or occur twice: joint_1, joint_1"),
+        (
+            ["elbow"],
+            [0.1],
+            (),
+            0.0,
+            "unknown joint 'elbow': the twin has joint_1, joint_2, joint_3, table_joint",
+        ),
+        (
+            ["joint_1", "joint_1"],
+            [0.1, 0.1],
+            (),
+            0.0,
+            "joint names are missing or occur twice: joint_1, joint_1",
+        ),
         ([], [], (), 0.0, "joint names are missing"),
         (["joint_1"], [0.1, 0.2], (), 0.0, "got 2 joint values, expected 1: joint_1"),
         (["joint_1"], [math.nan], (), 0.0, "not finite: joint_1 = nan"),
-        (["joint_1"], [1.0], (), 0.0, r"joint_1 = 1 rad/s is outside \[-0\.7679, 0\.7679\], 10 % of its speed"),
+        (
+            ["joint_1"],
+            [1.0],
+            (),
+            0.0,
+            r"joint_1 = 1 rad/s is outside \[-0\.7679, 0\.7679\], 10 % of its speed",
+        ),
         (["joint_3"], [-0.3], (), 0.0, r"joint_3 = -0\.3 m/s is outside \[-0\.2, 0\.2\]"),
         (["joint_1"], [0.1], [0.1], 0.0, "displacements are not supported: give velocities"),
         (["joint_1"], [0.1], (), -1.0, r"duration = -1\.0 s is no duration"),
@@ -198,11 +228,17 @@ def test_stop_ramps_down_and_the_held_key_does_not_go_on(command):
     bench.core.obey(command, "enough", bench.now)
     assert f"{command.name}: enough" in bench.core.report()
     for _ in range(10):
-        with pytest.raises(MotionRefusedError, match=r"stopped: commands are ignored until they pause for 250 ms|emergency stop"):
+        with pytest.raises(
+            MotionRefusedError,
+            match=r"stopped: commands are ignored until they pause for 250 ms|emergency stop",
+        ):
             bench.jog(["joint_1"], [0.5])
         bench.tick(5)
     sent = [velocities["joint_1"] for velocities in bench.sent if velocities]
-    assert max(abs(b - a) for a, b in pairwise(sent)) <= JOINTS[0].acceleration * DT + 1e-9 and sent[-1] == 0.0
+    assert (
+        max(abs(b - a) for a, b in pairwise(sent)) <= JOINTS[0].acceleration * DT + 1e-9
+        and sent[-1] == 0.0
+    )
     bench.core.obey(Command.RESUME, "", bench.now)
     bench.tick(40)
     assert bench.sent[-1] == {}
@@ -236,4 +272,22 @@ def test_a_joint_that_a_trajectory_takes_is_left_to_it():
     bench.core.update_modes(MODES)
     bench.core.update_modes(MODES | {"joint_1": "trajectory"})
     assert "joint_1" not in bench.tick() and "joint_2" in bench.sent[-1]
-    assert bench.core.report() == "jogging joint_2 0.2 rad/s: joint_1 was taken by its trajectory controller"
+    assert (
+        bench.core.report()
+        == "jogging joint_2 0.2 rad/s: joint_1 was taken by its trajectory controller"
+    )
+
+
+def test_a_jog_obeys_the_cap_of_all_motion():
+    """A cap that a person near the robot has caused holds for jogs too, also while one runs."""
+    bench = Bench()
+    bench.jog(["table_joint"], [0.3])
+    bench.tick(10)
+    bench.core.limit_speed(1.0)
+    cap = JOINTS[NAMES.index("table_joint")].velocity * 0.01
+    assert cap < 0.3
+    bench.tick(10)
+    assert bench.sent[-1]["table_joint"] == pytest.approx(cap)
+    assert "(capped at 1 % of the largest speed)" in bench.core.report()
+    with pytest.raises(MotionRefusedError, match=r"speed_limit_percent = 0 is outside \[1, 100\]"):
+        bench.core.limit_speed(0.0)

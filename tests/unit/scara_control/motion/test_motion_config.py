@@ -1,4 +1,7 @@
-"""motion.yaml: the shipped file loads and agrees with its neighbours, a wrong one is refused by key and value."""
+"""motion.yaml: the shipped file loads and agrees with its neighbours.
+
+A wrong one is refused by key and value.
+"""
 
 from __future__ import annotations
 
@@ -28,14 +31,26 @@ def test_the_shipped_file_loads():
 def test_the_stream_is_extrapolated_as_the_simulator_does_it():
     """A stop after a broken stream begins where the simulator's joints are."""
     simulation = YAML(typ="safe").load((config_directory() / "simulation.yaml").read_text())
-    assert load_motion().follow.extrapolation == pytest.approx(simulation["extrapolation_limit_ms"] * 1e-3)
+    assert load_motion().follow.extrapolation == pytest.approx(
+        simulation["extrapolation_limit_ms"] * 1e-3
+    )
 
 
 @pytest.mark.parametrize(
     ("section", "key", "value", "text"),
     [
-        ("move", "default_speed_percent", 0.5, r"motion\.yaml: move\.default_speed_percent = 0\.5: Expected .*>= 1\.0"),
-        ("move", "horizon", 0.015, r"motion\.yaml: move\.horizon = 0\.015: is below two periods, 0\.02 s"),
+        (
+            "move",
+            "default_speed_percent",
+            0.5,
+            r"motion\.yaml: move\.default_speed_percent = 0\.5: Expected .*>= 1\.0",
+        ),
+        (
+            "move",
+            "horizon",
+            0.015,
+            r"motion\.yaml: move\.horizon = 0\.015: is below two periods, 0\.02 s",
+        ),
         ("move", "announce", None, r"missing required field `announce`"),
         ("follow", "timeout", 0.0, r"follow\.timeout = 0\.0: Expected .*>= 0\.02"),
         ("jog", "speed", 10.0, r"unknown field `speed`"),

@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scara_config import load_robot
-from scara_control.motion.plan import JointMotion, PlanError, plan_move, plan_stop
+from scara_control.joint_motion import JointMotion
+from scara_control.motion.plan import PlanError, plan_move, plan_stop
 
 JOINTS = load_robot().twin_joints
 N = len(JOINTS)
@@ -19,12 +20,16 @@ def within(share):
     """Draw joint positions within ``share`` of the limits."""
     middles = [0.5 * (j.lower + j.upper) for j in JOINTS]
     halves = [0.5 * share * (j.upper - j.lower) for j in JOINTS]
-    return st.tuples(*[st.floats(-1.0, 1.0).map(lambda x, m=m, h=h: m + x * h) for m, h in zip(middles, halves)])
+    return st.tuples(
+        *[st.floats(-1.0, 1.0).map(lambda x, m=m, h=h: m + x * h) for m, h in zip(middles, halves)]
+    )
 
 
 def shares_of(attribute, most):
     """Draw velocities or accelerations up to ``most`` of the joint's own."""
-    return st.tuples(*[st.floats(-most, most).map(lambda x, j=j: x * getattr(j, attribute)) for j in JOINTS])
+    return st.tuples(
+        *[st.floats(-most, most).map(lambda x, j=j: x * getattr(j, attribute)) for j in JOINTS]
+    )
 
 
 def sampled(path, count=200):
@@ -37,7 +42,10 @@ def sampled(path, count=200):
 @settings(max_examples=60, deadline=None)
 @given(within(1.0), within(1.0), st.floats(1.0, 100.0))
 def test_a_move_from_rest_is_a_straight_line_that_keeps_all_limits(start, target, percent):
-    """Joints start and end together, on a straight line, slower than speed_percent of their speed."""
+    """Joints start and end together, on a straight line.
+
+    Slower than speed_percent of their speed.
+    """
     path = plan_move(JOINTS, JointMotion.at_rest(start), target, percent)
     _, q, qdot, qddot = sampled(path)
     for k, joint in enumerate(JOINTS):
@@ -47,18 +55,30 @@ def test_a_move_from_rest_is_a_straight_line_that_keeps_all_limits(start, target
     longest = np.abs(line).argmax()
     if abs(line[longest]) > 1e-6:
         share = (q[:, longest] - start[longest]) / line[longest]
-        assert np.allclose(q, np.array(start) + share[:, None] * line, atol=1e-6 * max(1.0, abs(line[longest])))
+        assert np.allclose(
+            q, np.array(start) + share[:, None] * line, atol=1e-6 * max(1.0, abs(line[longest]))
+        )
     assert path.end == target and path.at(path.duration + 1.0) == JointMotion.at_rest(target)
 
 
 @settings(max_examples=60, deadline=None)
-@given(within(0.5), shares_of("velocity", 1.0), shares_of("acceleration", 1.0), within(1.0), st.floats(5.0, 100.0))
+@given(
+    within(0.5),
+    shares_of("velocity", 1.0),
+    shares_of("acceleration", 1.0),
+    within(1.0),
+    st.floats(5.0, 100.0),
+)
 def test_a_move_from_any_state_begins_there_and_ends_at_the_target(q, qdot, qddot, target, percent):
     """The path is continuous with what the joints do already, and its slope is its velocity."""
     start = JointMotion(q, qdot, qddot)
     path = plan_move(JOINTS, start, target, percent)
     first = path.at(0.0)
-    assert np.allclose(first.q, q) and np.allclose(first.qdot, qdot) and np.allclose(first.qddot, qddot)
+    assert (
+        np.allclose(first.q, q)
+        and np.allclose(first.qdot, qdot)
+        and np.allclose(first.qddot, qddot)
+    )
     assert path.at(path.duration) == JointMotion.at_rest(target)
     taus, positions, velocities, _ = sampled(path, 400)
     step = taus[1] - taus[0]
@@ -70,7 +90,10 @@ def test_a_move_from_any_state_begins_there_and_ends_at_the_target(q, qdot, qddo
 @settings(max_examples=60, deadline=None)
 @given(within(0.2), shares_of("velocity", 1.0), shares_of("acceleration", 1.0))
 def test_a_stop_from_any_state_takes_no_longer_than_the_braking_distance(q, qdot, qddot):
-    """A joint stops within v t + v^2 / 2a, t being what its jerk needs to turn the acceleration round."""
+    """A joint stops within v t + v^2 / 2a.
+
+    T being what its jerk needs to turn the acceleration round.
+    """
     path = plan_stop(JOINTS, JointMotion(q, qdot, qddot))
     for k, joint in enumerate(JOINTS):
         turn = (abs(qddot[k]) + joint.acceleration) / joint.jerk
@@ -81,10 +104,12 @@ def test_a_stop_from_any_state_takes_no_longer_than_the_braking_distance(q, qdot
 
 
 def test_a_stop_near_a_limit_brakes_harder_rather_than_leave_it():
-    """At 20 deg from the limit and at full speed the configured deceleration is not enough for joint_1."""
+    """At 20 deg from the limit and full speed the usual deceleration is not enough."""
     joint = JOINTS[0]
     near = joint.upper - math.radians(20.0)
-    path = plan_stop(JOINTS, JointMotion((near, 0.0, -0.1, 0.0), (joint.velocity, 0.0, 0.0, 0.0), (0.0,) * N))
+    path = plan_stop(
+        JOINTS, JointMotion((near, 0.0, -0.1, 0.0), (joint.velocity, 0.0, 0.0, 0.0), (0.0,) * N)
+    )
     assert near + joint.velocity**2 / (2.0 * joint.acceleration) > joint.upper
     assert max(motion[0] for motion in sampled(path)[1]) <= joint.upper
 
@@ -100,12 +125,18 @@ def test_a_new_target_that_would_swing_beyond_a_limit_is_reached_after_a_stop():
 
 def test_a_move_to_where_the_joints_are_takes_no_time():
     """Nothing to do is a path too."""
-    path = plan_move(JOINTS, JointMotion.at_rest((0.1, 0.2, -0.1, 0.0)), (0.1, 0.2, -0.1, 0.0), 50.0)
+    path = plan_move(
+        JOINTS, JointMotion.at_rest((0.1, 0.2, -0.1, 0.0)), (0.1, 0.2, -0.1, 0.0), 50.0
+    )
     assert path.duration == 0.0 and path.at(0.0).q == (0.1, 0.2, -0.1, 0.0)
 
 
 @pytest.mark.parametrize(
-    "plan", [lambda motion: plan_move(JOINTS, motion, (0.0,) * N, 50.0), lambda motion: plan_stop(JOINTS, motion)]
+    "plan",
+    [
+        lambda motion: plan_move(JOINTS, motion, (0.0,) * N, 50.0),
+        lambda motion: plan_stop(JOINTS, motion),
+    ],
 )
 def test_no_path_from_what_is_no_number(plan):
     """NaN never reaches the simulator."""
@@ -115,7 +146,10 @@ def test_no_path_from_what_is_no_number(plan):
 
 @pytest.mark.parametrize("exponent", range(-12, 0))
 def test_the_smallest_way_has_a_path_too(exponent):
-    """A trim, a rounding error, a hair: a move of 1e-12 rad is planned as well as one of 0.1 rad."""
+    """A trim, a rounding error, a hair.
+
+    A move of 1e-12 rad is planned as well as one of 0.1 rad.
+    """
     target = (10.0**exponent, -(10.0**exponent) / 3.0, -0.1, 0.0)
     path = plan_move(JOINTS, JointMotion.at_rest((0.0, 0.0, -0.1, 0.0)), target, 100.0)
     assert path.at(path.duration).q == target

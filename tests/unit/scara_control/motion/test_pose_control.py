@@ -10,20 +10,24 @@ from harness.opponents.ideal_twin import CONFIG, DT, FAR, HOME, MODES, NAMES, RO
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scara_control.errors import ScaraControlError
+from scara_control.joint_motion import JointMotion
 from scara_control.motion.commands import Command, MotionRefusedError
-from scara_control.motion.packets import Measurement
-from scara_control.motion.plan import JointMotion
 from scara_control.motion.pose_control import PoseController
 
 
 def test_a_move_is_announced_then_driven_then_answered_then_silent():
-    """0.1 s of announcement; 0.15 s of lookahead; one packet at rest; the outcome when the joints are there."""
+    """0.1 s of announcement; 0.15 s of lookahead; one packet at rest.
+
+    The outcome when the joints are there.
+    """
     bench = Bench()
     assert bench.report.standing_still
     number = bench.move()
     assert bench.report.state == "announcing" and not bench.report.standing_still
     bench.tick(10)
-    assert set(bench.states[1:-1]) == {"announcing"} and all(s == JointMotion.at_rest(HOME) for s in bench.setpoints)
+    assert set(bench.states[1:-1]) == {"announcing"} and all(
+        s == JointMotion.at_rest(HOME) for s in bench.setpoints
+    )
     assert bench.packets[0].points[-1].q != HOME
     bench.tick()
     bench.until("idle")
@@ -43,7 +47,10 @@ def test_each_packet_looks_ahead_on_the_grid_and_keeps_its_promise():
     bench.until("idle")
     promised = {}
     for packet in bench.packets:
-        assert np.allclose(np.diff(packet.times), DT) and packet.times[-1] - packet.times[0] <= CONFIG.move.horizon + 1e-9
+        assert (
+            np.allclose(np.diff(packet.times), DT)
+            and packet.times[-1] - packet.times[0] <= CONFIG.move.horizon + 1e-9
+        )
         for time, point in zip(packet.times, packet.points):
             key = round(time / DT)
             assert point == promised.setdefault(key, point)
@@ -57,14 +64,21 @@ def test_the_cap_stretches_running_and_coming_moves():
     bench.core.limit_speed(80.0)
     bench.move(percent=100.0)
     bench.tick(15)
-    assert bench.report.speed_requested_percent == 100.0 and bench.report.speed_applied_percent == 80.0
+    assert (
+        bench.report.speed_requested_percent == 100.0 and bench.report.speed_applied_percent == 80.0
+    )
     bench.core.limit_speed(40.0)
     bench.tick(20)
-    assert bench.report.speed_applied_percent == pytest.approx(40.0) and bench.report.speed_limit_percent == 40.0
+    assert (
+        bench.report.speed_applied_percent == pytest.approx(40.0)
+        and bench.report.speed_limit_percent == 40.0
+    )
     bench.until("idle")
     line = np.array(FAR) - np.array(HOME)
     q = np.array([s.q for s in bench.setpoints])
-    assert np.allclose(q, np.array(HOME) + ((q[:, 0] - HOME[0]) / line[0])[:, None] * line, atol=1e-9)
+    assert np.allclose(
+        q, np.array(HOME) + ((q[:, 0] - HOME[0]) / line[0])[:, None] * line, atol=1e-9
+    )
     assert smooth(bench.setpoints)
 
 
@@ -90,7 +104,9 @@ def test_pause_and_resume_at_any_time_keep_path_and_smoothness(after, during):
     bench.until("idle")
     line = np.array(FAR) - np.array(HOME)
     q = np.array([s.q for s in bench.setpoints])
-    assert np.allclose(q, np.array(HOME) + ((q[:, 0] - HOME[0]) / line[0])[:, None] * line, atol=1e-9)
+    assert np.allclose(
+        q, np.array(HOME) + ((q[:, 0] - HOME[0]) / line[0])[:, None] * line, atol=1e-9
+    )
     assert smooth(bench.setpoints) and bench.setpoints[-1] == JointMotion.at_rest(FAR)
     bench.tick(2)
     assert [outcome.success for outcome in bench.outcomes] == [True]
@@ -104,7 +120,11 @@ def test_paused_stands_still_in_silence_and_refuses_a_new_move():
     bench.command(Command.PAUSE, "lunch")
     assert bench.report.state == "pausing"
     bench.until("paused")
-    assert bench.report.standing_still and bench.report.target == FAR and bench.report.speed_applied_percent == 0.0
+    assert (
+        bench.report.standing_still
+        and bench.report.target == FAR
+        and bench.report.speed_applied_percent == 0.0
+    )
     count = len(bench.packets)
     bench.tick(50)
     assert len(bench.packets) == count and not bench.outcomes
@@ -132,7 +152,10 @@ def test_pause_before_the_first_motion_holds_the_move():
 @settings(max_examples=40, deadline=None)
 @given(st.integers(1, 60), st.booleans())
 def test_stop_at_any_time_ramps_down_and_aborts_with_the_reason(after, emergency):
-    """Velocities change no faster than the accelerations allow, the joints stand, the caller is answered at once."""
+    """Velocities change no faster than the accelerations allow, the joints stand.
+
+    The caller is answered at once.
+    """
     bench = Bench()
     bench.move()
     bench.tick(after)
@@ -140,7 +163,9 @@ def test_stop_at_any_time_ramps_down_and_aborts_with_the_reason(after, emergency
     command = Command.ESTOP if emergency else Command.STOP
     bench.command(command, "gate open")
     if running:
-        assert [(o.success, o.message) for o in bench.outcomes] == [(False, f"aborted by {command.name}: gate open")]
+        assert [(o.success, o.message) for o in bench.outcomes] == [
+            (False, f"aborted by {command.name}: gate open")
+        ]
         assert bench.report.state == ("estopped" if emergency else "stopping")
     for _ in range(200):
         bench.tick()
@@ -183,7 +208,9 @@ def test_a_new_move_replaces_the_running_one_without_a_jerk(after, percent):
         assert [outcome.message for outcome in bench.outcomes] == ["aborted: replaced by move 2"]
     bench.until("idle")
     bench.tick(3)
-    assert bench.outcomes[-1].success and bench.q == (-0.5, 0.5, -0.2, 0.0) and smooth(bench.setpoints)
+    assert (
+        bench.outcomes[-1].success and bench.q == (-0.5, 0.5, -0.2, 0.0) and smooth(bench.setpoints)
+    )
 
 
 def test_a_move_of_one_joint_holds_the_others():
@@ -207,9 +234,14 @@ def test_a_replacing_move_of_one_joint_brings_the_others_to_a_stop():
 @pytest.mark.parametrize(
     ("prepare", "text"),
     [
-        (lambda bench: bench.core.tick(bench.now + 0.6), r"twin/joint_states is 0\.60 s old, allowed 0\.5"),
         (
-            lambda bench: bench.core.measure(Measurement((0.5, *HOME[1:]), (0.2, 0, 0, 0), bench.now)),
+            lambda bench: bench.core.tick(bench.now + 0.6),
+            r"twin/joint_states is 0\.60 s old, allowed 0\.5",
+        ),
+        (
+            lambda bench: bench.core.measure(
+                JointMotion.measured((0.5, *HOME[1:]), (0.2, 0, 0, 0), bench.now)
+            ),
             "joint_1 moves at 11.46 deg/s: stop",
         ),
     ],
@@ -256,13 +288,18 @@ def test_a_wrong_cap_is_refused():
     """A cap of 0 would freeze the twin without a word."""
     bench = Bench()
     for percent in (0.0, 101.0, math.nan):
-        with pytest.raises(MotionRefusedError, match=r"speed_limit_percent = .* is outside \[1, 100\]"):
+        with pytest.raises(
+            MotionRefusedError, match=r"speed_limit_percent = .* is outside \[1, 100\]"
+        ):
             bench.core.limit_speed(percent)
     assert bench.report.speed_limit_percent == 100.0
 
 
 def test_a_move_starts_where_the_joints_were_left_by_somebody_else():
-    """After jogging the old set point means nothing; a small rest of the PID does not count as that."""
+    """After jogging the old set point means nothing.
+
+    A small rest of the PID does not count as that.
+    """
     bench = Bench()
     bench.move()
     bench.until("idle")
@@ -284,8 +321,13 @@ def test_a_joint_that_another_controller_takes_ends_the_move():
     bench.tick(25)
     bench.modes(MODES | {"joint_2": "velocity"})
     bench.tick()
-    assert [outcome.message for outcome in bench.outcomes] == ["aborted: joint_2 was taken by its velocity controller"]
-    assert bench.packets[-1].names == ("joint_1", "joint_3", "table_joint") and bench.report.state == "stopping"
+    assert [outcome.message for outcome in bench.outcomes] == [
+        "aborted: joint_2 was taken by its velocity controller"
+    ]
+    assert (
+        bench.packets[-1].names == ("joint_1", "joint_3", "table_joint")
+        and bench.report.state == "stopping"
+    )
     with pytest.raises(MotionRefusedError, match="still stopping after a joint was taken"):
         bench.move(HOME)
     bench.until("idle")
@@ -299,7 +341,9 @@ def test_a_move_without_measurements_is_stopped():
     bench.tick(20)
     bench.measuring = False
     bench.tick(60)
-    assert [outcome.message for outcome in bench.outcomes] == ["aborted: twin/joint_states is 0.51 s old, allowed 0.5"]
+    assert [outcome.message for outcome in bench.outcomes] == [
+        "aborted: twin/joint_states is 0.51 s old, allowed 0.5"
+    ]
 
 
 def test_joints_that_never_arrive_fail_the_move():

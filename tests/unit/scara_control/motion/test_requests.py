@@ -8,8 +8,8 @@ import pytest
 from scara_config import load_robot
 from scara_control.config import load_motion
 from scara_control.errors import JointLimitError, JointVectorError
+from scara_control.joint_motion import JointMotion
 from scara_control.motion.commands import MotionRefusedError
-from scara_control.motion.packets import Measurement
 from scara_control.motion.requests import MoveLedger, check_move, check_speed
 
 JOINTS = load_robot().twin_joints
@@ -28,13 +28,37 @@ TARGET = (0.1, 0.2, -0.1, 0.0)
             "unknown joint 'elbow': the twin has joint_1, joint_2, joint_3, table_joint",
         ),
         (["joint_4"], [0.0], 50.0, MotionRefusedError, "unknown joint 'joint_4'"),
-        (["joint_1", "joint_1"], [0.0, 0.0], 50.0, MotionRefusedError, "a joint occurs twice: joint_1, joint_1"),
+        (
+            ["joint_1", "joint_1"],
+            [0.0, 0.0],
+            50.0,
+            MotionRefusedError,
+            "a joint occurs twice: joint_1, joint_1",
+        ),
         ([], [0.0] * 3, 50.0, JointVectorError, "got 3 joint values, expected 4"),
         (["joint_1"], [], 50.0, JointVectorError, "got 0 joint values, expected 1: joint_1"),
         ([], [0.0, math.nan, -0.1, 0.0], 50.0, JointVectorError, "not finite: joint_2 = nan"),
-        ([], [0.0, 2.71, -0.1, 0.0], 50.0, JointLimitError, r"joint_2 = 2\.71 rad is outside \[-2\.618, 2\.618\]"),
-        (["joint_3"], [0.001], 50.0, JointLimitError, r"joint_3 = 0\.001 m is outside \[-0\.21, 0\]"),
-        ([], TARGET, 101.0, MotionRefusedError, r"speed_percent = 101 is outside \[1, 100\] \(0: the default\)"),
+        (
+            [],
+            [0.0, 2.71, -0.1, 0.0],
+            50.0,
+            JointLimitError,
+            r"joint_2 = 2\.71 rad is outside \[-2\.618, 2\.618\]",
+        ),
+        (
+            ["joint_3"],
+            [0.001],
+            50.0,
+            JointLimitError,
+            r"joint_3 = 0\.001 m is outside \[-0\.21, 0\]",
+        ),
+        (
+            [],
+            TARGET,
+            101.0,
+            MotionRefusedError,
+            r"speed_percent = 101 is outside \[1, 100\] \(0: the default\)",
+        ),
         ([], TARGET, -1.0, MotionRefusedError, r"speed_percent = -1 is outside"),
         ([], TARGET, math.nan, MotionRefusedError, r"speed_percent = nan is outside"),
         ([], TARGET, 0.5, MotionRefusedError, r"speed_percent = 0\.5 is outside"),
@@ -46,7 +70,9 @@ def test_a_wrong_request_is_refused_by_name_value_and_range(names, positions, sp
         check_move(JOINTS, names, positions, speed, CONFIG)
 
 
-@pytest.mark.parametrize(("speed", "percent"), [(0.0, CONFIG.default_speed_percent), (1.0, 1.0), (100.0, 100.0)])
+@pytest.mark.parametrize(
+    ("speed", "percent"), [(0.0, CONFIG.default_speed_percent), (1.0, 1.0), (100.0, 100.0)]
+)
 def test_speed_zero_is_the_default(speed, percent):
     """A service field that was left out is 0."""
     assert check_speed(speed, CONFIG) == percent
@@ -69,19 +95,27 @@ def ledger_at_end():
 def test_a_move_has_ended_when_the_joints_are_there():
     """Not the plan's end counts but the measured positions."""
     ledger = ledger_at_end()
-    away = Measurement((0.1, 0.21, -0.1, 0.0), (0.0,) * 4, 2.1)
+    away = JointMotion.measured((0.1, 0.21, -0.1, 0.0), (0.0,) * 4, 2.1)
     assert ledger.arrive(away, 2.1) == "" and ledger.running and not ledger.take_outcomes()
-    there = Measurement((0.1001, 0.2, -0.1, 0.0), (0.0,) * 4, 2.5)
+    there = JointMotion.measured((0.1001, 0.2, -0.1, 0.0), (0.0,) * 4, 2.5)
     assert ledger.arrive(there, 2.5) == "" and not ledger.running
     (outcome,) = ledger.take_outcomes()
-    assert outcome.success and outcome.message == "reached in 1.50 s" and outcome.duration == 1.5 and outcome.positions == there.q
+    assert (
+        outcome.success
+        and outcome.message == "reached in 1.50 s"
+        and outcome.duration == 1.5
+        and outcome.positions == there.q
+    )
 
 
 def test_a_move_whose_joints_do_not_arrive_fails_and_says_which():
     """Joint, rest and time."""
     ledger = ledger_at_end()
-    away = Measurement((0.1, 0.21, -0.1001, 0.0), (0.0,) * 4, 4.0)
-    text = "not reached 2 s after the end of the plan: joint_2 is 0.573 deg from its target; joint_3 is 0.100 mm from its target"
+    away = JointMotion.measured((0.1, 0.21, -0.1001, 0.0), (0.0,) * 4, 4.0)
+    text = (
+        "not reached 2 s after the end of the plan: joint_2 is 0.573 deg from its target; "
+        "joint_3 is 0.100 mm from its target"
+    )
     assert ledger.arrive(away, 4.0) == text
     (outcome,) = ledger.take_outcomes()
     assert not outcome.success and outcome.message == text

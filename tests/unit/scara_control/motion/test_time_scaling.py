@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scara_config import load_robot
+from scara_control.joint_motion import JointMotion
 from scara_control.motion.drive import Drive
-from scara_control.motion.plan import JointMotion, plan_move
+from scara_control.motion.plan import plan_move
 from scara_control.motion.time_scaling import ScaleBounds, TimeBase, advance, motion_at
 
 JOINTS = load_robot().twin_joints
@@ -18,7 +19,10 @@ START, TARGET = (0.0, 0.0, -0.2, 0.0), (1.5, -1.2, -0.02, 0.8)
 
 
 def driven(wanted, percent=100.0, steps=2000):
-    """Drive the path with ``wanted(k)`` as scale; return the time bases and motions up to its end."""
+    """Drive the path with ``wanted(k)`` as scale.
+
+    Return the time bases and motions up to its end.
+    """
     path = plan_move(JOINTS, JointMotion.at_rest(START), TARGET, percent)
     bases = [TimeBase(0.0, wanted(0))]
     while bases[-1].tau < path.duration and len(bases) < steps:
@@ -26,7 +30,11 @@ def driven(wanted, percent=100.0, steps=2000):
     return path, bases, [motion_at(path, base) for base in bases]
 
 
-PLANS = st.lists(st.tuples(st.integers(1, 40), st.sampled_from([0.0, 0.2, 0.5, 0.8, 1.0])), min_size=1, max_size=6)
+PLANS = st.lists(
+    st.tuples(st.integers(1, 40), st.sampled_from([0.0, 0.2, 0.5, 0.8, 1.0])),
+    min_size=1,
+    max_size=6,
+)
 
 
 def by(plan):
@@ -38,7 +46,10 @@ def by(plan):
 @settings(max_examples=60, deadline=None)
 @given(PLANS, st.floats(20.0, 100.0))
 def test_stretching_and_freezing_leave_the_path_where_it_was(plan, percent):
-    """Every point lies on the straight line of the unstretched move, in the same order, up to the same end."""
+    """Every point lies on the straight line of the unstretched move.
+
+    In the same order, up to the same end.
+    """
     path, bases, motions = driven(by(plan), percent)
     assert bases[-1].tau >= path.duration and motions[-1].q == TARGET
     line = np.array(TARGET) - np.array(START)
@@ -51,7 +62,10 @@ def test_stretching_and_freezing_leave_the_path_where_it_was(plan, percent):
 @settings(max_examples=60, deadline=None)
 @given(PLANS, st.floats(20.0, 100.0))
 def test_no_change_of_scale_asks_more_acceleration_than_a_joint_has(plan, percent):
-    """From one point to the next no velocity changes by more than acceleration times dt (5 % for the curve between)."""
+    """From one point to the next no velocity changes by more than acceleration times dt.
+
+    5 % for the curve between.
+    """
     _, _, motions = driven(by(plan), percent)
     change = np.abs(np.diff([motion.qdot for motion in motions], axis=0))
     allowed = np.array([joint.acceleration for joint in JOINTS]) * DT * 1.05
@@ -61,7 +75,10 @@ def test_no_change_of_scale_asks_more_acceleration_than_a_joint_has(plan, percen
 @settings(max_examples=60, deadline=None)
 @given(PLANS, st.floats(20.0, 100.0))
 def test_position_velocity_and_acceleration_belong_together(plan, percent):
-    """The quintic through two neighbouring points needs them to be one motion: checked by Simpson's rule on velocity."""
+    """The quintic through two neighbouring points needs them to be one motion.
+
+    Checked by Simpson's rule on velocity.
+    """
     _, _, motions = driven(by(plan), percent)
     q = np.array([motion.q for motion in motions])
     v = np.array([motion.qdot for motion in motions])
@@ -74,7 +91,10 @@ def test_position_velocity_and_acceleration_belong_together(plan, percent):
 @given(PLANS)
 @settings(max_examples=60, deadline=None)
 def test_the_scale_stays_between_frozen_and_planned_and_changes_within_its_bounds(plan):
-    """0 <= s <= 1, no faster than the ramp (the last steps into a new scale may end the ramp early)."""
+    """0 <= s <= 1, no faster than the ramp.
+
+    The last steps into a new scale may end the ramp early.
+    """
     _, bases, _ = driven(by(plan))
     scale = np.array([base.scale for base in bases])
     assert scale.min() >= 0.0 and scale.max() <= 1.0
@@ -107,7 +127,9 @@ def test_a_drive_waits_for_its_time_and_then_begins():
     while not drives[-1].done:
         drives.append(drives[-1].step(DT, 1.0, BOUNDS, JOINTS))
     waiting = [drive for drive in drives if drive.announcing]
-    assert len(waiting) == 10 and all(drive.motion == JointMotion.at_rest(START) for drive in waiting)
+    assert len(waiting) == 10 and all(
+        drive.motion == JointMotion.at_rest(START) for drive in waiting
+    )
     assert drives[11].motion.q != START and drives[10].motion == JointMotion.at_rest(START)
     assert drives[-1].motion == JointMotion.at_rest(TARGET)
 
@@ -118,4 +140,7 @@ def test_a_new_scale_is_reached_without_running_past_it(wanted):
     _, bases, _ = driven(lambda k: 1.0 if k < 25 else wanted, steps=100)
     scales = [base.scale for base in bases[25:]]
     assert min(scales) >= wanted - 1e-3 and scales == sorted(scales, reverse=True)
-    assert scales.index(wanted) * DT <= (1.0 - wanted) / BOUNDS.ramp + BOUNDS.ramp / BOUNDS.jerk + 3 * DT
+    assert (
+        scales.index(wanted) * DT
+        <= (1.0 - wanted) / BOUNDS.ramp + BOUNDS.ramp / BOUNDS.jerk + 3 * DT
+    )

@@ -24,11 +24,16 @@ DT = CONFIG.period
 
 
 class StickyTwin:
-    """Joints whose velocity loop lags by 17 ms, answers some periods late and does not break loose below 0.05 %."""
+    """Joints whose velocity loop lags by 17 ms.
+
+    Answers some periods late and does not break loose below 0.05 %.
+    """
 
     def __init__(self, q, delay, friction_percent=0.05):
         self.q, self.qdot = np.array(q), np.zeros(3)
-        self._stuck = np.array([joint.velocity * friction_percent / 100.0 for joint in SCARA.joints])
+        self._stuck = np.array(
+            [joint.velocity * friction_percent / 100.0 for joint in SCARA.joints]
+        )
         self._queue = [np.zeros(3)] * delay
 
     def move(self, qdot):
@@ -37,7 +42,9 @@ class StickyTwin:
         wanted = self._queue.pop(0)
         held = wanted == 0.0
         wanted = np.sign(wanted) * np.maximum(np.abs(wanted) - self._stuck, 0.0)
-        self.qdot = np.where(held, 0.0, self.qdot + (wanted - self.qdot) * (1.0 - math.exp(-DT / 0.017)))
+        self.qdot = np.where(
+            held, 0.0, self.qdot + (wanted - self.qdot) * (1.0 - math.exp(-DT / 0.017))
+        )
         self.q = self.q + self.qdot * DT
 
 
@@ -46,7 +53,10 @@ class StickyTwin:
 @pytest.mark.parametrize("point", POINTS.values(), ids=POINTS)
 @given(OFFSET)
 def test_a_small_rest_is_driven_out_in_time_against_friction(point, delay, offset):
-    """From 2 mrad and 2 mm beside each of the article's points, P1 being singular, the tool comes and stays."""
+    """From 2 mrad and 2 mm beside each of the article's points, P1 being singular.
+
+    The tool comes and stays.
+    """
     target = solve(SCARA, *point, Elbow.RIGHTY).q
     twin = StickyTwin(np.array(target) + np.array(offset) - (0.0, 0.0, 0.002), delay)
     trim = Trim(TOOL, target, point, CONFIG)
@@ -57,18 +67,25 @@ def test_a_small_rest_is_driven_out_in_time_against_friction(point, delay, offse
         if inside * DT >= CONFIG.trim.settled:
             break
         twin.move(step.qdot)
-    assert step.error <= CONFIG.trim.tolerance_mm * 1e-3 and step.error == tool_error(TOOL, tuple(twin.q), point)
+    assert step.error <= CONFIG.trim.tolerance_mm * 1e-3 and step.error == tool_error(
+        TOOL, tuple(twin.q), point
+    )
 
 
 @settings(max_examples=60, deadline=None)
 @given(st.floats(-2.0, 2.0), st.floats(-2.0, 2.0), st.floats(-0.2, 0.0), OFFSET)
 def test_a_trim_is_slow(q1, q2, q3, offset):
-    """What breaks joints loose apart, the tool is not faster than allowed, wherever the arm is; no joint ever is."""
+    """What breaks joints loose apart, the tool is not faster than allowed, wherever the arm is.
+
+    No joint ever is.
+    """
     q = (q1, q2, q3)
     target = tuple(a + 10.0 * b for a, b in zip(q, offset))
     point = tuple(p + 10.0 * d for p, d in zip(tool_position(SCARA, *q), offset))
     step = Trim(TOOL, target, point, CONFIG).step(q, (0.0, 0.0, 0.0), 0.0)
-    assert math.hypot(*tool_velocity(SCARA, q, step.qdot)) <= CONFIG.trim.speed_mm_s * 1e-3 * (1.0 + 1e-9)
+    assert math.hypot(*tool_velocity(SCARA, q, step.qdot)) <= CONFIG.trim.speed_mm_s * 1e-3 * (
+        1.0 + 1e-9
+    )
     for joint, velocity in zip(SCARA.joints, step.qdot):
         assert abs(velocity) <= joint.velocity * CONFIG.jog.speed_percent / 100.0
 
@@ -83,14 +100,20 @@ def test_what_is_added_against_friction_is_bounded_and_gone_when_the_direction_t
     most = SCARA.joints[2].velocity * CONFIG.trim.breakaway_percent / 100.0
     assert speeds == sorted(speeds) and speeds[-1] == pytest.approx(CONFIG.trim.gain * 1e-4 + most)
     fresh = Trim(TOOL, target, point, CONFIG).step(above, (0.0, 0.0, 0.0), DT).qdot[2]
-    assert fresh < 0.0 and trim.step(above, (0.0, 0.0, 0.0), DT).qdot[2] == pytest.approx(0.7 * fresh)
+    assert fresh < 0.0 and trim.step(above, (0.0, 0.0, 0.0), DT).qdot[2] == pytest.approx(
+        0.7 * fresh
+    )
 
 
 def test_within_the_tolerance_nothing_moves():
     """There is an end to it."""
     target = solve(SCARA, *POINTS["P2"]).q
     near = (target[0], target[1], target[2] + 0.9e-3 * CONFIG.trim.tolerance_mm)
-    assert Trim(TOOL, target, POINTS["P2"], CONFIG).step(near, (0.0, 0.0, 0.0), DT).qdot == (0.0, 0.0, 0.0)
+    assert Trim(TOOL, target, POINTS["P2"], CONFIG).step(near, (0.0, 0.0, 0.0), DT).qdot == (
+        0.0,
+        0.0,
+        0.0,
+    )
 
 
 def test_the_error_is_the_distance_of_the_tool():

@@ -1,4 +1,7 @@
-"""The camera's numbers are those of its pictures: a drawn point is where the intrinsics and the pose say."""
+"""The camera's numbers are those of its pictures.
+
+A drawn point is where the intrinsics and the pose say.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +28,10 @@ RED = (1.0, 0.0, 0.0, 1.0)
 
 
 def projected(config: CameraConfig, point: tuple[float, float, float]) -> np.ndarray:
-    """Return column and row of a point by K and the frame's pose, as a user of CameraInfo computes them."""
+    """Return column and row of a point by K and the frame's pose.
+
+    As a user of CameraInfo computes them.
+    """
     seen = config.pose.rotation().T @ (np.array(point) - config.pose.position)
     column, row, depth = config.optics.intrinsics() @ seen
     return np.array([column, row]) / depth
@@ -51,12 +57,16 @@ def test_drawn_ball_is_where_the_intrinsics_say(
         picture = world.picture().astype(int)
     rows, columns = np.nonzero(picture[:, :, 0] - picture[:, :, 2] > 60)
     assert columns.size > 20
-    assert np.array([columns.mean(), rows.mean()]) == pytest.approx(projected(config, point), abs=0.4)
+    assert np.array([columns.mean(), rows.mean()]) == pytest.approx(
+        projected(config, point), abs=0.4
+    )
 
 
 def test_moved_joint_moves_the_picture_and_a_part_that_goes_leaves_it_as_it_was() -> None:
     """Pictures depend on nothing but the joints and parts."""
-    with CameraWorld(ROOT / "src" / "scara_description" / "urdf" / "scara_cell.urdf", CONFIG) as world:
+    with CameraWorld(
+        ROOT / "src" / "scara_description" / "urdf" / "scara_cell.urdf", CONFIG
+    ) as world:
         before = world.picture()
         world.place({"joint_1": 0.4, "unknown": 1.0})
         world.place_parts([Part((0.3, 0.0, 0.3), (0.0, 0.0, 0.0, 1.0), 0.02, 0.02, RED)])
@@ -82,7 +92,9 @@ def test_optical_frame_looks_along_z_with_y_down(
     r = pose.rotation()
     assert r.T @ r == pytest.approx(np.eye(3), abs=1e-9) and np.linalg.det(r) == pytest.approx(1.0)
     distance = float(np.linalg.norm(np.subtract(look_at, position)))
-    assert r.T @ np.subtract(look_at, position) == pytest.approx(np.array([0.0, 0.0, distance]), abs=1e-9)
+    assert r.T @ np.subtract(look_at, position) == pytest.approx(
+        np.array([0.0, 0.0, distance]), abs=1e-9
+    )
     assert r[2, 1] <= 1e-9
     x, y, z, w = pose.quaternion()
     v = np.array([x, y, z])
@@ -113,7 +125,8 @@ def test_mesh_of_a_cylinder_is_closed_and_of_unit_size() -> None:
 def test_cylinders_become_meshes_of_the_same_size_and_nothing_collides() -> None:
     """Boxes stay what they are."""
     text = with_round_shapes(
-        '<robot name="r"><link name="a"><visual><geometry><cylinder radius="0.1" length="0.4"/></geometry></visual>'
+        '<robot name="r"><link name="a"><visual><geometry><cylinder radius="0.1" '
+        'length="0.4"/></geometry></visual>'
         '<visual><geometry><box size="1 1 1"/></geometry></visual>'
         '<collision><geometry><box size="1 1 1"/></geometry></collision></link></robot>'
     )
@@ -124,11 +137,17 @@ def test_cylinders_become_meshes_of_the_same_size_and_nothing_collides() -> None
     ("key", "value", "text"),
     [
         ("near_m", 10.0, r"camera\.yaml: near_m = 10: must be below far_m = 10"),
-        ("look_at_m", [1.08, -1.08, -3.0], r"look_at_m = .*this must be a direction, and not that of up"),
+        (
+            "look_at_m",
+            [1.08, -1.08, -3.0],
+            r"look_at_m = .*this must be a direction, and not that of up",
+        ),
         ("width_px", 0, r"width_px = 0"),
     ],
 )
-def test_camera_that_sees_nothing_is_refused(tmp_path: Path, key: str, value: object, text: str) -> None:
+def test_camera_that_sees_nothing_is_refused(
+    tmp_path: Path, key: str, value: object, text: str
+) -> None:
     """File, key, value and what is allowed."""
     folder = changed_yaml(shipped("camera.yaml"), tmp_path, [key], value)
     with pytest.raises(ConfigError, match=text):

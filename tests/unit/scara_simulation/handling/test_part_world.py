@@ -1,4 +1,7 @@
-"""Parts as bodies: gripped, carried, placed, dropped, hit; asleep they stay exactly where they are."""
+"""Parts as bodies: gripped, carried, placed, dropped, hit.
+
+Asleep they stay exactly where they are.
+"""
 
 from __future__ import annotations
 
@@ -30,7 +33,9 @@ class Cell:
     """A world under the shipped control, moved joint by joint."""
 
     def __init__(self) -> None:
-        self.world = PartWorld(URDF, NAMES, ROBOT.tool_frame, dt=CONFIG.dt, gravity=CONFIG.gravity_m_s2, work=WORK)
+        self.world = PartWorld(
+            URDF, NAMES, ROBOT.tool_frame, dt=CONFIG.dt, gravity=CONFIG.gravity_m_s2, work=WORK
+        )
         models = joint_models(ROBOT, CONFIG, self.world.damping, self.world.friction)
         start = ROBOT.home_positions
         control = JointControl(
@@ -93,7 +98,10 @@ def carry(cell: Cell) -> tuple[float, float, float]:
 
 
 def test_part_is_carried_to_its_place_the_same_way_each_time(cell: Cell) -> None:
-    """Within half a millimetre, seen as gripped, released, placed; bitwise the same in another world."""
+    """Within half a millimetre, seen as gripped, released, placed.
+
+    Bitwise the same in another world.
+    """
     first = carry(cell)
     x, y = WORK.pallet.places()[0]
     assert math.dist(first[:2], (x, y)) < WORK.task.tolerance_mm * 1e-3
@@ -104,7 +112,10 @@ def test_part_is_carried_to_its_place_the_same_way_each_time(cell: Cell) -> None
 
 
 def test_reset_takes_the_part_off_the_gripper_and_back_to_its_stand(cell: Cell) -> None:
-    """After a reset the cell is as it was at the start, also in the middle of a carry; and it works again."""
+    """After a reset the cell is as it was at the start, also in the middle of a carry.
+
+    And it works again.
+    """
     start = cell.place(NAME)
     cell.pick()
     cell.simulation.reset()

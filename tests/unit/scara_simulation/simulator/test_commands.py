@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 from scara_config import load_robot
-from scara_simulation.commands import CommandError, CommandGate, TrajectoryPoint
+from scara_control.joint_motion import JointMotion, Setpoints
+from scara_simulation.commands import CommandError, CommandGate
 from scara_simulation.config import load_simulation
 
 CONFIG = Path(__file__).parents[4] / "config"
@@ -23,12 +24,22 @@ def gate():
 
 def point(time=0.0, q=(0.0,), v=(0.0,), a=(0.0,)):
     """Make a point of a message."""
-    return TrajectoryPoint(time, list(q), list(v), list(a))
+    return JointMotion(tuple(q), tuple(v), tuple(a), time)
+
+
+def setpoints(names, points):
+    """Make a message of points."""
+    return Setpoints(tuple(names), tuple(p.time for p in points), tuple(points))
 
 
 @pytest.mark.parametrize(
     ("joint", "value", "taken"),
-    [("joint_1", 1.0, 1.0), ("joint_3", -0.21, -0.21), ("joint_3", 0.000005, 0.0), ("table_joint", -3.1, -3.1)],
+    [
+        ("joint_1", 1.0, 1.0),
+        ("joint_3", -0.21, -0.21),
+        ("joint_3", 0.000005, 0.0),
+        ("table_joint", -3.1, -3.1),
+    ],
 )
 def test_position_within_the_limits_is_taken(gate, joint, value, taken):
     """Noise of less than a display digit beyond a limit is pulled to the limit."""
@@ -42,7 +53,11 @@ def test_position_within_the_limits_is_taken(gate, joint, value, taken):
         ("joint_3", 0.001, r"joint_3 = 0\.001 m is outside \[-0\.21, 0\] m"),
         ("joint_1", math.nan, "joint_1 = nan: not finite"),
         ("joint_1", -math.inf, "joint_1 = -inf: not finite"),
-        ("joint_4", 0.0, "unknown joint 'joint_4': the twin has joint_1, joint_2, joint_3, table_joint"),
+        (
+            "joint_4",
+            0.0,
+            "unknown joint 'joint_4': the twin has joint_1, joint_2, joint_3, table_joint",
+        ),
     ],
 )
 def test_position_that_cannot_be_is_refused(gate, joint, value, why):
@@ -72,28 +87,40 @@ def test_velocity_within_the_limit_is_taken(gate):
 
 def test_set_points_of_some_joints_become_a_track(gate):
     """The track has the message's joints in the message's order."""
-    track = gate.track(["table_joint", "joint_1"], [point(1.0, (0.5, 0.1), (0.0, 0.2), (0.0, 0.0))], now=0.9)
+    points = [point(1.0, (0.5, 0.1), (0.0, 0.2), (0.0, 0.0))]
+    track = gate.track(setpoints(["table_joint", "joint_1"], points), now=0.9)
     assert track.sample(1.0) == ([0.5, 0.1], [0.0, 0.2], [0.0, 0.0])
 
 
 def test_missing_velocities_and_accelerations_count_as_zero(gate):
     """A bare position is a set point at rest."""
-    assert gate.track(["joint_1"], [point(0.0, (0.3,), (), ())], now=0.0).sample(5.0) == ([0.3], [0.0], [0.0])
+    assert gate.track(setpoints(["joint_1"], [point(0.0, (0.3,), (), ())]), now=0.0).sample(
+        5.0
+    ) == (
+        [0.3],
+        [0.0],
+        [0.0],
+    )
 
 
 def test_set_point_may_pass_a_speed_limit_by_the_tolerance_only(gate):
     """A real robot's measured speed is noisy."""
     limit = ROBOT.joint("joint_1").velocity
-    gate.track(["joint_1"], [point(v=(limit * 1.19,))], now=0.0)
+    gate.track(setpoints(["joint_1"], [point(v=(limit * 1.19,))]), now=0.0)
     with pytest.raises(CommandError, match=r"joint_1 velocity = 9\.2.* rad/s is outside"):
-        gate.track(["joint_1"], [point(v=(limit * 1.21,))], now=0.0)
+        gate.track(setpoints(["joint_1"], [point(v=(limit * 1.21,))]), now=0.0)
 
 
 @pytest.mark.parametrize(
     ("names", "points", "now", "why"),
     [
         (["joint_9"], [point()], 0.0, "unknown joint 'joint_9'"),
-        (["joint_1", "joint_1"], [point(q=(0, 0), v=(0, 0), a=(0, 0))], 0.0, "name each joint once"),
+        (
+            ["joint_1", "joint_1"],
+            [point(q=(0, 0), v=(0, 0), a=(0, 0))],
+            0.0,
+            "name each joint once",
+        ),
         ([], [point()], 0.0, "name each joint once"),
         (["joint_1"], [], 0.0, "no points"),
         (["joint_1"], [point(q=(0.0, 1.0))], 0.0, "point 0: 2 positions for 1 joints"),
@@ -103,11 +130,16 @@ def test_set_point_may_pass_a_speed_limit_by_the_tolerance_only(gate):
         (["joint_1"], [point(q=(3.0,))], 0.0, "joint_1 = 3 rad is outside"),
         (["joint_1"], [point(a=(1e6,))], 0.0, r"joint_1 acceleration = 1e\+06 rad/s\^2 is outside"),
         (["joint_1"], [point(1.0), point(1.0)], 1.0, "is not after point 0"),
-        (["joint_1"], [point(1.0)], 1.2, r"stale: the last point was due 0\.200 s ago, allowed are 0\.05 s"),
+        (
+            ["joint_1"],
+            [point(1.0)],
+            1.2,
+            r"stale: the last point was due 0\.200 s ago, allowed are 0\.05 s",
+        ),
         (["joint_1"], [point(9.0)], 1.2, r"due in 7\.800 s, allowed are 1 s"),
     ],
 )
 def test_set_points_that_cannot_be_followed_are_refused(gate, names, points, now, why):
     """A message is taken whole or not at all."""
     with pytest.raises(CommandError, match=why):
-        gate.track(names, points, now)
+        gate.track(setpoints(names, points), now)

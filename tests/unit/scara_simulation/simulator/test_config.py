@@ -31,11 +31,31 @@ def test_shipped_files_load():
 @pytest.mark.parametrize(
     ("old", "new", "why"),
     [
-        ("physics_rate_hz: 1000", "physics_rate_hz: 50", r"simulation\.yaml: physics_rate_hz = 50: .*>= 200"),
-        ("physics_rate_hz: 1000", "physics_rate_hz: 1500", "physics_rate_hz = 1500: must divide 1000000000"),
-        ("joint_states_rate_hz: 200", "joint_states_rate_hz: 300", "joint_states_rate_hz = 300: must divide physics_rate_hz"),
-        ("controller_state_rate_hz: 20", "controller_state_rate_hz: 30", "= 30: must divide joint_states_rate_hz = 200"),
-        ("max_catch_up_ms: 50.0", "max_catch_up_ms: 0.5", "wake_period_ms = 1.0: must not exceed max_catch_up_ms"),
+        (
+            "physics_rate_hz: 1000",
+            "physics_rate_hz: 50",
+            r"simulation\.yaml: physics_rate_hz = 50: .*>= 200",
+        ),
+        (
+            "physics_rate_hz: 1000",
+            "physics_rate_hz: 1500",
+            "physics_rate_hz = 1500: must divide 1000000000",
+        ),
+        (
+            "joint_states_rate_hz: 100",
+            "joint_states_rate_hz: 300",
+            "joint_states_rate_hz = 300: must divide physics_rate_hz",
+        ),
+        (
+            "controller_state_rate_hz: 20",
+            "controller_state_rate_hz: 30",
+            "= 30: must divide joint_states_rate_hz = 100",
+        ),
+        (
+            "max_catch_up_ms: 50.0",
+            "max_catch_up_ms: 0.5",
+            "wake_period_ms = 5.0: must not exceed max_catch_up_ms",
+        ),
         ("feed_forward: true", "feed_forward: 3", "feed_forward = 3: Expected `bool`"),
         ("feed_forward: true", "feedforward: true", "feedforward"),
         (

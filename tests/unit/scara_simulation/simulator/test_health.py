@@ -29,7 +29,11 @@ BEFORE = Status(
         ({"paused": True, "real_time_factor": 0.0}, "ok", "paused"),
         ({"stalls": 2, "skipped_steps": 60}, "warn", "1 stalls, 50 steps skipped"),
         ({"clock_steps": 1}, "warn", "the system clock was stepped 1 times"),
-        ({"refused": 3, "last_refusal": "joint_1 = nan"}, "warn", "1 commands refused: joint_1 = nan"),
+        (
+            {"refused": 3, "last_refusal": "joint_1 = nan"},
+            "warn",
+            "1 commands refused: joint_1 = nan",
+        ),
         ({"saturated_steps": 9}, "warn", "effort saturated in 4 joint steps"),
         ({"limited_steps": 2}, "warn", "set point kept inside its limits in 2 joint steps"),
         ({"real_time_factor": 0.5}, "error", "too slow: 0.50 of real time instead of 1"),

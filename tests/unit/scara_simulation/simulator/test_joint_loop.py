@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import msgspec
 import pytest
+from scara_control.joint_track import JointTrack
 from scara_control.pid import PidGains
-from scara_control.setpoints import SetpointTrack
 from scara_simulation.config import LoopGains
 from scara_simulation.joint_loop import JointLoop
 from scara_simulation.joint_model import JointModel
@@ -17,12 +17,23 @@ GAINS = LoopGains(
     velocity=PidGains(p=INERTIA * 60.0, i=INERTIA * 45.0, i_clamp=5.0),
 )
 MODEL = JointModel(
-    "joint_1", lower=-1.0, upper=1.0, velocity=3.0, acceleration=10.0, effort=100.0, standstill=0.003, tolerance=1e-4, jerk=1000.0
+    "joint_1",
+    lower=-1.0,
+    upper=1.0,
+    velocity=3.0,
+    acceleration=10.0,
+    effort=100.0,
+    standstill=0.003,
+    tolerance=1e-4,
+    jerk=1000.0,
 )
 
 
 class Joint:
-    """An inertia with a constant load and dry friction, moved by a loop as the simulator does it."""
+    """An inertia with a constant load and dry friction.
+
+    Moved by a loop as the simulator does it.
+    """
 
     def __init__(self, load=0.0, q=0.0, model_based=True, model=MODEL, friction=0.0):
         self.loop = JointLoop(model, GAINS, q, model_based=model_based)
@@ -34,10 +45,14 @@ class Joint:
         """Advance and return the joint."""
         for _ in range(steps):
             wanted = self.loop.reference(self.t, self.q, self.qdot, DT)
-            effort = self.loop.effort(self.q, self.qdot, INERTIA * wanted[2] if self.model_based else 0.0, DT)
+            effort = self.loop.effort(
+                self.q, self.qdot, INERTIA * wanted[2] if self.model_based else 0.0, DT
+            )
             self.efforts.append(effort)
             self.qdot += (effort - self.load) / INERTIA * DT
-            self.qdot -= max(-abs(self.qdot), min(abs(self.qdot), self.friction / INERTIA * DT)) * (1 if self.qdot > 0 else -1)
+            self.qdot -= max(-abs(self.qdot), min(abs(self.qdot), self.friction / INERTIA * DT)) * (
+                1 if self.qdot > 0 else -1
+            )
             self.q += self.qdot * DT
             self.t += DT
         return self
@@ -47,7 +62,7 @@ def track(times, points, **options):
     """Make a track of one joint."""
     defaults = {"extrapolation_limit": 0.05, "stop_accelerations": [10.0]}
     columns = [[[point[k]] for point in points] for k in range(3)]
-    return SetpointTrack(times, *columns, **(defaults | options))
+    return JointTrack(times, *columns, **(defaults | options))
 
 
 def test_joint_starts_by_holding_its_position():
@@ -59,7 +74,10 @@ def test_joint_starts_by_holding_its_position():
 
 @pytest.mark.parametrize("model_based", [True, False])
 def test_position_command_is_reached_and_reported(model_based):
-    """The position loop ends at the set point; what is told is the command, and error is set point minus measured."""
+    """The position loop ends at the set point.
+
+    What is told is the command, and error is set point minus measured.
+    """
     joint = Joint(model_based=model_based)
     joint.loop.command_position(0.01)
     joint.run(1)
@@ -112,7 +130,10 @@ def test_joint_does_not_stick_beside_its_set_point(known):
 
 
 def test_a_jump_of_the_set_point_does_not_wind_up_the_integral():
-    """After a stall the set points go on somewhere else; wound up, the integral would carry the joint 5e-4 past them."""
+    """After a stall the set points go on somewhere else.
+
+    Wound up, the integral would carry the joint 5e-4 past them.
+    """
     joint = Joint()
     joint.run(10)
     joint.loop.command_track(track([joint.t], [(0.05, 0.0, 0.0)]), 0)
@@ -121,14 +142,21 @@ def test_a_jump_of_the_set_point_does_not_wind_up_the_integral():
 
 
 def test_new_gains_keep_the_effort_of_the_integral():
-    """The joint carries its load on without a jump; the other loop's gains are those of the next hand-over."""
+    """The joint carries its load on without a jump.
+
+    The other loop's gains are those of the next hand-over.
+    """
     joint = Joint(load=4.0).run(3000)
-    other = LoopGains(position=PidGains(p=9000.0, i=30000.0, d=300.0, i_clamp=6.0), velocity=GAINS.velocity)
+    other = LoopGains(
+        position=PidGains(p=9000.0, i=30000.0, d=300.0, i_clamp=6.0), velocity=GAINS.velocity
+    )
     joint.loop.set_gains(other)
     assert joint.loop.loop_gains is other
     joint.run(1)
     assert joint.efforts[-1] == pytest.approx(4.0, abs=1e-3)
-    joint.loop.set_gains(msgspec.structs.replace(other, position=PidGains(p=9000.0, i=30000.0, d=300.0, i_clamp=3.0)))
+    joint.loop.set_gains(
+        msgspec.structs.replace(other, position=PidGains(p=9000.0, i=30000.0, d=300.0, i_clamp=3.0))
+    )
     joint.run(1)
     assert joint.efforts[-1] == pytest.approx(3.0, abs=1e-2)
 
@@ -191,7 +219,10 @@ def test_switching_the_mode_makes_no_jump_of_the_effort():
 
 
 def test_trajectory_with_feed_forward_is_followed_without_error():
-    """Position, velocity and acceleration of a set point are met, half a step of the integrator included."""
+    """Position, velocity and acceleration of a set point are met.
+
+    Half a step of the integrator included.
+    """
     joint = Joint()
     joint.loop.command_track(track([0.0, 0.4], [(0.0, 0.0, 0.0), (0.8, 0.0, 0.0)]), 0)
     worst = 0.0
@@ -273,7 +304,10 @@ def test_saturated_effort_is_limited_counted_and_stops_the_integral():
 
 
 def test_friction_is_overcome_in_the_direction_of_the_set_point_without_a_jump():
-    """Damping grows with the speed, dry friction sets in over the speed that counts as standing still."""
+    """Damping grows with the speed.
+
+    Dry friction sets in over the speed that counts as standing still.
+    """
     model = JointModel("j", -1, 1, 3, 10, 100, standstill=0.01, damping=2.0, friction=0.5)
     assert model.friction_effort(0.0) == 0.0
     assert model.friction_effort(0.005) == pytest.approx(0.26)
@@ -283,7 +317,14 @@ def test_friction_is_overcome_in_the_direction_of_the_set_point_without_a_jump()
 
 @pytest.mark.parametrize(
     ("velocity", "error", "effort"),
-    [(0.0, 1e-4, 0.25), (0.0, -1e-3, -0.5), (0.005, 2e-4, 0.5), (0.005, -2e-4, 0.0), (0.01, -1.0, 0.5), (-1.0, 1.0, -0.5)],
+    [
+        (0.0, 1e-4, 0.25),
+        (0.0, -1e-3, -0.5),
+        (0.005, 2e-4, 0.5),
+        (0.005, -2e-4, 0.0),
+        (0.01, -1.0, 0.5),
+        (-1.0, 1.0, -0.5),
+    ],
 )
 def test_friction_at_rest_is_overcome_in_the_direction_of_the_error(velocity, error, effort):
     """In proportion within the band; while the set point moves the error changes nothing."""
@@ -308,5 +349,10 @@ def test_velocity_loop_is_reported_in_velocity_mode():
     joint.loop.command_velocity(0.5)
     joint.run(10)
     state = joint.loop.state(joint.q, joint.qdot)
-    assert (state.joint, state.kind, state.set_point, state.process_value) == ("joint_1", "velocity", 0.5, joint.qdot)
+    assert (state.joint, state.kind, state.set_point, state.process_value) == (
+        "joint_1",
+        "velocity",
+        0.5,
+        joint.qdot,
+    )
     assert state.gains is GAINS.velocity

@@ -9,7 +9,10 @@ from scara_simulation.tuning.stability import KINDS, Plant, spectral_radius
 
 
 def test_the_articles_robot_has_the_gains_of_its_file() -> None:
-    """J = 2.301 kg m^2 and w = 60 rad/s give p 8284, d 276.1 (pid_gains.yaml of fanuc_sr6ia, to rounding)."""
+    """J = 2.301 kg m^2 and w = 60 rad/s give p 8284, d 276.1.
+
+    pid_gains.yaml of fanuc_sr6ia, to rounding.
+    """
     (proposal,) = propose(np.array([[[2.301]], [[0.6]]]), [1.0], 1e-3)
     assert proposal.bandwidth == 60.0
     assert (proposal.gains.position.p, proposal.gains.position.d) == (8284.0, 276.1)
@@ -17,8 +20,10 @@ def test_the_articles_robot_has_the_gains_of_its_file() -> None:
 
 
 @pytest.mark.parametrize("smallest", [0.9, 0.2, 0.05, 0.01])
-def test_a_joint_whose_inertia_varies_much_gets_a_lower_bandwidth_and_is_stable(smallest: float) -> None:
-    """All gains times 1.9 have their poles inside the unit circle at the smallest and the largest inertia."""
+def test_a_joint_whose_inertia_varies_much_gets_a_lower_bandwidth_and_is_stable(
+    smallest: float,
+) -> None:
+    """All gains times 1.9 are stable at the smallest and the largest inertia."""
     matrices = np.array([[[1.0]], [[smallest]]])
     (proposal,) = propose(matrices, [0.5], 1e-3)
     plant = Plant(matrices, np.array([0.0]), 1e-3)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import pytest
+from scara_control.joint_track import JointTrack
 from scara_control.pid import PidGains
-from scara_control.setpoints import SetpointTrack
 from scara_simulation.config import LoopGains
 from scara_simulation.joint_control import JointControl
 from scara_simulation.joint_model import JointModel
@@ -45,7 +45,7 @@ def simulation():
 
 def moving(velocity=1.0, start=0.25, duration=2.0):
     """Make a track of even speed."""
-    return SetpointTrack(
+    return JointTrack(
         [0.0, duration],
         [[start], [start + velocity * duration]],
         [[velocity]] * 2,
@@ -74,7 +74,10 @@ def test_watched_loops_are_told_for_each_step(simulation):
     assert [stamp for stamp, _ in seen] == [EPOCH + k * MS for k in range(4, 16)]
     assert {state.joint for _, state in seen} == {"slide"}
     simulation.watched = ()
-    assert [stamp for s in simulation.advance(10) for stamp, _ in s.watched] == [EPOCH + 16 * MS, EPOCH + 17 * MS]
+    assert [stamp for s in simulation.advance(10) for stamp, _ in s.watched] == [
+        EPOCH + 16 * MS,
+        EPOCH + 17 * MS,
+    ]
 
 
 def test_set_points_are_met_at_their_nominal_time(simulation):

@@ -1,4 +1,7 @@
-"""Which gains are stable: the same answer as a joint that is simulated step by step, and as Jury's criterion."""
+"""Which gains are stable.
+
+The same answer as a joint that is simulated step by step, and as Jury's criterion.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +18,15 @@ from scara_simulation.config import LoopGains, load_gains, load_simulation
 from scara_simulation.io.world import World
 from scara_simulation.joint_control import JointControl
 from scara_simulation.joint_model import joint_models
-from scara_simulation.tuning.stability import KINDS, TOLERANCE, Plant, sample_plant, spectral_radius, stable_range, worst_radius
+from scara_simulation.tuning.stability import (
+    KINDS,
+    TOLERANCE,
+    Plant,
+    sample_plant,
+    spectral_radius,
+    stable_range,
+    worst_radius,
+)
 
 DT = 1e-3
 ROOT = Path(__file__).parents[4]
@@ -32,7 +43,10 @@ def one(inertia, damping=0.0, bandwidth=0.0):
 
 
 def grows(kind, gains, inertia, damping=0.0, steps=8000):
-    """Simulate a joint by the PID of the simulator, beginning next to its set point; say whether it runs away."""
+    """Simulate a joint by the PID of the simulator, beginning next to its set point.
+
+    Say whether it runs away.
+    """
     q, qdot, last, integral, largest = 1.0, 0.0, 0.0, 0.0, []
     free = msgspec.structs.replace(gains, i_clamp=1e15)
     for _ in range(steps):
@@ -80,7 +94,10 @@ def test_simulated_joint_runs_away_exactly_when_a_pole_lies_outside(kind, gains)
 @pytest.mark.parametrize(("kind", "key"), [(kind, key) for kind in KINDS for key in "pid"])
 def test_stable_range_ends_where_a_simulated_joint_begins_to_run_away(kind, key):
     """2 % inside nothing grows, 2 % outside it does."""
-    gains = {"position": PidGains(p=8000.0, d=200.0, i=50_000.0), "velocity": PidGains(p=100.0, i=2000.0, d=0.1)}
+    gains = {
+        "position": PidGains(p=8000.0, d=200.0, i=50_000.0),
+        "velocity": PidGains(p=100.0, i=2000.0, d=0.1),
+    }
     low, high = stable_range(one(1.0, damping=0.1), [LoopGains(**gains)], 0, kind, key)
 
     def runs_away(value):
@@ -142,9 +159,15 @@ def test_shipped_gains_are_stable_with_a_margin_of_two(world, bandwidth):
     for joint, loops in enumerate(GAINS):
         for kind in KINDS:
             gains = getattr(loops, kind)
-            doubled = msgspec.structs.replace(gains, p=2.0 * gains.p, i=2.0 * gains.i, d=2.0 * gains.d)
+            doubled = msgspec.structs.replace(
+                gains, p=2.0 * gains.p, i=2.0 * gains.i, d=2.0 * gains.d
+            )
             for each in (gains, doubled):
-                changed = [*GAINS[:joint], msgspec.structs.replace(loops, **{kind: each}), *GAINS[joint + 1 :]]
+                changed = [
+                    *GAINS[:joint],
+                    msgspec.structs.replace(loops, **{kind: each}),
+                    *GAINS[joint + 1 :],
+                ]
                 assert worst_radius(plant, changed, joint, kind) < 1.0
 
 
@@ -162,20 +185,28 @@ def worst_pose(world, plant, gains):
 @pytest.mark.parametrize("joint", range(4))
 @pytest.mark.parametrize("model_based", [True, False])
 def test_physics_engine_agrees_about_the_largest_p(world, joint, model_based):
-    """A joint pushed a little comes to rest at 0.8 of the largest p and oscillates for ever at 1.5 times it.
+    """A pushed joint comes to rest at 0.8 of the largest p, and never at 1.5 times it.
 
-    The largest p holds for any mix of loops, so with position loops alone there is a little room beyond it.
+    The largest p holds for any mix of loops, so with position loops alone there is a little room
+    beyond it.
     """
     plant = shipped_plant(world, CONFIG.tracking_bandwidth_rad_s if model_based else 0.0)
     _, high = stable_range(plant, GAINS, joint, "position", "p")
     rests = []
     for factor in (0.8, 1.5):
-        loops = msgspec.structs.replace(GAINS[joint], position=msgspec.structs.replace(GAINS[joint].position, p=factor * high))
+        loops = msgspec.structs.replace(
+            GAINS[joint], position=msgspec.structs.replace(GAINS[joint].position, p=factor * high)
+        )
         gains = [*GAINS[:joint], loops, *GAINS[joint + 1 :]]
         start = worst_pose(world, plant, gains)
         models = joint_models(ROBOT, CONFIG, world.damping, world.friction)
         control = JointControl(
-            models, gains, start, CONFIG.dt, world.inverse_dynamics if model_based else None, CONFIG.tracking_bandwidth_rad_s
+            models,
+            gains,
+            start,
+            CONFIG.dt,
+            world.inverse_dynamics if model_based else None,
+            CONFIG.tracking_bandwidth_rad_s,
         )
         speeds = [0.0] * 4
         speeds[joint] = 10.0 * models[joint].standstill

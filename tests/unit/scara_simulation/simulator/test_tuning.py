@@ -1,4 +1,7 @@
-"""Gains changed while the loops run: what is taken, what is refused with which text, and the way back."""
+"""Gains changed while the loops run.
+
+What is taken, what is refused with which text, and the way back.
+"""
 
 from __future__ import annotations
 
@@ -28,13 +31,17 @@ def tuning():
 def test_every_gain_of_both_loops_is_a_parameter():
     """Ten of them, by the names of control_toolbox after the name of the loop."""
     assert len(PARAMETERS) == 10
-    assert [value_of(GAINS, name) for name in ("position_p", "velocity_i_clamp", "position_antiwindup")] == [3600.0, 5.0, True]
+    assert [
+        value_of(GAINS, name) for name in ("position_p", "velocity_i_clamp", "position_antiwindup")
+    ] == [3600.0, 5.0, True]
 
 
 def test_change_is_made_only_when_it_is_accepted(tuning):
     """A proposal says before and after; accepting it changes that joint alone."""
     change = tuning.propose("joint_2", {"position_p": 4000, "velocity_antiwindup": False})
-    assert change.describe() == "joint_2: position_p 3600 -> 4000, velocity_antiwindup true -> false"
+    assert (
+        change.describe() == "joint_2: position_p 3600 -> 4000, velocity_antiwindup true -> false"
+    )
     assert tuning.gains("joint_2") == GAINS
     tuning.accept(change)
     assert tuning.gains("joint_2").position.p == 4000.0
@@ -67,11 +74,20 @@ def test_undo_takes_changes_back_one_by_one_the_last_first(tuning):
         ({"position_i_clamp": 100.1}, r"joint_1 position_i_clamp = 100\.1 is outside \[0, 100\]"),
         (
             {"position_p": 5e6},
-            r"joint_1 position_p = 5000000 is outside \[264, 3\.759e\+06\]: not stable at a physics step of 1 ms",
+            (
+                r"joint_1 position_p = 5000000 is outside \[264, 3\.759e\+06\]: not stable at a "
+                r"physics step of 1 ms"
+            ),
         ),
-        ({"position_p": 100.0}, r"joint_1 position_p = 100 is outside \[264, .*: not stable at a physics step of 1 ms"),
+        (
+            {"position_p": 100.0},
+            r"joint_1 position_p = 100 is outside \[264, .*: not stable at a physics step of 1 ms",
+        ),
         ({"position_d": 0.0}, r"joint_1 position_d = 0 is outside \[9\.901, 1998\]: not stable"),
-        ({"velocity_p": 60.0, "velocity_i": 1e9}, r"joint_1 velocity_i = 1000000000 is outside \[0, .*: not stable"),
+        (
+            {"velocity_p": 60.0, "velocity_i": 1e9},
+            r"joint_1 velocity_i = 1000000000 is outside \[0, .*: not stable",
+        ),
         ({"position_p": True}, "joint_1 position_p = True: must be a number"),
         ({"position_p": "9"}, "joint_1 position_p = '9': must be a number"),
         ({"position_antiwindup": 1.0}, "joint_1 position_antiwindup = 1.0: must be true or false"),
@@ -88,7 +104,11 @@ def test_wrong_gain_is_refused_with_joint_key_value_and_range(tuning, values, te
 def test_gains_that_only_together_are_unstable_name_each_that_could_be_changed(tuning):
     """Each named one has a range in which the others may stay as they were asked for."""
     with pytest.raises(
-        TuningError, match=r"position_p = 3900000 is outside \[.*, position_d = 500 is outside \[.*\]: not stable"
+        TuningError,
+        match=(
+            r"position_p = 3900000 is outside \[.*, position_d = 500 is outside \[.*\]: "
+            r"not stable"
+        ),
     ):
         tuning.propose("joint_1", {"position_p": 3.9e6, "position_d": 500.0})
 
@@ -96,12 +116,18 @@ def test_gains_that_only_together_are_unstable_name_each_that_could_be_changed(t
 def test_gain_without_any_stable_value_says_so(tuning):
     """Then neither can be had with the other."""
     with pytest.raises(
-        TuningError, match=r"position_p = 100000000, of which no value is stable with the other gains, position_d"
+        TuningError,
+        match=(
+            r"position_p = 100000000, of which no value is stable with the other gains, "
+            r"position_d"
+        ),
     ):
         tuning.propose("joint_1", {"position_p": 1e8, "position_d": 1e8})
 
 
-@pytest.mark.parametrize("name", ["position_p", "position_i", "position_d", "velocity_p", "velocity_i", "velocity_d"])
+@pytest.mark.parametrize(
+    "name", ["position_p", "position_i", "position_d", "velocity_p", "velocity_i", "velocity_d"]
+)
 def test_both_ends_of_the_told_range_are_taken(tuning, name):
     """What the text allows is allowed, and a little more is not."""
     low, high = tuning.ranges("joint_1")[name]
@@ -113,16 +139,24 @@ def test_both_ends_of_the_told_range_are_taken(tuning, name):
 
 def test_clamp_that_two_bounds_replace_cannot_be_changed():
     """i_clamp would have no effect, silently."""
-    loops = msgspec.structs.replace(GAINS, position=PidGains(p=3600.0, d=120.0, i_clamp_min=-1.0, i_clamp_max=2.0))
+    loops = msgspec.structs.replace(
+        GAINS, position=PidGains(p=3600.0, d=120.0, i_clamp_min=-1.0, i_clamp_max=2.0)
+    )
     tuning = Tuning(["joint_1"], [loops], [100.0], Plant(np.array([[[1.0]]]), np.zeros(1), 1e-3))
-    with pytest.raises(TuningError, match=r"joint_1 position_i_clamp = 3: has no effect, i_clamp_min and i_clamp_max are given"):
+    with pytest.raises(
+        TuningError,
+        match=r"joint_1 position_i_clamp = 3: has no effect, i_clamp_min and i_clamp_max are given",
+    ):
         tuning.propose("joint_1", {"position_i_clamp": 3.0})
 
 
 def test_unstable_gains_of_the_file_are_refused_at_the_start():
     """A simulator does not start with loops that would run away."""
     wild = msgspec.structs.replace(GAINS, position=PidGains(p=1e8, d=120.0))
-    with pytest.raises(TuningError, match=r"joint_2 position_p = 100000000 is outside \[0, 3\.76e\+06\]: not stable"):
+    with pytest.raises(
+        TuningError,
+        match=r"joint_2 position_p = 100000000 is outside \[0, 3\.76e\+06\]: not stable",
+    ):
         Tuning(["joint_1", "joint_2"], [GAINS, wild], [100.0, 40.0], PLANT)
 
 

@@ -1,4 +1,7 @@
-"""Who leads: the first mover, the real robot in a tie, never a follower, never noise, whatever the clocks say."""
+"""Who leads: the first mover, the real robot in a tie.
+
+Never a follower, never noise, whatever the clocks say.
+"""
 
 from __future__ import annotations
 
@@ -11,10 +14,13 @@ from harness.watch import Watch
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from twin_controller.core.actions import Decided, FollowTwin, StreamReal
-from twin_controller.core.rules.table import LEADING, Mode
+from twin_controller.core.lead.modes import Mode
+from twin_controller.core.lead.table import LEADING
 
 # joint_3 stays above the keep-out zone below the table.
-OFFSETS = st.tuples(st.floats(-25.0, 25.0), st.floats(-35.0, 35.0), st.floats(-25.0, 90.0), st.floats(-15.0, 15.0))
+OFFSETS = st.tuples(
+    st.floats(-25.0, 25.0), st.floats(-35.0, 35.0), st.floats(-25.0, 90.0), st.floats(-15.0, 15.0)
+)
 HARMLESS = {"LINK_LOST", "LINKS_READY", "ALIGNED"}
 FEW = settings(max_examples=12, deadline=None)
 """A run of some virtual seconds costs some tens of milliseconds."""
@@ -39,7 +45,10 @@ def leaders(pair: Pair, since: int) -> list[str]:
 
 
 def uniform(seed: int, width: float) -> Pair:
-    """Return a pair whose sensors are noisy: uniform, ``width`` from peak to peak, in degrees and millimetres."""
+    """Return a pair whose sensors are noisy.
+
+    Uniform, ``width`` from peak to peak, in degrees and millimetres.
+    """
     pair = Pair()
     source = random.Random(seed)
     pair.noise = lambda: width * (source.random() - 0.5)
@@ -50,7 +59,10 @@ def uniform(seed: int, width: float) -> Pair:
 @given(edge=st.integers(-900, 900), width=st.floats(0.0, 1.0), seed=st.integers(0, 2**32 - 1))
 @example(edge=0, width=1.0, seed=1)
 def test_noise_below_the_hysteresis_changes_no_leader(edge: int, width: float, seed: int) -> None:
-    """Noise up to the hysteresis from peak to peak, all joints on rounding edges x.xx5: idle stays idle."""
+    """Noise up to the hysteresis from peak to peak, all joints on rounding edges x.xx5.
+
+    Idle stays idle.
+    """
     pair = uniform(seed, width * SETUP.config.change.hysteresis)
     at = shifted(HOME, *(edge * 0.01 + 0.005 for _ in range(2)), 0.005, edge * 0.01 + 0.005)
     pair.real_q = pair.twin_q = at
@@ -75,7 +87,10 @@ def test_a_minute_of_idling_with_noise_changes_no_leader() -> None:
 @example(ahead_ms=-4, seed=0)
 @example(ahead_ms=4, seed=0)
 def test_the_first_mover_leads_and_the_real_robot_wins_a_tie(ahead_ms: int, seed: int) -> None:
-    """Both begin unannounced, ``ahead_ms`` apart: one leader, once, and the right one as far as the clocks can tell."""
+    """Both begin unannounced, ``ahead_ms`` apart.
+
+    One leader, once, and the right one as far as the clocks can tell.
+    """
     pair = connected()
     pair.run(0.001 * (seed % 10))
     since, begin = len(pair.decisions()), pair.now + 0.1
@@ -87,7 +102,9 @@ def test_the_first_mover_leads_and_the_real_robot_wins_a_tie(ahead_ms: int, seed
             pair.jog_twin(ramp(HOME, other, 0.5), pair.now)
         pair.run(0.001)
     assert pair.now > begin
-    uncertainty_ms = 1e3 * (pair.state.real.clock.uncertainty + pair.state.twin.clock.uncertainty)
+    uncertainty_ms = 1e3 * (
+        pair.state.sides.real.clock.uncertainty + pair.state.sides.twin.clock.uncertainty
+    )
     found = leaders(pair, since)
     assert len(found) == 1, "one winner, once"
     if ahead_ms >= 0:
@@ -98,7 +115,9 @@ def test_the_first_mover_leads_and_the_real_robot_wins_a_tie(ahead_ms: int, seed
 
 @FEW
 @given(offset=OFFSETS, duration=st.floats(0.6, 2.0), noise=st.floats(0.0, 1.0), late=st.booleans())
-def test_a_twin_that_follows_is_never_a_new_leader(offset: tuple[float, ...], duration: float, noise: float, late: bool) -> None:
+def test_a_twin_that_follows_is_never_a_new_leader(
+    offset: tuple[float, ...], duration: float, noise: float, late: bool
+) -> None:
     """One lead of the real robot, then IDLE, whatever the path, the noise and the delays."""
     pair = uniform(3, noise * SETUP.config.change.hysteresis)
     pair.command_delay, pair.report_delay = (0.02, 0.01) if late else (0.0, 0.0)
@@ -115,7 +134,10 @@ def test_a_twin_that_follows_is_never_a_new_leader(offset: tuple[float, ...], du
 @pytest.mark.parametrize("tau", [0.3, 0.6, 1.2])
 @pytest.mark.parametrize("left", [0.045, -0.045])
 def test_a_twin_that_goes_on_settling_is_no_new_leader(left: float, tau: float) -> None:
-    """It rests within the tolerance, and its drive takes what is left away long after the last command."""
+    """It rests within the tolerance.
+
+    Its drive takes what is left away long after the last command.
+    """
     pair = connected()
     since, goal = len(pair.decisions()), shifted(HOME, 20.0, -30.0)
     pair.start_program(ramp(HOME, goal, 1.0))
@@ -132,14 +154,17 @@ def test_a_twin_that_goes_on_settling_is_no_new_leader(left: float, tau: float) 
 
 @pytest.mark.parametrize("left", [0.08, -0.08])
 def test_a_twin_that_settles_after_a_stop_is_not_aligned_by_that(left: float) -> None:
-    """An ESTOP in the middle of a move, RESET: the drive's last hundredths are no motion of the twin, nothing moves."""
+    """An ESTOP in the middle of a move, RESET.
+
+    The drive's last hundredths are no motion of the twin, nothing moves.
+    """
     pair = connected()
     pair.operate("MOVE_JOINTS", target=shifted(HOME, 20.0), speed_percent=50.0)
     pair.run(0.8)
     pair.operate("ESTOP")
     pair.run(0.5)
     pair.operate("RESET")
-    pair.run_until(lambda: pair.state.mode is Mode.STOPPED, 2.0)
+    pair.run_until(lambda: pair.state.lead.mode is Mode.STOPPED, 2.0)
     since, place = len(pair.decisions()), pair.twin_q
     pair.jog_twin(lambda t: shifted(place, left * (1.0 - math.exp(-t / 0.6))), pair.now)
     pair.run(4.0)
@@ -147,7 +172,12 @@ def test_a_twin_that_settles_after_a_stop_is_not_aligned_by_that(left: float) ->
 
 
 @FEW
-@given(offset=OFFSETS, duration=st.floats(1.0, 2.0), noise=st.floats(0.0, 1.0), lag_ms=st.integers(0, 140))
+@given(
+    offset=OFFSETS,
+    duration=st.floats(1.0, 2.0),
+    noise=st.floats(0.0, 1.0),
+    lag_ms=st.integers(0, 140),
+)
 @example(offset=(20.0, 0.0, 0.0, 0.0), duration=1.0, noise=1.0, lag_ms=140)
 def test_a_robot_that_follows_is_never_a_new_leader(
     offset: tuple[float, ...], duration: float, noise: float, lag_ms: int
@@ -215,7 +245,9 @@ def test_the_controllers_own_clock_may_begin_anywhere(start: int) -> None:
     moved.now = float(start)
     here, there = scenario(pair), scenario(moved)
     assert [entry[:2] for entry in there] == [entry[:2] for entry in here]
-    assert [entry[2] for entry in there] == pytest.approx([entry[2] for entry in here], abs=REPORT_S)
+    assert [entry[2] for entry in there] == pytest.approx(
+        [entry[2] for entry in here], abs=REPORT_S
+    )
 
 
 CLOCK_FAULT = st.tuples(
@@ -245,7 +277,7 @@ def test_clocks_that_jump_drift_stand_or_run_backwards_make_nobody_lead(
     assert set(triggers(pair)) <= HARMLESS
     pair.real_drift = pair.twin_drift = 0.0
     pair.run(0.5)
-    pair.run_until(lambda: pair.state.mode is Mode.IDLE, 12.0)
+    pair.run_until(lambda: pair.state.lead.mode is Mode.IDLE, 12.0)
     assert set(triggers(pair)) <= HARMLESS
 
 
@@ -253,15 +285,20 @@ def test_clocks_that_jump_drift_stand_or_run_backwards_make_nobody_lead(
 @pytest.mark.parametrize("drift", [200e-6, -200e-6])
 @pytest.mark.parametrize("side", ["real", "twin"])
 def test_drifting_clocks_keep_the_pair_together(side: str, drift: float) -> None:
-    """After 20 s at 200 ppm (4 ms) the twin still follows to the same place, and the drift is known."""
+    """After 20 s at 200 ppm (4 ms) the twin follows to the same place.
+
+    The drift is known.
+    """
     pair = connected()
     setattr(pair, f"{side}_drift", drift)
     pair.run(40.0)
     pair.start_program(ramp(HOME, shifted(HOME, 20.0, -30.0), 1.0))
     pair.run(0.5)
-    assert pair.state.mode is Mode.REAL_LEADS
-    assert max(abs(a - b) / scale for a, b, scale in zip(pair.real_q, pair.twin_q, SETUP.scale)) < 0.2
-    clock = getattr(pair.state, side).clock
+    assert pair.state.lead.mode is Mode.REAL_LEADS
+    assert (
+        max(abs(a - b) / scale for a, b, scale in zip(pair.real_q, pair.twin_q, SETUP.scale)) < 0.2
+    )
+    clock = {"real": pair.state.sides.real, "twin": pair.state.sides.twin}[side].clock
     assert clock.drift_ppm == pytest.approx(drift * 1e6, abs=120.0)
     assert clock.jumps == 0
 
@@ -272,15 +309,20 @@ def test_no_mode_has_two_leaders() -> None:
 
 
 def test_the_wrap_of_the_robots_clock_is_nothing_special() -> None:
-    """2^31 ms after its start the counter begins at 0 again, here in the middle of a motion: the twin goes on following."""
+    """2^31 ms after its start the counter begins at 0 again, here in the middle of a motion.
+
+    The twin goes on following.
+    """
     pair = connected(real_clock=2**31 * 1e-3 - 104.0)
     since = len(pair.decisions())
     pair.run_until(lambda: pair.now >= 103.5, 10.0)
     pair.start_program(ramp(HOME, shifted(HOME, 20.0, -30.0), 1.0))
     pair.run(0.6)
-    assert pair.state.clock_ms is not None and pair.state.clock_ms > 2**31
-    assert pair.state.mode is Mode.REAL_LEADS
-    assert max(abs(a - b) / scale for a, b, scale in zip(pair.real_q, pair.twin_q, SETUP.scale)) < 0.2
+    assert pair.state.sides.real.clock_ms is not None and pair.state.sides.real.clock_ms > 2**31
+    assert pair.state.lead.mode is Mode.REAL_LEADS
+    assert (
+        max(abs(a - b) / scale for a, b, scale in zip(pair.real_q, pair.twin_q, SETUP.scale)) < 0.2
+    )
     pair.run(0.6)
     pair.end_program()
     pair.run(1.0)

@@ -5,15 +5,15 @@ from __future__ import annotations
 import msgspec
 import pytest
 from harness.pair import HOME, SETUP, Pair, ramp, shifted
+from harness.parts import changed
 from harness.watch import Watch
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from twin_controller.core.actions import Do, FollowTwin, Perform
+from twin_controller.core.actions import Command, FollowTwin, Send
 from twin_controller.core.events import RealMeasured, Tick, TwinMeasured
-from twin_controller.core.observing.divergence import DivergenceState
-from twin_controller.core.rules.table import Mode
+from twin_controller.core.lead.modes import Mode
+from twin_controller.core.safety.divergence import DivergenceState
 from twin_controller.core.step import step
-from twin_controller.core.supervise import cap_speed
 
 replace = msgspec.structs.replace
 AWAY = shifted(HOME, 20.0, -30.0, 40.0, 10.0)
@@ -22,7 +22,7 @@ PLAIN, LATE = (0.0, 0.0), (0.03, 0.02)
 
 @pytest.fixture(params=[PLAIN, LATE], ids=["at once", "late"])
 def pair(request: pytest.FixtureRequest) -> Pair:
-    """Return a connected and watched pair, IDLE at home, its commands and reports at once or late."""
+    """Return a connected and watched pair, IDLE at home, heard at once or late."""
     made = Pair()
     made.command_delay, made.report_delay = request.param
     Watch(made)
@@ -30,9 +30,9 @@ def pair(request: pytest.FixtureRequest) -> Pair:
     return made
 
 
-def performed(pair: Pair, since: int = 0) -> list[Do]:
+def performed(pair: Pair, since: int = 0) -> list[Command]:
     """Return the actions performed since the given index."""
-    return [action.do for action in pair.actions[since:] if isinstance(action, Perform)]
+    return [action.command for action in pair.actions[since:] if isinstance(action, Send)]
 
 
 def triggers(pair: Pair, since: int = 0) -> list[str]:
@@ -42,7 +42,10 @@ def triggers(pair: Pair, since: int = 0) -> list[str]:
 
 @pytest.mark.parametrize("side", ["real", "twin"])
 def test_an_emergency_stop_reaches_a_side_that_was_away(pair: Pair, side: str) -> None:
-    """Latched means latched: the side that comes back is stopped too, and nothing of it moves meanwhile."""
+    """Latched means latched.
+
+    The side that comes back is stopped too, and nothing of it moves meanwhile.
+    """
     pair.link(side, False)
     assert pair.operate("ESTOP").success
     pair.run(0.5)
@@ -51,18 +54,21 @@ def test_an_emergency_stop_reaches_a_side_that_was_away(pair: Pair, side: str) -
     assert not pair.drives and pair.motion == "estopped"
     assert pair.operate("RESET").success
     pair.run(1.0)
-    assert pair.state.mode is Mode.STOPPED and pair.drives and pair.motion == "idle"
+    assert pair.state.lead.mode is Mode.STOPPED and pair.drives and pair.motion == "idle"
 
 
 def test_a_side_that_is_let_go_on_its_own_side_is_stopped_again(pair: Pair) -> None:
-    """The controller's latch is left by its RESET only; the repetition is slow enough to be read."""
+    """The controller's latch is left by its RESET only.
+
+    The repetition is slow enough to be read.
+    """
     assert pair.operate("ESTOP").success
     pair.run(1.0)
     since = len(pair.decisions())
     pair.drives = True
-    pair.order_twin(Do.RESET_TWIN, 17)
+    pair.order_twin(Command.RESET_TWIN, 17)
     pair.run(1.5)
-    assert pair.state.mode is Mode.ESTOP and not pair.drives and pair.motion == "estopped"
+    assert pair.state.lead.mode is Mode.ESTOP and not pair.drives and pair.motion == "estopped"
     assert 1 <= triggers(pair, since).count("ESTOP_MISSED") <= 3
 
 
@@ -70,16 +76,16 @@ def test_an_emergency_stop_that_persists_cannot_be_reset(pair: Pair) -> None:
     """RESET fails with a text while the button is pressed; nothing is switched on."""
     pair.press_estop()
     pair.run(0.2)
-    assert pair.state.mode is Mode.ESTOP and pair.motion == "estopped"
+    assert pair.state.lead.mode is Mode.ESTOP and pair.motion == "estopped"
     assert pair.operate("RESET").success
     pair.run(2.5)
-    assert pair.state.mode is Mode.ESTOP and "cause persists" in pair.state.why
+    assert pair.state.lead.mode is Mode.ESTOP and "cause persists" in pair.state.lead.why
     pair.estop_pressed = False
     pair.run(1.0)
-    assert pair.state.mode is Mode.ESTOP, "releasing alone changes nothing"
+    assert pair.state.lead.mode is Mode.ESTOP, "releasing alone changes nothing"
     assert pair.operate("RESET").success
     pair.run(1.0)
-    assert pair.state.mode is Mode.STOPPED
+    assert pair.state.lead.mode is Mode.STOPPED
 
 
 def test_a_reset_does_not_outlive_a_lost_link(pair: Pair) -> None:
@@ -94,7 +100,7 @@ def test_a_reset_does_not_outlive_a_lost_link(pair: Pair) -> None:
     pair.link("real", True)
     pair.drives = True
     pair.run(1.0)
-    assert pair.state.mode is Mode.ESTOP
+    assert pair.state.lead.mode is Mode.ESTOP
 
 
 @pytest.mark.parametrize("resumed_by", ["operator", "pendant"])
@@ -105,12 +111,12 @@ def test_a_hold_on_the_robots_side_ends_once(pair: Pair, resumed_by: str) -> Non
     since = len(pair.decisions())
     pair.paused = True
     pair.run(1.0)
-    assert pair.state.mode is Mode.PAUSED and pair.motion == "paused"
+    assert pair.state.lead.mode is Mode.PAUSED and pair.motion == "paused"
     if resumed_by == "operator":
         assert pair.operate("RESUME").success
     else:
         pair.paused = False
-    pair.run_until(lambda: pair.state.mode is Mode.IDLE, 8.0)
+    pair.run_until(lambda: pair.state.lead.mode is Mode.IDLE, 8.0)
     assert len(triggers(pair, since)) == 3
 
 
@@ -123,46 +129,57 @@ def test_a_robot_that_stays_held_after_resume_pauses_the_twin_again(pair: Pair) 
     pair.command_real = lambda do: None  # type: ignore[method-assign]
     assert pair.operate("RESUME").success
     pair.run(1.5)
-    assert pair.state.mode is Mode.PAUSED and pair.motion == "paused"
+    assert pair.state.lead.mode is Mode.PAUSED and pair.motion == "paused"
 
 
 def test_a_stream_that_was_ended_during_a_pause_is_started_again(pair: Pair) -> None:
-    """RESUME brings the real robot along, or fails with a text; the twin never goes on alone unnoticed."""
+    """RESUME brings the real robot along, or fails with a text.
+
+    The twin never goes on alone unnoticed.
+    """
     pair.move_twin(ramp(HOME, AWAY, 5.0))
     pair.run(1.0)
-    pair.order_twin(Do.PAUSE_TWIN, 17)
+    pair.order_twin(Command.PAUSE_TWIN, 17)
     pair.run(0.5)
     pair.streaming = False
     pair.run(0.2)
-    assert pair.state.mode is Mode.PAUSED
+    assert pair.state.lead.mode is Mode.PAUSED
     assert pair.operate("RESUME").success
     pair.run(0.5)
-    assert pair.state.mode is Mode.TWIN_LEADS and pair.streaming
+    assert pair.state.lead.mode is Mode.TWIN_LEADS and pair.streaming
 
 
 def test_a_stream_that_is_ended_as_it_goes_on_is_not_started_again(pair: Pair) -> None:
-    """Between RESUME and the robot's next answer its own pendant ends the program: that is a stop of both."""
+    """Between RESUME and the robot's next answer its own pendant ends the program.
+
+    That is a stop of both.
+    """
     pair.move_twin(ramp(HOME, AWAY, 5.0))
     pair.run(1.0)
     pair.paused = True
     pair.run(0.5)
-    assert pair.state.mode is Mode.PAUSED and pair.streaming
+    assert pair.state.lead.mode is Mode.PAUSED and pair.streaming
     assert pair.operate("RESUME").success
     pair.streaming = False
     pair.run(1.0)
-    assert pair.state.mode is Mode.STOPPED and not pair.streaming
+    assert pair.state.lead.mode is Mode.STOPPED and not pair.streaming
     assert triggers(pair)[-1] == "REAL_STOPPED"
 
 
-def test_a_program_of_the_robot_takes_over_from_a_paused_twin(pair: Pair) -> None:
-    """The paused move ends; the twin follows."""
+def test_a_program_of_the_robot_leads_after_a_pause_has_ended(pair: Pair) -> None:
+    """Not while both are held; after STOP it leads, and the twin follows once it is aligned."""
     pair.move_twin(ramp(HOME, AWAY, 5.0))
     pair.run(1.0)
-    pair.order_twin(Do.PAUSE_TWIN, 17)
+    pair.order_twin(Command.PAUSE_TWIN, 17)
     pair.run(0.5)
     pair.start_program(ramp(pair.real_q, HOME, 2.0))
     pair.run(0.8)
-    assert pair.state.mode is Mode.REAL_LEADS and pair.motion == "following"
+    assert pair.state.lead.mode is Mode.PAUSED and not pair.own_program
+    assert pair.operate("STOP").success
+    pair.run(0.5)
+    pair.start_program(ramp(pair.real_q, HOME, 2.0))
+    pair.run(0.8)
+    assert pair.state.lead.mode is Mode.REAL_LEADS and pair.motion == "following"
 
 
 @pytest.mark.parametrize("released", ["real", "twin"])
@@ -170,15 +187,15 @@ def test_a_release_does_not_go_round_the_acknowledgement(pair: Pair, released: s
     """After a divergence a side that goes on by itself stops both."""
     pair.move_twin(ramp(HOME, AWAY, 8.0))
     pair.run(1.0)
-    pair.state = replace(pair.state, divergence=DivergenceState((True,) * 15, True, 30.0))
+    pair.state = changed(pair.state, safety__divergence=DivergenceState((True,) * 15, True, 30.0))
     pair.run(0.5)
-    assert pair.state.mode is Mode.PAUSED and pair.state.needs_acknowledge and pair.paused
+    assert pair.state.lead.mode is Mode.PAUSED and pair.state.lead.needs_acknowledge and pair.paused
     if released == "real":
         pair.paused = False
     else:
-        pair.order_twin(Do.RESUME_TWIN, 17)
+        pair.order_twin(Command.RESUME_TWIN, 17)
     pair.run(0.3)
-    assert pair.state.mode is Mode.STOPPED
+    assert pair.state.lead.mode is Mode.STOPPED
     assert triggers(pair)[-1] == "RELEASED_BLOCKED"
 
 
@@ -186,7 +203,7 @@ def test_an_old_alarm_does_not_pause_an_aligned_pair(pair: Pair) -> None:
     """Aligning ends a divergence; a program that begins at once is not paused for it."""
     pair.operate("STOP")
     pair.run(0.5)
-    pair.state = replace(pair.state, divergence=DivergenceState((True,) * 15, True, 30.0))
+    pair.state = changed(pair.state, safety__divergence=DivergenceState((True,) * 15, True, 30.0))
     pair.start_program(ramp(HOME, AWAY, 4.0))
     assert pair.operate("ALIGN").success
     pair.run(1.0)
@@ -199,18 +216,21 @@ def test_stamps_from_the_future_are_not_believed() -> None:
     pair.connect()
     stamp = pair.now + pair.twin_clock + 3600.0
     pair.feed(TwinMeasured(pair.now, stamp, shifted(HOME, 9.0), (0.0,) * 4))
-    assert pair.state.mode is Mode.OFFLINE
-    assert "ahead of its clock" in pair.state.twin.reason
+    assert pair.state.lead.mode is Mode.OFFLINE
+    assert "ahead of its clock" in pair.state.sides.twin.reason
 
 
 def test_data_that_come_late_are_not_fresh() -> None:
-    """A connection that delivers everything 0.3 s late is no connection: age counts from the stamp, not from arrival."""
+    """A connection that delivers everything 0.3 s late is no connection.
+
+    Age counts from the stamp, not from arrival.
+    """
     pair = Pair()
     pair.connect()
     pair.twin_delay_begins = pair.now  # type: ignore[attr-defined]
     pair.report_delay = 0.3
     pair.run(0.6)
-    assert pair.state.mode is Mode.OFFLINE
+    assert pair.state.lead.mode is Mode.OFFLINE
     before = len(pair.actions)
     pair.run(3.0)
     assert not [action for action in pair.actions[before:] if isinstance(action, FollowTwin)]
@@ -222,23 +242,25 @@ def test_an_answer_that_repeats_an_instant_commands_nobody(pair: Pair) -> None:
     pair.run(1.0)
     last = next(event for event in reversed(pair.inputs) if isinstance(event, RealMeasured))
     state, actions = step(
-        SETUP, pair.state, replace(last, now=last.now + 0.01, sent=last.sent + 0.01, received=last.received + 0.01)
+        SETUP,
+        pair.state,
+        replace(last, now=last.now + 0.01, sent=last.sent + 0.01, received=last.received + 0.01),
     )
-    assert not actions and state.real.history == pair.state.real.history
+    assert not actions and state.sides.real.history == pair.state.sides.real.history
 
 
 def test_the_end_of_an_old_plan_is_no_new_motion() -> None:
-    """Rows that were due before the positions were agreed tell nothing about who moves first now."""
+    """Rows due before the positions were agreed say nothing about who moves first now."""
     pair = Pair()
     pair.connect()
     pair.move_twin(ramp(HOME, AWAY, 1.0))
     pair.run(0.8)
-    old = pair.state.plan
-    pair.run_until(lambda: pair.state.mode is Mode.IDLE, 5.0)
-    assert old is not None and pair.state.motion is not None
-    pair.feed(replace(pair.state.motion, now=pair.now, state="announcing"))
+    old = pair.state.sides.twin.plan
+    pair.run_until(lambda: pair.state.lead.mode is Mode.IDLE, 5.0)
+    assert old is not None and pair.state.sides.twin.motion is not None
+    pair.feed(replace(pair.state.sides.twin.motion, now=pair.now, state="announcing"))
     pair.feed(replace(old, now=pair.now))
-    assert pair.state.mode is Mode.IDLE
+    assert pair.state.lead.mode is Mode.IDLE
 
 
 def test_what_the_gate_slowed_down_is_shown() -> None:
@@ -247,28 +269,37 @@ def test_what_the_gate_slowed_down_is_shown() -> None:
     pair.connect()
     pair.move_twin(ramp(HOME, AWAY, 4.0))
     pair.run(1.5)
-    assert not pair.state.speed.gate
-    slowed = replace(pair.state, speed=replace(pair.state.speed, gate="joint_1 at 95 % of its largest speed, allowed 80 %"))
-    slowed = replace(slowed, motion=replace(slowed.motion, speed_requested_percent=10.0))  # type: ignore[type-var]
-    shown, _ = cap_speed(SETUP, slowed, pair.now)
-    assert shown.speed.limited and "joint_1 at 95 %" in shown.speed.reason
-    gone, _ = cap_speed(SETUP, replace(slowed, stream=None), pair.now)
-    assert not gone.speed.limited and not gone.speed.gate
+    assert pair.state.follow.real is not None and not pair.state.follow.real.slowed
+    slowed = changed(
+        pair.state,
+        follow__real__slowed="joint_1 at 95 % of its largest speed, allowed 80 %",
+        sides__twin__motion__speed_requested_percent=10.0,
+    )
+    shown = step(SETUP, slowed, Tick(pair.now))[0].orders.speeds
+    assert shown.limited and "joint_1 at 95 %" in shown.reason
+    gone = step(SETUP, changed(slowed, follow__real=None), Tick(pair.now))[0].orders.speeds
+    assert not gone.limited and not gone.reason
 
 
 def test_a_side_lost_in_the_step_that_decides_a_leader_leads_nobody() -> None:
-    """The twin moved, and in the same step the real robot turns out to be silent: OFFLINE, not an error."""
+    """The twin moved, and in the same step the real robot turns out to be silent.
+
+    OFFLINE, not an error.
+    """
     pair = Pair()
     pair.connect()
     pair.jog_twin(ramp(HOME, AWAY, 2.0), pair.now)
     pair.real_up = False
     pair.run(0.3)
-    assert pair.state.mode is Mode.OFFLINE
-    late = step(SETUP, replace(pair.state, mode=Mode.IDLE, links_up=True), Tick(pair.now))[0]
-    assert late.mode is Mode.OFFLINE
+    assert pair.state.lead.mode is Mode.OFFLINE
+    idle = changed(pair.state, lead__mode=Mode.IDLE, lead__links_up=True)
+    late = step(SETUP, idle, Tick(pair.now))[0]
+    assert late.lead.mode is Mode.OFFLINE
 
 
-POSE = st.tuples(st.floats(-25.0, 25.0), st.floats(-35.0, 35.0), st.floats(-40.0, 90.0), st.floats(-15.0, 15.0))
+POSE = st.tuples(
+    st.floats(-25.0, 25.0), st.floats(-35.0, 35.0), st.floats(-40.0, 90.0), st.floats(-15.0, 15.0)
+)
 FLAP = st.tuples(st.sampled_from(["real", "twin"]), st.integers(1, 900))
 
 
@@ -277,7 +308,10 @@ FLAP = st.tuples(st.sampled_from(["real", "twin"]), st.integers(1, 900))
 def test_a_reconnect_moves_the_twin_slowly_and_the_real_robot_not_at_all(
     real: tuple[float, ...], twin: tuple[float, ...], flaps: list[tuple[str, int]]
 ) -> None:
-    """Links that come and go in any order: nothing is replayed, the twin aligns within its speed, then all is idle."""
+    """Links that come and go in any order.
+
+    Nothing is replayed, the twin aligns within its speed, then all is idle.
+    """
     pair = Pair(real=shifted(HOME, *real), twin=shifted(HOME, *twin))
     Watch(pair)
     begin = pair.real_q
@@ -290,18 +324,34 @@ def test_a_reconnect_moves_the_twin_slowly_and_the_real_robot_not_at_all(
         if not getattr(pair, f"{side}_up"):
             pair.link(side, True)
     pair.run(1.0)
-    pair.run_until(lambda: pair.state.mode is Mode.IDLE, 15.0)
+    pair.run_until(lambda: pair.state.lead.mode is Mode.IDLE, 15.0)
     assert pair.real_q == begin
-    assert {action.do for action in pair.actions if isinstance(action, Perform)} <= {Do.STOP_REAL, Do.STOP_TWIN, Do.RELEASE_TWIN}
-    speeds = [abs(v) / limit for a in pair.actions if isinstance(a, FollowTwin) for v, limit in zip(a.qdot, SETUP.velocity)]
+    assert {action.command for action in pair.actions if isinstance(action, Send)} <= {
+        Command.STOP_REAL,
+        Command.STOP_TWIN,
+        Command.RELEASE_TWIN,
+    }
+    speeds = [
+        abs(v) / limit
+        for a in pair.actions
+        if isinstance(a, FollowTwin)
+        for v, limit in zip(a.qdot, SETUP.velocity)
+    ]
     assert max(speeds) <= SETUP.config.align.speed_percent * 1e-2 + 1e-9
     assert set(triggers(pair)) <= {"LINKS_READY", "LINK_LOST", "ALIGNED"}
 
 
 @settings(max_examples=10, deadline=None)
-@given(leader=st.sampled_from(["real", "twin", "operator"]), at_ms=st.integers(50, 1500), pressed=st.booleans())
+@given(
+    leader=st.sampled_from(["real", "twin", "operator"]),
+    at_ms=st.integers(50, 1500),
+    pressed=st.booleans(),
+)
 def test_releasing_an_emergency_stop_moves_nothing(leader: str, at_ms: int, pressed: bool) -> None:
-    """Whenever it comes and wherever it was given: after the release and after RESET both stay where they are."""
+    """Whenever it comes and wherever it was given.
+
+    After the release and after RESET both stay where they are.
+    """
     pair = Pair()
     Watch(pair)
     pair.connect()
@@ -317,47 +367,53 @@ def test_releasing_an_emergency_stop_moves_nothing(leader: str, at_ms: int, pres
     else:
         assert pair.operate("ESTOP").success
     pair.run(0.5)
-    assert pair.state.mode is Mode.ESTOP
+    assert pair.state.lead.mode is Mode.ESTOP
     here = (pair.real_q, pair.twin_q)
     pair.estop_pressed = False
     pair.run(0.5)
     assert pair.operate("RESET").success
     pair.run(2.0)
-    assert pair.state.mode is Mode.STOPPED
+    assert pair.state.lead.mode is Mode.STOPPED
     assert (pair.real_q, pair.twin_q) == here
 
 
 def test_a_program_that_runs_already_leads_as_soon_as_the_pair_is_ready(pair: Pair) -> None:
-    """Any order of start: it waits at a point, so nothing moves, but it is what the twin has to follow."""
+    """Any order of start.
+
+    It waits at a point, so nothing moves, but it is what the twin has to follow.
+    """
     pair.link("real", False)
     pair.start_program(ramp(HOME, HOME, 60.0))
     pair.run(0.3)
     pair.link("real", True)
     pair.run(2.0)
-    assert pair.state.mode is Mode.REAL_LEADS
+    assert pair.state.lead.mode is Mode.REAL_LEADS
     assert triggers(pair)[-2:] == ["ALIGNED", "REAL_TOOK_OVER"]
 
 
 def test_a_robot_that_had_moved_before_the_announced_twin_takes_the_lead(pair: Pair) -> None:
-    """The twin's announcement came first, but its motion would have begun later: its stream ends, the twin follows."""
+    """The twin's announcement came first, but its motion would have begun later.
+
+    Its stream ends, the twin follows.
+    """
     pair.move_twin(ramp(HOME, shifted(HOME, -20.0), 2.0))
     pair.run(0.03)
     pair.jog_real(ramp(HOME, AWAY, 0.5))
     pair.run(0.12)
     assert triggers(pair)[-2:] == ["TWIN_MOVED", "REAL_WAS_FIRST"]
-    assert pair.state.mode is Mode.REAL_LEADS
-    assert Do.STOP_TWIN in performed(pair)
+    assert pair.state.lead.mode is Mode.REAL_LEADS
+    assert Command.STOP_TWIN in performed(pair)
 
 
 def test_a_pair_that_rests_apart_diverges_by_the_smaller_limit(pair: Pair) -> None:
     """11 mm between the tools at rest are an alarm, though less than what is allowed on the way."""
     pair.start_program(ramp(HOME, shifted(HOME, 5.0), 1.0))
     pair.run(2.0)
-    assert pair.state.mode is Mode.REAL_LEADS
+    assert pair.state.lead.mode is Mode.REAL_LEADS
     pair.take_follow = lambda action, now: None  # type: ignore[method-assign]
     pair.motion, pair.follow = "idle", None
     pair.jog_twin(ramp(pair.twin_q, shifted(pair.twin_q, 1.0), 0.3), pair.now)
     pair.run(1.5)
-    distance = pair.state.divergence.distance_mm
+    distance = pair.state.safety.divergence.distance_mm
     assert SETUP.config.divergence.rest_mm < distance < SETUP.config.divergence.path_mm
-    assert pair.state.mode is Mode.PAUSED and triggers(pair)[-1] == "DIVERGED"
+    assert pair.state.lead.mode is Mode.PAUSED and triggers(pair)[-1] == "DIVERGED"

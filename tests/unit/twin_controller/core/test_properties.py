@@ -1,4 +1,7 @@
-"""Whatever the two sides, their links, their clocks and the operator do, the rules hold, step by step."""
+"""The rules hold, step by step.
+
+They do so whatever the two sides, their links, their clocks and the operator do.
+"""
 
 from __future__ import annotations
 
@@ -9,19 +12,38 @@ from harness.watch import Watch
 from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, precondition, rule
-from twin_controller.core.actions import AnyAction, Do
+from twin_controller.core.actions import AnyAction, Command
 from twin_controller.core.events import AnyEvent
-from twin_controller.core.rules.table import Mode
+from twin_controller.core.lead.modes import Mode
 from twin_controller.core.state import initial_state
 from twin_controller.core.step import step
 
 ENCODER = msgspec.msgpack.Encoder()
 DECODER = msgspec.msgpack.Decoder(AnyEvent)
-OFFSETS = st.tuples(st.floats(-25.0, 25.0), st.floats(-35.0, 35.0), st.floats(-40.0, 90.0), st.floats(-15.0, 15.0))
+OFFSETS = st.tuples(
+    st.floats(-25.0, 25.0), st.floats(-35.0, 35.0), st.floats(-40.0, 90.0), st.floats(-15.0, 15.0)
+)
 TARGETS = OFFSETS.map(lambda border: shifted(HOME, *border))
 SIDES = st.sampled_from(["real", "twin"])
-COMMANDS = ["STOP", "PAUSE", "RESUME", "RESET", "ESTOP", "ALIGN", "ACKNOWLEDGE", "HOME", "MOVE", "DANCE"]
-TWIN_COMMANDS = [Do.STOP_TWIN, Do.PAUSE_TWIN, Do.RESUME_TWIN, Do.ESTOP_TWIN, Do.RESET_TWIN]
+COMMANDS = [
+    "STOP",
+    "PAUSE",
+    "RESUME",
+    "RESET",
+    "ESTOP",
+    "ALIGN",
+    "ACKNOWLEDGE",
+    "HOME",
+    "MOVE",
+    "DANCE",
+]
+TWIN_COMMANDS = [
+    Command.STOP_TWIN,
+    Command.PAUSE_TWIN,
+    Command.RESUME_TWIN,
+    Command.ESTOP_TWIN,
+    Command.RESET_TWIN,
+]
 NORMAL_CLOCKS = {"real": 5000.0, "twin": 1.7e9}
 
 
@@ -82,7 +104,7 @@ class Cell(RuleBasedStateMachine):
         self.pair.jog_twin(ramp(self.pair.twin_q, pose, duration), self.pair.now)
 
     @rule(do=st.sampled_from(TWIN_COMMANDS), number=st.sampled_from([0, 17, 18]))
-    def twin_is_commanded(self, do: Do, number: int) -> None:
+    def twin_is_commanded(self, do: Command, number: int) -> None:
         """Somebody commands the twin on its side."""
         self.pair.order_twin(do, number)
 
@@ -135,16 +157,22 @@ class Cell(RuleBasedStateMachine):
         setattr(self.pair, f"{side}_drift", drift)
 
     def teardown(self) -> None:
-        """After all faults are mended the pair comes back, and the record replays to the same decisions."""
+        """After all faults are mended the pair comes back.
+
+        The record replays to the same decisions.
+        """
         if hasattr(self, "pair"):
             mend(self.pair)
             works_both_ways(self.pair)
             assert replayed(self.pair.inputs) == self.pair.actions
-            assert replayed([DECODER.decode(ENCODER.encode(event)) for event in self.pair.inputs]) == self.pair.actions
+            assert (
+                replayed([DECODER.decode(ENCODER.encode(event)) for event in self.pair.inputs])
+                == self.pair.actions
+            )
 
 
 def mend(pair: Pair) -> None:
-    """Take all causes of trouble away, do what the operator has to do, and wait for the pair to be idle."""
+    """Take all causes of trouble away, do the operator's part, and wait for the pair to idle."""
     pair.real_drift = pair.twin_drift = 0.0
     pair.estop_pressed = pair.fault_persists = pair.paused = False
     pair.jog = None
@@ -153,31 +181,34 @@ def mend(pair: Pair) -> None:
             pair.link(side, True)
     pair.run(1.5)
     for _ in range(3):
-        if pair.state.mode in (Mode.ESTOP, Mode.FAULT):
-            assert pair.operate("RESET").success, pair.state.why
+        if pair.state.lead.mode in (Mode.ESTOP, Mode.FAULT):
+            assert pair.operate("RESET").success, pair.state.lead.why
             pair.run(0.5)
     assert pair.operate("STOP").success
     pair.run(1.0)
-    if pair.state.mode is not Mode.OFFLINE:
-        assert pair.operate("ALIGN").success, pair.state.why
-    pair.run_until(lambda: pair.state.mode is Mode.IDLE, 30.0)
+    if pair.state.lead.mode is not Mode.OFFLINE:
+        assert pair.operate("ALIGN").success, pair.state.lead.why
+    pair.run_until(lambda: pair.state.lead.mode is Mode.IDLE, 30.0)
 
 
 def works_both_ways(pair: Pair) -> None:
-    """Let the real robot lead once, then the twin; the other one follows to the same place each time."""
+    """Let the real robot lead once, then the twin.
+
+    The other one follows to the same place each time.
+    """
     away = shifted(pair.real_q, -2.0 if pair.real_q[0] > 0.0 else 2.0, 1.0)
     pair.start_program(ramp(pair.real_q, away, 1.0))
     pair.run(0.5)
-    assert pair.state.mode is Mode.REAL_LEADS, pair.state.why
+    assert pair.state.lead.mode is Mode.REAL_LEADS, pair.state.lead.why
     pair.run(0.6)
     pair.end_program()
-    pair.run_until(lambda: pair.state.mode is Mode.IDLE, 5.0)
+    pair.run_until(lambda: pair.state.lead.mode is Mode.IDLE, 5.0)
     assert pair.real_q == away and far(pair) <= SETUP.config.settle.tolerance
     pair.run(0.2)
     pair.move_twin(ramp(pair.twin_q, shifted(pair.twin_q, 1.0, -2.0), 1.0))
     pair.run(0.6)
-    assert pair.state.mode is Mode.TWIN_LEADS, pair.state.why
-    pair.run_until(lambda: pair.state.mode is Mode.IDLE, 5.0)
+    assert pair.state.lead.mode is Mode.TWIN_LEADS, pair.state.lead.why
+    pair.run_until(lambda: pair.state.lead.mode is Mode.IDLE, 5.0)
     assert pair.real_q != away and far(pair) <= SETUP.config.settle.tolerance
 
 
@@ -196,4 +227,9 @@ def replayed(events: list[AnyEvent]) -> list[AnyAction]:
 
 
 TestCell = pytest.mark.slow(Cell.TestCase)
-TestCell.settings = settings(max_examples=40, stateful_step_count=10, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+TestCell.settings = settings(
+    max_examples=40,
+    stateful_step_count=10,
+    deadline=None,
+    suppress_health_check=[HealthCheck.too_slow],
+)

@@ -1,4 +1,7 @@
-"""Any sequence of inputs, however absurd, is survived, and what reaches the real robot is within its limits."""
+"""Any sequence of inputs, however absurd, is survived.
+
+What reaches the real robot is within its limits.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,16 @@ import msgspec
 from harness.pair import SETUP, Pair
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from twin_controller.core.actions import AnyAction, Decided, Do, FollowTwin, OverrideReal, Perform, Reply, StreamReal
+from twin_controller.core.actions import (
+    AnyAction,
+    Command,
+    Decided,
+    FollowTwin,
+    OverrideReal,
+    Reply,
+    Send,
+    StreamReal,
+)
 from twin_controller.core.events import (
     AnyEvent,
     ClockProbe,
@@ -28,13 +40,17 @@ from twin_controller.core.events import (
     TwinPlan,
 )
 from twin_controller.core.step import step
-from twin_controller.packets import MOTION_STATES
+from twin_controller.twin.packets import MOTION_STATES
 from twin_controller.view import decision_text, state_view, statuses
 
 replace = msgspec.structs.replace
 BIG = sys.float_info.max
 NOW = st.one_of(st.floats(99.0, 103.0), st.floats(-1e9, 1e9))
-ANY = st.one_of(st.floats(-3.0, 3.0), st.floats(-BIG, BIG), st.sampled_from([0.0, -0.0, 5e-324, 1e-200, BIG, -BIG]))
+ANY = st.one_of(
+    st.floats(-3.0, 3.0),
+    st.floats(-BIG, BIG),
+    st.sampled_from([0.0, -0.0, 5e-324, 1e-200, BIG, -BIG]),
+)
 STAMP = st.one_of(st.floats(99.0, 103.0), st.floats(-BIG, BIG))
 JOINTS = st.tuples(*[ANY] * 4)
 PERCENT = st.one_of(st.floats(0.0, 100.0), ANY)
@@ -52,19 +68,49 @@ def plans(draw: st.DrawFn) -> TwinPlan:
 
 @st.composite
 def answers(draw: st.DrawFn) -> RealMeasured:
-    """Return an answer of the real robot; its joints are within their limits, as the registers are checked for."""
+    """Return an answer of the real robot.
+
+    Its joints are within their limits, as the registers are checked for.
+    """
     now = draw(NOW)
     q = tuple(draw(st.floats(low, high)) for low, high in zip(SETUP.lower, SETUP.upper))
     qdot = tuple(draw(st.floats(-1.5 * v, 1.5 * v)) for v in SETUP.velocity)
-    clock = draw(st.one_of(st.integers(0, (1 << 31) - 1), st.just(round((now + 5000.0) * 1000) % (1 << 31))))
+    clock = draw(
+        st.one_of(st.integers(0, (1 << 31) - 1), st.just(round((now + 5000.0) * 1000) % (1 << 31)))
+    )
     sent = now - draw(st.floats(0.0, 0.04))
     flags = [draw(FLAGS) for _ in range(5)]
     grip = (draw(st.one_of(st.none(), FLAGS)), draw(FLAGS))
-    return RealMeasured(now, sent, now, clock, q, qdot, *flags, draw(st.floats(0, 100)), draw(st.floats(0, 100)), *grip)
+    return RealMeasured(
+        now,
+        sent,
+        now,
+        clock,
+        q,
+        qdot,
+        *flags,
+        draw(st.floats(0, 100)),
+        draw(st.floats(0, 100)),
+        *grip,
+    )
 
 
 COMMAND = st.sampled_from(
-    ["STOP", "PAUSE", "RESUME", "RESET", "ESTOP", "ALIGN", "ACKNOWLEDGE", "HOME", "MOVE", "MOVE_JOINTS", "SPEED", "NONSENSE", ""]
+    [
+        "STOP",
+        "PAUSE",
+        "RESUME",
+        "RESET",
+        "ESTOP",
+        "ALIGN",
+        "ACKNOWLEDGE",
+        "HOME",
+        "MOVE",
+        "MOVE_JOINTS",
+        "SPEED",
+        "NONSENSE",
+        "",
+    ]
 )
 EVENTS: st.SearchStrategy[AnyEvent] = st.one_of(
     st.builds(Tick, NOW),
@@ -123,7 +169,9 @@ def warm(leader: str) -> Pair:
     return pair
 
 
-STARTS = {name: warm(name) for name in ("idle", "operator", "paused", "stopped", "emergency")} | {"new": Pair()}
+STARTS = {name: warm(name) for name in ("idle", "operator", "paused", "stopped", "emergency")} | {
+    "new": Pair()
+}
 
 
 def in_time(event: AnyEvent, now: float, pair: Pair) -> AnyEvent:
@@ -141,7 +189,10 @@ def in_time(event: AnyEvent, now: float, pair: Pair) -> AnyEvent:
 
 @st.composite
 def histories(draw: st.DrawFn) -> tuple[str, list[AnyEvent]]:
-    """Return where to begin and what comes: half of the inputs in good order of time, the others wild."""
+    """Return where to begin and what comes.
+
+    Half of the inputs in good order of time, the others wild.
+    """
     start = draw(st.sampled_from(sorted(STARTS)))
     pair, events = STARTS[start], []
     now = pair.now
@@ -155,9 +206,14 @@ def check(action: AnyAction, override: float) -> None:
     """Hold one action against what each side can be told at all."""
     if isinstance(action, StreamReal):
         assert len(action.q) == len(SETUP.names)
-        assert all(low <= value <= high for value, low, high in zip(action.q, SETUP.lower, SETUP.upper))
+        assert all(
+            low <= value <= high for value, low, high in zip(action.q, SETUP.lower, SETUP.upper)
+        )
         assert 0.0 < action.speed_percent <= 100.0
-        assert action.speed_percent * max(override, 1.0) * 1e-2 <= SETUP.config.limit.speed_percent + 1e-9
+        assert (
+            action.speed_percent * max(override, 1.0) * 1e-2
+            <= SETUP.config.limit.speed_percent + 1e-9
+        )
     elif isinstance(action, FollowTwin):
         assert all(map(math.isfinite, (action.stamp, *action.q, *action.qdot, *action.qddot)))
     elif isinstance(action, OverrideReal):
@@ -167,20 +223,24 @@ def check(action: AnyAction, override: float) -> None:
 @settings(max_examples=400, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(history=histories())
 def test_any_sequence_of_inputs_is_survived(history: tuple[str, list[AnyEvent]]) -> None:
-    """No input raises, whatever came before; commands are answered; nothing out of range is sent; all of it can be shown."""
+    """No input raises, whatever came before; commands are answered; nothing out of range is sent.
+
+    All of it can be shown.
+    """
     start, events = history
     state = STARTS[start].state
     for event in events:
         state, actions = step(SETUP, state, event)
+        flags = state.sides.real.flags
         for action in actions:
-            check(action, state.flags.override_percent if state.flags is not None else 100.0)
+            check(action, flags.override_percent if flags is not None else 100.0)
             if isinstance(action, Decided):
                 assert decision_text(action)
         replies = [action for action in actions if isinstance(action, Reply)]
         assert len(replies) == isinstance(event, Operator)
-        done = {action.do for action in actions if isinstance(action, Perform)}
+        done = {action.command for action in actions if isinstance(action, Send)}
         if isinstance(event, Operator) and event.command == "STOP":
-            assert {Do.STOP_REAL, Do.STOP_TWIN} <= done
+            assert {Command.STOP_REAL, Command.STOP_TWIN} <= done
     state_view(SETUP, state, events[-1].now)
     statuses(SETUP, state, {}, events[-1].now)
 

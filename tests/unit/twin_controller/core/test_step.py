@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 from harness.pair import HOME, SETUP, Pair, ramp, shifted
-from twin_controller.core.actions import Do, FollowTwin, MoveTwin, Perform, StreamReal
-from twin_controller.core.following.follow import deviation
+from twin_controller.core.actions import Command, FollowTwin, MoveTwin, Send, StreamReal
+from twin_controller.core.sides.pairing import deviation
 
 AWAY = shifted(HOME, 20.0, -30.0, 40.0, 10.0)
 
@@ -18,9 +18,9 @@ def pair() -> Pair:
     return made
 
 
-def performed(pair: Pair, since: int = 0) -> list[Do]:
+def performed(pair: Pair, since: int = 0) -> list[Command]:
     """Return the actions performed since the given index."""
-    return [action.do for action in pair.actions[since:] if isinstance(action, Perform)]
+    return [action.command for action in pair.actions[since:] if isinstance(action, Send)]
 
 
 def sent(pair: Pair, kind: type, since: int = 0) -> list[object]:
@@ -35,11 +35,16 @@ def far(pair: Pair) -> float:
 
 @pytest.mark.parametrize("twin", [AWAY, shifted(HOME, 1.5, -1.0, 1.5, 1.0)], ids=["far", "near"])
 def test_the_twin_aligns_slowly_before_anything_is_followed(twin: tuple[float, ...]) -> None:
-    """After start nothing is replayed; the twin goes to the real robot's pose at alignment speed, the robot stays."""
+    """After start nothing is replayed.
+
+    The twin goes to the real robot's pose at alignment speed, the robot stays.
+    """
     pair = Pair(twin=twin)
     pair.connect()
     follows = [action for action in pair.actions if isinstance(action, FollowTwin)]
-    speeds = [max(abs(v) / limit for v, limit in zip(action.qdot, SETUP.velocity)) for action in follows]
+    speeds = [
+        max(abs(v) / limit for v, limit in zip(action.qdot, SETUP.velocity)) for action in follows
+    ]
     assert far(pair) <= SETUP.config.align.tolerance
     assert max(speeds) <= SETUP.config.align.speed_percent * 1e-2 + 1e-9
     assert not sent(pair, StreamReal)
@@ -50,11 +55,11 @@ def test_the_twin_follows_a_program_of_the_real_robot(pair: Pair) -> None:
     """Who acts first leads; the other side follows until the program has ended."""
     pair.start_program(ramp(HOME, AWAY, 0.5))
     pair.run(0.3)
-    assert (pair.state.mode, pair.state.leader) == ("REAL_LEADS", "real")
+    assert (pair.state.lead.mode, pair.state.lead.leader) == ("REAL_LEADS", "real")
     assert far(pair) < 0.2
     pair.run(0.5)
     pair.end_program()
-    pair.run_until(lambda: pair.state.mode == "IDLE", 2.0)
+    pair.run_until(lambda: pair.state.lead.mode == "IDLE", 2.0)
     assert far(pair) < 0.01
 
 
@@ -62,17 +67,24 @@ def test_a_real_robot_moved_without_a_program_leads_too(pair: Pair) -> None:
     """A change of rounded positions is enough, for example a jog on the robot's own pendant."""
     pair.real_path, pair.real_path_start = ramp(HOME, AWAY, 0.8), pair.now
     pair.run(0.4)
-    assert pair.state.leader == "real"
+    assert pair.state.lead.leader == "real"
     assert far(pair) < 0.3
 
 
 def test_the_real_robot_follows_the_twin(pair: Pair) -> None:
-    """The twin's announced motion starts the stream program; its plan is sent ahead by the robot's lag."""
+    """The twin's announced motion starts the stream program.
+
+    Its plan is sent ahead by the robot's lag.
+    """
     pair.move_twin(ramp(HOME, AWAY, 0.8))
     pair.run(0.6)
-    assert (pair.state.mode, pair.state.leader, pair.streaming) == ("TWIN_LEADS", "twin", True)
+    assert (pair.state.lead.mode, pair.state.lead.leader, pair.streaming) == (
+        "TWIN_LEADS",
+        "twin",
+        True,
+    )
     assert far(pair) < 1.5
-    pair.run_until(lambda: pair.state.mode == "IDLE", 3.0)
+    pair.run_until(lambda: pair.state.lead.mode == "IDLE", 3.0)
     assert far(pair) < 0.01
     assert not pair.streaming
 
@@ -83,7 +95,7 @@ def test_the_lag_is_measured(pair: Pair) -> None:
     for target in (AWAY, HOME) * 3:
         pair.move_twin(ramp(pair.twin_q, target, 0.8))
         pair.run(2.0)
-    assert pair.state.lag == pytest.approx(0.080, abs=0.007)
+    assert pair.state.follow.lag == pytest.approx(0.080, abs=0.007)
 
 
 def test_the_operator_leads_both(pair: Pair) -> None:
@@ -91,9 +103,9 @@ def test_the_operator_leads_both(pair: Pair) -> None:
     reply = pair.operate("MOVE_JOINTS", target=AWAY, speed_percent=50.0)
     assert reply.success, reply.message
     pair.run(0.5)
-    assert (pair.state.mode, pair.state.leader) == ("OPERATOR_LEADS", "operator")
+    assert (pair.state.lead.mode, pair.state.lead.leader) == ("OPERATOR_LEADS", "operator")
     assert sent(pair, MoveTwin) and sent(pair, StreamReal)
-    pair.run_until(lambda: pair.state.mode == "IDLE", 4.0)
+    pair.run_until(lambda: pair.state.lead.mode == "IDLE", 4.0)
     assert far(pair) < 0.01
 
 
@@ -102,7 +114,12 @@ def test_the_operator_leads_both(pair: Pair) -> None:
     [
         ("MOVE_JOINTS", (0.0, 0.0, -0.1), 10.0, "3 positions for 4 joints"),
         ("MOVE_JOINTS", (0.0, float("nan"), -0.1, 0.0), 10.0, "joint_2 = nan is not finite"),
-        ("MOVE_JOINTS", (9.0, 0.0, -0.1, 0.0), 10.0, r"joint_1 = 9 rad is outside \[-2.58309, 2.58309\]"),
+        (
+            "MOVE_JOINTS",
+            (9.0, 0.0, -0.1, 0.0),
+            10.0,
+            r"joint_1 = 9 rad is outside \[-2.58309, 2.58309\]",
+        ),
         ("MOVE", (0.5, float("inf"), 0.1), 10.0, "three finite coordinates"),
         ("MOVE", (0.5, 0.1, 0.1), 101.0, "speed_percent = 101"),
         ("SPEED", (), 0.0, r"speed_percent = 0 is outside \[1, 100\]"),
@@ -124,7 +141,10 @@ def test_bad_commands_are_refused_with_a_reason(
 
 @pytest.mark.parametrize("who", ["real", "twin"])
 def test_stop_reaches_both_sides_at_once(pair: Pair, who: str) -> None:
-    """STOP commands both sides in the same step, clears the target, and nothing moves until a new command."""
+    """STOP commands both sides in one step and clears the target.
+
+    Nothing moves until a new command.
+    """
     if who == "real":
         pair.start_program(ramp(HOME, AWAY, 2.0))
     else:
@@ -132,9 +152,9 @@ def test_stop_reaches_both_sides_at_once(pair: Pair, who: str) -> None:
     pair.run(0.7)
     before = len(pair.actions)
     assert pair.operate("STOP").success
-    assert {Do.STOP_REAL, Do.STOP_TWIN} <= set(performed(pair, before))
+    assert {Command.STOP_REAL, Command.STOP_TWIN} <= set(performed(pair, before))
     pair.run(1.0)
-    assert pair.state.mode == "STOPPED"
+    assert pair.state.lead.mode == "STOPPED"
     assert not sent(pair, StreamReal, before + 5)
     assert not sent(pair, FollowTwin, before + 5)
 
@@ -147,7 +167,7 @@ def test_after_a_stop_a_new_program_leads_again(pair: Pair) -> None:
     pair.run(1.0)
     pair.start_program(ramp(pair.real_q, HOME, 1.5))
     pair.run(2.5)
-    assert pair.state.leader == "real"
+    assert pair.state.lead.leader == "real"
     assert far(pair) < 0.3
 
 
@@ -157,23 +177,26 @@ def test_a_pause_keeps_the_path_and_resume_goes_on(pair: Pair) -> None:
     pair.run(0.7)
     assert pair.operate("PAUSE").success
     pair.run(0.5)
-    assert pair.state.mode == "PAUSED" and pair.paused
+    assert pair.state.lead.mode == "PAUSED" and pair.paused
     assert pair.operate("RESUME").success
     assert not pair.paused
     pair.run(0.2)
-    assert pair.state.mode == "REAL_LEADS"
+    assert pair.state.lead.mode == "REAL_LEADS"
 
 
 def test_a_hold_on_the_robots_side_pauses_the_leading_twin(pair: Pair) -> None:
-    """A stop from any side reaches both: the pendant's hold pauses the twin, its release lets it go on."""
+    """A stop from any side reaches both.
+
+    The pendant's hold pauses the twin, its release lets it go on.
+    """
     pair.move_twin(ramp(HOME, AWAY, 3.0))
     pair.run(0.8)
     pair.paused = True
     pair.run(0.1)
-    assert pair.state.mode == "PAUSED" and pair.motion in ("pausing", "paused")
+    assert pair.state.lead.mode == "PAUSED" and pair.motion in ("pausing", "paused")
     pair.paused = False
     pair.run(0.1)
-    assert pair.state.mode == "TWIN_LEADS" and Do.RESUME_TWIN in performed(pair)
+    assert pair.state.lead.mode == "TWIN_LEADS" and Command.RESUME_TWIN in performed(pair)
 
 
 def test_an_emergency_stop_is_latched_and_its_release_moves_nothing(pair: Pair) -> None:
@@ -182,15 +205,15 @@ def test_an_emergency_stop_is_latched_and_its_release_moves_nothing(pair: Pair) 
     pair.run(1.0)
     assert pair.operate("ESTOP").success
     pair.run(0.5)
-    assert pair.state.mode == "ESTOP" and not pair.drives
+    assert pair.state.lead.mode == "ESTOP" and not pair.drives
     assert not pair.operate("MOVE_JOINTS", target=HOME).success
     before, real, twin = len(pair.actions), pair.real_q, pair.twin_q
     assert pair.operate("RESET").success
     pair.run(2.0)
-    assert (pair.state.mode, pair.real_q, pair.twin_q) == ("STOPPED", real, twin)
+    assert (pair.state.lead.mode, pair.real_q, pair.twin_q) == ("STOPPED", real, twin)
     assert not sent(pair, StreamReal, before) and not sent(pair, FollowTwin, before)
     assert pair.operate("ALIGN").success
-    pair.run_until(lambda: pair.state.mode == "IDLE", 20.0)
+    pair.run_until(lambda: pair.state.lead.mode == "IDLE", 20.0)
     assert pair.real_q == real
 
 
@@ -200,23 +223,26 @@ def test_a_lost_link_stops_the_other_side_and_a_reconnect_replays_nothing(pair: 
     pair.run(1.0)
     before = len(pair.actions)
     pair.link("real", False)
-    assert pair.state.mode == "OFFLINE" and Do.STOP_TWIN in performed(pair, before)
+    assert pair.state.lead.mode == "OFFLINE" and Command.STOP_TWIN in performed(pair, before)
     pair.streaming = False
     pair.run(1.0)
     before, real = len(pair.actions), pair.real_q
     pair.link("real", True)
-    pair.run_until(lambda: pair.state.mode == "IDLE", 30.0)
+    pair.run_until(lambda: pair.state.lead.mode == "IDLE", 30.0)
     assert not sent(pair, StreamReal, before)
     assert pair.real_q == real and far(pair) <= SETUP.config.align.tolerance
 
 
 @pytest.mark.parametrize(("side", "limit"), [("real", 0.12), ("twin", 0.28)])
 def test_a_silent_side_counts_as_lost(pair: Pair, side: str, limit: float) -> None:
-    """Data that stop coming end following within the configured time, though the connection stands."""
+    """Data that stop coming end following in the configured time, on a standing connection."""
     setattr(pair, f"{side}_up", False)
     pair.run(limit)
-    assert pair.state.mode == "OFFLINE"
-    assert "no fresh data" in (pair.state.real if side == "real" else pair.state.twin).reason
+    assert pair.state.lead.mode == "OFFLINE"
+    assert (
+        "no fresh data"
+        in (pair.state.sides.real if side == "real" else pair.state.sides.twin).reason
+    )
 
 
 def test_a_frozen_robot_clock_counts_as_silence(pair: Pair) -> None:
@@ -226,17 +252,20 @@ def test_a_frozen_robot_clock_counts_as_silence(pair: Pair) -> None:
     for _ in range(150):
         pair.real_clock = 5000.0 - (pair.now - frozen)
         pair.run(0.001)
-    assert pair.state.mode == "OFFLINE"
+    assert pair.state.lead.mode == "OFFLINE"
 
 
 @pytest.mark.parametrize("jump", [3600.0, -3600.0])
 @pytest.mark.parametrize("side", ["real", "twin"])
 def test_a_jump_of_a_clock_stops_and_aligns_anew(pair: Pair, side: str, jump: float) -> None:
-    """A clock that jumps makes no decision: the links count as lost, the pair aligns, then goes on."""
+    """A clock that jumps makes no decision.
+
+    The links count as lost, the pair aligns, then goes on.
+    """
     setattr(pair, f"{side}_clock", getattr(pair, f"{side}_clock") + jump)
     pair.run(0.3)
     assert any(d.trigger == "LINK_LOST" for d in pair.decisions())
-    pair.run_until(lambda: pair.state.mode == "IDLE", 5.0)
+    pair.run_until(lambda: pair.state.lead.mode == "IDLE", 5.0)
     assert not {"REAL_MOVED", "TWIN_MOVED"} & {d.trigger for d in pair.decisions()}
 
 
@@ -246,17 +275,20 @@ def test_when_both_move_at_once_the_real_robot_wins(pair: Pair) -> None:
     pair.real_path, pair.real_path_start = ramp(HOME, AWAY, 1.0), pair.now
     pair.move_twin(ramp(HOME, shifted(HOME, -20.0), 1.0))
     pair.run(0.2)
-    assert pair.state.leader == "real"
+    assert pair.state.lead.leader == "real"
 
 
 def test_a_program_of_the_robot_takes_over_from_the_twin(pair: Pair) -> None:
-    """A robot that runs a program of its own cannot follow; the twin's motion ends and it follows instead."""
+    """A robot that runs a program of its own cannot follow.
+
+    The twin's motion ends and it follows instead.
+    """
     pair.move_twin(ramp(HOME, AWAY, 2.0))
     pair.run(0.8)
     pair.start_program(ramp(pair.real_q, HOME, 2.0))
     pair.run(0.2)
-    assert pair.state.mode == "REAL_LEADS"
-    assert Do.STOP_TWIN in performed(pair)
+    assert pair.state.lead.mode == "REAL_LEADS"
+    assert Command.STOP_TWIN in performed(pair)
 
 
 def test_a_twin_that_is_not_aligned_may_not_lead(pair: Pair) -> None:
@@ -268,7 +300,7 @@ def test_a_twin_that_is_not_aligned_may_not_lead(pair: Pair) -> None:
     pair.run(1.0)
     before, real = len(pair.actions), pair.real_q
     pair.move_twin(ramp(pair.twin_q, HOME, 2.0))
-    pair.run_until(lambda: pair.state.mode == "IDLE", 20.0)
+    pair.run_until(lambda: pair.state.lead.mode == "IDLE", 20.0)
     assert not sent(pair, StreamReal, before)
     assert pair.real_q == real
 
@@ -278,8 +310,8 @@ def test_a_robot_that_does_not_start_its_stream_is_a_fault(pair: Pair) -> None:
     pair.starts_stream = False
     pair.move_twin(ramp(HOME, AWAY, 4.0))
     pair.run(1.5)
-    assert pair.state.mode == "FAULT"
-    assert performed(pair).count(Do.START_STREAM) == SETUP.config.stream.attempts
+    assert pair.state.lead.mode == "FAULT"
+    assert performed(pair).count(Command.START_STREAM) == SETUP.config.stream.attempts
 
 
 def test_the_pair_coming_apart_pauses_both_until_acknowledged(pair: Pair) -> None:
@@ -289,7 +321,7 @@ def test_the_pair_coming_apart_pauses_both_until_acknowledged(pair: Pair) -> Non
     pair.take_follow = lambda action, now: None  # type: ignore[method-assign]
     pair.motion, pair.follow = "idle", None
     pair.run(1.5)
-    assert pair.state.mode == "PAUSED" and pair.state.needs_acknowledge
+    assert pair.state.lead.mode == "PAUSED" and pair.state.lead.needs_acknowledge
     refused = pair.operate("RESUME")
     assert not refused.success and "ACKNOWLEDGE" in refused.message
     assert pair.operate("ACKNOWLEDGE").success
@@ -301,14 +333,14 @@ def test_speed_above_the_limit_caps_the_twin(pair: Pair) -> None:
     pair.move_twin(ramp(HOME, AWAY, 1.0))
     pair.run(0.5)
     assert pair.limit == SETUP.config.limit.speed_percent
-    speed = pair.state.speed
+    speed = pair.state.orders.speeds
     assert (speed.requested, speed.applied, speed.limited) == (100.0, 80.0, True)
     assert "80 %" in speed.reason
 
 
 def test_deviation_is_infinite_while_a_side_is_unknown() -> None:
     """Nothing that needs both sides may pass before both are known."""
-    assert deviation(SETUP, Pair().state) == float("inf")
+    assert deviation(SETUP, Pair().state.sides) == float("inf")
 
 
 def test_the_twin_leaves_the_robot_room_below_its_override(pair: Pair) -> None:
@@ -317,4 +349,4 @@ def test_the_twin_leaves_the_robot_room_below_its_override(pair: Pair) -> None:
     pair.move_twin(ramp(HOME, AWAY, 1.0))
     pair.run(0.5)
     assert pair.limit == pytest.approx(30.0 / SETUP.config.limit.override_margin)
-    assert "override is 30 %" in pair.state.speed.reason
+    assert "override is 30 %" in pair.state.orders.speeds.reason

@@ -9,13 +9,13 @@ import pytest
 from harness.pair import SETUP
 from harness.processes import wait_until
 from twin_controller.core.actions import Decided
-from twin_controller.core.events import AnyEvent, LinkChanged
+from twin_controller.core.events import AnyEvent, LinkChanged, Tick
 from twin_controller.core.state import CoreState
 from twin_controller.io.engine import ALIVE, Engine
 
 
-class Doors:
-    """Both doors: nothing goes out."""
+class Links:
+    """Both links: nothing goes out."""
 
     def __getattr__(self, name: str) -> Any:
         return lambda *_: None
@@ -28,9 +28,11 @@ class Listener:
         self.go_on = threading.Event()
         self.go_on.set()
         self.fails = False
+        self.batches: list[list[AnyEvent]] = []
 
     def stepped(self, events: list[AnyEvent], state: CoreState, decided: list[Decided]) -> None:
         """Hear of a batch."""
+        self.batches.append(events)
         if any(isinstance(event, LinkChanged) for event in events):
             if self.fails:
                 raise RuntimeError("a bug")
@@ -40,7 +42,7 @@ class Listener:
 def test_engine_that_hangs_is_not_alive() -> None:
     """Whoever beats for it must know; when it goes on it is alive again."""
     listener = Listener()
-    engine = Engine(SETUP, Doors(), Doors(), listener)
+    engine = Engine(SETUP, Links(), Links(), listener)
     assert not engine.alive
     with engine:
         wait_until(lambda: engine.alive, 2.0, "a living engine")
@@ -56,7 +58,39 @@ def test_engine_that_dies_keeps_the_reason(monkeypatch: pytest.MonkeyPatch) -> N
     monkeypatch.setattr(threading, "excepthook", lambda arguments: None)
     listener = Listener()
     listener.fails = True
-    with Engine(SETUP, Doors(), Doors(), listener) as engine:
+    with Engine(SETUP, Links(), Links(), listener) as engine:
         engine.link_changed("real", False, "cut")
         wait_until(lambda: not engine.running, 2.0, "the end of the engine")
         assert isinstance(engine.failure, RuntimeError) and not engine.alive
+
+
+class OneGap:
+    """The third look came late."""
+
+    def __init__(self, config: object) -> None:
+        self.looks = 0
+
+    def look(self, now: float) -> float:
+        """Take one look."""
+        self.looks += 1
+        return 0.05 if self.looks == 3 else 0.0
+
+
+def test_core_hears_of_the_engines_own_gap_before_what_has_waited(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Else the first input behind the gap would be judged with it."""
+    monkeypatch.setattr("twin_controller.io.engine.OwnGaps", OneGap)
+    listener = Listener()
+    with Engine(SETUP, Links(), Links(), listener) as engine:
+        for _ in range(5):
+            seen = len(listener.batches)
+            engine.link_changed("real", False, "cut")
+            wait_until(lambda seen=seen: len(listener.batches) > seen, 5.0, "a batch")
+        wait_until(lambda: len(listener.batches) > 5, 5.0, "some batches")
+    late = [batch for batch in listener.batches if any(_gap(event) for event in batch)]
+    assert len(late) == 1 and _gap(late[0][0]) == 0.05
+
+
+def _gap(event: AnyEvent) -> float:
+    return event.own_gap if isinstance(event, Tick) else 0.0

@@ -47,7 +47,11 @@ class Owner:
 
     def wait_for(self, *changes: bool) -> None:
         """Wait until the link was reported up and down in this order."""
-        wait_until(lambda: tuple(up for up, _ in self.changes) == changes, 5.0, f"{changes}, seen {self.changes}")
+        wait_until(
+            lambda: tuple(up for up, _ in self.changes) == changes,
+            5.0,
+            f"{changes}, seen {self.changes}",
+        )
 
 
 @pytest.fixture
@@ -64,8 +68,10 @@ def owner() -> Owner:
     return Owner()
 
 
-def test_samples_come_with_the_times_of_their_request_and_answer(robot: Robot, owner: Owner) -> None:
-    """The owner can form round-trip mid-points: sent <= received, in order, about one poll period apart."""
+def test_samples_come_with_the_times_of_their_request_and_answer(
+    robot: Robot, owner: Owner
+) -> None:
+    """The owner can form round-trip mid-points: sent <= received, in order."""
     with owner.link(robot.port) as link:
         wait_until(lambda: len(owner.samples) >= 20)
         assert link.connected
@@ -87,11 +93,18 @@ def test_heartbeat_changes_each_cycle_and_the_end_disarms(robot: Robot, owner: O
 
 
 def test_an_owner_that_hangs_gets_no_heartbeat(robot: Robot, owner: Owner) -> None:
-    """A thread that beats for a controller that decides nothing any more would keep the robot's watchdog quiet."""
+    """A thread that beats for a controller that hangs would keep the robot's watchdog quiet."""
     alive = threading.Event()
     alive.set()
     settings = ModbusSettings("127.0.0.1", robot.port)
-    link = ModbusLink(settings, LAYOUT, ROBOT, lambda *sample: owner.samples.append(sample), lambda *_: None, alive=alive.is_set)
+    link = ModbusLink(
+        settings,
+        LAYOUT,
+        ROBOT,
+        lambda *sample: owner.samples.append(sample),
+        lambda *_: None,
+        alive=alive.is_set,
+    )
     with link:
         wait_until(lambda: len(robot.writes(1069)) >= 3)
         alive.clear()
@@ -110,15 +123,36 @@ def test_close_without_disarm_leaves_the_watchdog_armed(robot: Robot, owner: Own
     assert robot.writes(1069)[-1] != (0,)
 
 
+def test_what_was_left_before_the_end_is_written_before_the_farewell(
+    robot: Robot, owner: Owner
+) -> None:
+    """A stop that was asked for last reaches the robot, its pulse ends, then the watchdog rests."""
+    with owner.link(robot.port) as link:
+        owner.wait_for(UP)
+        link.pulse("cstopi")
+        link.write_integer("setpoint_valid", 0)
+        link.set_signal("hold", True)
+    written = [(at, values) for _, at, values in robot.written]
+    assert [each for each in written if each[0] != 1069][-4:] == [
+        (6003, (0xFF00,)),
+        (1068, (0,)),
+        (6001, (0xFF00,)),
+        (6003, (0,)),
+    ]
+    assert written[-1] == (1069, (0,))
+
+
 def test_a_set_point_goes_out_in_one_request_with_the_heartbeat(robot: Robot, owner: Owner) -> None:
-    """PR[1] in deg and mm, valid, R[1], R[2]; joint_4, which the twin does not have, stays where the robot has it."""
+    """PR[1] in deg and mm, valid, R[1], R[2]; joint_4, which the twin lacks, stays where it is."""
     robot.put_float(1006, 33.0)
     with owner.link(robot.port) as link:
         owner.wait_for(UP)
         link.write_setpoint((math.pi / 2, 0.0, -0.1, 0.5), 50.0)
         (words,) = wait_until(lambda: robot.writes(1050))
     axes = struct.unpack("<9f", struct.pack("<18H", *words[:18]))
-    assert axes == pytest.approx((90.0, 0.0, -100.0, 33.0, math.degrees(0.5), 0.0, 0.0, 0.0, 0.0), rel=1e-6)
+    assert axes == pytest.approx(
+        (90.0, 0.0, -100.0, 33.0, math.degrees(0.5), 0.0, 0.0, 0.0, 0.0), rel=1e-6
+    )
     assert words[18] == 1 and words[19] > 0
     assert words[20] == 60, "R[2] leaves headroom over the set points"
     beats = [values[0] for _, at, values in robot.written if at == 1069] + [words[19]]
@@ -131,7 +165,11 @@ def test_the_latest_set_point_wins(robot: Robot, owner: Owner) -> None:
         owner.wait_for(UP)
         for k in range(200):
             link.write_setpoint((0.001 * k, 0.0, 0.0, 0.0), 50.0)
-        wait_until(lambda: robot.writes(1050) and robot.writes(1050)[-1][0:2] == _words(math.degrees(0.199)))
+        wait_until(
+            lambda: (
+                robot.writes(1050) and robot.writes(1050)[-1][0:2] == _words(math.degrees(0.199))
+            )
+        )
         assert len(robot.writes(1050)) < 200
 
 
@@ -167,21 +205,27 @@ def test_signals_pulses_and_integers_are_written_in_order(robot: Robot, owner: O
     """A pulse is on, then off; commands keep their order."""
     with owner.link(robot.port) as link:
         owner.wait_for(UP)
-        link.set_coil("hold", False)
+        link.set_signal("hold", False)
         link.pulse("fault_reset")
         link.write_override(80)
         link.write_integer("setpoint_valid", 0)
         wait_until(lambda: (5, 6004, (0,)) in robot.written)
     commands = [entry for entry in robot.written if entry[1] != 1069]
-    assert commands == [(5, 6001, (0,)), (5, 6004, (0xFF00,)), (16, 1100, (80, 0)), (16, 1068, (0,)), (5, 6004, (0,))]
+    assert commands == [
+        (5, 6001, (0,)),
+        (5, 6004, (0xFF00,)),
+        (16, 1100, (80, 0)),
+        (16, 1068, (0,)),
+        (5, 6004, (0,)),
+    ]
 
 
 @pytest.mark.parametrize(
     ("call", "name"),
     [
-        ("set_coil", "sfspd"),
+        ("set_signal", "sfspd"),
         ("pulse", "rsr2"),
-        ("set_coil", "nonsense"),
+        ("set_signal", "nonsense"),
         ("pulse", "override"),
         ("integer", "position_valid"),
         ("integer", "imstp"),
@@ -197,7 +241,7 @@ def test_what_the_map_does_not_mark_is_never_written(owner: Owner, call: str, na
         elif call == "pulse":
             link.pulse(name)
         else:
-            link.set_coil(name, True)
+            link.set_signal(name, True)
 
 
 @pytest.mark.parametrize(
@@ -211,10 +255,13 @@ def test_what_the_map_does_not_mark_is_never_written(owner: Owner, call: str, na
         ("close", "closed|was lost"),
     ],
 )
-def test_each_wrong_answer_ends_the_link_and_it_comes_back(robot: Robot, owner: Owner, fault: str, text: str) -> None:
-    """One bad answer is enough; when the robot is well again the link is too, and it says so once."""
+def test_each_wrong_answer_ends_the_link_and_it_comes_back(
+    robot: Robot, owner: Owner, fault: str, text: str
+) -> None:
+    """One bad answer is enough; when the robot is well again the link is too, and says so once."""
     with owner.link(robot.port) as link:
         owner.wait_for(UP)
+        wait_until(lambda: owner.statuses)  # the status blocks are read right after the link is up
         robot.fault = fault
         owner.wait_for(UP, DOWN)
         assert re.search(text, owner.changes[1][1]), owner.changes
@@ -264,33 +311,41 @@ def test_a_refused_write_is_told_and_the_link_stays(robot: Robot, owner: Owner) 
     with owner.link(robot.port, heartbeat=False) as link:
         owner.wait_for(UP)
         robot.fault = "refuse_writes"
-        link.set_coil("hold", False)
+        link.set_signal("hold", False)
         wait_until(lambda: owner.rejects)
         assert owner.rejects == ["the robot refused to write 6002: exception 2"]
         assert link.connected and link.counters.refused == 1
 
 
 @pytest.mark.parametrize("fault", ["write_address", "write_count", "write_function"])
-def test_a_write_that_is_confirmed_wrongly_ends_the_link(robot: Robot, owner: Owner, fault: str) -> None:
-    """What answers something else has not understood the write; the heartbeat at 1070 finds it at once."""
+def test_a_write_that_is_confirmed_wrongly_ends_the_link(
+    robot: Robot, owner: Owner, fault: str
+) -> None:
+    """What answers something else has not understood the write; the heartbeat at 1070 shows it."""
     with owner.link(robot.port):
         owner.wait_for(UP)
         robot.fault = fault
         owner.wait_for(UP, DOWN)
-        assert re.search(r"confirmed another write than registers at 1070", owner.changes[1][1]), owner.changes
+        assert re.search(r"confirmed another write than registers at 1070", owner.changes[1][1]), (
+            owner.changes
+        )
         robot.fault = ""
         owner.wait_for(UP, DOWN, UP)
 
 
 @pytest.mark.parametrize("fault", ["write_address", "write_level", "write_function"])
-def test_a_signal_that_is_confirmed_wrongly_ends_the_link(robot: Robot, owner: Owner, fault: str) -> None:
+def test_a_signal_that_is_confirmed_wrongly_ends_the_link(
+    robot: Robot, owner: Owner, fault: str
+) -> None:
     """A STOP that the robot has taken for something else must not count as given."""
     with owner.link(robot.port, heartbeat=False) as link:
         owner.wait_for(UP)
         robot.fault = fault
-        link.set_coil("hold", False)
+        link.set_signal("hold", False)
         owner.wait_for(UP, DOWN)
-        assert re.search(r"confirmed another write than coil at 6002", owner.changes[1][1]), owner.changes
+        assert re.search(r"confirmed another write than coil at 6002", owner.changes[1][1]), (
+            owner.changes
+        )
 
 
 def test_a_sample_that_is_not_believed_is_counted_and_kept_out(robot: Robot, owner: Owner) -> None:
@@ -315,14 +370,22 @@ def test_status_is_read_at_first_and_when_its_signals_change(robot: Robot, owner
     assert (owner.statuses[1][1].facility, owner.statuses[1][1].message) == (11, "AB")
 
 
-def test_an_error_of_the_owner_ends_the_link_and_is_kept(robot: Robot, owner: Owner, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_error_of_the_owner_ends_the_link_and_is_kept(
+    robot: Robot, owner: Owner, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A bug in a callback is never swallowed."""
     monkeypatch.setattr(threading, "excepthook", lambda arguments: None)
 
     def fail(*_: object) -> None:
         raise RuntimeError("a bug")
 
-    link = ModbusLink(ModbusSettings("127.0.0.1", robot.port), LAYOUT, ROBOT, fail, lambda *change: owner.changes.append(change))
+    link = ModbusLink(
+        ModbusSettings("127.0.0.1", robot.port),
+        LAYOUT,
+        ROBOT,
+        fail,
+        lambda *change: owner.changes.append(change),
+    )
     with link:
         owner.wait_for(UP, DOWN)
     assert isinstance(link.failure, RuntimeError)
@@ -330,8 +393,13 @@ def test_an_error_of_the_owner_ends_the_link_and_is_kept(robot: Robot, owner: Ow
 
 
 @pytest.mark.parametrize(("delay", "share"), [(0.0, 1.0), (0.03, 0.5)])
-def test_on_a_slow_line_the_signals_are_read_in_every_other_cycle(robot: Robot, owner: Owner, delay: float, share: float) -> None:
-    """Two answers of 30 ms make no cycle of 40 ms; the state is what the follower waits for. Heartbeats go on beside it."""
+def test_on_a_slow_line_the_signals_are_read_in_every_other_cycle(
+    robot: Robot, owner: Owner, delay: float, share: float
+) -> None:
+    """Two answers of 30 ms make no cycle of 40 ms; the follower waits for the state.
+
+    Heartbeats go on beside it.
+    """
     robot.delay = delay
     with owner.link(robot.port, poll_period=0.04, status_period=60.0, timeout=1.0):
         wait_until(lambda: len(owner.samples) >= 16, 20.0, "16 samples")

@@ -12,7 +12,8 @@ from typing import Any, Self
 
 import pytest
 from twin_controller.io.rosbridge_access import Access
-from twin_controller.io.rosbridge_link import LinkSettings, RosbridgeLink
+from twin_controller.io.rosbridge_link import RosbridgeLink
+from twin_controller.io.rosbridge_settings import LinkSettings
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.server import ServerConnection, serve
 
@@ -82,7 +83,7 @@ class Owner:
 
     def answer(self, *answer: Any) -> None:
         """Take a call's answer."""
-        self.answers.put(answer)  # type: ignore[arg-type]
+        self.answers.put(answer)
 
 
 @pytest.fixture
@@ -149,10 +150,16 @@ class SilentPort:
         self._server.close()
 
 
-def test_message_comes_with_topic_and_time(server: Server, owner: Owner, link: RosbridgeLink) -> None:
+def test_message_comes_with_topic_and_time(
+    server: Server, owner: Owner, link: RosbridgeLink
+) -> None:
     """on_message gets topic, values and the monotonic time of reception; null stays None."""
     before = time.monotonic()
-    server.line().send(json.dumps({"op": "publish", "topic": "twin/joint_states", "msg": {"position": [1.5, None]}}))
+    server.line().send(
+        json.dumps(
+            {"op": "publish", "topic": "twin/joint_states", "msg": {"position": [1.5, None]}}
+        )
+    )
     topic, message, received = owner.messages.get(timeout=DEADLINE)
     assert (topic, message) == ("twin/joint_states", {"position": [1.5, None]})
     assert before <= received <= time.monotonic()
@@ -161,18 +168,29 @@ def test_message_comes_with_topic_and_time(server: Server, owner: Owner, link: R
 def test_publishes_not_a_number_as_null(server: Server, link: RosbridgeLink) -> None:
     """JSON has no NaN: it goes as null."""
     assert link.publish("follow", {"position": [1.0, float("nan")]})
-    assert server.next("publish") == {"op": "publish", "topic": "follow", "msg": {"position": [1.0, None]}}
+    assert server.next("publish") == {
+        "op": "publish",
+        "topic": "follow",
+        "msg": {"position": [1.0, None]},
+    }
     assert link.counters.sent == 1
 
 
-def test_answer_brings_values_and_both_times(server: Server, owner: Owner, link: RosbridgeLink) -> None:
+def test_answer_brings_values_and_both_times(
+    server: Server, owner: Owner, link: RosbridgeLink
+) -> None:
     """A call's callback gets result, values, received and sent, which frame the round trip."""
     line = server.line()
     before = time.monotonic()
     assert link.call_service("/rosapi/get_time", {}, owner.answer, timeout=1.0)
     packet = server.next("call_service")
     assert packet["service"] == "/rosapi/get_time" and packet["timeout"] == 1.0
-    response = {"op": "service_response", "id": packet["id"], "result": True, "values": {"time": {"secs": 7, "nsecs": 8}}}
+    response = {
+        "op": "service_response",
+        "id": packet["id"],
+        "result": True,
+        "values": {"time": {"secs": 7, "nsecs": 8}},
+    }
     line.send(json.dumps(response))
     result, values, received, sent = owner.answers.get(timeout=DEADLINE)
     assert result and values == {"time": {"secs": 7, "nsecs": 8}}
@@ -183,18 +201,24 @@ def test_failed_call_brings_the_reason(server: Server, owner: Owner, link: Rosbr
     """A service_response with result false carries the reason as its values."""
     link.call_service("/move_to", {"x": 0.9}, owner.answer, timeout=1.0)
     packet = server.next("call_service")
-    server.line().send(json.dumps({"op": "service_response", "id": packet["id"], "result": False, "values": "too far"}))
+    server.line().send(
+        json.dumps(
+            {"op": "service_response", "id": packet["id"], "result": False, "values": "too far"}
+        )
+    )
     assert owner.answers.get(timeout=DEADLINE)[:2] == (False, "too far")
 
 
-def test_call_without_an_answer_fails_in_time(server: Server, owner: Owner, link: RosbridgeLink) -> None:
+def test_call_without_an_answer_fails_in_time(
+    server: Server, owner: Owner, link: RosbridgeLink
+) -> None:
     """Each call gets one answer, if need be our own."""
     link.call_service("/move_to", {}, owner.answer, timeout=0.05)
     assert owner.answers.get(timeout=DEADLINE)[:2] == (False, "/move_to: no answer in time")
 
 
 def test_lost_link_fails_its_calls(server: Server, owner: Owner, link: RosbridgeLink) -> None:
-    """An answer cannot come over another connection: the call fails at once, not at its time-out."""
+    """An answer cannot come over another connection: the call fails before its time-out."""
     line = server.line()
     link.call_service("/move_to", {}, owner.answer, timeout=60.0)
     server.next("call_service")
@@ -231,12 +255,21 @@ def test_wish_made_while_connected_is_sent_at_once(server: Server, link: Rosbrid
 
 
 def test_refused_wish_is_sent_again(server: Server, owner: Owner) -> None:
-    """A gateway without a roscore refuses subscriptions; when roscore is back nobody would ask again."""
+    """A gateway without a roscore refuses subscriptions; later nobody would ask again."""
     link = owner.link(server.port)
     link.subscribe("twin/joint_states", "sensor_msgs/JointState")
     with link:
         line, first = server.line(), server.next("subscribe")
-        line.send(json.dumps({"op": "status", "level": "error", "id": first["id"], "msg": "roscore does not answer"}))
+        line.send(
+            json.dumps(
+                {
+                    "op": "status",
+                    "level": "error",
+                    "id": first["id"],
+                    "msg": "roscore does not answer",
+                }
+            )
+        )
         assert server.next("subscribe") == first
         assert link.counters.connects == 1
 
@@ -273,7 +306,9 @@ def test_idle_but_living_peer_is_kept(server: Server, owner: Owner) -> None:
 
 def test_full_line_drops_the_link_instead_of_blocking(owner: Owner) -> None:
     """Sending to a peer that reads nothing fails within a bound and drops the link."""
-    patient = LinkSettings(silent_timeout=60.0, send_timeout=0.05, retry_first=60.0, retry_last=60.0)
+    patient = LinkSettings(
+        silent_timeout=60.0, send_timeout=0.05, retry_first=60.0, retry_last=60.0
+    )
     with SilentPort() as port, owner.link(port.port, settings=patient) as link:
         assert owner.changes.get(timeout=DEADLINE) == (True, "")
         longest, sent = 0.0, True
@@ -299,7 +334,9 @@ def test_full_line_drops_the_link_instead_of_blocking(owner: Owner) -> None:
         '{"op": "service_response", "id": "x"}',
     ],
 )
-def test_bad_packet_is_counted_and_survived(server: Server, owner: Owner, link: RosbridgeLink, data: str) -> None:
+def test_bad_packet_is_counted_and_survived(
+    server: Server, owner: Owner, link: RosbridgeLink, data: str
+) -> None:
     """A loop never dies of one bad packet."""
     line = server.line()
     line.send(data)
@@ -308,7 +345,9 @@ def test_bad_packet_is_counted_and_survived(server: Server, owner: Owner, link: 
     assert link.counters.rejected == 1 and link.counters.received == 1
 
 
-def test_remark_of_the_server_reaches_the_owner(server: Server, owner: Owner, link: RosbridgeLink) -> None:
+def test_remark_of_the_server_reaches_the_owner(
+    server: Server, owner: Owner, link: RosbridgeLink
+) -> None:
     """A refused packet is not lost in silence."""
     server.line().send(json.dumps({"op": "status", "level": "error", "msg": "x: unknown field"}))
     assert owner.statuses.get(timeout=DEADLINE) == ("error", "x: unknown field")
@@ -334,7 +373,9 @@ def test_token_is_sent_and_origin_is_not(server: Server, owner: Owner) -> None:
     """A server off this machine asks for a token; an origin would make us look like a web page."""
     with owner.link(server.port, access=Access(token="secret")):
         server.line()
-    assert server.headers[0]["Authorization"] == "Bearer secret" and "Origin" not in server.headers[0]
+    assert (
+        server.headers[0]["Authorization"] == "Bearer secret" and "Origin" not in server.headers[0]
+    )
 
 
 def test_close_ends_the_thread_with_a_close_frame(server: Server, owner: Owner) -> None:

@@ -1,4 +1,4 @@
-"""The shadow says what is wanted, what both sides report and who decides, now and for a while back."""
+"""The shadow says what is wanted, reported and who decides, now and for a while back."""
 
 from __future__ import annotations
 
@@ -42,8 +42,12 @@ def test_stamps_are_ros_time_at_which_a_side_was_so(pair: Pair) -> None:
     """Each side's age is the document's stamp minus the side's."""
     found = shadow(pair)
     assert found.real.stamp is not None and found.twin.stamp is not None
-    assert found.stamp - found.real.stamp == pytest.approx(pair.now - pair.state.real.last.t, abs=1e-6)
-    assert found.stamp - found.twin.stamp == pytest.approx(pair.now - pair.state.twin.last.t, abs=1e-6)
+    assert found.stamp - found.real.stamp == pytest.approx(
+        pair.now - pair.state.sides.real.last.t, abs=1e-6
+    )
+    assert found.stamp - found.twin.stamp == pytest.approx(
+        pair.now - pair.state.sides.twin.last.t, abs=1e-6
+    )
 
 
 def test_while_the_real_robot_leads_the_twin_is_wanted_where_it_is(pair: Pair) -> None:
@@ -51,7 +55,11 @@ def test_while_the_real_robot_leads_the_twin_is_wanted_where_it_is(pair: Pair) -
     pair.start_program(ramp(HOME, AWAY, 2.0))
     pair.run(1.0)
     found = shadow(pair)
-    assert (found.authority.leader, found.desired.of, found.desired.source) == ("real", "twin", "real")
+    assert (found.authority.leader, found.desired.of, found.desired.source) == (
+        "real",
+        "twin",
+        "real",
+    )
     assert found.desired.position == pytest.approx(found.real.position, abs=0.2)
     assert not found.real.standing_still
 
@@ -61,9 +69,13 @@ def test_while_the_twin_leads_the_real_robot_is_wanted_ahead_of_it(pair: Pair) -
     pair.move_twin(ramp(HOME, AWAY, 2.0))
     pair.run(1.0)
     found = shadow(pair)
-    assert (found.authority.leader, found.desired.of, found.desired.source) == ("twin", "real", "twin")
-    assert pair.state.stream is not None and pair.state.stream.last is not None
-    wanted = [q / scale for q, scale in zip(pair.state.stream.last.q, SETUP.scale)]
+    assert (found.authority.leader, found.desired.of, found.desired.source) == (
+        "twin",
+        "real",
+        "twin",
+    )
+    assert pair.state.follow.real is not None and pair.state.follow.real.last is not None
+    wanted = [q / scale for q, scale in zip(pair.state.follow.real.last.q, SETUP.scale)]
     assert found.desired.position == pytest.approx(wanted, abs=1e-4)
 
 
@@ -94,7 +106,9 @@ def test_a_document_is_kept_each_period_and_forgotten_after_the_duration(pair: P
     assert newest.revision == memory.revision
     assert memory.at(-1.9).stamp == pytest.approx(newest.stamp - 1.9, abs=0.11)
     with pytest.raises(
-        ShadowError, match=r"is not remembered: the memory holds 102\.\d+ to 104\.\d+ s; older times are in the bag"
+        ShadowError,
+        match=r"is not remembered: the memory holds 102\.\d+ to 104\.\d+ s; older times are in the "
+        r"bag",
     ):
         memory.at(101.0)
 

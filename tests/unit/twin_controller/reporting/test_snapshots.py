@@ -5,6 +5,7 @@ from __future__ import annotations
 import msgspec
 import pytest
 from harness.pair import Pair
+from harness.parts import changed
 from harness.recording import eventful
 from twin_controller.reporting.snapshots import (
     SnapshotError,
@@ -17,7 +18,10 @@ from twin_controller.reporting.snapshots import (
 
 
 def test_every_state_of_an_eventful_run_survives_encoding() -> None:
-    """A state read back encodes to the same bytes and is the same in all its fields; infinities included."""
+    """A state read back encodes to the same bytes and is the same in all its fields.
+
+    Infinities included.
+    """
     recording = eventful(Pair(), batch=7, every=1)
     assert len(recording.inputs) > 100
     for message in recording.inputs:
@@ -31,17 +35,20 @@ def test_the_past_decisions_are_left_out_of_a_state() -> None:
     """Nothing is decided by them, and they are recorded as messages of their own."""
     pair = Pair()
     pair.connect()
-    assert pair.state.decisions
+    assert pair.state.lead.decisions
     again = decode_state(encode_state(pair.state))
-    assert again.decisions == ()
+    assert again.lead.decisions == ()
     assert first_difference(again, pair.state) == ""
 
 
 def test_the_first_different_field_is_named_with_both_values() -> None:
     """A replay that goes astray shows where."""
     pair = Pair()
-    other = msgspec.structs.replace(pair.state, lag=0.25)
-    assert first_difference(pair.state, other) == f"lag = {pair.state.lag!r} instead of 0.25"
+    other = changed(pair.state, follow__lag=0.25)
+    assert (
+        first_difference(pair.state, other)
+        == f"follow.lag = {pair.state.follow.lag!r} instead of 0.25"
+    )
 
 
 @pytest.mark.parametrize("data", [b"", b"\xc1", b"\x01", b"\x91\x81\xa4kind\xa5dance"])
@@ -50,4 +57,21 @@ def test_foreign_bytes_are_refused(data: bytes) -> None:
     with pytest.raises(SnapshotError, match="inputs: "):
         decode_events(data)
     with pytest.raises(SnapshotError, match="state: "):
+        decode_state(data)
+
+
+def test_a_state_of_an_older_version_is_refused_with_what_to_do() -> None:
+    """Before the core had its five parts a state was flat: it is told apart from broken bytes."""
+    old = {"lag": 0.0183, "mode": "IDLE", "leader": "", "mode_since": 3.5, "real": {}, "twin": {}}
+    wanted = (
+        r"state: recorded by an older version \(b804ada or before\): its states cannot be read; "
+    )
+    with pytest.raises(SnapshotError, match=wanted + "replay the recording with that version"):
+        decode_state(msgspec.msgpack.encode(old))
+
+
+@pytest.mark.parametrize("data", [b"", b"\xc1", b"\x01", b"\x80", b"\x81\xa5sides\x80"])
+def test_bytes_that_are_no_state_are_refused(data: bytes) -> None:
+    """Empty, broken, or a state with a part missing: none of them passes for a fresh one."""
+    with pytest.raises(SnapshotError, match=r"state: (?!recorded)"):
         decode_state(data)

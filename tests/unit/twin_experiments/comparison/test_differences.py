@@ -10,15 +10,27 @@ import pytest
 from harness.workspace import ROOT
 from scara_config import load_robot
 from scara_control.kinematics.screws import ScrewModel, tool_positions
-from twin_controller.metrics_series import Array, MetricsError, Motion
 from twin_experiments.comparison.config import load_comparison
 from twin_experiments.comparison.differences import Comparer
-from twin_experiments.comparison.tracks import Mechanism, Track, along_path, distance_from_path, first_to_move, onset
+from twin_experiments.comparison.tracks import (
+    Mechanism,
+    Track,
+    along_path,
+    distance_from_path,
+    first_to_move,
+    onset,
+)
 from twin_experiments.config import load_experiments, metrics_settings
+from twin_experiments.metrics.series import Array, MetricsError, Motion
 
 ROBOT, EXPERIMENTS, CONFIG = load_robot(), load_experiments(load_robot()), load_comparison()
 NAMES = tuple(joint.name for joint in ROBOT.twin_joints)
-MECHANISM = Mechanism(NAMES, tuple(ROBOT.twin_joints), (0, 1, 2), partial(tool_positions, ScrewModel.from_robot(ROBOT)))
+MECHANISM = Mechanism(
+    NAMES,
+    tuple(ROBOT.twin_joints),
+    (0, 1, 2),
+    partial(tool_positions, ScrewModel.from_robot(ROBOT)),
+)
 FOREIGN = Mechanism(("a", "b", "c", "d"), None, (), None)
 SETTINGS = metrics_settings(EXPERIMENTS.metrics, ROBOT)
 
@@ -28,13 +40,25 @@ def comparer(mechanism: Mechanism = MECHANISM) -> Comparer:
     return Comparer(mechanism, CONFIG, SETTINGS, EXPERIMENTS.metrics.moving_speed_percent)
 
 
-def motion(side: str, late: float = 0.0, offset: Array | float = 0.0, speed: float = 1.0, rate: float = 200.0) -> Motion:
-    """Return a rest, a move of joints 1 and 2 and back, and a rest; ``speed`` times as fast, ``late`` [s]."""
+def motion(
+    side: str,
+    late: float = 0.0,
+    offset: Array | float = 0.0,
+    speed: float = 1.0,
+    rate: float = 200.0,
+) -> Motion:
+    """Return a rest, a move of joints 1 and 2 and back, and a rest.
+
+    ``speed`` times as fast, ``late`` [s].
+    """
     times = np.arange(0.0, 5.0 / min(speed, 1.0), 1.0 / rate)
     positions, velocities = np.zeros((len(times), 4)), np.zeros((len(times), 4))
     for begin, sign in ((1.0, 1.0), (2.5, -1.0)):
         u = np.clip((times - late - begin / speed) * speed, 0.0, 1.0)
-        rise, slope = 10.0 * u**3 - 15.0 * u**4 + 6.0 * u**5, (30.0 * u**2 - 60.0 * u**3 + 30.0 * u**4) * speed
+        rise, slope = (
+            10.0 * u**3 - 15.0 * u**4 + 6.0 * u**5,
+            (30.0 * u**2 - 60.0 * u**3 + 30.0 * u**4) * speed,
+        )
         for column, way in ((0, 1.0), (1, -0.8)):
             positions[:, column] += sign * way * rise
             velocities[:, column] += sign * way * slope
@@ -51,7 +75,9 @@ def test_the_lag_of_the_follower_is_found() -> None:
     """By joints and by the tool, in whole and broken samples."""
     found = comparer().pair(track(late=0.0123))
     assert found.lag_s == pytest.approx(0.0123, abs=2e-4)
-    assert found.comparison is not None and found.comparison.lag_s == pytest.approx(0.0123, abs=2e-4)
+    assert found.comparison is not None and found.comparison.lag_s == pytest.approx(
+        0.0123, abs=2e-4
+    )
     assert found.fidelity.matched_percent > 95.0
 
 
@@ -61,18 +87,29 @@ def test_joint_errors_are_in_border_units() -> None:
     twin = motion("twin", offset=offset)
     found = comparer().pair(Track("a", "x", "real", motion("real"), twin))
     errors = {joint.name: (joint.unit, joint.rms, joint.max) for joint in found.joints}
-    assert errors["table_joint"] == ("deg", pytest.approx(0.286, abs=1e-3), pytest.approx(0.286, abs=1e-3))
+    assert errors["table_joint"] == (
+        "deg",
+        pytest.approx(0.286, abs=1e-3),
+        pytest.approx(0.286, abs=1e-3),
+    )
     assert errors["joint_3"] == ("mm", pytest.approx(2.0), pytest.approx(2.0))
     assert errors["joint_1"][2] == pytest.approx(0.0, abs=1e-9)
-    assert found.mean_distance_mm == pytest.approx(2.0, abs=1e-6), "joint_3 lifts the tool, the table does not move it"
+    assert found.mean_distance_mm == pytest.approx(2.0, abs=1e-6), (
+        "joint_3 lifts the tool, the table does not move it"
+    )
 
 
 def test_distance_over_time_and_along_the_path_are_of_the_same_motion() -> None:
-    """Both begin and end at rest with the same peaks; the way of the leader is its path's length."""
+    """Both begin and end at rest with the same peaks.
+
+    The way of the leader is its path's length.
+    """
     found = comparer().pair(track(late=0.02))
     times, over_time = found.over_time
     way, along = found.along_path
-    assert found.begun == pytest.approx(1.0, abs=0.1) and times[0] == pytest.approx(-found.begun, abs=1e-6)
+    assert found.begun == pytest.approx(1.0, abs=0.1) and times[0] == pytest.approx(
+        -found.begun, abs=1e-6
+    )
     assert along.max() == pytest.approx(over_time.max(), rel=0.02)
     tool = MECHANISM.places(motion("real", rate=1000.0).positions)
     assert way[-1] == pytest.approx(np.linalg.norm(np.diff(tool, axis=0), axis=1).sum(), rel=1e-3)
@@ -100,11 +137,14 @@ def test_a_higher_path_is_off_by_its_height() -> None:
     lifted = replace(track("b"), twin=motion("twin", offset=up))
     real, twin = comparer().runs(track(), lifted)
     assert real.path_max < 0.05
-    assert (twin.path_rms, twin.time_rms) == (pytest.approx(5.0, abs=0.01), pytest.approx(5.0, abs=0.01))
+    assert (twin.path_rms, twin.time_rms) == (
+        pytest.approx(5.0, abs=0.01),
+        pytest.approx(5.0, abs=0.01),
+    )
 
 
 def test_a_foreign_robot_is_compared_by_its_joints() -> None:
-    """No kinematics: distances are those of the joint vectors, in SI, and there are no errors of a tool."""
+    """No kinematics: distances are those of joint vectors, in SI, without errors of a tool."""
     found = comparer(FOREIGN).pair(track(late=0.01))
     assert found.comparison is None and found.mean_distance_mm is None
     assert found.lag_s == pytest.approx(0.01, abs=2e-4)
@@ -143,7 +183,9 @@ def test_places_along_a_path_are_at_equal_parts_of_its_length() -> None:
     places, times, length = along_path(MECHANISM, motion("real"), 50)
     steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
     straight = np.delete(steps, 24)
-    assert straight == pytest.approx(length / 49, rel=1e-3), "all but the one in which the way turns back"
+    assert straight == pytest.approx(length / 49, rel=1e-3), (
+        "all but the one in which the way turns back"
+    )
     assert (np.diff(times) > 0.0).all()
 
 

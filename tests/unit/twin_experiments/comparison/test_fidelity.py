@@ -1,4 +1,7 @@
-"""Trace alignment: against brute force, and what it says of late, wrong, shorter and equal traces."""
+"""Trace alignment.
+
+Against brute force, and what it says of late, wrong, shorter and equal traces.
+"""
 
 from __future__ import annotations
 
@@ -6,8 +9,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from twin_controller.metrics_series import Array
 from twin_experiments.comparison.fidelity import Fidelity, FidelityError, measure_fidelity
+from twin_experiments.metrics.series import Array
 
 TIMES = np.arange(0.0, 10.0, 0.02)
 ACCEPTED = np.array([0.02, 0.02])
@@ -21,7 +24,9 @@ def wave(times: Array) -> Array:
 
 def fidelity(one: Array, other: Array, band: int = 50, accepted: Array = ACCEPTED) -> Fidelity:
     """Measure with everything in motion."""
-    return measure_fidelity(one, other, accepted, (np.ones(len(one), bool), np.ones(len(other), bool)), GAP, band)
+    return measure_fidelity(
+        one, other, accepted, (np.ones(len(one), bool), np.ones(len(other), bool)), GAP, band
+    )
 
 
 def best_score(one: Array, other: Array) -> float:
@@ -50,10 +55,14 @@ def test_the_alignment_is_the_best_there_is(seed: int, n: int, m: int) -> None:
     one, other = generator.normal(size=(n, 2)), generator.normal(size=(m, 2))
     found = fidelity(one, other, accepted=np.ones(2))
     pairs = found.pairs
-    score = sum(1.0 - np.abs(one[i] - other[j]).mean() for i, j in pairs) - GAP * (n + m - 2 * len(pairs))
+    score = sum(1.0 - np.abs(one[i] - other[j]).mean() for i, j in pairs) - GAP * (
+        n + m - 2 * len(pairs)
+    )
     assert score == pytest.approx(best_score(one, other), abs=1e-9)
     assert (np.diff(pairs, axis=0) > 0).all(), "order is kept"
-    assert (np.abs(one[pairs[:, 0]] - other[pairs[:, 1]]) <= 1.0).all(), "only what is accepted is matched"
+    assert (np.abs(one[pairs[:, 0]] - other[pairs[:, 1]]) <= 1.0).all(), (
+        "only what is accepted is matched"
+    )
 
 
 def test_equal_traces_match_wholly() -> None:
@@ -120,7 +129,9 @@ def test_rests_do_not_make_a_moving_part_look_better() -> None:
         (np.zeros((3, 2)), np.zeros((3, 2)), np.array([0.0, 1.0]), "are not all positive"),
     ],
 )
-def test_what_cannot_be_aligned_is_refused(one: Array, other: Array, accepted: Array, text: str) -> None:
+def test_what_cannot_be_aligned_is_refused(
+    one: Array, other: Array, accepted: Array, text: str
+) -> None:
     """The text says which trace and why."""
     with pytest.raises(FidelityError, match=text):
         fidelity(one, other, accepted=accepted)

@@ -1,4 +1,7 @@
-"""A fit finds again what was changed on purpose, and says nothing about what a recording does not show."""
+"""A fit finds what was changed on purpose.
+
+It says nothing about what a recording does not show.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +14,15 @@ from scara_config import load_robot
 from scara_control.kinematics.screws import ScrewModel, tool_positions
 from scara_simulation.config import load_gains, load_simulation
 from twin_experiments.fitting.search import errors, fit_twin
-from twin_experiments.fitting.twin_model import Choice, FloatArray, TwinModel, apply_vector, bounds_of, names_of, yaml_values
+from twin_experiments.fitting.twin_model import (
+    Choice,
+    FloatArray,
+    TwinModel,
+    apply_vector,
+    bounds_of,
+    names_of,
+    yaml_values,
+)
 from twin_experiments.io.fitting.offline_twin import OfflineTwin, Packet
 
 CONFIG = Path(__file__).resolve().parents[4] / "config"
@@ -44,7 +55,9 @@ PACKETS = [Packet(0.01 * k + 0.001, 0.01 * k, *pose(0.01 * k)) for k in range(12
 def tool_path(model: TwinModel) -> FloatArray:
     """Return the tool's path of a twin with these numbers."""
     twin = OfflineTwin(ROBOT, SIMULATION, ROBOT.description)
-    _, joints = twin.run(model, PACKETS, COMPUTED.delay if model.feed_forward else 0.0, pose(0.0)[0], DURATION)
+    _, joints = twin.run(
+        model, PACKETS, COMPUTED.delay if model.feed_forward else 0.0, pose(0.0)[0], DURATION
+    )
     return tool_positions(ScrewModel.from_robot(ROBOT), joints[:, :3])
 
 
@@ -57,7 +70,12 @@ def test_detuned_gains_are_found_again() -> None:
     """The article's twin, plain PID: detuned on purpose, brought back by the recording alone."""
     choice = Choice((0, 1), False)
     names = names_of(choice, NAMES, PLAIN)
-    changed = np.array([-0.7 if name.endswith("gains") else 0.6 if name.endswith("damping") else 0.0 for name in names])
+    changed = np.array(
+        [
+            -0.7 if name.endswith("gains") else 0.6 if name.endswith("damping") else 0.0
+            for name in names
+        ]
+    )
     start = apply_vector(PLAIN, choice, changed)
     real = tool_path(PLAIN)
     found = fit_twin(start, choice, NAMES, real, int(0.6 * len(real)), tool_path, 70)
@@ -101,11 +119,15 @@ def test_the_proposal_names_files_and_keys() -> None:
     """What is written is what the loaders read."""
     values = yaml_values(COMPUTED, ARM, NAMES)
     assert values["twin_controller.yaml"] == {("real", "sample_latency_ms"): 2.0}
-    assert values["pid_gains.yaml"][("joint_1", "position", "p")] == pytest.approx(GAINS[0].position.p, rel=1e-3)
+    assert values["pid_gains.yaml"][("joint_1", "position", "p")] == pytest.approx(
+        GAINS[0].position.p, rel=1e-3
+    )
     assert ("joint_dynamics", "joint_2", "friction") in values["simulation.yaml"]
 
 
 def test_errors_are_distances_in_mm() -> None:
     """Root mean square and largest of the tool's distances."""
     found = errors(np.zeros((2, 3)), np.array([[0.003, 0.004, 0.0], [0.0, 0.0, 0.0]]))
-    assert found.max_mm == pytest.approx(5.0) and found.rms_mm == pytest.approx(5.0 / math.sqrt(2.0))
+    assert found.max_mm == pytest.approx(5.0) and found.rms_mm == pytest.approx(
+        5.0 / math.sqrt(2.0)
+    )

@@ -52,7 +52,11 @@ def write_recording(
 ) -> Path:
     """Write a recording as a bag."""
     maker = bag_maker("/cell")
-    maker.text(0.0, "twin_controller/configuration", json.dumps(configuration() if files is None else files))
+    maker.text(
+        0.0,
+        "twin_controller/configuration",
+        json.dumps(configuration() if files is None else files),
+    )
     first = recording.inputs[0].stamp_ns
     decided = {key[0]: decision for key, decision in recording.decisions.items()}
     for message in recording.inputs:
@@ -60,11 +64,28 @@ def write_recording(
         header = maker.header(0.0)
         header.__dict__["stamp"] = maker.stamp((message.stamp_ns - first) * 1e-9)
         data, state = np.frombuffer(message.data, np.uint8), np.frombuffer(message.state, np.uint8)
-        maker.add(at, "twin_controller/inputs", "scara_msgs/msg/CoreInput", header, message.seq, data, state)
+        maker.add(
+            at,
+            "twin_controller/inputs",
+            "scara_msgs/msg/CoreInput",
+            header,
+            message.seq,
+            data,
+            state,
+        )
         if message.stamp_ns in decided:
             d = decided[message.stamp_ns]
             onsets = (d.onset_real, d.onset_twin, d.onset_uncertainty)
-            fields = (d.seq, d.mode_before, d.event, d.mode_after, d.leader, list(d.actions), d.why, *onsets)
+            fields = (
+                d.seq,
+                d.mode_before,
+                d.event,
+                d.mode_after,
+                d.leader,
+                list(d.actions),
+                d.why,
+                *onsets,
+            )
             maker.add(at, "twin_controller/decisions", "scara_msgs/msg/Decision", header, *fields)
     change(maker)
     return maker.write(folder / "run.bag")
@@ -73,23 +94,39 @@ def write_recording(
 def replayed(bag: Path) -> ReplayResult:
     """Replay a bag."""
     with open_bag(bag) as opened:
-        return replay(read_setups(opened), read_inputs(opened), read_decisions(opened), opened.end - opened.start)
+        return replay(
+            read_setups(opened),
+            read_inputs(opened),
+            read_decisions(opened),
+            opened.end - opened.start,
+        )
 
 
 def test_a_bag_replays_without_a_difference(write: Write, recording: Recording) -> None:
-    """From the bag alone, in whatever namespace the cell was; the command says how many and ends with 0."""
+    """From the bag alone, in whatever namespace the cell was.
+
+    The command says how many and ends with 0.
+    """
     bag = write()
     result = replayed(bag)
     assert result.exact and result.decisions == len(recording.decisions)
     said = CliRunner().invoke(app, [str(bag)])
     assert said.exit_code == 0, said.output
-    assert f"{len(recording.decisions)} decisions and {result.snapshots} states compared: 0 differences" in said.output
+    assert (
+        f"{len(recording.decisions)} decisions and {result.snapshots} states compared: 0 "
+        "differences" in said.output
+    )
 
 
 def test_the_recorded_configuration_is_in_force(write: Write, recording: Recording) -> None:
-    """With other numbers in the bag the same inputs lead elsewhere: the command shows the first difference and ends with 1."""
+    """With other numbers in the bag the same inputs lead elsewhere.
+
+    The command shows the first difference and ends with 1.
+    """
     files = configuration()
-    files["twin_controller.yaml"] = files["twin_controller.yaml"].replace("still_time_ms: 150", "still_time_ms: 300")
+    files["twin_controller.yaml"] = files["twin_controller.yaml"].replace(
+        "still_time_ms: 150", "still_time_ms: 300"
+    )
     said = CliRunner().invoke(app, [str(write(files))])
     assert said.exit_code == 1
     assert "first difference: " in said.output
@@ -131,23 +168,34 @@ def test_a_configuration_that_is_not_there_or_wrong_is_named(
         replayed(write(files))
 
 
-def test_a_bag_without_inputs_or_states_cannot_be_replayed(write: Write, recording: Recording) -> None:
+def test_a_bag_without_inputs_or_states_cannot_be_replayed(
+    write: Write, recording: Recording
+) -> None:
     """Missing topics are named with what the bag has; exit code 3."""
 
     def drop(maker: Any) -> None:
         maker.samples = [sample for sample in maker.samples if not sample.topic.endswith("inputs")]
 
     bag = write(change=drop)
-    with pytest.raises(BagError, match="no message of twin_controller/inputs; the bag holds /cell/twin_controller/configuration"):
+    with pytest.raises(
+        BagError,
+        match="no message of twin_controller/inputs; the bag holds "
+        "/cell/twin_controller/configuration",
+    ):
         replayed(bag)
     assert CliRunner().invoke(app, [str(bag)]).exit_code == 3
 
 
 def test_the_pair_at_any_recorded_time(write: Write, recording: Recording) -> None:
-    """By seconds from the start, before the end, or in ROS time; the mode is the one that the decisions say."""
+    """By seconds from the start, before the end, or in ROS time.
+
+    The mode is the one that the decisions say.
+    """
     with open_bag(write()) as opened:
         setups, inputs, origin = read_setups(opened), list(read_inputs(opened)), opened.start
-    lead = next(key for key, decision in recording.decisions.items() if decision.mode_after == "REAL_LEADS")
+    lead = next(
+        key for key, decision in recording.decisions.items() if decision.mode_after == "REAL_LEADS"
+    )
     at = next(message.at for message in recording.inputs if message.stamp_ns == lead[0])
     assert shadow_at(setups, inputs, at - 0.05).authority.mode == "IDLE"
     found = shadow_at(setups, inputs, at + 0.05)

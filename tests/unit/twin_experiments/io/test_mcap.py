@@ -26,7 +26,9 @@ def test_every_message_is_in_the_one_file(make_bag: MakeBag, tmp_path: Path) -> 
     assert [file.name for file in target.parent.iterdir()] == ["out.mcap"]
 
 
-def test_an_unfinished_bag_is_converted_as_far_as_it_goes(make_bag: MakeBag, tmp_path: Path) -> None:
+def test_an_unfinished_bag_is_converted_as_far_as_it_goes(
+    make_bag: MakeBag, tmp_path: Path
+) -> None:
     """The repaired copy is what is converted."""
     whole = make_bag().read_bytes()
     cut = tmp_path / "cut.bag"
@@ -34,7 +36,9 @@ def test_an_unfinished_bag_is_converted_as_far_as_it_goes(make_bag: MakeBag, tmp
     assert sum(convert_to_mcap(cut, tmp_path / "out.mcap").values()) > 0
 
 
-def test_an_existing_file_is_not_overwritten_and_what_is_no_bag_is_refused(make_bag: MakeBag, tmp_path: Path) -> None:
+def test_an_existing_file_is_not_overwritten_and_what_is_no_bag_is_refused(
+    make_bag: MakeBag, tmp_path: Path
+) -> None:
     """Nothing is lost, nothing is left."""
     target = tmp_path / "out.mcap"
     target.write_text("mine")

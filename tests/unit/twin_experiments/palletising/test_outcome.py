@@ -9,7 +9,14 @@ from harness.workspace import ROOT
 from scara_config import ConfigError, load_robot
 from scara_config.palletise import load_palletise
 from twin_experiments.config import load_experiments
-from twin_experiments.palletising.outcome import Handled, as_document, error_rows, outcome, shortcomings, summary_rows
+from twin_experiments.palletising.outcome import (
+    Handled,
+    as_document,
+    error_rows,
+    outcome,
+    shortcomings,
+    summary_rows,
+)
 
 WORK = load_palletise(ROOT / "config")
 LEVEL = WORK.pallet.top_mm * 1e-3 + 0.5 * WORK.parts.height
@@ -19,12 +26,19 @@ NAMES = list(PLACES)
 
 def judged(places: dict[str, tuple[float, float, float]], *events: tuple[float, str, str, str]):  # type: ignore[no-untyped-def]
     """Judge a run from 1 s to 30 s whose parts lie there at its end."""
-    return outcome("twin", Handled([(0.0, {}), (29.0, places), (31.0, {})], events), WORK, 1.0, 30.0)
+    return outcome(
+        "twin", Handled([(0.0, {}), (29.0, places), (31.0, {})], events), WORK, 1.0, 30.0
+    )
 
 
 def test_all_parts_on_their_places_pass() -> None:
     """Nine of nine, error 0, the cycle ends with the last part placed."""
-    found = judged(PLACES, (5.0, "placed", "part_1", ""), (21.5, "placed", "part_9", ""), (30.5, "placed", "part_9", ""))
+    found = judged(
+        PLACES,
+        (5.0, "placed", "part_1", ""),
+        (21.5, "placed", "part_9", ""),
+        (30.5, "placed", "part_9", ""),
+    )
     assert len(found.placed) == found.parts == 9
     assert found.error_max_mm == pytest.approx(0.0, abs=1e-9)
     assert found.cycle_s == pytest.approx(20.5)
@@ -33,10 +47,17 @@ def test_all_parts_on_their_places_pass() -> None:
 
 @pytest.mark.parametrize(
     ("shift", "placed"),
-    [((0.0004, 0.0, 0.0), True), ((0.0004, 0.0004, 0.0), False), ((0.0, 0.0, 0.02), False), ((0.0, 0.0, -0.02), False)],
+    [
+        ((0.0004, 0.0, 0.0), True),
+        ((0.0004, 0.0004, 0.0), False),
+        ((0.0, 0.0, 0.02), False),
+        ((0.0, 0.0, -0.02), False),
+    ],
     ids=["within", "beyond", "on another part", "on the floor"],
 )
-def test_part_counts_within_the_tolerance_and_on_the_pallet_only(shift: tuple[float, float, float], placed: bool) -> None:
+def test_part_counts_within_the_tolerance_and_on_the_pallet_only(
+    shift: tuple[float, float, float], placed: bool
+) -> None:
     """A part beside its place, above or below the pallet is not placed, and is named."""
     moved = tuple(a + b for a, b in zip(PLACES["part_4"], shift))
     found = judged({**PLACES, "part_4": moved})  # type: ignore[dict-item]
@@ -46,11 +67,20 @@ def test_part_counts_within_the_tolerance_and_on_the_pallet_only(shift: tuple[fl
 
 
 def test_collisions_and_drops_fail_a_run_with_their_text() -> None:
-    """Nine of nine is not enough if something was hit or dropped on the way; what came before the start does not count."""
+    """Nine of nine is not enough if something was hit or dropped on the way.
+
+    What came before the start does not count.
+    """
     found = judged(
-        PLACES, (0.5, "collision", "", "before"), (3.0, "collision", "part_1", "a hit b"), (4.0, "dropped", "part_2", "c")
+        PLACES,
+        (0.5, "collision", "", "before"),
+        (3.0, "collision", "part_1", "a hit b"),
+        (4.0, "dropped", "part_2", "c"),
     )
-    assert shortcomings([found], 0.5) == ("twin: 1 collision, the first: a hit b", "twin: 1 drop, the first: c")
+    assert shortcomings([found], 0.5) == (
+        "twin: 1 collision, the first: a hit b",
+        "twin: 1 drop, the first: c",
+    )
 
 
 def test_side_that_recorded_nothing_has_placed_nothing() -> None:
@@ -69,5 +99,8 @@ def test_palletise_stands_for_both_leaders_and_is_asked_for_by_name() -> None:
     assert list(config.select(["palletise"])) == ["palletise_real_leads", "palletise_twin_leads"]
     assert list(config.select(["palletise_twin_leads"])) == ["palletise_twin_leads"]
     assert not set(config.select([])) & set(config.palletising)
-    with pytest.raises(ConfigError, match=r"unknown experiment 'stack': experiments\.yaml has real_leads, .*, palletise$"):
+    with pytest.raises(
+        ConfigError,
+        match=r"unknown experiment 'stack': experiments\.yaml has real_leads, .*, palletise$",
+    ):
         config.select(["stack"])

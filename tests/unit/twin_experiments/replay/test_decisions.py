@@ -11,9 +11,15 @@ import pytest
 from harness.pair import SETUP, Pair
 from harness.recording import Recording, eventful
 from twin_controller.core.events import TwinMeasured
-from twin_controller.core.state import Setup
+from twin_controller.core.setup import Setup
 from twin_controller.reporting.snapshots import SnapshotError, decode_events, encode_events
-from twin_experiments.replay.decisions import RecordedDecision, RecordedInput, Replay, ReplayResult, replay
+from twin_experiments.replay.decisions import (
+    RecordedDecision,
+    RecordedInput,
+    Replay,
+    ReplayResult,
+    replay,
+)
 
 
 class Kept(NamedTuple):
@@ -31,14 +37,21 @@ def kept() -> Kept:
     return Kept(tuple(recording.inputs), dict(recording.decisions), recording.duration)
 
 
-def run(kept: Kept, inputs: list[RecordedInput] | None = None, decisions: dict | None = None) -> ReplayResult:
+def run(
+    kept: Kept, inputs: list[RecordedInput] | None = None, decisions: dict | None = None
+) -> ReplayResult:
     """Replay a recording, with other inputs or decisions if given."""
     chosen = kept.inputs if inputs is None else inputs
-    return replay(lambda at: SETUP, chosen, kept.decisions if decisions is None else decisions, kept.duration)
+    return replay(
+        lambda at: SETUP, chosen, kept.decisions if decisions is None else decisions, kept.duration
+    )
 
 
 def test_an_eventful_run_replays_without_a_difference(kept: Kept) -> None:
-    """Leads of both sides, pause, emergency stop, a lost link, refusals: every decision and every state again."""
+    """Leads of both sides, pause, emergency stop, a lost link, refusals.
+
+    Every decision and every state again.
+    """
     result = run(kept)
     assert result.differences == [] and result.lost == [] and result.restarts == []
     assert result.exact
@@ -69,7 +82,7 @@ def test_an_input_that_was_different_is_found_by_the_next_state(kept: Kept) -> N
             break
     result = run(kept, inputs)
     assert not result.exact
-    assert "the state differs: twin = " in result.differences[0]
+    assert "the state differs: sides.twin = " in result.differences[0]
     assert len(result.differences) < 5, "behind the difference it goes on from the recorded state"
 
 
@@ -77,7 +90,10 @@ def test_an_input_that_was_different_is_found_by_the_next_state(kept: Kept) -> N
     ("change", "text"),
     [
         (lambda d: msgspec.structs.replace(d, why="x"), "why = "),
-        (lambda d: msgspec.structs.replace(d, onset_uncertainty=d.onset_uncertainty + 1e-12), "onset_uncertainty = "),
+        (
+            lambda d: msgspec.structs.replace(d, onset_uncertainty=d.onset_uncertainty + 1e-12),
+            "onset_uncertainty = ",
+        ),
         (lambda d: msgspec.structs.replace(d, actions=(*d.actions, "DANCE")), "actions = "),
     ],
 )
@@ -95,17 +111,30 @@ def test_a_decision_that_is_not_made_again_is_a_difference(kept: Kept) -> None:
     """The record holds one more than the core decides."""
     key = sorted(kept.decisions)[3]
     ghost = (key[0], 9999)
-    result = run(kept, decisions={**kept.decisions, ghost: msgspec.structs.replace(kept.decisions[key], seq=9999)})
-    assert result.differences == [f"decision #9999 ({kept.decisions[key].event}) was recorded but is not made again"]
+    result = run(
+        kept,
+        decisions={**kept.decisions, ghost: msgspec.structs.replace(kept.decisions[key], seq=9999)},
+    )
+    assert result.differences == [
+        f"decision #9999 ({kept.decisions[key].event}) was recorded but is not made again"
+    ]
 
 
 def test_a_decision_that_was_not_recorded_is_a_difference_except_at_the_edges(kept: Kept) -> None:
     """Topics are connected one after the other; in the middle nothing may be missing."""
-    middle = next(k for k in sorted(kept.decisions) if 1.0 < k[0] * 1e-9 - kept.inputs[0].stamp_ns * 1e-9 < kept.duration - 1.0)
+    middle = next(
+        k
+        for k in sorted(kept.decisions)
+        if 1.0 < k[0] * 1e-9 - kept.inputs[0].stamp_ns * 1e-9 < kept.duration - 1.0
+    )
     fewer = {key: decision for key, decision in kept.decisions.items() if key != middle}
     assert "was not recorded" in run(kept, decisions=fewer).differences[0]
-    short = Kept(kept.inputs, fewer, next(i.at for i in kept.inputs if i.stamp_ns == middle[0]) + 0.1)
-    result = replay(lambda at: SETUP, [i for i in kept.inputs if i.at <= short.duration], fewer, short.duration)
+    short = Kept(
+        kept.inputs, fewer, next(i.at for i in kept.inputs if i.stamp_ns == middle[0]) + 0.1
+    )
+    result = replay(
+        lambda at: SETUP, [i for i in kept.inputs if i.at <= short.duration], fewer, short.duration
+    )
     assert result.differences == [] and result.unrecorded == 1
 
 
@@ -113,7 +142,9 @@ def test_lost_messages_are_named_and_the_replay_goes_on_behind_them(kept: Kept) 
     """A gap in the numbers is no difference, but the replay is not exact any more."""
     inputs = [message for message in kept.inputs if not 90 < message.seq <= 95]
     result = run(kept, inputs)
-    assert result.lost == [f"{inputs[90].at:.3f} s: 5 messages of inputs are lost (between 90 and 96)"]
+    assert result.lost == [
+        f"{inputs[90].at:.3f} s: 5 messages of inputs are lost (between 90 and 96)"
+    ]
     assert not result.exact and result.differences == []
     assert len(result.starts) == 2
 
@@ -121,8 +152,13 @@ def test_lost_messages_are_named_and_the_replay_goes_on_behind_them(kept: Kept) 
 def test_a_restart_of_the_controller_is_named(kept: Kept) -> None:
     """The numbers begin anew; each life has its own configuration."""
     later, ns = 100.0, 10**11
-    again = [replace(m, at=m.at + later, stamp_ns=m.stamp_ns + ns, life="2") for m in kept.inputs[100:]]
-    decisions = {**kept.decisions, **{(key[0] + ns, key[1]): d for key, d in kept.decisions.items()}}
+    again = [
+        replace(m, at=m.at + later, stamp_ns=m.stamp_ns + ns, life="2") for m in kept.inputs[100:]
+    ]
+    decisions = {
+        **kept.decisions,
+        **{(key[0] + ns, key[1]): d for key, d in kept.decisions.items()},
+    }
     asked: list[float] = []
 
     def setup_at(at: float) -> Setup:
@@ -143,14 +179,18 @@ def test_a_decision_may_be_missing_where_a_life_ends_or_begins(kept: Kept, place
     at = next(m.at for m in kept.inputs if m.stamp_ns == key[0])
     if place.startswith("end"):
         first = [m for m in kept.inputs if m.at <= at + 0.1]
-        second = [replace(m, at=m.at + 50.0, stamp_ns=m.stamp_ns + 1, life="2") for m in kept.inputs[:40]]
+        second = [
+            replace(m, at=m.at + 50.0, stamp_ns=m.stamp_ns + 1, life="2") for m in kept.inputs[:40]
+        ]
     else:
         begin = max(k for k, m in enumerate(kept.inputs) if m.state and m.at < at)
         first = [replace(m, stamp_ns=m.stamp_ns - 10**12, life="0") for m in kept.inputs[:40]]
         second = [replace(m, at=50.0 + 0.005 * k) for k, m in enumerate(kept.inputs[begin:])]
         second = [m for m in second if m.at < 51.0]
     result = replay(lambda _: SETUP, [*first, *second], fewer, 200.0)
-    missing = [text for text in result.differences if "was not recorded" in text and f"#{key[1]} " in text]
+    missing = [
+        text for text in result.differences if "was not recorded" in text and f"#{key[1]} " in text
+    ]
     assert missing == [] and result.unrecorded >= 1
 
 
@@ -165,5 +205,5 @@ def test_a_watcher_sees_each_state(kept: Kept) -> None:
     seen = []
     running = Replay(lambda at: SETUP, kept.decisions, kept.duration)
     for message in kept.inputs[:50]:
-        running.feed(message, lambda message, state: seen.append((message.seq, state.mode)))
+        running.feed(message, lambda message, state: seen.append((message.seq, state.lead.mode)))
     assert [number for number, _ in seen] == list(range(1, 51))

@@ -8,7 +8,7 @@ from fanuc_emulator.config import load_emulator
 from fanuc_emulator.controller import ControlType
 from harness.workspace import ROOT
 from scara_config import load_robot
-from twin_controller.metrics_series import Motion
+from twin_experiments.metrics.series import Motion
 from twin_experiments.record import RecordError
 from twin_experiments.replay.playback import Playback, PlaybackController, plan_playback
 
@@ -24,7 +24,9 @@ def swing(amplitude: float = 0.5, duration: float = 2.0) -> Motion:
     u = np.clip((times - 1.0) / duration, 0.0, 1.0)
     positions, velocities = np.zeros((len(times), 4)), np.zeros((len(times), 4))
     positions[:, 0] = amplitude * np.sin(np.pi * u) ** 2
-    velocities[:, 0] = amplitude * np.pi * np.sin(2.0 * np.pi * u) / duration * ((u > 0.0) & (u < 1.0))
+    velocities[:, 0] = (
+        amplitude * np.pi * np.sin(2.0 * np.pi * u) / duration * ((u > 0.0) & (u < 1.0))
+    )
     positions[:, 2] = -0.1
     return Motion("real", times + 7.0, positions, velocities)
 
@@ -36,14 +38,18 @@ def played(rate: float = 1.0) -> Playback:
 
 @pytest.mark.parametrize("rate", [0.5, 1.0, 2.0])
 def test_a_gentle_motion_is_played_at_its_rate(rate: float) -> None:
-    """Positions at the same place of the recording, velocities times the rate, duration divided by it."""
+    """Positions at the same place, velocities times the rate, duration divided by it."""
     recorded, playback = swing(), played(rate)
-    assert playback.duration == pytest.approx((recorded.stamps[-1] - recorded.stamps[0]) / rate, abs=2 * PERIOD)
+    assert playback.duration == pytest.approx(
+        (recorded.stamps[-1] - recorded.stamps[0]) / rate, abs=2 * PERIOD
+    )
     motion = playback.motion(0.0, COLUMNS)
     peak = np.argmax(motion.positions[:, 0])
     assert motion.stamps[peak] == pytest.approx(2.0 / rate, abs=0.01)
     assert playback.played_at(9.0) == pytest.approx(2.0 / rate, abs=2 * PERIOD)
-    assert np.abs(motion.velocities).max() == pytest.approx(rate * np.abs(recorded.velocities).max(), rel=1e-2)
+    assert np.abs(motion.velocities).max() == pytest.approx(
+        rate * np.abs(recorded.velocities).max(), rel=1e-2
+    )
 
 
 @pytest.mark.parametrize("rate", [0.5, 1.0, 2.0, 5.0])
@@ -51,10 +57,12 @@ def test_played_velocities_are_the_slope_of_played_positions(rate: float) -> Non
     """Whatever the rate, and where it changes."""
     motion = plan_playback(ROBOT, swing(1.5, 0.8), None, rate, PERIOD).motion(0.0, COLUMNS)
     slope = np.gradient(motion.positions[:, 0], PERIOD)
-    assert np.abs(slope - motion.velocities[:, 0])[2:-2].max() < 0.01 * np.abs(motion.velocities).max()
+    assert (
+        np.abs(slope - motion.velocities[:, 0])[2:-2].max() < 0.01 * np.abs(motion.velocities).max()
+    )
 
 
-def test_a_hard_move_is_played_no_harder_than_the_joints_can_but_its_rests_are_played_as_fast_as_asked_for() -> None:
+def test_a_hard_move_is_played_within_the_joints_limits_and_its_rests_as_fast_as_asked() -> None:
     """Twice as fast would be four times the acceleration; never slower than recorded."""
     recorded = swing(1.0, 0.8)
     limit = ROBOT.twin_joints[0].acceleration
@@ -90,18 +98,27 @@ def test_a_program_runs_around_the_motion_and_as_recorded_if_that_is_known() -> 
 @pytest.mark.parametrize(
     ("motion", "rate", "text"),
     [
-        (swing(2.4, 0.6), 1.0, r"joint_1 would move at \d+ deg/s at rate 1, its largest speed is 440"),
+        (
+            swing(2.4, 0.6),
+            1.0,
+            r"joint_1 would move at \d+ deg/s at rate 1, its largest speed is 440",
+        ),
         (swing(3.0, 4.0), 1.0, r"joint_1 was recorded from .* to 3, allowed is -2\.583 to 2\.583"),
     ],
 )
-def test_what_no_controller_would_believe_is_refused(motion: Motion, rate: float, text: str) -> None:
+def test_what_no_controller_would_believe_is_refused(
+    motion: Motion, rate: float, text: str
+) -> None:
     """Too fast, or outside the limits: joint and value are named."""
     with pytest.raises(RecordError, match=text):
         plan_playback(ROBOT, motion, None, rate, PERIOD)
 
 
 def test_the_played_robot_shows_its_rows_one_after_the_other() -> None:
-    """It waits at the first, moves as a program of its own, rests at the last; its clock goes on throughout."""
+    """It waits at the first, moves as a program of its own, rests at the last.
+
+    Its clock goes on throughout.
+    """
     playback = played()
     robot = PlaybackController(EMULATOR, ROBOT, playback)
     waiting = [robot.step() for _ in range(10)]
@@ -114,8 +131,12 @@ def test_the_played_robot_shows_its_rows_one_after_the_other() -> None:
     assert shown[middle].measured_velocities == tuple(playback.velocities[middle])
     assert shown[middle].control_type is ControlType.PROGRAM and shown[middle].outputs.progrun
     assert robot.ended and robot.part == 1.0
-    assert shown[-1].measured_velocities == (0.0,) * 5 and shown[-1].control_type is ControlType.NONE
-    assert np.diff([s.clock_ms for s in shown]).tolist() == [EMULATOR.interpolation_period_ms] * (len(shown) - 1)
+    assert (
+        shown[-1].measured_velocities == (0.0,) * 5 and shown[-1].control_type is ControlType.NONE
+    )
+    assert np.diff([s.clock_ms for s in shown]).tolist() == [EMULATOR.interpolation_period_ms] * (
+        len(shown) - 1
+    )
 
 
 def test_the_played_robot_obeys_nobody() -> None:
@@ -129,5 +150,8 @@ def test_the_played_robot_obeys_nobody() -> None:
     robot.write_setpoint([0.3] * len(ROBOT.joints))
     for _ in range(800):
         one, other = robot.step(), free.step()
-        assert (one.measured_positions, one.control_type) == (other.measured_positions, other.control_type)
+        assert (one.measured_positions, one.control_type) == (
+            other.measured_positions,
+            other.control_type,
+        )
         assert one.outputs.sysrdy and not one.outputs.held and not one.outputs.fault

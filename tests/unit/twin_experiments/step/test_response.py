@@ -32,7 +32,9 @@ def second_order(zeta, omega):
     """Return the closed form of a damped oscillator's step response."""
     damped = omega * math.sqrt(1.0 - zeta**2)
     return lambda t: (
-        1.0 - math.exp(-zeta * omega * t) * (math.cos(damped * t) + zeta / math.sqrt(1.0 - zeta**2) * math.sin(damped * t))
+        1.0
+        - math.exp(-zeta * omega * t)
+        * (math.cos(damped * t) + zeta / math.sqrt(1.0 - zeta**2) * math.sin(damped * t))
     )
 
 
@@ -72,7 +74,10 @@ def test_joint_that_never_arrives_has_no_rise_and_no_settling_time():
 @pytest.mark.parametrize(("peak", "saturated"), [(9.9, False), (10.0, True)])
 def test_effort_at_its_limit_is_saturation(peak, saturated):
     """In either direction."""
-    response = measure(step_of(record(lambda t: 1.0, effort=lambda t: -peak if 0.1 < t < 0.2 else 1.0), 0.7, 0.1), 10.0)
+    response = measure(
+        step_of(record(lambda t: 1.0, effort=lambda t: -peak if 0.1 < t < 0.2 else 1.0), 0.7, 0.1),
+        10.0,
+    )
     assert (response.peak_effort, response.saturated) == (peak, saturated)
 
 

@@ -29,7 +29,9 @@ GOOD = Response(0.05, 1.9, 0.1, 0.0, 10.0, False)
         ("table_joint", 10.0, 10.0, (20.0, 10.0)),
     ],
 )
-def test_position_steps_go_there_and_back_where_there_is_room(joint, position_mm_deg, size, targets):
+def test_position_steps_go_there_and_back_where_there_is_room(
+    joint, position_mm_deg, size, targets
+):
     """Up first unless the limit is near; the second step ends where the first began."""
     chosen = ROBOT.joint(joint)
     trial = plan_trial(chosen, "position", position_mm_deg * chosen.scale, size, None)
@@ -39,14 +41,37 @@ def test_position_steps_go_there_and_back_where_there_is_room(joint, position_mm
 @pytest.mark.parametrize(
     ("joint", "kind", "position", "size", "seconds", "text"),
     [
-        ("joint_3", "position", -0.1, 150.0, None, r"no room for a step of 150 mm at -100\.00 mm: limits are -210 to 0 mm"),
-        ("joint_1", "velocity", 0.0, 500.0, 0.3, r"no room for 500 deg/s during 0\.3 s at 0\.00 deg: .* 440 deg/s"),
-        ("joint_3", "velocity", -0.01, 100.0, 0.5, r"no room for 100 mm/s during 0\.5 s at -10\.00 mm"),
+        (
+            "joint_3",
+            "position",
+            -0.1,
+            150.0,
+            None,
+            r"no room for a step of 150 mm at -100\.00 mm: limits are -210 to 0 mm",
+        ),
+        (
+            "joint_1",
+            "velocity",
+            0.0,
+            500.0,
+            0.3,
+            r"no room for 500 deg/s during 0\.3 s at 0\.00 deg: .* 440 deg/s",
+        ),
+        (
+            "joint_3",
+            "velocity",
+            -0.01,
+            100.0,
+            0.5,
+            r"no room for 100 mm/s during 0\.5 s at -10\.00 mm",
+        ),
         ("joint_1", "position", 0.0, 0.0, None, "a step of 0.0 and 1.5 s is none"),
         ("joint_1", "position", 0.0, 5.0, 0.1, "a step of 5.0 and 0.1 s is none"),
     ],
 )
-def test_step_without_room_is_refused_with_joint_value_and_limits(joint, kind, position, size, seconds, text):
+def test_step_without_room_is_refused_with_joint_value_and_limits(
+    joint, kind, position, size, seconds, text
+):
     """Nothing moves then."""
     with pytest.raises(StepError, match=f"{joint}: {text}"):
         plan_trial(ROBOT.joint(joint), kind, position, size, seconds)
@@ -67,9 +92,14 @@ def test_each_broken_limit_is_a_reason(changes, text):
     assert reasons(trial, msgspec.structs.replace(GOOD, **changes)) == [text]
 
 
-@pytest.mark.parametrize(("joint", "size"), [("joint_1", 0.3), ("joint_2", 5.0), ("joint_3", 3.0), ("table_joint", 10.0)])
+@pytest.mark.parametrize(
+    ("joint", "size"), [("joint_1", 0.3), ("joint_2", 5.0), ("joint_3", 3.0), ("table_joint", 10.0)]
+)
 def test_shipped_gains_keep_the_limits_in_both_directions(joint, size):
-    """Overshoot below 2 %, less than 0.01 deg or mm left, effort below its limit, for small steps as well."""
+    """Overshoot below 2 %, less than 0.01 deg or mm left.
+
+    The effort stays below its limit, for small steps as well.
+    """
     bench = OfflineBench(ROBOT, CONFIG, plain=False)
     trial = plan_trial(ROBOT.joint(joint), "position", bench.position(joint), size, 0.8)
     document = summary(trial, bench.run(trial), {"simulator": "offline"})
@@ -79,7 +109,10 @@ def test_shipped_gains_keep_the_limits_in_both_directions(joint, size):
 
 
 def test_plain_pid_of_joint_3_hangs_low_and_is_judged_so():
-    """Without feed-forward the weight is more than the integral's clamp: the verdict is no decoration."""
+    """Without feed-forward the weight is more than the integral's clamp.
+
+    The verdict is no decoration.
+    """
     bench = OfflineBench(ROBOT, CONFIG, plain=True)
     trial = plan_trial(ROBOT.joint("joint_3"), "position", bench.position("joint_3"), 10.0, 0.8)
     document = summary(trial, bench.run(trial), {})
@@ -90,11 +123,15 @@ def test_plain_pid_of_joint_3_hangs_low_and_is_judged_so():
 def test_figures_and_numbers_are_written_for_both_directions(tmp_path):
     """One JSON file, one picture each; velocity steps too."""
     bench = OfflineBench(ROBOT, CONFIG, plain=False)
-    trial = plan_trial(ROBOT.joint("table_joint"), "velocity", bench.position("table_joint"), 30.0, 0.4)
+    trial = plan_trial(
+        ROBOT.joint("table_joint"), "velocity", bench.position("table_joint"), 30.0, 0.4
+    )
     steps = bench.run(trial)
     document = summary(trial, steps, {"title": "table"})
     written = write_trial(trial, steps, document, tmp_path / "new", "table_velocity")
-    assert [file.name for file in written] == [f"step_table_velocity{end}" for end in (".json", "_up.png", "_down.png")]
+    assert [file.name for file in written] == [
+        f"step_table_velocity{end}" for end in (".json", "_up.png", "_down.png")
+    ]
     assert json.loads(written[0].read_text())["steps"][1]["target"] == pytest.approx(-30.0)
     for file in written[1:]:
         assert imread(file).std() > 0.05

@@ -1,7 +1,9 @@
-"""The real side's parts: rigid bookkeeping. A held part moves with the tool, a part on a stand with the table, others stay.
+"""The real side's parts: rigid bookkeeping.
 
-Nothing here is dynamics: a part that is let go is at once on what is below it. It is the real side's own truth about
-what was placed where, as measured positions of the robot would not be.
+A held part moves with the tool, a part on a stand with the table, others stay.
+
+Nothing here is dynamics: a part that is let go is at once on what is below it. It is the real
+side's own truth about what was placed where, as measured positions of the robot would not be.
 """
 
 from __future__ import annotations
@@ -16,7 +18,8 @@ from scara_config.palletise import MM, Palletise
 from fanuc_emulator.gripping.surroundings import Surface, Surroundings
 
 SUNK = 0.0005
-"""What gets deeper than this [m] into something has hit it, unless the bellows gives way. Our choice."""
+"""What gets deeper than this [m] into something has hit it, unless the bellows gives way. Our
+choice."""
 
 
 class Event(msgspec.Struct, frozen=True):
@@ -30,7 +33,10 @@ class Event(msgspec.Struct, frozen=True):
 
 
 class Part(msgspec.Struct):
-    """A part: middle of its underside [m], in base_link or, on a stand, with the table at 0; held: from the tool."""
+    """A part: middle of its underside [m], in base_link or, on a stand, with the table at 0.
+
+    Held: from the tool.
+    """
 
     name: str
     on: str
@@ -57,9 +63,19 @@ class CellParts:
         self._work = work
         self._around = Surroundings(work)
         names = [joint.name for joint in robot.joints]
-        self._columns = tuple(names.index(name) for name in ("joint_1", "joint_2", "joint_3", "table_joint"))
-        self._lengths = (robot.geometry.l1_mm * MM, robot.geometry.l2_mm * MM, robot.geometry.h_mm * MM)
+        self._columns = tuple(
+            names.index(name) for name in ("joint_1", "joint_2", "joint_3", "table_joint")
+        )
+        self._lengths = (
+            robot.geometry.l1_mm * MM,
+            robot.geometry.l2_mm * MM,
+            robot.geometry.h_mm * MM,
+        )
+        # Below this height of tool or held part something can be gripped or hit.
+        self._near = self._around.top + work.parts.height + work.gripper.reach_mm * MM
         self.held: Part | None = None
+        # Joint positions and suction with which nothing changes any more.
+        self._calm_with: tuple[tuple[float, ...], bool] | None = None
         self.put_back()
         self.collisions = self.drops = 0
         self.message = ""
@@ -69,10 +85,17 @@ class CellParts:
         self._tool, self._table = (0.0, 0.0, 0.0), 0.0
 
     def put_back(self) -> str:
-        """Put all parts back on their stands, as somebody would by hand; return why not, or an empty text."""
+        """Put all parts back on their stands, as somebody would by hand.
+
+        Return why not, or an empty text.
+        """
         if self.held is not None:
             return f"{self.held.name} is held"
-        self.parts = [Part(start.name, start.stand, start.x, start.y, start.z) for start in self._work.starts()]
+        self._calm_with = None
+        self.parts = [
+            Part(start.name, start.stand, start.x, start.y, start.z)
+            for start in self._work.starts()
+        ]
         return ""
 
     def place(self, part: Part) -> tuple[float, float, float]:
@@ -92,16 +115,25 @@ class CellParts:
             suction: The robot's output.
             dt: Period [s].
         """
-        q1, q2, q3, self._table = (positions[k] for k in self._columns)
+        if self._calm_with == (positions, suction):
+            return
+        held, touching = self.held, self._touching
+        q1, q2, q3, self._table = [positions[k] for k in self._columns]
         l1, l2, h = self._lengths
-        self._tool = (l1 * math.cos(q1) + l2 * math.cos(q1 + q2), l1 * math.sin(q1) + l2 * math.sin(q1 + q2), h + q3)
+        self._tool = (
+            l1 * math.cos(q1) + l2 * math.cos(q1 + q2),
+            l1 * math.sin(q1) + l2 * math.sin(q1 + q2),
+            h + q3,
+        )
         low = self.place(self.held)[2] if self.held else self._tool[2]
-        close = low < self._around.top + self._work.parts.height + self._work.gripper.reach_mm * MM
+        close = low < self._near
         self._suck(suction, dt, close)
         if close:
             self._look_for_collisions()
         elif self._touching:
             self._touching = set()
+        calm = self._closed == 0.0 and self.held is held and self._touching == touching
+        self._calm_with = (tuple(positions), suction) if calm else None
 
     def _suck(self, suction: bool, dt: float, close: bool) -> None:
         """Build vacuum over a part that closes the nozzle, or let it in."""
@@ -120,7 +152,10 @@ class CellParts:
         for part in self.parts:
             px, py, pz = self.place(part)
             gap = z - pz - self._work.parts.height
-            if math.hypot(px - x, py - y) <= gripper.offset_mm * MM and abs(gap) <= gripper.reach_mm * MM:
+            if (
+                math.hypot(px - x, py - y) <= gripper.offset_mm * MM
+                and abs(gap) <= gripper.reach_mm * MM
+            ):
                 return part
         return None
 
@@ -139,17 +174,30 @@ class CellParts:
         self._tell(Event("released", part.name, "", (x, y, z), f"{part.name} was let go"))
         under = self._around.below(x, y, z + MM, self._table)
         other = self._part_below(part, x, y, z)
-        height = max(under.height, self.place(other)[2] + self._work.parts.height if other else -math.inf)
+        height = max(
+            under.height, self.place(other)[2] + self._work.parts.height if other else -math.inf
+        )
         part.on, part.turns = under.name, under.turns
         part.x, part.y = self._around.turned(x, y, -self._table) if under.turns else (x, y)
         part.z = height
         fall = z - height
         if fall > self._work.watch.drop_mm * MM or other:
             self.drops += 1
-            text = f"{part.name} was dropped: it fell {fall / MM:.1f} mm on {other.name if other else under.name}"
+            text = (
+                f"{part.name} was dropped: it fell {fall / MM:.1f} mm on "
+                f"{other.name if other else under.name}"
+            )
             self._tell(Event("dropped", part.name, under.name, (x, y, height), text))
         else:
-            self._tell(Event("placed", part.name, under.name, (x, y, height), f"{part.name} was placed on {under.name}"))
+            self._tell(
+                Event(
+                    "placed",
+                    part.name,
+                    under.name,
+                    (x, y, height),
+                    f"{part.name} was placed on {under.name}",
+                )
+            )
 
     def _part_below(self, part: Part, x: float, y: float, z: float) -> Part | None:
         """Return another part on which this one would come to lie."""
@@ -168,12 +216,24 @@ class CellParts:
             first, second = pair
             where = self.place(self.held) if self.held else self._tool
             part = next((name for name in pair if name.startswith("part_")), "")
-            self._tell(Event("collision", part, second if part == first else first, where, f"{first} hit {second}"))
+            self._tell(
+                Event(
+                    "collision",
+                    part,
+                    second if part == first else first,
+                    where,
+                    f"{first} hit {second}",
+                )
+            )
         self._touching = found
 
     def _hits_of_nozzle(self) -> set[tuple[str, str]]:
         x, y, z = self._tool
-        found = {("nozzle", face.name) for face in self._faces() if z < face.height - SUNK and face.carries(x, y)}
+        found = {
+            ("nozzle", face.name)
+            for face in self._faces()
+            if z < face.height - SUNK and face.carries(x, y)
+        }
         give = self._work.give
         for part in self.parts:
             px, py, pz = self.place(part)
@@ -186,7 +246,11 @@ class CellParts:
         x, y, z = self.place(held)
         radius, height = self._work.parts.radius, self._work.parts.height
         give = self._work.give
-        found = {(held.name, face.name) for face in self._faces() if z < face.height - give and face.carries(x, y, radius)}
+        found = {
+            (held.name, face.name)
+            for face in self._faces()
+            if z < face.height - give and face.carries(x, y, radius)
+        }
         for part in self.parts:
             px, py, pz = self.place(part)
             apart = part is held or math.hypot(px - x, py - y) >= 2.0 * radius

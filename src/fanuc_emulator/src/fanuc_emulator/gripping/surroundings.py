@@ -1,4 +1,7 @@
-"""What parts can lie on, as flat surfaces seen from above, and what is in the way of a tool that comes down."""
+"""What parts can lie on, as flat surfaces seen from above.
+
+It also tells what is in the way of a tool that comes down.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,10 @@ from scara_config.palletise import MM, Palletise
 
 
 class Surface(msgspec.Struct, frozen=True):
-    """A horizontal face at ``height`` [m]: a disc of ``radius`` about ``middle``, or a rectangle of ``half`` lengths."""
+    """A horizontal face at ``height`` [m].
+
+    A disc of ``radius`` about ``middle``, or a rectangle of ``half`` lengths.
+    """
 
     name: str
     height: float
@@ -39,13 +45,22 @@ class Surroundings:
         middle = (work.pallet.middle_mm[0] * MM, work.pallet.middle_mm[1] * MM)
         self._fixed = [
             Surface("pallet", work.pallet.top_mm * MM, middle, half=half),
-            Surface("table_link", work.table.top_mm * MM, self._axis, radius=work.table.radius_mm * MM),
+            Surface(
+                "table_link", work.table.top_mm * MM, self._axis, radius=work.table.radius_mm * MM
+            ),
             Surface("floor", work.floor_mm * MM, (0.0, 0.0), half=(1e3, 1e3)),
         ]
         self._stands = [
-            Surface(name, work.table.stand_top_mm * MM, (x * MM, y * MM), radius=work.table.stand_radius_mm * MM, turns=True)
+            Surface(
+                name,
+                work.table.stand_top_mm * MM,
+                (x * MM, y * MM),
+                radius=work.table.stand_radius_mm * MM,
+                turns=True,
+            )
             for name, (x, y) in work.table.stands_mm.items()
         ]
+        self._surfaces: tuple[float, list[Surface]] = (math.nan, [])
         self.top = max(surface.height for surface in (*self._fixed, *self._stands))
 
     def turned(self, x: float, y: float, angle: float) -> tuple[float, float]:
@@ -56,10 +71,22 @@ class Surroundings:
 
     def surfaces(self, table: float) -> list[Surface]:
         """Return all faces with the table at ``table`` [rad]."""
-        stands = [msgspec.structs.replace(stand, middle=self.turned(*stand.middle, table)) for stand in self._stands]
-        return [*stands, *self._fixed]
+        if self._surfaces[0] != table:
+            stands = [
+                msgspec.structs.replace(stand, middle=self.turned(*stand.middle, table))
+                for stand in self._stands
+            ]
+            self._surfaces = (table, [*stands, *self._fixed])
+        return self._surfaces[1]
 
     def below(self, x: float, y: float, height: float, table: float) -> Surface:
-        """Return the highest face under a point, at most ``height`` [m] high; the floor is always there."""
-        under = [surface for surface in self.surfaces(table) if surface.height <= height and surface.carries(x, y)]
+        """Return the highest face under a point, at most ``height`` [m] high.
+
+        The floor is always there.
+        """
+        under = [
+            surface
+            for surface in self.surfaces(table)
+            if surface.height <= height and surface.carries(x, y)
+        ]
         return max(under, key=lambda surface: surface.height, default=self._fixed[-1])

@@ -1,13 +1,19 @@
-"""The robot's Modbus TCP server (pymodbus): reads answer from the newest snapshot, writes go to the servo loop's mailbox.
+"""The robot's Modbus TCP server (pymodbus).
 
-pymodbus answers only the first of several requests in one TCP segment, so a client must wait for each answer.
+Reads answer from the newest snapshot, writes go to the servo loop's mailbox.
+
+pymodbus answers only the first of several requests in one TCP segment, so a client must wait for
+each answer.
 """
 
 from __future__ import annotations
 
 import asyncio
 import threading
+from collections.abc import Callable
+from contextvars import Context
 from functools import partial
+from typing import TypeVarTuple
 
 import pymodbus
 from pymodbus.constants import ExcCodes
@@ -20,11 +26,35 @@ from fanuc_emulator.io.servo_loop import ServoLoop
 from fanuc_emulator.register_image import RegisterImage
 from fanuc_emulator.registers import RegisterError
 
+_Arguments = TypeVarTuple("_Arguments")
 _READ_COILS, _READ_DISCRETE, _READ_INPUT, _WRITE_COIL, _WRITE_COILS = 1, 2, 4, 5, 15
 
 
 class PortError(OSError):
     """The server cannot listen on its address."""
+
+
+class _OwnThreadLoop(asyncio.SelectorEventLoop):
+    """A loop that does not wake itself.
+
+    pymodbus answers each request by a call from the loop's own thread as if it came from another
+    one. The loop's waking, through a socket of its own, took as long as the rest of the answer.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._own_thread = threading.get_ident()
+
+    def call_soon_threadsafe(
+        self,
+        callback: Callable[[*_Arguments], object],
+        *arguments: *_Arguments,
+        context: Context | None = None,
+    ) -> asyncio.Handle:
+        """Call ``callback`` soon; wake the loop if the caller is another thread."""
+        if threading.get_ident() == self._own_thread:
+            return self.call_soon(callback, *arguments, context=context)
+        return super().call_soon_threadsafe(callback, *arguments, context=context)
 
 
 class RobotServer:
@@ -40,7 +70,13 @@ class RobotServer:
     """
 
     def __init__(
-        self, host: str, port: int, layout: ModbusMap, image: RegisterImage, loop: ServoLoop, delay: float = 0.0
+        self,
+        host: str,
+        port: int,
+        layout: ModbusMap,
+        image: RegisterImage,
+        loop: ServoLoop,
+        delay: float = 0.0,
     ) -> None:
         self._address = (host, port)
         self._layout = layout
@@ -71,12 +107,14 @@ class RobotServer:
 
     def __exit__(self, *_: object) -> None:
         if self._asyncio is not None and self._server is not None and self._thread.is_alive():
-            asyncio.run_coroutine_threadsafe(self._server.shutdown(), self._asyncio)  # type: ignore[no-untyped-call]
+            shutdown = self._server.shutdown()  # type: ignore[no-untyped-call]
+            asyncio.run_coroutine_threadsafe(shutdown, self._asyncio)
             self._thread.join(timeout=1.0)
 
     def _run(self) -> None:
         try:
-            asyncio.run(self._serve())
+            with asyncio.Runner(loop_factory=_OwnThreadLoop) as runner:
+                runner.run(self._serve())
         except Exception as error:
             self._failure = error
         finally:
@@ -86,7 +124,9 @@ class RobotServer:
         """Listen until :meth:`__exit__`."""
         self._asyncio = asyncio.get_running_loop()
         host, port = self._address
-        probe = await asyncio.start_server(lambda *_: None, host, port)  # pymodbus hides why it cannot listen
+        probe = await asyncio.start_server(
+            lambda *_: None, host, port
+        )  # pymodbus hides why it cannot listen
         probe.close()
         await probe.wait_closed()
         self._server = ModbusTcpServer(self._device(), address=self._address)
@@ -108,9 +148,18 @@ class RobotServer:
         )
 
     async def _act(
-        self, function: int, start: int, address: int, count: int, current: list[int], values: list[int] | list[bool] | None
+        self,
+        function: int,
+        start: int,
+        address: int,
+        count: int,
+        current: list[int],
+        values: list[int] | list[bool] | None,
     ) -> ExcCodes | None:
-        """Answer one request; ``current`` is pymodbus' memory of the whole block, from ``start``."""
+        """Answer one request.
+
+        ``current`` is pymodbus' memory of the whole block, from ``start``.
+        """
         if not self._delay:
             return self._answer(function, start, address, current, values)
         await asyncio.sleep(0.5 * self._delay)
@@ -119,7 +168,12 @@ class RobotServer:
         return answer
 
     def _answer(
-        self, function: int, start: int, address: int, current: list[int], values: list[int] | list[bool] | None
+        self,
+        function: int,
+        start: int,
+        address: int,
+        current: list[int],
+        values: list[int] | list[bool] | None,
     ) -> ExcCodes | None:
         bits = {_READ_COILS: self._layout.coils, _READ_DISCRETE: self._layout.discrete_inputs}
         if function in bits and not bits[function]:
@@ -130,7 +184,9 @@ class RobotServer:
             self._show_outputs(self._servo.snapshot, start, current)
         elif function != _READ_COILS and values is None:
             self._image.show(self._servo.snapshot)
-            words = self._image.tables["input_registers" if function == _READ_INPUT else "holding_registers"]
+            words = self._image.tables[
+                "input_registers" if function == _READ_INPUT else "holding_registers"
+            ]
             current[: len(words)] = words
         elif values is not None:
             return self._write_registers(address, [int(value) for value in values])
@@ -166,7 +222,13 @@ def _words(table: dict[str, Register]) -> list[SimData]:
     if not table:
         return [SimData(0, datatype=DataType.INVALID)]
     return [
-        SimData(register.offset, count=register.words, values=0, datatype=DataType.REGISTERS, readonly=not register.write)
+        SimData(
+            register.offset,
+            count=register.words,
+            values=0,
+            datatype=DataType.REGISTERS,
+            readonly=not register.write,
+        )
         for register in table.values()
     ]
 

@@ -48,7 +48,12 @@ class PendantLink:
             raise PendantError(f"no robot at {self._name}: is the emulator running?")
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
         self._client.close()
 
     def read(self, name: str) -> Value:
@@ -77,7 +82,11 @@ class PendantLink:
     def signal(self, name: str) -> bool:
         """Read the level of one UI signal; one that this robot does not show is on."""
         if self._layout.command_word is not None:
-            return self._lit(self._layout.switches_word).get(name, True) if self._layout.switches_word else True
+            return (
+                self._lit(self._layout.switches_word).get(name, True)
+                if self._layout.switches_word
+                else True
+            )
         return bool(self._call("read_coils", self._layout.coils[name].offset, count=1).bits[0])
 
     def set_signal(self, name: str, level: bool) -> None:
@@ -114,8 +123,14 @@ class PendantLink:
         if word is None or code is None:
             raise PendantError(f"this robot has no command for {name}")
         echo = int(self.read(word.echo)[0])
-        sequence = (echo + 2 - echo % 2) % _SEQUENCES or 2  # even: the twin controller's numbers are odd
-        self._call("write_registers", self._layout.holding_registers[word.register].offset, [code, sequence])
+        sequence = (
+            echo + 2 - echo % 2
+        ) % _SEQUENCES or 2  # even: the twin controller's numbers are odd
+        self._call(
+            "write_registers",
+            self._layout.holding_registers[word.register].offset,
+            [code, sequence],
+        )
         deadline = time.monotonic() + _CONFIRM
         while int(self.read(word.echo)[0]) != sequence:
             if time.monotonic() > deadline:
@@ -132,9 +147,13 @@ class PendantLink:
         from pymodbus.exceptions import ModbusException
 
         try:
-            answer = getattr(self._client, function)(offset, *arguments, device_id=self._layout.device_id, **options)
+            answer = getattr(self._client, function)(
+                offset, *arguments, device_id=self._layout.device_id, **options
+            )
         except (ModbusException, OSError) as error:
             raise PendantError(f"lost the robot at {self._name}: {error}") from error
         if answer.isError():
-            raise PendantError(f"the robot refuses {function} at {offset + 1}: exception {answer.exception_code}")
+            raise PendantError(
+                f"the robot refuses {function} at {offset + 1}: exception {answer.exception_code}"
+            )
         return answer

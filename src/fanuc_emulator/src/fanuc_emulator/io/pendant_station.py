@@ -1,4 +1,7 @@
-"""The pendant as a device: it looks at the robot several times a second and presses keys, over Modbus only."""
+"""The pendant as a device.
+
+It looks at the robot several times a second and presses keys, over Modbus only.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +19,7 @@ from fanuc_emulator.io.pendant_link import PendantError, PendantLink
 PERIOD_S = 0.2  # our choice: a display for people
 RETRY_S = 1.0
 STATES = ("aborted", "paused", "running")
-SWITCHES = ("imstp", "hold", "sfspd", "enbl")
+SWITCHES = ("panel_imstp", "panel_hold", "sfspd", "enbl")
 
 
 class Reading(msgspec.Struct, frozen=True):
@@ -59,7 +62,12 @@ class PendantStation:
         self._thread.start()
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
         self._ended.set()
         self._thread.join(2.0)
         self._close()
@@ -98,7 +106,12 @@ class PendantStation:
     def _read(self, link: PendantLink) -> Reading:
         positions, velocities = link.read("position"), link.read("velocity")
         rows = tuple(
-            (joint.name, float(positions[joint.axis_number - 1]), float(velocities[joint.axis_number - 1]), joint.unit)
+            (
+                joint.name,
+                float(positions[joint.axis_number - 1]),
+                float(velocities[joint.axis_number - 1]),
+                joint.unit,
+            )
             for joint in self._robot.joints
         )
         state = int(link.read("program_state")[0])
@@ -115,5 +128,8 @@ class PendantStation:
 
 
 def expire_heartbeat(link: PendantLink) -> None:
-    """Arm the robot's watchdog with a heartbeat that never changes: the alarm of a controller that died."""
+    """Arm the robot's watchdog with a heartbeat that never changes.
+
+    The alarm of a controller that died.
+    """
     link.write("heartbeat", [time.monotonic_ns() % 30000 + 1])

@@ -1,4 +1,7 @@
-"""Run the controller in real time: a thread on absolute deadlines, catching up when it wakes late."""
+"""Run the controller in real time.
+
+A thread on absolute deadlines, catching up when it wakes late.
+"""
 
 from __future__ import annotations
 
@@ -16,17 +19,21 @@ Observer = Callable[[Snapshot, float], None]
 class ServoLoop:
     """Own the controller: writes come in through a mailbox, the newest snapshot goes out.
 
-    Tick ``k`` is due at ``base + k dt / (1 + drift)`` on the monotonic clock: the controller's quartz paces its servo.
-    A write takes part in the first tick due after its arrival, however late that tick is computed.
+    Tick ``k`` is due at ``base + k dt / (1 + drift)`` on the monotonic clock: the controller's
+    quartz paces its servo. A write takes part in the first tick due after its arrival, however late
+    that tick is computed.
 
     Args:
         controller: Stepped by this thread alone.
         dt: Interpolation period on the controller's own clock [s].
         drift_ppm: By how much that clock runs fast.
-        observe: Called after each tick with the snapshot and the monotonic time at which it is true.
+        observe: Called after each tick with the snapshot and the monotonic time at which it is
+            true.
     """
 
-    def __init__(self, controller: Controller, dt: float, drift_ppm: float, observe: Observer | None = None) -> None:
+    def __init__(
+        self, controller: Controller, dt: float, drift_ppm: float, observe: Observer | None = None
+    ) -> None:
         self.snapshot = controller.snapshot()
         self.failure: BaseException | None = None
         self.ended = threading.Event()

@@ -1,14 +1,19 @@
 """Run the real robot's stand-in.
 
-Modbus TCP on ``~host``:``~port`` (default: emulator.yaml). ROS is used for one thing, and only once there is a roscore:
+Modbus TCP on ``~host``:``~port`` (default: emulator.yaml). ROS is used for one thing, and only once
+there is a roscore:
 
 Parameters (as ``_name:=value`` on the command line, so that they hold without roscore too):
     ~config_dir: Folder with the YAML files; default: the package scara_config.
     ~host, ~port: Address to listen on.
+    ~links: ``desk`` for the patience of emulator.yaml with a client on the same machine;
+        default: strict.
 
 Topics:
-    real/ground_truth (sensor_msgs/JointState, out, 250 Hz): True joint positions and speeds, stamped with the nominal time of
-        their servo step. For the report; nothing that controls the robot may read it.
+    real/ground_truth (sensor_msgs/JointState, out, 250 Hz while somebody listens): True joint
+        positions and speeds, stamped with the nominal time of their servo step. For the report;
+        nothing that controls the robot may read it.
+    real/parts, real/gripper, real/part_events: see :mod:`fanuc_emulator.nodes.parts_truth`.
 """
 
 from __future__ import annotations
@@ -23,8 +28,9 @@ from typing import Any
 from scara_config import ConfigError, Robot, load_robot
 from scara_config.modbus_map import load_modbus_map
 from scara_config.palletise import find_palletise
+from scara_ros.io.scheduling import go_first
 
-from fanuc_emulator.config import load_emulator, load_programs
+from fanuc_emulator.config import load_emulator, load_programs, on_a_desk
 from fanuc_emulator.controller import Controller, Snapshot
 from fanuc_emulator.gripping.cell_parts import CellParts
 from fanuc_emulator.io.modbus_server import PortError, RobotServer
@@ -45,7 +51,9 @@ class GroundTruth:
         parts: The truth about the parts, published beside it.
     """
 
-    def __init__(self, robot: Robot, every: int, stop: threading.Event, parts: PartsTruth | None = None) -> None:
+    def __init__(
+        self, robot: Robot, every: int, stop: threading.Event, parts: PartsTruth | None = None
+    ) -> None:
         self._parts = parts
         self._names = [joint.name for joint in robot.joints]
         self._every = every
@@ -56,43 +64,67 @@ class GroundTruth:
         self._offset = 0.0
 
     def observe(self, snapshot: Snapshot, due: float) -> None:
-        """Publish a snapshot that is true at the monotonic time ``due``."""
+        """Publish a snapshot that is true at the monotonic time ``due``, if somebody listens."""
         if self._publisher is None or snapshot.tick % self._every:
             return
+        seconds = due + self._offset
         if self._parts is not None:
-            self._parts.publish(snapshot.outputs, self._time(due + self._offset))
-        message = self._message(name=self._names, position=snapshot.positions, velocity=snapshot.velocities)
-        message.header.stamp = self._time(due + self._offset)
+            self._parts.publish(snapshot.outputs, seconds)
+        if not self._publisher.get_num_connections():
+            return
+        message = self._message(
+            name=self._names, position=snapshot.positions, velocity=snapshot.velocities
+        )
+        message.header.stamp = self._time(seconds)
         self._publisher.publish(message)
 
     def serve(self) -> None:
-        """Wait for a roscore, advertise, then keep the offset between monotonic and ROS time up to date."""
+        """Wait for a roscore and advertise.
+
+        Then keep the offset between monotonic and ROS time up to date.
+        """
         import rosgraph
 
         waiting = False
         while not self._stop.is_set() and not rosgraph.is_master_online():
             if not waiting:
-                print("emulator: no roscore yet: running without real/ground_truth, looking again each second", flush=True)
+                print(
+                    "emulator: no roscore yet: running without real/ground_truth, looking "
+                    "again each second",
+                    flush=True,
+                )
                 waiting = True
             self._stop.wait(1.0)
         if self._stop.is_set():
             return
         import rospy
+        from scara_ros.io.hardening import harden_process
         from scara_ros.memory import keep_for_good
         from scara_ros.nodes.registration import keep_registered
-        from sensor_msgs.msg import JointState
+        from scara_ros.nodes.starting import send_directly
 
+        send_directly()
+        harden_process()
         rospy.init_node("emulator", disable_signals=True)
         keep_registered()
         rospy.on_shutdown(self._stop.set)
-        self._message, self._time = JointState, rospy.Time.from_sec
         self._measure_offset(rospy.get_time)
-        if self._parts is not None:
-            self._parts.advertise()
-        self._publisher = rospy.Publisher("real/ground_truth", JointState, queue_size=100, tcp_nodelay=True)
+        self.advertise()
         keep_for_good()
         while not self._stop.wait(1.0):
             self._measure_offset(rospy.get_time)
+
+    def advertise(self) -> None:
+        """Publish from now on; this process is a node."""
+        import rospy
+        from sensor_msgs.msg import JointState
+
+        self._message, self._time = JointState, rospy.Time.from_sec
+        if self._parts is not None:
+            self._parts.advertise()
+        self._publisher = rospy.Publisher(
+            "real/ground_truth", JointState, queue_size=100, tcp_nodelay=True
+        )
 
     def _measure_offset(self, ros_time: Any) -> None:
         """Take ROS time minus monotonic time from the least disturbed of five readings."""
@@ -106,16 +138,25 @@ class GroundTruth:
 
 
 def main() -> None:
-    """Load the configuration, serve until SIGINT or SIGTERM; exit code 2 for a wrong file or a taken port."""
-    private = {key[1:]: value for key, _, value in (text.partition(":=") for text in sys.argv[1:]) if key.startswith("_")}
+    """Load the configuration, serve until SIGINT or SIGTERM.
+
+    Exit code 2 for a wrong file or a taken port.
+    """
+    private = {
+        key[1:]: value
+        for key, _, value in (text.partition(":=") for text in sys.argv[1:])
+        if key.startswith("_")
+    }
     try:
-        sys.exit(run(private.get("config_dir"), private.get("host"), private.get("port")))
+        sys.exit(run(*map(private.get, ("config_dir", "host", "port", "links"))))
     except (ConfigError, PortError) as error:
         print(f"emulator: {error}", file=sys.stderr, flush=True)
         sys.exit(2)
 
 
-def run(config_dir: str | None, host: str | None, port: str | None) -> int:
+def run(
+    config_dir: str | None, host: str | None, port: str | None, links: str | None = None
+) -> int:
     """Run the stand-in until it is told to end and return the exit code.
 
     Raises:
@@ -127,6 +168,9 @@ def run(config_dir: str | None, host: str | None, port: str | None) -> int:
     config, programs = load_emulator(robot, directory), load_programs(robot, directory)
     if port is not None and not (port.isdigit() and 1 <= int(port) <= 65535):
         raise ConfigError(f"~port = {port}: allowed is 1..65535")
+    if links not in (None, "strict", "desk"):
+        raise ConfigError(f"~links = {links}: allowed is strict or desk")
+    config = on_a_desk(config) if links == "desk" else config
     address = (host or config.host, int(port or config.port))
     stop = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
@@ -136,11 +180,23 @@ def run(config_dir: str | None, host: str | None, port: str | None) -> int:
     shown = PartsTruth(parts, work, robot.base_frame) if parts and work else None
     truth = GroundTruth(robot, max(1, round(_GROUND_TRUTH_PERIOD / config.dt)), stop, shown)
     controller = Controller(config, robot, programs, time.time(), parts)
+    go_first()
     loop = ServoLoop(controller, config.dt, config.clock.drift_ppm, truth.observe)
-    with loop, RobotServer(*address, layout, RegisterImage(layout, robot), loop, config.answer_delay_ms * 1e-3):
-        started = {1: config.stream_program} | {number: program.name for number, program in sorted(programs.items())}
+    with (
+        loop,
+        RobotServer(
+            *address, layout, RegisterImage(layout, robot), loop, config.answer_delay_ms * 1e-3
+        ),
+    ):
+        started = {1: config.stream_program} | {
+            number: program.name for number, program in sorted(programs.items())
+        }
         listed = ", ".join(f"RSR{number} {name}" for number, name in started.items())
-        print(f"emulator: Modbus TCP on {address[0]}:{address[1]}, device {layout.device_id}; {listed}", flush=True)
+        print(
+            f"emulator: Modbus TCP on {address[0]}:{address[1]}, device {layout.device_id}; "
+            f"{listed}",
+            flush=True,
+        )
         threading.Thread(target=truth.serve, name="ground_truth", daemon=True).start()
         while not stop.wait(0.2) and not loop.ended.is_set():
             pass

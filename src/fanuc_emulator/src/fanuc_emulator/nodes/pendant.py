@@ -24,22 +24,35 @@ from fanuc_emulator.config import EmulatorConfig, load_emulator, load_programs
 from fanuc_emulator.io.pendant_link import PendantError, PendantLink
 from fanuc_emulator.program import ProgramState
 
-app = typer.Typer(add_completion=False, no_args_is_help=True, help="Teach pendant of the robot, over Modbus TCP.")
+app = typer.Typer(
+    add_completion=False, no_args_is_help=True, help="Teach pendant of the robot, over Modbus TCP."
+)
 Host = Annotated[str | None, typer.Option(help="Address of the robot; default: emulator.yaml.")]
-Port = Annotated[int | None, typer.Option(help="TCP port; default: emulator.yaml.", min=1, max=65535)]
-ConfigDir = Annotated[Path | None, typer.Option(help="Folder with the YAML files; default: the package scara_config.")]
+Port = Annotated[
+    int | None, typer.Option(help="TCP port; default: emulator.yaml.", min=1, max=65535)
+]
+ConfigDir = Annotated[
+    Path | None, typer.Option(help="Folder with the YAML files; default: the package scara_config.")
+]
 Wait = Annotated[bool, typer.Option("--wait", help="Show the progress and end with the program.")]
 _ANSWER_TIMEOUT = 1.0
 _POLL = 0.05
 
 
 @contextmanager
-def _robot(host: str | None, port: int | None, config_dir: Path | None) -> Iterator[tuple[PendantLink, Robot, EmulatorConfig]]:
-    """Connect to the robot; an error ends the command with one line and exit code 1 (2: wrong configuration)."""
+def _robot(
+    host: str | None, port: int | None, config_dir: Path | None
+) -> Iterator[tuple[PendantLink, Robot, EmulatorConfig]]:
+    """Connect to the robot.
+
+    An error ends the command with one line and exit code 1 (2: wrong configuration).
+    """
     try:
         robot = load_robot(config_dir)
         config = load_emulator(robot, config_dir)
-        with PendantLink(host or config.host, port or config.port, load_modbus_map(config_dir)) as link:
+        with PendantLink(
+            host or config.host, port or config.port, load_modbus_map(config_dir)
+        ) as link:
             yield link, robot, config
     except (PendantError, ConfigError) as error:
         print(f"pendant: {error}", file=sys.stderr)
@@ -47,10 +60,18 @@ def _robot(host: str | None, port: int | None, config_dir: Path | None) -> Itera
 
 
 @app.command()
-def run(name: str, host: Host = None, port: Port = None, config_dir: ConfigDir = None, wait: Wait = False) -> None:
+def run(
+    name: str,
+    host: Host = None,
+    port: Port = None,
+    config_dir: ConfigDir = None,
+    wait: Wait = False,
+) -> None:
     """Start program NAME; it moves at the override in force (10 % after a cold start)."""
     with _robot(host, port, config_dir) as (link, robot, config):
-        numbers = {program.name: number for number, program in load_programs(robot, config_dir).items()}
+        numbers = {
+            program.name: number for number, program in load_programs(robot, config_dir).items()
+        }
         numbers[config.stream_program] = 1
         if name not in numbers:
             raise PendantError(f"no program {name!r}: there are {', '.join(sorted(numbers))}")
@@ -66,7 +87,7 @@ def run(name: str, host: Host = None, port: Port = None, config_dir: ConfigDir =
 def hold(host: Host = None, port: Port = None, config_dir: ConfigDir = None) -> None:
     """Decelerate along the path and pause the program."""
     with _robot(host, port, config_dir) as (link, _, _):
-        link.set_signal("hold", False)
+        link.set_signal("panel_hold", False)
         _expect(link, lambda: not link.outputs()["progrun"], "the program still runs")
         typer.echo("held")
 
@@ -77,7 +98,9 @@ def resume(host: Host = None, port: Port = None, config_dir: ConfigDir = None) -
     with _robot(host, port, config_dir) as (link, _, _):
         if not link.outputs()["paused"]:
             raise PendantError("no program is paused")
-        link.set_signal("hold", True)
+        link.set_signal("panel_hold", True)
+        if not link.signal("hold"):
+            raise PendantError("the hold at the pendant is released; *HOLD of the UOP is still off")
         link.pulse("start")
         _expect(link, lambda: link.outputs()["progrun"], "the program did not resume")
         typer.echo("resumed")
@@ -88,30 +111,48 @@ def abort(host: Host = None, port: Port = None, config_dir: ConfigDir = None) ->
     """Decelerate and end the program."""
     with _robot(host, port, config_dir) as (link, _, _):
         link.pulse("cstopi")
-        _expect(link, lambda: link.read("program_state")[0] == ProgramState.ABORTED, "the program did not end")
+        _expect(
+            link,
+            lambda: link.read("program_state")[0] == ProgramState.ABORTED,
+            "the program did not end",
+        )
         typer.echo("aborted")
 
 
 @app.command()
 def reset(host: Host = None, port: Port = None, config_dir: ConfigDir = None) -> None:
-    """Release hold and emergency stop, clear alarms, switch the drives on; nothing moves by itself."""
+    """Release hold and emergency stop, clear alarms, switch the drives on.
+
+    Nothing moves by itself.
+    """
     with _robot(host, port, config_dir) as (link, _, _):
-        link.set_signal("imstp", True)
-        link.set_signal("hold", True)
+        link.set_signal("panel_imstp", True)
+        link.set_signal("panel_hold", True)
         link.pulse("fault_reset")
-        _expect(link, lambda: link.outputs()["sysrdy"] and not link.outputs()["fault"], "the fault stays")
+        _expect(
+            link,
+            lambda: link.outputs()["sysrdy"] and not link.outputs()["fault"],
+            "the fault stays",
+        )
         typer.echo("ready")
 
 
 @app.command()
 def override(
-    percent: Annotated[int, typer.Argument(min=1, max=100)], host: Host = None, port: Port = None, config_dir: ConfigDir = None
+    percent: Annotated[int, typer.Argument(min=1, max=100)],
+    host: Host = None,
+    port: Port = None,
+    config_dir: ConfigDir = None,
 ) -> None:
     """Set the general override to PERCENT of every programmed speed."""
     with _robot(host, port, config_dir) as (link, _, _):
         link.write("override", [percent])
         capped = not link.signal("sfspd")
-        _expect(link, lambda: capped or link.read("override_now")[0] == percent, "the override did not change")
+        _expect(
+            link,
+            lambda: capped or link.read("override_now")[0] == percent,
+            "the override did not change",
+        )
         now = link.read("override_now")[0]
         typer.echo(f"override {percent} %" + (f", capped at {now} % now" if now != percent else ""))
 
@@ -125,7 +166,9 @@ def status(host: Host = None, port: Port = None, config_dir: ConfigDir = None) -
         state = ProgramState(int(link.read("program_state")[0])).name.lower()
         lit = " ".join(name.upper() for name, on in link.outputs().items() if on)
         for label, text in {
-            "program": f"{link.read('program_name') or '-'} line {link.read('program_line')[0]}, {state}",
+            "program": (
+                f"{link.read('program_name') or '-'} line {link.read('program_line')[0]}, {state}"
+            ),
             "signals": lit,
             "alarm": link.alarm() or "-",
         }.items():
@@ -167,7 +210,10 @@ def _running(link: PendantLink, name: str) -> bool:
 
 
 def _expect(link: PendantLink, condition: Callable[[], bool], failure: str) -> None:
-    """Wait for ``condition``; after a second raise PendantError with ``failure`` and the active alarm."""
+    """Wait for ``condition``.
+
+    After a second raise PendantError with ``failure`` and the active alarm.
+    """
     deadline = time.monotonic() + _ANSWER_TIMEOUT
     while not condition():
         if time.monotonic() > deadline:

@@ -1,7 +1,13 @@
-"""The robot's teach pendant as a page, for the person who stands at the robot; it talks only Modbus.
+"""The robot's teach pendant as a page, for the person who stands at the robot.
 
-The operator's page belongs to the cell, this one to the robot's vendor: programs, override, hold, reset, and troubles to
-inject. Options: ``--host``, ``--port`` of the robot (default: emulator.yaml), ``--page-host``, ``--page-port``, ``--config-dir``.
+It talks only Modbus.
+
+The operator's page belongs to the cell, this one to the robot's vendor: programs, override, hold,
+reset, and troubles to inject. Options: ``--host``, ``--port`` of the robot (default:
+emulator.yaml), ``--page-host``, ``--page-port``, ``--config-dir``.
+
+Only who brings the token gets the page, for it starts programs: PENDANT_PAGE_TOKEN of the
+environment, else the file pendant_token in ROS_HOME, made if missing.
 
 Example:
     rosrun fanuc_emulator pendant_page --page-port 8090
@@ -21,6 +27,10 @@ import typer
 from nicegui import app, background_tasks, run, ui
 from scara_config import ConfigError, load_robot
 from scara_config.modbus_map import load_modbus_map
+from scara_ros.io.page_guard import PageGuard
+from scara_ros.io.page_token import address, page_token, refuse_token_in, ros_home
+from scara_ros.io.token_file import TokenError
+from scara_ros.page_door import PageDoor
 
 from fanuc_emulator.config import load_emulator, load_programs
 from fanuc_emulator.io.pendant_link import PendantLink
@@ -28,7 +38,8 @@ from fanuc_emulator.io.pendant_station import PendantStation, expire_heartbeat
 from fanuc_emulator.nodes.pendant import ConfigDir, Host, Port
 from fanuc_emulator.program import Program
 
-PAGE_HOST = "127.0.0.1"  # our choice: there is no password
+TOKEN_VARIABLE, TOKEN_FILE = "PENDANT_PAGE_TOKEN", "pendant_token"
+PAGE_HOST = "127.0.0.1"  # our choice: only this machine, for there is no encryption
 PAGE_PORT = 8090  # our choice: next to the operator's page
 REFRESH_S = 0.2
 KNOCK_PERIOD_S = 0.02
@@ -36,31 +47,41 @@ LAMPS = ("sysrdy", "cmdenbl", "progrun", "paused", "held", "fault", "atperch", "
 STEP_PERCENT = 5
 # What a person at the robot can do wrong, as a switch: input, wording, what it causes.
 SWITCHES = (
-    ("imstp", "Emergency stop button", "servo power off"),
+    ("panel_imstp", "Emergency stop button", "servo power off"),
     ("sfspd", "Safety fence open", "safety speed"),
     ("enbl", "Enable switch off", "no motion"),
 )
 STYLE = """
-body { background: #2a2c2a; color: #e9e6d8; font: 14px/1.4 "DejaVu Sans Mono", ui-monospace, Menlo, Consolas, monospace; }
+body { background: #2a2c2a; color: #e9e6d8;
+  font: 14px/1.4 "DejaVu Sans Mono", ui-monospace, Menlo, Consolas, monospace; }
 .nicegui-content { padding: 18px; align-items: center; }
-.pendant { display: grid; grid-template-columns: minmax(0, 1.25fr) minmax(0, 1fr); gap: 18px; width: min(980px, 100%);
-  background: #d8b21c; border-radius: 18px; padding: 20px; box-shadow: inset 0 0 0 3px #8f7510; color: #1d1b10; }
-.lcd { background: #10231a; color: #b9f2c9; border-radius: 6px; padding: 14px 16px; min-height: 330px; }
+.pendant { display: grid; grid-template-columns: minmax(0, 1.25fr) minmax(0, 1fr);
+  gap: 18px; width: min(980px, 100%);
+  background: #d8b21c; border-radius: 18px; padding: 20px;
+  box-shadow: inset 0 0 0 3px #8f7510; color: #1d1b10; }
+.lcd { background: #10231a; color: #b9f2c9; border-radius: 6px; padding: 14px 16px;
+  min-height: 330px; }
 .lcd b { color: #eafff0; } .lcd table { width: 100%; border-collapse: collapse; margin: 8px 0; }
-.lcd td { text-align: right; padding: 1px 4px; white-space: nowrap; } .lcd td:first-child { text-align: left; }
+.lcd td { text-align: right; padding: 1px 4px; white-space: nowrap; }
+.lcd td:first-child { text-align: left; }
 .lcd-line { white-space: pre-wrap; } .lcd .alarm { color: #ffb0a0; min-height: 2.8em; }
 .lamps { display: flex; flex-wrap: wrap; gap: 6px; margin-top: 8px; }
-.lamp { padding: 1px 7px; border-radius: 3px; background: #1b3a2b; color: #5d8a70; font-size: 12px; }
-.lamp.lit { background: #7fe3a1; color: #0b2013; } .lamp.lit.fault, .lamp.lit.held { background: #ff8d73; }
+.lamp { padding: 1px 7px; border-radius: 3px; background: #1b3a2b; color: #5d8a70;
+  font-size: 12px; }
+.lamp.lit { background: #7fe3a1; color: #0b2013; }
+.lamp.lit.fault, .lamp.lit.held { background: #ff8d73; }
 .keys { display: flex; flex-direction: column; gap: 12px; }
 .key-row { display: grid; grid-template-columns: repeat(4, 1fr); gap: 8px; }
 .key-title { font-size: 12px; text-transform: uppercase; letter-spacing: .06em; }
-.key.q-btn { background: #33352f; color: #f3efd9; border-radius: 5px; min-height: 38px; font: inherit; font-weight: 700; }
+.key.q-btn { background: #33352f; color: #f3efd9; border-radius: 5px; min-height: 38px;
+  font: inherit; font-weight: 700; }
 .key.red.q-btn { background: #b3261e; }
 .key.on.q-btn { background: #f3efd9; color: #7a1510; box-shadow: inset 0 0 0 3px #b3261e; }
-.switch-row { display: grid; grid-template-columns: 1fr 1.1fr; gap: 8px; align-items: center; font-size: 12px; }
+.switch-row { display: grid; grid-template-columns: 1fr 1.1fr; gap: 8px; align-items: center;
+  font-size: 12px; }
 .title { grid-column: 1 / 3; display: flex; justify-content: space-between; font-weight: 700; }
-@media (max-width: 760px) { .pendant { grid-template-columns: minmax(0, 1fr); } .title { grid-column: 1; } }
+@media (max-width: 760px) { .pendant { grid-template-columns: minmax(0, 1fr); }
+  .title { grid-column: 1; } }
 """
 
 
@@ -105,9 +126,11 @@ class PendantPage:
         ui.label("Program").classes("key-title")
         with ui.element("div").classes("key-row"):
             for number, program in sorted(self._programs.items()):
-                self._key(program.name, partial(_pulse, f"rsr{number}")).style("grid-column: span 2")
+                self._key(program.name, partial(_pulse, f"rsr{number}")).style(
+                    "grid-column: span 2"
+                )
         with ui.element("div").classes("key-row"):
-            self._key("HOLD", lambda link: link.set_signal("hold", False))
+            self._key("HOLD", lambda link: link.set_signal("panel_hold", False))
             self._key("RESUME", _resume)
             self._key("ABORT", partial(_pulse, "cstopi"))
             self._key("RESET", _reset)
@@ -130,16 +153,24 @@ class PendantPage:
             if trouble:
                 ui.notify(trouble, type="negative")
 
-        return ui.button(text, on_click=press, color=None).props("unelevated no-caps").classes("key")
+        return (
+            ui.button(text, on_click=press, color=None).props("unelevated no-caps").classes("key")
+        )
 
     def _switch(self, name: str, text: str, effect: str) -> None:
         """A key that turns an input off and on again; normally it is on."""
         with ui.element("div").classes("switch-row"):
-            key = self._key(text, lambda link: link.set_signal(name, not link.signal(name))).classes("red" * (name == "imstp"))
+            key = self._key(
+                text, lambda link: link.set_signal(name, not link.signal(name))
+            ).classes("red" * (name == "panel_imstp"))
             ui.label(effect)
         ui.timer(
             REFRESH_S,
-            lambda: key.classes(add="on") if not self._station.reading.switches.get(name, True) else key.classes(remove="on"),
+            lambda: (
+                key.classes(add="on")
+                if not self._station.reading.switches.get(name, True)
+                else key.classes(remove="on")
+            ),
         )
 
     def _change_override(self, change: int, link: PendantLink) -> None:
@@ -155,18 +186,21 @@ def _pulse(name: str, link: PendantLink) -> None:
 
 
 def _resume(link: PendantLink) -> None:
-    link.set_signal("hold", True)
+    link.set_signal("panel_hold", True)
     link.pulse("start")
 
 
 def _reset(link: PendantLink) -> None:
     """Release hold, clear alarms, switch the drives on; switches that are off stay off."""
-    link.set_signal("hold", True)
+    link.set_signal("panel_hold", True)
     link.pulse("fault_reset")
 
 
 def _rows(rows: tuple[tuple[str, float, float, str], ...]) -> str:
-    cells = (f"<tr><td>{name}</td><td><b>{q:.2f}</b> {unit}</td><td>{v:.1f} {unit}/s</td></tr>" for name, q, v, unit in rows)
+    cells = (
+        f"<tr><td>{name}</td><td><b>{q:.2f}</b> {unit}</td><td>{v:.1f} {unit}/s</td></tr>"
+        for name, q, v, unit in rows
+    )
     return f"<table>{''.join(cells)}</table>"
 
 
@@ -178,30 +212,55 @@ def serve(
     config_dir: ConfigDir = None,
 ) -> None:
     """Serve the robot's teach pendant as a page; it finds the robot by itself, now or later."""
+    file = ros_home() / TOKEN_FILE
     try:
+        token = page_token(TOKEN_VARIABLE, file)
         robot, layout = load_robot(config_dir), load_modbus_map(config_dir)
         config, programs = load_emulator(robot, config_dir), load_programs(robot, config_dir)
-        with socket.create_server((page_host, page_port)):  # find out now what uvicorn would only log
+        with socket.create_server(
+            (page_host, page_port)
+        ):  # find out now what uvicorn would only log
             pass
-    except ConfigError as error:
+    except (ConfigError, TokenError) as error:
         print(f"pendant_page: {error}", file=sys.stderr)
         raise typer.Exit(2) from error
     except OSError as error:
-        print(f"pendant_page: {page_host}:{page_port} cannot be listened on: {error.strerror}", file=sys.stderr)
+        print(
+            f"pendant_page: {page_host}:{page_port} cannot be listened on: {error.strerror}",
+            file=sys.stderr,
+        )
         raise typer.Exit(2) from error
     for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: None)  # uvicorn ends by them, then raises them again for us
+        signal.signal(
+            number, lambda *_: None
+        )  # uvicorn ends by them, then raises them again for us
     with PendantStation(host or config.host, port or config.port, layout, robot) as station:
         ui.page("/")(PendantPage(station, programs, robot.name.replace("_", " ")).build)
-        app.on_startup(lambda: background_tasks.create(_announce(page_host, page_port), name="announce"))
+        app.add_middleware(PageGuard, door=PageDoor("pendant_page", page_host, page_port, token))
+        # A log file may be read by others: there the token stays in its own file.
+        shown = token if sys.stdout.isatty() else f"TOKEN, which is in {file} unless it was given"
+        text = f"pendant_page: {address(page_host, page_port, shown)}"
+        app.on_startup(
+            lambda: background_tasks.create(_announce(page_host, page_port, text), name="announce")
+        )
         ui.run(
-            host=page_host, port=page_port, title=f"{robot.name}: pendant", favicon="\N{JOYSTICK}", show=False, reload=False,
-            tailwind=False, show_welcome_message=False, timeout_graceful_shutdown=1,
-        )  # fmt: skip
+            host=page_host,
+            port=page_port,
+            title=f"{robot.name}: pendant",
+            favicon="\N{JOYSTICK}",
+            show=False,
+            reload=False,
+            tailwind=False,
+            show_welcome_message=False,
+            timeout_graceful_shutdown=1,
+        )
 
 
-async def _announce(host: str, port: int) -> None:
-    """Say the address once somebody who opens it is answered: the server starts to listen after its start-up handlers."""
+async def _announce(host: str, port: int, text: str) -> None:
+    """Say the address once somebody who opens it is answered.
+
+    The server starts to listen after its start-up handlers.
+    """
     while True:
         try:
             _, writer = await asyncio.open_connection(host, port)
@@ -209,11 +268,16 @@ async def _announce(host: str, port: int) -> None:
             await asyncio.sleep(KNOCK_PERIOD_S)
         else:
             writer.close()
-            print(f"pendant_page: http://{host}:{port}/", flush=True)
+            print(text, flush=True)
             return
 
 
 def main() -> None:
-    """Run the command."""
-    sys.argv[1:] = [word for word in sys.argv[1:] if ":=" not in word]  # rosrun may pass remappings
+    """Run the command; rosrun may pass remappings, which mean nothing here."""
+    try:
+        refuse_token_in(sys.argv[1:], TOKEN_VARIABLE, ros_home() / TOKEN_FILE)
+    except TokenError as error:
+        print(f"pendant_page: {error}", file=sys.stderr)
+        sys.exit(2)
+    sys.argv[1:] = [word for word in sys.argv[1:] if ":=" not in word]
     typer.run(serve)

@@ -1,4 +1,7 @@
-"""Who may command: one operator holds control, the others ask for it. Pure: each call takes the state and returns the next."""
+"""Who may command: one operator holds control, the others ask for it.
+
+Each call takes the state and returns the next.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +34,7 @@ class Authority(msgspec.Struct, frozen=True):
 
 
 def ask(state: Authority, page: str, role: Role, now: float) -> Authority:
-    """Take control if it is free, else ask its holder. A viewer changes nothing; one question at a time."""
+    """Take control if it is free, else ask its holder, one question at a time. Viewers may not."""
     if role is not Role.OPERATOR or page == state.holder:
         return state
     if not state.holder:
@@ -76,12 +79,14 @@ def passed(state: Authority, now: float, answer_s: float, return_s: float) -> Au
     return Authority(holder=state.asker) if gone or unanswered else state
 
 
-def refusal(state: Authority, page: str, role: Role, needs_control: bool) -> str:
-    """Return why ``page`` may not command, or an empty text."""
+def refusal(state: Authority, page: str, role: Role) -> str:
+    """Return why ``page`` may not begin a motion, or an empty text; anybody may end one."""
     if role is not Role.OPERATOR:
         return "this page only watches: open the operator's address, the one with a token"
-    if needs_control and page != state.holder:
-        return "another operator is in control: ask for it" if state.holder else "take control first"
+    if page != state.holder:
+        return (
+            "another operator is in control: ask for it" if state.holder else "take control first"
+        )
     return ""
 
 
@@ -89,4 +94,6 @@ def inherited(state: Authority, old: str, new: str) -> Authority:
     """Let a page that was loaded again keep what its former self held."""
     if state.holder != old:
         return state
-    return msgspec.structs.replace(state, holder=new, left=None, asker="" if state.asker == new else state.asker)
+    return msgspec.structs.replace(
+        state, holder=new, left=None, asker="" if state.asker == new else state.asker
+    )

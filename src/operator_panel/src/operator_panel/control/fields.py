@@ -1,4 +1,4 @@
-"""What an operator types into a form, checked for being a number at all; whether it can be done is asked elsewhere."""
+"""Checks that what an operator types is a number; others check whether it can be done."""
 
 from __future__ import annotations
 
@@ -12,7 +12,9 @@ class FieldError(ValueError):
     """What was typed cannot be used; the text stands beside the field."""
 
 
-def parse_number(text: object, what: str, unit: str, lower: float = -math.inf, upper: float = math.inf) -> float:
+def parse_number(
+    text: object, what: str, unit: str, lower: float = -math.inf, upper: float = math.inf
+) -> float:
     """Return the number in ``text``.
 
     Args:
@@ -49,7 +51,9 @@ def parse_run_name(text: object) -> str:
     """
     typed = str(text if text is not None else "").strip()
     if typed and not NAME.fullmatch(typed):
-        raise FieldError("letters, digits, point, dash and underline only, 64 at most, a letter or digit first")
+        raise FieldError(
+            "letters, digits, point, dash and underline only, 64 at most, a letter or digit first"
+        )
     return typed
 
 

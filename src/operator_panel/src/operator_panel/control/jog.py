@@ -1,7 +1,8 @@
 """The dead-man rule of jogging: a joint moves only while signs of a held button keep coming.
 
-A press has a number. Signs of a press that was released, or of an older one, are ignored, so that a packet that
-arrives late cannot start a motion again. After the last sign there is one explicit zero, then silence.
+A press has a number. Signs of a press that was released, or of an older one, are ignored, so that
+a packet that arrives late cannot start a motion again. After the last sign there is one explicit
+zero, then silence.
 """
 
 from __future__ import annotations
@@ -41,7 +42,9 @@ class DeadMan:
         """The page whose button is held, or an empty text."""
         return self._page
 
-    def hold(self, page: str, press: int, joint: str, direction: int, speed_percent: float, now: float) -> None:
+    def hold(
+        self, page: str, press: int, joint: str, direction: int, speed_percent: float, now: float
+    ) -> None:
         """Take a sign of a held button.
 
         Args:
@@ -53,7 +56,7 @@ class DeadMan:
             now: Monotonic time [s].
 
         Raises:
-            JogError: Unknown joint, impossible direction or speed, or another page's button is held.
+            JogError: Unknown joint, impossible direction or speed, or another page holds a button.
         """
         limits = {j.name: j.velocity for j in self.robot.twin_joints}
         if joint not in limits:
@@ -72,7 +75,7 @@ class DeadMan:
         self._velocity = direction * limits[joint] * speed_percent / 100.0
 
     def release(self, page: str, press: int | None = None) -> None:
-        """End a press of ``page``, or whatever it holds; later signs of that press count for nothing."""
+        """End a press of ``page``, or whatever it holds; ignore later signs of that press."""
         if press is not None:
             self._ended[page] = max(press, self._ended.get(page, 0))
         if page == self._page and (press is None or press >= self._press):

@@ -1,4 +1,4 @@
-"""What is served beside the page, read only, for everybody who may see it: the pair as data, the camera's pictures."""
+"""Read-only routes beside the page, for everybody who may see it: the pair and the camera."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ FRESH = {"Cache-Control": "no-store"}
 
 
 def offer_twin(shadow: Callable[[float], Awaitable[Answer]]) -> None:
-    """Offer the route; ``shadow`` answers for a time [s]: 0 now, negative so long ago, else ROS time."""
+    """Offer the route; ``shadow`` gets a time [s]: 0 now, negative so long ago, else ROS time."""
 
     async def answer(request: Request) -> Response:
         given = request.query_params.get("time", "0")
@@ -26,7 +26,11 @@ def offer_twin(shadow: Callable[[float], Awaitable[Answer]]) -> None:
             return _refusal(400, f"unknown parameter {', '.join(unknown)}: there is time")
         time = _number(given)
         if time is None:
-            return _refusal(400, f"time = {given!r} is no number of seconds: 0 is now, -5 five seconds ago, else ROS time")
+            return _refusal(
+                400,
+                f"time = {given!r} is no number of seconds: "
+                "0 is now, -5 five seconds ago, else ROS time",
+            )
         found = await shadow(time)
         if found.success:
             return Response(found.values["document"], media_type="application/json", headers=FRESH)
@@ -36,13 +40,18 @@ def offer_twin(shadow: Callable[[float], Awaitable[Answer]]) -> None:
 
 
 def offer_camera(picture: Callable[[str], Awaitable[Picture | None]]) -> None:
-    """Offer the camera's next picture: ``?after=STAMP`` waits for one with another stamp, which is in the answer's head."""
+    """Offer the camera's next picture.
+
+    ``?after=STAMP`` waits for a picture with another stamp; the answer's head has the stamp.
+    """
 
     async def answer(after: str = "") -> Response:
         found = await picture(after)
         if found is None:
             return _refusal(503, "no picture comes: is the camera running, and the twin?")
-        return Response(found.jpeg, media_type="image/jpeg", headers={**FRESH, "X-Stamp": found.stamp})
+        return Response(
+            found.jpeg, media_type="image/jpeg", headers={**FRESH, "X-Stamp": found.stamp}
+        )
 
     app.add_api_route(CAMERA, answer, methods=["GET"], include_in_schema=False)
 
@@ -56,4 +65,9 @@ def _number(text: str) -> float | None:
 
 
 def _refusal(status: int, why: str) -> Response:
-    return Response(msgspec.json.encode({"error": why}), status_code=status, media_type="application/json", headers=FRESH)
+    return Response(
+        msgspec.json.encode({"error": why}),
+        status_code=status,
+        media_type="application/json",
+        headers=FRESH,
+    )

@@ -1,8 +1,12 @@
-"""The live connection of each open page: frames out, held buttons in. Losing it greys the page and releases what it holds."""
+"""The live connection of each open page: frames out, held buttons in.
+
+When it is lost, the page turns grey and what it holds is released.
+"""
 
 from __future__ import annotations
 
 import asyncio
+import logging
 import time
 from collections.abc import Callable
 from typing import Any
@@ -12,20 +16,25 @@ from nicegui import app, background_tasks
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from operator_panel.config import PanelConfig
-from operator_panel.door import CellDoor
+from operator_panel.door import Answer, CellDoor
 from operator_panel.io.desk import Desk
+from operator_panel.io.stop_line import ANSWER_S, not_confirmed
 from operator_panel.view.alarms import active_alarms
 from operator_panel.view.frame import FrameMaker
 from operator_panel.view.history import History
 from operator_panel.view.snapshot import Part, Snapshot
 
+LOG = logging.getLogger(__name__)
 PATH = "/live"
 UNKNOWN_PAGE = 4404
 _ENCODE = msgspec.json.Encoder().encode
 
 
 class _Line:
-    """What is still to be sent to one page: of each kind only the newest, so that a slow page is late by one frame."""
+    """What is still to be sent to one page.
+
+    It keeps only the newest of each kind, so that a slow page is late by one frame.
+    """
 
     def __init__(self, socket: WebSocket) -> None:
         self.socket = socket
@@ -122,19 +131,47 @@ class Live:
                 self._desk.left(page)
 
     async def _hear(self, page: str, packet: Any, line: _Line) -> None:
-        """Act on what a page says: a sign of a held button, its release, or STOP by the keyboard."""
+        """Act on what a page says: a sign of a held button, its release, STOP or E-STOP."""
         match packet:
-            case {"hold": int(press), "joint": str(joint), "direction": int(direction), "percent": int() | float() as percent}:
+            case {
+                "hold": int(press),
+                "joint": str(joint),
+                "direction": int(direction),
+                "percent": int() | float() as percent,
+            }:
                 refused = self._desk.hold(page, press, joint, direction, float(percent))
                 if refused:
                     line.put("refused", _message("refused", {"press": press, "why": refused}))
             case {"release": int(press)}:
                 self._desk.let_go(page, press)
-            case {"command": "STOP" | "ESTOP" as command}:
-                answer = await self._desk.command(page, command)
-                line.put("said", _message("said", {"success": answer.success, "text": f"{command}: {answer.message}"}))
+            case {"stop": "STOP" | "ESTOP" as command, "press": int(press)}:
+                # Beside the hearing: what is let go meanwhile is heard.
+                background_tasks.create(self._stop(page, command, press, line), name=command)
             case _:
                 raise ValueError(f"unknown packet {packet!r}")
+
+    async def _stop(self, page: str, command: str, press: int, line: _Line) -> None:
+        """Stop, and tell the page in time what is known of it; then what came late."""
+
+        def tell(answer: Answer) -> None:
+            content = {
+                "command": command,
+                "press": press,
+                "confirmed": bool(answer.values.get("confirmed")),
+                "success": answer.success,
+                "text": answer.message,
+            }
+            line.put(f"stopped {command} {press}", _message("stopped", content))
+
+        try:
+            sent = asyncio.ensure_future(self._desk.stop(page, command))
+            done, _ = await asyncio.wait({sent}, timeout=ANSWER_S)
+            if not done:
+                tell(not_confirmed("the twin controller has not answered yet"))
+            tell(await sent)
+        except Exception as error:
+            LOG.exception("%s of page %s", command, page)
+            tell(not_confirmed(f"the page failed: {error}"))
 
 
 async def _pump(line: _Line) -> None:

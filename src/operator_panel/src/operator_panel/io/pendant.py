@@ -15,7 +15,14 @@ class Pendant:
 
     def __init__(self, door: Door, config_dir: Path, timeout: float) -> None:
         """Remember where the robot is and how long a key may take [s]."""
-        self._options = ("--host", door.host, "--port", str(door.port), "--config-dir", str(config_dir))
+        self._options = (
+            "--host",
+            door.host,
+            "--port",
+            str(door.port),
+            "--config-dir",
+            str(config_dir),
+        )
         self._timeout = timeout
 
     async def press(self, words: Sequence[str]) -> Answer:
@@ -23,7 +30,10 @@ class Pendant:
         command = ("rosrun", "fanuc_emulator", "pendant", *words, *self._options)
         try:
             process = await asyncio.create_subprocess_exec(
-                *command, stdin=asyncio.subprocess.DEVNULL, stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.STDOUT
+                *command,
+                stdin=asyncio.subprocess.DEVNULL,
+                stdout=asyncio.subprocess.PIPE,
+                stderr=asyncio.subprocess.STDOUT,
             )
         except OSError as error:
             return Answer(False, f"the pendant cannot be started: {error}")
@@ -34,4 +44,6 @@ class Pendant:
             await process.wait()
             return Answer(False, f"the pendant did not answer within {self._timeout:g} s")
         lines = said.decode(errors="replace").strip().splitlines()
-        return Answer(process.returncode == 0, lines[-1] if lines else f"exit code {process.returncode}")
+        return Answer(
+            process.returncode == 0, lines[-1] if lines else f"exit code {process.returncode}"
+        )

@@ -15,7 +15,11 @@ LISTED = 50
 def list_runs(folder: Path) -> list[Run]:
     """Return the newest runs, newest first; an empty list if there is no folder."""
     try:
-        found = [entry for entry in folder.iterdir() if entry.is_dir() and not entry.is_symlink() and RUN.fullmatch(entry.name)]
+        found = [
+            entry
+            for entry in folder.iterdir()
+            if entry.is_dir() and not entry.is_symlink() and RUN.fullmatch(entry.name)
+        ]
         dated = sorted(((entry.stat().st_mtime, entry) for entry in found), reverse=True)[:LISTED]
     except OSError:
         return []
@@ -32,7 +36,13 @@ def _run(folder: Path, when: float) -> Run:
     size = sum(bag.stat().st_size for bag in folder.glob("*.bag") if bag.is_file())
     has_report = (folder / REPORT).is_file()
     clock = datetime.fromtimestamp(when).strftime("%Y-%m-%d %H:%M")
-    return Run(folder.name, clock, size_text(size) if size else "no bag", _verdict(folder) if has_report else "", has_report)
+    return Run(
+        folder.name,
+        clock,
+        size_text(size) if size else "no bag",
+        _verdict(folder) if has_report else "",
+        has_report,
+    )
 
 
 def _verdict(folder: Path) -> str:

@@ -1,4 +1,4 @@
-"""Calls of ROS services that end: rospy itself knows no time-out."""
+"""Calls of ROS services for the page, without blocking its event loop."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from typing import Any
 
 import rospy
 from nicegui import run
+from scara_ros.io.service_connection import ServiceError, ServiceTimeoutError
+from scara_ros.nodes.service_client import ServiceClient
 
 from operator_panel.door import Answer
 
@@ -14,14 +16,15 @@ from operator_panel.door import Answer
 class Lane:
     """One service, one call at a time, over a connection that stays open.
 
-    A call that is not answered in time is given up by closing its connection; the next call opens another.
+    A call that is not answered in time is given up by closing its connection; the next call opens
+    another.
     """
 
     def __init__(self, name: str, kind: type, timeout: float) -> None:
         """Remember the service; nothing is called yet."""
-        self._name, self._kind, self._timeout = name, kind, timeout
+        self._name, self._timeout = name, timeout
         self._lock = asyncio.Lock()
-        self._proxy: Any = None
+        self._client = ServiceClient(name, kind, timeout, keep=True)
 
     async def call(self, **fields: Any) -> Any:
         """Return the service's response, or an Answer that says why there is none."""
@@ -29,33 +32,23 @@ class Lane:
             if not rospy.core.is_initialized():
                 return Answer(False, "no ROS master answers")
             try:
-                return await asyncio.wait_for(run.io_bound(self._call, fields), self._timeout)
-            except TimeoutError:
-                self._drop()
-                return Answer(False, f"{self._name} did not answer within {self._timeout:g} s: it may still be done")
-            except (rospy.ServiceException, rospy.ROSException, OSError) as error:
-                self._drop()
+                response = await run.io_bound(lambda: self._client(**fields))
+            except ServiceTimeoutError:
+                return Answer(
+                    False,
+                    f"{self._name} did not answer within {self._timeout:g} s: it may still be done",
+                )
+            except (ServiceError, rospy.ROSException, OSError) as error:
                 return Answer(False, f"{self._name} cannot be called: {error}")
-
-    def _call(self, fields: dict[str, Any]) -> Any:
-        if self._proxy is None:
-            self._proxy = rospy.ServiceProxy(self._name, self._kind, persistent=True)
-        try:
-            return self._proxy(**fields)
-        except rospy.ServiceException:
-            # A service that was started again has closed the old connection: once more over a new one.
-            self._drop()
-            self._proxy = rospy.ServiceProxy(self._name, self._kind, persistent=True)
-            return self._proxy(**fields)
-
-    def _drop(self) -> None:
-        proxy, self._proxy = self._proxy, None
-        if proxy is not None:
-            proxy.close()
+        if response is None:  # nicegui swallows the cancellation of a call
+            return Answer(False, f"{self._name} was given up: the page's server ends")
+        return response
 
 
 def as_answer(response: Any, *values: str) -> Answer:
     """Turn a response with success and message into an Answer with the named further fields."""
     if isinstance(response, Answer):
         return response
-    return Answer(response.success, response.message, {name: getattr(response, name) for name in values})
+    return Answer(
+        response.success, response.message, {name: getattr(response, name) for name in values}
+    )

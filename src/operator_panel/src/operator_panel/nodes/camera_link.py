@@ -1,4 +1,7 @@
-"""The camera's pictures: heard only while a page asks for them, so that the camera draws none that nobody sees."""
+"""The camera's pictures, heard only while a page asks for them.
+
+So the camera draws no pictures that nobody sees.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +37,7 @@ class CameraLink:
         self._asked = 0.0
 
     async def picture(self, after: str) -> Picture | None:
-        """Return the newest picture that is not that of ``after``, as soon as there is one; None after a while."""
+        """Return the next picture that is not that of ``after``; None if none comes in time."""
         end = time.monotonic() + WAIT_S
         while (now := time.monotonic()) < end:
             self._listen(now)
@@ -45,7 +48,10 @@ class CameraLink:
         return None
 
     def look(self) -> None:
-        """Leave the camera alone when nobody has asked for a while; to be called now and then, by any thread."""
+        """Leave the camera alone when nobody has asked for a while.
+
+        Any thread may call this; it has to be called now and then.
+        """
         with self._lock:
             if self._subscriber is not None and time.monotonic() - self._asked > LINGER_S:
                 self._subscriber.unregister()
@@ -55,7 +61,9 @@ class CameraLink:
         with self._lock:
             self._asked = now
             if self._subscriber is None and rospy.core.is_initialized():
-                self._subscriber = rospy.Subscriber("camera/image_raw", Image, self._take, queue_size=1, tcp_nodelay=True)
+                self._subscriber = rospy.Subscriber(
+                    "camera/image_raw", Image, self._take, queue_size=1, tcp_nodelay=True
+                )
 
     def _take(self, message: Image) -> None:
         if message.encoding == "rgb8" and len(message.data) == message.step * message.height:
@@ -76,5 +84,7 @@ def _stamp(image: Image) -> str:
 def _pack(image: Image) -> bytes:
     size = (image.width, image.height)
     packed = io.BytesIO()
-    PIL.Image.frombuffer("RGB", size, image.data, "raw", "RGB", image.step, 1).save(packed, "JPEG", quality=QUALITY)
+    PIL.Image.frombuffer("RGB", size, image.data, "raw", "RGB", image.step, 1).save(
+        packed, "JPEG", quality=QUALITY
+    )
     return packed.getvalue()

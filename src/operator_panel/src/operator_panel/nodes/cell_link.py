@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
+import asyncio
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Awaitable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import rosgraph
 import rospy
 from scara_config import Robot
+from scara_ros.io.service_connection import ServiceError
 from scara_ros.nodes.registration import keep_registered
+from scara_ros.nodes.service_client import look_up
 
 from control_msgs.msg import JointJog
 from operator_panel.config import PanelConfig, Surroundings
-from operator_panel.control.commands import WITHOUT_CONTROL
 from operator_panel.door import Answer, Gains, Picture
 from operator_panel.io.pendant import Pendant
+from operator_panel.io.stop_line import StopLine
 from operator_panel.nodes.calling import Lane, as_answer
 from operator_panel.nodes.camera_link import CameraLink
 from operator_panel.nodes.listening import Listening
@@ -24,20 +28,29 @@ from operator_panel.nodes.tuning_link import TuningLink
 from operator_panel.view.snapshot import Snapshot
 from scara_msgs.srv import InverseKinematics, Shadow, StartRecording, StopRecording, TwinCommand
 
+NODE, COMMAND = "operator_panel", "twin_controller/command"
 MASTER_PERIOD_S = 1.0
-RECORDER_TIMEOUT_S = 15.0  # our choice: the recorder connects to all topics before it answers, and closes the bag
+STOP_LOOKUP_S = 0.25  # our choice: a press that must ask the master is still sent within 0.4 s
+RECORDER_TIMEOUT_S = (
+    15.0  # our choice: the recorder connects to all topics before it answers, and closes the bag
+)
 
 
 class CellLink:
-    """Implements :class:`operator_panel.door.CellDoor`. ``connect`` waits for a ROS master in a thread of its own."""
+    """Implements :class:`operator_panel.door.CellDoor`.
 
-    def __init__(self, robot: Robot, config: PanelConfig, around: Surroundings, config_dir: Path) -> None:
+    ``connect`` waits for a ROS master in a thread of its own.
+    """
+
+    def __init__(
+        self, robot: Robot, config: PanelConfig, around: Surroundings, config_dir: Path
+    ) -> None:
         """Build everything that needs no ROS master."""
         self._listening = Listening(robot)
         self._pendant = Pendant(around.real, config_dir, config.program_timeout_s)
         timeout = config.call_timeout_s
-        self._commands = Lane("twin_controller/command", TwinCommand, timeout)
-        self._stops = Lane("twin_controller/command", TwinCommand, timeout)  # a STOP waits for no other command
+        self._commands = Lane(COMMAND, TwinCommand, timeout)
+        self._stops = StopLine(TwinCommand, rosgraph.names.make_caller_id(NODE), _find_command)
         self._reach = Lane("inverse_kinematics", InverseKinematics, timeout)
         self._shadow = Lane("twin_controller/shadow", Shadow, timeout)
         self._start = Lane("recorder/start", StartRecording, RECORDER_TIMEOUT_S)
@@ -47,7 +60,7 @@ class CellLink:
         self._jog: Any = None
 
     def connect(self, ended: threading.Event) -> None:
-        """Become a ROS node once there is a master, and stay one with the masters after it; end with ``ended``."""
+        """Become a ROS node once a master runs; stay one with later masters, until ``ended``."""
         waiting = False
         while not rosgraph.is_master_online():
             if not waiting:
@@ -55,13 +68,19 @@ class CellLink:
                 waiting = True
             if ended.wait(MASTER_PERIOD_S):
                 return
-        rospy.init_node("operator_panel", disable_signals=True)
+        rospy.init_node(NODE, disable_signals=True)
         keep_registered()
-        self._jog = rospy.Publisher("joint_vel_controller/command", JointJog, queue_size=1, tcp_nodelay=True)
+        self._jog = rospy.Publisher(
+            "joint_vel_controller/command", JointJog, queue_size=1, tcp_nodelay=True
+        )
         self._tuning.subscribe()
         self._listening.subscribe()
         while not ended.wait(MASTER_PERIOD_S):
             self._camera.look()
+
+    def keep_stop(self, ended: threading.Event) -> None:
+        """Keep the connection for STOP tested until ``ended``; for a thread of its own."""
+        self._stops.keep(ended)
 
     def say(self, text: str) -> None:
         """Log who commanded what."""
@@ -70,16 +89,25 @@ class CellLink:
 
     def snapshot(self) -> Snapshot:
         """Return what is known now."""
-        return self._listening.snapshot()
+        return msgspec.structs.replace(self._listening.snapshot(), no_stop=self._stops.trouble())
 
     async def command(self, command: str, **fields: Any) -> Answer:
-        """Send a command to the twin controller; stops have a connection of their own."""
-        lane = self._stops if command in WITHOUT_CONTROL else self._commands
-        return as_answer(await lane.call(command=command, **fields))
+        """Send a command to the twin controller."""
+        return as_answer(await self._commands.call(command=command, **fields))
 
-    async def reach(self, x: float, y: float, z: float, elbow: str, seed: Sequence[float]) -> Answer:
+    def stop(self, command: str) -> Awaitable[Answer]:
+        """Send STOP or ESTOP now, over connections of its own."""
+        return asyncio.wrap_future(self._stops.send(command))
+
+    async def reach(
+        self, x: float, y: float, z: float, elbow: str, seed: Sequence[float]
+    ) -> Answer:
         """Ask the kinematics server."""
-        return as_answer(await self._reach.call(x=x, y=y, z=z, elbow=elbow, seed=list(seed)), "joint_positions", "elbow")
+        return as_answer(
+            await self._reach.call(x=x, y=y, z=z, elbow=elbow, seed=list(seed)),
+            "joint_positions",
+            "elbow",
+        )
 
     async def shadow(self, time: float) -> Answer:
         """Ask the twin controller's memory."""
@@ -101,7 +129,9 @@ class CellLink:
         """Return what the joint's tuning server has published."""
         return self._tuning.gains(joint)
 
-    async def tune(self, joint: str, values: Mapping[str, float], switches: Mapping[str, bool]) -> Answer:
+    async def tune(
+        self, joint: str, values: Mapping[str, float], switches: Mapping[str, bool]
+    ) -> Answer:
         """Set the joint's parameters; what the server made of them is in the answer."""
         return await self._tuning.set(joint, values, switches)
 
@@ -120,6 +150,18 @@ class CellLink:
         """Press a key of the real robot's pendant."""
         self.say(f"pendant {' '.join(words)}")
         return await self._pendant.press(words)
+
+
+def _find_command() -> tuple[str, str]:
+    """Return the command service's absolute name and address.
+
+    Raises:
+        ServiceError: No master answers, or it knows no such service.
+    """
+    if not rospy.core.is_initialized():
+        raise ServiceError("no ROS master has answered yet")
+    service = rospy.resolve_name(COMMAND)
+    return service, look_up(service, STOP_LOOKUP_S)
 
 
 def _with_path(answer: Answer, what: str) -> Answer:

@@ -16,7 +16,16 @@ from std_msgs.msg import String
 from visualization_msgs.msg import Marker, MarkerArray
 
 from control_msgs.msg import JointControllerState
-from operator_panel.view.snapshot import CellState, DecisionLine, Diagnosis, Link, Loop, Part, RobotPackage, Snapshot
+from operator_panel.view.snapshot import (
+    CellState,
+    DecisionLine,
+    Diagnosis,
+    Link,
+    Loop,
+    Part,
+    RobotPackage,
+    Snapshot,
+)
 from scara_msgs.msg import Decision, RobotData, TwinControllerState
 
 DECISIONS_KEPT = 30
@@ -41,7 +50,11 @@ class Listening:
         self._listen("joint_vel_controller/state", String, self._jog)
         self._listen("/diagnostics", DiagnosticArray, self._diagnostics, 20)
         for joint in self._joints:
-            self._listen(f"twin/{joint}_position_controller/state", JointControllerState, self._loop_of(joint))
+            self._listen(
+                f"twin/{joint}_position_controller/state",
+                JointControllerState,
+                self._loop_of(joint),
+            )
         for side in ("twin", "real"):
             self._listen(f"{side}/parts", MarkerArray, self._parts_of(side))
         self._change(master=True)
@@ -59,13 +72,21 @@ class Listening:
             self._snapshot = msgspec.structs.replace(self._snapshot, **fields)
 
     def _state(self, message: TwinControllerState) -> None:
-        links = tuple(Link(**{name: getattr(link, name) for name in Link.__struct_fields__}) for link in message.links)
-        plain: dict[str, Any] = {name: getattr(message, name) for name in CellState.__struct_fields__ if name != "links"}
+        links = tuple(
+            Link(**{name: getattr(link, name) for name in Link.__struct_fields__})
+            for link in message.links
+        )
+        plain: dict[str, Any] = {
+            name: getattr(message, name) for name in CellState.__struct_fields__ if name != "links"
+        }
         fields: dict[str, Any] = {
-            name: tuple(value) if isinstance(value, (list, tuple)) else value for name, value in plain.items()
+            name: tuple(value) if isinstance(value, (list, tuple)) else value
+            for name, value in plain.items()
         }
         clock = datetime.now().strftime(CLOCK)
-        self._change(state=CellState(links=links, **fields), received=time.monotonic(), silent_since=clock)
+        self._change(
+            state=CellState(links=links, **fields), received=time.monotonic(), silent_since=clock
+        )
 
     def _decision(self, message: Decision) -> None:
         clock = datetime.fromtimestamp(message.header.stamp.to_sec()).strftime(CLOCK)
@@ -73,7 +94,11 @@ class Listening:
         self._change(decisions=(line, *self.snapshot().decisions)[:DECISIONS_KEPT])
 
     def _package(self, message: RobotData) -> None:
-        self._change(package=RobotPackage(**{name: getattr(message, name) for name in RobotPackage.__struct_fields__}))
+        self._change(
+            package=RobotPackage(
+                **{name: getattr(message, name) for name in RobotPackage.__struct_fields__}
+            )
+        )
 
     def _jog(self, message: String) -> None:
         self._change(jog=message.data)
@@ -89,29 +114,50 @@ class Listening:
 
     def _parts_of(self, side: str) -> Callable[[MarkerArray], None]:
         def take(message: MarkerArray) -> None:
-            parts = tuple(_part(m) for m in message.markers if m.type == Marker.CYLINDER and m.action == Marker.ADD)
+            parts = tuple(
+                _part(m)
+                for m in message.markers
+                if m.type == Marker.CYLINDER and m.action == Marker.ADD
+            )
             with self._lock:
                 if self._snapshot.parts.get(side) != parts:
-                    self._snapshot = msgspec.structs.replace(self._snapshot, parts={**self._snapshot.parts, side: parts})
+                    self._snapshot = msgspec.structs.replace(
+                        self._snapshot, parts={**self._snapshot.parts, side: parts}
+                    )
 
         return take
 
     def _diagnostics(self, message: DiagnosticArray) -> None:
         now = time.monotonic()
         found = {
-            status.name: Diagnosis(int(status.level), status.name, status.message, now, {v.key: v.value for v in status.values})
+            status.name: Diagnosis(
+                int(status.level),
+                status.name,
+                status.message,
+                now,
+                {v.key: v.value for v in status.values},
+            )
             for status in message.status
         }
         with self._lock:
-            self._snapshot = msgspec.structs.replace(self._snapshot, diagnoses={**self._snapshot.diagnoses, **found})
+            self._snapshot = msgspec.structs.replace(
+                self._snapshot, diagnoses={**self._snapshot.diagnoses, **found}
+            )
 
 
 def _part(marker: Marker) -> Part:
     place, turn, size = marker.pose.position, marker.pose.orientation, marker.scale
-    red, green, blue = (round(255 * min(max(part, 0.0), 1.0)) for part in (marker.color.r, marker.color.g, marker.color.b))
+    red, green, blue = (
+        round(255 * min(max(part, 0.0), 1.0))
+        for part in (marker.color.r, marker.color.g, marker.color.b)
+    )
     return Part(
         name=marker.text,
-        position=(round(place.x, PLACE_DIGITS), round(place.y, PLACE_DIGITS), round(place.z, PLACE_DIGITS)),
+        position=(
+            round(place.x, PLACE_DIGITS),
+            round(place.y, PLACE_DIGITS),
+            round(place.z, PLACE_DIGITS),
+        ),
         orientation=(round(turn.x, 3), round(turn.y, 3), round(turn.z, 3), round(turn.w, 3)),
         diameter=round(size.x, 5),
         height=round(size.z, 5),

@@ -3,14 +3,17 @@
 Parameters (``_name:=value`` on the command line, so that they hold without a ROS master too):
     ~config_dir: Folder with the YAML files; default: the package scara_config.
     ~host, ~port: Address of the page; default: operator_panel.yaml.
-    ~token: The operator's token; default: OPERATOR_PANEL_TOKEN, else the file operator_token in ROS_HOME, made if missing.
     ~runs_dir: Folder of recorded runs; default: runs of CELL_ROOT, else of the working folder.
-Subscribes: ``twin_controller/state``, ``twin_controller/decisions``, ``real/robot_data``, ``joint_vel_controller/state``,
-``/diagnostics``, ``camera/image_raw`` (while a page shows it), ``twin/<joint>_position_controller/state``,
-``twin/pid/<joint>/parameter_descriptions``, ``twin/pid/<joint>/parameter_updates``.
+The operator's token: OPERATOR_PANEL_TOKEN of the environment, else the file operator_token in
+ROS_HOME, made if missing; never a parameter, which everybody on the machine can read.
+Subscribes: ``twin_controller/state``, ``twin_controller/decisions``, ``real/robot_data``,
+``joint_vel_controller/state``, ``/diagnostics``, ``camera/image_raw`` (while a page shows it),
+``twin/<joint>_position_controller/state``, ``twin/pid/<joint>/parameter_descriptions``,
+``twin/pid/<joint>/parameter_updates``.
 Publishes: ``joint_vel_controller/command`` (control_msgs/JointJog) while a jog button is held.
-Calls: ``twin_controller/command``, ``twin_controller/shadow``, ``inverse_kinematics``, ``recorder/start``, ``recorder/stop``,
-``twin/pid/<joint>/set_parameters``; starts ``rosrun fanuc_emulator pendant``.
+Calls: ``twin_controller/command``, ``twin_controller/shadow``, ``inverse_kinematics``,
+``recorder/start``, ``recorder/stop``, ``twin/pid/<joint>/set_parameters``; starts
+``rosrun fanuc_emulator pendant``.
 """
 
 from __future__ import annotations
@@ -28,6 +31,10 @@ from pathlib import Path
 import rospkg
 from nicegui import app, background_tasks, ui
 from scara_config import ConfigError, config_directory, load_robot
+from scara_ros.io.page_guard import PageGuard
+from scara_ros.io.page_token import address, page_token, refuse_token_in, ros_home
+from scara_ros.io.token_file import TokenError
+from scara_ros.page_door import PageDoor
 
 from operator_panel.config import PanelConfig, load_panel, load_surroundings
 from operator_panel.control.jog import DeadMan
@@ -35,12 +42,14 @@ from operator_panel.io.api import offer_camera, offer_twin
 from operator_panel.io.desk import Desk
 from operator_panel.io.live import Live
 from operator_panel.io.page.shell import Shell
-from operator_panel.io.token import FILE, TokenError, operator_token, ros_home
-from operator_panel.nodes.cell_link import CellLink
-from operator_panel.urdf import Model, UrdfError, parse_urdf
+from operator_panel.nodes.cell_link import NODE, CellLink
 from operator_panel.view.frame import FrameMaker
+from scara_description.urdf import Model, UrdfError, parse_urdf
 
-NICENESS = 5  # our choice: where processors are short, the cell's loops go before the picture of them
+TOKEN_VARIABLE, TOKEN_FILE = "OPERATOR_PANEL_TOKEN", "operator_token"
+NICENESS = (
+    5  # our choice: where processors are short, the cell's loops go before the picture of them
+)
 KNOCK_PERIOD_S = 0.02
 
 
@@ -50,9 +59,15 @@ class StartError(RuntimeError):
 
 def main() -> None:
     """Serve until SIGINT or SIGTERM; exit code 2 for a wrong file or a taken port."""
-    private = {key[1:]: value for key, _, value in (text.partition(":=") for text in sys.argv[1:]) if key.startswith("_")}
+    private = {
+        key[1:]: value
+        for key, _, value in (text.partition(":=") for text in sys.argv[1:])
+        if key.startswith("_")
+    }
     for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: None)  # uvicorn ends by them, then raises them again for us
+        signal.signal(
+            number, lambda *_: None
+        )  # uvicorn ends by them, then raises them again for us
     os.nice(NICENESS)
     try:
         serve(private)
@@ -74,8 +89,12 @@ def serve(private: dict[str, str]) -> None:
     robot = load_robot(folder)
     config, around = load_panel(folder), load_surroundings(robot, folder)
     host, port = private.get("host") or config.host, _port(private.get("port"), config.port)
-    token = operator_token(private.get("token", ""), ros_home())
-    runs = Path(private.get("runs_dir") or Path(os.environ.get("CELL_ROOT") or Path.cwd()) / "runs").resolve()
+    file = ros_home() / TOKEN_FILE
+    refuse_token_in(sys.argv[1:], TOKEN_VARIABLE, file)
+    token = page_token(TOKEN_VARIABLE, file)
+    runs = Path(
+        private.get("runs_dir") or Path(os.environ.get("CELL_ROOT") or Path.cwd()) / "runs"
+    ).resolve()
     model = _model(robot.description)
     _check_free(host, port)
     ended = threading.Event()
@@ -86,16 +105,38 @@ def serve(private: dict[str, str]) -> None:
     live = Live(link, desk, FrameMaker(robot, model, silent_s), config)
     offer_twin(link.shadow)
     offer_camera(link.picture)
-    Shell(robot, model, config, around, link, desk, live, token, _share() / "web", runs, f"operator_panel_{port}")
+    Shell(
+        robot,
+        model,
+        config,
+        around,
+        link,
+        desk,
+        live,
+        _share() / "web",
+        runs,
+    )
+    app.add_middleware(
+        PageGuard,
+        door=PageDoor(NODE, host, port, token),
+        stranger=lambda path: desk.crowded() if path == "/" else "",
+        framed="/runs/",
+    )
 
     @app.on_startup
     def start() -> None:
         background_tasks.create(_live(live), name="live")
         threading.Thread(target=link.connect, args=(ended,), name="connect", daemon=True).start()
+        threading.Thread(
+            target=link.keep_stop, args=(ended,), name="keep stop", daemon=True
+        ).start()
         threading.Thread(target=_jog, args=(desk, config, ended), name="jog", daemon=True).start()
         # A log file may be read by others: there the token stays in its own file.
-        shown = token if sys.stdout.isatty() else f"TOKEN, which is in {ros_home() / FILE} unless it was given"
-        text = f"operator_panel: http://{host}:{port}/ to watch, http://{host}:{port}/?token={shown} to operate"
+        shown = token if sys.stdout.isatty() else f"TOKEN, which is in {file} unless it was given"
+        text = (
+            f"operator_panel: {address(host, port, '')} to watch, "
+            f"{address(host, port, shown)} to operate"
+        )
         background_tasks.create(_announce(host, port, text), name="announce")
 
     app.on_shutdown(ended.set)
@@ -110,14 +151,18 @@ def serve(private: dict[str, str]) -> None:
         tailwind=False,
         show_welcome_message=False,
         reconnect_timeout=5.0,
-        ws_per_message_deflate=False,  # 20 small frames a second: packing them would cost more than sending them
+        # 20 small frames a second: packing them would cost more than sending them.
+        ws_per_message_deflate=False,
         timeout_graceful_shutdown=1,
     )
     ended.set()
 
 
 async def _announce(host: str, port: int, text: str) -> None:
-    """Say the address once somebody who opens it is answered: the server starts to listen after its start-up handlers."""
+    """Say the address once the server answers there.
+
+    The server starts to listen only after its start-up handlers.
+    """
     while True:
         try:
             _, writer = await asyncio.open_connection(host, port)
@@ -139,7 +184,10 @@ async def _live(live: Live) -> None:
 
 
 def _jog(desk: Desk, config: PanelConfig, ended: threading.Event) -> None:
-    """Send jog commands on absolute deadlines, whatever the pages do; without it no button may act, so its end ends all."""
+    """Send jog commands on absolute deadlines, whatever the pages do.
+
+    Without this thread no button may act, so its end ends the node.
+    """
     due, period = time.monotonic(), 1.0 / config.jog.rate_hz
     try:
         while not ended.is_set():
@@ -166,7 +214,9 @@ def _package(name: str) -> Path:
     try:
         return Path(rospkg.RosPack().get_path(name))
     except rospkg.ResourceNotFound as error:
-        raise StartError(f"package {name} is not on ROS_PACKAGE_PATH: source env.sh first") from error
+        raise StartError(
+            f"package {name} is not on ROS_PACKAGE_PATH: source env.sh first"
+        ) from error
 
 
 def _port(given: str | None, default: int) -> int:

@@ -6,29 +6,55 @@ import re
 from collections.abc import Iterable
 
 import msgspec
+from scara_ros.diagnosis import Level
 
 from operator_panel.view.snapshot import CellState, Diagnosis, Snapshot
+from scara_msgs.msg import TwinControllerState
 
-OK, WARN, ERROR, STALE = 0, 1, 2, 3
 DIAGNOSIS_MEMORY_S = 3.5  # REP-107 asks for 1 Hz; three missed and a half
 
-# (source, text): what an operator does. The first row that fits is taken; both are searched, not matched.
+# (source, text): what an operator does. The first row that fits is taken; both are searched, not
+# matched.
 REMEDIES: tuple[tuple[str, str, str], ...] = (
-    ("link real", r"", "Is the robot's controller on and its Modbus server reachable? It reconnects by itself."),
+    (
+        "link real",
+        r"",
+        "Is the robot's controller on and its Modbus server reachable? It reconnects by itself.",
+    ),
     ("link twin", r"", "Do gateway and simulator run? It reconnects by itself."),
-    ("real robot", r"heartbeat", "The robot stopped itself because the line to it was quiet. RESET, then ALIGN."),
+    (
+        "real robot",
+        r"heartbeat",
+        "The robot stopped itself because the line to it was quiet. RESET, then ALIGN.",
+    ),
     ("real robot", r"", "Clear the cause on the robot's own pendant, then RESET, then ALIGN."),
     ("pair", r"", "Look at both robots, ACKNOWLEDGE, then RESUME or STOP."),
-    ("twin_controller", r"emergency stop|drives are off", "Remove the cause, then RESET, then ALIGN."),
+    (
+        "twin_controller",
+        r"emergency stop|drives are off",
+        "Remove the cause, then RESET, then ALIGN.",
+    ),
     ("twin_controller", r"came apart", "Look at both robots, ACKNOWLEDGE, then RESUME or STOP."),
-    ("twin_controller", r"^OFFLINE", "Check that both links are up; the pair aligns by itself when they are back."),
+    (
+        "twin_controller",
+        r"^OFFLINE",
+        "Check that both links are up; the pair aligns by itself when they are back.",
+    ),
     ("twin_controller", r"^FAULT", "Remove the cause, RESET, then ALIGN."),
     ("recorder", r"disk|space|free", "Make room on the disk, then start a new recording."),
     ("recorder", r"", "Stop the recording and start a new one; the bag so far stays readable."),
     ("gateway", r"", "Look into the gateway's log; its clients reconnect by themselves."),
-    ("simulator", r"too slow|stalls", "The machine is overloaded: end other programs. The twin may lag meanwhile."),
+    (
+        "simulator",
+        r"too slow|stalls",
+        "The machine is overloaded: end other programs. The twin may lag meanwhile.",
+    ),
     ("simulator", r"refused", "A command to the simulator was wrong: its log says which and why."),
-    ("simulator", r"saturated|inside its limits", "The twin cannot follow so fast: a lower speed cap helps."),
+    (
+        "simulator",
+        r"saturated|inside its limits",
+        "The twin cannot follow so fast: a lower speed cap helps.",
+    ),
 )
 ELSE = "Look into the log of this node."
 
@@ -51,7 +77,9 @@ def remedy(source: str, text: str) -> str:
 
 
 def active_alarms(snapshot: Snapshot, now: float, silent_s: float) -> tuple[Alarm, ...]:
-    """Return what is wrong, worst first: the controller's own alarm, then the diagnostics that are not older than seconds.
+    """Return what is wrong, worst first.
+
+    The controller's own alarm comes first, then the diagnostics not older than seconds.
 
     Args:
         snapshot: What is known.
@@ -59,16 +87,40 @@ def active_alarms(snapshot: Snapshot, now: float, silent_s: float) -> tuple[Alar
         silent_s: From when on the twin controller counts as silent.
     """
     if not snapshot.master:
-        return (Alarm("error", "ROS master", "No ROS master answers.", "Start the cell; this page connects by itself."),)
+        return (
+            Alarm(
+                "error",
+                "ROS master",
+                "No ROS master answers.",
+                "Start the cell; this page connects by itself.",
+            ),
+        )
     found: list[Alarm] = []
     if snapshot.is_silent(now, silent_s):
-        text = f"Silent since {snapshot.silent_since}." if snapshot.silent_since else "Not heard of yet."
-        found.append(Alarm("error", "twin controller", text, "Is the node running? This page goes on by itself."))
+        text = (
+            f"Silent since {snapshot.silent_since}."
+            if snapshot.silent_since
+            else "Not heard of yet."
+        )
+        found.append(
+            Alarm(
+                "error",
+                "twin controller",
+                text,
+                "Is the node running? This page goes on by itself.",
+            )
+        )
     elif snapshot.state is not None and snapshot.state.alarm:
         found.append(_own(snapshot.state))
     # The mode stands in the bar, and what its diagnosis tells is in the state.
-    wrong = (d for d in snapshot.diagnoses.values() if d.level != OK and not d.name.endswith("twin_controller: mode"))
-    for alarm in map(_diagnosed, _worst_first(d for d in wrong if now - d.received < DIAGNOSIS_MEMORY_S)):
+    wrong = (
+        d
+        for d in snapshot.diagnoses.values()
+        if d.level != Level.OK and not d.name.endswith("twin_controller: mode")
+    )
+    for alarm in map(
+        _diagnosed, _worst_first(d for d in wrong if now - d.received < DIAGNOSIS_MEMORY_S)
+    ):
         # One line for one trouble: the one that names its source.
         same = [known for known in found if known.text in alarm.text]
         if same:
@@ -80,7 +132,11 @@ def active_alarms(snapshot: Snapshot, now: float, silent_s: float) -> tuple[Alar
 
 def _own(state: CellState) -> Alarm:
     """Return the controller's alarm; most of its texts say already what to do."""
-    level = "warn" if state.mode in ("PAUSED", "STOPPED") else "error"
+    level = (
+        "warn"
+        if state.mode in (TwinControllerState.PAUSED, TwinControllerState.STOPPED)
+        else "error"
+    )
     said = any(command in state.alarm for command in ("RESET", "ACKNOWLEDGE", "ALIGN"))
     advice = "" if said else remedy("twin_controller", f"{state.mode} {state.alarm}")
     return Alarm(level, "twin controller", state.alarm, advice)
@@ -88,10 +144,16 @@ def _own(state: CellState) -> Alarm:
 
 def _diagnosed(diagnosis: Diagnosis) -> Alarm:
     source = diagnosis.name.lstrip("/")
-    level = "warn" if diagnosis.level == WARN else "error"
+    level = "warn" if diagnosis.level == Level.WARN else "error"
     advice = remedy(source, diagnosis.message)
-    shown = source.removeprefix("twin_controller: ") if "real robot" in source or "link" in source else source
-    return Alarm(level, shown.replace("twin_controller", "twin controller"), diagnosis.message, advice)
+    shown = (
+        source.removeprefix("twin_controller: ")
+        if "real robot" in source or "link" in source
+        else source
+    )
+    return Alarm(
+        level, shown.replace("twin_controller", "twin controller"), diagnosis.message, advice
+    )
 
 
 def _worst_first(diagnoses: Iterable[Diagnosis]) -> list[Diagnosis]:

@@ -1,4 +1,4 @@
-"""The frame that every open page gets at the update rate: texts, bars, poses and chart points, ready to be shown."""
+"""The frame that every open page gets at the update rate: texts, bars, poses, chart points."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ import math
 import msgspec
 from scara_config import Robot
 
-from operator_panel.urdf import Model, link_pose
 from operator_panel.view import words
 from operator_panel.view.snapshot import CellState, Link, Loop, Snapshot
+from scara_description.urdf import Model, link_pose
 
 NOTHING = words.UNKNOWN
 
@@ -23,9 +23,11 @@ class Frame(msgspec.Struct, frozen=True, omit_defaults=True):
         tone: CSS class of some places.
         bar: For each joint where real and twin are within the limits, 0..1; empty if unknown.
         pose: For each side the joint positions [rad] or [m].
-        point: For each joint real, twin [deg or mm], set point, measured, error [deg or mm], effort [N m or N]; null if unknown.
+        point: For each joint real, twin [deg or mm], set point, measured, error [deg or mm],
+            effort [N m or N]; null if unknown.
         tool: For each side the tool's position [m].
         silent: Text: since when the twin controller is silent; absent while it is not.
+        no_stop: Text: why no STOP can be sent from the page, and what to do; absent while it can.
     """
 
     t: float
@@ -36,6 +38,7 @@ class Frame(msgspec.Struct, frozen=True, omit_defaults=True):
     point: dict[str, tuple[float | None, ...]] = {}
     tool: dict[str, tuple[float, float, float]] = {}
     silent: str = ""
+    no_stop: str = ""
 
 
 class FrameMaker:
@@ -52,9 +55,23 @@ class FrameMaker:
         """Return the frame of ``snapshot`` at the monotonic time ``now`` [s]."""
         state = snapshot.state
         if state is None:
-            why = "Waiting for the twin controller." if snapshot.master else "No ROS master answers. Trying again each second."
-            return Frame(t=now, text={"mode": "No data", "why": why}, tone={"mode": "bad"}, silent=why)
-        silent = f"The twin controller is silent since {snapshot.silent_since}." if self._is_silent(snapshot, now) else ""
+            why = (
+                "Waiting for the twin controller."
+                if snapshot.master
+                else "No ROS master answers. Trying again each second."
+            )
+            return Frame(
+                t=now,
+                text={"mode": "No data", "why": why},
+                tone={"mode": "bad"},
+                silent=why,
+                no_stop=words.no_stop_text(snapshot.no_stop),
+            )
+        silent = (
+            f"The twin controller is silent since {snapshot.silent_since}."
+            if self._is_silent(snapshot, now)
+            else ""
+        )
         poses = self._poses(state)
         return Frame(
             t=round(now, 3),
@@ -62,15 +79,20 @@ class FrameMaker:
             tone=_tones(state),
             bar={name: self._bar(state, name) for name in self._joints},
             pose=poses,
-            point={} if silent else {name: self._point(state, snapshot.loops, name) for name in self._joints},
+            point={}
+            if silent
+            else {name: self._point(state, snapshot.loops, name) for name in self._joints},
             tool={side: self._tool(pose) for side, pose in poses.items()},
             silent=silent,
+            no_stop=words.no_stop_text(snapshot.no_stop),
         )
 
     def _is_silent(self, snapshot: Snapshot, now: float) -> bool:
         return snapshot.is_silent(now, self._silent_s)
 
-    def _texts(self, snapshot: Snapshot, state: CellState, poses: dict[str, dict[str, float]]) -> dict[str, str]:
+    def _texts(
+        self, snapshot: Snapshot, state: CellState, poses: dict[str, dict[str, float]]
+    ) -> dict[str, str]:
         text = {
             "mode": words.mode_title(state.mode),
             "why": _sentence(state.why),
@@ -85,7 +107,9 @@ class FrameMaker:
         }
         for index, name in enumerate(state.name):
             for key, values, signed in _columns(state):
-                text[f"{name}.{key}"] = words.number(values[index], 2, signed) if index < len(values) else NOTHING
+                text[f"{name}.{key}"] = (
+                    words.number(values[index], 2, signed) if index < len(values) else NOTHING
+                )
         for side in ("real", "twin"):
             text[f"tool.{side}"] = self._tool_text(poses.get(side))
         for link in state.links:
@@ -95,7 +119,11 @@ class FrameMaker:
     def _poses(self, state: CellState) -> dict[str, dict[str, float]]:
         """Return joint positions in SI for each side that is known."""
         sides = {"real": state.real_position, "twin": state.twin_position}
-        known = [(index, self._joints[name]) for index, name in enumerate(state.name) if name in self._joints]
+        known = [
+            (index, self._joints[name])
+            for index, name in enumerate(state.name)
+            if name in self._joints
+        ]
         return {
             side: {joint.name: round(values[index] * joint.scale, 6) for index, joint in known}
             for side, values in sides.items()
@@ -103,13 +131,18 @@ class FrameMaker:
         }
 
     def _deviation_mm(self, state: CellState, poses: dict[str, dict[str, float]]) -> float:
-        """Return how far the tools are apart: with the lag removed while one side follows, else as both are shown."""
+        """Return how far the tools are apart.
+
+        The lag is removed while one side follows; else both count as they are shown.
+        """
         if state.leader or len(poses) < 2:
             return state.deviation_mm
         return 1e3 * math.dist(*(self._tool(pose) for pose in poses.values()))
 
     def _tool(self, pose: dict[str, float]) -> tuple[float, float, float]:
-        x, y, z = (round(float(value), 5) for value in link_pose(self._model, self._tool_link, pose)[:3, 3])
+        x, y, z = (
+            round(float(value), 5) for value in link_pose(self._model, self._tool_link, pose)[:3, 3]
+        )
         return x, y, z
 
     def _tool_text(self, pose: dict[str, float] | None) -> str:
@@ -123,20 +156,30 @@ class FrameMaker:
         joint = self._joints[name]
         lower, upper = joint.lower / joint.scale, joint.upper / joint.scale
         index = state.name.index(name) if name in state.name else None
-        places = []
+        places: list[float | None] = []
         for values in (state.real_position, state.twin_position):
-            known = index is not None and index < len(values)
-            places.append(round(min(max((values[index] - lower) / (upper - lower), 0.0), 1.0), 4) if known else None)  # type: ignore[index]
+            if index is None or index >= len(values):
+                places.append(None)
+                continue
+            share = (values[index] - lower) / (upper - lower)
+            places.append(round(min(max(share, 0.0), 1.0), 4))
         return places[0], places[1]
 
-    def _point(self, state: CellState, loops: dict[str, Loop], name: str) -> tuple[float | None, ...]:
+    def _point(
+        self, state: CellState, loops: dict[str, Loop], name: str
+    ) -> tuple[float | None, ...]:
         index = state.name.index(name) if name in state.name else len(state.name)
-        sides = [values[index] if index < len(values) else None for values in (state.real_position, state.twin_position)]
+        sides = [
+            values[index] if index < len(values) else None
+            for values in (state.real_position, state.twin_position)
+        ]
         loop = loops.get(name)
         if loop is None:
             return (*sides, None, None, None, None)
         scale = self._joints[name].scale
-        border = [_finite(value / scale, 5) for value in (loop.set_point, loop.process_value, loop.error)]
+        border = [
+            _finite(value / scale, 5) for value in (loop.set_point, loop.process_value, loop.error)
+        ]
         return (*sides, *border, _finite(loop.command, 4))
 
 
@@ -154,7 +197,9 @@ def _link_texts(link: Link) -> dict[str, str]:
         f"{name}.state": words.link_state(link),
         f"{name}.age": words.seconds(link.age) if link.connected else NOTHING,
         f"{name}.round_trip": words.seconds(link.round_trip) if link.connected else NOTHING,
-        f"{name}.clock": words.clock(link.clock_offset, link.clock_uncertainty) if link.connected else NOTHING,
+        f"{name}.clock": words.clock(link.clock_offset, link.clock_uncertainty)
+        if link.connected
+        else NOTHING,
         f"{name}.counts": f"{link.rejected} rejected, {link.reconnects} reconnects",
     }
 

@@ -1,4 +1,4 @@
-"""What the page knows of the cell at one moment: plain values, filled from the ROS messages by the node."""
+"""What the page knows of the cell now: plain values, filled by the node from ROS messages."""
 
 from __future__ import annotations
 
@@ -43,6 +43,8 @@ class CellState(msgspec.Struct, frozen=True):
     real_standing_still: bool = False
     twin_standing_still: bool = False
     alarm: str = ""
+    command: tuple[str, ...] = ()
+    refused: tuple[str, ...] = ()
     links: tuple[Link, ...] = ()
 
 
@@ -77,7 +79,11 @@ class Diagnosis(msgspec.Struct, frozen=True):
 
 
 class Part(msgspec.Struct, frozen=True, array_like=True):
-    """A part, a cylinder: its middle [m], orientation x, y, z, w, diameter and height [m], colour ``#rrggbb``."""
+    """A part, a cylinder.
+
+    Position of its middle [m], orientation x, y, z, w, diameter and height [m], colour
+    ``#rrggbb``.
+    """
 
     name: str
     position: tuple[float, float, float]
@@ -105,6 +111,7 @@ class Snapshot(msgspec.Struct, frozen=True):
         received: When it came.
         silent_since: Time of day of the last one, as text, for people.
         parts: Parts of each side, ``twin`` and ``real``.
+        no_stop: Why a STOP of the page would not get through now, or an empty text.
     """
 
     master: bool = False
@@ -117,6 +124,13 @@ class Snapshot(msgspec.Struct, frozen=True):
     diagnoses: dict[str, Diagnosis] = {}
     decisions: tuple[DecisionLine, ...] = ()
     parts: dict[str, tuple[Part, ...]] = {}
+    no_stop: str = ""
+
+    def refused(self) -> dict[str, str]:
+        """Return for each command why the twin controller refuses it; an empty text: allowed."""
+        if self.state is None:
+            return {}
+        return dict(zip(self.state.command, self.state.refused, strict=True))
 
     def is_silent(self, now: float, silent_s: float) -> bool:
         """Return whether the twin controller has said nothing for longer than ``silent_s``."""

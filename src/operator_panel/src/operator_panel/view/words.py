@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from operator_panel.view.snapshot import CellState, Link
+from scara_msgs.msg import TwinControllerState as Mode
 
 MINUS = "\N{MINUS SIGN}"
 UNKNOWN = "\N{EN DASH}"
@@ -12,16 +13,16 @@ OTHER_DAY_S = 600.0  # our choice: clocks that shall show the same time are not 
 
 # mode: (title, tone). The tone is a CSS class; blue is the real robot, orange the twin.
 MODES: dict[str, tuple[str, str]] = {
-    "OFFLINE": ("Offline", "bad"),
-    "ALIGNING": ("Aligning", "busy"),
-    "IDLE": ("Ready", "calm"),
-    "REAL_LEADS": ("Real robot leads", "real"),
-    "TWIN_LEADS": ("Twin leads", "twin"),
-    "OPERATOR_LEADS": ("Operator leads", "operator"),
-    "PAUSED": ("Paused", "warn"),
-    "STOPPED": ("Stopped", "warn"),
-    "ESTOP": ("Emergency stop", "bad"),
-    "FAULT": ("Fault", "bad"),
+    Mode.OFFLINE: ("Offline", "bad"),
+    Mode.ALIGNING: ("Aligning", "busy"),
+    Mode.IDLE: ("Ready", "calm"),
+    Mode.REAL_LEADS: ("Real robot leads", "real"),
+    Mode.TWIN_LEADS: ("Twin leads", "twin"),
+    Mode.OPERATOR_LEADS: ("Operator leads", "operator"),
+    Mode.PAUSED: ("Paused", "warn"),
+    Mode.STOPPED: ("Stopped", "warn"),
+    Mode.ESTOP: ("Emergency stop", "bad"),
+    Mode.FAULT: ("Fault", "bad"),
 }
 LEADERS = {
     "real": "real robot, the twin follows",
@@ -74,7 +75,11 @@ def seconds(value: float) -> str:
     if not math.isfinite(value):
         return UNKNOWN
     size = abs(value)
-    for limit, scale, unit, decimals in ((1e-3, 1e6, "\u00b5s", 0), (1.0, 1e3, "ms", 1), (600.0, 1.0, "s", 2)):
+    for limit, scale, unit, decimals in (
+        (1e-3, 1e6, "\u00b5s", 0),
+        (1.0, 1e3, "ms", 1),
+        (600.0, 1.0, "s", 2),
+    ):
         if size < limit:
             return f"{number(value * scale, decimals)} {unit}"
     days, rest = divmod(size, 86400.0)
@@ -84,10 +89,14 @@ def seconds(value: float) -> str:
 
 
 def clock(offset: float, uncertainty: float) -> str:
-    """Return how far a clock is from ours and how well that is known; one that counts from another day is just its own."""
+    """Return how far a clock is from ours and how well that is known.
+
+    A clock that counts from another day is just its own.
+    """
     if not math.isfinite(offset):
         return UNKNOWN
-    return f"{seconds(offset) if abs(offset) < OTHER_DAY_S else 'own'} \N{PLUS-MINUS SIGN} {seconds(uncertainty)}"
+    shown = seconds(offset) if abs(offset) < OTHER_DAY_S else "own"
+    return f"{shown} \N{PLUS-MINUS SIGN} {seconds(uncertainty)}"
 
 
 def link_state(link: Link) -> str:
@@ -112,3 +121,16 @@ def speed_reason(state: CellState) -> str:
     if not state.speed_limited:
         return ""
     return state.speed_reason or "limited"
+
+
+def no_stop_text(why: str) -> str:
+    """Return what the page says while no STOP gets through, or an empty text.
+
+    Example:
+        >>> no_stop_text("roscore does not answer")
+        'STOP does not get through from here: use the stop at the robot. Roscore does not answer.'
+    """
+    if not why:
+        return ""
+    reason = why[:1].upper() + why[1:]
+    return f"STOP does not get through from here: use the stop at the robot. {reason}."

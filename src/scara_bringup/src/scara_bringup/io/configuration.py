@@ -11,9 +11,15 @@ from scara_config import files_in_force
 
 
 def copy_with_ports(
-    source: Path, target: Path, modbus_port: int | None, gateway_port: int | None, panel_port: int | None = None
+    source: Path,
+    target: Path,
+    modbus_port: int | None,
+    gateway_port: int | None,
+    panel_port: int | None = None,
 ) -> Path:
-    """Copy the chosen robot's files from ``source`` to ``target`` and change the ports where both ends read them.
+    """Copy the chosen robot's files from ``source`` to ``target`` and change the ports.
+
+    Both ends of a line read the port, so it is changed for both.
 
     The copy is flat: one robot, no folder of robots. Comments are kept. Returns ``target``.
     """

@@ -1,4 +1,7 @@
-"""Where a node's executable is: what rosrun finds out, without the 0.4 s of processor time that it takes for it."""
+"""Where a node's executable is.
+
+What rosrun finds out, without the 0.4 s of processor time that it takes for it.
+"""
 
 from __future__ import annotations
 
@@ -11,12 +14,15 @@ SYSTEM = "/usr"
 
 
 def command_of(package: str, executable: str, env: Mapping[str, str]) -> list[str]:
-    """Return the words that start a node: its file in one of catkin's prefixes, else rosrun, which also says why it finds none.
+    """Return the words that start a node.
+
+    Its file in one of catkin's prefixes, else rosrun, which also says why it finds none.
 
     Args:
         package: Name of the package.
         executable: Name of the node's script or program.
-        env: Environment of the node; its CMAKE_PREFIX_PATH names the workspaces, the chosen one first.
+        env: Environment of the node; its CMAKE_PREFIX_PATH names the workspaces, the chosen one
+            first.
     """
     for prefix in (*env.get("CMAKE_PREFIX_PATH", "").split(os.pathsep), SYSTEM):
         file = Path(prefix) / "lib" / package / executable

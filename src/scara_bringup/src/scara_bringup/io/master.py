@@ -2,28 +2,14 @@
 
 from __future__ import annotations
 
-import http.client
 import socket
-import xmlrpc.client
 from dataclasses import dataclass
 from typing import Any
 from urllib.parse import urlsplit
 
+from scara_ros.io.master import UNREACHABLE, MasterClient, MasterError
+
 _CALLER = "/cell"
-
-
-class _Impatient(xmlrpc.client.Transport):
-    """A transport whose connection gives up."""
-
-    def __init__(self, timeout: float) -> None:
-        super().__init__()
-        self._timeout = timeout
-
-    def make_connection(self, host: Any) -> http.client.HTTPConnection:
-        """Return a connection with the deadline."""
-        connection = super().make_connection(host)
-        connection.timeout = self._timeout
-        return connection
 
 
 @dataclass(frozen=True)
@@ -65,30 +51,24 @@ class MasterProbe:
 
     def answers(self) -> bool:
         """Say whether a ROS master answers there."""
-        return self._ask(self.uri, "getPid", _CALLER) is not None
-
-    def set_parameter(self, name: str, value: str) -> bool:
-        """Set a parameter; say whether the master took it."""
-        return self._ask(self.uri, "setParam", _CALLER, name, value) is not None
+        return self._ask(self.uri, "getPid") is not None
 
     def services_and_topics(self) -> tuple[frozenset[str], frozenset[str]]:
         """Return the names of all services, and of all topics with a publisher."""
-        state = self._ask(self.uri, "getSystemState", _CALLER)
+        state = self._ask(self.uri, "getSystemState")
         if state is None:
             return frozenset(), frozenset()
         publishers, _, services = state
         return frozenset(name for name, _ in services), frozenset(name for name, _ in publishers)
 
     def is_running(self, node: str) -> bool:
-        """Say whether a node of this absolute name is registered and answers; a dead one's entry does not count."""
-        uri = self._ask(self.uri, "lookupNode", _CALLER, node)
-        return uri is not None and self._ask(uri, "getPid", _CALLER) is not None
+        """Say whether a node of this absolute name is registered and answers."""
+        uri = self._ask(self.uri, "lookupNode", node)
+        return uri is not None and self._ask(uri, "getPid") is not None
 
     def _ask(self, uri: str, method: str, *arguments: Any) -> Any:
         """Return the value of one answer, None if there was none."""
-        proxy = xmlrpc.client.ServerProxy(uri, transport=_Impatient(self._timeout), allow_none=True)
         try:
-            code, _, value = getattr(proxy, method)(*arguments)
-        except (OSError, http.client.HTTPException, xmlrpc.client.Error, ValueError, TypeError):
+            return MasterClient(uri, _CALLER, self._timeout).ask(method, *arguments)
+        except (*UNREACHABLE, MasterError, ValueError, TypeError):
             return None
-        return value if code == 1 else None

@@ -12,6 +12,23 @@ def runs_folder() -> Path:
     return Path(os.environ.get("CELL_ROOT") or Path.cwd()) / "runs"
 
 
+def runs_of(folder: Path, wanted: Path | None) -> Path:
+    """Return the folder that holds all recordings of a cell.
+
+    Args:
+        folder: Of this run, resolved.
+        wanted: What the caller has asked for.
+
+    Returns:
+        ``wanted``, else runs/ if ``folder`` lies in it, else ``folder`` itself: a person's own
+        folder around it is none of the recorder's business.
+    """
+    if wanted is not None:
+        return wanted.resolve()
+    usual = runs_folder().resolve()
+    return usual if folder.is_relative_to(usual) else folder
+
+
 def make_output(wanted: Path | None) -> Path:
     """Create the folder of this run and return it; without a wish it is ``runs/<time>``.
 
@@ -24,7 +41,10 @@ def make_output(wanted: Path | None) -> Path:
 
 
 def link_latest(folder: Path) -> None:
-    """Let ``latest`` beside ``folder`` point to it, at once; a real folder of that name is left alone."""
+    """Let ``latest`` beside ``folder`` point to it, at once.
+
+    A real folder of that name is left alone.
+    """
     link, fresh = folder.parent / "latest", folder.parent / f".latest_{os.getpid()}"
     if link.is_dir() and not link.is_symlink():
         return

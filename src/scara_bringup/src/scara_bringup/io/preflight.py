@@ -1,8 +1,14 @@
-"""Refuse what cannot work before anything is started: taken ports, a second cell in one namespace."""
+"""Refuse what cannot work before anything is started.
+
+Taken ports, a second cell in one namespace.
+"""
 
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
+
+import rosgraph
 
 from scara_bringup.io.master import Address, MasterProbe
 from scara_bringup.io.ports import listening_ports, owner_of
@@ -15,31 +21,64 @@ class CannotStartError(RuntimeError):
 
 
 def check_before_start(nodes: list[NodePlan], master: MasterProbe) -> bool:
-    """Refuse what cannot work, before anything is started; return whether the master has to be started.
+    """Refuse what cannot work, before anything is started.
+
+    Return whether the master has to be started.
 
     Raises:
-        CannotStartError: A port is taken, a cell runs already in this namespace, or the master's machine is elsewhere.
+        CannotStartError: A port is taken, a cell runs already in this namespace, or the master's
+            machine is elsewhere.
     """
     address = Address.of(master.uri)
     answers = master.answers()
     if not answers and not address.is_local:
-        raise CannotStartError(f"no ROS master answers at {master.uri}, and that is another machine: start roscore there")
+        raise CannotStartError(
+            f"no ROS master answers at {master.uri}, and that is another machine: start "
+            "roscore there"
+        )
     wanted = {node.port: node.name for node in nodes if node.port is not None}
     if not answers:
         wanted[address.port] = "the ROS master"
     for port in sorted(listening_ports() & set(wanted)):
         owner = owner_of(port) or "a process of another user"
         raise CannotStartError(
-            f"port {port}, wanted by {wanted[port]}, is taken by {owner}: end that, or choose another port (cell up --help)"
+            f"port {port}, wanted by {wanted[port]}, is taken by {owner}: end that, or "
+            "choose another port (cell up --help)"
         )
     if answers:
-        running = [node.name for node in nodes if master.is_running(resolve(node.name, namespace()))]
+        running = [
+            node.name for node in nodes if master.is_running(resolve(node.name, namespace()))
+        ]
         if running:
             raise CannotStartError(
-                f"at {master.uri} these nodes run already in namespace {namespace()}: {', '.join(running)}; "
+                f"at {master.uri} these nodes run already in namespace {namespace()}: "
+                f"{', '.join(running)}; "
                 "end them, or set ROS_NAMESPACE and other ports for a second cell"
             )
     return not answers
+
+
+def node_address(env: Mapping[str, str], network: bool) -> dict[str, str]:
+    """Return the variables by which every node of the cell listens at this machine's loopback.
+
+    Args:
+        env: The environment; a ROS_HOSTNAME in it counts before a ROS_IP.
+        network: Whether the caller has allowed another address.
+
+    Raises:
+        CannotStartError: An address opens the nodes to the network and nobody has allowed it.
+    """
+    name = "ROS_HOSTNAME" if env.get("ROS_HOSTNAME") else "ROS_IP"
+    address = env.get(name) or "127.0.0.1"
+    listens_at = rosgraph.network.get_bind_address(address)
+    if not network and listens_at in ("0.0.0.0", "::"):
+        raise CannotStartError(
+            f"{name} = {address} would open the ROS master and every node to the network, and "
+            f"whoever reaches them commands the cell: `unset {name}`, or say --network if that is "
+            "meant"
+        )
+    # One that is empty would count for rospy, and open all.
+    return {"ROS_IP": address, "ROS_HOSTNAME": address}
 
 
 def namespace() -> str:

@@ -1,4 +1,7 @@
-"""Child processes in groups of their own, with their output in files; none outlives this process, however it ends."""
+"""Child processes in groups of their own, with their output in files.
+
+None outlives this process, however it ends.
+"""
 
 from __future__ import annotations
 
@@ -13,37 +16,42 @@ from pathlib import Path
 from types import TracebackType
 
 from scara_bringup.io.executables import command_of
+from scara_bringup.io.log_file import cut_off
 from scara_bringup.plan import NodePlan
-
-URGENT_NICENESS = -10  # our choice: before everything ordinary, behind what the system itself needs
 
 
 class Processes:
-    """The children of the bring-up, by name. As a context manager it kills on leaving whatever still lives."""
+    """The children of the bring-up, by name.
+
+    As a context manager it kills on leaving whatever still lives.
+    """
 
     def __init__(self, log_folder: Path, env: Mapping[str, str]) -> None:
         """Keep logs in ``log_folder``; ``env`` is the environment of all children.
 
-        Python keeps back what it prints into a file; a node that dies would take its last lines with it.
+        Python keeps back what it prints into a file; a node that dies would take its last lines
+        with it.
         """
         log_folder.mkdir(parents=True, exist_ok=True)
         self.log_folder = log_folder
         self._env = {**env, "PYTHONUNBUFFERED": "1"}
         self._children: dict[str, subprocess.Popen[bytes]] = {}
         self._reported: set[str] = set()
-        self._plain = False
 
     def start(self, node: NodePlan, foreground: bool = False) -> int:
         """Start a node as rosrun would (the master directly) and return its process id.
 
-        What finds the node replaces itself by it, so this is the node's own id. The kernel kills the child when this
-        process is gone, even by SIGKILL: the children are out of reach of the terminal's Ctrl-C and of its end.
+        What finds the node replaces itself by it, so this is the node's own id. The kernel kills
+        the child when this process is gone, even by SIGKILL: the children are out of reach of the
+        terminal's Ctrl-C and of its end.
 
         Args:
             node: What to start.
             foreground: Its output goes to the terminal instead of its log.
         """
-        words = command_of(node.package, node.executable, self._env) if node.package else [node.executable]
+        words = [node.executable]
+        if node.package:
+            words = command_of(node.package, node.executable, self._env)
         command = ["setpriv", "--pdeathsig", "KILL", "--", *words, *node.arguments]
         with self.log_of(node.name).open("ab") as log:
             self._children[node.name] = subprocess.Popen(
@@ -54,21 +62,7 @@ class Processes:
                 stderr=None if foreground else subprocess.STDOUT,
                 start_new_session=True,
             )
-        pid = self._children[node.name].pid
-        if node.urgent:
-            self._put_first(pid)
-        return pid
-
-    def _put_first(self, pid: int) -> None:
-        """Give a process priority over ordinary ones; who may not (without root or RLIMIT_NICE) is told so once."""
-        try:
-            os.setpriority(os.PRIO_PROCESS, pid, URGENT_NICENESS)
-        except PermissionError:
-            if not self._plain:
-                print("cell: no right to give the control loops priority: a busy machine will disturb them", flush=True)
-            self._plain = True
-        except ProcessLookupError:
-            return  # it has ended already, which is seen and told elsewhere
+        return self._children[node.name].pid
 
     def log_of(self, name: str) -> Path:
         """Return the file with a node's output."""
@@ -81,6 +75,18 @@ class Processes:
                 return [line.rstrip("\n") for line in deque(stream, count)]
         except OSError:
             return []
+
+    def limit_logs(self, limit_mb: float) -> list[Path]:
+        """Begin each log anew that is larger than ``limit_mb`` [MB]; return those.
+
+        A node that a full disk keeps from being cut off is left alone until the next call.
+        """
+        cut = []
+        for name in self._children:
+            with contextlib.suppress(OSError):
+                if cut_off(self.log_of(name), limit_mb):
+                    cut.append(self.log_of(name))
+        return cut
 
     def ended(self) -> list[tuple[str, int]]:
         """Return name and exit code of every child that has ended since the last call."""
@@ -107,7 +113,12 @@ class Processes:
         """Return itself."""
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        value: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
         """Kill every group: a child that has ended may have left children of its own in it."""
         self.signal(self._children, signal.SIGKILL)
         deadline = time.monotonic() + 5.0

@@ -18,6 +18,7 @@ from scara_bringup.plan import PANEL, NodePlan
 DEFAULT_MASTER = "http://127.0.0.1:11311"
 EXAMPLES = (
     "rosrun fanuc_emulator pendant status",
+    "rosrun fanuc_emulator pendant_page",
     "rosservice call twin_controller/why 5",
     "rostopic echo twin_controller/state",
 )
@@ -42,26 +43,41 @@ def show_log(path: str, lines: Iterable[str]) -> None:
 
 
 def panel_address(doors: Doors, nodes: Iterable[NodePlan], folder: Path) -> str:
-    """Return the address of the operator's page with its token, an empty text if the page is no part of the cell."""
+    """Return the address of the operator's page with its token.
+
+    The text is empty if the page is no part of the cell.
+    """
     if PANEL not in [node.name for node in nodes]:
         return ""
     file = folder / "ros_home" / "operator_token"
-    token = os.environ.get("OPERATOR_PANEL_TOKEN") or (file.read_text(encoding="ascii").strip() if file.is_file() else "")
+    token = os.environ.get("OPERATOR_PANEL_TOKEN") or (
+        file.read_text(encoding="ascii").strip() if file.is_file() else ""
+    )
     return f"http://{doors.panel.host}:{doors.panel.port}/" + (f"?token={token}" if token else "")
 
 
-def show_cell(nodes: Sequence[NodePlan], pids: Mapping[str, int], doors: Doors, master_uri: str, folder: Path) -> None:
+def show_cell(
+    nodes: Sequence[NodePlan], pids: Mapping[str, int], doors: Doors, master_uri: str, folder: Path
+) -> None:
     """Print the running nodes, the addresses and what one can do now."""
     table = Table(title=None)
     for heading in ("node", "pid", "by hand", "log"):
         table.add_column(heading)
     for node in nodes:
-        words = ("rosrun", node.package, node.executable) if node.package else ("roscore",)
-        table.add_row(node.name, str(pids.get(node.name, "")), " ".join((*words, *node.arguments)), f"log/{node.name}.log")
+        words = ("rosrun", node.package, node.executable)
+        table.add_row(
+            node.name,
+            str(pids.get(node.name, "")),
+            " ".join((*words, *node.arguments)),
+            f"log/{node.name}.log",
+        )
     console = Console(width=None if sys.stdout.isatty() else 140)
     console.print(table)
     say(f"ROS master   {master_uri}")
-    say(f"web socket   ws://{doors.gateway.host}:{doors.gateway.port}   rosbridge v2, the twin's door")
+    say(
+        f"web socket   ws://{doors.gateway.host}:{doors.gateway.port}   rosbridge v2, the "
+        "twin's door"
+    )
     say(f"Modbus TCP   {doors.modbus.host}:{doors.modbus.port}   the real robot's stand-in")
     if address := panel_address(doors, nodes, folder):
         say(f"operator     {address}   the operator's page; without the token it only watches")
@@ -80,5 +96,7 @@ def _move() -> str:
 def _settings(master_uri: str) -> list[str]:
     """Return the exports without which another shell would not meet this very cell."""
     wanted = {"ROS_MASTER_URI": master_uri if master_uri != DEFAULT_MASTER else ""}
-    wanted |= {name: os.environ.get(name, "") for name in ("ROS_NAMESPACE", "SCARA_CONFIG_DIR", CHOICE)}
+    wanted |= {
+        name: os.environ.get(name, "") for name in ("ROS_NAMESPACE", "SCARA_CONFIG_DIR", CHOICE)
+    }
     return [f"export {name}={value}" for name, value in wanted.items() if value]

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import signal
 import time
+from dataclasses import replace
 from pathlib import Path
 
-from scara_config import load_robot
-from scara_description.ghost import DescriptionError, ghost_of
+from scara_ros.io.scheduling import may_go_first
+from scara_ros.pacing import Pace
 
 from scara_bringup.config import Bringup, Doors
 from scara_bringup.io import screen
@@ -16,8 +17,8 @@ from scara_bringup.io.ports import listening_ports
 from scara_bringup.io.preflight import CannotStartError, namespace
 from scara_bringup.io.processes import Processes
 from scara_bringup.nodes.controller_watch import ControllerWatch
-from scara_bringup.plan import MASTER, REAL_DESCRIPTION, ROSOUT, NodePlan
-from scara_bringup.readiness import Seen, missing, resolve
+from scara_bringup.plan import MASTER, ROSOUT, NodePlan
+from scara_bringup.readiness import Seen, missing
 from scara_bringup.supervisor import (
     Action,
     Announce,
@@ -38,12 +39,20 @@ from scara_bringup.supervisor import (
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 LOOP_PERIOD = 0.05
 PATIENCE_PERIOD = 5.0
+LOG_PERIOD = 10.0
 
 
 class CellShell:
     """Carries out what the supervisor decides, and tells it what happens."""
 
-    def __init__(self, processes: Processes, master: MasterProbe, deadlines: Bringup, doors: Doors, folder: Path) -> None:
+    def __init__(
+        self,
+        processes: Processes,
+        master: MasterProbe,
+        deadlines: Bringup,
+        doors: Doors,
+        folder: Path,
+    ) -> None:
         """Take over the resources of one run."""
         self._processes = processes
         self._master = master
@@ -55,6 +64,7 @@ class CellShell:
         self._began = time.monotonic()
         self._next_check = 0.0
         self._next_word = self._began + PATIENCE_PERIOD
+        self._log_pace = Pace(LOG_PERIOD)
         self._foreground = ""
 
     def run(self, nodes: list[NodePlan], foreground: NodePlan | None, own_master: bool) -> int:
@@ -62,13 +72,17 @@ class CellShell:
         for number in SIGNALS:
             signal.signal(number, lambda received, _frame: self._signals.append(received))
         screen.say(f"cell: starting {len(nodes)} nodes; logs: {self._processes.log_folder}")
+        if not may_go_first():
+            screen.say(
+                "cell: this system gives the control loops no real-time priority: what else runs "
+                "will disturb them (allowed: root, or `ulimit -r 10`)"
+            )
         running: tuple[NodePlan, ...] = ()
         if own_master:
             self._start_master()
             running, nodes = (MASTER,), [ROSOUT, *nodes]
         else:
             screen.say(f"cell: using the ROS master that runs at {self._master.uri}")
-        self._publish_description()
         self._foreground = foreground.name if foreground else ""
         cell, actions = begin(nodes, foreground, self._deadlines, time.monotonic(), running)
         self._perform(actions, cell)
@@ -77,6 +91,7 @@ class CellShell:
             for event in self._events(cell):
                 cell, actions = step(cell, event, time.monotonic())
                 self._perform(actions, cell)
+            self._limit_logs()
             time.sleep(LOOP_PERIOD)
         return cell.exit_code
 
@@ -91,8 +106,17 @@ class CellShell:
             events.append(Checked(missing(cell.nodes, self._look(), namespace())))
         if cell.phase is Phase.STARTING and now >= self._next_word and cell.lacking:
             self._next_word = now + PATIENCE_PERIOD
-            screen.say(f"cell: waiting for {'; '.join(f'{item.node}: {item.what}' for item in cell.lacking)}")
+            screen.say(
+                "cell: waiting for "
+                f"{'; '.join(f'{item.node}: {item.what}' for item in cell.lacking)}"
+            )
         return [*events, Tick()]
+
+    def _limit_logs(self) -> None:
+        """Keep the nodes' output from filling the disk, and say so."""
+        if self._log_pace.is_due(time.monotonic()):
+            for log in self._processes.limit_logs(self._deadlines.log_limit_mb):
+                screen.say(f"cell: {log} was full and begins anew; the one before it: {log.name}.1")
 
     def _look(self) -> Seen:
         """See what there is of the cell."""
@@ -110,7 +134,13 @@ class CellShell:
                 self._processes.signal(action.names, action.number)
             elif isinstance(action, Announce):
                 if not self._foreground:
-                    screen.show_cell(cell.nodes, self._processes.pids(), self._doors, self._master.uri, self._folder)
+                    screen.show_cell(
+                        cell.nodes,
+                        self._processes.pids(),
+                        self._doors,
+                        self._master.uri,
+                        self._folder,
+                    )
                 ending = "" if self._foreground else "; Ctrl-C ends it"
                 screen.say(f"cell: ready after {time.monotonic() - self._began:.1f} s{ending}")
             elif isinstance(action, Explain):
@@ -136,30 +166,14 @@ class CellShell:
             CannotStartError: It does not, or a signal came first.
         """
         port = str(Address.of(self._master.uri).port)
-        self._processes.start(NodePlan(MASTER.name, "", MASTER.executable, ("--core", "-p", port)))
+        self._processes.start(replace(MASTER, arguments=("--core", "-p", port)))
         deadline = time.monotonic() + self._deadlines.master_timeout
         while not self._master.answers():
             if self._signals:
                 raise CannotStartError("interrupted")
             if self._processes.ended() or time.monotonic() > deadline:
                 lines = self._processes.last_lines(MASTER.name, self._deadlines.log_lines)
-                raise CannotStartError(f"the ROS master at {self._master.uri} did not start:\n" + "\n".join(lines))
+                raise CannotStartError(
+                    f"the ROS master at {self._master.uri} did not start:\n" + "\n".join(lines)
+                )
             time.sleep(LOOP_PERIOD)
-
-    def _publish_description(self) -> None:
-        """Put both robots' descriptions where robot_state_publisher and RViz look for them.
-
-        Raises:
-            CannotStartError: The file is missing or the master refuses it.
-        """
-        file = load_robot().description
-        try:
-            text = file.read_text(encoding="utf-8")
-            both = {"robot_description": text, REAL_DESCRIPTION: ghost_of(text)}
-        except OSError as error:
-            raise CannotStartError(f"{file}: cannot be read: {error.strerror}") from error
-        except DescriptionError as error:
-            raise CannotStartError(f"{file}: {error}") from error
-        for name, value in both.items():
-            if not self._master.set_parameter(resolve(name, namespace()), value):
-                raise CannotStartError(f"the ROS master at {self._master.uri} did not take {name}")

@@ -1,4 +1,7 @@
-"""The four questions of the kinematics services, with every check: pure, in the order of robot.yaml."""
+"""The four questions of the kinematics services, with every check.
+
+Pure, in the order of robot.yaml.
+"""
 
 from __future__ import annotations
 
@@ -54,11 +57,13 @@ class ArmKinematics:
         """Build the models of ``robot``; its profile decides between closed form and numbers.
 
         Raises:
-            ScaraControlError: The profile is no SCARA although it has ``geometry``, or no mechanism at all.
+            ScaraControlError: The profile is no SCARA although it has ``geometry``, or no mechanism
+                at all.
         """
         self.tool = tool_kinematics(robot)
         self.arm = ScrewModel.from_robot(robot)
         self._joints = robot.arm_joints
+        self.home = tuple(robot.home[joint.name] * joint.scale for joint in self._joints)
         self._all_joints = [joint for joint in robot.joints if joint.screw_axis is not None]
         self._chain = PoseChain(self.arm)
         self._whole_chain = PoseChain(ScrewModel.from_joints(self._all_joints, robot.home_pose))
@@ -74,8 +79,13 @@ class ArmKinematics:
             JointLimitError: A joint is outside its limits.
         """
         if len(q) not in (len(self._joints), len(self._all_joints)):
-            names, more = (", ".join(joint.name for joint in joints) for joints in (self._joints, self._all_joints))
-            raise JointVectorError(f"got {len(q)} joint values, expected {len(self._joints)}: {names}, or {more}")
+            names, more = (
+                ", ".join(joint.name for joint in joints)
+                for joints in (self._joints, self._all_joints)
+            )
+            raise JointVectorError(
+                f"got {len(q)} joint values, expected {len(self._joints)}: {names}, or {more}"
+            )
         if len(q) == len(self._joints):
             position, orientation = self._chain.pose(check_limits(self._joints, q))
         else:
@@ -83,9 +93,16 @@ class ArmKinematics:
         return ToolPose(position, orientation, self.tool.elbow(q))
 
     def inverse(
-        self, x: float, y: float, z: float, elbow: Elbow | None = None, seed: Sequence[float] | None = None
+        self,
+        x: float,
+        y: float,
+        z: float,
+        elbow: Elbow | None = None,
+        seed: Sequence[float] | None = None,
     ) -> InverseAnswer:
-        """Compute the joint positions for a tool position [m]; see :mod:`scara_control.kinematics.tool`.
+        """Compute the joint positions for a tool position [m].
+
+        See :mod:`scara_control.kinematics.tool`.
 
         Raises:
             UnreachableError: Not finite or out of reach.
@@ -112,7 +129,9 @@ class ArmKinematics:
             JointVectorError: A wrong count or a value that is not finite.
             JointLimitError: A position is outside its limits, or a joint would have to be too fast.
         """
-        broken = [f"{axis} = {value}" for axis, value in zip("xyz", velocity) if not math.isfinite(value)]
+        broken = [
+            f"{axis} = {value}" for axis, value in zip("xyz", velocity) if not math.isfinite(value)
+        ]
         if broken:
             raise JointVectorError(f"tool velocity is not finite: {', '.join(broken)}")
         answer = self.tool.joint_velocities(check_limits(self._joints, q), velocity)

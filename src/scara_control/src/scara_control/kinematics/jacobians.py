@@ -17,7 +17,8 @@ def space_jacobian(arm: ScrewModel, q: ArrayLike) -> FloatArray:
 
     .. math:: J_{s,i}(q) = \mathrm{Ad}_{e^{[S_1]q_1} \cdots e^{[S_{i-1}]q_{i-1}}} S_i
 
-    Its lower half is the velocity of the body's point that passes the base's origin, not that of the tool.
+    Its lower half is the velocity of the body's point that passes the base's origin, not that of
+    the tool.
 
     Args:
         arm: Screw axes and home pose.
@@ -47,7 +48,9 @@ def body_jacobian(arm: ScrewModel, q: ArrayLike) -> FloatArray:
     Raises:
         JointVectorError: ``q`` is not of shape ``(n,)`` or not finite.
     """
-    jacobian: FloatArray = adjoint(inverse_transform(forward_kinematics(arm, q))) @ space_jacobian(arm, q)
+    jacobian: FloatArray = adjoint(inverse_transform(forward_kinematics(arm, q))) @ space_jacobian(
+        arm, q
+    )
     return jacobian
 
 

@@ -1,7 +1,10 @@
-r"""Inverse kinematics of any open chain by least squares over its screw axes, for arms without a closed form here.
+r"""Inverse kinematics of any open chain by least squares over its screw axes.
 
-The tool keeps the orientation that it has at home, so a tool position asks for all six degrees of freedom of a six-joint
-arm. Several starts are tried in a fixed order: the same question has the same answer on every machine.
+It is for arms without a closed form here.
+
+The tool keeps the orientation that it has at home, so a tool position asks for all six degrees of
+freedom of a six-joint arm. Several starts are tried in a fixed order: the same question has the
+same answer on every machine.
 """
 
 from __future__ import annotations
@@ -22,19 +25,23 @@ from scara_control.kinematics.twists import FloatArray, skew
 from scara_control.limits import LIMIT_TOLERANCE, check_joint_vector
 
 POSITION_TOLERANCE = 1e-7
-"""[m] A found solution is at most so far from the target (our choice: 100 times finer than a robot's repeatability)."""
+"""[m] A found solution is at most so far from the target (our choice: 100 times finer than a
+robot's repeatability)."""
 
 ROTATION_TOLERANCE = 1e-6
-"""Largest entry of the difference of two rotations, about an angle [rad] (our choice: 0.1 um at 0.1 m)."""
+"""Largest entry of the difference of two rotations, about an angle [rad] (our choice: 0.1 um at 0.1
+m)."""
 
 ARM_LENGTH = 0.3
-"""[m] What an error of orientation weighs beside one of position (our choice: the length of a link)."""
+"""[m] What an error of orientation weighs beside one of position (our choice: the length of a
+link)."""
 
 STARTS = 16
 """Starts beside the given one and home (our choice: 299 of 300 random targets needed 8 at most)."""
 
 SINGULAR_BELOW = 0.02
-"""Smallest singular value of the Jacobian (m and rad alike) below which damping sets in (our choice)."""
+"""Smallest singular value of the Jacobian (m and rad alike) below which damping sets in (our
+choice)."""
 
 DAMPING = 0.02
 """Damping at the singularity itself (our choice)."""
@@ -84,7 +91,10 @@ class NumericArm:
 
 
 def inverse(
-    arm: NumericArm, target: Sequence[float], elbow_wanted: bool = False, seed: Sequence[float] | None = None
+    arm: NumericArm,
+    target: Sequence[float],
+    elbow_wanted: bool = False,
+    seed: Sequence[float] | None = None,
 ) -> tuple[float, ...]:
     """Compute joint positions that bring the tool to ``target``, oriented as at home.
 
@@ -95,7 +105,8 @@ def inverse(
         seed: Joint positions to stay near to; None: home.
 
     Returns:
-        Within the limits: the solution that ``seed`` leads to, else of those found the nearest to it.
+        Within the limits: the solution that ``seed`` leads to, else of those found the nearest to
+        it.
 
     Raises:
         UnreachableError: Not finite, or no start leads there; the text says how near the best came.
@@ -128,8 +139,10 @@ def inverse(
     return tuple(np.clip(nearest, arm.lower, arm.upper).tolist())
 
 
-def velocities_for(arm: NumericArm, q: Sequence[float], velocity: Sequence[float]) -> JointVelocities:
-    r"""Compute the joint velocities for a velocity of the tool's origin while the tool does not turn.
+def velocities_for(
+    arm: NumericArm, q: Sequence[float], velocity: Sequence[float]
+) -> JointVelocities:
+    r"""Compute joint velocities that move the tool's origin but do not turn the tool.
 
     .. math:: \dot q = J^T (J J^T + \lambda^2 I)^{-1} (0, v)
 
@@ -151,7 +164,9 @@ def velocities_for(arm: NumericArm, q: Sequence[float], velocity: Sequence[float
     smallest = float(np.linalg.svd(jacobian, compute_uv=False)[-1])
     share = max(0.0, 1.0 - smallest / SINGULAR_BELOW)
     twist = np.array([0.0, 0.0, 0.0, *velocity])
-    qdot = jacobian.T @ np.linalg.solve(jacobian @ jacobian.T + (DAMPING * share) ** 2 * np.eye(6), twist)
+    qdot = jacobian.T @ np.linalg.solve(
+        jacobian @ jacobian.T + (DAMPING * share) ** 2 * np.eye(6), twist
+    )
     return JointVelocities(tuple(qdot.tolist()), smallest, share > 0.0)
 
 
@@ -173,14 +188,18 @@ def _starts(arm: NumericArm, seed: FloatArray) -> Iterator[FloatArray]:
 
 def _descend(arm: NumericArm, target: FloatArray, start: FloatArray) -> FloatArray:
     """Return the joint positions within the limits where the errors are least, near ``start``."""
-    from scipy.optimize import least_squares  # half a second, which the nodes of a SCARA need not wait for
+    from scipy.optimize import (
+        least_squares,
+    )  # half a second, which the nodes of a SCARA need not wait for
 
     margin = 1e-6 * (arm.upper - arm.lower)
     begin = np.clip(start, arm.lower + margin, arm.upper - margin)
 
     def residual(q: FloatArray) -> FloatArray:
         pose = forward_kinematics(arm.chain, q)
-        return np.concatenate([pose[:3, 3] - target, ARM_LENGTH * (pose[:3, :3] - arm.rotation).ravel()])
+        return np.concatenate(
+            [pose[:3, 3] - target, ARM_LENGTH * (pose[:3, :3] - arm.rotation).ravel()]
+        )
 
     def slope(q: FloatArray) -> FloatArray:
         pose, jacobian = forward_kinematics(arm.chain, q), tip_jacobian(arm.chain, q)
@@ -188,7 +207,9 @@ def _descend(arm: NumericArm, target: FloatArray, start: FloatArray) -> FloatArr
         return np.vstack([jacobian[3:], np.array(turns).T])
 
     bounds = (arm.lower - LIMIT_TOLERANCE, arm.upper + LIMIT_TOLERANCE)
-    solved = least_squares(residual, begin, slope, bounds, xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=60)
+    solved = least_squares(
+        residual, begin, slope, bounds, xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=60
+    )
     q: FloatArray = solved.x
     return q
 
@@ -196,4 +217,6 @@ def _descend(arm: NumericArm, target: FloatArray, start: FloatArray) -> FloatArr
 def _errors(arm: NumericArm, target: FloatArray, q: FloatArray) -> tuple[float, float]:
     """Return distance [m] and the largest difference of orientation."""
     pose = forward_kinematics(arm.chain, q)
-    return float(np.linalg.norm(pose[:3, 3] - target)), float(np.abs(pose[:3, :3] - arm.rotation).max())
+    return float(np.linalg.norm(pose[:3, 3] - target)), float(
+        np.abs(pose[:3, :3] - arm.rotation).max()
+    )

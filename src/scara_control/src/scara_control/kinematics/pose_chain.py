@@ -1,12 +1,14 @@
-r"""Forward kinematics of one joint vector in plain numbers: the same product of exponentials, as a point and a quaternion.
+r"""Forward kinematics of one joint vector in plain numbers.
 
-A screw of unit length turns the point p about the axis :math:`\omega` through :math:`c = \omega \times v` and moves it
-along,
+The same product of exponentials, as a point and a quaternion.
+
+A screw of unit length turns the point p about the axis :math:`\omega` through :math:`c = \omega
+\times v` and moves it along,
 
 .. math:: p' = c + R(\omega, q)\,(p - c) + \omega\,(\omega \cdot v)\,q,
 
-or, without a turning part, only moves it by :math:`v q`. For one pose this takes a tenth of the time that arrays take;
-:func:`scara_control.kinematics.screws.forward_kinematics` is its check.
+or, without a turning part, only moves it by :math:`v q`. For one pose this takes a tenth of the
+time that arrays take; :func:`scara_control.kinematics.screws.forward_kinematics` is its check.
 
 Source: Lynch & Park, Modern Robotics (2017), sec. 3.3 and 4.1.
 """
@@ -25,14 +27,18 @@ Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 
 _NO_SIGN = 1e-9
-"""A part of a quaternion so small does not decide its sign, as in :func:`scara_control.kinematics.twists.quaternion`."""
+"""A part of a quaternion so small does not decide its sign, as in
+:func:`scara_control.kinematics.twists.quaternion`."""
 
 
 class PoseChain:
     """An open chain, ready to be asked for poses one at a time."""
 
     def __init__(self, arm: ScrewModel) -> None:
-        """Work out for each joint, tool to base: turning axis, point on it, translation per unit of motion."""
+        """Work out for each joint, tool to base.
+
+        Turning axis, point on it, translation per unit of motion.
+        """
         self._joints: list[tuple[Vector, Vector, Vector]] = []
         for screw in arm.screw_axes.T[::-1]:
             omega, v = screw[:3], screw[3:]
@@ -56,8 +62,16 @@ class PoseChain:
                 c, s = cos(0.5 * value), sin(0.5 * value)
                 a, b, g = a * s, b * s, g * s
                 dx, dy, dz = px - cx, py - cy, pz - cz
-                tx, ty, tz = 2.0 * (b * dz - g * dy), 2.0 * (g * dx - a * dz), 2.0 * (a * dy - b * dx)
-                px, py, pz = px + c * tx + b * tz - g * ty, py + c * ty + g * tx - a * tz, pz + c * tz + a * ty - b * tx
+                tx, ty, tz = (
+                    2.0 * (b * dz - g * dy),
+                    2.0 * (g * dx - a * dz),
+                    2.0 * (a * dy - b * dx),
+                )
+                px, py, pz = (
+                    px + c * tx + b * tz - g * ty,
+                    py + c * ty + g * tx - a * tz,
+                    pz + c * tz + a * ty - b * tx,
+                )
                 x, y, z, w = (
                     c * x + w * a + b * z - g * y,
                     c * y + w * b + g * x - a * z,
@@ -70,7 +84,9 @@ class PoseChain:
                 px, py = cx + cosine * dx - sine * dy, cy + sine * dx + cosine * dy
                 x, y, z, w = c * x - s * y, c * y + s * x, c * z + s * w, c * w - s * z
             px, py, pz = px + vx * value, py + vy * value, pz + vz * value
-        if w > _NO_SIGN or (w > -_NO_SIGN and next((part for part in (x, y, z) if abs(part) > _NO_SIGN), 1.0) > 0.0):
+        if w > _NO_SIGN or (
+            w > -_NO_SIGN and next((part for part in (x, y, z) if abs(part) > _NO_SIGN), 1.0) > 0.0
+        ):
             return (px, py, pz), (x, y, z, w)
         return (px, py, pz), (-x, -y, -z, -w)
 

@@ -1,12 +1,15 @@
-"""Closed-form kinematics of a SCARA: two parallel arms of the lengths in robot.yaml and a stroke along z.
+"""Closed-form kinematics of a SCARA.
 
-Plain ``math`` for one point at a time; :mod:`scara_control.kinematics.scara_batch` does many at once.
+Two parallel arms of the lengths in robot.yaml and a stroke along z.
 
-Righty means ``joint_2 >= 0``, lefty ``joint_2 < 0``. Let ``a^2 = (L1+L2)^2 - r^2`` and ``b^2 = r^2 - (L1-L2)^2``
-with ``r = |(x, y)|``. The law of cosines for half the angle gives ``tan(q2/2) = a/b``, and
-``tan(alpha) = a b / (r^2 + L1^2 - L2^2)`` for the angle between the first arm and the line to the tool. Both come
-from the same a and b, so at the edge of the reach, where an arc cosine loses half of the digits, what is lost in
-joint_2 is made up for by joint_1 and the tool still arrives to the last digit.
+Plain ``math``, one point at a time.
+
+Righty means ``joint_2 >= 0``, lefty ``joint_2 < 0``. Let ``a^2 = (L1+L2)^2 - r^2`` and ``b^2 = r^2
+- (L1-L2)^2`` with ``r = |(x, y)|``. The law of cosines for half the angle gives ``tan(q2/2) =
+a/b``, and ``tan(alpha) = a b / (r^2 + L1^2 - L2^2)`` for the angle between the first arm and the
+line to the tool. Both come from the same a and b, so at the edge of the reach, where an arc cosine
+loses half of the digits, what is lost in joint_2 is made up for by joint_1 and the tool still
+arrives to the last digit.
 """
 
 from __future__ import annotations
@@ -24,8 +27,9 @@ from scara_control.errors import JointLimitError, ScaraControlError, Unreachable
 from scara_control.limits import LIMIT_TOLERANCE, check_joint_vector, check_limits
 
 REACH_TOLERANCE = 1e-9
-"""[m] A target this far beyond the edge of the ring is put on the edge: rounding, as at P1 = (0.65, 0, 0), where the
-sum of the arms is 0.6499999999999999 (our choice: 10 000 times finer than the robot's repeatability)."""
+"""[m] A target this far beyond the edge of the ring is put on the edge: rounding, as at P1 = (0.65,
+0, 0), where the sum of the arms is 0.6499999999999999 (our choice: 10 000 times finer than the
+robot's repeatability)."""
 
 _UNDECIDED = 1e-9
 _TURN = 2.0 * math.pi
@@ -47,7 +51,10 @@ class Elbow(Enum):
 
 
 class Solution(NamedTuple):
-    """Joint positions of one target [rad], prismatic [m], and their branch; None: the arm has none by name."""
+    """Joint positions of one target [rad], prismatic [m], and their branch.
+
+    None: the arm has none by name.
+    """
 
     q: tuple[float, ...]
     elbow: Elbow | None
@@ -63,7 +70,8 @@ class Scara:
         h: z of the tool at joint_3 = 0 [m].
         joints: joint_1, joint_2, joint_3.
         limits: Lower and upper limit of each of them in turn [rad], [rad], [m].
-        figures: Worked out once: l1 + l2, |l1 - l2|, l1^2 - l2^2, h, whether joint_1 may turn more than once, limits.
+        figures: Worked out once: l1 + l2, |l1 - l2|, l1^2 - l2^2, h, whether joint_1 may turn more
+            than once, limits.
     """
 
     l1: float
@@ -74,8 +82,15 @@ class Scara:
     figures: _Figures = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        (l1, l2), many_turns = (self.l1, self.l2), not (-math.pi < self.limits[0] and self.limits[1] < math.pi)
-        object.__setattr__(self, "figures", (l1 + l2, abs(l1 - l2), l1 * l1 - l2 * l2, self.h, many_turns, *self.limits))
+        (l1, l2), many_turns = (
+            (self.l1, self.l2),
+            not (-math.pi < self.limits[0] and self.limits[1] < math.pi),
+        )
+        object.__setattr__(
+            self,
+            "figures",
+            (l1 + l2, abs(l1 - l2), l1 * l1 - l2 * l2, self.h, many_turns, *self.limits),
+        )
 
     @classmethod
     def from_robot(cls, robot: Robot) -> Scara:
@@ -87,14 +102,17 @@ class Scara:
         joints = tuple(robot.arm_joints)
         if [joint.si_unit for joint in joints] != ["rad", "rad", "m"]:
             raise ScaraControlError(
-                f"{robot.name} is no SCARA: its arm joints are {', '.join(joint.name for joint in joints)}, "
+                f"{robot.name} is no SCARA: its arm joints are "
+                f"{', '.join(joint.name for joint in joints)}, "
                 "expected two revolute and one prismatic"
             )
         size = robot.geometry
         if size is None:
             raise ScaraControlError(f"{robot.name} has no geometry in robot.yaml")
         first, second, third = ((joint.lower, joint.upper) for joint in joints)
-        return cls(size.l1_mm / 1e3, size.l2_mm / 1e3, size.h_mm / 1e3, joints, (*first, *second, *third))
+        return cls(
+            size.l1_mm / 1e3, size.l2_mm / 1e3, size.h_mm / 1e3, joints, (*first, *second, *third)
+        )
 
     @property
     def outer_radius(self) -> float:
@@ -105,7 +123,9 @@ class Scara:
     def inner_radius(self) -> float:
         """Smallest radius [m]: joint_2 at its larger limit, not L1 - L2."""
         bend = min(max(-self.joints[1].lower, self.joints[1].upper), math.pi)
-        return math.sqrt(max(self.l1**2 + self.l2**2 + 2.0 * self.l1 * self.l2 * math.cos(bend), 0.0))
+        return math.sqrt(
+            max(self.l1**2 + self.l2**2 + 2.0 * self.l1 * self.l2 * math.cos(bend), 0.0)
+        )
 
 
 def tool_position(scara: Scara, q1: float, q2: float, q3: float) -> Triple:
@@ -128,7 +148,9 @@ def tool_position(scara: Scara, q1: float, q2: float, q3: float) -> Triple:
     )
 
 
-def solve_elbow(scara: Scara, x: float, y: float, z: float, elbow: Elbow, near: float = 0.0) -> Triple:
+def solve_elbow(
+    scara: Scara, x: float, y: float, z: float, elbow: Elbow, near: float = 0.0
+) -> Triple:
     """Compute the joint positions that bring the tool to a point with the elbow on the wanted side.
 
     Args:
@@ -143,7 +165,8 @@ def solve_elbow(scara: Scara, x: float, y: float, z: float, elbow: Elbow, near: 
         joint_1 [rad], joint_2 [rad], joint_3 [m], within their limits.
 
     Raises:
-        UnreachableError: Not finite, or no joint_2 gives this radius; the text names radius and range.
+        UnreachableError: Not finite, or no joint_2 gives this radius; the text names radius and
+            range.
         JointLimitError: The branch breaks a limit; the text names joint, value and range.
     """
     outer, inner, squares, h, many_turns, low1, high1, low2, high2, low3, high3 = scara.figures
@@ -166,7 +189,12 @@ def solve_elbow(scara: Scara, x: float, y: float, z: float, elbow: Elbow, near: 
 
 
 def solve(
-    scara: Scara, x: float, y: float, z: float, elbow: Elbow | None = None, seed: Sequence[float] | None = None
+    scara: Scara,
+    x: float,
+    y: float,
+    z: float,
+    elbow: Elbow | None = None,
+    seed: Sequence[float] | None = None,
 ) -> Solution:
     """Compute the joint positions for a tool position.
 
@@ -204,7 +232,9 @@ def solve(
     return Solution(righty, Elbow.RIGHTY)
 
 
-def branches(scara: Scara, x: float, y: float, z: float, near: float = 0.0) -> tuple[Triple | None, Triple | None]:
+def branches(
+    scara: Scara, x: float, y: float, z: float, near: float = 0.0
+) -> tuple[Triple | None, Triple | None]:
     """Compute both branches, righty and lefty; None for one that breaks a limit.
 
     Raises:
@@ -226,7 +256,10 @@ def _distance(q: Sequence[float], other: Sequence[float]) -> float:
 
 
 def _nearest_turn(scara: Scara, q1: float, near: float) -> float:
-    """Return the turn of joint_1 nearest to ``near`` that its limits allow; ``q1`` itself if none does."""
+    """Return the turn of joint_1 nearest to ``near`` that its limits allow.
+
+    ``q1`` itself if none does.
+    """
     low, high = scara.limits[0] - LIMIT_TOLERANCE, scara.limits[1] + LIMIT_TOLERANCE
     turns = [turn for turn in (q1, q1 - _TURN, q1 + _TURN) if low <= turn <= high]
     return min(turns, key=lambda turn: abs(turn - near), default=q1)

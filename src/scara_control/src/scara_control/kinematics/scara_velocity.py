@@ -10,8 +10,9 @@ from scara_control.kinematics.scara import Scara, Triple
 from scara_control.limits import check_joint_vector
 
 DAMPED_BELOW = 0.05
-"""Share of the largest manipulability, L1 L2, below which damping sets in: joint_2 within 2.9 deg of straight. There
-1 m/s of the tool asks for 128 rad/s at most (our choice: exact as long as slow motion is possible at all)."""
+"""Share of the largest manipulability, L1 L2, below which damping sets in: joint_2 within 2.9 deg
+of straight. There 1 m/s of the tool asks for 128 rad/s at most (our choice: exact as long as slow
+motion is possible at all)."""
 
 DAMPING = 0.02
 """[m] Damping of the straight arm, where it takes 0.08 % off a sideways velocity (our choice)."""
@@ -31,7 +32,9 @@ class JointVelocities(NamedTuple):
     damped: bool
 
 
-def planar_jacobian(scara: Scara, q1: float, q2: float) -> tuple[tuple[float, float], tuple[float, float]]:
+def planar_jacobian(
+    scara: Scara, q1: float, q2: float
+) -> tuple[tuple[float, float], tuple[float, float]]:
     """Compute the Jacobian of (x, y) by (joint_1, joint_2), rows x and y [m/rad]."""
     x2, y2 = scara.l2 * math.cos(q1 + q2), scara.l2 * math.sin(q1 + q2)
     return (-scara.l1 * math.sin(q1) - y2, -y2), (scara.l1 * math.cos(q1) + x2, x2)
@@ -57,7 +60,9 @@ def tool_velocity(scara: Scara, q: Sequence[float], qdot: Sequence[float]) -> Tr
     return a * w1 + b * w2, c * w1 + d * w2, up
 
 
-def joint_velocities(scara: Scara, q: Sequence[float], velocity: Sequence[float]) -> JointVelocities:
+def joint_velocities(
+    scara: Scara, q: Sequence[float], velocity: Sequence[float]
+) -> JointVelocities:
     r"""Compute the joint velocities for a velocity of the tool's origin.
 
     .. math:: \dot q = J^T (J J^T + \lambda^2 I)^{-1} v, \quad
@@ -84,7 +89,11 @@ def joint_velocities(scara: Scara, q: Sequence[float], velocity: Sequence[float]
     threshold = DAMPED_BELOW * scara.l1 * scara.l2
     if manipulability >= threshold:
         determinant = a * d - b * c
-        return JointVelocities(((d * vx - b * vy) / determinant, (a * vy - c * vx) / determinant, vz), manipulability, False)
+        return JointVelocities(
+            ((d * vx - b * vy) / determinant, (a * vy - c * vx) / determinant, vz),
+            manipulability,
+            False,
+        )
     damping = (DAMPING * (1.0 - manipulability / threshold)) ** 2
     xx, xy, yy = a * a + b * b + damping, a * c + b * d, c * c + d * d + damping
     determinant = xx * yy - xy * xy

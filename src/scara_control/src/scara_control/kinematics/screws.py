@@ -1,21 +1,32 @@
 """Forward kinematics of any open chain from its screw axes: product of exponentials in both frames.
 
-Nothing here knows a SCARA: joints are columns of ``screw_axes``, turning or sliding, as many as there are.
+Nothing here knows a SCARA: joints are columns of ``screw_axes``, turning or sliding, as many as
+there are.
 
 Source: Lynch & Park, Modern Robotics (2017), chapter 4.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scara_config import Joint, Robot
 
 from scara_control.errors import JointVectorError, ScrewModelError
-from scara_control.kinematics.twists import FloatArray, adjoint, exp6, inverse_transform, twist_matrix
+from scara_control.kinematics.twists import (
+    FloatArray,
+    adjoint,
+    exp6,
+    inverse_transform,
+    twist_matrix,
+)
+
+Point = tuple[float, float, float]
 
 _RIGID_TOLERANCE = 1e-9
 
@@ -25,11 +36,13 @@ class ScrewModel:
     """An open chain at its home pose.
 
     Attributes:
-        screw_axes: Unit screws ``(omega, v)`` in the base frame {s}, shape ``(6, n)``, base to tool.
+        screw_axes: Unit screws ``(omega, v)`` in the base frame {s}, shape ``(6, n)``, base to
+            tool.
         home_pose: Pose of the tool frame {b} in {s} at zero joints, shape ``(4, 4)``.
 
     Raises:
-        ScrewModelError: A wrong shape, a screw that is not of unit length, a home pose that is no rigid motion.
+        ScrewModelError: A wrong shape, a screw that is not of unit length, a home pose that is no
+            rigid motion.
     """
 
     screw_axes: FloatArray
@@ -53,7 +66,10 @@ class ScrewModel:
         without = [joint.name for joint in joints if joint.screw_axis is None]
         if without:
             raise ScrewModelError(f"no screw_axis: {', '.join(without)}")
-        return cls(np.array([joint.screw_axis for joint in joints], dtype=float).T, np.asarray(home_pose, dtype=float))
+        return cls(
+            np.array([joint.screw_axis for joint in joints], dtype=float).T,
+            np.asarray(home_pose, dtype=float),
+        )
 
     @classmethod
     def from_robot(cls, robot: Robot) -> ScrewModel:
@@ -65,9 +81,24 @@ class ScrewModel:
         """Number of joints, n."""
         return int(self.screw_axes.shape[1])
 
+    @cached_property
+    def plain_screws(self) -> tuple[tuple[bool, Point, Point], ...]:
+        """For each joint, base to tool: whether it turns, ``omega`` and ``v`` as plain numbers."""
+        rows = self.screw_axes.T.tolist()
+        return tuple((any(row[:3]), tuple(row[:3]), tuple(row[3:])) for row in rows)
+
+    @cached_property
+    def home_origin(self) -> Point:
+        """The tool's origin in the base frame at zero joints [m]."""
+        x, y, z = self.home_pose[:3, 3].tolist()
+        return x, y, z
+
     @property
     def body_screw_axes(self) -> FloatArray:
-        """The same screws in the tool frame {b} at home, shape ``(6, n)``: the adjoint of the inverse home pose."""
+        """The same screws in the tool frame {b} at home, shape ``(6, n)``.
+
+        The adjoint of the inverse home pose.
+        """
         axes: FloatArray = adjoint(inverse_transform(self.home_pose)) @ self.screw_axes
         return axes
 
@@ -80,7 +111,9 @@ def _check_screws(axes: FloatArray) -> None:
         turning = np.linalg.norm(axis[:3])
         length = np.linalg.norm(axis[3:]) if turning == 0.0 else turning
         if not (np.isfinite(axis).all() and abs(length - 1.0) <= _RIGID_TOLERANCE):
-            raise ScrewModelError(f"screw axis {number} = {axis.tolist()} has length {length:.6g}, expected 1")
+            raise ScrewModelError(
+                f"screw axis {number} = {axis.tolist()} has length {length:.6g}, expected 1"
+            )
 
 
 def _check_pose(pose: FloatArray) -> None:
@@ -101,7 +134,9 @@ def joint_vector(arm: ScrewModel, q: ArrayLike) -> FloatArray:
     """
     vector = np.asarray(q, dtype=float)
     if vector.shape != (arm.joint_count,):
-        raise JointVectorError(f"joint vector has shape {vector.shape}, expected ({arm.joint_count},)")
+        raise JointVectorError(
+            f"joint vector has shape {vector.shape}, expected ({arm.joint_count},)"
+        )
     if not np.isfinite(vector).all():
         raise JointVectorError(f"joint vector is not finite: {vector.tolist()}")
     return vector
@@ -120,7 +155,8 @@ def forward_kinematics(arm: ScrewModel, q: ArrayLike) -> FloatArray:
         Homogeneous transform ``T_sb``, shape ``(4, 4)``, translation in [m].
 
     Raises:
-        JointVectorError: ``q`` is not of shape ``(n,)`` or not finite. Limits: see :func:`check_limits`.
+        JointVectorError: ``q`` is not of shape ``(n,)`` or not finite. Limits: see
+            :func:`check_limits`.
 
     Source:
         Lynch & Park, Modern Robotics (2017), sec. 4.1.1.
@@ -158,8 +194,9 @@ def forward_kinematics_body(arm: ScrewModel, q: ArrayLike) -> FloatArray:
 def forward_kinematics_batch(arm: ScrewModel, q: ArrayLike) -> FloatArray:
     r"""Compute the tool's pose for many joint vectors at once.
 
-    The screws are of unit length, so :math:`e^{[S]q} = I + q[S] + (1-\cos q)[S]^2 + (q-\sin q)[S]^3` for
-    turning and sliding joints alike; it is applied to the columns of the home pose, tool to base.
+    The screws are of unit length, so :math:`e^{[S]q} = I + q[S] + (1-\cos q)[S]^2 + (q-\sin
+    q)[S]^3` for turning and sliding joints alike; it is applied to the columns of the home pose,
+    tool to base.
 
     Args:
         arm: Screw axes and home pose.
@@ -177,7 +214,9 @@ def forward_kinematics_batch(arm: ScrewModel, q: ArrayLike) -> FloatArray:
 
 
 def tool_positions(arm: ScrewModel, q: ArrayLike) -> FloatArray:
-    """Compute where the tool's origin is for many joint vectors; see :func:`forward_kinematics_batch`.
+    """Compute where the tool's origin is for many joint vectors.
+
+    See :func:`forward_kinematics_batch`.
 
     Args:
         arm: Screw axes and home pose.
@@ -194,11 +233,47 @@ def tool_positions(arm: ScrewModel, q: ArrayLike) -> FloatArray:
     return np.ascontiguousarray(_move(arm, positions, origins)[:, 0, :3])
 
 
+def tool_position(arm: ScrewModel, q: Sequence[float]) -> Point:
+    """Compute where the tool's origin is, for one joint vector in a control loop.
+
+    The formula of :func:`forward_kinematics_batch` in plain numbers: a tenth of the time of arrays
+    of one row.
+
+    Args:
+        arm: Screw axes and home pose.
+        q: Joint positions, base to tool, ``n`` of them: [rad], prismatic [m].
+
+    Returns:
+        Position in the base frame [m].
+    """
+    x, y, z = arm.home_origin
+    for (turning, (a, b, c), (u, v, w)), angle in zip(reversed(arm.plain_screws), reversed(q)):
+        if not turning:
+            x, y, z = x + angle * u, y + angle * v, z + angle * w
+            continue
+        first = (b * z - c * y + u, c * x - a * z + v, a * y - b * x + w)
+        second = _cross((a, b, c), first)
+        third = _cross((a, b, c), second)
+        square, cube = 2.0 * math.sin(angle / 2.0) ** 2, angle - math.sin(angle)
+        x += angle * first[0] + square * second[0] + cube * third[0]
+        y += angle * first[1] + square * second[1] + cube * third[1]
+        z += angle * first[2] + square * second[2] + cube * third[2]
+    return x, y, z
+
+
+def _cross(one: Point, other: Point) -> Point:
+    """Return the cross product."""
+    (a, b, c), (x, y, z) = one, other
+    return b * z - c * y, c * x - a * z, a * y - b * x
+
+
 def _joint_matrix(arm: ScrewModel, q: ArrayLike) -> FloatArray:
     """Return ``q`` as an array of shape ``(m, n)`` or raise JointVectorError."""
     matrix = np.asarray(q, dtype=float)
     if matrix.ndim != 2 or matrix.shape[1] != arm.joint_count:
-        raise JointVectorError(f"joint matrix has shape {matrix.shape}, expected (m, {arm.joint_count})")
+        raise JointVectorError(
+            f"joint matrix has shape {matrix.shape}, expected (m, {arm.joint_count})"
+        )
     return matrix
 
 
@@ -211,5 +286,9 @@ def _move(arm: ScrewModel, q: FloatArray, points: FloatArray) -> FloatArray:
         points = points + angle * first
         if axis[:3].any():
             second = first @ screw
-            points = points + (2.0 * np.sin(angle / 2.0) ** 2) * second + (angle - np.sin(angle)) * (second @ screw)
+            points = (
+                points
+                + (2.0 * np.sin(angle / 2.0) ** 2) * second
+                + (angle - np.sin(angle)) * (second @ screw)
+            )
     return points

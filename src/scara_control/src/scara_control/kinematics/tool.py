@@ -1,4 +1,6 @@
-"""What moves the tool: one question set for every robot, answered in closed form for a SCARA, else numerically.
+"""What moves the tool.
+
+One question set for every robot, answered in closed form for a SCARA, else numerically.
 
 The profile decides: a robot with ``geometry`` in robot.yaml is a SCARA.
 """
@@ -11,7 +13,15 @@ from typing import NamedTuple, Protocol
 from scara_config import Joint, Robot
 
 from scara_control.kinematics.numeric import NumericArm, inverse, tool_velocity_of, velocities_for
-from scara_control.kinematics.scara import Elbow, Scara, Solution, Triple, branches, solve, tool_position
+from scara_control.kinematics.scara import (
+    Elbow,
+    Scara,
+    Solution,
+    Triple,
+    branches,
+    solve,
+    tool_position,
+)
 from scara_control.kinematics.scara_velocity import JointVelocities, joint_velocities, tool_velocity
 
 
@@ -37,9 +47,14 @@ class ToolKinematics(Protocol):
         """Return the velocity of the tool's origin [m/s]."""
 
     def joint_velocities(self, q: Sequence[float], velocity: Sequence[float]) -> JointVelocities:
-        """Return joint velocities for a velocity of the tool's origin [m/s], the tool not turning where it could."""
+        """Return joint velocities for a velocity of the tool's origin [m/s].
 
-    def inverse(self, x: float, y: float, z: float, elbow: Elbow | None, seed: Sequence[float] | None) -> InverseAnswer:
+        Where the tool could turn, it does not.
+        """
+
+    def inverse(
+        self, x: float, y: float, z: float, elbow: Elbow | None, seed: Sequence[float] | None
+    ) -> InverseAnswer:
         """Return joint positions for a tool position [m], near ``seed``.
 
         Raises:
@@ -74,7 +89,9 @@ class ScaraTool:
         """See :func:`scara_control.kinematics.scara_velocity.joint_velocities`."""
         return joint_velocities(self.scara, q, velocity)
 
-    def inverse(self, x: float, y: float, z: float, elbow: Elbow | None, seed: Sequence[float] | None) -> InverseAnswer:
+    def inverse(
+        self, x: float, y: float, z: float, elbow: Elbow | None, seed: Sequence[float] | None
+    ) -> InverseAnswer:
         """See :func:`scara_control.kinematics.scara.solve`."""
         chosen = solve(self.scara, x, y, z, elbow, seed)
         return InverseAnswer(chosen, *branches(self.scara, x, y, z, seed[0] if seed else 0.0))
@@ -108,9 +125,13 @@ class NumericTool:
         """See :func:`scara_control.kinematics.numeric.velocities_for`."""
         return velocities_for(self.arm, q, velocity)
 
-    def inverse(self, x: float, y: float, z: float, elbow: Elbow | None, seed: Sequence[float] | None) -> InverseAnswer:
+    def inverse(
+        self, x: float, y: float, z: float, elbow: Elbow | None, seed: Sequence[float] | None
+    ) -> InverseAnswer:
         """See :func:`scara_control.kinematics.numeric.inverse`."""
-        return InverseAnswer(Solution(inverse(self.arm, (x, y, z), elbow is not None, seed), None), None, None)
+        return InverseAnswer(
+            Solution(inverse(self.arm, (x, y, z), elbow is not None, seed), None), None, None
+        )
 
     def elbow(self, q: Sequence[float]) -> Elbow | None:
         """None: its branches have no names."""
@@ -121,6 +142,11 @@ def tool_kinematics(robot: Robot) -> ToolKinematics:
     """Return what answers for the arm of ``robot``.
 
     Raises:
-        ScaraControlError: The profile has ``geometry`` and is no SCARA, or its screw axes are no mechanism.
+        ScaraControlError: The profile has ``geometry`` and is no SCARA, or its screw axes are no
+            mechanism.
     """
-    return NumericTool(NumericArm.from_robot(robot)) if robot.geometry is None else ScaraTool(Scara.from_robot(robot))
+    return (
+        NumericTool(NumericArm.from_robot(robot))
+        if robot.geometry is None
+        else ScaraTool(Scara.from_robot(robot))
+    )

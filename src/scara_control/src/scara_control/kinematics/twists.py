@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 _SERIES_BELOW = 1e-4
-"""[rad] Below this angle the exponential's coefficients are taken from their series (error < angle^4 / 2520 ~ 4e-20)."""
+"""[rad] Below this angle the exponential's coefficients are taken from their series (error <
+angle^4 / 2520 ~ 4e-20)."""
 
 
 def skew(vector: FloatArray) -> FloatArray:
@@ -33,7 +34,8 @@ def twist_matrix(twist: FloatArray) -> FloatArray:
 def exp6(twist: FloatArray) -> FloatArray:
     r"""Compute the motion that a constant twist makes in one unit of time.
 
-    .. math:: e^{[V]} = I + [V] + \frac{1-\cos\theta}{\theta^2}[V]^2 + \frac{\theta-\sin\theta}{\theta^3}[V]^3,
+    .. math:: e^{[V]} = I + [V] + \frac{1-\cos\theta}{\theta^2}[V]^2
+        + \frac{\theta-\sin\theta}{\theta^3}[V]^3,
               \quad \theta = |\omega|
 
     One formula for turning, sliding and screwing: with omega = 0 the square of the matrix is zero.
@@ -50,7 +52,10 @@ def exp6(twist: FloatArray) -> FloatArray:
         second, third = 0.5 - angle**2 / 24.0, 1.0 / 6.0 - angle**2 / 120.0
     else:
         # 1 - cos without cancellation.
-        second, third = 2.0 * (math.sin(angle / 2.0) / angle) ** 2, (angle - math.sin(angle)) / angle**3
+        second, third = (
+            2.0 * (math.sin(angle / 2.0) / angle) ** 2,
+            (angle - math.sin(angle)) / angle**3,
+        )
     square = matrix @ matrix
     motion: FloatArray = np.eye(4) + matrix + second * square + third * (square @ matrix)
     return motion
@@ -76,9 +81,12 @@ def inverse_transform(transform: FloatArray) -> FloatArray:
 
 
 def quaternion(rotation: FloatArray) -> tuple[float, float, float, float]:
-    """Return the unit quaternion ``(x, y, z, w)`` of a rotation matrix, first non-zero of (w, x, y, z) positive.
+    """Return the unit quaternion ``(x, y, z, w)`` of a rotation matrix.
 
-    The column of the largest diagonal term of the quaternion's outer product is taken, so nothing small is divided by.
+    The first non-zero one of (w, x, y, z) is positive.
+
+    The column of the largest diagonal term of the quaternion's outer product is taken, so nothing
+    small is divided by.
 
     Args:
         rotation: Proper rotation, shape ``(3, 3)``.
@@ -91,6 +99,8 @@ def quaternion(rotation: FloatArray) -> tuple[float, float, float, float]:
         (yx - xy, xz + zx, yz + zy, 1.0 - xx - yy + zz),
     )
     largest = max(range(4), key=lambda index: outer[index][index])
-    norm = math.copysign(math.hypot(*outer[largest]), next((v for v in outer[largest] if abs(v) > 1e-9), 1.0))
+    norm = math.copysign(
+        math.hypot(*outer[largest]), next((v for v in outer[largest] if abs(v) > 1e-9), 1.0)
+    )
     w, x, y, z = (value / norm for value in outer[largest])
     return x, y, z, w

@@ -1,4 +1,4 @@
-"""STOP PAUSE RESUME ESTOP RESET, each obeyed once, and who has command of a joint."""
+"""STOP PAUSE RESUME ESTOP RESET YIELD, each obeyed once, and who has command of a joint."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ class Command(IntEnum):
     RESUME = 3
     ESTOP = 4
     RESET = 5
+    YIELD = 6
 
     def text(self, reason: str) -> str:
         """Return the command with its reason, for people."""
@@ -29,8 +30,9 @@ class Command(IntEnum):
 class CommandInbox:
     """Lets each command through once.
 
-    A sender may repeat a command; one with the same sender and id within ``memory`` is not obeyed again. Afterwards it
-    is, so that a sender that starts anew and counts from 1 is heard. Id 0 (typed by hand) is always obeyed.
+    A sender may repeat a command; one with the same sender and id within ``memory`` is not obeyed
+    again. Afterwards it is, so that a sender that starts anew and counts from 1 is heard. Id 0
+    (typed by hand) is always obeyed.
     """
 
     def __init__(self, memory: float) -> None:
@@ -59,14 +61,22 @@ class Ownership:
         self._ours: set[str] = set()
 
     def begin(self, names: Iterable[str]) -> None:
-        """Note that a motion of ``names`` begins: a joint is ours once the simulator has said so."""
+        """Note that a motion of ``names`` begins.
+
+        A joint is ours once the simulator has said so.
+        """
         self._names = frozenset(names)
         self._ours = {name for name in self._names if self._modes.get(name) == self._mode}
 
     def update(self, modes: Mapping[str, str]) -> dict[str, str]:
-        """Take the modes in; return those joints that were ours and no longer are, with their new mode."""
+        """Take the modes in; return the joints that were taken from us.
+
+        Each comes with its new mode.
+        """
         self._modes = dict(modes)
-        lost = {name: modes[name] for name in self._ours if name in modes and modes[name] != self._mode}
+        lost = {
+            name: modes[name] for name in self._ours if name in modes and modes[name] != self._mode
+        }
         self._ours = {name for name in self._names if modes.get(name) == self._mode}
         return lost
 
@@ -78,7 +88,9 @@ class Ownership:
 
 def taken_text(lost: Mapping[str, str]) -> str:
     """Say who took which joints."""
-    return ", ".join(f"{name} was taken by its {mode} controller" for name, mode in sorted(lost.items()))
+    return ", ".join(
+        f"{name} was taken by its {mode} controller" for name, mode in sorted(lost.items())
+    )
 
 
 def parse_modes(text: str) -> dict[str, str]:

@@ -9,7 +9,8 @@ from dataclasses import dataclass, replace
 from scara_config import Joint
 
 from scara_control.config import MotionConfig
-from scara_control.motion.plan import JointMotion, Path
+from scara_control.joint_motion import JointMotion
+from scara_control.motion.plan import Path
 from scara_control.motion.time_scaling import ScaleBounds, TimeBase, advance, motion_at
 
 _SAME_TIME = 1e-6
@@ -17,7 +18,9 @@ _SAME_TIME = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """A path being driven, at one point of the time grid. Never changes: :meth:`step` returns the next.
+    """A path being driven, at one point of the time grid.
+
+    Never changes: :meth:`step` returns the next.
 
     Attributes:
         path: Where it leads.
@@ -56,7 +59,9 @@ class Drive:
         time = self.time + dt
         if self.announcing:
             return replace(self, time=time, base=TimeBase(0.0, wanted))
-        return replace(self, time=time, base=advance(self.path, self.base, wanted, bounds, joints, dt))
+        return replace(
+            self, time=time, base=advance(self.path, self.base, wanted, bounds, joints, dt)
+        )
 
 
 class PathDriver:
@@ -78,20 +83,29 @@ class PathDriver:
 
     def announced(self, now: float) -> float:
         """Return the first time of the grid at which a move asked for at ``now`` may begin."""
-        return self.time + math.ceil((now + self._announce - self.time) / self._period - _SAME_TIME) * self._period
+        return (
+            self.time
+            + math.ceil((now + self._announce - self.time) / self._period - _SAME_TIME)
+            * self._period
+        )
 
     def went_back(self, now: float) -> bool:
         """Say whether the clock went back."""
         return now < self.time - self._period
 
     def advance(self, now: float, scale: float) -> None:
-        """Go on to ``now``; a stall longer than the horizon delays the drive, so that the joints do not jump."""
+        """Go on to ``now``.
+
+        A stall longer than the horizon delays the drive, so that the joints do not jump.
+        """
         steps = max(math.floor((now - self.time) / self._period + _SAME_TIME), 0)
         for _ in range(min(steps, self._horizon)):
             self.drive = self.drive and self._step(self.drive, scale)
         late = max(steps - self._horizon, 0) * self._period
         if late and self.drive is not None:
-            self.drive = replace(self.drive, time=self.drive.time + late, go_at=self.drive.go_at + late)
+            self.drive = replace(
+                self.drive, time=self.drive.time + late, go_at=self.drive.go_at + late
+            )
         self.time += steps * self._period
 
     def ahead(self, drive: Drive, scale: float) -> list[Drive]:

@@ -7,9 +7,8 @@ from collections.abc import Sequence
 from scara_config import Joint
 
 from scara_control.config import MotionConfig, in_si
+from scara_control.joint_motion import JointMotion, Vector
 from scara_control.motion.commands import MotionRefusedError, Ownership
-from scara_control.motion.packets import Measurement
-from scara_control.motion.plan import Vector
 
 
 class Feedback:
@@ -19,10 +18,13 @@ class Feedback:
         """Start without any measurement."""
         self._joints = tuple(joints)
         self._config = config
-        self.measured: Measurement | None = None
-        self.standstill = tuple(in_si(joint, config.move.standstill_deg_s, config.move.standstill_mm_s) for joint in joints)
+        self.measured: JointMotion | None = None
+        self.standstill = tuple(
+            in_si(joint, config.move.standstill_deg_s, config.move.standstill_mm_s)
+            for joint in joints
+        )
 
-    def fresh(self, now: float) -> Measurement:
+    def fresh(self, now: float) -> JointMotion:
         """Return the last measurement.
 
         Raises:
@@ -32,7 +34,9 @@ class Feedback:
             raise MotionRefusedError("no twin/joint_states yet")
         age = now - self.measured.time
         if age > self._config.state_timeout:
-            raise MotionRefusedError(f"twin/joint_states is {age:.2f} s old, allowed {self._config.state_timeout:g}")
+            raise MotionRefusedError(
+                f"twin/joint_states is {age:.2f} s old, allowed {self._config.state_timeout:g}"
+            )
         return self.measured
 
     def trouble(self, now: float) -> str:
@@ -44,7 +48,9 @@ class Feedback:
         return ""
 
     def rest(self, setpoint: Vector | None, ownership: Ownership, now: float) -> Vector:
-        """Return where the joints rest: at our last set point if they obey us and are there, else where measured.
+        """Return where the joints rest.
+
+        That is at our last set point if they obey us and are there, else where measured.
 
         Raises:
             MotionRefusedError: No fresh measurement, or a joint is moved by somebody else.
@@ -58,6 +64,9 @@ class Feedback:
                 continue
             if abs(qdot) > self.standstill[k]:
                 by = f" under its {foreign} controller" if foreign else ""
-                raise MotionRefusedError(f"{joint.name} moves at {qdot / joint.scale:.2f} {joint.unit}/s{by}: stop it first")
+                raise MotionRefusedError(
+                    f"{joint.name} moves at {qdot / joint.scale:.2f} {joint.unit}/s{by}: "
+                    "stop it first"
+                )
             rest.append(q)
         return tuple(rest)

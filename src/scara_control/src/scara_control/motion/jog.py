@@ -1,4 +1,7 @@
-"""The core of joint_vel_controller: single joints at given velocities, ramped, never beyond a limit, never for long."""
+"""The core of joint_vel_controller.
+
+Single joints at given velocities, ramped, never beyond a limit, never for long.
+"""
 
 from __future__ import annotations
 
@@ -8,14 +11,16 @@ from collections.abc import Mapping, Sequence
 from scara_config import Joint, Robot
 
 from scara_control.config import MotionConfig, in_si
+from scara_control.joint_motion import JointMotion
 from scara_control.limits import check_joint_vector
 from scara_control.motion.commands import Command, MotionRefusedError, Ownership, taken_text
 from scara_control.motion.feedback import Feedback
 from scara_control.motion.following.stream import StreamGate
-from scara_control.motion.packets import Measurement
 
 
-def braking_speed(joint: Joint, q: float, direction: float, deceleration: float, reaction: float) -> float:
+def braking_speed(
+    joint: Joint, q: float, direction: float, deceleration: float, reaction: float
+) -> float:
     r"""Return the speed from which a joint still stops before its limit.
 
     .. math:: v = -b T + \sqrt{(b T)^2 + 2 b d}
@@ -48,14 +53,20 @@ class JogController:
         self._zeros: dict[str, int] = {}
         self._time = self._deadline = now
         self._estopped = False
+        self._limit = 100.0
         self._message = ""
 
-    def measure(self, measured: Measurement) -> None:
+    def measure(self, measured: JointMotion) -> None:
         """Take in what the joints were measured to do."""
         self._feedback.measured = measured
 
     def command(
-        self, names: Sequence[str], velocities: Sequence[float], displacements: Sequence[float], duration: float, now: float
+        self,
+        names: Sequence[str],
+        velocities: Sequence[float],
+        displacements: Sequence[float],
+        duration: float,
+        now: float,
     ) -> None:
         """Jog ``names``; all other joints ramp down.
 
@@ -82,8 +93,20 @@ class JogController:
             self._ownership.begin(self._velocity.keys() | {joint.name for joint in named})
         self._wanted = {joint.name: float(v) for joint, v in zip(named, velocities) if v}
         self._zeros = {name: self._config.jog.final_zeros for name in self._velocity}
-        self._deadline = now + min(self._config.jog.timeout, duration if duration > 0.0 else math.inf)
+        self._deadline = now + min(
+            self._config.jog.timeout, duration if duration > 0.0 else math.inf
+        )
         self._message = ""
+
+    def limit_speed(self, percent: float) -> None:
+        """Cap the speed of every jog [percent of a joint's largest]: the cap of all other motion.
+
+        Raises:
+            MotionRefusedError: Outside 1 to 100.
+        """
+        if not (math.isfinite(percent) and 1.0 <= percent <= 100.0):
+            raise MotionRefusedError(f"speed_limit_percent = {percent:g} is outside [1, 100]")
+        self._limit = float(percent)
 
     def obey(self, command: Command, reason: str, now: float) -> None:
         """Obey STOP, PAUSE, ESTOP, RESET; RESUME starts no jogging again."""
@@ -106,14 +129,21 @@ class JogController:
             self._message = taken_text(lost)
 
     def tick(self, now: float) -> dict[str, float]:
-        """Go on to ``now``; return the velocities to publish: of moving joints, and a few zeros at the end."""
+        """Go on to ``now``; return the velocities to publish.
+
+        They are those of moving joints, and a few zeros at the end.
+        """
         dt = min(max(now - self._time, 0.0), 2.0 * self._config.period)
         self._time = now
         if self._wanted and now > self._deadline:
             self._halt(f"no command for {self._config.jog.timeout * 1e3:.0f} ms")
         if self._wanted and self._feedback.trouble(now):
             self._halt(self._feedback.trouble(now))
-        velocities = {joint.name: self._next(joint, dt, now) for joint in self._joints if joint.name in self._velocity}
+        velocities = {
+            joint.name: self._next(joint, dt, now)
+            for joint in self._joints
+            if joint.name in self._velocity
+        }
         self._velocity.update(velocities)
         for name, velocity in velocities.items():
             if velocity == 0.0 and name not in self._wanted:
@@ -130,8 +160,15 @@ class JogController:
             state = "jogging"
         else:
             state = "stopping" if any(self._velocity.values()) else "idle"
-        parts = [f"{name} {v:g} {self._joints[self._columns[name]].si_unit}/s" for name, v in self._wanted.items()]
+        parts = [
+            f"{name} {v:g} {self._joints[self._columns[name]].si_unit}/s"
+            for name, v in self._wanted.items()
+        ]
         text = f"{state} {', '.join(parts)}" if parts else state
+        if any(
+            abs(v) > self._capped(self._joints[self._columns[n]]) for n, v in self._wanted.items()
+        ):
+            text += f" (capped at {self._limit:g} % of the largest speed)"
         return f"{text}: {self._message}" if self._message else text
 
     def _halt(self, why: str) -> None:
@@ -141,7 +178,12 @@ class JogController:
         self._wanted = {}
 
     def _check(
-        self, names: Sequence[str], velocities: Sequence[float], displacements: Sequence[float], duration: float, now: float
+        self,
+        names: Sequence[str],
+        velocities: Sequence[float],
+        displacements: Sequence[float],
+        duration: float,
+        now: float,
     ) -> list[Joint]:
         """Return the joints of a good command."""
         if self._estopped:
@@ -150,7 +192,9 @@ class JogController:
             raise MotionRefusedError("displacements are not supported: give velocities")
         for name in names:
             if name not in self._columns:
-                raise MotionRefusedError(f"unknown joint {name!r}: the twin has {', '.join(self._columns)}")
+                raise MotionRefusedError(
+                    f"unknown joint {name!r}: the twin has {', '.join(self._columns)}"
+                )
         if len(set(names)) != len(names) or not names:
             raise MotionRefusedError(f"joint names are missing or occur twice: {', '.join(names)}")
         if not (math.isfinite(duration) and duration >= 0.0):
@@ -160,11 +204,16 @@ class JogController:
             fastest = joint.velocity * self._config.jog.speed_percent / 100.0
             if abs(velocity) > fastest:
                 raise MotionRefusedError(
-                    f"{joint.name} = {velocity:.6g} {joint.si_unit}/s is outside [{-fastest:.4g}, {fastest:.4g}], "
+                    f"{joint.name} = {velocity:.6g} {joint.si_unit}/s is outside "
+                    f"[{-fastest:.4g}, {fastest:.4g}], "
                     f"{self._config.jog.speed_percent:g} % of its speed"
                 )
         self._feedback.fresh(now)
         return named
+
+    def _capped(self, joint: Joint) -> float:
+        """Return the largest speed that a jog of a joint may have now [rad/s] or [m/s]."""
+        return joint.velocity * self._limit / 100.0
 
     def _moving(self, joint: Joint) -> float:
         """Return the velocity that a joint has when we take it over."""
@@ -174,8 +223,12 @@ class JogController:
         return qdot if abs(qdot) > slow else 0.0
 
     def _next(self, joint: Joint, dt: float, now: float) -> float:
-        """Return the velocity of a joint ``dt`` later: towards what is wanted, able to stop before the limit."""
+        """Return the velocity of a joint ``dt`` later.
+
+        It goes towards what is wanted, and is able to stop before the limit.
+        """
         velocity, wanted = self._velocity[joint.name], self._wanted.get(joint.name, 0.0)
+        wanted = math.copysign(min(abs(wanted), self._capped(joint)), wanted)
         measured = self._feedback.measured
         if wanted and measured is not None:
             q = measured.extrapolated(now)[self._columns[joint.name]]

@@ -1,53 +1,32 @@
-"""Paths of all joints over time: jerk-limited moves that start and end together, and stops from any state."""
+"""Paths of all joints over time.
+
+Jerk-limited moves that start and end together, and stops from any state.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Protocol
 
 import ruckig
 from scara_config import Joint
 
 from scara_control.errors import ScaraControlError
+from scara_control.joint_motion import JointMotion, Vector
 from scara_control.limits import LIMIT_TOLERANCE
-
-Vector = tuple[float, ...]
 
 _HARDER = (1.0, 2.0, 4.0, 8.0)
 """Factors on acceleration and jerk that a stop tries before it leaves the limits (our choice)."""
 
 
 _NO_WAY = 1e-9
-"""[rad] or [m]: a joint that has no further to go does not slow the others down (our choice, as LIMIT_TOLERANCE)."""
+"""[rad] or [m]: a joint that has no further to go does not slow the others down (our choice, as
+LIMIT_TOLERANCE)."""
 
 
 class PlanError(ScaraControlError):
     """No path leads from the start to the target."""
-
-
-@dataclass(frozen=True, slots=True)
-class JointMotion:
-    """Positions, velocities and accelerations of all joints at one instant, each of shape (n,), SI."""
-
-    q: Vector
-    qdot: Vector
-    qddot: Vector
-
-    @classmethod
-    def at_rest(cls, q: Sequence[float]) -> JointMotion:
-        """Return standing still at ``q``."""
-        zeros = (0.0,) * len(q)
-        return cls(tuple(q), zeros, zeros)
-
-    def after(self, dt: float) -> JointMotion:
-        """Extrapolate with constant acceleration."""
-        return JointMotion(
-            tuple(q + dt * (v + 0.5 * dt * a) for q, v, a in zip(self.q, self.qdot, self.qddot)),
-            tuple(v + dt * a for v, a in zip(self.qdot, self.qddot)),
-            self.qddot,
-        )
 
 
 class Segment(Protocol):
@@ -61,8 +40,11 @@ class Segment(Protocol):
         """Return positions, velocities and accelerations."""
 
 
-class Line:
-    """A straight line in joint space: a trajectory of one number, the way of the joint that goes furthest."""
+class StraightMove:
+    """A straight line in joint space.
+
+    A trajectory of one number, the way of the joint that goes furthest.
+    """
 
     __slots__ = ("_slope", "_start", "_way")
 
@@ -79,7 +61,11 @@ class Line:
         """Return positions, velocities and accelerations."""
         (s,), (v,), (a,) = self._way.at_time(time)
         slope = self._slope
-        return tuple(q + s * k for q, k in zip(self._start, slope)), tuple(v * k for k in slope), tuple(a * k for k in slope)
+        return (
+            tuple(q + s * k for q, k in zip(self._start, slope)),
+            tuple(v * k for k in slope),
+            tuple(a * k for k in slope),
+        )
 
 
 class Path:
@@ -113,7 +99,9 @@ class Path:
         return JointMotion(tuple(q), tuple(qdot), tuple(qddot))
 
 
-def plan_move(joints: Sequence[Joint], start: JointMotion, target: Sequence[float], speed_percent: float) -> Path:
+def plan_move(
+    joints: Sequence[Joint], start: JointMotion, target: Sequence[float], speed_percent: float
+) -> Path:
     """Plan a move that all joints end together; from rest it is a straight line in joint space.
 
     Args:
@@ -130,17 +118,19 @@ def plan_move(joints: Sequence[Joint], start: JointMotion, target: Sequence[floa
     """
     _check_finite(start, target)
     if not any(start.qdot) and not any(start.qddot):
-        return Path([_line(joints, start.q, target, speed_percent)], target)
+        return Path([_straight_move(joints, start.q, target, speed_percent)], target)
     trajectory = _calculate(_input(joints, start, target, speed_percent))
     if _within(joints, trajectory, start, target):
         return Path([trajectory], target)
     stop = _stop(joints, start)
     rest = tuple(stop.at_time(stop.duration)[0])
-    return Path([stop, _line(joints, rest, target, speed_percent)], target)
+    return Path([stop, _straight_move(joints, rest, target, speed_percent)], target)
 
 
 def plan_stop(joints: Sequence[Joint], start: JointMotion) -> Path:
-    """Plan the fastest jerk-limited stop of each joint; brake harder rather than run beyond a limit.
+    """Plan the fastest jerk-limited stop of each joint.
+
+    Brake harder rather than run beyond a limit.
 
     Args:
         joints: Limits.
@@ -154,7 +144,9 @@ def plan_stop(joints: Sequence[Joint], start: JointMotion) -> Path:
     return Path([trajectory], trajectory.at_time(trajectory.duration)[0])
 
 
-def _line(joints: Sequence[Joint], start: Vector, target: Sequence[float], speed_percent: float) -> Line:
+def _straight_move(
+    joints: Sequence[Joint], start: Vector, target: Sequence[float], speed_percent: float
+) -> StraightMove:
     """Plan a straight line from rest, as fast as the slowest joint allows at any time."""
     delta = [end - q for q, end in zip(start, target)]
     longest = max(map(abs, delta)) or 1.0
@@ -162,15 +154,26 @@ def _line(joints: Sequence[Joint], start: Vector, target: Sequence[float], speed
     shares = [(joint, abs(d) / longest) for joint, d in zip(joints, delta) if abs(d) > _NO_WAY]
     wanted = ruckig.InputParameter(1)
     wanted.current_position, wanted.target_position = [0.0], [max(map(abs, delta))]
-    wanted.max_velocity = [min((joint.velocity * speed_percent / 100.0 / share for joint, share in shares), default=1.0)]
-    wanted.max_acceleration = [min((joint.acceleration / share for joint, share in shares), default=1.0)]
+    wanted.max_velocity = [
+        min(
+            (joint.velocity * speed_percent / 100.0 / share for joint, share in shares), default=1.0
+        )
+    ]
+    wanted.max_acceleration = [
+        min((joint.acceleration / share for joint, share in shares), default=1.0)
+    ]
     wanted.max_jerk = [min((joint.jerk / share for joint, share in shares), default=1.0)]
-    return Line(start, slope, _calculate(wanted))
+    return StraightMove(start, slope, _calculate(wanted))
 
 
 def _check_finite(start: JointMotion, target: Sequence[float]) -> None:
     """Refuse what is no number: not all of it is seen by ruckig."""
-    for what, values in (("q", start.q), ("qdot", start.qdot), ("qddot", start.qddot), ("target", target)):
+    for what, values in (
+        ("q", start.q),
+        ("qdot", start.qdot),
+        ("qddot", start.qddot),
+        ("target", target),
+    ):
         if not all(map(math.isfinite, values)):
             raise PlanError(f"no path: {what} = {list(values)}: not finite")
 
@@ -188,11 +191,19 @@ def _stop(joints: Sequence[Joint], start: JointMotion) -> ruckig.Trajectory:
 
 
 def _input(
-    joints: Sequence[Joint], start: JointMotion, target: Sequence[float], speed_percent: float, harder: float = 1.0
+    joints: Sequence[Joint],
+    start: JointMotion,
+    target: Sequence[float],
+    speed_percent: float,
+    harder: float = 1.0,
 ) -> ruckig.InputParameter:
     """Fill in ruckig's form."""
     wanted = ruckig.InputParameter(len(joints))
-    wanted.current_position, wanted.current_velocity, wanted.current_acceleration = start.q, start.qdot, start.qddot
+    wanted.current_position, wanted.current_velocity, wanted.current_acceleration = (
+        start.q,
+        start.qdot,
+        start.qddot,
+    )
     wanted.target_position = target
     wanted.max_velocity = [joint.velocity * speed_percent / 100.0 for joint in joints]
     wanted.max_acceleration = [joint.acceleration * harder for joint in joints]
@@ -213,9 +224,15 @@ def _calculate(wanted: ruckig.InputParameter) -> ruckig.Trajectory:
     return trajectory
 
 
-def _within(joints: Sequence[Joint], trajectory: ruckig.Trajectory, start: JointMotion, target: Sequence[float]) -> bool:
+def _within(
+    joints: Sequence[Joint],
+    trajectory: ruckig.Trajectory,
+    start: JointMotion,
+    target: Sequence[float],
+) -> bool:
     """Say whether no joint goes further beyond its limits than its start or target is."""
     return all(
-        min(joint.lower, q, end) - LIMIT_TOLERANCE <= bound.min and bound.max <= max(joint.upper, q, end) + LIMIT_TOLERANCE
+        min(joint.lower, q, end) - LIMIT_TOLERANCE <= bound.min
+        and bound.max <= max(joint.upper, q, end) + LIMIT_TOLERANCE
         for joint, bound, q, end in zip(joints, trajectory.position_extrema, start.q, target)
     )

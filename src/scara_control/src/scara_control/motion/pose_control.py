@@ -1,6 +1,9 @@
-"""The core of joint_pose_controller: joint moves, streamed set points, STOP PAUSE RESUME ESTOP RESET.
+"""The core of joint_pose_controller.
 
-One clock: every ``now`` is on the same axis [s]. Set points lie on a grid of that axis, one per period.
+Joint moves, streamed set points, STOP PAUSE RESUME ESTOP RESET YIELD.
+
+One clock: every ``now`` is on the same axis [s]. Set points lie on a grid of that axis, one per
+period.
 """
 
 from __future__ import annotations
@@ -11,13 +14,14 @@ from collections.abc import Mapping, Sequence
 from scara_config import Robot
 
 from scara_control.config import MotionConfig
+from scara_control.joint_motion import JointMotion, Setpoints, Vector
 from scara_control.motion.commands import Command, MotionRefusedError, Ownership, taken_text
 from scara_control.motion.drive import Drive, PathDriver
 from scara_control.motion.feedback import Feedback
 from scara_control.motion.following.stream import Stream
-from scara_control.motion.packets import Measurement, SetpointPacket
-from scara_control.motion.plan import JointMotion, Vector, plan_move, plan_stop
+from scara_control.motion.plan import plan_move, plan_stop
 from scara_control.motion.requests import MoveLedger, Outcome, PoseReport, check_move
+from scara_control.motion.states import State
 
 _LATCHED = "emergency stop is latched: RESET first"
 
@@ -42,11 +46,13 @@ class PoseController:
         self._requested, self._limit = config.move.default_speed_percent, 100.0
         self._message = ""
 
-    def measure(self, measured: Measurement) -> None:
+    def measure(self, measured: JointMotion) -> None:
         """Take in what the joints were measured to do."""
         self._feedback.measured = measured
 
-    def move(self, names: Sequence[str], positions: Sequence[float], speed_percent: float, now: float) -> int:
+    def move(
+        self, names: Sequence[str], positions: Sequence[float], speed_percent: float, now: float
+    ) -> int:
         """Begin a joint move; return its id, with which its outcome will come.
 
         Args:
@@ -64,7 +70,7 @@ class PoseController:
             self._message = f"refused: {error}"
             raise
 
-    def follow(self, packet: SetpointPacket, now: float) -> SetpointPacket:
+    def follow(self, packet: Setpoints, now: float) -> Setpoints:
         """Judge a streamed packet; return what is to be forwarded at once.
 
         Raises:
@@ -81,7 +87,10 @@ class PoseController:
         return packet.select(self._commanded) if self._commanded != packet.names else packet
 
     def end_follow(self) -> None:
-        """End the stream because its source says so: what still moves is stopped, and a move is possible at once."""
+        """End the stream because its source says so.
+
+        What still moves is stopped, and a move is possible at once.
+        """
         if self._stream.session is not None:
             self._stop("follow: ended by its source")
 
@@ -91,6 +100,9 @@ class PoseController:
             self._estopped = self._estopped or command is Command.ESTOP
             self._stream.bar(now)
             self._stop(f"aborted by {command.text(reason)}")
+        elif command is Command.YIELD:
+            if self._stream.session is None:
+                self._stop(f"aborted by {command.text(reason)}")
         elif command is Command.RESET:
             self._estopped, self._message = False, ""
         elif command is Command.RESUME:
@@ -112,14 +124,17 @@ class PoseController:
         self._limit = float(percent)
 
     def update_modes(self, modes: Mapping[str, str]) -> None:
-        """Take in which controller each joint obeys; a joint taken from us ends the motion of all."""
+        """Take in which controller each joint obeys.
+
+        A joint taken from us ends the motion of all.
+        """
         lost = self._ownership.update(modes)
         if not lost or (self._driver.drive is None and self._stream.session is None):
             return
         self._commanded = tuple(name for name in self._commanded if name not in lost)
         self._stop(f"aborted: {taken_text(lost)}")
 
-    def tick(self, now: float) -> SetpointPacket | None:
+    def tick(self, now: float) -> Setpoints | None:
         """Go on to ``now``; return the set points to publish, if anything moves."""
         if self._driver.went_back(now):
             self._restart(now)
@@ -142,7 +157,9 @@ class PoseController:
             setpoint=setpoint,
             target=drive.path.end if drive is not None and moving else (),
             speed_requested_percent=self._requested,
-            speed_applied_percent=self._requested * drive.base.scale if drive is not None and moving else 0.0,
+            speed_applied_percent=self._requested * drive.base.scale
+            if drive is not None and moving
+            else 0.0,
             speed_limit_percent=self._limit,
             standing_still=self._standing_still(now),
             message=self._message,
@@ -152,18 +169,24 @@ class PoseController:
         """Return how moves have ended since the last call."""
         return self._ledger.take_outcomes()
 
-    def _move(self, names: Sequence[str], positions: Sequence[float], speed_percent: float, now: float) -> int:
+    def _move(
+        self, names: Sequence[str], positions: Sequence[float], speed_percent: float, now: float
+    ) -> int:
         """Begin a joint move; see :meth:`move`."""
         request = check_move(self._joints, names, positions, speed_percent, self._config.move)
         if self._estopped:
             raise MotionRefusedError(_LATCHED)
         if self._stream.session is not None:
-            raise MotionRefusedError("following a stream: it ends by STOP, or when no packet comes any more")
+            raise MotionRefusedError(
+                "following a stream: it ends by STOP, or when no packet comes any more"
+            )
         if self._paused:
             raise MotionRefusedError("paused: RESUME or STOP first")
         start, go_at = self._start(now)
         hold = plan_stop(self._joints, start).end
-        path = plan_move(self._joints, start, request.target(self._joints, hold), request.speed_percent)
+        path = plan_move(
+            self._joints, start, request.target(self._joints, hold), request.speed_percent
+        )
         self._end_move(f"aborted: replaced by move {self._ledger.move_id + 1}")
         self._begin(self.names, now, is_move=True)
         self._requested = request.speed_percent
@@ -171,24 +194,27 @@ class PoseController:
         self._driver.start(path, go_at, scale)
         return self._ledger.move_id
 
-    def _state(self) -> str:
+    def _state(self) -> State:
         """Return the state's name."""
         if self._estopped:
-            return "estopped"
+            return State.ESTOPPED
         if self._stream.session is not None:
-            return "following"
+            return State.FOLLOWING
         if self._driver.drive is None:
-            return "idle"
+            return State.IDLE
         if self._stopping:
-            return "stopping"
+            return State.STOPPING
         if self._paused:
-            return "paused" if self._driver.drive.frozen else "pausing"
-        return "announcing" if self._driver.drive.announcing else "moving"
+            return State.PAUSED if self._driver.drive.frozen else State.PAUSING
+        return State.ANNOUNCING if self._driver.drive.announcing else State.MOVING
 
     def _standing_still(self, now: float) -> bool:
         """Say whether the set point rests and no motion is announced."""
         if self._stream.session is not None:
-            return all(abs(v) <= slow for v, slow in zip(self._stream.session.motion(now).qdot, self._feedback.standstill))
+            return all(
+                abs(v) <= slow
+                for v, slow in zip(self._stream.session.motion(now).qdot, self._feedback.standstill)
+            )
         return self._driver.drive is None or (self._paused and self._driver.drive.frozen)
 
     def _restart(self, now: float) -> None:
@@ -206,14 +232,22 @@ class PoseController:
         self._stopping = self._paused = self._parked = False
 
     def _start(self, now: float) -> tuple[JointMotion, float]:
-        """Return the state from which a move begins, and when it may move: at once if it moves already."""
+        """Return the state from which a move begins, and when it may move.
+
+        It may move at once if it moves already.
+        """
         go_at = self._driver.announced(now)
         if self._driver.drive is None:
-            return JointMotion.at_rest(self._feedback.rest(self._setpoint, self._ownership, now)), go_at
+            return JointMotion.at_rest(
+                self._feedback.rest(self._setpoint, self._ownership, now)
+            ), go_at
         self._feedback.fresh(now)
         if self._commanded != self.names:
             raise MotionRefusedError("still stopping after a joint was taken")
-        return self._driver.drive.motion, go_at if self._driver.drive.announcing else self._driver.time
+        return (
+            self._driver.drive.motion,
+            go_at if self._driver.drive.announcing else self._driver.time,
+        )
 
     def _other_command(self) -> str:
         """Say what has command of the joints, so that a stream has not."""
@@ -230,7 +264,10 @@ class PoseController:
         return 0.0 if self._paused else min(1.0, self._limit / self._requested)
 
     def _watch(self, now: float) -> None:
-        """Stop when the stream or the measurements fail to come; see whether the joints have arrived."""
+        """Stop when the stream or the measurements fail to come.
+
+        See whether the joints have arrived.
+        """
         silence = self._stream.silence(now)
         if silence:
             self._stop(silence)
@@ -261,7 +298,7 @@ class PoseController:
         """End the running move, if there is one, before it has arrived."""
         self._ledger.end(False, why, self._feedback.measured, self._driver.time)
 
-    def _setpoints(self) -> SetpointPacket | None:
+    def _setpoints(self) -> Setpoints | None:
         """Return the set points from now to the horizon; one last packet at rest, then none."""
         drive = self._driver.drive
         if drive is None:
@@ -276,7 +313,7 @@ class PoseController:
         else:
             self._parked = False
             ahead = self._driver.ahead(drive, self._wanted_scale())
-        packet = SetpointPacket(self.names, tuple(d.time for d in ahead), tuple(d.motion for d in ahead))
+        packet = Setpoints(self.names, tuple(d.time for d in ahead), tuple(d.motion for d in ahead))
         return packet if self._commanded == self.names else packet.select(self._commanded)
 
     def _finish(self, drive: Drive) -> None:

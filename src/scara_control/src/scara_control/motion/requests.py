@@ -9,10 +9,9 @@ from dataclasses import dataclass
 from scara_config import Joint
 
 from scara_control.config import MoveConfig, in_si
+from scara_control.joint_motion import JointMotion, Vector
 from scara_control.limits import check_joint_vector, check_limits
 from scara_control.motion.commands import MotionRefusedError
-from scara_control.motion.packets import Measurement
-from scara_control.motion.plan import Vector
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +53,11 @@ class Outcome:
 
 
 def check_move(
-    joints: Sequence[Joint], names: Sequence[str], positions: Sequence[float], speed_percent: float, config: MoveConfig
+    joints: Sequence[Joint],
+    names: Sequence[str],
+    positions: Sequence[float],
+    speed_percent: float,
+    config: MoveConfig,
 ) -> MoveRequest:
     """Check a request for a joint move.
 
@@ -78,7 +81,9 @@ def check_move(
         raise MotionRefusedError(f"a joint occurs twice: {', '.join(names)}")
     named = [known[name] for name in names] if names else list(joints)
     values = check_limits(named, check_joint_vector(named, positions))
-    return MoveRequest({joint.name: q for joint, q in zip(named, values)}, check_speed(speed_percent, config))
+    return MoveRequest(
+        {joint.name: q for joint, q in zip(named, values)}, check_speed(speed_percent, config)
+    )
 
 
 def check_speed(speed_percent: float, config: MoveConfig) -> float:
@@ -90,12 +95,17 @@ def check_speed(speed_percent: float, config: MoveConfig) -> float:
     if speed_percent == 0.0:
         return config.default_speed_percent
     if not (math.isfinite(speed_percent) and 1.0 <= speed_percent <= 100.0):
-        raise MotionRefusedError(f"speed_percent = {speed_percent:g} is outside [1, 100] (0: the default)")
+        raise MotionRefusedError(
+            f"speed_percent = {speed_percent:g} is outside [1, 100] (0: the default)"
+        )
     return float(speed_percent)
 
 
 class MoveLedger:
-    """Counts moves and streams, waits for the joints at the end of a move, and says how each move has ended."""
+    """Counts moves and streams, and waits for the joints at the end of a move.
+
+    It says how each move has ended.
+    """
 
     def __init__(self, joints: Sequence[Joint], config: MoveConfig) -> None:
         """Start without any move."""
@@ -122,28 +132,37 @@ class MoveLedger:
         if self.running:
             self._target, self._deadline = target, now + self._config.settle_timeout
 
-    def arrive(self, measured: Measurement, now: float) -> str:
-        """End the move once the joints are at the target, or when they are not in time; say why not."""
+    def arrive(self, measured: JointMotion, now: float) -> str:
+        """End the move once the joints are at the target, or when they are not in time.
+
+        Say why not.
+        """
         if self._target is None:
             return ""
         away = [
             f"{joint.name} is {abs(wanted - q) / joint.scale:.3f} {joint.unit} from its target"
             for joint, wanted, q in zip(self._joints, self._target, measured.q)
-            if abs(wanted - q) > in_si(joint, self._config.position_tolerance_deg, self._config.position_tolerance_mm)
+            if abs(wanted - q)
+            > in_si(joint, self._config.position_tolerance_deg, self._config.position_tolerance_mm)
         ]
         if not away:
             self.end(True, f"reached in {now - self._started:.2f} s", measured, now)
         elif now >= self._deadline:
-            text = f"not reached {self._config.settle_timeout:g} s after the end of the plan: {'; '.join(away)}"
+            text = (
+                f"not reached {self._config.settle_timeout:g} s after the end of the "
+                f"plan: {'; '.join(away)}"
+            )
             self.end(False, text, measured, now)
             return text
         return ""
 
-    def end(self, success: bool, message: str, measured: Measurement | None, now: float) -> None:
+    def end(self, success: bool, message: str, measured: JointMotion | None, now: float) -> None:
         """End the running move, if there is one."""
         if self.running:
             positions = measured.q if measured is not None else ()
-            self._outcomes.append(Outcome(self.move_id, success, message, positions, now - self._started))
+            self._outcomes.append(
+                Outcome(self.move_id, success, message, positions, now - self._started)
+            )
         self.running, self._target = False, None
 
     def take_outcomes(self) -> list[Outcome]:

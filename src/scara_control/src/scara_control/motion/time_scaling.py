@@ -1,4 +1,6 @@
-r"""The time base of a path: stretched by a cap of the program speed, frozen by PAUSE, on the same path.
+r"""The time base of a path.
+
+Stretched by a cap of the program speed, frozen by PAUSE, on the same path.
 
 With path time :math:`\tau`, scale :math:`s = \dot\tau` and a path :math:`P`:
 :math:`q = P(\tau)`, :math:`\dot q = P' s`, :math:`\ddot q = P'' s^2 + P' \dot s`.
@@ -12,10 +14,12 @@ from dataclasses import dataclass
 
 from scara_config import Joint
 
-from scara_control.motion.plan import JointMotion, Path
+from scara_control.joint_motion import JointMotion
+from scara_control.motion.plan import Path
 
 _THERE = 0.1
-"""Nearer than this share of the step that the jerk makes in one period, the scale is what is wanted (our choice)."""
+"""Nearer than this share of the step that the jerk makes in one period, the scale is what is wanted
+(our choice)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,10 +57,18 @@ def motion_at(path: Path, base: TimeBase) -> JointMotion:
     )
 
 
-def advance(path: Path, base: TimeBase, wanted: float, bounds: ScaleBounds, joints: Sequence[Joint], dt: float) -> TimeBase:
+def advance(
+    path: Path,
+    base: TimeBase,
+    wanted: float,
+    bounds: ScaleBounds,
+    joints: Sequence[Joint],
+    dt: float,
+) -> TimeBase:
     """Go on by ``dt`` while the scale approaches ``wanted``.
 
-    The scale changes within ``bounds``, and no faster than the joints' accelerations leave room for.
+    The scale changes within ``bounds``, and no faster than the joints' accelerations leave room
+    for.
 
     Args:
         path: The path.
@@ -84,7 +96,8 @@ def advance(path: Path, base: TimeBase, wanted: float, bounds: ScaleBounds, join
 def _approach(base: TimeBase, wanted: float, bounds: ScaleBounds, dt: float) -> float:
     r"""Return the rate after ``dt`` that reaches ``wanted`` soonest without running past it.
 
-    What is missing covers this step and the braking after it: :math:`e = (r_0 + r) dt / 2 + r^2 / 2 j`.
+    What is missing covers this step and the braking after it: :math:`e = (r_0 + r) dt / 2 + r^2 / 2
+    j`.
     """
     missing = wanted - base.scale
     sign, jerk, half = math.copysign(1.0, missing), bounds.jerk, 0.5 * bounds.jerk * dt

@@ -10,7 +10,8 @@ from scara_control.config import MotionConfig
 from scara_control.kinematics.tool import ToolKinematics
 
 _EASING, _LEAST_EASE = 0.7, 0.15
-"""Gain after each overshoot, and the least that is left of it (our choice: settles with up to 0.15 s of delay)."""
+"""Gain after each overshoot, and the least that is left of it (our choice: settles with up to 0.15
+s of delay)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,17 +30,26 @@ def tool_error(tool: ToolKinematics, q: Sequence[float], point: Sequence[float])
 class Trim:
     r"""Small joint velocities towards a point, in spite of friction.
 
-    .. math:: \dot q_w = J^{-1} k (p - p(q)), \quad \text{near the straight arm } \dot q_w = k (q_{target} - q)
+    .. math:: \dot q_w = J^{-1} k (p - p(q)),
+        \quad \text{near the straight arm } \dot q_w = k (q_{target} - q)
 
-    There the tool's error says little about the joints, so theirs is used instead. A velocity loop does not break a
-    joint loose for the smallest velocities; what the joint is slower than wanted is therefore integrated and added:
+    There the tool's error says little about the joints, so theirs is used instead. A velocity loop
+    does not break a joint loose for the smallest velocities; what the joint is slower than wanted
+    is therefore integrated and added:
 
     .. math:: \dot q = \dot q_w + k_i \int (\dot q_w - \dot q_{measured}) dt
 
-    Each time a joint has run past its target its gain is eased, so that a slow machine only makes the trim slower.
+    Each time a joint has run past its target its gain is eased, so that a slow machine only makes
+    the trim slower.
     """
 
-    def __init__(self, tool: ToolKinematics, target: Sequence[float], point: Sequence[float], config: MotionConfig) -> None:
+    def __init__(
+        self,
+        tool: ToolKinematics,
+        target: Sequence[float],
+        point: Sequence[float],
+        config: MotionConfig,
+    ) -> None:
         """Begin a trim.
 
         Args:
@@ -50,8 +60,12 @@ class Trim:
         """
         self._tool, self._target, self._point = tool, tuple(target), tuple(point)
         self._config = config.trim
-        self._fastest = tuple(joint.velocity * config.jog.speed_percent / 100.0 for joint in tool.joints)
-        self._most_added = tuple(joint.velocity * config.trim.breakaway_percent / 100.0 for joint in tool.joints)
+        self._fastest = tuple(
+            joint.velocity * config.jog.speed_percent / 100.0 for joint in tool.joints
+        )
+        self._most_added = tuple(
+            joint.velocity * config.trim.breakaway_percent / 100.0 for joint in tool.joints
+        )
         self._added = [0.0] * len(tool.joints)
         self._ease = [1.0] * len(tool.joints)
 
@@ -66,28 +80,43 @@ class Trim:
         error = tool_error(self._tool, q, self._point)
         if error <= self._config.tolerance_mm * 1e-3:
             return TrimStep((0.0,) * len(q), error)
-        return TrimStep(tuple([self._push(k, wanted, qdot[k], dt) for k, wanted in enumerate(self._wanted(q))]), error)
+        return TrimStep(
+            tuple([self._push(k, wanted, qdot[k], dt) for k, wanted in enumerate(self._wanted(q))]),
+            error,
+        )
 
     def _wanted(self, q: Sequence[float]) -> tuple[float, ...]:
-        """Return the joint velocities towards the point, not faster than the tool and the joints may be."""
+        """Return the joint velocities towards the point.
+
+        They are not faster than the tool and the joints may be.
+        """
         trim, here = self._config, self._tool.position(q)
-        solved = self._tool.joint_velocities(q, [trim.gain * (p - at) for p, at in zip(self._point, here)])
+        solved = self._tool.joint_velocities(
+            q, [trim.gain * (p - at) for p, at in zip(self._point, here)]
+        )
         qdot = solved.qdot
         if solved.damped:
             qdot = tuple([trim.gain * (wanted - at) for wanted, at in zip(self._target, q)])
         slower = [trim.speed_mm_s * 1e-3 / max(math.hypot(*self._tool.velocity(q, qdot)), 1e-12)]
-        slower += [fastest / max(abs(velocity), 1e-12) for fastest, velocity in zip(self._fastest, qdot)]
+        slower += [
+            fastest / max(abs(velocity), 1e-12) for fastest, velocity in zip(self._fastest, qdot)
+        ]
         share = min(1.0, *slower)
         return tuple([velocity * share for velocity in qdot])
 
     def _push(self, k: int, wanted: float, qdot: float, dt: float) -> float:
-        """Return the velocity of joint ``k``: what is wanted, and what breaks it loose, not in the wrong direction."""
+        """Return the velocity of joint ``k``.
+
+        What is wanted, and what breaks it loose, not in the wrong direction.
+        """
         if self._added[k] * wanted < 0.0:
             self._added[k] = 0.0
             self._ease[k] = max(_EASING * self._ease[k], _LEAST_EASE)
         wanted *= self._ease[k]
         most, fastest = self._most_added[k], self._fastest[k]
-        self._added[k] = min(max(self._added[k] + self._config.integral_gain * (wanted - qdot) * dt, -most), most)
+        self._added[k] = min(
+            max(self._added[k] + self._config.integral_gain * (wanted - qdot) * dt, -most), most
+        )
         return min(max(wanted + self._added[k], -fastest), fastest)
 
 

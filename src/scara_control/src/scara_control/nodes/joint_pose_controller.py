@@ -2,31 +2,45 @@
 
 Parameters: ``~config_dir`` (robot.yaml, motion.yaml; default: the package scara_config).
 Services: ``joint_pose_controller/move`` (scara_msgs/MoveJoints).
-Subscribes: ``joint_pose_controller/target`` (JointState), ``joint_pose_controller/follow`` (JointTrajectory),
-``joint_pose_controller/speed_limit_percent`` (Float64), ``motion_command``, ``twin/joint_states``, ``twin/controller_modes``.
-Publishes: ``twin/joint_setpoints`` (JointTrajectory), ``joint_pose_controller/state`` (scara_msgs/MotionState).
+Subscribes: ``joint_pose_controller/target`` (JointState), ``joint_pose_controller/follow``
+(JointTrajectory), ``joint_pose_controller/speed_limit_percent`` (Float64), ``motion_command``,
+``twin/joint_states``, ``twin/controller_modes``.
+Publishes: ``twin/joint_setpoints`` (JointTrajectory), ``joint_pose_controller/state``
+(scara_msgs/MotionState).
 """
 
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Callable
 from typing import Any
 
 import rospy
 from scara_config import Robot
+from scara_ros.io.scheduling import go_first
 from scara_ros.memory import keep_for_good
+from scara_ros.pacing import Pace
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, String
 from trajectory_msgs.msg import JointTrajectory
 
 from scara_control.config import MotionConfig
 from scara_control.errors import ScaraControlError
+from scara_control.joint_motion import JointMotion
 from scara_control.motion.commands import Command, CommandInbox, parse_modes
-from scara_control.motion.packets import Measurement
+from scara_control.motion.epoch import Epoch
 from scara_control.motion.pose_control import PoseController
 from scara_control.motion.requests import Outcome
-from scara_control.nodes.wiring import Guard, JointStateReader, MotionClock, offer, start_node, subscribe, to_message, to_packet
+from scara_control.nodes.setpoint_messages import due_times, to_message, to_setpoints
+from scara_control.nodes.wiring import (
+    Guard,
+    JointStateReader,
+    MotionClock,
+    offer,
+    start_node,
+    subscribe,
+)
 from scara_msgs.msg import MotionCommand, MotionState
 from scara_msgs.srv import MoveJoints, MoveJointsResponse
 
@@ -43,20 +57,30 @@ class JointPoseController:
         self._lock = threading.Lock()
         self._core = PoseController(robot, config, self._clock.now())
         self._inbox = CommandInbox(config.command_memory)
+        self._epoch = Epoch(time.monotonic())
         self._reader = JointStateReader(self._core.names, self._clock, self._measure)
         self._config = config
         self._waiting: dict[int, Callable[[Outcome], None]] = {}
-        self._published: tuple[object, ...] = ()
-        self._state_due = self._clock.now()
-        self._setpoints = rospy.Publisher("twin/joint_setpoints", JointTrajectory, queue_size=10, tcp_nodelay=True)
-        self._state = rospy.Publisher("joint_pose_controller/state", MotionState, queue_size=10, tcp_nodelay=True)
+        self._state_pace = Pace(1.0 / config.state_rate_hz - 0.5 * config.period)
+        self._setpoints = rospy.Publisher(
+            "twin/joint_setpoints", JointTrajectory, queue_size=10, tcp_nodelay=True
+        )
+        self._state = rospy.Publisher(
+            "joint_pose_controller/state", MotionState, queue_size=10, tcp_nodelay=True
+        )
         guard = Guard()
         subscribe("twin/joint_states", JointState, self._reader, guard)
         subscribe("twin/controller_modes", String, self._on_modes, guard, queue_size=10)
         subscribe("motion_command", MotionCommand, self._on_command, guard, queue_size=20)
         subscribe("joint_pose_controller/follow", JointTrajectory, self._on_follow, guard)
         subscribe("joint_pose_controller/target", JointState, self._on_target, guard, queue_size=10)
-        subscribe("joint_pose_controller/speed_limit_percent", Float64, self._on_speed_limit, guard, queue_size=10)
+        subscribe(
+            "joint_pose_controller/speed_limit_percent",
+            Float64,
+            self._on_speed_limit,
+            guard,
+            queue_size=10,
+        )
         offer("joint_pose_controller/move", MoveJoints, self._on_move)
 
     def run(self) -> None:
@@ -65,12 +89,13 @@ class JointPoseController:
 
     def _tick(self, now: float) -> None:
         with self._lock:
-            packet = self._core.tick(now)
-            if packet is not None:
-                self._setpoints.publish(to_message(packet, self._clock.offset()))
+            self._epoch.ran(time.monotonic())
+            setpoints = self._core.tick(now)
+            if setpoints is not None:
+                self._setpoints.publish(to_message(setpoints, self._clock.offset()))
             self._settle(now)
 
-    def _measure(self, measured: Measurement) -> None:
+    def _measure(self, measured: JointMotion) -> None:
         with self._lock:
             self._core.measure(measured)
 
@@ -83,7 +108,9 @@ class JointPoseController:
         try:
             command = Command(message.command)
         except ValueError:
-            rospy.logwarn("motion_command: unknown command %d of %r", message.command, message.header.frame_id)
+            rospy.logwarn(
+                "motion_command: unknown command %d of %r", message.command, message.header.frame_id
+            )
             return
         with self._lock:
             now = self._clock.now()
@@ -99,14 +126,16 @@ class JointPoseController:
                 self._core.end_follow()
                 self._settle(now)
                 return
-            packet = to_packet(message, offset)
+            setpoints = to_setpoints(message, due_times(message, offset))
             try:
-                passed = self._core.follow(packet, now)
+                passed = self._core.follow(setpoints, now)
             except ScaraControlError as error:
                 rospy.logwarn_throttle(_LOG_PERIOD, f"follow: refused: {error}")
                 self._settle(now)
                 return
-            self._setpoints.publish(message if passed is packet else to_message(passed, offset))
+            # What passed whole goes on as it came: it is not built again.
+            whole = passed is setpoints
+            self._setpoints.publish(message if whole else to_message(passed, offset))
             self._settle(now)
 
     def _on_speed_limit(self, message: Float64) -> None:
@@ -136,20 +165,27 @@ class JointPoseController:
             ended.set()
 
         self._reader.wait_for_first(self._config.move.settle_timeout)
-        refusal = self._begin(request.joint_names, request.joint_positions, request.speed_percent, answer)
+        refusal = self._begin(
+            request.joint_names, request.joint_positions, request.speed_percent, answer
+        )
         if refusal:
             return MoveJointsResponse(False, refusal, (), 0.0)
         while not ended.wait(_SHUTDOWN_POLL):
             if rospy.is_shutdown():
                 return MoveJointsResponse(False, "joint_pose_controller is shutting down", (), 0.0)
         outcome = outcomes[0]
-        return MoveJointsResponse(outcome.success, outcome.message, outcome.positions, outcome.duration)
+        return MoveJointsResponse(
+            outcome.success, outcome.message, outcome.positions, outcome.duration
+        )
 
-    def _begin(self, names: Any, positions: Any, speed_percent: float, ended: Callable[[Outcome], None]) -> str:
+    def _begin(
+        self, names: Any, positions: Any, speed_percent: float, ended: Callable[[Outcome], None]
+    ) -> str:
         """Begin a move; return why not, or an empty text."""
         with self._lock:
             now = self._clock.now()
             try:
+                self._epoch.begin(time.monotonic())
                 move_id = self._core.move(names, positions, speed_percent, now)
             except ScaraControlError as error:
                 self._settle(now)
@@ -159,7 +195,10 @@ class JointPoseController:
             return ""
 
     def _settle(self, now: float) -> None:
-        """Answer the moves that have ended; publish the state if it has changed or is due. The lock is held."""
+        """Answer the moves that have ended; publish the state if it has changed or is due.
+
+        The lock is held.
+        """
         for outcome in self._core.take_outcomes():
             self._waiting.pop(outcome.move_id)(outcome)
         report = self._core.report(now)
@@ -171,9 +210,8 @@ class JointPoseController:
             report.message,
             self._inbox.last_id,
         )
-        if shown == self._published and now < self._state_due:
+        if not self._state_pace.is_due(now, shown):
             return
-        self._published, self._state_due = shown, now + 1.0 / self._config.state_rate_hz - 0.5 * self._config.period
         state = MotionState(
             state=report.state,
             move_id=report.move_id,
@@ -196,5 +234,6 @@ def main() -> None:
     robot, config = start_node("joint_pose_controller")
     controller = JointPoseController(robot, config)
     keep_for_good()
+    go_first()
     rospy.loginfo("joint_pose_controller is ready")
     controller.run()

@@ -1,14 +1,17 @@
 """Node ``joint_vel_controller``: jogs single joints of the twin at given velocities.
 
 Parameters: ``~config_dir`` (robot.yaml, motion.yaml; default: the package scara_config).
-Subscribes: ``joint_vel_controller/command`` (control_msgs/JointJog), ``motion_command``, ``twin/joint_states``,
-``twin/controller_modes``.
-Publishes: ``twin/<joint>_velocity_controller/command`` (Float64), ``joint_vel_controller/state`` (String, latched).
+Subscribes: ``joint_vel_controller/command`` (control_msgs/JointJog),
+``joint_pose_controller/speed_limit_percent`` (the cap of all motion), ``motion_command``,
+``twin/joint_states``, ``twin/controller_modes``.
+Publishes: ``twin/<joint>_velocity_controller/command`` (Float64), ``joint_vel_controller/state``
+(String, latched).
 """
 
 from __future__ import annotations
 
 import threading
+import time
 
 import rospy
 from scara_config import Robot
@@ -19,9 +22,10 @@ from std_msgs.msg import Float64, String
 from control_msgs.msg import JointJog
 from scara_control.config import MotionConfig
 from scara_control.errors import ScaraControlError
+from scara_control.joint_motion import JointMotion
 from scara_control.motion.commands import Command, CommandInbox, parse_modes
+from scara_control.motion.epoch import Epoch
 from scara_control.motion.jog import JogController
-from scara_control.motion.packets import Measurement
 from scara_control.nodes.wiring import Guard, JointStateReader, MotionClock, start_node, subscribe
 from scara_msgs.msg import MotionCommand
 
@@ -39,11 +43,16 @@ class JointVelController:
         self._lock = threading.Lock()
         self._core = JogController(robot, config, self._clock.now())
         self._inbox = CommandInbox(config.command_memory)
+        self._epoch = Epoch(time.monotonic())
         self._reader = JointStateReader(names, self._clock, self._measure)
         self._shown = ""
-        self._state = rospy.Publisher("joint_vel_controller/state", String, queue_size=10, latch=True, tcp_nodelay=True)
+        self._state = rospy.Publisher(
+            "joint_vel_controller/state", String, queue_size=10, latch=True, tcp_nodelay=True
+        )
         self._commands = {
-            name: rospy.Publisher(f"twin/{name}_velocity_controller/command", Float64, queue_size=1, tcp_nodelay=True)
+            name: rospy.Publisher(
+                f"twin/{name}_velocity_controller/command", Float64, queue_size=1, tcp_nodelay=True
+            )
             for name in names
         }
         guard = Guard()
@@ -51,6 +60,13 @@ class JointVelController:
         subscribe("twin/controller_modes", String, self._on_modes, guard, queue_size=10)
         subscribe("motion_command", MotionCommand, self._on_command, guard, queue_size=20)
         subscribe("joint_vel_controller/command", JointJog, self._on_jog, guard)
+        subscribe(
+            "joint_pose_controller/speed_limit_percent",
+            Float64,
+            self._on_speed_limit,
+            guard,
+            queue_size=10,
+        )
 
     def run(self) -> None:
         """Publish velocities until shut down."""
@@ -58,11 +74,12 @@ class JointVelController:
 
     def _tick(self, now: float) -> None:
         with self._lock:
+            self._epoch.ran(time.monotonic())
             for name, velocity in self._core.tick(now).items():
                 self._commands[name].publish(velocity)
             self._show()
 
-    def _measure(self, measured: Measurement) -> None:
+    def _measure(self, measured: JointMotion) -> None:
         with self._lock:
             self._core.measure(measured)
 
@@ -73,18 +90,33 @@ class JointVelController:
     def _on_command(self, message: MotionCommand) -> None:
         with self._lock:
             now = self._clock.now()
-            if message.command in list(Command) and self._inbox.accept(message.header.frame_id, message.id, now):
+            if message.command in list(Command) and self._inbox.accept(
+                message.header.frame_id, message.id, now
+            ):
                 self._core.obey(Command(message.command), message.reason, now)
             self._show()
 
     def _on_jog(self, message: JointJog) -> None:
         with self._lock:
             try:
+                self._epoch.begin(time.monotonic())
                 self._core.command(
-                    message.joint_names, message.velocities, message.displacements, message.duration, self._clock.now()
+                    message.joint_names,
+                    message.velocities,
+                    message.displacements,
+                    message.duration,
+                    self._clock.now(),
                 )
             except ScaraControlError as error:
                 rospy.logwarn_throttle(_LOG_PERIOD, f"jog: refused: {error}")
+            self._show()
+
+    def _on_speed_limit(self, message: Float64) -> None:
+        with self._lock:
+            try:
+                self._core.limit_speed(message.data)
+            except ScaraControlError as error:
+                rospy.logwarn("%s", error)
             self._show()
 
     def _show(self) -> None:

@@ -4,7 +4,8 @@ Parameters:
     ~config_dir: Folder of robot.yaml (default: the package scara_config).
 
 Services:
-    forward_kinematics, inverse_kinematics, velocity_kinematics, inverse_velocity_kinematics (scara_msgs).
+    forward_kinematics, inverse_kinematics, velocity_kinematics, inverse_velocity_kinematics
+    (scara_msgs).
 """
 
 from __future__ import annotations
@@ -43,7 +44,9 @@ class KinematicsServer:
         self._advertise("forward_kinematics", ForwardKinematics, self._forward)
         self._advertise("inverse_kinematics", InverseKinematics, self._inverse)
         self._advertise("velocity_kinematics", VelocityKinematics, self._velocity)
-        self._advertise("inverse_velocity_kinematics", InverseVelocityKinematics, self._inverse_velocity)
+        self._advertise(
+            "inverse_velocity_kinematics", InverseVelocityKinematics, self._inverse_velocity
+        )
 
     @staticmethod
     def _advertise(name: str, kind: Any, answer: Callable[[Any], Any]) -> None:
@@ -56,27 +59,41 @@ class KinematicsServer:
                 return kind._response_class(success=False, message=str(error))
             except Exception as error:
                 rospy.logerr("%s failed:\n%s", name, traceback.format_exc())
-                return kind._response_class(success=False, message=f"{name} failed: {type(error).__name__}: {error}")
+                return kind._response_class(
+                    success=False, message=f"{name} failed: {type(error).__name__}: {error}"
+                )
 
         rospy.Service(name, kind, handle)
 
     def _forward(self, request: Any) -> ForwardKinematicsResponse:
         pose = self._kinematics.forward(request.joint_positions)
-        return ForwardKinematicsResponse(True, "", *pose.position, Quaternion(*pose.orientation), _name(pose.elbow))
+        return ForwardKinematicsResponse(
+            True, "", *pose.position, Quaternion(*pose.orientation), _name(pose.elbow)
+        )
 
     def _inverse(self, request: Any) -> InverseKinematicsResponse:
-        answer = self._kinematics.inverse(request.x, request.y, request.z, parse_elbow(request.elbow), request.seed or None)
+        answer = self._kinematics.inverse(
+            request.x, request.y, request.z, parse_elbow(request.elbow), request.seed or None
+        )
         q, elbow = answer.chosen
-        return InverseKinematicsResponse(True, "", q, _name(elbow), answer.righty or (), answer.lefty or ())
+        return InverseKinematicsResponse(
+            True, "", q, _name(elbow), answer.righty or (), answer.lefty or ()
+        )
 
     def _velocity(self, request: Any) -> VelocityKinematicsResponse:
         twist = self._kinematics.velocity(request.joint_positions, request.joint_velocities)
-        return VelocityKinematicsResponse(True, "", Twist(Vector3(*twist.linear), Vector3(*twist.angular)))
+        return VelocityKinematicsResponse(
+            True, "", Twist(Vector3(*twist.linear), Vector3(*twist.angular))
+        )
 
     def _inverse_velocity(self, request: Any) -> InverseVelocityKinematicsResponse:
         wanted = request.linear
         return InverseVelocityKinematicsResponse(
-            True, "", *self._kinematics.inverse_velocity(request.joint_positions, (wanted.x, wanted.y, wanted.z))
+            True,
+            "",
+            *self._kinematics.inverse_velocity(
+                request.joint_positions, (wanted.x, wanted.y, wanted.z)
+            ),
         )
 
 
@@ -85,14 +102,26 @@ def _name(elbow: Elbow | None) -> str:
     return elbow.value if elbow else ""
 
 
+def _warm_up(kinematics: ArmKinematics) -> None:
+    """Solve once: a numeric solution loads a library, and the first caller would wait for it."""
+    x, y, z = kinematics.forward(kinematics.home).position
+    try:
+        kinematics.inverse(x, y, z, None, kinematics.home)
+    except ScaraControlError as error:
+        rospy.logwarn("the home pose has no inverse kinematics: %s", error)
+
+
 def main() -> None:
     """Start the node and answer until it is told to end."""
     become_node("kinematics_server")
     try:
-        kinematics = ArmKinematics(load_robot(rospy.get_param("~config_dir", "") or config_directory()))
+        kinematics = ArmKinematics(
+            load_robot(rospy.get_param("~config_dir", "") or config_directory())
+        )
     except (ConfigError, ScaraControlError) as error:
         rospy.logfatal("%s", error)
         sys.exit(2)
+    _warm_up(kinematics)
     KinematicsServer(kinematics)
     rospy.loginfo("kinematics_server is ready")
     rospy.spin()

@@ -1,16 +1,20 @@
-"""Node ``motion_server``: drives the twin's tool to a point, through both joint controllers, until it is there.
+"""Node ``motion_server``.
+
+Drives the twin's tool to a point, through both joint controllers, until it is there.
 
 Parameters: ``~config_dir`` (robot.yaml, motion.yaml; default: the package scara_config).
-Services: ``move_to`` (scara_msgs/MoveTo). Joints that do not move the tool hold. A newer request replaces a running one
-once its point has proved reachable; STOP and ESTOP cancel.
+Services: ``move_to`` (scara_msgs/MoveTo). Joints that do not move the tool hold. A newer request
+replaces a running one once its point has proved reachable; STOP and ESTOP cancel.
 Calls: ``inverse_kinematics``, ``joint_pose_controller/move``.
 Subscribes: ``twin/joint_states``, ``motion_command``.
-Publishes: ``joint_vel_controller/command`` (JointJog), ``motion_command`` (a STOP that was overtaken by our own move).
+Publishes: ``joint_vel_controller/command`` (JointJog), ``motion_command`` (a STOP that was
+overtaken by our own move).
 """
 
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -18,20 +22,29 @@ from typing import Any
 
 import rospy
 from scara_config import Robot
+from scara_ros.io.service_connection import ServiceError
 from scara_ros.memory import keep_for_good
+from scara_ros.nodes.service_client import ServiceClient, StartedCall
 from sensor_msgs.msg import JointState
 
 from control_msgs.msg import JointJog
 from scara_control.config import MotionConfig
 from scara_control.errors import ScaraControlError
+from scara_control.joint_motion import JointMotion
 from scara_control.kinematics.tool import tool_kinematics
 from scara_control.motion.commands import Command, MotionRefusedError
+from scara_control.motion.epoch import Epoch
 from scara_control.motion.feedback import Feedback
-from scara_control.motion.packets import Measurement
 from scara_control.motion.requests import check_speed
 from scara_control.motion.trim import Requests, Trim, tool_error
-from scara_control.nodes.service_calls import Call, PersistentService
-from scara_control.nodes.wiring import Guard, JointStateReader, MotionClock, offer, start_node, subscribe
+from scara_control.nodes.wiring import (
+    Guard,
+    JointStateReader,
+    MotionClock,
+    offer,
+    start_node,
+    subscribe,
+)
 from scara_msgs.msg import MotionCommand
 from scara_msgs.srv import InverseKinematics, MoveJoints, MoveTo, MoveToResponse
 
@@ -64,31 +77,56 @@ class MotionServer:
         self._feedback = Feedback(joints, config)
         self._lock = threading.Condition()
         self._requests = Requests()
+        self._epoch = Epoch(time.monotonic())
         self._paused = False
         self._stops = 0
-        self._kinematics = PersistentService("inverse_kinematics", InverseKinematics, config.trim.service_timeout)
-        self._jog = rospy.Publisher("joint_vel_controller/command", JointJog, queue_size=1, tcp_nodelay=True)
-        self._command = rospy.Publisher("motion_command", MotionCommand, queue_size=10, tcp_nodelay=True)
+        within = config.trim.service_timeout
+        self._kinematics = ServiceClient(
+            "inverse_kinematics", InverseKinematics, within, wait=within, keep=True
+        )
+        self._move = ServiceClient(
+            "joint_pose_controller/move", MoveJoints, within, wait=within, lasting=True
+        )
+        self._jog = rospy.Publisher(
+            "joint_vel_controller/command", JointJog, queue_size=1, tcp_nodelay=True
+        )
+        self._command = rospy.Publisher(
+            "motion_command", MotionCommand, queue_size=10, tcp_nodelay=True
+        )
         guard = Guard()
         subscribe("twin/joint_states", JointState, self._reader, guard)
         subscribe("motion_command", MotionCommand, self._on_command, guard, queue_size=20)
         offer("move_to", MoveTo, self._on_move_to)
 
-    def _measure(self, measured: Measurement) -> None:
+    def _measure(self, measured: JointMotion) -> None:
         self._feedback.measured = measured
+
+    def run(self) -> None:
+        """Notice when this node stood still; the requests run in threads of their own."""
+        while not rospy.is_shutdown():
+            with self._lock:
+                self._epoch.ran(time.monotonic())
+            time.sleep(_POLL)
 
     def _on_command(self, message: MotionCommand) -> None:
         with self._lock:
             self._paused = message.command == Command.PAUSE
-            if message.command in (Command.STOP, Command.ESTOP) and message.header.frame_id != _NAME:
-                self._requests.cancel(f"cancelled by {Command(message.command).text(message.reason)}")
+            if message.command in list(Command) and message.header.frame_id != _NAME:
+                self._epoch.hear(Command(message.command), message.reason)
+            if (
+                message.command in (Command.STOP, Command.ESTOP, Command.YIELD)
+                and message.header.frame_id != _NAME
+            ):
+                self._requests.cancel(
+                    f"cancelled by {Command(message.command).text(message.reason)}"
+                )
 
     def _on_move_to(self, request: Any) -> MoveToResponse:
         started = self._clock.now()
         point = (request.x, request.y, request.z)
         try:
             message, success = self._move_to(request), True
-        except (ScaraControlError, rospy.ServiceException, rospy.ROSException) as refusal:
+        except (ScaraControlError, ServiceError, rospy.ROSException) as refusal:
             message, success = str(refusal), False
             rospy.logwarn("move_to (%g, %g, %g): %s", *point, message)
         measured = self._feedback.measured
@@ -98,25 +136,37 @@ class MotionServer:
 
     def _move_to(self, request: Any) -> str:
         """Do it all; return what to say at the end."""
+        with self._lock:
+            epoch = self._epoch.begin(time.monotonic())
         check_speed(request.speed_percent, self._config.move)
         self._reader.wait_for_first(self._config.trim.service_timeout)
         seed = self._feedback.fresh(self._clock.now()).q
-        answer = self._kinematics(x=request.x, y=request.y, z=request.z, elbow=request.elbow, seed=seed)
+        answer = self._kinematics(
+            x=request.x, y=request.y, z=request.z, elbow=request.elbow, seed=seed
+        )
         if not answer.success:
             raise MotionRefusedError(answer.message)
-        with self._begun() as number:
-            goal = Goal(number, (request.x, request.y, request.z), tuple(answer.joint_positions), request.speed_percent)
+        with self._begun(epoch) as number:
+            goal = Goal(
+                number,
+                (request.x, request.y, request.z),
+                tuple(answer.joint_positions),
+                request.speed_percent,
+            )
             self._drive(goal)
             error = self._trim(goal)
         return f"reached, {error * 1e3:.3f} mm from the point"
 
     @contextmanager
-    def _begun(self) -> Iterator[int]:
+    def _begun(self, epoch: int) -> Iterator[int]:
         """Replace the running request, wait until it has let go, and let go in the end."""
         with self._lock:
+            self._epoch.check(epoch)
             number = self._requests.begin()
             self._paused = False
-            if not self._lock.wait_for(lambda: self._requests.oldest == number, self._config.trim.timeout):
+            if not self._lock.wait_for(
+                lambda: self._requests.oldest == number, self._config.trim.timeout
+            ):
                 self._requests.end(number)
                 raise MotionRefusedError("an older request does not end")
         try:
@@ -137,10 +187,12 @@ class MotionServer:
 
     def _drive(self, goal: Goal) -> None:
         """Have joint_pose_controller make the joint move."""
-        rospy.wait_for_service("joint_pose_controller/move", self._config.trim.service_timeout)
-        move = rospy.ServiceProxy("joint_pose_controller/move", MoveJoints)
         self._check(goal)
-        call = Call(lambda: move(self._names, goal.target, goal.speed_percent))
+        call = self._move.start(
+            joint_names=self._names,
+            joint_positions=goal.target,
+            speed_percent=goal.speed_percent,
+        )
         while not call.ended.wait(_POLL):
             try:
                 self._check(goal)
@@ -152,8 +204,11 @@ class MotionServer:
         if not answer.success:
             raise MotionRefusedError(answer.message)
 
-    def _let_go(self, call: Call, why: str) -> None:
-        """After a STOP make sure that our move has ended: it may reach the controller after the STOP did."""
+    def _let_go(self, call: StartedCall, why: str) -> None:
+        """After a STOP make sure that our move has ended.
+
+        It may reach the controller after the STOP did.
+        """
         if not why.startswith("cancelled by"):
             return
         deadline = self._clock.now() + self._config.trim.service_timeout
@@ -179,9 +234,12 @@ class MotionServer:
                 if inside >= trim.settled:
                     return step.error
                 if step.error > trim.range_mm * 1e-3 or now > deadline:
+                    why = f"begins below {trim.range_mm:g} mm"
+                    if now > deadline:
+                        why = "ended without reaching it"
                     raise MotionRefusedError(
-                        f"the tool stays {step.error * 1e3:.3f} mm from the point, allowed {trim.tolerance_mm:g}: trimming "
-                        f"{'ended without reaching it' if now > deadline else f'begins below {trim.range_mm:g} mm'}"
+                        f"the tool stays {step.error * 1e3:.3f} mm from the point, allowed "
+                        f"{trim.tolerance_mm:g}: trimming {why}"
                     )
                 if self._paused:
                     deadline += self._config.period
@@ -211,5 +269,4 @@ def main() -> None:
         raise SystemExit(2) from error
     keep_for_good()
     rospy.loginfo("%s is ready", _NAME)
-    rospy.spin()
-    del server
+    server.run()

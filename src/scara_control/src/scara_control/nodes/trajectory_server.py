@@ -1,32 +1,48 @@
-"""Node ``trajectory_server``: the action ``joint_trajectory_action`` (control_msgs/FollowJointTrajectory) for the twin.
+"""Node ``trajectory_server``.
+
+The action ``joint_trajectory_action`` (control_msgs/FollowJointTrajectory) for the twin.
 
 Parameters: ``~config_dir`` (robot.yaml, motion.yaml; default: the package scara_config).
-Action: ``joint_trajectory_action``; a plain actionlib client is enough. A goal is rejected with a reason, or accepted and
-streamed to ``joint_pose_controller/follow``; a newer goal replaces a running one, which ramps down on its path first.
-Subscribes: ``twin/joint_states``, ``joint_pose_controller/state``, ``motion_command``, ``twin_controller/state`` (if there is
-a twin controller). Publishes: ``joint_pose_controller/follow`` (JointTrajectory).
+Action: ``joint_trajectory_action``; a plain actionlib client is enough. A goal is rejected with a
+reason, or accepted and streamed to ``joint_pose_controller/follow``; a newer goal replaces a
+running one, which ramps down on its path first.
+Subscribes: ``twin/joint_states``, ``joint_pose_controller/state``, ``motion_command``,
+``twin_controller/state`` (if there is a twin controller). Publishes:
+``joint_pose_controller/follow`` (JointTrajectory).
 """
 
 from __future__ import annotations
 
 import threading
+import time
 from typing import Any
 
 import actionlib
 import rospy
 from scara_config import Robot
 from sensor_msgs.msg import JointState
-from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+from trajectory_msgs.msg import JointTrajectory
 
-from control_msgs.msg import FollowJointTrajectoryAction, FollowJointTrajectoryFeedback, FollowJointTrajectoryResult
+from control_msgs.msg import (
+    FollowJointTrajectoryAction,
+    FollowJointTrajectoryFeedback,
+    FollowJointTrajectoryResult,
+)
 from scara_control.config import MotionConfig
-from scara_control.motion.commands import Command, CommandInbox
-from scara_control.motion.packets import Measurement
-from scara_control.motion.plan import JointMotion
-from scara_control.nodes.wiring import Guard, JointStateReader, MotionClock, start_node, subscribe, to_message
-from scara_control.trajectory.desk import Desk
+from scara_control.joint_motion import JointMotion
+from scara_control.motion.commands import Command, CommandInbox, MotionRefusedError
+from scara_control.motion.epoch import Epoch
+from scara_control.nodes.setpoint_messages import to_message, to_motion, to_point
+from scara_control.nodes.wiring import (
+    Guard,
+    JointStateReader,
+    MotionClock,
+    start_node,
+    subscribe,
+)
 from scara_control.trajectory.execution import Ended, Feedback
-from scara_control.trajectory.goal import Code, Goal, GoalError, Waypoint
+from scara_control.trajectory.goal import Code, Goal, GoalError
+from scara_control.trajectory.goal_queue import GoalQueue
 from scara_msgs.msg import MotionCommand, MotionState, TwinControllerState
 
 _NAME = "trajectory_server"
@@ -39,19 +55,28 @@ class TrajectoryServer:
     def __init__(self, robot: Robot, config: MotionConfig) -> None:
         """Open topics and action."""
         self._clock, self._lock, self._config = MotionClock(), threading.Lock(), config
-        self._desk = Desk(robot.twin_joints, config)
+        self._desk = GoalQueue(robot.twin_joints, config)
         self._inbox = CommandInbox(config.command_memory)
+        self._epoch = Epoch(time.monotonic())
         self._goals: dict[str, Any] = {}
         self._feedback_due = self._clock.now()
-        self._follow = rospy.Publisher("joint_pose_controller/follow", JointTrajectory, queue_size=10, tcp_nodelay=True)
+        self._follow = rospy.Publisher(
+            "joint_pose_controller/follow", JointTrajectory, queue_size=10, tcp_nodelay=True
+        )
         guard = Guard()
-        reader = JointStateReader([joint.name for joint in robot.twin_joints], self._clock, self._on_measurement)
+        reader = JointStateReader(
+            [joint.name for joint in robot.twin_joints], self._clock, self._on_measurement
+        )
         subscribe("twin/joint_states", JointState, reader, guard)
-        subscribe("joint_pose_controller/state", MotionState, self._on_motion_state, guard, queue_size=10)
+        subscribe(
+            "joint_pose_controller/state", MotionState, self._on_motion_state, guard, queue_size=10
+        )
         subscribe("motion_command", MotionCommand, self._on_command, guard, queue_size=20)
         subscribe("twin_controller/state", TwinControllerState, self._on_mode, guard)
         goal, cancel = guard(self._on_goal), guard(self._on_cancel)
-        self._server = actionlib.ActionServer(_ACTION, FollowJointTrajectoryAction, goal, cancel, auto_start=False)
+        self._server = actionlib.ActionServer(
+            _ACTION, FollowJointTrajectoryAction, goal, cancel, auto_start=False
+        )
         self._server.start()
 
     def run(self) -> None:
@@ -60,6 +85,7 @@ class TrajectoryServer:
 
     def _tick(self, now: float) -> None:
         with self._lock:
+            self._epoch.ran(time.monotonic())
             turn = self._desk.tick(now)
             found = self._desk.feedback() if now >= self._feedback_due else None
             told = [(self._goals.pop(str(key)), ended) for key, ended in turn.ended]
@@ -69,7 +95,9 @@ class TrajectoryServer:
         if turn.packet is not None:
             self._follow.publish(to_message(turn.packet, self._clock.offset()))
         if turn.end_stream:
-            self._follow.publish(JointTrajectory(header=rospy.Header(stamp=rospy.Time.now(), frame_id=_NAME)))
+            self._follow.publish(
+                JointTrajectory(header=rospy.Header(stamp=rospy.Time.now(), frame_id=_NAME))
+            )
         # actionlib holds its own lock while it calls us, so it is only called without ours
         for handle, ended in told:
             _finish(handle, ended)
@@ -86,9 +114,13 @@ class TrajectoryServer:
         key = handle.get_goal_id().id
         with self._lock:
             try:
+                self._epoch.begin(time.monotonic())
                 begun = self._desk.accept(key, goal, self._clock.now())
             except GoalError as error:
                 _reject(handle, error)
+                return
+            except MotionRefusedError as error:
+                _reject(handle, GoalError(Code.INVALID_GOAL, str(error)))
                 return
             self._goals[key] = handle
         if begun:
@@ -101,7 +133,7 @@ class TrajectoryServer:
         if waiting:
             _finish(handle, Ended(Code.SUCCESSFUL, "cancelled before it began", cancelled=True))
 
-    def _on_measurement(self, measured: Measurement) -> None:
+    def _on_measurement(self, measured: JointMotion) -> None:
         with self._lock:
             self._desk.measure(measured)
 
@@ -116,22 +148,28 @@ class TrajectoryServer:
     def _on_command(self, message: MotionCommand) -> None:
         with self._lock:
             if self._inbox.accept(message.header.frame_id, message.id, self._clock.now()):
-                self._desk.command(Command(message.command))
+                self._desk.command(Command(message.command), message.reason)
 
 
 def to_goal(message: Any, offset: float) -> Goal:
-    """Convert a FollowJointTrajectoryGoal; ``offset`` is ROS time minus the axis of times [s]. Nothing is checked here."""
+    """Convert a FollowJointTrajectoryGoal; ``offset`` is ROS time minus the axis of times [s].
+
+    Nothing is checked here.
+    """
     trajectory = message.trajectory
     stamp = trajectory.header.stamp
     return Goal(
         names=tuple(trajectory.joint_names),
         points=tuple(
-            Waypoint(p.time_from_start.to_sec(), tuple(p.positions), tuple(p.velocities), tuple(p.accelerations))
-            for p in trajectory.points
+            to_motion(point, point.time_from_start.to_sec()) for point in trajectory.points
         ),
         start=None if stamp.is_zero() else stamp.to_sec() - offset,
-        path_tolerance=tuple((tolerance.name, tolerance.position) for tolerance in message.path_tolerance),
-        goal_tolerance=tuple((tolerance.name, tolerance.position) for tolerance in message.goal_tolerance),
+        path_tolerance=tuple(
+            (tolerance.name, tolerance.position) for tolerance in message.path_tolerance
+        ),
+        goal_tolerance=tuple(
+            (tolerance.name, tolerance.position) for tolerance in message.goal_tolerance
+        ),
         goal_time_tolerance=message.goal_time_tolerance.to_sec(),
     )
 
@@ -139,7 +177,9 @@ def to_goal(message: Any, offset: float) -> Goal:
 def _reject(handle: Any, error: GoalError) -> None:
     """Tell a client why its goal is not accepted."""
     rospy.logwarn("goal rejected: %s", error)
-    handle.set_rejected(FollowJointTrajectoryResult(error_code=int(error.code), error_string=str(error)), str(error))
+    handle.set_rejected(
+        FollowJointTrajectoryResult(error_code=int(error.code), error_string=str(error)), str(error)
+    )
 
 
 def _finish(handle: Any, ended: Ended) -> None:
@@ -157,14 +197,14 @@ def _finish(handle: Any, ended: Ended) -> None:
 def _feedback(found: Feedback) -> FollowJointTrajectoryFeedback:
     """Build the message."""
     elapsed = rospy.Duration.from_sec(found.elapsed)
-    desired, actual, error = (_point(motion, elapsed) for motion in (found.desired, found.actual, found.error))
-    message = FollowJointTrajectoryFeedback(joint_names=found.names, desired=desired, actual=actual, error=error)
+    desired, actual, error = (
+        to_point(motion, elapsed) for motion in (found.desired, found.actual, found.error)
+    )
+    message = FollowJointTrajectoryFeedback(
+        joint_names=found.names, desired=desired, actual=actual, error=error
+    )
     message.header.stamp = rospy.Time.now()
     return message
-
-
-def _point(motion: JointMotion, elapsed: rospy.Duration) -> JointTrajectoryPoint:
-    return JointTrajectoryPoint(motion.q, motion.qdot, motion.qddot, [], elapsed)
 
 
 def main() -> None:

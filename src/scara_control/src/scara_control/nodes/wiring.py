@@ -14,11 +14,9 @@ import rospy
 from scara_config import ConfigError, Robot, config_directory, load_robot
 from scara_ros.nodes.starting import become_node, until_shutdown
 from sensor_msgs.msg import JointState
-from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from scara_control.config import MotionConfig, load_motion
-from scara_control.motion.packets import Measurement, SetpointPacket
-from scara_control.motion.plan import JointMotion
+from scara_control.joint_motion import JointMotion
 
 _LOG_PERIOD = 2.0
 _LATE_PERIODS = 20.0
@@ -56,11 +54,18 @@ class Guard:
     def _report(self, callback: Callable[[Any], Any], error: Exception) -> None:
         self.failures += 1
         name = getattr(callback, "__name__", "callback")
-        rospy.logerr("%s failed (%d so far): %r\n%s", name, self.failures, error, traceback.format_exc())
+        rospy.logerr(
+            "%s failed (%d so far): %r\n%s", name, self.failures, error, traceback.format_exc()
+        )
 
 
-def subscribe(name: str, kind: type[Any], callback: Callable[[Any], Any], guard: Guard, queue_size: int = 1) -> rospy.Subscriber:
-    """Subscribe without Nagle's delay; the newest message wins unless ``queue_size`` says otherwise."""
+def subscribe(
+    name: str, kind: type[Any], callback: Callable[[Any], Any], guard: Guard, queue_size: int = 1
+) -> rospy.Subscriber:
+    """Subscribe without Nagle's delay.
+
+    The newest message wins unless ``queue_size`` says otherwise.
+    """
     return rospy.Subscriber(name, kind, guard(callback), queue_size=queue_size, tcp_nodelay=True)
 
 
@@ -72,7 +77,9 @@ def offer(name: str, kind: type[Any], answer: Callable[[Any], Any]) -> rospy.Ser
             return answer(request)
         except Exception as error:
             rospy.logerr("%s failed:\n%s", name, traceback.format_exc())
-            return kind._response_class(success=False, message=f"{name} failed: {type(error).__name__}: {error}")
+            return kind._response_class(
+                success=False, message=f"{name} failed: {type(error).__name__}: {error}"
+            )
 
     return rospy.Service(name, kind, handle)
 
@@ -121,7 +128,9 @@ class MotionClock:
 class JointStateReader:
     """Hands on each JointState in the order of our joints."""
 
-    def __init__(self, names: Sequence[str], clock: MotionClock, deliver: Callable[[Measurement], None]) -> None:
+    def __init__(
+        self, names: Sequence[str], clock: MotionClock, deliver: Callable[[JointMotion], None]
+    ) -> None:
         """Take the joints ``names``; ``deliver`` gets the measurements, in rospy's thread."""
         self._names = tuple(names)
         self._clock = clock
@@ -129,50 +138,33 @@ class JointStateReader:
         self._first = threading.Event()
 
     def __call__(self, message: JointState) -> None:
-        """Hand a measurement on, on our time axis; leave it out if a joint or a value is missing."""
+        """Hand a measurement on, on our time axis.
+
+        Leave it out if a joint or a value is missing.
+        """
         at = {name: k for k, name in enumerate(message.name)}
-        if any(name not in at for name in self._names) or min(len(message.position), len(message.velocity)) < len(at):
+        if any(name not in at for name in self._names) or min(
+            len(message.position), len(message.velocity)
+        ) < len(at):
             rospy.logwarn_throttle(
-                _LOG_PERIOD, f"joint states without position and velocity of {', '.join(self._names)}: left out"
+                _LOG_PERIOD,
+                f"joint states without position and velocity of {', '.join(self._names)}: left out",
             )
             return
         columns = [at[name] for name in self._names]
         stamp = message.header.stamp.to_sec()
         at_time = stamp - self._clock.offset() if stamp else self._clock.now()
         position, velocity = message.position, message.velocity
-        self._deliver(Measurement(tuple(position[k] for k in columns), tuple(velocity[k] for k in columns), at_time))
+        self._deliver(
+            JointMotion.measured(
+                tuple(position[k] for k in columns), tuple(velocity[k] for k in columns), at_time
+            )
+        )
         self._first.set()
 
     def wait_for_first(self, timeout: float) -> None:
-        """Wait for the first joint states, so that a call right after the start is not refused; ``timeout`` [s]."""
+        """Wait for the first joint states, so that a call right after the start is not refused.
+
+        ``timeout`` [s].
+        """
         self._first.wait(timeout)
-
-
-def to_packet(message: JointTrajectory, offset: float) -> SetpointPacket:
-    """Convert set points; missing accelerations are zeros. Nothing is checked here."""
-    start = message.header.stamp.to_sec() - offset
-    zeros = (0.0,) * len(message.joint_names)
-    return SetpointPacket(
-        tuple(message.joint_names),
-        tuple(start + point.time_from_start.to_sec() for point in message.points),
-        tuple(
-            JointMotion(tuple(p.positions), tuple(p.velocities), tuple(p.accelerations) if p.accelerations else zeros)
-            for p in message.points
-        ),
-    )
-
-
-def to_message(packet: SetpointPacket, offset: float) -> JointTrajectory:
-    """Convert set points; the stamp is the first point's time."""
-    message = JointTrajectory(joint_names=list(packet.names))
-    message.header.stamp = rospy.Time.from_sec(packet.times[0] + offset)
-    for at, point in zip(packet.times, packet.points):
-        message.points.append(
-            JointTrajectoryPoint(
-                positions=point.q,
-                velocities=point.qdot,
-                accelerations=point.qddot,
-                time_from_start=rospy.Duration.from_sec(at - packet.times[0]),
-            )
-        )
-    return message

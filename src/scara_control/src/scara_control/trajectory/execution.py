@@ -1,4 +1,7 @@
-"""The execution of one trajectory: set points each period, slowed by the cap, frozen by PAUSE, watched by tolerances."""
+"""The execution of one trajectory.
+
+Set points each period, slowed by the cap, frozen by PAUSE, watched by tolerances.
+"""
 
 from __future__ import annotations
 
@@ -8,9 +11,8 @@ from dataclasses import dataclass
 from scara_config import Joint
 
 from scara_control.config import MotionConfig, in_si
+from scara_control.joint_motion import JointMotion, Setpoints
 from scara_control.motion.drive import Drive
-from scara_control.motion.packets import Measurement, SetpointPacket
-from scara_control.motion.plan import JointMotion
 from scara_control.motion.time_scaling import ScaleBounds, TimeBase
 from scara_control.trajectory.goal import (
     Code,
@@ -35,7 +37,10 @@ class Ended:
 
 @dataclass(frozen=True, slots=True)
 class Feedback:
-    """The fields of control_msgs/FollowJointTrajectoryFeedback: one instant, three motions of the named joints."""
+    """The fields of control_msgs/FollowJointTrajectoryFeedback.
+
+    One instant, three motions of the named joints.
+    """
 
     names: tuple[str, ...]
     desired: JointMotion
@@ -47,7 +52,14 @@ class Feedback:
 class Execution:
     """One accepted trajectory. Not thread-safe: its owner holds one lock."""
 
-    def __init__(self, joints: Sequence[Joint], goal: Goal, config: MotionConfig, measured: Measurement, now: float) -> None:
+    def __init__(
+        self,
+        joints: Sequence[Joint],
+        goal: Goal,
+        config: MotionConfig,
+        measured: JointMotion,
+        now: float,
+    ) -> None:
         """Check the goal and plan it.
 
         Args:
@@ -70,10 +82,18 @@ class Execution:
         self.peak_percent = check_way(self._joints, self._path, config.period)
         own = config.trajectory
         self._on_path = tolerances(
-            self._joints, goal.path_tolerance, own.path_tolerance_deg, own.path_tolerance_mm, "path_tolerance"
+            self._joints,
+            goal.path_tolerance,
+            own.path_tolerance_deg,
+            own.path_tolerance_mm,
+            "path_tolerance",
         )
         self._at_goal = tolerances(
-            self._joints, goal.goal_tolerance, own.goal_tolerance_deg, own.goal_tolerance_mm, "goal_tolerance"
+            self._joints,
+            goal.goal_tolerance,
+            own.goal_tolerance_deg,
+            own.goal_tolerance_mm,
+            "goal_tolerance",
         )
         self._late = goal.goal_time_tolerance or own.goal_time_tolerance
         self._check_start(there)
@@ -100,7 +120,7 @@ class Execution:
         """Ramp down on the path; the first reason counts."""
         self._ending = self._ending or ended
 
-    def tick(self, measured: Measurement, now: float) -> tuple[SetpointPacket | None, Ended | None]:
+    def tick(self, measured: JointMotion, now: float) -> tuple[Setpoints | None, Ended | None]:
         """Go on to ``now``.
 
         Args:
@@ -115,24 +135,33 @@ class Execution:
             self._drive = self._step(self._drive)
         if self._ending is None:
             self._watch(measured)
-        if self._ending is not None and (self._drive.frozen or self._drive.announcing or self._drive.done):
+        if self._ending is not None and (
+            self._drive.frozen or self._drive.announcing or self._drive.done
+        ):
             return None, self._ending
         if self._drive.done:
             return self._settle(measured, now)
         ahead = [self._drive]
         while len(ahead) <= round(self._config.move.horizon / period) and not ahead[-1].done:
             ahead.append(self._step(ahead[-1]))
-        return SetpointPacket(self.names, tuple(d.time for d in ahead), tuple(d.motion for d in ahead)), None
+        return Setpoints(
+            self.names, tuple(d.time for d in ahead), tuple(d.motion for d in ahead)
+        ), None
 
-    def feedback(self, measured: Measurement) -> Feedback:
-        """Return where the joints shall be, are, and the difference, at the instant of the measurement."""
+    def feedback(self, measured: JointMotion) -> Feedback:
+        """Return where the joints shall be, where they are, and the difference.
+
+        All are true at the instant of the measurement.
+        """
         desired = self._drive.motion.after(measured.time - self._drive.time)
-        zeros = (0.0,) * len(self.names)
-        q, qdot = (tuple(values[column] for column in self._columns) for values in (measured.q, measured.qdot))
-        gap = tuple(a - b for a, b in zip(desired.q, q))
-        gap_rate = tuple(a - b for a, b in zip(desired.qdot, qdot))
+        actual = measured.select(self._columns)
+        error = JointMotion(
+            tuple(a - b for a, b in zip(desired.q, actual.q)),
+            tuple(a - b for a, b in zip(desired.qdot, actual.qdot)),
+            (0.0,) * len(self.names),
+        )
         elapsed = max(0.0, measured.time - self._begun)
-        return Feedback(self.names, desired, JointMotion(q, qdot, zeros), JointMotion(gap, gap_rate, zeros), elapsed)
+        return Feedback(self.names, desired, actual, error, elapsed)
 
     def _step(self, drive: Drive) -> Drive:
         """Return the drive one period later."""
@@ -143,31 +172,45 @@ class Execution:
         return drive.step(self._config.period, wanted, self._bounds, self._joints)
 
     def _begin(self, goal: Goal, now: float) -> float:
-        """Return when the motion begins [s]: as asked for, but not before followers could take aim."""
+        """Return when the motion begins [s].
+
+        That is as asked for, but not before followers could take aim.
+        """
         earliest = now + self._config.move.announce
         if goal.start is None:
             return earliest
         age = now - goal.start
         if age > self._config.follow.timeout:
-            raise GoalError(Code.OLD_HEADER_TIMESTAMP, f"the trajectory should have begun {age * 1e3:.0f} ms ago")
+            raise GoalError(
+                Code.OLD_HEADER_TIMESTAMP,
+                f"the trajectory should have begun {age * 1e3:.0f} ms ago",
+            )
         if -age > self._config.trajectory.longest:
             raise GoalError(
-                Code.INVALID_GOAL, f"the trajectory begins in {-age:.0f} s, allowed {self._config.trajectory.longest:g}"
+                Code.INVALID_GOAL,
+                (
+                    f"the trajectory begins in {-age:.0f} s, allowed "
+                    f"{self._config.trajectory.longest:g}"
+                ),
             )
         return max(goal.start, earliest)
 
     def _check_start(self, there: tuple[float, ...]) -> None:
         """Refuse a trajectory that begins where the joints are not."""
         for joint, wanted, q in zip(self._joints, self._path.at(0.0).q, there):
-            allowed = in_si(joint, self._config.move.start_tolerance_deg, self._config.move.start_tolerance_mm)
+            allowed = in_si(
+                joint, self._config.move.start_tolerance_deg, self._config.move.start_tolerance_mm
+            )
             if abs(wanted - q) > allowed:
                 raise GoalError(
                     Code.INVALID_GOAL,
-                    f"{joint.name} is {abs(wanted - q) / joint.scale:.2f} {joint.unit} from the first point, "
-                    f"allowed {allowed / joint.scale:g}: begin where it is, or give the first point some time",
+                    f"{joint.name} is {abs(wanted - q) / joint.scale:.2f} {joint.unit} from "
+                    "the first point, "
+                    f"allowed {allowed / joint.scale:g}: begin where it is, or give the "
+                    "first point some time",
                 )
 
-    def _watch(self, measured: Measurement) -> None:
+    def _watch(self, measured: JointMotion) -> None:
         """End when a joint leaves the path by more than its tolerance."""
         if self._drive.announcing or self._drive.done:
             return
@@ -175,23 +218,32 @@ class Execution:
         for joint, gap, allowed in zip(self._joints, error.q, self._on_path):
             if abs(gap) > allowed:
                 text = (
-                    f"{joint.name} is {abs(gap) / joint.scale:.3f} {joint.unit} off the path, allowed {allowed / joint.scale:.3g}"
+                    f"{joint.name} is {abs(gap) / joint.scale:.3f} {joint.unit} off the "
+                    f"path, allowed {allowed / joint.scale:.3g}"
                 )
                 self.end(Ended(Code.PATH_TOLERANCE_VIOLATED, text))
 
-    def _settle(self, measured: Measurement, now: float) -> tuple[SetpointPacket | None, Ended | None]:
+    def _settle(self, measured: JointMotion, now: float) -> tuple[Setpoints | None, Ended | None]:
         """Hold the end until the joints are there, or not in time."""
-        resting = SetpointPacket(self.names, (self._drive.time,), (JointMotion.at_rest(self._path.end),))
+        resting = Setpoints(self.names, (self._drive.time,), (JointMotion.at_rest(self._path.end),))
         if self._arrived is None:
             self._arrived = now
             return resting, None
         away = [
-            f"{joint.name} is {abs(q - measured.q[column]) / joint.scale:.3f} {joint.unit} from its goal"
-            for joint, column, q, allowed in zip(self._joints, self._columns, self._path.end, self._at_goal)
+            (
+                f"{joint.name} is {abs(q - measured.q[column]) / joint.scale:.3f} {joint.unit} "
+                "from its goal"
+            )
+            for joint, column, q, allowed in zip(
+                self._joints, self._columns, self._path.end, self._at_goal
+            )
             if abs(q - measured.q[column]) > allowed
         ]
         if not away:
             return None, Ended(Code.SUCCESSFUL, f"reached in {now - self._begun:.2f} s")
         if now - self._arrived > self._late:
-            return None, Ended(Code.GOAL_TOLERANCE_VIOLATED, f"not reached {self._late:g} s after the end: {'; '.join(away)}")
+            return None, Ended(
+                Code.GOAL_TOLERANCE_VIOLATED,
+                f"not reached {self._late:g} s after the end: {'; '.join(away)}",
+            )
         return resting, None

@@ -12,8 +12,9 @@ from scara_config import Joint
 
 from scara_control.config import TrajectoryConfig, in_si
 from scara_control.errors import ScaraControlError
-from scara_control.motion.plan import Path, Vector
-from scara_control.setpoints import SetpointTrack
+from scara_control.joint_motion import JointMotion, Vector
+from scara_control.joint_track import JointTrack
+from scara_control.motion.plan import Path
 
 _MARGIN = 1e-6
 """Part of a limit that floating point may put a value beyond it (our choice)."""
@@ -39,64 +40,38 @@ class GoalError(ScaraControlError):
 
 
 @dataclass(frozen=True, slots=True)
-class Waypoint:
-    """One point: due ``time`` [s] after the start; velocities and accelerations may be empty. SI."""
-
-    time: float
-    q: Vector
-    qdot: Vector = ()
-    qddot: Vector = ()
-
-
-@dataclass(frozen=True, slots=True)
 class Goal:
     """What was asked for, not checked yet.
 
     Attributes:
         names: Joints, in the order of all vectors.
-        points: The way.
+        points: The way; ``time`` counts from the start [s], velocities and accelerations may be
+            empty.
         start: When it begins, on the axis of ``now`` [s]; None: at once.
-        path_tolerance: Joint to largest deviation on the way; 0 or absent: the default; negative: unlimited.
+        path_tolerance: Joint to largest deviation on the way; 0 or absent: the default; negative:
+            unlimited.
         goal_tolerance: Joint to largest deviation at the end, likewise.
         goal_time_tolerance: How much longer than planned the end may take [s]; 0: the default.
     """
 
     names: tuple[str, ...]
-    points: tuple[Waypoint, ...]
+    points: tuple[JointMotion, ...]
     start: float | None = None
     path_tolerance: tuple[tuple[str, float], ...] = ()
     goal_tolerance: tuple[tuple[str, float], ...] = ()
     goal_time_tolerance: float = 0.0
 
 
-class Track:
-    """Joint positions over path time: quintics through points; a segment of a path."""
-
-    __slots__ = ("_setpoints",)
-
-    def __init__(self, setpoints: SetpointTrack) -> None:
-        """Go through ``setpoints``."""
-        self._setpoints = setpoints
-
-    @property
-    def duration(self) -> float:
-        """How long it takes [s]."""
-        return self._setpoints.last_time
-
-    def at_time(self, time: float) -> tuple[list[float], list[float], list[float]]:
-        """Return positions, velocities and accelerations."""
-        return self._setpoints.sample(time)
-
-
-def plan_path(joints: Sequence[Joint], start: Vector, points: Sequence[Waypoint]) -> Path:
+def plan_path(joints: Sequence[Joint], start: Vector, points: Sequence[JointMotion]) -> Path:
     """Return the path through the points, at rest at its end.
 
-    Missing velocities are chosen so that no joint runs past its neighbouring points, missing accelerations so that the
-    velocity is smooth.
+    Missing velocities are chosen so that no joint runs past its neighbouring points, missing
+    accelerations so that the velocity is smooth.
 
     Args:
         joints: In the order of all vectors.
-        start: Where the joints are; the path begins there, at rest, if the first point is due later than its start.
+        start: Where the joints are; the path begins there, at rest, if the first point is due later
+            than its start.
         points: At least one.
 
     Raises:
@@ -104,7 +79,7 @@ def plan_path(joints: Sequence[Joint], start: Vector, points: Sequence[Waypoint]
     """
     zeros = (0.0,) * len(joints)
     if points[0].time > 0.0:
-        points = [Waypoint(0.0, start, zeros, zeros), *points]
+        points = [JointMotion(start, zeros, zeros), *points]
     _check_points(joints, points)
     times, rows = [point.time for point in points], [point.q for point in points]
     if any(after <= before for before, after in pairwise(times)) or times[0] < 0.0:
@@ -114,27 +89,40 @@ def plan_path(joints: Sequence[Joint], start: Vector, points: Sequence[Waypoint]
     bends = _bends(times, velocities)
     accelerations = [list(point.qddot) or bends[k] for k, point in enumerate(points)]
     if any(velocities[-1]):
-        raise GoalError(Code.INVALID_GOAL, f"the last point moves: velocities {velocities[-1]}, expected zeros")
+        raise GoalError(
+            Code.INVALID_GOAL, f"the last point moves: velocities {velocities[-1]}, expected zeros"
+        )
     stop = [joint.acceleration for joint in joints]
-    track = SetpointTrack(times, rows, velocities, accelerations, extrapolation_limit=0.0, stop_accelerations=stop)
-    return Path([Track(track)], rows[-1])
+    track = JointTrack(
+        times, rows, velocities, accelerations, extrapolation_limit=0.0, stop_accelerations=stop
+    )
+    return Path([track], rows[-1])
 
 
-def _check_points(joints: Sequence[Joint], points: Sequence[Waypoint]) -> None:
+def _check_points(joints: Sequence[Joint], points: Sequence[JointMotion]) -> None:
     """Refuse wrong counts and what is no number."""
     for k, point in enumerate(points):
-        for what, values in (("positions", point.q), ("velocities", point.qdot), ("accelerations", point.qddot)):
+        for what, values in (
+            ("positions", point.q),
+            ("velocities", point.qdot),
+            ("accelerations", point.qddot),
+        ):
             if len(values) != len(joints) and (values or what == "positions"):
-                raise GoalError(Code.INVALID_GOAL, f"point {k}: {len(values)} {what} for {len(joints)} joints")
+                raise GoalError(
+                    Code.INVALID_GOAL, f"point {k}: {len(values)} {what} for {len(joints)} joints"
+                )
         if not all(map(math.isfinite, (point.time, *point.q, *point.qdot, *point.qddot))):
             raise GoalError(Code.INVALID_GOAL, f"point {k} is not finite: {point}")
 
 
 def _slopes(times: Sequence[float], rows: Sequence[Vector]) -> list[list[float]]:
-    """Choose velocities at the points: zero at the ends and where a joint turns, else the weighted harmonic mean.
+    """Choose velocities at the points.
+
+    Zero at the ends and where a joint turns, else the weighted harmonic mean.
 
     Source:
-        Fritsch & Butland, A Method for Constructing Local Monotone Piecewise Cubic Interpolants, 1984.
+        Fritsch & Butland, A Method for Constructing Local Monotone Piecewise Cubic Interpolants,
+        1984.
     """
     count = len(rows[0])
     found = [[0.0] * count for _ in rows]
@@ -175,7 +163,9 @@ def named_joints(joints: Sequence[Joint], names: Sequence[str]) -> list[Joint]:
 
 
 def check_way(joints: Sequence[Joint], path: Path, step: float) -> float:
-    """Refuse a path that leaves the joints' limits anywhere; return its peak speed in percent of the joints' largest.
+    """Refuse a path that leaves the joints' limits anywhere.
+
+    Return its peak speed in percent of the joints' largest.
 
     Args:
         joints: Limits.
@@ -183,7 +173,8 @@ def check_way(joints: Sequence[Joint], path: Path, step: float) -> float:
         step: Its motion is looked at this often [s].
 
     Raises:
-        GoalError: A position, velocity or acceleration is outside its limits; joint, value, range and time are named.
+        GoalError: A position, velocity or acceleration is outside its limits; joint, value, range
+            and time are named.
     """
     peak = 0.0
     for k in range(math.ceil(path.duration / step) + 1):
@@ -203,7 +194,10 @@ def _check_range(joint: Joint, per: str, value: float, low: float, high: float, 
     if not low - margin <= value <= high + margin:
         raise GoalError(
             Code.INVALID_GOAL,
-            f"{joint.name} = {value:.6g} {joint.si_unit}{per} is outside [{low:.4g}, {high:.4g}] {tau:.2f} s after the start",
+            (
+                f"{joint.name} = {value:.6g} {joint.si_unit}{per} is outside [{low:.4g}, "
+                f"{high:.4g}] {tau:.2f} s after the start"
+            ),
         )
 
 
@@ -226,7 +220,10 @@ def tolerances(
     names = [joint.name for joint in joints]
     strange = [name for name, value in given if name not in names or not math.isfinite(value)]
     if strange:
-        raise GoalError(Code.INVALID_GOAL, f"{what} of {', '.join(strange)}: no joint of the trajectory, or not finite")
+        raise GoalError(
+            Code.INVALID_GOAL,
+            f"{what} of {', '.join(strange)}: no joint of the trajectory, or not finite",
+        )
     values = [asked.get(joint.name, 0.0) or in_si(joint, deg, mm) for joint in joints]
     return tuple(value if value > 0.0 else math.inf for value in values)
 
@@ -241,4 +238,6 @@ def check_goal_size(goal: Goal, config: TrajectoryConfig) -> None:
         raise GoalError(Code.INVALID_GOAL, "the trajectory has no points")
     last = goal.points[-1].time
     if not last <= config.longest:
-        raise GoalError(Code.INVALID_GOAL, f"the trajectory lasts {last:g} s, allowed {config.longest:g}")
+        raise GoalError(
+            Code.INVALID_GOAL, f"the trajectory lasts {last:g} s, allowed {config.longest:g}"
+        )

@@ -13,7 +13,10 @@ from scara_description.inertia import ShapeError, with_inertia
 
 
 def main() -> None:
-    """Rewrite the file named on the command line; say what was wrong and leave it as it is otherwise."""
+    """Rewrite the file named on the command line.
+
+    Say what was wrong and leave it as it is otherwise.
+    """
     if len(sys.argv) != 2:
         sys.exit("usage: write_inertia FILE")
     path = Path(sys.argv[1])

@@ -1,16 +1,15 @@
-"""Stay registered: a roscore that was started again knows nobody, and rospy registers each topic and service only once.
+"""Stay registered: a roscore that was started again knows nobody.
 
-Connections between nodes outlive the master, so that a running cell goes on without it; but nobody new finds them, and no
-service is found at all, until each node has said again what it offers.
+rospy registers each topic and service only once. Connections between nodes outlive the master, so
+a running cell goes on without it. But no new node finds them, and no service is found at all,
+until each node has said again what it offers. A new master knows no parameter either.
 """
 
 from __future__ import annotations
 
-import http.client
 import threading
 import time
-import xmlrpc.client
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import rosgraph
@@ -18,59 +17,45 @@ import rospy
 from rospy.impl.paramserver import get_param_server_cache
 from rospy.impl.registration import get_service_manager, get_topic_manager
 
-PERIOD = 0.5  # our choice: with the time-out, everything is registered again within 2 s
-TIMEOUT = 1.0  # our choice: a master that is stopped or overloaded holds nobody up for longer
-UNREACHABLE = (OSError, http.client.HTTPException, xmlrpc.client.Error)
+from scara_ros.io.full_disk import limit_log_file
+from scara_ros.io.hardening import harden_process
+from scara_ros.io.master import UNREACHABLE, MasterClient, MasterError
 
+PERIOD = 0.5  # our choice: with the time-out, all is registered again within 2 s
 _LOST = -1
-
-
-class MasterError(RuntimeError):
-    """The master refused what it was asked."""
-
-
-class _Transport(xmlrpc.client.Transport):
-    """HTTP with a time-out: xmlrpc's own waits for ever on a master that does not answer."""
-
-    def __init__(self, timeout: float) -> None:
-        super().__init__()
-        self._timeout = timeout
-
-    def make_connection(self, host: Any) -> http.client.HTTPConnection:
-        connection = super().make_connection(host)
-        connection.timeout = self._timeout
-        return connection
-
-
-class MasterLine:
-    """A line to a ROS master (or another node) on which no call lasts longer than ``timeout`` [s]."""
-
-    def __init__(self, uri: str, timeout: float = TIMEOUT) -> None:
-        self._proxy = xmlrpc.client.ServerProxy(uri, transport=_Transport(timeout))
-
-    def ask(self, method: str, *args: Any) -> Any:
-        """Call ``method`` in this node's name and return its value.
-
-        Raises:
-            MasterError: It answered with an error.
-            OSError, HTTPException, xmlrpc.client.Error: It did not answer; see ``UNREACHABLE``.
-        """
-        code, text, value = getattr(self._proxy, method)(rospy.get_caller_id(), *args)
-        if code != 1:
-            raise MasterError(f"{method}: {text}")
-        return value
+_kept: dict[str, Any] = {}  # parameters by absolute name
 
 
 def keep_registered() -> None:
-    """Watch the master from now on, in a thread of its own; to be called once, after ``rospy.init_node``.
+    """Watch the master from now on, in a thread of its own; call once, after ``rospy.init_node``.
 
-    From then on a log line asks nobody either: rospy asks the master for the flag below at each line as long as it is not
-    set, and waits for the answer without a time-out, so that a master that hangs stopped whoever had something to say.
+    From then on a log line asks nobody either. As long as the flag below is not set, rospy asks the
+    master for it at each line, and waits for the answer without a time-out: a master that hangs
+    stopped whoever had something to say. A node that did not become one by ``become_node`` is
+    hardened here. The node's log file has a limit from then on.
     """
+    harden_process()
+    limit_log_file()
     get_param_server_cache().set("/rosout_disable_topics_generation", False)
     watch = _Watch(rosgraph.get_master_uri())
     watch.look()
     threading.Thread(target=watch.run, name="registration", daemon=True).start()
+
+
+def keep_parameters(values: Mapping[str, Any]) -> None:
+    """Set parameters now and again at each new master; to be called after ``keep_registered``.
+
+    A master that is away is waited for, until the node ends.
+
+    Args:
+        values: By relative or absolute name; remappings hold.
+    """
+    _kept.update({rospy.resolve_name(name): value for name, value in values.items()})
+    while not rospy.is_shutdown():
+        try:
+            return _set_parameters(MasterClient(rosgraph.get_master_uri(), rospy.get_caller_id()))
+        except UNREACHABLE:  # the watch tells
+            time.sleep(PERIOD)
 
 
 class _Watch:
@@ -78,7 +63,7 @@ class _Watch:
 
     def __init__(self, uri: str) -> None:
         self._uri = uri
-        self._line = MasterLine(uri)
+        self._line = MasterClient(uri, rospy.get_caller_id())
         self._pid: int | None = None
 
     def run(self) -> None:
@@ -87,25 +72,43 @@ class _Watch:
             self.look()
 
     def look(self) -> None:
-        """Compare the master with the one before; one that did not answer for a while counts as another."""
+        """Compare the master with the one before.
+
+        One that did not answer for a while counts as another.
+        """
         try:
             pid = self._line.ask("getPid")
             if self._pid is not None and pid != self._pid:
                 count = _register_all(self._line)
-                rospy.logwarn("the ROS master was away: %d topics and services registered again", count)
+                _set_parameters(self._line)
+                rospy.logwarn(
+                    "the ROS master was away: %d topics and services registered again", count
+                )
             self._pid = pid
         except (*UNREACHABLE, MasterError) as error:
             if self._pid != _LOST and not rospy.is_shutdown():
-                rospy.logwarn("the ROS master at %s does not answer: %s; what is connected goes on", self._uri, error)
+                rospy.logwarn(
+                    "the ROS master at %s does not answer: %s; what is connected goes on",
+                    self._uri,
+                    error,
+                )
             self._pid = _LOST
-            self._line = MasterLine(self._uri)
+            self._line = MasterClient(self._uri, rospy.get_caller_id())
 
 
-def _register_all(line: MasterLine) -> int:
-    """Say everything again that this node publishes, subscribes to and serves; return how much that is."""
+def _set_parameters(line: MasterClient) -> None:
+    for name, value in list(_kept.items()):
+        line.ask("setParam", name, value)
+
+
+def _register_all(line: MasterClient) -> int:
+    """Say everything again that this node publishes, subscribes to and serves.
+
+    Return how much that is.
+    """
     topics, services, uri = get_topic_manager(), get_service_manager(), rospy.get_node_uri()
     offered = _offers(topics, services)
-    own = MasterLine(uri)
+    own = MasterClient(uri, rospy.get_caller_id())
     for kind, name, what in offered:
         publishers = line.ask(f"register{kind}", name, what, uri)
         if kind == "Subscriber":

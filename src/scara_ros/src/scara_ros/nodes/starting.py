@@ -12,25 +12,41 @@ from collections.abc import Iterator
 
 import rosgraph
 import rospy
+import rospy.topics
 
+from scara_ros.io.direct_connection import DirectConnection
+from scara_ros.io.hardening import harden_process
+from scara_ros.io.master import UNREACHABLE, MasterClient, MasterError
 from scara_ros.nodes.registration import keep_registered
 
 RETRY_S = 0.5
 ENDING_S = 5.0
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
+SWITCH_S = 0.0005
+"""A thread that computes lets the others run after so long [s]; our choice: a tenth of Python's.
+
+rospy has a thread for each listener. With five of them busy, a control loop waited for 25 ms.
+"""
 
 
 def become_node(name: str) -> None:
     """Become the node ``name`` once there is a master; to be called once, in the main thread.
 
-    SIGINT or SIGTERM ends the waiting, later the node: ``rospy.is_shutdown`` is true then and ``rospy.spin`` returns. The
-    shutdown runs in a thread of its own. rospy's own handler runs it inside the interrupted thread, and where that was just
-    publishing and held the lock of a connection, the shutdown waited for that lock for ever.
+    SIGINT or SIGTERM ends the waiting, later the node: ``rospy.is_shutdown`` is true then and
+    ``rospy.spin`` returns. The shutdown runs in a thread of its own. rospy's own handler runs it
+    inside the interrupted thread. If that one was publishing and held the lock of a connection,
+    the shutdown waited for that lock for ever.
+
+    The node outlives a full log disk and takes nothing from web pages: ``harden_process``.
 
     Raises:
         SystemExit: A signal came before there was a master; the code is 0.
     """
-    received: queue.SimpleQueue[int] = queue.SimpleQueue()  # the one queue that a handler may always put into
+    # The one kind of queue that a signal handler may always put into.
+    received: queue.SimpleQueue[int] = queue.SimpleQueue()
+    harden_process()
+    sys.setswitchinterval(SWITCH_S)
+    send_directly()
     for number in SIGNALS:
         signal.signal(number, lambda caught, _frame: received.put(caught))
     _wait_for_master(name, received)
@@ -41,9 +57,14 @@ def become_node(name: str) -> None:
     keep_registered()
 
 
+def send_directly() -> None:
+    """Let publishers send in the thread that publishes; call before the first one is made."""
+    rospy.topics.QueuedConnection = DirectConnection
+
+
 @contextlib.contextmanager
 def until_shutdown() -> Iterator[None]:
-    """Run a node's loop; what it publishes while the node shuts down has no topic any more, and ends the loop."""
+    """Run a node's loop; end it when it publishes while the node shuts down: topics are gone."""
     try:
         yield
     except rospy.ROSException:
@@ -54,15 +75,28 @@ def until_shutdown() -> Iterator[None]:
 def _wait_for_master(name: str, received: queue.SimpleQueue[int]) -> None:
     """Say once that the master is missing, and wait."""
     told = False
-    while not rosgraph.is_master_online():
+    while not master_answers(name):
         if not told:
-            print(f"{name}: no roscore at {rosgraph.get_master_uri()}: waiting for it", file=sys.stderr, flush=True)
+            print(
+                f"{name}: no roscore at {rosgraph.get_master_uri()}: waiting for it",
+                file=sys.stderr,
+                flush=True,
+            )
             told = True
         try:
             received.get(timeout=RETRY_S)
         except queue.Empty:
             continue
         sys.exit(0)
+
+
+def master_answers(caller: str) -> bool:
+    """Return whether a ROS master answers; one that hangs is given up after a second."""
+    try:
+        MasterClient(rosgraph.get_master_uri(), caller).ask("getPid")
+    except (*UNREACHABLE, MasterError):
+        return False
+    return True
 
 
 def _end_with(received: queue.SimpleQueue[int]) -> None:

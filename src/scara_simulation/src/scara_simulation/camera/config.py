@@ -17,7 +17,14 @@ from scara_simulation.camera.optics import Optics, Pose
 Pixels = Annotated[int, Meta(ge=16, le=4096)]
 Metres = Annotated[float, Meta(ge=-10.0, le=10.0)]
 Colour = Annotated[int, Meta(ge=0, le=255)]
-PARAMETERS = ("width_px", "height_px", "frame_rate_hz", "field_of_view_deg", "position_m", "look_at_m")
+PARAMETERS = (
+    "width_px",
+    "height_px",
+    "frame_rate_hz",
+    "field_of_view_deg",
+    "position_m",
+    "look_at_m",
+)
 
 
 class CameraConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -41,7 +48,13 @@ class CameraConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     @property
     def optics(self) -> Optics:
         """Return the projection."""
-        return Optics(self.width_px, self.height_px, float(np.radians(self.field_of_view_deg)), self.near_m, self.far_m)
+        return Optics(
+            self.width_px,
+            self.height_px,
+            float(np.radians(self.field_of_view_deg)),
+            self.near_m,
+            self.far_m,
+        )
 
     @property
     def pose(self) -> Pose:
@@ -49,7 +62,9 @@ class CameraConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return Pose(self.position_m, self.look_at_m, self.up)
 
 
-def load_camera(directory: Path | str | None = None, parameters: Mapping[str, Any] | None = None) -> CameraConfig:
+def load_camera(
+    directory: Path | str | None = None, parameters: Mapping[str, Any] | None = None
+) -> CameraConfig:
     """Read camera.yaml of ``directory`` (default: the package scara_config).
 
     Args:
@@ -64,14 +79,19 @@ def load_camera(directory: Path | str | None = None, parameters: Mapping[str, An
     if parameters:
         unknown = sorted(set(parameters) - set(PARAMETERS))
         if unknown:
-            raise ConfigError(f"camera: ~{unknown[0]}: no such parameter; there are {', '.join(PARAMETERS)}")
+            raise ConfigError(
+                f"camera: ~{unknown[0]}: no such parameter; there are {', '.join(PARAMETERS)}"
+            )
         source = "camera: parameters over camera.yaml"
         config = convert({**msgspec.to_builtins(config), **parameters}, CameraConfig, source)
     if not config.near_m < config.far_m:
-        raise ConfigError(f"{source}: near_m = {config.near_m:g}: must be below far_m = {config.far_m:g}")
+        raise ConfigError(
+            f"{source}: near_m = {config.near_m:g}: must be below far_m = {config.far_m:g}"
+        )
     if not config.pose.is_defined:
         raise ConfigError(
-            f"{source}: look_at_m = {list(config.look_at_m)}: from position_m = {list(config.position_m)} "
+            f"{source}: look_at_m = {list(config.look_at_m)}: from position_m = "
+            f"{list(config.position_m)} "
             f"this must be a direction, and not that of up = {list(config.up)}"
         )
     return config

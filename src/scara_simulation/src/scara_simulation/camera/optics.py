@@ -1,4 +1,7 @@
-"""Projection of a camera without distortion, and the pose of its optical frame (z forward, x right, y down; REP-103)."""
+"""Projection of a camera without distortion, and the pose of its optical frame.
+
+Z forward, x right, y down; REP-103.
+"""
 
 from __future__ import annotations
 
@@ -35,9 +38,14 @@ class Optics:
         return self.height / (2.0 * math.tan(self.field_of_view / 2.0))
 
     def intrinsics(self) -> np.ndarray:
-        """Return the matrix K of sensor_msgs/CameraInfo, shape (3, 3); the middle of the first pixel is (0, 0)."""
+        """Return the matrix K of sensor_msgs/CameraInfo, shape (3, 3).
+
+        The middle of the first pixel is (0, 0).
+        """
         f = self.focal_length
-        return np.array([[f, 0.0, (self.width - 1) / 2.0], [0.0, f, (self.height - 1) / 2.0], [0.0, 0.0, 1.0]])
+        return np.array(
+            [[f, 0.0, (self.width - 1) / 2.0], [0.0, f, (self.height - 1) / 2.0], [0.0, 0.0, 1.0]]
+        )
 
     def projection(self) -> np.ndarray:
         """Return OpenGL's projection matrix, shape (4, 4)."""
@@ -72,7 +80,10 @@ class Pose:
         return np.column_stack([x, np.cross(z, x), z])
 
     def quaternion(self) -> tuple[float, float, float, float]:
-        """Return the orientation as x, y, z, w (Shepperd's method, so that no case divides by a small number)."""
+        """Return the orientation as x, y, z, w.
+
+        Shepperd's method, so that no case divides by a small number.
+        """
         r = self.rotation()
         trace = float(np.trace(r))
         sizes = [float(r[0, 0]), float(r[1, 1]), float(r[2, 2]), trace]

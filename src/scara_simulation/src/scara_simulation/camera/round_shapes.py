@@ -1,4 +1,7 @@
-"""Round cylinders for a renderer that draws them with few edges: the same description with meshes in their place."""
+"""Round cylinders for a renderer that draws them with few edges.
+
+The same description with meshes in their place.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,10 @@ NAME = "cylinder.obj"
 
 
 def cylinder_mesh(edges: int) -> str:
-    """Return a cylinder of radius 1 and length 1 around z as Wavefront OBJ, smooth around, flat at its ends."""
+    """Return a cylinder of radius 1 and length 1 around z as Wavefront OBJ.
+
+    It is smooth around and flat at its ends.
+    """
     lines: list[str] = []
     for z in (-0.5, 0.5):
         for k in range(edges):
@@ -31,7 +37,9 @@ def cylinder_mesh(edges: int) -> str:
 
 
 def with_round_shapes(description: str) -> str:
-    """Return a robot description whose visible cylinders are the mesh ``NAME``; collisions are left out.
+    """Return a robot description whose visible cylinders are the mesh ``NAME``.
+
+    Collisions are left out.
 
     Args:
         description: URDF.
@@ -49,5 +57,7 @@ def with_round_shapes(description: str) -> str:
                 continue
             radius, length = cylinder.get("radius", ""), cylinder.get("length", "")
             geometry.remove(cylinder)
-            ElementTree.SubElement(geometry, "mesh", {"filename": NAME, "scale": f"{radius} {radius} {length}"})
+            ElementTree.SubElement(
+                geometry, "mesh", {"filename": NAME, "scale": f"{radius} {radius} {length}"}
+            )
     return ElementTree.tostring(robot, encoding="unicode")

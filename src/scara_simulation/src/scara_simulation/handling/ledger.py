@@ -1,4 +1,7 @@
-"""What became of each part: held, placed, dropped. Told where the parts are, it says what has happened."""
+"""What became of each part: held, placed, dropped.
+
+Told where the parts are, it says what has happened.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,8 @@ from collections.abc import Sequence
 from enum import Enum, auto
 
 import msgspec
+
+from scara_msgs.msg import PartEvent
 
 UPRIGHT = 0.98
 """Cosine of the largest tilt of a part that counts as placed. Our choice: 11 deg."""
@@ -62,7 +67,10 @@ class Ledger:
         self._known: dict[str, tuple[Phase, float]] = {}
 
     def observe(self, views: Sequence[PartView]) -> list[Happening]:
-        """Take in where parts are now and return what has happened; parts that are not told are as before."""
+        """Take in where parts are now and return what has happened.
+
+        Parts that are not told are as before.
+        """
         found: list[Happening] = []
         for view in views:
             phase, height = self._known.get(view.name, (Phase.RESTING, view.position[2]))
@@ -71,16 +79,22 @@ class Ledger:
                 found.append(happened)
         return found
 
-    def _judge(self, view: PartView, phase: Phase, height: float) -> tuple[tuple[Phase, float], Happening | None]:
+    def _judge(
+        self, view: PartView, phase: Phase, height: float
+    ) -> tuple[tuple[Phase, float], Happening | None]:
         """Return the part's phase and the height it may fall from, and what has happened to it."""
         z = view.position[2]
         if view.held:
             return (Phase.HELD, z), None
         if phase is not Phase.FALLEN and z < height - self._drop:
             text = f"{view.name} was dropped: it fell by more than {self._drop * 1e3:g} mm"
-            return (Phase.FALLEN, z), Happening("dropped", view.name, view.support, view.position, text)
+            return (Phase.FALLEN, z), Happening(
+                PartEvent.DROPPED, view.name, view.support, view.position, text
+            )
         if view.resting and view.support:
             placed = phase in (Phase.HELD, Phase.LET_GO) and view.upright >= UPRIGHT
             text = f"{view.name} was placed on {view.support}"
-            return (Phase.RESTING, z), Happening("placed", view.name, view.support, view.position, text) if placed else None
+            return (Phase.RESTING, z), Happening(
+                PartEvent.PLACED, view.name, view.support, view.position, text
+            ) if placed else None
         return (Phase.LET_GO if phase is Phase.HELD else phase, height), None

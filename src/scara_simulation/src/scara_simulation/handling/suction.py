@@ -1,4 +1,7 @@
-"""The suction gripper as a state machine: it takes time until there is vacuum, and until it is gone."""
+"""The suction gripper as a state machine.
+
+It takes time until there is vacuum, and until it is gone.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +24,8 @@ class Suction(msgspec.Struct, frozen=True):
     Attributes:
         commanded: The suction is on.
         held: Name of the part that hangs at the nozzle; empty: none.
-        closed: How long a part has closed the nozzle with the suction on, or the suction has been off while holding [s].
+        closed: How long a part has closed the nozzle with the suction on, or the suction has been
+            off while holding [s].
     """
 
     commanded: bool = False
@@ -29,7 +33,9 @@ class Suction(msgspec.Struct, frozen=True):
     closed: float = 0.0
 
 
-def advance(state: Suction, candidate: str, dt: float, vacuum_s: float, release_s: float) -> tuple[Suction, Change]:
+def advance(
+    state: Suction, candidate: str, dt: float, vacuum_s: float, release_s: float
+) -> tuple[Suction, Change]:
     """Go on for one step.
 
     Args:
@@ -40,17 +46,21 @@ def advance(state: Suction, candidate: str, dt: float, vacuum_s: float, release_
         release_s: From switching off until the part is let go [s].
 
     Returns:
-        The state after, and what happens to the part. Only the command off lets a part go; a part that is torn off is
-        taken away by :func:`lose`.
+        The state after, and what happens to the part. Only the command off lets a part go; a part
+        that is torn off is taken away by :func:`lose`.
     """
     if state.held:
         if state.commanded:
-            return (msgspec.structs.replace(state, closed=0.0) if state.closed else state), Change.NOTHING
+            return (
+                msgspec.structs.replace(state, closed=0.0) if state.closed else state
+            ), Change.NOTHING
         if state.closed + dt < release_s:
             return msgspec.structs.replace(state, closed=state.closed + dt), Change.NOTHING
         return Suction(), Change.RELEASE
     if not state.commanded or not candidate:
-        return (msgspec.structs.replace(state, closed=0.0) if state.closed else state), Change.NOTHING
+        return (
+            msgspec.structs.replace(state, closed=0.0) if state.closed else state
+        ), Change.NOTHING
     if state.closed + dt < vacuum_s:
         return msgspec.structs.replace(state, closed=state.closed + dt), Change.NOTHING
     return Suction(True, candidate), Change.GRIP

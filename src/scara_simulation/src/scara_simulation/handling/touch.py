@@ -7,7 +7,8 @@ from enum import Enum, auto
 import msgspec
 
 UPRIGHT = 0.9
-"""Cosine of the steepest contact normal that still counts as pressing from above. Our choice: 26 deg."""
+"""Cosine of the steepest contact normal that still counts as pressing from above. Our choice: 26
+deg."""
 
 
 class Body(Enum):
@@ -23,7 +24,10 @@ class Body(Enum):
 
 
 class Touch(msgspec.Struct, frozen=True):
-    """One contact; ``vertical`` is the size of the normal's vertical part, ``force`` along the normal [N]."""
+    """One contact.
+
+    ``vertical`` is the size of the normal's vertical part, ``force`` acts along the normal [N].
+    """
 
     kinds: tuple[Body, Body]
     names: tuple[str, str]
@@ -34,8 +38,9 @@ class Touch(msgspec.Struct, frozen=True):
 def is_collision(touch: Touch, touch_n: float, press_n: float) -> bool:
     """Tell whether a touch should not be.
 
-    The nozzle may stand on a part, and a held part on a stand or the pallet: from above and not too hard. Nothing else may be
-    touched by the arm or by what it carries; what lies about may touch what it likes.
+    The nozzle may stand on a part, and a held part on a stand or the pallet: from above and not too
+    hard. Nothing else may be touched by the arm or by what it carries; what lies about may touch
+    what it likes.
 
     Args:
         touch: The contact.

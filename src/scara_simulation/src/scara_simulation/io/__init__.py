@@ -1,1 +1,1 @@
-"""What touches the world: the physics engine, sockets."""
+"""What touches the world: the physics engine."""

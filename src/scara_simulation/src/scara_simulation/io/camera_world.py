@@ -1,4 +1,7 @@
-"""What the camera sees: a world of its own, only for pictures, drawn by PyBullet's software renderer."""
+"""What the camera sees.
+
+A world of its own, only for pictures, drawn by PyBullet's software renderer.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +24,10 @@ NOTHING = -1
 
 @dataclass(frozen=True)
 class Part:
-    """A cylinder along its z: its middle in the root frame [m], orientation x, y, z, w, size [m], red, green, blue, opacity."""
+    """A cylinder along its z.
+
+    Its middle in the root frame [m], orientation x, y, z, w, size [m], red, green, blue, opacity.
+    """
 
     position: tuple[float, float, float]
     orientation: tuple[float, float, float, float]
@@ -42,7 +48,10 @@ class CameraWorld:
         self._config = config
         self._view = config.pose.view().ravel(order="F").tolist()
         projection = config.optics.projection()
-        projection[:2, 2] += 1.0 / config.width_px, 1.0 / config.height_px  # this renderer looks at a pixel's lower left corner
+        projection[:2, 2] += (
+            1.0 / config.width_px,
+            1.0 / config.height_px,
+        )  # this renderer looks at a pixel's lower left corner
         self._projection = projection.ravel(order="F").tolist()
         self._parts: list[tuple[int, Part]] = []
         self._folder = Path(tempfile.mkdtemp(prefix="camera_"))
@@ -70,7 +79,9 @@ class CameraWorld:
         """Put joints there [rad] or [m]; names that the cell does not have count for nothing."""
         for name, q in positions.items():
             if name in self._joints:
-                pybullet.resetJointState(self._body, self._joints[name], q, physicsClientId=self._client)
+                pybullet.resetJointState(
+                    self._body, self._joints[name], q, physicsClientId=self._client
+                )
 
     def place_parts(self, parts: Sequence[Part]) -> None:
         """Put parts there; what is no longer among them is gone."""
@@ -84,7 +95,9 @@ class CameraWorld:
             if (old.radius, old.height, old.colour) != (part.radius, part.height, part.colour):
                 pybullet.removeBody(body, physicsClientId=self._client)
                 body = self._make(part)
-            pybullet.resetBasePositionAndOrientation(body, part.position, part.orientation, physicsClientId=self._client)
+            pybullet.resetBasePositionAndOrientation(
+                body, part.position, part.orientation, physicsClientId=self._client
+            )
             self._parts[index] = (body, part)
 
     def picture(self) -> np.ndarray:
@@ -100,8 +113,14 @@ class CameraWorld:
             renderer=pybullet.ER_TINY_RENDERER,
             physicsClientId=self._client,
         )
-        colours = np.asarray(pixels, dtype=np.uint8).reshape(config.height_px, config.width_px, 4)[:, :, :3].copy()
-        colours[np.asarray(mask).reshape(config.height_px, config.width_px) == NOTHING] = config.background
+        colours = (
+            np.asarray(pixels, dtype=np.uint8)
+            .reshape(config.height_px, config.width_px, 4)[:, :, :3]
+            .copy()
+        )
+        colours[np.asarray(mask).reshape(config.height_px, config.width_px) == NOTHING] = (
+            config.background
+        )
         return colours
 
     def _make(self, part: Part) -> int:
@@ -125,10 +144,16 @@ class CameraWorld:
         (self._folder / NAME).write_text(cylinder_mesh(self._config.round_edges), encoding="ascii")
         try:
             file.write_text(with_round_shapes(urdf.read_text(encoding="utf-8")), encoding="utf-8")
-            self._body: int = pybullet.loadURDF(str(file), useFixedBase=True, physicsClientId=self._client)
+            self._body: int = pybullet.loadURDF(
+                str(file), useFixedBase=True, physicsClientId=self._client
+            )
         except (OSError, SyntaxError, pybullet.error) as error:
             raise ConfigError(f"{urdf}: cannot be drawn: {error}") from error
         count = pybullet.getNumJoints(self._body, physicsClientId=self._client)
-        infos: list[Any] = [pybullet.getJointInfo(self._body, k, physicsClientId=self._client) for k in range(count)]
-        self._joints = {info[1].decode(): info[0] for info in infos if info[2] != pybullet.JOINT_FIXED}
+        infos: list[Any] = [
+            pybullet.getJointInfo(self._body, k, physicsClientId=self._client) for k in range(count)
+        ]
+        self._joints = {
+            info[1].decode(): info[0] for info in infos if info[2] != pybullet.JOINT_FIXED
+        }
         self.root: str = pybullet.getBodyInfo(self._body, physicsClientId=self._client)[0].decode()

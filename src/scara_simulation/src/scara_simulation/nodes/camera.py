@@ -1,10 +1,11 @@
 """Node ``camera``: pictures of the twin's cell, drawn in a process of its own with low priority.
 
-Parameters: ``~config_dir`` (default: package scara_config), ``~width_px``, ``~height_px``, ``~frame_rate_hz``,
-``~field_of_view_deg``, ``~position_m``, ``~look_at_m`` (default: camera.yaml).
+Parameters: ``~config_dir`` (default: package scara_config), ``~width_px``, ``~height_px``,
+``~frame_rate_hz``, ``~field_of_view_deg``, ``~position_m``, ``~look_at_m`` (default: camera.yaml).
 Topics out: ``camera/image_raw`` (sensor_msgs/Image, rgb8), ``camera/camera_info``, ``/tf_static``
 (``camera_optical_frame`` in the root frame of the robot description), ``/diagnostics``.
-Topics in: ``twin/joint_states``, ``twin/parts``, only while somebody listens to the pictures: else nothing is drawn.
+Topics in: ``twin/joint_states``, ``twin/parts``, only while somebody listens to the pictures: else
+nothing is drawn.
 Exit codes: 0 after a signal, 2 when it cannot start.
 """
 
@@ -16,9 +17,10 @@ import threading
 import time
 
 import rospy
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
 from scara_config import ConfigError, load_robot
+from scara_ros.diagnosis import Diagnosis, Level
+from scara_ros.nodes.diagnostics import PERIOD_S, Diagnostics
 from scara_ros.nodes.starting import become_node, until_shutdown
 from sensor_msgs.msg import CameraInfo, Image, JointState
 from tf2_ros import StaticTransformBroadcaster
@@ -28,14 +30,15 @@ from scara_simulation.camera.config import PARAMETERS, CameraConfig, load_camera
 from scara_simulation.io.camera_world import CameraWorld, Part
 
 FRAME = "camera_optical_frame"
-REPORT_PERIOD = 1.0  # REP-107
 
 
 def main() -> None:
     """Run the node."""
     try:
         become_node("camera")
-        given = {name: rospy.get_param(f"~{name}") for name in PARAMETERS if rospy.has_param(f"~{name}")}
+        given = {
+            name: rospy.get_param(f"~{name}") for name in PARAMETERS if rospy.has_param(f"~{name}")
+        }
         directory = rospy.get_param("~config_dir", None)
         config = load_camera(directory, given)
         os.nice(config.niceness)
@@ -64,7 +67,7 @@ class Camera:
         self._info = _camera_info(config)
         self._images = rospy.Publisher("camera/image_raw", Image, queue_size=1)
         self._infos = rospy.Publisher("camera/camera_info", CameraInfo, queue_size=1)
-        self._diagnostics = rospy.Publisher("/diagnostics", DiagnosticArray, queue_size=1)
+        self._diagnostics = Diagnostics("camera", queue_size=1)
         self._broadcaster = StaticTransformBroadcaster()
         self._broadcaster.sendTransform(_transform(config, world.root))
 
@@ -73,24 +76,34 @@ class Camera:
         self._fresh.set()
 
     def run(self) -> None:
-        """Draw until the node ends, on absolute deadlines; pictures that were not drawn in time are left out."""
+        """Draw until the node ends, on absolute deadlines.
+
+        Pictures that were not drawn in time are left out.
+        """
         period = 1.0 / self._config.frame_rate_hz
         due = time.monotonic()
         while not rospy.is_shutdown():
             self._listen(self._images.get_num_connections() + self._infos.get_num_connections() > 0)
-            if self._subscribers and self._fresh.wait(REPORT_PERIOD):
+            if self._subscribers and self._fresh.wait(PERIOD_S):
                 self._draw()
             self._report()
             due = max(due + period, time.monotonic())
             time.sleep(max(0.0, due - time.monotonic()))
 
     def _listen(self, wanted: bool) -> None:
-        """Hear the joints only while the pictures are wanted: 200 messages a second are work too."""
+        """Hear the joints only while the pictures are wanted.
+
+        200 messages a second are work too.
+        """
         if wanted and not self._subscribers:
             self._fresh.clear()
             self._subscribers = [
-                rospy.Subscriber("twin/joint_states", JointState, self._take, queue_size=1, tcp_nodelay=True),
-                rospy.Subscriber("twin/parts", MarkerArray, self._take_parts, queue_size=1, tcp_nodelay=True),
+                rospy.Subscriber(
+                    "twin/joint_states", JointState, self._take, queue_size=1, tcp_nodelay=True
+                ),
+                rospy.Subscriber(
+                    "twin/parts", MarkerArray, self._take_parts, queue_size=1, tcp_nodelay=True
+                ),
             ]
         elif not wanted:
             for subscriber in self._subscribers:
@@ -102,7 +115,11 @@ class Camera:
         self._fresh.set()
 
     def _take_parts(self, message: MarkerArray) -> None:
-        self._parts = [_part(m) for m in message.markers if m.type == Marker.CYLINDER and m.action == Marker.ADD]
+        self._parts = [
+            _part(m)
+            for m in message.markers
+            if m.type == Marker.CYLINDER and m.action == Marker.ADD
+        ]
 
     def _draw(self) -> None:
         """Publish one picture with the stamp of the joints in it."""
@@ -115,7 +132,9 @@ class Camera:
         self._world.place_parts(self._parts)
         pixels = self._world.picture()
         height, width, depth = pixels.shape
-        image = Image(height=height, width=width, encoding="rgb8", step=width * depth, data=pixels.tobytes())
+        image = Image(
+            height=height, width=width, encoding="rgb8", step=width * depth, data=pixels.tobytes()
+        )
         image.header.stamp, image.header.frame_id = newest.header.stamp, FRAME
         self._info.header.stamp = newest.header.stamp
         self._images.publish(image)
@@ -127,23 +146,24 @@ class Camera:
         """Tell once a second how many pictures were drawn, and what they took."""
         now = time.monotonic()
         passed = now - self._reported
-        if passed < REPORT_PERIOD:
+        if passed < PERIOD_S:
             return
-        text = f"{self._drawn / passed:.1f} pictures a second" if self._subscribers else "nobody looks"
+        text = (
+            f"{self._drawn / passed:.1f} pictures a second" if self._subscribers else "nobody looks"
+        )
         if self._subscribers and not self._drawn:
             text = "no joint states"
         each = 1e3 * self._spent / self._drawn if self._drawn else 0.0
-        status = DiagnosticStatus(level=DiagnosticStatus.OK, name="camera: pictures", message=text, hardware_id="camera")
-        status.values = [KeyValue("a picture takes [ms]", f"{each:.1f}")]
-        array = DiagnosticArray(status=[status])
-        array.header.stamp = rospy.Time.now()
-        self._diagnostics.publish(array)
+        values = {"a picture takes [ms]": f"{each:.1f}"}
+        self._diagnostics.publish(Diagnosis(Level.OK, "camera: pictures", text, values))
         self._drawn, self._spent, self._reported = 0, 0.0, now
 
 
 def _camera_info(config: CameraConfig) -> CameraInfo:
     k = config.optics.intrinsics()
-    info = CameraInfo(height=config.height_px, width=config.width_px, distortion_model="plumb_bob", D=[0.0] * 5)
+    info = CameraInfo(
+        height=config.height_px, width=config.width_px, distortion_model="plumb_bob", D=[0.0] * 5
+    )
     info.K, info.R = k.ravel().tolist(), [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
     info.P = [*k[0], 0.0, *k[1], 0.0, *k[2], 0.0]
     info.header.frame_id = FRAME

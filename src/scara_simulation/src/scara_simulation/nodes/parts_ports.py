@@ -1,4 +1,7 @@
-"""Parts and gripper of the twin over ROS: topics, the service ``gripper``, and their part of ``/diagnostics``."""
+"""Parts and gripper of the twin over ROS.
+
+Topics, the service ``gripper``, and their part of ``/diagnostics``.
+"""
 
 from __future__ import annotations
 
@@ -6,15 +9,24 @@ import time
 from collections.abc import Sequence
 
 import rospy
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import Point
 from scara_config.palletise import Palletise
-from std_srvs.srv import SetBool, SetBoolRequest, SetBoolResponse, Trigger, TriggerRequest, TriggerResponse
+from scara_ros.diagnosis import Diagnosis, Level
+from scara_ros.nodes.diagnostics import Diagnostics
+from scara_ros.pacing import Pace
+from std_srvs.srv import (
+    SetBool,
+    SetBoolRequest,
+    SetBoolResponse,
+    Trigger,
+    TriggerRequest,
+    TriggerResponse,
+)
 from visualization_msgs.msg import Marker, MarkerArray
 
 from scara_msgs.msg import GripperState, PartEvent
-from scara_simulation.io.clockwork import Clockwork
 from scara_simulation.io.handling.part_world import PartsNow, PartWorld
+from scara_simulation.io.real_time_runner import RealTimeRunner
 from scara_simulation.simulation import Snapshot
 
 GRIPPER_PERIOD_NS = 50_000_000
@@ -32,14 +44,21 @@ class PartsPorts:
         """Advertise."""
         self._world, self._work, self._frame = world, work, base_frame
         self._parts = rospy.Publisher("twin/parts", MarkerArray, queue_size=1, latch=True)
-        self._gripper = rospy.Publisher("twin/gripper", GripperState, queue_size=10, latch=True, tcp_nodelay=True)
-        self._events = rospy.Publisher("twin/part_events", PartEvent, queue_size=100, tcp_nodelay=True)
-        self._diagnostics = rospy.Publisher("/diagnostics", DiagnosticArray, queue_size=10)
-        self._due = [0, 0, 0]
-        self._told: tuple[object, ...] = ()
+        self._gripper = rospy.Publisher(
+            "twin/gripper", GripperState, queue_size=10, latch=True, tcp_nodelay=True
+        )
+        self._events = rospy.Publisher(
+            "twin/part_events", PartEvent, queue_size=100, tcp_nodelay=True
+        )
+        self._diagnostics = Diagnostics("simulator")
+        self._paces = (
+            (Pace(GRIPPER_PERIOD_NS), self._tell_gripper),
+            (Pace(PARTS_PERIOD_NS), self._tell_parts),
+            (Pace(DIAGNOSTICS_PERIOD_NS), self._diagnose),
+        )
         self._counted = (0, 0)
 
-    def serve(self, clockwork: Clockwork) -> None:
+    def serve(self, clockwork: RealTimeRunner) -> None:
         """Offer the service ``gripper``."""
         self._clockwork = clockwork
         rospy.Service("gripper", SetBool, self._command)
@@ -53,22 +72,23 @@ class PartsPorts:
         stamp = rospy.Time(stamp_ns // 1_000_000_000, stamp_ns % 1_000_000_000)
         while self._world.happened:
             _, happened = self._world.happened.popleft()
-            event = PartEvent(kind=happened.kind, part=happened.part, other=happened.other, message=happened.message)
-            event.header.stamp, event.header.frame_id, event.position = stamp, self._frame, Point(*happened.position)
+            event = PartEvent(
+                kind=happened.kind,
+                part=happened.part,
+                other=happened.other,
+                message=happened.message,
+            )
+            event.header.stamp, event.header.frame_id, event.position = (
+                stamp,
+                self._frame,
+                Point(*happened.position),
+            )
             self._events.publish(event)
             if happened.kind in (PartEvent.DROPPED, PartEvent.COLLISION):
                 rospy.logwarn("%s: %s", happened.kind, happened.message)
         told = (now.suction.commanded, now.suction.held, now.collisions, now.drops, now.message)
-        changed, self._told = told != self._told, told
-        for k, (period, tell) in enumerate(
-            (
-                (GRIPPER_PERIOD_NS, self._tell_gripper),
-                (PARTS_PERIOD_NS, self._tell_parts),
-                (DIAGNOSTICS_PERIOD_NS, self._diagnose),
-            )
-        ):
-            if changed or stamp_ns >= self._due[k] or self._due[k] - stamp_ns > period:
-                self._due[k] = stamp_ns + period
+        for pace, tell in self._paces:
+            if pace.is_due(stamp_ns, told):
                 tell(now, stamp)
 
     def _tell_gripper(self, now: PartsNow, stamp: rospy.Time) -> None:
@@ -86,7 +106,9 @@ class PartsPorts:
     def _tell_parts(self, now: PartsNow, stamp: rospy.Time) -> None:
         array = MarkerArray()
         for number, part in enumerate(now.parts):
-            marker = Marker(ns="parts", id=number, type=Marker.CYLINDER, action=Marker.ADD, text=part.name)
+            marker = Marker(
+                ns="parts", id=number, type=Marker.CYLINDER, action=Marker.ADD, text=part.name
+            )
             marker.header.stamp, marker.header.frame_id = stamp, self._frame
             where, turn = marker.pose.position, marker.pose.orientation
             where.x, where.y, where.z = part.position
@@ -104,16 +126,13 @@ class PartsPorts:
         worse = any(count > before for count, before in zip(counts, self._counted))
         self._counted = counts
         held = now.suction.held or ("nothing" if now.suction.commanded else "off")
-        status = DiagnosticStatus(
-            level=DiagnosticStatus.WARN if worse else DiagnosticStatus.OK,
-            name=f"{rospy.get_name()}: parts",
-            message=now.message if worse else f"gripper: {held}",
-            hardware_id="simulator",
-            values=[KeyValue("collisions", str(counts[0])), KeyValue("drops", str(counts[1])), KeyValue("gripper", held)],
+        found = Diagnosis(
+            Level.WARN if worse else Level.OK,
+            f"{rospy.get_name()}: parts",
+            now.message if worse else f"gripper: {held}",
+            {"collisions": counts[0], "drops": counts[1], "gripper": held},
         )
-        array = DiagnosticArray(status=[status])
-        array.header.stamp = stamp
-        self._diagnostics.publish(array)
+        self._diagnostics.publish(found, stamp=stamp)
 
     def _put_back(self, _: TriggerRequest) -> TriggerResponse:
         with self._clockwork.lock:
@@ -125,15 +144,21 @@ class PartsPorts:
         with self._clockwork.lock:
             self._world.grip(request.data)
             if self._clockwork.paused:
-                return SetBoolResponse(False, "the simulation is paused: the suction is switched, nothing moves")
+                return SetBoolResponse(
+                    False, "the simulation is paused: the suction is switched, nothing moves"
+                )
         until = time.monotonic() + self._work.gripper.answer_ms * 1e-3
         while time.monotonic() < until:
             time.sleep(_WAIT_S)
             with self._clockwork.lock:
                 suction = self._world.suction
             if bool(suction.held) == request.data:
-                return SetBoolResponse(True, f"holds {suction.held}" if request.data else "nothing is held")
+                return SetBoolResponse(
+                    True, f"holds {suction.held}" if request.data else "nothing is held"
+                )
         if not request.data:
             return SetBoolResponse(False, f"{suction.held} still hangs at the nozzle")
         reach = self._work.gripper.reach_mm
-        return SetBoolResponse(False, f"no part within {reach:g} mm below the nozzle; the suction stays on")
+        return SetBoolResponse(
+            False, f"no part within {reach:g} mm below the nozzle; the suction stays on"
+        )

@@ -1,7 +1,8 @@
 """Propose inertia and PID gains for a robot from its URDF; no ROS master needed.
 
-rosrun scara_simulation propose_gains --robot NAME [--write]: prints what robot.yaml and pid_gains.yaml should hold;
-``--write`` writes pid_gains.yaml, unless there is one (``--overwrite``). Exit code 0, or 2 when a file cannot be used.
+rosrun scara_simulation propose_gains --robot NAME [--write]: prints what robot.yaml and
+pid_gains.yaml should hold; ``--write`` writes pid_gains.yaml, unless there is one
+(``--overwrite``). Exit code 0, or 2 when a file cannot be used.
 """
 
 from __future__ import annotations
@@ -21,17 +22,25 @@ from scara_simulation.tuning.proposal import Proposal, propose
 from scara_simulation.tuning.stability import sample_plant
 
 HEAD = """\
-# The twin's PID loops: control_toolbox's gain names, error = set point - measured, output = effort [N m] or [N].
-# Our choice: proposed by `rosrun scara_simulation propose_gains --robot {name}` from `inertia` J of robot.yaml, w in brackets:
-#   position  p = J w^2, d = 2 J w, i = p w / 6;  velocity  p = J w, i = J w^2 / 80;  i_clamp 1.5 times the dry friction
+# The twin's PID loops: control_toolbox's gain names, error = set point - measured, output = effort
+# [N m] or [N].
+# Our choice: proposed by `rosrun scara_simulation propose_gains --robot {name}` from `inertia` J of
+# robot.yaml, w in brackets:
+#   position  p = J w^2, d = 2 J w, i = p w / 6;  velocity  p = J w, i = J w^2 / 80;  i_clamp 1.5
+# times the dry friction
 # Changed while the simulator runs by twin/pid/<joint> (docs/tuning.md), which keeps these comments.
 """
-app = typer.Typer(add_completion=False, help="Propose inertia and PID gains from the URDF.", rich_markup_mode=None)
+app = typer.Typer(
+    add_completion=False, help="Propose inertia and PID gains from the URDF.", rich_markup_mode=None
+)
 
 
 @app.command()
 def propose_gains(
-    robot: Annotated[str | None, typer.Option(help="Folder of config/robots; default: SCARA_ROBOT, else fanuc_sr6ia.")] = None,
+    robot: Annotated[
+        str | None,
+        typer.Option(help="Folder of config/robots; default: SCARA_ROBOT, else fanuc_sr6ia."),
+    ] = None,
     write: Annotated[bool, typer.Option("--write", help="Write pid_gains.yaml.")] = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Even if there is one.")] = False,
 ) -> None:
@@ -45,8 +54,14 @@ def propose_gains(
         proposals = dict(zip(names, _proposals()))
         for joint in profile.twin_joints:
             unit = "kg" if joint.si_unit == "m" else "kg m^2"
-            console.print(f"robot.yaml: {joint.name}.inertia: {proposals[joint.name].inertia}  # [chk] {unit}", markup=False)
-        text = HEAD.format(name=profile.name) + "".join(_lines(name, proposal) for name, proposal in proposals.items())
+            inertia = proposals[joint.name].inertia
+            console.print(
+                f"robot.yaml: {joint.name}.inertia: {inertia}  # [chk] {unit}",
+                markup=False,
+            )
+        text = HEAD.format(name=profile.name) + "".join(
+            _lines(name, proposal) for name, proposal in proposals.items()
+        )
         console.print(text, markup=False)
         file = robot_folder() / "pid_gains.yaml"
         if (write and not file.exists()) or overwrite:
@@ -55,7 +70,9 @@ def propose_gains(
         elif write:
             console.print(f"{file}: exists; --overwrite replaces it", markup=False)
     except ConfigError as error:
-        Console(stderr=True).print(f"propose_gains: {error}", style="red", markup=False, soft_wrap=True)
+        Console(stderr=True).print(
+            f"propose_gains: {error}", style="red", markup=False, soft_wrap=True
+        )
         raise typer.Exit(2) from error
 
 
@@ -64,10 +81,16 @@ def _proposals() -> list[Proposal]:
     robot = load_robot()
     config, joints = load_simulation(robot), robot.twin_joints
     with World(
-        robot.description, [joint.name for joint in joints], robot.tool_frame, dt=config.dt, gravity=config.gravity_m_s2
+        robot.description,
+        [joint.name for joint in joints],
+        robot.tool_frame,
+        dt=config.dt,
+        gravity=config.gravity_m_s2,
     ) as world:
         limits = [(joint.lower, joint.upper) for joint in joints]
-        plant = sample_plant(world.mass_matrix, limits, world.damping, config.dt, config.tracking_bandwidth_rad_s)
+        plant = sample_plant(
+            world.mass_matrix, limits, world.damping, config.dt, config.tracking_bandwidth_rad_s
+        )
         return propose(plant.mass_matrices, list(world.friction), config.dt)
 
 
@@ -76,7 +99,9 @@ def _lines(name: str, proposal: Proposal) -> str:
     rows = []
     for kind in ("position", "velocity"):
         gains = getattr(proposal.gains, kind)
-        values = f"p: {gains.p}, i: {gains.i}, d: {gains.d}, i_clamp: {gains.i_clamp}, antiwindup: true"
+        values = (
+            f"p: {gains.p}, i: {gains.i}, d: {gains.d}, i_clamp: {gains.i_clamp}, antiwindup: true"
+        )
         rows.append(f"  {kind}: {{{values}}}\n")
     return f"{name}:  # [{proposal.bandwidth:g} rad/s]\n" + "".join(rows)
 

@@ -1,14 +1,16 @@
 """Node ``simulator``: the twin's physics and its PID loops, in Gazebo's place.
 
-Parameters: ``~config_dir`` (default: package scara_config), ``~real_time_factor`` (1.0; 0: as fast as possible; other
-than 1 needs ``~publish_clock``), ``~publish_clock`` (false).
-Topics out: ``twin/joint_states``, ``twin/<joint>_position_controller/state``, ``twin/<joint>_velocity_controller/state``
-(of the loop that is closed; as ``.../state_each_step`` for each physics step while somebody listens),
-``twin/controller_modes``, ``/diagnostics``, ``/clock`` on request; tuning: see tuning_ports; ``twin/parts``,
-``twin/gripper``, ``twin/part_events`` and the service ``gripper`` if there is work (palletise.yaml): see parts_ports.
+Parameters: ``~config_dir`` (default: package scara_config), ``~real_time_factor`` (1.0; 0: as fast
+as possible; other than 1 needs ``~publish_clock``), ``~publish_clock`` (false).
+Topics out: ``twin/joint_states``, ``twin/<joint>_position_controller/state``,
+``twin/<joint>_velocity_controller/state`` (of the loop that is closed; as ``.../state_each_step``
+for each physics step while somebody listens), ``twin/controller_modes``, ``/diagnostics``,
+``/clock`` on request; tuning: see tuning_ports; ``twin/parts``, ``twin/gripper``,
+``twin/part_events`` and the service ``gripper`` if there is work (palletise.yaml): see parts_ports.
 Topics in: ``twin/joint_setpoints``, ``twin/<joint>_position_controller/command``,
-``twin/<joint>_velocity_controller/command``.
-Services: ``pause_physics``, ``unpause_physics``, ``reset_simulation``, ``step``; tuning: see tuning_ports.
+``twin/<joint>_velocity_controller/command`` (ends if nobody repeats it), ``motion_command``.
+Services: ``pause_physics``, ``unpause_physics``, ``reset_simulation``, ``step``; tuning: see
+tuning_ports.
 Exit codes: 0 after a signal, 1 when the simulation died, 2 when it cannot start.
 """
 
@@ -23,13 +25,21 @@ from pathlib import Path
 import rospy
 from scara_config import ConfigError, Robot, load_robot
 from scara_config.palletise import Palletise, find_palletise
+from scara_ros.io.scheduling import go_first
 from scara_ros.memory import keep_for_good
 from scara_ros.nodes.starting import become_node, until_shutdown
 
+from scara_simulation.command_desk import CommandDesk
 from scara_simulation.commands import CommandGate
-from scara_simulation.config import LoopGains, SimulationConfig, gains_path, load_gains, load_simulation
-from scara_simulation.io.clockwork import Clockwork
+from scara_simulation.config import (
+    LoopGains,
+    SimulationConfig,
+    gains_path,
+    load_gains,
+    load_simulation,
+)
 from scara_simulation.io.handling.part_world import PartWorld
+from scara_simulation.io.real_time_runner import RealTimeRunner
 from scara_simulation.io.world import World
 from scara_simulation.joint_control import InverseDynamics, JointControl
 from scara_simulation.joint_model import joint_models
@@ -61,7 +71,11 @@ def main() -> None:
         states = StatePorts(names, config.dt, publish_clock=publish_clock)
         simulation = _simulation(world, robot, config, gains)
 
-        parts = PartsPorts(world, work, robot.base_frame) if work and isinstance(world, PartWorld) else None
+        parts = (
+            PartsPorts(world, work, robot.base_frame)
+            if work and isinstance(world, PartWorld)
+            else None
+        )
 
         def publish(snapshots: Sequence[Snapshot]) -> None:
             states.publish(snapshots)
@@ -69,7 +83,7 @@ def main() -> None:
                 parts.publish(snapshots)
             simulation.watched = states.watched()
 
-        clockwork = Clockwork(
+        clockwork = RealTimeRunner(
             simulation,
             config,
             factor=factor,
@@ -77,16 +91,18 @@ def main() -> None:
             publish=publish,
             report=DiagnosticsPort(factor).report,
         )
-        CommandPorts(names, clockwork, CommandGate(robot, config), states)
+        desk = CommandDesk(simulation.control, CommandGate(robot, config), config)
+        CommandPorts(names, clockwork, desk, states)
         TuningPorts(names, clockwork, tuning, gains_path(directory))
         if parts is not None:
             parts.serve(clockwork)
         _run(clockwork)
 
 
-def _run(clockwork: Clockwork) -> None:
+def _run(clockwork: RealTimeRunner) -> None:
     """Run until a signal comes; say why the simulation died."""
     keep_for_good()
+    go_first()
     try:
         with until_shutdown():
             clockwork.run(rospy.is_shutdown)
@@ -97,13 +113,25 @@ def _run(clockwork: Clockwork) -> None:
 
 def _speed() -> tuple[float, bool]:
     """Return the real-time factor and whether the clock is published."""
-    factor, publish_clock = rospy.get_param("~real_time_factor", 1.0), rospy.get_param("~publish_clock", False)
+    factor, publish_clock = (
+        rospy.get_param("~real_time_factor", 1.0),
+        rospy.get_param("~publish_clock", False),
+    )
     if not isinstance(publish_clock, bool):
         raise ConfigError(f"simulator: ~publish_clock = {publish_clock!r}: must be true or false")
-    if isinstance(factor, bool) or not isinstance(factor, int | float) or not 0.0 <= factor <= 1000.0:
-        raise ConfigError(f"simulator: ~real_time_factor = {factor!r}: must be a number in [0, 1000]")
+    if (
+        isinstance(factor, bool)
+        or not isinstance(factor, int | float)
+        or not 0.0 <= factor <= 1000.0
+    ):
+        raise ConfigError(
+            f"simulator: ~real_time_factor = {factor!r}: must be a number in [0, 1000]"
+        )
     if not math.isclose(factor, 1.0) and not publish_clock:
-        raise ConfigError(f"simulator: ~real_time_factor = {factor:g}: needs ~publish_clock:=true, time is not the system's")
+        raise ConfigError(
+            f"simulator: ~real_time_factor = {factor:g}: needs ~publish_clock:=true, time is "
+            "not the system's"
+        )
     return float(factor), publish_clock
 
 
@@ -111,7 +139,14 @@ def _world(robot: Robot, config: SimulationConfig, work: Palletise | None) -> Wo
     """Load the cell, with parts if there is work for it."""
     urdf, names = robot.description, [joint.name for joint in robot.twin_joints]
     if work is None:
-        return World(urdf, names, robot.tool_frame, dt=config.dt, gravity=config.gravity_m_s2, dynamics=config.dynamics)
+        return World(
+            urdf,
+            names,
+            robot.tool_frame,
+            dt=config.dt,
+            gravity=config.gravity_m_s2,
+            dynamics=config.dynamics,
+        )
     return PartWorld(
         urdf,
         names,
@@ -123,8 +158,13 @@ def _world(robot: Robot, config: SimulationConfig, work: Palletise | None) -> Wo
     )
 
 
-def _tuning(world: World, robot: Robot, config: SimulationConfig, gains: list[LoopGains], file: Path) -> Tuning:
-    """Check the gains against the inertia that the joints see over the workspace; ``file`` is named in errors."""
+def _tuning(
+    world: World, robot: Robot, config: SimulationConfig, gains: list[LoopGains], file: Path
+) -> Tuning:
+    """Check the gains against the inertia that the joints see over the workspace.
+
+    ``file`` is named in errors.
+    """
     joints = robot.twin_joints
     plant = sample_plant(
         world.mass_matrix,
@@ -134,22 +174,31 @@ def _tuning(world: World, robot: Robot, config: SimulationConfig, gains: list[Lo
         config.tracking_bandwidth_rad_s if config.feed_forward else 0.0,
     )
     try:
-        return Tuning([joint.name for joint in joints], gains, [joint.effort for joint in joints], plant)
+        return Tuning(
+            [joint.name for joint in joints], gains, [joint.effort for joint in joints], plant
+        )
     except TuningError as error:
         raise ConfigError(f"{file}: {error}") from error
 
 
 def _inverse_dynamics(world: World, config: SimulationConfig) -> InverseDynamics | None:
-    """Return the model of the feed-forward, with masses that may be wrong on purpose; None without feed-forward."""
+    """Return the model of the feed-forward, with masses that may be wrong on purpose.
+
+    None without feed-forward.
+    """
     if not config.feed_forward:
         return None
     factor = config.model_mass_factor
     if factor == 1.0:
         return world.inverse_dynamics
-    return lambda q, qdot, qddot: [factor * effort for effort in world.inverse_dynamics(q, qdot, qddot)]
+    return lambda q, qdot, qddot: [
+        factor * effort for effort in world.inverse_dynamics(q, qdot, qddot)
+    ]
 
 
-def _simulation(world: World, robot: Robot, config: SimulationConfig, gains: list[LoopGains]) -> Simulation:
+def _simulation(
+    world: World, robot: Robot, config: SimulationConfig, gains: list[LoopGains]
+) -> Simulation:
     """Put world, control and the nominal time axis together; the axis begins now."""
     start = robot.home_positions
     control = JointControl(

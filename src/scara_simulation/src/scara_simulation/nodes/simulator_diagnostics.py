@@ -3,36 +3,36 @@
 from __future__ import annotations
 
 import rospy
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from scara_ros.diagnosis import Diagnosis, Level
+from scara_ros.nodes.diagnostics import Diagnostics
 
 from scara_simulation.health import Status, judge
 
-_LEVELS = {"ok": DiagnosticStatus.OK, "warn": DiagnosticStatus.WARN, "error": DiagnosticStatus.ERROR}
+_LEVELS = {
+    "ok": Level.OK,
+    "warn": Level.WARN,
+    "error": Level.ERROR,
+}
 
 
 class DiagnosticsPort:
-    """Publishes how the simulation is doing; compares with the last report to tell new troubles from old ones."""
+    """Publishes how the simulation is doing.
+
+    Compares with the last report to tell new troubles from old ones.
+    """
 
     def __init__(self, factor: float) -> None:
         """Advertise; ``factor`` is the speed that shall be kept, 0: none."""
         self._factor = factor
         self._last: Status | None = None
-        self._publisher = rospy.Publisher("/diagnostics", DiagnosticArray, queue_size=10)
+        self._diagnostics = Diagnostics("simulator")
 
     def report(self, status: Status) -> None:
         """Publish ``status``."""
         level, text = judge(status, self._last, self._factor)
         self._last = status
-        entry = DiagnosticStatus(
-            level=_LEVELS[level],
-            name=f"{rospy.get_name()}: physics",
-            message=text,
-            hardware_id="simulator",
-            values=[KeyValue(key, value) for key, value in _values(status)],
-        )
-        array = DiagnosticArray(status=[entry])
-        array.header.stamp = rospy.Time.now()
-        self._publisher.publish(array)
+        name = f"{rospy.get_name()}: physics"
+        self._diagnostics.publish(Diagnosis(_LEVELS[level], name, text, dict(_values(status))))
 
 
 def _values(status: Status) -> list[tuple[str, str]]:

@@ -7,15 +7,19 @@ from functools import partial
 
 import rospy
 from rosgraph_msgs.msg import Clock
+from scara_control.motion.commands import Command
+from scara_control.nodes.setpoint_messages import to_setpoints
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, String
 from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 from trajectory_msgs.msg import JointTrajectory
 
 from control_msgs.msg import JointControllerState
+from scara_msgs.msg import MotionCommand
 from scara_msgs.srv import Step, StepRequest, StepResponse
-from scara_simulation.commands import CommandError, CommandGate, TrajectoryPoint
-from scara_simulation.io.clockwork import Clockwork
+from scara_simulation.command_desk import CommandDesk
+from scara_simulation.commands import CommandError
+from scara_simulation.io.real_time_runner import RealTimeRunner
 from scara_simulation.joint_loop import LoopState
 from scara_simulation.simulation import Snapshot
 
@@ -23,47 +27,72 @@ MAX_STEPS = 60_000
 
 
 class StatePorts:
-    """What the simulator publishes. The queues hold a burst after a stall: every 5 ms of the motion is to be recorded."""
+    """What the simulator publishes.
+
+    The queues hold a burst after a stall: every 10 ms of the motion is to be recorded.
+    """
 
     def __init__(self, joints: Sequence[str], dt: float, *, publish_clock: bool) -> None:
         """Advertise everything."""
         self._joints, self._dt = list(joints), dt
-        self._joint_states = rospy.Publisher("twin/joint_states", JointState, queue_size=20, tcp_nodelay=True)
+        self._joint_states = rospy.Publisher(
+            "twin/joint_states", JointState, queue_size=20, tcp_nodelay=True
+        )
         self._loops = {
-            (name, kind): rospy.Publisher(f"twin/{name}_{kind}_controller/state", JointControllerState, queue_size=5)
+            (name, kind): rospy.Publisher(
+                f"twin/{name}_{kind}_controller/state", JointControllerState, queue_size=5
+            )
             for name in joints
             for kind in ("position", "velocity")
         }
         # As many as fit in the longest catch-up, of which nothing is to be lost.
         self._each_step = {
             (name, kind): rospy.Publisher(
-                f"twin/{name}_{kind}_controller/state_each_step", JointControllerState, queue_size=1000, tcp_nodelay=True
+                f"twin/{name}_{kind}_controller/state_each_step",
+                JointControllerState,
+                queue_size=1000,
+                tcp_nodelay=True,
             )
             for name in joints
             for kind in ("position", "velocity")
         }
-        self._modes = rospy.Publisher("twin/controller_modes", String, queue_size=1, latch=True, tcp_nodelay=True)
-        self._clock = rospy.Publisher("/clock", Clock, queue_size=1, tcp_nodelay=True) if publish_clock else None
+        self._modes = rospy.Publisher(
+            "twin/controller_modes", String, queue_size=1, latch=True, tcp_nodelay=True
+        )
+        self._clock = (
+            rospy.Publisher("/clock", Clock, queue_size=1, tcp_nodelay=True)
+            if publish_clock
+            else None
+        )
 
     def publish(self, snapshots: Sequence[Snapshot]) -> None:
         """Publish what fell due."""
         for snapshot in snapshots:
             stamp = _time(snapshot.stamp_ns)
             message = JointState(
-                name=self._joints, position=snapshot.positions, velocity=snapshot.velocities, effort=snapshot.efforts
+                name=self._joints,
+                position=snapshot.positions,
+                velocity=snapshot.velocities,
+                effort=snapshot.efforts,
             )
             message.header.stamp = stamp
             self._joint_states.publish(message)
             for loop in snapshot.loops:
                 self._loops[loop.joint, loop.kind].publish(self._loop_message(loop, stamp))
             for stamp_ns, loop in snapshot.watched:
-                self._each_step[loop.joint, loop.kind].publish(self._loop_message(loop, _time(stamp_ns)))
+                self._each_step[loop.joint, loop.kind].publish(
+                    self._loop_message(loop, _time(stamp_ns))
+                )
         if self._clock is not None and snapshots:
             self._clock.publish(Clock(clock=_time(snapshots[-1].stamp_ns)))
 
     def watched(self) -> tuple[int, ...]:
         """Return which joints' loops somebody listens to step by step."""
-        heard = {name for (name, _), publisher in self._each_step.items() if publisher.get_num_connections()}
+        heard = {
+            name
+            for (name, _), publisher in self._each_step.items()
+            if publisher.get_num_connections()
+        }
         return tuple(k for k, name in enumerate(self._joints) if name in heard)
 
     def publish_modes(self, modes: str) -> None:
@@ -89,11 +118,20 @@ class StatePorts:
 
 
 class CommandPorts:
-    """What the simulator obeys. A refused command moves nothing, is counted and said; any other error ends the node."""
+    """What the simulator obeys.
 
-    def __init__(self, joints: Sequence[str], clockwork: Clockwork, gate: CommandGate, states: StatePorts) -> None:
+    A refused command moves nothing, is counted and said; any other error ends the node.
+    """
+
+    def __init__(
+        self,
+        joints: Sequence[str],
+        clockwork: RealTimeRunner,
+        desk: CommandDesk,
+        states: StatePorts,
+    ) -> None:
         """Subscribe and serve."""
-        self._clockwork, self._gate, self._states = clockwork, gate, states
+        self._clockwork, self._desk, self._states = clockwork, desk, states
         self._control = clockwork.simulation.control
         self._modes = ""
         self._tell_modes()
@@ -102,14 +140,18 @@ class CommandPorts:
                 topic = f"twin/{name}_{kind}_controller/command"
                 self._listen(topic, Float64, partial(take, name))
         self._listen("twin/joint_setpoints", JointTrajectory, self._setpoints)
+        self._listen("motion_command", MotionCommand, self._obey)
         rospy.Service("pause_physics", Empty, partial(self._empty, clockwork.pause))
         rospy.Service("unpause_physics", Empty, partial(self._empty, clockwork.unpause))
         rospy.Service("reset_simulation", Empty, partial(self._empty, clockwork.reset))
         rospy.Service("step", Step, self._step)
 
     def _listen(self, topic: str, kind: type, take: Callable[[object], None]) -> None:
-        # A queue of 10: commands to different joints share a topic, so the newest must not displace the others.
-        rospy.Subscriber(topic, kind, partial(self._guarded, topic, take), queue_size=10, tcp_nodelay=True)
+        # A queue of 10: commands to different joints share a topic, so the newest must not displace
+        # the others.
+        rospy.Subscriber(
+            topic, kind, partial(self._guarded, topic, take), queue_size=10, tcp_nodelay=True
+        )
 
     def _guarded(self, topic: str, take: Callable[[object], None], message: object) -> None:
         try:
@@ -124,25 +166,22 @@ class CommandPorts:
             raise
 
     def _position(self, name: str, message: Float64) -> None:
-        self._control.command_position(name, self._gate.position(name, message.data))
+        self._desk.position(name, message.data)
 
     def _velocity(self, name: str, message: Float64) -> None:
-        self._control.command_velocity(name, self._gate.velocity(name, message.data))
+        self._desk.velocity(name, message.data, self._clockwork.simulation.now)
 
     def _setpoints(self, message: JointTrajectory) -> None:
         simulation = self._clockwork.simulation
         due = message.header.stamp.to_nsec()
-        points = [
-            TrajectoryPoint(
-                simulation.axis_time(due + point.time_from_start.to_nsec()),
-                point.positions,
-                point.velocities,
-                point.accelerations,
-            )
-            for point in message.points
-        ]
-        track = self._gate.track(message.joint_names, points, simulation.now)
-        self._control.command_track(message.joint_names, track)
+        times = tuple(
+            simulation.axis_time(due + point.time_from_start.to_nsec()) for point in message.points
+        )
+        self._desk.track(to_setpoints(message, times), simulation.now)
+
+    def _obey(self, message: MotionCommand) -> None:
+        if message.command in list(Command):
+            self._desk.obey(Command(message.command), self._clockwork.simulation.now)
 
     def _empty(self, act: Callable[[], None], _: EmptyRequest) -> EmptyResponse:
         act()
@@ -152,11 +191,17 @@ class CommandPorts:
 
     def _step(self, request: StepRequest) -> StepResponse:
         if request.steps > MAX_STEPS:
-            return StepResponse(success=False, message=f"steps = {request.steps} is outside [0, {MAX_STEPS}]")
+            return StepResponse(
+                success=False, message=f"steps = {request.steps} is outside [0, {MAX_STEPS}]"
+            )
         count = max(1, request.steps)
         if not self._clockwork.step(count):
-            return StepResponse(success=False, message="the simulation is running: call pause_physics first")
-        return StepResponse(success=True, message=f"{count} steps of {self._clockwork.simulation.dt * 1e3:g} ms")
+            return StepResponse(
+                success=False, message="the simulation is running: call pause_physics first"
+            )
+        return StepResponse(
+            success=True, message=f"{count} steps of {self._clockwork.simulation.dt * 1e3:g} ms"
+        )
 
     def _tell_modes(self) -> None:
         modes = self._control.modes

@@ -1,8 +1,11 @@
-"""Tuning over ROS: a dynamic_reconfigure server for each joint, made of its standard messages, and undo.
+"""Tuning over ROS: a dynamic_reconfigure server for each joint, and undo.
 
-``twin/pid/<joint>/set_parameters``, ``parameter_descriptions`` and ``parameter_updates`` are what rqt_reconfigure, dynparam
-and dynamic_reconfigure.client look for. A value out of range is refused with the whole request, not clamped: the answer
-holds the old values, and ``twin/pid/status`` tells the reason.
+It is made of dynamic_reconfigure's standard messages.
+
+``twin/pid/<joint>/set_parameters``, ``parameter_descriptions`` and ``parameter_updates`` are what
+rqt_reconfigure, dynparam and dynamic_reconfigure.client look for. A value out of range is refused
+with the whole request, not clamped: the answer holds the old values, and ``twin/pid/status`` tells
+the reason.
 """
 
 from __future__ import annotations
@@ -28,7 +31,7 @@ from scara_config.writer import write_values
 from std_msgs.msg import String
 from std_srvs.srv import Trigger, TriggerRequest, TriggerResponse
 
-from scara_simulation.io.clockwork import Clockwork
+from scara_simulation.io.real_time_runner import RealTimeRunner
 from scara_simulation.tuning.gains import PARAMETERS, Change, Tuning, TuningError, value_of
 
 _GROUP = "Default"
@@ -37,22 +40,41 @@ _MEANINGS = {
     "i": "effort [N m] or [N] for each {unit} of error and second",
     "d": "effort [N m] or [N] for each {unit} a second by which the error grows",
     "i_clamp": "largest effort of the integral term [N m] or [N]",
-    "antiwindup": "bound the integrated error itself, so that it leaves its bound as soon as the error changes sign",
+    "antiwindup": (
+        "bound the integrated error itself, so that it leaves its bound as soon as "
+        "the error changes sign"
+    ),
 }
 _UNITS = {"position": "rad or m", "velocity": "rad/s or m/s"}
 
 
 class TuningPorts:
-    """Offers the gains of all joints. Changes are made one after the other: in the loop first, then in the file."""
+    """Offers the gains of all joints.
 
-    def __init__(self, joints: Sequence[str], clockwork: Clockwork, tuning: Tuning, file: Path) -> None:
+    Changes are made one after the other: in the loop first, then in the file.
+    """
+
+    def __init__(
+        self, joints: Sequence[str], clockwork: RealTimeRunner, tuning: Tuning, file: Path
+    ) -> None:
         """Advertise and serve."""
-        self._joints, self._clockwork, self._tuning, self._file = list(joints), clockwork, tuning, file
+        self._joints, self._clockwork, self._tuning, self._file = (
+            list(joints),
+            clockwork,
+            tuning,
+            file,
+        )
         self._lock = threading.Lock()
         self._status = rospy.Publisher("twin/pid/status", String, queue_size=10, latch=True)
         self._descriptions, self._updates = (
-            {name: rospy.Publisher(f"twin/pid/{name}/{topic}", kind, queue_size=10, latch=True) for name in joints}
-            for topic, kind in (("parameter_descriptions", ConfigDescription), ("parameter_updates", Config))
+            {
+                name: rospy.Publisher(f"twin/pid/{name}/{topic}", kind, queue_size=10, latch=True)
+                for name in joints
+            }
+            for topic, kind in (
+                ("parameter_descriptions", ConfigDescription),
+                ("parameter_updates", Config),
+            )
         )
         for name in joints:
             self._tell(name)
@@ -87,7 +109,10 @@ class TuningPorts:
             self._clockwork.simulation.control.set_gains(change.joint, change.after)
         self._tell(change.joint)
         try:
-            write_values(self._file, {(change.joint, *PARAMETERS[name]): after for name, _, after in change.values()})
+            write_values(
+                self._file,
+                {(change.joint, *PARAMETERS[name]): after for name, _, after in change.values()},
+            )
         except ConfigError as error:
             return self._say(rospy.logerr, f"{what}, but not saved: {change.describe()}: {error}")
         return self._say(rospy.loginfo, f"{what} and saved: {change.describe()}")
@@ -100,10 +125,21 @@ class TuningPorts:
     def _tell(self, joint: str) -> None:
         """Publish a joint's gains, and the ranges, which depend on the other gains."""
         numbers, ranges = self._numbers(joint), self._tuning.ranges(joint)
-        lower, upper = ({name: ranges[name][side] if name in ranges else bool(side) for name in PARAMETERS} for side in (0, 1))
-        group = Group(name=_GROUP, type="", parameters=[_description(name) for name in PARAMETERS], parent=0, id=0)
+        lower, upper = (
+            {name: ranges[name][side] if name in ranges else bool(side) for name in PARAMETERS}
+            for side in (0, 1)
+        )
+        group = Group(
+            name=_GROUP,
+            type="",
+            parameters=[_description(name) for name in PARAMETERS],
+            parent=0,
+            id=0,
+        )
         self._descriptions[joint].publish(
-            ConfigDescription(groups=[group], min=_config(lower), max=_config(upper), dflt=_config(numbers))
+            ConfigDescription(
+                groups=[group], min=_config(lower), max=_config(upper), dflt=_config(numbers)
+            )
         )
         self._updates[joint].publish(_config(numbers))
 
@@ -113,13 +149,22 @@ class TuningPorts:
 
 def _values(config: Config) -> dict[str, object]:
     """Return what a request sets, whatever its types."""
-    return {parameter.name: parameter.value for parameter in (*config.doubles, *config.ints, *config.bools, *config.strs)}
+    return {
+        parameter.name: parameter.value
+        for parameter in (*config.doubles, *config.ints, *config.bools, *config.strs)
+    }
 
 
 def _config(values: Mapping[str, float | bool]) -> Config:
     return Config(
-        bools=[BoolParameter(name, value) for name, value in values.items() if isinstance(value, bool)],
-        doubles=[DoubleParameter(name, value) for name, value in values.items() if not isinstance(value, bool)],
+        bools=[
+            BoolParameter(name, value) for name, value in values.items() if isinstance(value, bool)
+        ],
+        doubles=[
+            DoubleParameter(name, value)
+            for name, value in values.items()
+            if not isinstance(value, bool)
+        ],
         groups=[GroupState(name=_GROUP, state=True, id=0, parent=0)],
     )
 
@@ -128,5 +173,9 @@ def _description(name: str) -> ParamDescription:
     kind, key = PARAMETERS[name]
     text = f"{kind} loop: " + _MEANINGS[key].format(unit=_UNITS[kind])
     return ParamDescription(
-        name=name, type="bool" if key == "antiwindup" else "double", level=0, description=text, edit_method=""
+        name=name,
+        type="bool" if key == "antiwindup" else "double",
+        level=0,
+        description=text,
+        edit_method="",
     )

@@ -1,4 +1,7 @@
-"""Changing gains while the loops run: what is let in, with which reason the rest is refused, and the way back."""
+"""Changing gains while the loops run.
+
+What is let in, with which reason the rest is refused, and the way back.
+"""
 
 from __future__ import annotations
 
@@ -10,12 +13,21 @@ import msgspec
 from scara_control.pid import PidGains
 
 from scara_simulation.config import LoopGains
-from scara_simulation.tuning.stability import KINDS, TOLERANCE, Kind, Plant, stable_range, worst_radius
+from scara_simulation.tuning.stability import (
+    KINDS,
+    TOLERANCE,
+    Kind,
+    Plant,
+    stable_range,
+    worst_radius,
+)
 
 Value = float | bool
 FACTORS: tuple[Literal["p", "i", "d"], ...] = ("p", "i", "d")
 KEYS = (*FACTORS, "i_clamp", "antiwindup")
-PARAMETERS: dict[str, tuple[Kind, str]] = {f"{kind}_{key}": (kind, key) for kind in KINDS for key in KEYS}
+PARAMETERS: dict[str, tuple[Kind, str]] = {
+    f"{kind}_{key}": (kind, key) for kind in KINDS for key in KEYS
+}
 """Name of each parameter of a joint: which loop, which gain."""
 MOST_UNDO = 1000
 """So many changes can be taken back. Our choice."""
@@ -41,7 +53,9 @@ class Change(msgspec.Struct, frozen=True):
 
     def describe(self) -> str:
         """Return ``joint_1: position_p 8285 -> 9000, ...``."""
-        return f"{self.joint}: " + ", ".join(f"{name} {_show(a)} -> {_show(b)}" for name, a, b in self.values())
+        return f"{self.joint}: " + ", ".join(
+            f"{name} {_show(a)} -> {_show(b)}" for name, a, b in self.values()
+        )
 
 
 def value_of(gains: LoopGains, name: str) -> Value:
@@ -53,7 +67,13 @@ def value_of(gains: LoopGains, name: str) -> Value:
 class Tuning:
     """The gains in force of all joints, and the changes that led to them."""
 
-    def __init__(self, joints: Sequence[str], gains: Sequence[LoopGains], efforts: Sequence[float], plant: Plant) -> None:
+    def __init__(
+        self,
+        joints: Sequence[str],
+        gains: Sequence[LoopGains],
+        efforts: Sequence[float],
+        plant: Plant,
+    ) -> None:
         """Begin with the gains of the file.
 
         Args:
@@ -65,10 +85,17 @@ class Tuning:
         Raises:
             TuningError: They are not stable.
         """
-        self._joints, self._gains, self._efforts, self._plant = list(joints), list(gains), list(efforts), plant
+        self._joints, self._gains, self._efforts, self._plant = (
+            list(joints),
+            list(gains),
+            list(efforts),
+            plant,
+        )
         self._changes: list[Change] = []
         for joint, loops in zip(self._joints, gains):
-            self._check_stability(joint, loops, [f"{kind}_{key}" for kind in KINDS for key in FACTORS])
+            self._check_stability(
+                joint, loops, [f"{kind}_{key}" for kind in KINDS for key in FACTORS]
+            )
 
     def gains(self, joint: str) -> LoopGains:
         """Return the gains in force."""
@@ -76,14 +103,19 @@ class Tuning:
 
     def ranges(self, joint: str) -> dict[str, tuple[float, float]]:
         """Return the allowed values of each number, the others as they are."""
-        return {name: self._range(joint, name, self.gains(joint)) for name, (_, key) in PARAMETERS.items() if key != "antiwindup"}
+        return {
+            name: self._range(joint, name, self.gains(joint))
+            for name, (_, key) in PARAMETERS.items()
+            if key != "antiwindup"
+        }
 
     def propose(self, joint: str, values: Mapping[str, object]) -> Change:
         """Return the change that sets the parameters ``values``; nothing is changed yet.
 
         Raises:
-            TuningError: An unknown parameter, a value of the wrong kind, not finite, negative, a clamp above the joint's
-                effort or without effect, or gains that are not stable at the physics step.
+            TuningError: An unknown parameter, a value of the wrong kind, not finite, negative, a
+                clamp above the joint's effort or without effect, or gains that are not stable at
+                the physics step.
         """
         before = after = self.gains(joint)
         for name, value in values.items():
@@ -112,7 +144,9 @@ class Tuning:
     def _with(self, joint: str, gains: LoopGains, name: str, value: object) -> LoopGains:
         """Return ``gains`` with one parameter set."""
         if name not in PARAMETERS:
-            raise TuningError(f"{joint}: unknown parameter {name!r}: it has {', '.join(PARAMETERS)}")
+            raise TuningError(
+                f"{joint}: unknown parameter {name!r}: it has {', '.join(PARAMETERS)}"
+            )
         kind, key = PARAMETERS[name]
         loop: PidGains = getattr(gains, kind)
         if key == "antiwindup":
@@ -120,7 +154,9 @@ class Tuning:
                 raise TuningError(f"{joint} {name} = {value!r}: must be true or false")
         else:
             value = self._number(joint, name, value, loop)
-        return msgspec.structs.replace(gains, **{kind: msgspec.structs.replace(loop, **{key: value})})
+        return msgspec.structs.replace(
+            gains, **{kind: msgspec.structs.replace(loop, **{key: value})}
+        )
 
     def _number(self, joint: str, name: str, value: object, loop: PidGains) -> float:
         """Return a number that a loop can have, or refuse it."""
@@ -132,16 +168,24 @@ class Tuning:
             raise TuningError(f"{joint} {name} = {_show(value)} is outside [{low:g}, {high:g}]")
         if name.endswith("i_clamp") and loop.i_clamp_max is not None and value != loop.i_clamp:
             raise TuningError(
-                f"{joint} {name} = {_show(value)}: has no effect, i_clamp_min and i_clamp_max are given in the file"
+                f"{joint} {name} = {_show(value)}: has no effect, i_clamp_min and "
+                "i_clamp_max are given in the file"
             )
         return float(value)
 
     def _check_stability(self, joint: str, loops: LoopGains, changed: Sequence[str]) -> None:
-        """Refuse gains with a pole outside the unit circle, and say which range the changed ones have."""
+        """Refuse gains with a pole outside the unit circle.
+
+        Say which range the changed ones have.
+        """
         index = self._joints.index(joint)
         gains = [*self._gains[:index], loops, *self._gains[index + 1 :]]
         for kind in KINDS:
-            names = [name for name in changed if PARAMETERS[name][0] == kind and PARAMETERS[name][1] in FACTORS]
+            names = [
+                name
+                for name in changed
+                if PARAMETERS[name][0] == kind and PARAMETERS[name][1] in FACTORS
+            ]
             if not names:
                 continue
             radius = worst_radius(self._plant, gains, index, kind)
@@ -149,23 +193,44 @@ class Tuning:
                 raise TuningError(self._explain(joint, loops, names, radius))
 
     def _explain(self, joint: str, loops: LoopGains, names: Sequence[str], radius: float) -> str:
-        """Say that gains are not stable, and what each of the named ones could be with the others as they are."""
+        """Say that gains are not stable.
+
+        Say what each of the named ones could be with the others as they are.
+        """
         asked = {name: _show(value_of(loops, name)) for name in names}
         ranges = {name: self._range(joint, name, loops) for name in names}
-        texts = [f"{name} = {asked[name]} is outside [{low:g}, {high:g}]" for name, (low, high) in ranges.items() if low <= high]
+        texts = [
+            f"{name} = {asked[name]} is outside [{low:g}, {high:g}]"
+            for name, (low, high) in ranges.items()
+            if low <= high
+        ]
         if not texts:
-            texts = [f"{name} = {text}, of which no value is stable with the other gains" for name, text in asked.items()]
+            texts = [
+                f"{name} = {text}, of which no value is stable with the other gains"
+                for name, text in asked.items()
+            ]
         step = f"{self._plant.dt * 1e3:g} ms"
-        return f"{joint} " + ", ".join(texts) + f": not stable at a physics step of {step} (pole of magnitude {radius:.6g})"
+        return (
+            f"{joint} "
+            + ", ".join(texts)
+            + f": not stable at a physics step of {step} (pole of magnitude {radius:.6g})"
+        )
 
     def _range(self, joint: str, name: str, loops: LoopGains) -> tuple[float, float]:
-        """Return smallest and largest allowed value of one number, rounded inwards; (inf, -inf) if there is none."""
+        """Return smallest and largest allowed value of one number, rounded inwards.
+
+        (inf, -inf) if there is none.
+        """
         index, (kind, key) = self._joints.index(joint), PARAMETERS[name]
         if key == "i_clamp":
             return 0.0, self._efforts[index]
         gains = [*self._gains[:index], loops, *self._gains[index + 1 :]]
         found = stable_range(self._plant, gains, index, kind, cast(Literal["p", "i", "d"], key))
-        return (_rounded(found[0], math.ceil), _rounded(found[1], math.floor)) if found else (math.inf, -math.inf)
+        return (
+            (_rounded(found[0], math.ceil), _rounded(found[1], math.floor))
+            if found
+            else (math.inf, -math.inf)
+        )
 
 
 def _rounded(value: float, towards: Callable[[float], int]) -> float:

@@ -4,9 +4,9 @@ r"""Gains to begin with, from the inertia that each joint sees over the workspac
     p &= J w^2, \quad d = 2 J w, \quad i = p w / 6 && \text{(position)} \\
     p &= J w, \quad i = J w^2 / 80 && \text{(velocity)}
 
-with the largest inertia :math:`J` (the others held): critically damped there. The smallest one (the others free) bounds the
-damping at the physics step, so :math:`w` is at most ``BANDWIDTH`` and at most :math:`1.5 / (2 h \cdot 1.9\, J / J_{min})`:
-all gains times 1.9 are stable then.
+with the largest inertia :math:`J` (the others held): critically damped there. The smallest one (the
+others free) bounds the damping at the physics step, so :math:`w` is at most ``BANDWIDTH`` and at
+most :math:`1.5 / (2 h \cdot 1.9\, J / J_{min})`: all gains times 1.9 are stable then.
 """
 
 from __future__ import annotations
@@ -24,11 +24,15 @@ BANDWIDTH = 60.0
 """[rad/s] Our choice: ten physics steps of 1 ms fit into the loop's time constant."""
 MARGIN = 1.9
 CLAMP = 1.5
-"""i_clamp in parts of the dry friction: enough to end the stick, too little to overshoot. Our choice."""
+"""i_clamp in parts of the dry friction: enough to end the stick, too little to overshoot. Our
+choice."""
 
 
 class Proposal(msgspec.Struct, frozen=True):
-    """For one joint: the largest inertia that it sees [kg m^2] or [kg], the bandwidth [rad/s], the gains of both loops."""
+    """For one joint: the largest inertia that it sees, the bandwidth and the gains.
+
+    The inertia is in [kg m^2] or [kg], the bandwidth in [rad/s]; the gains are those of both loops.
+    """
 
     inertia: float
     bandwidth: float
@@ -45,7 +49,10 @@ def propose(mass_matrices: NDArray[np.float64], friction: list[float], dt: float
     """
     held = np.diagonal(mass_matrices, axis1=1, axis2=2).max(axis=0)
     free = 1.0 / np.diagonal(np.linalg.inv(mass_matrices), axis1=1, axis2=2).max(axis=0)
-    return [_for_joint(rounded(j), float(low), f, dt) for j, low, f in zip(held.tolist(), free.tolist(), friction, strict=True)]
+    return [
+        _for_joint(rounded(j), float(low), f, dt)
+        for j, low, f in zip(held.tolist(), free.tolist(), friction, strict=True)
+    ]
 
 
 def rounded(value: float, digits: int = 4) -> float:
@@ -58,5 +65,11 @@ def _for_joint(inertia: float, smallest: float, friction: float, dt: float) -> P
     clamp = rounded(CLAMP * friction, 3)
     p, d, i = inertia * w * w, 2.0 * inertia * w, inertia * w**3 / 6.0
     position = PidGains(p=rounded(p), i=rounded(i), d=rounded(d), i_clamp=clamp, antiwindup=True)
-    velocity = PidGains(p=rounded(inertia * w), i=rounded(inertia * w * w / 80.0), d=0.0, i_clamp=clamp, antiwindup=True)
+    velocity = PidGains(
+        p=rounded(inertia * w),
+        i=rounded(inertia * w * w / 80.0),
+        d=0.0,
+        i_clamp=clamp,
+        antiwindup=True,
+    )
     return Proposal(inertia, w, LoopGains(position, velocity))

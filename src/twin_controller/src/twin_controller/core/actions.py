@@ -9,12 +9,13 @@ import msgspec
 from twin_controller.core.events import Joints, SideName
 
 
-class Do(StrEnum):
-    """An action without arguments; the state table is made of these."""
+class Command(StrEnum):
+    """What the state table tells a side or the core; a command has no arguments."""
 
     STOP_REAL = "stop the real robot"
     HOLD_REAL = "hold the real robot"
     RELEASE_REAL = "let the real robot go on"
+    END_STREAM = "take the real robot's set point back"
     ESTOP_REAL = "switch the real robot's drives off"
     RESET_REAL = "reset the real robot"
     START_STREAM = "start the real robot's stream program"
@@ -23,6 +24,7 @@ class Do(StrEnum):
     RESUME_TWIN = "resume the twin"
     ESTOP_TWIN = "freeze the twin"
     RESET_TWIN = "reset the twin"
+    YIELD_TWIN = "end the twin's own motion"
     RELEASE_TWIN = "end the twin's following"
     BEGIN_ALIGN = "align the twin"
     BEGIN_FOLLOW_TWIN = "let the twin follow"
@@ -35,16 +37,16 @@ class Action(msgspec.Struct, frozen=True, tag_field="kind"):
     """Base of all actions."""
 
 
-class Perform(Action, frozen=True, tag="perform"):
-    """Carry out one action of the state table. ``id`` marks commands to the twin, which reports it back."""
+class Send(Action, frozen=True, tag="send"):
+    """Send one command of the state table. The twin reports ``id`` back; 0 to the real robot."""
 
-    do: Do
+    command: Command
     reason: str
     id: int = 0
 
 
 class FollowTwin(Action, frozen=True, tag="follow_twin"):
-    """Set point for the twin: position, velocity, acceleration that were true at ``stamp`` (twin's ROS time)."""
+    """Set point for the twin: what was true at ``stamp`` (twin's ROS time)."""
 
     stamp: float
     q: Joints
@@ -53,11 +55,11 @@ class FollowTwin(Action, frozen=True, tag="follow_twin"):
 
 
 class StreamReal(Action, frozen=True, tag="stream_real"):
-    """Set point for the real robot, already validated and limited; to be sent at ``at`` [s]."""
+    """Set point for the real robot, validated and limited; to be sent at ``send_at`` [s]."""
 
     q: Joints
     speed_percent: float
-    at: float
+    send_at: float
 
 
 class MoveTwin(Action, frozen=True, tag="move_twin"):
@@ -112,4 +114,6 @@ class Decided(Action, frozen=True, tag="decided"):
     onset_uncertainty: float = 0.0
 
 
-AnyAction = Perform | FollowTwin | StreamReal | MoveTwin | CapTwin | OverrideReal | Grip | Reply | Decided
+AnyAction = (
+    Send | FollowTwin | StreamReal | MoveTwin | CapTwin | OverrideReal | Grip | Reply | Decided
+)

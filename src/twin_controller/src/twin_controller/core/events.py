@@ -21,7 +21,14 @@ class Event(msgspec.Struct, frozen=True, tag_field="kind", array_like=False):
 
 
 class Tick(Event, frozen=True, tag="tick"):
-    """Time has passed; sent at the state rate and whenever nothing else came for a poll period."""
+    """Time has passed; sent at the state rate and whenever nothing else came for a poll period.
+
+    Attributes:
+        own_gap: For so long the controller itself did not run before ``now`` [s], and nobody's
+            silence is meant by it. Recordings from before this field have none.
+    """
+
+    own_gap: float = 0.0
 
 
 class LinkChanged(Event, frozen=True, tag="link"):
@@ -44,6 +51,8 @@ class RealMeasured(Event, frozen=True, tag="real"):
         paused: A program is paused, or the robot is held.
         drives_on: Servo power is on.
         fault: An alarm stops the robot.
+        held_there: Somebody holds the robot at its pendant; only he lets it go.
+        estop_pressed: The emergency stop button at the robot is pressed.
         speed_percent: Override times programmed speed.
         gripper: The suction is on; None: the robot has no gripper.
         vacuum: It holds a part.
@@ -59,6 +68,8 @@ class RealMeasured(Event, frozen=True, tag="real"):
     paused: bool = False
     drives_on: bool = True
     fault: bool = False
+    held_there: bool = False
+    estop_pressed: bool = False
     speed_percent: float = 0.0
     override_percent: float = 0.0
     gripper: bool | None = None
@@ -80,7 +91,7 @@ class TwinMeasured(Event, frozen=True, tag="twin"):
 
 
 class TwinPlan(Event, frozen=True, tag="plan"):
-    """Set points the twin is going to pass: ``stamp + times[k]`` is when row k is due, in the twin's ROS time."""
+    """Set points that the twin is going to pass: row k at ``stamp + times[k]`` of its ROS time."""
 
     stamp: float
     times: tuple[float, ...]
@@ -90,7 +101,7 @@ class TwinPlan(Event, frozen=True, tag="plan"):
 
 
 class TwinMotion(Event, frozen=True, tag="motion"):
-    """State of the twin's joint_pose_controller; ``target`` is where its running move ends, empty if there is none."""
+    """State of the twin's pose controller; ``target`` is where a running move ends, else empty."""
 
     state: str
     speed_requested_percent: float
@@ -119,7 +130,7 @@ class GripAnswered(Event, frozen=True, tag="grip_answered"):
 
 
 class PersonSeen(Event, frozen=True, tag="person"):
-    """Where the nearest person is [m], in the base frame, how long ago that was true [s], and which sensor says so."""
+    """Where a sensor sees the nearest person, in the base frame [m], and how old that is [s]."""
 
     position: tuple[float, float, float]
     age: float = 0.0
@@ -142,7 +153,7 @@ class MoveEnded(Event, frozen=True, tag="move_ended"):
 
 
 class Operator(Event, frozen=True, tag="operator"):
-    """A command of the operator. ``target`` is joint positions or a point (x, y, z) [m], by ``command``."""
+    """A command of the operator; ``target`` is joint positions or a point (x, y, z) [m]."""
 
     command: str
     id: int = 0

@@ -1,1 +1,1 @@
-"""What touches the world without being ROS wiring: links and bag files."""
+"""What touches the world without being ROS wiring: links."""

@@ -1,11 +1,11 @@
-"""Run the core: one thread takes all inputs in the order in which they came and carries its decisions out."""
+"""Run the core: one thread takes all inputs in their order and carries its decisions out."""
 
 from __future__ import annotations
 
+import logging
 import queue
 import threading
 import time
-from collections.abc import Callable
 from concurrent.futures import Future
 from types import TracebackType
 from typing import Any, Protocol
@@ -16,57 +16,33 @@ from twin_controller.core.actions import (
     AnyAction,
     CapTwin,
     Decided,
-    Do,
     FollowTwin,
     Grip,
     MoveTwin,
     OverrideReal,
-    Perform,
     Reply,
+    Send,
     StreamReal,
 )
-from twin_controller.core.events import AnyEvent, GripAnswered, LinkChanged, MoveEnded, Operator, RealMeasured, Tick
-from twin_controller.core.state import CoreState, Setup, initial_state
+from twin_controller.core.events import (
+    AnyEvent,
+    GripAnswered,
+    LinkChanged,
+    MoveEnded,
+    Operator,
+    RealMeasured,
+    Tick,
+)
+from twin_controller.core.setup import Setup
+from twin_controller.core.sides.own_gap import OwnGaps
+from twin_controller.core.state import CoreState, initial_state
 from twin_controller.core.step import step
+from twin_controller.io.link_protocols import RealCommands, TwinCommands
 
+_LOG = logging.getLogger("rosout.engine")
 TICK = 0.01
 ALIVE = 0.1
 """An engine that has not looped for so long [s] hangs. Our choice: ten ticks."""
-
-
-class RealDoor(Protocol):
-    """What the engine asks of the link to the real robot; every call returns at once."""
-
-    def stream(self, q: tuple[float, ...], speed_percent: float, at: float) -> None:
-        """Write one set point, SI, at ``at`` (monotonic)."""
-
-    def perform(self, do: Do) -> None:
-        """Carry out one action on the real robot."""
-
-    def override(self, speed_percent: float) -> None:
-        """Set the override."""
-
-    def grip(self, on: bool) -> None:
-        """Switch the suction."""
-
-
-class TwinDoor(Protocol):
-    """What the engine asks of the link to the twin; every call returns at once."""
-
-    def follow(self, action: FollowTwin) -> None:
-        """Send one set point."""
-
-    def perform(self, action: Perform, stamp: float) -> None:
-        """Send one motion command; ``stamp`` is the twin's ROS time."""
-
-    def cap(self, speed_percent: float) -> None:
-        """Send the speed cap."""
-
-    def move(self, action: MoveTwin, done: Callable[[bool, str], None]) -> None:
-        """Start a move; ``done`` is told how it ended."""
-
-    def grip(self, on: bool, done: Callable[[bool, str], None]) -> None:
-        """Switch the suction; ``done`` is told what came of it."""
 
 
 class Listener(Protocol):
@@ -79,7 +55,9 @@ class Listener(Protocol):
 class Engine:
     """Owner of the core's state; a context manager."""
 
-    def __init__(self, setup: Setup, real: RealDoor, twin: TwinDoor, listener: Listener) -> None:
+    def __init__(
+        self, setup: Setup, real: RealCommands, twin: TwinCommands, listener: Listener
+    ) -> None:
         """Wire the engine.
 
         Args:
@@ -103,7 +81,12 @@ class Engine:
         self._thread.start()
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
         """Stop after what has already come in."""
         self._inputs.put(None)
         self._thread.join(timeout=2.0)
@@ -115,7 +98,7 @@ class Engine:
 
     @property
     def alive(self) -> bool:
-        """Whether the engine has decided a moment ago: not if it hangs in what it publishes or logs."""
+        """Whether the engine has decided a moment ago; it may hang in what it publishes or logs."""
         return time.monotonic() - self._looped < ALIVE
 
     def put(self, event: AnyEvent) -> None:
@@ -143,11 +126,16 @@ class Engine:
     def _run(self) -> None:
         try:
             last = time.monotonic()
+            gaps = OwnGaps(self._setup.config.own_gap)
             while True:
                 batch = self._next_batch()
                 if batch is None:
                     return
                 now = time.monotonic()
+                gap = gaps.look(now)
+                if gap:
+                    # First of all: what waits in the batch is judged without the gap.
+                    batch.insert(0, Tick(now, gap))
                 if now - last >= TICK or not batch:
                     batch.append(Tick(now))
                     last = now
@@ -174,12 +162,13 @@ class Engine:
         decided: list[Decided] = []
         for k, event in enumerate(batch):
             if isinstance(event, RealMeasured | Tick):
-                # What is decided now is aimed from now: the time spent in the queue is no lag of the robot.
+                # What is decided now is aimed from now: time in the queue is no lag of the robot.
                 batch[k] = event = msgspec.structs.replace(event, now=time.monotonic())
             self.state, actions = step(self._setup, self.state, event)
             for action in actions:
                 self._carry_out(action)
                 if isinstance(action, Decided):
+                    _LOG.debug("%s -> %s: %s", action.trigger, action.mode_after, action.why)
                     decided.append(action)
         self._listener.stepped(batch, self.state, decided)
 
@@ -188,21 +177,26 @@ class Engine:
             case FollowTwin():
                 self._twin.follow(action)
             case StreamReal():
-                self._real.stream(action.q, action.speed_percent, action.at)
-            case Perform(do=do) if do.name.endswith("_TWIN"):
-                self._twin.perform(action, self.state.twin.clock.to_remote(time.monotonic()))
-            case Perform(do=do):
-                self._real.perform(do)
+                self._real.stream(action.q, action.speed_percent, action.send_at)
+            case Send(command=command) if command.name.endswith("_TWIN"):
+                stamp = self.state.sides.twin.clock.to_remote(time.monotonic())
+                self._twin.perform(action, stamp)
+            case Send(command=command):
+                self._real.perform(command)
             case CapTwin():
                 self._twin.cap(action.speed_percent)
             case OverrideReal():
                 self._real.override(action.speed_percent)
             case MoveTwin():
-                self._twin.move(action, lambda ok, text: self.put(MoveEnded(time.monotonic(), ok, text)))
+                self._twin.move(
+                    action, lambda ok, text: self.put(MoveEnded(time.monotonic(), ok, text))
+                )
             case Grip(side="real", on=on):
                 self._real.grip(on)
             case Grip(on=on):
-                self._twin.grip(on, lambda ok, text: self.put(GripAnswered(time.monotonic(), "twin", ok, text)))
+                self._twin.grip(
+                    on, lambda ok, text: self.put(GripAnswered(time.monotonic(), "twin", ok, text))
+                )
             case Reply():
                 with self._replies_lock:
                     future = self._replies.get(action.id)
@@ -211,4 +205,6 @@ class Engine:
 
     def link_changed(self, side: str, connected: bool, reason: str) -> None:
         """Report a link's change; the callback of both links."""
-        self.put(LinkChanged(time.monotonic(), "real" if side == "real" else "twin", connected, reason))
+        self.put(
+            LinkChanged(time.monotonic(), "real" if side == "real" else "twin", connected, reason)
+        )

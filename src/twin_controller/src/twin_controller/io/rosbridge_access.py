@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
+import contextlib
+import ipaddress
 import select
 import ssl
 import threading
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Self
+from urllib.parse import urlsplit
 
 from scara_config import ConfigError
+from scara_ros.io.token_file import (
+    TWIN_CONTROLLER_FILE,
+    TWIN_CONTROLLER_VARIABLE,
+    TokenError,
+    read_token,
+)
 
 from twin_controller.config import Twin
 
@@ -19,8 +28,9 @@ class Access:
     """What a gateway asks of its clients.
 
     Attributes:
-        token: Sent in the handshake's header; None: none is.
-        ca_file: PEM file that proves the certificate of a ``wss://`` gateway; None: the system's authorities do.
+        token: Sent in the handshake's header; None: the gateway asks for no token.
+        ca_file: PEM file that proves the certificate of a ``wss://`` gateway; None: the system's
+            authorities do.
     """
 
     token: str | None = field(default=None, repr=False)
@@ -35,20 +45,38 @@ class Access:
 def read_access(twin: Twin, url: str, environment: Mapping[str, str]) -> Access:
     """Return what twin_controller.yaml and the environment give for the gateway at ``url``.
 
+    To a gateway of this machine the twin controller always says who it is, by the token that both
+    find: its connection alone may command the twin, and is never kept out. To another machine it
+    sends what ``token_environment`` names, else nothing.
+
     Raises:
-        ConfigError: The token's variable is not set or holds no token, the file cannot be used, or a secret stands in the file.
+        ConfigError: The token's variable is not set or holds no token, the file cannot be used, or
+            a secret stands in the file.
     """
     token, where = None, "twin_controller.yaml: twin."
     if "?" in twin.url:
-        advice = "must have no query, because the file is published and recorded; give a token by token_environment"
+        advice = (
+            "must have no query, because the file is published and recorded;"
+            " give a token by token_environment"
+        )
         raise ConfigError(f"{where}url = {shown(twin.url)}?...: {advice}")
     if twin.token_environment is not None:
         token = environment.get(twin.token_environment)
-        what = f"{where}token_environment = {twin.token_environment}: the"
         if not token:
-            raise ConfigError(f"{what} variable is not set: set it to the gateway's token, or give null")
-        if not (token.isascii() and token.isprintable() and " " not in token):
-            raise ConfigError(f"{what} token must be printable ASCII without blanks")
+            raise ConfigError(
+                f"{where}token_environment = {twin.token_environment}: the variable is not set: "
+                "set it to the gateway's token, or give null"
+            )
+    elif _is_of_this_machine(url):
+        try:
+            token = read_token(TWIN_CONTROLLER_VARIABLE, TWIN_CONTROLLER_FILE, environment)
+        except TokenError as error:
+            raise ConfigError(f"{where}token_environment = null: {error}") from error
+    if token is not None and not (token.isascii() and token.isprintable() and " " not in token):
+        raise ConfigError(
+            f"{where}token_environment = {twin.token_environment or 'null'}: the token must be "
+            "printable ASCII without blanks"
+        )
     if twin.ca_file is not None:
         what = f"{where}ca_file = {twin.ca_file}:"
         if not is_secure(url):
@@ -74,22 +102,35 @@ def shown(url: str) -> str:
     return f"{scheme}{separator}{host.rpartition('@')[2]}{slash}{path}"
 
 
+def _is_of_this_machine(url: str) -> bool:
+    """Return whether a URL names this machine by a loopback address."""
+    with contextlib.suppress(ValueError):  # no address but a name, or no URL at all
+        host = urlsplit(url).hostname or ""
+        return host == "localhost" or ipaddress.ip_address(host).is_loopback
+    return False
+
+
 def is_secure(url: str) -> bool:
     """Tell whether a URL means TLS."""
     return url.lower().startswith("wss:")
 
 
 def tls_context(ca_file: str | None) -> ssl.SSLContext:
-    """Return the settings of a connection whose server has to prove who it is; raises OSError for an unusable file."""
+    """Return the settings of a connection whose server has to prove who it is.
+
+    Raises:
+        OSError: The file cannot be used.
+    """
     context = ssl.create_default_context(cafile=ca_file)
     context.sslsocket_class = _SharedSocket
     return context
 
 
 class _SharedSocket(ssl.SSLSocket):
-    """A TLS socket that one thread reads while others write: OpenSSL itself must not be asked by two at once.
+    """A TLS socket that one thread reads while others write.
 
-    The reader waits for data before it takes its turn, so that a quiet peer holds up no writer.
+    OpenSSL itself must not be asked by two at once. The reader waits for data before it takes its
+    turn, so that a quiet peer holds up no writer.
     """
 
     _turn: threading.Lock

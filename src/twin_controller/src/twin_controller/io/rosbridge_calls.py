@@ -24,7 +24,8 @@ class _Call:
 class PendingCalls:
     """Calls that wait for their answer; safe for several threads.
 
-    What is to be told comes back as (callback, result, values, received, sent), so that no callback runs under the lock.
+    What is to be told comes back as (callback, result, values, received, sent), so that no callback
+    runs under the lock.
     """
 
     def __init__(self) -> None:
@@ -64,5 +65,11 @@ class PendingCalls:
     def _end(self, reason: str, until: float) -> list[Answer]:
         now = time.monotonic()
         with self._lock:
-            ended = [self._calls.pop(call_id) for call_id, call in list(self._calls.items()) if call.deadline <= until]
-        return [(call.callback, False, f"{call.service}: {reason}", now, call.sent) for call in ended]
+            ended = [
+                self._calls.pop(call_id)
+                for call_id, call in list(self._calls.items())
+                if call.deadline <= until
+            ]
+        return [
+            (call.callback, False, f"{call.service}: {reason}", now, call.sent) for call in ended
+        ]

@@ -1,8 +1,7 @@
-"""The twin's link: a rosbridge v2 client that connects by itself, again and again, and never blocks its owner."""
+"""A rosbridge v2 client that connects by itself, again and again, and never blocks its owner."""
 
 from __future__ import annotations
 
-import dataclasses
 import logging
 import threading
 import time
@@ -10,55 +9,35 @@ from collections.abc import Callable, Mapping
 from types import TracebackType
 from typing import Any, Self
 
-import msgspec
-
 from twin_controller.io.rosbridge_access import Access, shown
-from twin_controller.io.rosbridge_calls import Answer, OnAnswer, PendingCalls
-from twin_controller.io.rosbridge_socket import LinkLostError, LinkSettings, RosbridgeSocket
+from twin_controller.io.rosbridge_calls import OnAnswer, PendingCalls
+from twin_controller.io.rosbridge_settings import LinkCounters, LinkSettings
+from twin_controller.io.rosbridge_socket import LinkLostError, RosbridgeSocket
+from twin_controller.twin.rosbridge import (
+    Packet,
+    ServerPacket,
+    Wishes,
+    advertisement,
+    decode,
+    encode,
+    publication,
+    service_call,
+    subscription,
+)
 
 OnMessage = Callable[[str, dict[str, Any], float], None]
 OnChange = Callable[[bool, str], None]
 OnStatus = Callable[[str, str], None]
 
-__all__ = ["LinkCounters", "LinkSettings", "RosbridgeLink"]
-
 _LOG = logging.getLogger("rosout.rosbridge_link")
-_AGAIN_S = 1.0  # our choice: a wish that the server refused, because its roscore is away, is sent again after this time
-
-
-@dataclasses.dataclass(slots=True)
-class LinkCounters:
-    """What went over the link since its start."""
-
-    sent: int = 0
-    received: int = 0
-    rejected: int = 0
-    refused: int = 0
-    connects: int = 0
-    callback_errors: int = 0
-
-
-class _Packet(msgspec.Struct):
-    """Any packet that a rosbridge server sends."""
-
-    op: str
-    id: Any = None
-    topic: str = ""
-    msg: Any = None
-    values: Any = None
-    result: bool = True
-    level: str = ""
-
-
-_DECODER = msgspec.json.Decoder(_Packet)
-_ENCODER = msgspec.json.Encoder()
 
 
 class RosbridgeLink:
     """A connection to a rosbridge server; a context manager.
 
-    The callbacks come from the link's own thread, one after the other. Subscriptions and advertisements are
-    remembered and sent at each connect. ``null`` in a message (NaN in ROS) arrives as None.
+    The callbacks come from the link's own thread, one after the other. Subscriptions and
+    advertisements are remembered and sent at each connect. ``null`` in a message (NaN in ROS)
+    arrives as None.
     """
 
     def __init__(
@@ -75,7 +54,8 @@ class RosbridgeLink:
         Args:
             url: ``ws://host:port`` or ``wss://host:port``.
             on_message: Called with topic, message and when it was received (monotonic, [s]).
-            on_change: Called with connected and why not; on failing attempts only when the reason changes.
+            on_change: Called with connected and why not; on failing attempts only when the reason
+                changes.
             on_status: Called with level and text when the server remarks on what we sent.
             access: What the server asks of us.
             settings: Times.
@@ -88,8 +68,7 @@ class RosbridgeLink:
         self._shown = shown(url)
         self._access = access or Access()
         self._settings = settings or LinkSettings()
-        self._standing: dict[str, dict[str, Any]] = {}
-        self._again: dict[str, float] = {}
+        self._wishes = Wishes()
         self._calls = PendingCalls()
         self._line: RosbridgeSocket | None = None
         self._drop_reason = ""
@@ -116,29 +95,41 @@ class RosbridgeLink:
         self.start()
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
         self.close()
 
-    def subscribe(self, topic: str, type_name: str, throttle_ms: int = 0, queue_length: int = 1) -> None:
+    def subscribe(
+        self, topic: str, type_name: str, throttle_ms: int = 0, queue_length: int = 1
+    ) -> None:
         """Receive ``topic`` from now on, at every connect anew."""
-        wish = {"op": "subscribe", "topic": topic, "type": type_name}
-        self._stand("subscribe", topic, wish | {"throttle_rate": throttle_ms, "queue_length": queue_length})
+        self._stand(subscription(topic, type_name, throttle_ms, queue_length))
 
     def advertise(self, topic: str, type_name: str, latch: bool = False) -> None:
         """Announce that ``topic`` will be published, at every connect anew."""
-        self._stand("advertise", topic, {"op": "advertise", "topic": topic, "type": type_name, "latch": latch})
+        self._stand(advertisement(topic, type_name, latch))
 
     def publish(self, topic: str, message: Mapping[str, Any]) -> bool:
-        """Send a message; NaN goes as ``null``. False when it could not be sent; the link is dropped then."""
-        return self._send({"op": "publish", "topic": topic, "msg": message})
+        """Send a message; NaN goes as ``null``.
 
-    def call_service(self, service: str, args: Mapping[str, Any], callback: OnAnswer, timeout: float) -> bool:
+        Returns:
+            False when it could not be sent; the link is dropped then.
+        """
+        return self._send(publication(topic, message))
+
+    def call_service(
+        self, service: str, args: Mapping[str, Any], callback: OnAnswer, timeout: float
+    ) -> bool:
         """Call a service; the answer comes to ``callback``.
 
         Args:
             service: Name.
             args: Request fields.
-            callback: Called once with result, values (the reason in words when result is False), when the answer was
+            callback: Called once with result, values (or why there are none), when the answer was
                 received and when the call was sent (both monotonic, [s]).
             timeout: Without an answer for so long [s] the callback gets False and a text.
 
@@ -146,34 +137,27 @@ class RosbridgeLink:
             False when the call could not be sent; the callback is not called then.
         """
         call_id = self._calls.add(service, callback, timeout)
-        packet = {"op": "call_service", "id": call_id, "service": service, "args": args, "timeout": timeout}
+        packet = service_call(call_id, service, args, timeout)
         return self._send(packet) or not self._calls.withdraw(call_id)
 
     def drop(self, reason: str) -> None:
-        """Give the connection up, because what comes over it cannot be true; the next one begins anew."""
+        """Give the connection up: what comes over it cannot be true. The next one begins anew."""
         line = self._line
         if line is not None:
             self._drop(line, reason)
 
-    def _stand(self, kind: str, topic: str, packet: dict[str, Any]) -> None:
-        """Remember a packet for each connect, and send it now if there is a connection."""
-        packet["id"] = f"{kind}:{topic}"
+    def _stand(self, wish: Packet) -> None:
+        """Remember a wish for each connect, and send it now if there is a connection."""
         with self._lock:
-            self._standing[packet["id"]] = packet
-        self._send(packet)
-
-    def _repeat(self, now: float) -> None:
-        """Send those wishes again that were refused a while ago."""
-        for wish in [wish for wish, due in self._again.items() if due <= now]:
-            del self._again[wish]
-            self._send(self._standing[wish])
+            self._wishes.add(wish)
+        self._send(wish)
 
     def _send(self, packet: Mapping[str, Any]) -> bool:
         line = self._line
         if line is None:
             return False
         try:
-            line.send(_ENCODER.encode(packet))
+            line.send(encode(packet))
         except LinkLostError as error:
             self._drop(line, str(error))
             return False
@@ -201,7 +185,8 @@ class RosbridgeLink:
             else:
                 pause, told = self._settings.retry_first, None
                 reason = self._serve(line)
-                self._tell(self._calls.abandon(f"link lost: {reason}"))
+                for answer in self._calls.abandon(f"link lost: {reason}"):
+                    self._guard(*answer)
                 if not self._stop.is_set():
                     self._guard(self._on_change, False, f"{self._shown}: {reason}")
             self._stop.wait(pause)
@@ -211,8 +196,7 @@ class RosbridgeLink:
         """Use a connection until it ends; return why it did."""
         with self._lock:
             self._line, self._drop_reason = line, ""
-            standing = list(self._standing.values())
-        self._again = {}
+            standing = self._wishes.begin()
         self.counters.connects += 1
         reason = ""
         try:
@@ -222,8 +206,10 @@ class RosbridgeLink:
                 packet = line.receive()
                 if packet is not None:
                     self._take(*packet)
-                self._tell(self._calls.expired(time.monotonic()))
-                self._repeat(time.monotonic())
+                for answer in self._calls.expired(time.monotonic()):
+                    self._guard(*answer)
+                for wish in self._wishes.due(time.monotonic()):
+                    self._send(wish)
         except LinkLostError as error:
             reason = str(error)
         with self._lock:
@@ -234,9 +220,8 @@ class RosbridgeLink:
 
     def _take(self, data: bytes, received: float) -> None:
         """Hand one packet to its callback; what is no packet is counted."""
-        try:
-            packet = _DECODER.decode(data)
-        except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
+        packet = decode(data)
+        if packet is None:
             self.counters.rejected += 1
             return
         if packet.op == "publish" and isinstance(packet.msg, dict):
@@ -246,24 +231,20 @@ class RosbridgeLink:
             self._answered(packet, received)
         elif packet.op == "status":
             self.counters.refused += packet.level == "error"
-            if packet.level == "error" and isinstance(packet.id, str) and packet.id in self._standing:
-                self._again[packet.id] = received + _AGAIN_S
+            if packet.level == "error":
+                self._wishes.refuse(packet.id, received)
             if self._on_status is not None:
                 self._guard(self._on_status, packet.level, str(packet.msg))
         else:
             self.counters.rejected += 1
 
-    def _answered(self, packet: _Packet, received: float) -> None:
+    def _answered(self, packet: ServerPacket, received: float) -> None:
         answer = self._calls.answered(packet.id, packet.result, packet.values, received)
         if answer is None:
             self.counters.rejected += 1
             return
         self.counters.received += 1
-        self._tell([answer])
-
-    def _tell(self, answers: list[Answer]) -> None:
-        for callback, *args in answers:
-            self._guard(callback, *args)
+        self._guard(*answer)
 
     def _guard(self, callback: Callable[..., None], *args: Any) -> None:
         """Call the owner; an error of its is counted and logged, the link lives on."""

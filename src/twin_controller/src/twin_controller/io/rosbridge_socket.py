@@ -1,38 +1,25 @@
-"""One web-socket connection of a rosbridge link: bounded sending, silent peers found, errors in few words."""
+"""One web-socket connection: bounded sending, silent peers found, errors in few words."""
 
 from __future__ import annotations
 
 import contextlib
 import socket
 import time
-from dataclasses import dataclass
 
-from websocket import ABNF, WebSocket, WebSocketBadStatusException, WebSocketException, WebSocketTimeoutException
+from websocket import (
+    ABNF,
+    WebSocket,
+    WebSocketBadStatusException,
+    WebSocketException,
+    WebSocketTimeoutException,
+)
 
 from twin_controller.io.rosbridge_access import Access, is_secure, tls_context
+from twin_controller.io.rosbridge_settings import LinkSettings
 
 _CLOSE_TIMEOUT = 0.2
 _PING_PART = 0.4
 _WAKE_PART = 0.2
-
-
-@dataclass(frozen=True, slots=True)
-class LinkSettings:
-    """Times of a link [s].
-
-    Attributes:
-        silent_timeout: A peer of which nothing comes for so long, not even a pong, is taken for dead.
-        send_timeout: The longest that sending may block.
-        connect_timeout: Of connecting, at each step of the handshake.
-        retry_first: Pause before the first new attempt; doubled at each failure.
-        retry_last: Longest pause.
-    """
-
-    silent_timeout: float = 0.25
-    send_timeout: float = 0.05
-    connect_timeout: float = 1.0
-    retry_first: float = 0.1
-    retry_last: float = 2.0
 
 
 class LinkLostError(RuntimeError):
@@ -58,7 +45,11 @@ class RosbridgeSocket:
             )
             self._line.settimeout(settings.connect_timeout)
             self._line.connect(  # type: ignore[no-untyped-call]
-                url, header=access.headers, suppress_origin=True, http_no_proxy=["*"], redirect_limit=0
+                url,
+                header=access.headers,
+                suppress_origin=True,
+                http_no_proxy=["*"],
+                redirect_limit=0,
             )
         except (OSError, WebSocketException, ValueError) as error:
             raise LinkLostError(_text(error)) from error
@@ -69,7 +60,8 @@ class RosbridgeSocket:
         """Send a text packet.
 
         Raises:
-            LinkLostError: It could not be sent within the time allowed; the connection is of no use any more.
+            LinkLostError: It could not be sent within the time allowed; the connection is of no use
+                any longer.
         """
         try:
             self._line.send(data, ABNF.OPCODE_TEXT)
@@ -77,10 +69,11 @@ class RosbridgeSocket:
             raise LinkLostError(f"sending failed: {_text(error)}") from error
 
     def receive(self) -> tuple[bytes, float] | None:
-        """Return the next packet and when it came (monotonic, [s]), or None when there is none for a moment.
+        """Return the next packet and when it came (monotonic, [s]); None: nothing for a moment.
 
         Raises:
-            LinkLostError: The peer closed, the connection broke, or nothing came for ``silent_timeout``.
+            LinkLostError: The peer closed, the connection broke, or nothing came for
+                ``silent_timeout``.
         """
         try:
             opcode, frame = self._line.recv_data_frame(control_frame=True)
@@ -91,8 +84,12 @@ class RosbridgeSocket:
         except (OSError, WebSocketException) as error:
             raise LinkLostError(_text(error)) from error
         if opcode == ABNF.OPCODE_CLOSE:
-            raise LinkLostError(f"closed by the server: {frame.data[2:].decode('utf-8', 'replace')}".rstrip(": "))
-        return (frame.data, self._heard) if opcode in (ABNF.OPCODE_TEXT, ABNF.OPCODE_BINARY) else None
+            raise LinkLostError(
+                f"closed by the server: {frame.data[2:].decode('utf-8', 'replace')}".rstrip(": ")
+            )
+        return (
+            (frame.data, self._heard) if opcode in (ABNF.OPCODE_TEXT, ABNF.OPCODE_BINARY) else None
+        )
 
     def _look_for_life(self) -> None:
         """Ask a quiet peer for a sign of life, give a silent one up."""
@@ -123,6 +120,10 @@ class RosbridgeSocket:
 def _text(error: Exception) -> str:
     """Say an error in few words: a refused handshake with the server's own."""
     if isinstance(error, WebSocketBadStatusException):
-        body = error.resp_body.decode("utf-8", "replace").strip() if isinstance(error.resp_body, bytes) else ""
+        body = (
+            error.resp_body.decode("utf-8", "replace").strip()
+            if isinstance(error.resp_body, bytes)
+            else ""
+        )
         return f"refused with HTTP {error.status_code}: {body[:200]}".rstrip(": ")
     return str(error) or type(error).__name__

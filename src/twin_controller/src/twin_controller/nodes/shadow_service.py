@@ -1,4 +1,4 @@
-"""The service ``twin_controller/shadow``: the pair now or up to a minute ago, as one JSON document."""
+"""The service ``twin_controller/shadow``: the pair, now or a minute ago, as one JSON document."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ import msgspec
 import rospy
 
 from scara_msgs.srv import Shadow, ShadowResponse
-from twin_controller.core.state import CoreState, Setup
+from twin_controller.core.setup import Setup
+from twin_controller.core.state import CoreState
 from twin_controller.reporting.shadow import ShadowError, ShadowMemory, shadow_of
 
 
@@ -19,7 +20,9 @@ class ShadowService:
         """Start empty; ``configuration`` identifies the files in force."""
         self._setup, self._configuration = setup, configuration
         self._lock = threading.Lock()
-        self._memory = ShadowMemory(setup.config.shadow.period_ms * 1e-3, setup.config.shadow.memory_s)
+        self._memory = ShadowMemory(
+            setup.config.shadow.period_ms * 1e-3, setup.config.shadow.memory_s
+        )
         self._newest: tuple[CoreState, float, float] | None = None
 
     def offer(self) -> rospy.Service:
@@ -37,13 +40,24 @@ class ShadowService:
         with self._lock:
             self._newest = (state, now, stamp)
             if self._memory.due(stamp):
-                self._memory.keep(shadow_of(self._setup, state, now, stamp, self._memory.revision + 1, self._configuration))
+                self._memory.keep(
+                    shadow_of(
+                        self._setup,
+                        state,
+                        now,
+                        stamp,
+                        self._memory.revision + 1,
+                        self._configuration,
+                    )
+                )
 
     def _answer(self, request: Shadow._request_class) -> ShadowResponse:
         with self._lock:
             try:
                 if request.time == 0.0 and self._newest is not None:
-                    shadow = shadow_of(self._setup, *self._newest, self._memory.revision, self._configuration)
+                    shadow = shadow_of(
+                        self._setup, *self._newest, self._memory.revision, self._configuration
+                    )
                 else:
                     shadow = self._memory.at(request.time)
             except ShadowError as error:

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import msgspec
 import rospy
+from scara_ros.pacing import Pace
 from std_msgs.msg import Float64
 
 from industrial_msgs.msg import RobotMode, RobotStatus, TriState
-from twin_controller.core.state import CoreState, Setup
+from twin_controller.core.setup import Setup
+from twin_controller.core.state import CoreState
 from twin_controller.reporting.robot_status import robot_status, scaling_factor
 
-STATUS_PERIOD_S = 0.1  # our choice: often enough for a light on a panel; changes are published at once
+STATUS_PERIOD_S = (
+    0.1  # our choice: often enough for a light on a panel; changes are published at once
+)
 
 
 class StatusPublisher:
@@ -20,20 +24,23 @@ class StatusPublisher:
         """Advertise."""
         self._setup = setup
         self.pendant_enabled: bool | None = None
+        self.alarm_number = 0
         self._status = rospy.Publisher("robot_status", RobotStatus, queue_size=2, tcp_nodelay=True)
-        self._factor = rospy.Publisher("speed_scaling_factor", Float64, queue_size=2, tcp_nodelay=True)
-        self._due = 0.0
-        self._shown: object = None
+        self._factor = rospy.Publisher(
+            "speed_scaling_factor", Float64, queue_size=2, tcp_nodelay=True
+        )
+        self._pace = Pace(STATUS_PERIOD_S)
 
     def publish(self, state: CoreState, now: float, stamp: rospy.Time) -> None:
         """Publish at the rate, and at once when anything changes."""
-        status = robot_status(self._setup, state, self.pendant_enabled, now)
+        status = robot_status(self._setup, state, self.pendant_enabled, self.alarm_number, now)
         factor = scaling_factor(state)
-        if now < self._due and self._shown == (status, factor):
+        if not self._pace.is_due(now, (status, factor)):
             return
-        self._due, self._shown = now + STATUS_PERIOD_S, (status, factor)
         fields = msgspec.structs.asdict(status)
         mode, code = RobotMode(int(fields.pop("mode"))), fields.pop("error_code")
         answers = {name: TriState(int(value)) for name, value in fields.items()}
-        self._status.publish(RobotStatus(header=rospy.Header(stamp=stamp), mode=mode, error_code=code, **answers))
+        self._status.publish(
+            RobotStatus(header=rospy.Header(stamp=stamp), mode=mode, error_code=code, **answers)
+        )
         self._factor.publish(Float64(factor))

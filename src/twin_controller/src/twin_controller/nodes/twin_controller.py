@@ -1,12 +1,15 @@
 """Node ``twin_controller``: the bridge between the real robot (Modbus) and its twin (web socket).
 
-Parameters: ``~config_dir`` (robot.yaml, twin_controller.yaml, modbus_map.yaml); ``~modbus_host``, ``~modbus_port`` and
-``~gateway_url`` override the end points of twin_controller.yaml.
-Services: ``twin_controller/command`` (scara_msgs/TwinCommand), ``twin_controller/why`` (scara_msgs/Why),
-``twin_controller/shadow`` (scara_msgs/Shadow).
-Subscribes: ``people/nearest`` (geometry_msgs/PointStamped in the base frame), for speed and separation monitoring.
-Publishes: ``twin_controller/state``, ``decisions``, ``inputs``, ``audit``, ``configuration`` (latched),
-``real/joint_states``, ``real/robot_data``, ``robot_status``, ``speed_scaling_factor``, ``/diagnostics``.
+Parameters: ``~config_dir`` (robot.yaml, twin_controller.yaml, modbus_map.yaml);
+``~modbus_host``, ``~modbus_port`` and ``~gateway_url`` override the end points of
+twin_controller.yaml, ``~links`` its choice of link limits (strict or desk).
+Services: ``twin_controller/command`` (scara_msgs/TwinCommand),
+``twin_controller/why`` (scara_msgs/Why), ``twin_controller/shadow`` (scara_msgs/Shadow).
+Subscribes: ``people/nearest`` (geometry_msgs/PointStamped in the base frame), for speed and
+separation monitoring.
+Publishes: ``twin_controller/state``, ``decisions``, ``inputs``, ``audit``, ``configuration``
+(latched), ``real/joint_states``, ``real/robot_data``, ``robot_status``, ``speed_scaling_factor``,
+``/diagnostics``.
 """
 
 from __future__ import annotations
@@ -15,7 +18,6 @@ import hashlib
 import os
 import sys
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 import msgspec
@@ -23,33 +25,50 @@ import rospy
 from geometry_msgs.msg import PointStamped
 from scara_config import ConfigError, Robot, config_directory, files_in_force, load_robot
 from scara_config.modbus_map import ModbusMap, load_modbus_map
+from scara_ros.io.scheduling import go_first
 from scara_ros.memory import keep_for_good
+from scara_ros.nodes.diagnostics import PERIOD_S
 from scara_ros.nodes.starting import become_node, until_shutdown
+from scara_ros.pacing import Pace
 from std_msgs.msg import String
 
 from scara_msgs.srv import TwinCommand, TwinCommandResponse, Why, WhyResponse
-from twin_controller.config import TwinControllerConfig, load_twin_controller
+from twin_controller.config import (
+    TwinControllerConfig,
+    links_text,
+    load_twin_controller,
+    recorded_links,
+)
 from twin_controller.core.events import PersonSeen
 from twin_controller.core.safety.sightings import SightingError, sighting_age
-from twin_controller.core.state import Setup
+from twin_controller.core.setup import Setup
 from twin_controller.io.engine import Engine
-from twin_controller.io.real_door import RealDoor
+from twin_controller.io.modbus.robot_link import ModbusRobotLink
+from twin_controller.io.modbus.settings import ModbusSettings
+from twin_controller.io.real_link import RealLink
 from twin_controller.io.rosbridge_access import Access, read_access
-from twin_controller.io.twin_door import TwinDoor
+from twin_controller.io.twin_link import TwinLink
 from twin_controller.nodes.publishing import Publishing
 from twin_controller.nodes.shadow_service import ShadowService
+from twin_controller.robot.link import RobotListener
 from twin_controller.view import decision_text, statuses
 
-DIAGNOSTICS_PERIOD_S = 1.0  # REP-107
 WATCH_PERIOD_S = 0.05
 DEFAULT_DECISIONS = 10
+CONFIG_FILE = "twin_controller.yaml"
 
 
 class Node:
-    """Engine, both doors and the ROS side, wired."""
+    """Engine, both links and the ROS side, wired."""
 
     def __init__(
-        self, robot: Robot, config: TwinControllerConfig, layout: ModbusMap, configuration: str, url: str, access: Access
+        self,
+        robot: Robot,
+        config: TwinControllerConfig,
+        layout: ModbusMap,
+        configuration: str,
+        url: str,
+        access: Access,
     ) -> None:
         """Build everything; nothing connects before ``run``.
 
@@ -65,40 +84,65 @@ class Node:
         self._base_frame = robot.base_frame
         self._shadow = ShadowService(self._setup, configuration)
         self._publishing = Publishing(self._setup, robot, self._shadow)
-        host, port = rospy.get_param("~modbus_host", config.real.host), int(rospy.get_param("~modbus_port", config.real.port))
-        on_data = self._publishing.robot_data
-        alive: Callable[[], bool] = lambda: self._engine.alive  # noqa: E731  the engine is made of the doors
-        self._real = RealDoor(self._setup, robot, layout, host, port, self._put, self._changed, on_data, alive)
-        self._twin = TwinDoor(self._setup, self._put, self._changed, url, access)
-        self._engine = Engine(self._setup, self._real, self._twin, self._publishing)
+        self._real = self._real_link(robot, config, layout)
+        self._twin = TwinLink(self._setup, self._put, self._changed, url, access)
+        self._engine = Engine(self._setup, self._real, self._twin, self._publishing.thread)
+
+    def _real_link(self, robot: Robot, config: TwinControllerConfig, layout: ModbusMap) -> RealLink:
+        """Choose the robot's protocol; another one is another ``connect``."""
+        settings = ModbusSettings(
+            rospy.get_param("~modbus_host", config.real.host),
+            int(rospy.get_param("~modbus_port", config.real.port)),
+            poll_period=config.real.poll_period_ms * 1e-3,
+            timeout=config.real.timeout_ms * 1e-3,
+            command_retry=config.real.command_retry_ms * 1e-3,
+            command_attempts=config.real.command_attempts,
+        )
+
+        def connect(listener: RobotListener) -> ModbusRobotLink:
+            return ModbusRobotLink(settings, layout, robot, listener)
+
+        return RealLink(
+            robot,
+            layout.has_gripper,
+            connect,
+            self._put,
+            self._changed,
+            self._publishing.robot_data,
+            alive=lambda: self._engine.alive,  # asked when the engine is there
+        )
 
     def run(self) -> int:
         """Serve until shut down; return the exit code."""
-        rospy.Subscriber("people/nearest", PointStamped, self._person, queue_size=1, tcp_nodelay=True)
+        rospy.Subscriber(
+            "people/nearest", PointStamped, self._person, queue_size=1, tcp_nodelay=True
+        )
         services = [
             rospy.Service("twin_controller/command", TwinCommand, self._command),
             rospy.Service("twin_controller/why", Why, self._why),
             self._shadow.offer(),
         ]
         keep_for_good()
-        with self._engine, self._real, self._twin, until_shutdown():
+        go_first()
+        with self._publishing, self._engine, self._real, self._twin, until_shutdown():
             self._watch()
         for service in services:
             service.shutdown("the twin controller ends")
-        if self._engine.failure is not None:
-            rospy.logfatal("the engine died: %r", self._engine.failure)
+        failure = self._engine.failure or self._publishing.thread.failure
+        if failure is not None:
+            rospy.logfatal("the engine died: %r", failure)
             return 1
         return 0
 
     def _watch(self) -> None:
         """Publish diagnostics each second and when the mode changes; end with the engine."""
-        due, shown = 0.0, ""
-        while not rospy.is_shutdown() and self._engine.running:
+        pace = Pace(PERIOD_S)
+        publisher = self._publishing.thread
+        while not rospy.is_shutdown() and self._engine.running and publisher.failure is None:
             counters = {"real": self._real.counters, "twin": self._twin.counters}
             self._publishing.counted(counters)
             state, now = self._engine.state, time.monotonic()
-            if now >= due or shown != state.mode + state.why:
-                due, shown = now + DIAGNOSTICS_PERIOD_S, state.mode + state.why
+            if pace.is_due(now, state.lead.mode + state.lead.why):
                 self._publishing.diagnose(statuses(self._setup, state, counters, now))
             time.sleep(WATCH_PERIOD_S)
 
@@ -117,7 +161,9 @@ class Node:
         elif command == "MOVE_JOINTS":
             target = tuple(request.joint_positions)
         try:
-            reply = self._engine.operate(command, speed_percent=request.speed_percent, target=target, elbow=request.elbow)
+            reply = self._engine.operate(
+                command, speed_percent=request.speed_percent, target=target, elbow=request.elbow
+            )
             answer = TwinCommandResponse(reply.success, reply.message)
         except TimeoutError:
             answer = TwinCommandResponse(False, "the controller did not answer in time")
@@ -131,24 +177,35 @@ class Node:
         return answer
 
     def _person(self, message: PointStamped) -> None:
-        """Take a sighting; one that cannot be used counts as none, and that stops the pair when monitoring is on."""
+        """Take a sighting; one that cannot be used does not count.
+
+        Without a sighting the pair stops when monitoring is on.
+        """
         header, point = message.header, (message.point.x, message.point.y, message.point.z)
         sensor = message._connection_header.get("callerid", "")
         try:
-            age = sighting_age(header.frame_id, header.stamp.to_sec(), point, rospy.get_time(), self._base_frame)
+            age = sighting_age(
+                header.frame_id, header.stamp.to_sec(), point, rospy.get_time(), self._base_frame
+            )
         except SightingError as error:
             rospy.logerr_throttle(1.0, "people/nearest of %s: %s", sensor, error)
             return
         self._engine.put(PersonSeen(time.monotonic(), point, age, sensor))
 
     def _why(self, request: Why._request_class) -> WhyResponse:
-        decisions = self._engine.state.decisions[-(request.count or DEFAULT_DECISIONS) :]
+        decisions = self._engine.state.lead.decisions[-(request.count or DEFAULT_DECISIONS) :]
         return WhyResponse([decision_text(decision) for decision in decisions])
 
 
-def _publish_configuration(folder: Path) -> tuple[rospy.Publisher, str]:
-    """Latch all YAML files in force as one JSON object, for the bag; return what identifies them too."""
-    files = {name: path.read_text(encoding="utf-8") for name, path in sorted(files_in_force(folder).items())}
+def _publish_configuration(
+    folder: Path, config: TwinControllerConfig
+) -> tuple[rospy.Publisher, str]:
+    """Latch all YAML files in force as one JSON object, for the bag; return their digest too."""
+    files = {
+        name: path.read_text(encoding="utf-8")
+        for name, path in sorted(files_in_force(folder).items())
+    }
+    files[CONFIG_FILE] = recorded_links(files[CONFIG_FILE], config)
     text = msgspec.json.encode(files)
     publisher = rospy.Publisher("twin_controller/configuration", String, queue_size=1, latch=True)
     publisher.publish(String(text.decode()))
@@ -161,14 +218,15 @@ def main() -> None:
     try:
         folder = Path(rospy.get_param("~config_dir", "") or config_directory())
         robot = load_robot(folder)
-        config = load_twin_controller(robot, folder)
+        config = load_twin_controller(robot, folder, rospy.get_param("~links", ""))
         layout = load_modbus_map(folder)
         url = rospy.get_param("~gateway_url", config.twin.url)
         access = read_access(config.twin, url, os.environ)
     except ConfigError as error:
         rospy.logfatal("twin_controller: %s", error)
         sys.exit(2)
-    publisher, configuration = _publish_configuration(folder)
+    rospy.loginfo(links_text(config))
+    publisher, configuration = _publish_configuration(folder, config)
     node = Node(robot, config, layout, configuration, url, access)
     code = node.run()
     publisher.unregister()

@@ -1,1 +1,1 @@
-"""What others are told of the controller: its state for replay, the pair's shadow, the robot's status."""
+"""What the controller tells others: its state for replay, the shadow, the robot's status."""

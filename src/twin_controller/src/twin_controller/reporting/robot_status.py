@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import re
 from enum import IntEnum
 
 import msgspec
 
-from twin_controller.core.observing import change
-from twin_controller.core.rules.table import Mode
-from twin_controller.core.state import CoreState, Setup
-
-_ALARM_NUMBER = re.compile(r"\b[A-Z]{2,}-(\d+)\b")
+from twin_controller.core.lead.modes import Mode
+from twin_controller.core.setup import Setup
+from twin_controller.core.sides import change
+from twin_controller.core.state import CoreState
 
 
 class Tri(IntEnum):
@@ -42,23 +40,33 @@ class RobotStatus(msgspec.Struct, frozen=True):
     error_code: int = 0
 
 
-def robot_status(setup: Setup, state: CoreState, pendant_enabled: bool | None, now: float) -> RobotStatus:
+def robot_status(
+    setup: Setup, state: CoreState, pendant_enabled: bool | None, alarm_number: int, now: float
+) -> RobotStatus:
     """Say how the real robot is; everything is unknown while its link is down.
 
     Args:
         setup: Profile and numbers.
         state: What the controller knows.
         pendant_enabled: The teach pendant has the robot; None if that is not known.
+        alarm_number: Number of the active alarm, from its register; 0 if there is none.
         now: Time [s].
     """
-    flags = state.flags
-    if flags is None or not state.real.history:
+    real, lead = state.sides.real, state.lead
+    flags = real.flags
+    if flags is None or not real.history:
         return RobotStatus()
-    error = flags.fault or state.mode is Mode.FAULT
-    stopped = state.mode is Mode.ESTOP or not flags.drives_on
+    error = flags.fault or lead.mode is Mode.FAULT
+    stopped = lead.mode is Mode.ESTOP or not flags.drives_on
     possible = flags.drives_on and not error and not stopped and not flags.paused
-    still = change.stands_still(state.real.change, now, setup.config.change)
-    mode = RobotMode.UNKNOWN if pendant_enabled is None else RobotMode.MANUAL if pendant_enabled else RobotMode.AUTO
+    still = change.stands_still(real.change, now, setup.config.change)
+    mode = (
+        RobotMode.UNKNOWN
+        if pendant_enabled is None
+        else RobotMode.MANUAL
+        if pendant_enabled
+        else RobotMode.AUTO
+    )
     return RobotStatus(
         mode=mode,
         e_stopped=Tri(stopped),
@@ -66,27 +74,13 @@ def robot_status(setup: Setup, state: CoreState, pendant_enabled: bool | None, n
         motion_possible=Tri(possible),
         in_motion=Tri(not still),
         in_error=Tri(error),
-        error_code=alarm_number(state.alarm),
+        error_code=alarm_number,
     )
 
 
 def scaling_factor(state: CoreState) -> float:
-    """Return the part of the requested program speed that is applied, 0 to 1; 1 while nothing is asked for."""
-    if state.mode is Mode.PAUSED:
+    """Return the applied part of the requested program speed, 0 to 1; 1 if nothing is asked for."""
+    if state.lead.mode is Mode.PAUSED:
         return 0.0
-    speed = state.speed
+    speed = state.orders.speeds
     return min(max(speed.applied / speed.requested, 0.0), 1.0) if speed.requested > 0.0 else 1.0
-
-
-def alarm_number(text: str) -> int:
-    """Return the number of an alarm.
-
-    Args:
-        text: As the robot shows it; empty if there is none.
-
-    Example:
-        >>> alarm_number("SERVO SRVO-001 Operator panel E-stop")
-        1
-    """
-    found = _ALARM_NUMBER.search(text)
-    return int(found[1]) if found else 0

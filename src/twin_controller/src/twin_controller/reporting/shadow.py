@@ -1,6 +1,7 @@
-"""The pair at a time as one document: what is wanted, what both sides report, how far they are apart, who decides.
+"""The pair at a time as one document: what is wanted, both sides, their deviation, who decides.
 
-Positions and speeds are in each joint's border unit (deg, mm). ``stamp`` is ROS time at which a value was true [s].
+Positions and speeds are in each joint's border unit (deg, mm). ``stamp`` is ROS time at which a
+value was true [s].
 """
 
 from __future__ import annotations
@@ -12,7 +13,9 @@ from itertools import islice
 import msgspec
 
 from twin_controller.core.events import Joints
-from twin_controller.core.state import CoreState, Setup, Side
+from twin_controller.core.setup import Setup
+from twin_controller.core.sides.side import Side
+from twin_controller.core.state import CoreState
 from twin_controller.view import LinkView, state_view
 
 DIGITS = 4
@@ -48,7 +51,10 @@ class Reported(msgspec.Struct, frozen=True):
 
 
 class Deviation(msgspec.Struct, frozen=True):
-    """How far the sides are apart: real - twin by joint, of the tools with the lag removed [mm], and by how much [s]."""
+    """How far the sides are apart.
+
+    Real - twin by joint, of the tools with the lag removed [mm], and by how much [s].
+    """
 
     position: list[float]
     tool_mm: float
@@ -75,7 +81,10 @@ class Speed(msgspec.Struct, frozen=True):
 
 
 class Shadow(msgspec.Struct, frozen=True):
-    """The pair at ``stamp`` [s]. ``revision`` counts documents since the controller started, ``decision`` its decisions."""
+    """The pair at ``stamp`` [s].
+
+    ``revision`` counts documents since the controller started, ``decision`` its decisions.
+    """
 
     stamp: float
     revision: int
@@ -92,7 +101,14 @@ class Shadow(msgspec.Struct, frozen=True):
     links: list[LinkView]
 
 
-def shadow_of(setup: Setup, state: CoreState, now: float, stamp: float, revision: int = 0, configuration: str = "") -> Shadow:
+def shadow_of(
+    setup: Setup,
+    state: CoreState,
+    now: float,
+    stamp: float,
+    revision: int = 0,
+    configuration: str = "",
+) -> Shadow:
     """Describe the pair.
 
     Args:
@@ -107,29 +123,37 @@ def shadow_of(setup: Setup, state: CoreState, now: float, stamp: float, revision
     return Shadow(
         stamp=stamp,
         revision=revision,
-        decision=state.seq,
+        decision=state.lead.seq,
         configuration=configuration,
         names=view.name,
         units=view.unit,
         authority=Authority(view.mode, view.leader, view.why, view.alarm),
         desired=_desired(setup, state),
-        real=_reported(setup, state.real, stamp - now, view.real_standing_still),
-        twin=_reported(setup, state.twin, stamp - now, view.twin_standing_still),
+        real=_reported(setup, state.sides.real, stamp - now, view.real_standing_still),
+        twin=_reported(setup, state.sides.twin, stamp - now, view.twin_standing_still),
         deviation=Deviation(view.deviation, view.deviation_mm, view.follower_lag, view.diverged),
-        speed=Speed(view.speed_requested_percent, view.speed_applied_percent, view.speed_limited, view.speed_reason),
+        speed=Speed(
+            view.speed_requested_percent,
+            view.speed_applied_percent,
+            view.speed_limited,
+            view.speed_reason,
+        ),
         links=view.links,
     )
 
 
 def _desired(setup: Setup, state: CoreState) -> Desired:
     """Return the newest set point of whoever follows, or the agreed position."""
-    target = _rounded(setup.to_border(state.motion.target)) if state.motion is not None and state.motion.target else []
-    if state.stream is not None and state.stream.last is not None:
-        source = "operator" if state.leader == "operator" else "twin"
-        return Desired("real", source, _rounded(setup.to_border(state.stream.last.q)), target)
-    if state.follow is not None and state.twin.tube.commands:
-        return Desired("twin", "real", _rounded(state.twin.tube.commands[-1][1]), target)
-    agreed = state.real.change.baseline or state.twin.change.baseline
+    real, twin, follow = state.sides.real, state.sides.twin, state.follow
+    target: list[float] = []
+    if twin.motion is not None and twin.motion.target:
+        target = _rounded(setup.to_border(twin.motion.target))
+    if follow.real is not None and follow.real.last is not None:
+        source = "operator" if state.lead.leader == "operator" else "twin"
+        return Desired("real", source, _rounded(setup.to_border(follow.real.last.q)), target)
+    if follow.twin is not None and twin.tube.commands:
+        return Desired("twin", "real", _rounded(twin.tube.commands[-1][1]), target)
+    agreed = real.change.baseline or twin.change.baseline
     return Desired("both", "agreed", _rounded(agreed), target)
 
 
@@ -138,7 +162,12 @@ def _reported(setup: Setup, side: Side, offset: float, still: bool) -> Reported:
     if not side.history:
         return Reported([], [], None, still)
     last = side.last
-    return Reported(_rounded(setup.to_border(last.q)), _rounded(setup.to_border(last.qdot)), last.t + offset, still)
+    return Reported(
+        _rounded(setup.to_border(last.q)),
+        _rounded(setup.to_border(last.qdot)),
+        last.t + offset,
+        still,
+    )
 
 
 def _rounded(values: Joints) -> list[float]:
@@ -146,7 +175,7 @@ def _rounded(values: Joints) -> list[float]:
 
 
 class ShadowMemory:
-    """The documents of the last while, one each period. Not thread-safe: its owner holds one lock."""
+    """The latest documents, one each period. Not thread-safe: its owner holds one lock."""
 
     def __init__(self, period: float, duration: float) -> None:
         """Start empty.
@@ -161,7 +190,7 @@ class ShadowMemory:
         self.revision = 0
 
     def due(self, stamp: float) -> bool:
-        """Say whether it is time for the next document; a clock that went back does not stop them."""
+        """Return whether the next document is due; a clock that went back does not stop them."""
         return stamp >= self._due or stamp < self._due - 2.0 * self._period
 
     def keep(self, shadow: Shadow) -> None:
@@ -189,7 +218,8 @@ class ShadowMemory:
         wanted = time if time > 0.0 else last + time
         if not first <= wanted <= last + 2.0 * self._period:
             raise ShadowError(
-                f"time = {wanted:.3f} s is not remembered: the memory holds {first:.3f} to {last:.3f} s; "
+                f"time = {wanted:.3f} s is not remembered: "
+                f"the memory holds {first:.3f} to {last:.3f} s; "
                 "older times are in the bag"
             )
         place = bisect_right([shadow.stamp for shadow in self._kept], wanted) - 1

@@ -1,7 +1,8 @@
 """Inputs and state of the core as bytes: what a recording holds and a replay reads.
 
-The inputs alone decide, so a state and all inputs since give every later state and decision again. The past decisions are
-left out of a state: they are its largest part, nothing is decided by them, and the recording holds them anyway.
+The inputs alone decide, so a state and all inputs since give every later state and decision again.
+The past decisions are left out of a state: they are its largest part, nothing is decided by them,
+and the recording holds them anyway.
 """
 
 from __future__ import annotations
@@ -17,6 +18,11 @@ from twin_controller.core.state import CoreState
 class SnapshotError(ValueError):
     """Recorded bytes are not what this version of the core writes; the text says where."""
 
+
+OLD_STATE = (
+    "state: recorded by an older version (b804ada or before): its states cannot be read; "
+    "replay the recording with that version, or record again with this one"
+)
 
 _ENCODER = msgspec.msgpack.Encoder()
 _EVENTS = msgspec.msgpack.Decoder(list[AnyEvent])
@@ -42,28 +48,51 @@ def decode_events(data: bytes) -> list[AnyEvent]:
 
 def encode_state(state: CoreState) -> bytes:
     """Return a state without its past decisions as bytes; equal states give equal bytes."""
-    return _ENCODER.encode(msgspec.structs.replace(state, decisions=()))
+    lead = msgspec.structs.replace(state.lead, decisions=())
+    return _ENCODER.encode(msgspec.structs.replace(state, lead=lead))
 
 
 def decode_state(data: bytes) -> CoreState:
     """Return the state in ``data``.
 
     Raises:
-        SnapshotError: It holds something else.
+        SnapshotError: It holds something else, or a state of before the core had its five parts.
     """
     try:
         return _STATE.decode(data)
     except msgspec.DecodeError as error:
+        if _is_old(data):
+            raise SnapshotError(OLD_STATE) from error
         raise SnapshotError(f"state: {error}") from error
 
 
+def _is_old(data: bytes) -> bool:
+    """Return whether the bytes are a state as it was recorded when it had no parts."""
+    try:
+        return "mode_since" in msgspec.msgpack.decode(data)
+    except (msgspec.DecodeError, TypeError):
+        return False
+
+
 def first_difference(one: CoreState, other: CoreState) -> str:
-    """Return the name and both values of the first field in which two states differ; empty if there is none."""
-    for name in CoreState.__struct_fields__:
-        mine, theirs = getattr(one, name), getattr(other, name)
-        if name != "decisions" and _ENCODER.encode(mine) != _ENCODER.encode(theirs):
-            return f"{name} = {_shown(mine)} instead of {_shown(theirs)}"
+    """Return name and both values of the first field that differs; empty if there is none."""
+    mine, theirs = _fields(one), _fields(other)
+    for name, value in mine.items():
+        if _ENCODER.encode(value) != _ENCODER.encode(theirs[name]):
+            return f"{name} = {_shown(value)} instead of {_shown(theirs[name])}"
     return ""
+
+
+def _fields(state: CoreState) -> dict[str, object]:
+    """Return the fields of all parts by their names, such as ``lead.mode``; no past decisions."""
+    parts = msgspec.structs.asdict(state)
+    named = {
+        f"{part}.{name}": value
+        for part, fields in parts.items()
+        for name, value in msgspec.structs.asdict(fields).items()
+    }
+    del named["lead.decisions"]
+    return named
 
 
 def _shown(value: object) -> str:

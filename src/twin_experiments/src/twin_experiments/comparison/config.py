@@ -9,7 +9,8 @@ import msgspec
 import numpy as np
 from msgspec import Meta
 from scara_config import Joint, load, locate
-from twin_controller.metrics_series import Array
+
+from twin_experiments.metrics.series import Array
 
 Positive = Annotated[float, Meta(gt=0.0, le=1e4)]
 
@@ -32,7 +33,12 @@ class ComparisonFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     def accepted_of(self, joints: list[Joint]) -> Array:
         """Return the accepted difference of each joint, shape ``(n,)``, SI."""
-        return np.array([(self.accepted.deg if joint.unit == "deg" else self.accepted.mm) * joint.scale for joint in joints])
+        return np.array(
+            [
+                (self.accepted.deg if joint.unit == "deg" else self.accepted.mm) * joint.scale
+                for joint in joints
+            ]
+        )
 
 
 def load_comparison(directory: Path | str | None = None) -> ComparisonFile:

@@ -1,4 +1,7 @@
-"""The figures of a comparison: real against twin in one recording, and recording against recording."""
+"""The figures of a comparison.
+
+Real against twin in one recording, and recording against recording.
+"""
 
 from __future__ import annotations
 
@@ -7,18 +10,30 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from twin_controller.metrics import Comparison, MetricsSettings, compare
-from twin_controller.metrics_lag import estimate_lag
-from twin_controller.metrics_series import Aligned, Array, MetricsError, Motion, align
 
 from twin_experiments.comparison.config import ComparisonFile
 from twin_experiments.comparison.fidelity import Fidelity, measure_fidelity
-from twin_experiments.comparison.tracks import Mechanism, Track, along_path, distance_from_path, moving, onset, resample
+from twin_experiments.comparison.tracks import (
+    Mechanism,
+    Track,
+    along_path,
+    distance_from_path,
+    moving,
+    onset,
+    resample,
+)
+from twin_experiments.metrics.errors import Comparison, MetricsSettings, compare
+from twin_experiments.metrics.lag import estimate_lag
+from twin_experiments.metrics.series import Aligned, Array, MetricsError, Motion, align
 from twin_experiments.record import pick
 
-FOREIGN_SHARE = 0.01  # our choice: of a foreign joint's range of motion, accepted between two snapshots
+FOREIGN_SHARE = (
+    0.01  # our choice: of a foreign joint's range of motion, accepted between two snapshots
+)
 FINER = 16  # our choice: so much more finely the first recording's path is drawn
-PATH_WINDOW = 0.05  # our choice: part of the path within which the nearest place is looked for; later it may cross itself
+# Our choice: part of the path within which the nearest place is looked for; later it may cross
+# itself
+PATH_WINDOW = 0.05
 SMALLEST = 1e-4  # [rad] or [m], our choice: accepted at least
 
 
@@ -42,10 +57,13 @@ class PairErrors:
         joints: Errors of the joints.
         lag_s: By how much the follower is behind; None if it cannot be told.
         fidelity: By trace alignment.
-        mean_distance_mm: Distance of the tools in matched snapshots [mm]; None without kinematics or match.
+        mean_distance_mm: Distance of the tools in matched snapshots [mm]; None without kinematics
+            or match.
         begun: The leader's first motion [s].
-        over_time: Distance over time: instants after ``begun`` [s], distances in the unit of the places.
-        along_path: Distance along the leader's path: length so far, distances, both in the unit of the places.
+        over_time: Distance over time: instants after ``begun`` [s], distances in the unit of the
+            places.
+        along_path: Distance along the leader's path: length so far, distances, both in the unit of
+            the places.
     """
 
     track: Track
@@ -61,7 +79,9 @@ class PairErrors:
 
 @dataclass(frozen=True)
 class RunDifference:
-    """One side of a recording against the same side of the first one; lengths in the unit of the places.
+    """One side of a recording against the same side of the first one.
+
+    Lengths in the unit of the places.
 
     Args:
         label: Of the recording.
@@ -89,7 +109,13 @@ class RunDifference:
 class Comparer:
     """Compares tracks of one mechanism."""
 
-    def __init__(self, mechanism: Mechanism, config: ComparisonFile, settings: MetricsSettings, percent: float) -> None:
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        config: ComparisonFile,
+        settings: MetricsSettings,
+        percent: float,
+    ) -> None:
         """Take what all comparisons need.
 
         Args:
@@ -98,7 +124,12 @@ class Comparer:
             settings: Of the tool's errors.
             percent: Speed from which a joint moves, of its largest.
         """
-        self._mechanism, self._config, self._settings, self._percent = mechanism, config, settings, percent
+        self._mechanism, self._config, self._settings, self._percent = (
+            mechanism,
+            config,
+            settings,
+            percent,
+        )
 
     def pair(self, track: Track) -> PairErrors:
         """Hold real against twin.
@@ -106,12 +137,16 @@ class Comparer:
         Raises:
             MetricsError: The two cannot be brought onto one time axis.
         """
-        aligned = align(track.real, track.twin, self._settings.rate_hz, self._settings.longest_gap_s)
+        aligned = align(
+            track.real, track.twin, self._settings.rate_hz, self._settings.longest_gap_s
+        )
         speeds = self._speeds([track])
         fidelity = self._fidelity(track.real, track.twin, speeds)
         begun = onset(track.side(track.leader), speeds)
         distance = self._distance(aligned.real_positions, aligned.twin_positions)
-        _, instants, length = along_path(self._mechanism, track.side(track.leader), self._config.path_points)
+        _, instants, length = along_path(
+            self._mechanism, track.side(track.leader), self._config.path_points
+        )
         zero = float(aligned.instants[0]) if begun is None else begun
         return PairErrors(
             track=track,
@@ -122,13 +157,17 @@ class Comparer:
             mean_distance_mm=self._matched_distance(track, fidelity),
             begun=zero,
             over_time=(aligned.instants - zero, distance),
-            along_path=(np.linspace(0.0, length, len(instants)), np.interp(instants, aligned.instants, distance)),
+            along_path=(
+                np.linspace(0.0, length, len(instants)),
+                np.interp(instants, aligned.instants, distance),
+            ),
         )
 
     def runs(self, first: Track, other: Track) -> tuple[RunDifference, RunDifference]:
         """Hold a recording against the first one, side by side, from the leader's first motion on.
 
-        When that was is known from the whole motion: by cross-correlation, close to where each leader begins to move.
+        When that was is known from the whole motion: by cross-correlation, close to where each
+        leader begins to move.
 
         Raises:
             MetricsError: In one of them nothing moves, or they have no time in common.
@@ -140,11 +179,21 @@ class Comparer:
             if at is None:
                 raise MetricsError(f"{track.label} {track.experiment}: nothing moves")
             begun.append(at)
-        leaders = first.side(first.leader).shifted(-begun[0]), other.side(first.leader).shifted(-begun[1])
+        leaders = (
+            first.side(first.leader).shifted(-begun[0]),
+            other.side(first.leader).shifted(-begun[1]),
+        )
         aligned = align(*leaders, self._settings.rate_hz, self._settings.longest_gap_s)
-        late = self._behind(aligned.real_velocities, aligned.twin_velocities, aligned, speeds) or 0.0
+        late = (
+            self._behind(aligned.real_velocities, aligned.twin_velocities, aligned, speeds) or 0.0
+        )
         real, twin = (
-            self._run(first.side(side).shifted(-begun[0]), other.side(side).shifted(-begun[1] - late), other, speeds)
+            self._run(
+                first.side(side).shifted(-begun[0]),
+                other.side(side).shifted(-begun[1] - late),
+                other,
+                speeds,
+            )
             for side in ("real", "twin")
         )
         return real, twin
@@ -165,7 +214,9 @@ class Comparer:
             time_max=float(in_time.max()),
             path_rms=float(np.sqrt(np.mean(on_path**2))),
             path_max=float(on_path.max()),
-            length_percent=100.0 * (length / reference_length - 1.0) if reference_length > 0.0 else 0.0,
+            length_percent=100.0 * (length / reference_length - 1.0)
+            if reference_length > 0.0
+            else 0.0,
             fidelity=self._fidelity(first, other, speeds),
         )
 
@@ -174,7 +225,9 @@ class Comparer:
         return self._mechanism.moving_speeds(motions, self._percent)
 
     def _distance(self, one: Array, other: Array) -> Array:
-        return np.asarray(np.linalg.norm(self._mechanism.places(one) - self._mechanism.places(other), axis=1))
+        return np.asarray(
+            np.linalg.norm(self._mechanism.places(one) - self._mechanism.places(other), axis=1)
+        )
 
     def _tool_errors(self, track: Track, speeds: Array) -> Comparison | None:
         """Return the errors of the tool; none without kinematics or motion."""
@@ -184,7 +237,13 @@ class Comparer:
         columns = list(mechanism.arm)
         settings = replace(self._settings, moving_speeds=speeds[columns])
         try:
-            return compare(pick(track.real, columns), pick(track.twin, columns), mechanism.tool, settings, _leader(track))
+            return compare(
+                pick(track.real, columns),
+                pick(track.twin, columns),
+                mechanism.tool,
+                settings,
+                _leader(track),
+            )
         except MetricsError:
             return None
 
@@ -200,10 +259,18 @@ class Comparer:
         sides = (real, twin) if track.leader == "real" else (twin, real)
         return self._behind(*sides, aligned, speeds)
 
-    def _behind(self, leader: Array, follower: Array, aligned: Aligned, speeds: Array) -> float | None:
+    def _behind(
+        self, leader: Array, follower: Array, aligned: Aligned, speeds: Array
+    ) -> float | None:
         """Estimate a lag from joint velocities, each in parts of the speed from which it moves."""
         settings = self._settings
-        return estimate_lag(leader / speeds, follower / speeds, aligned.segments, settings.rate_hz, settings.max_lag_s)
+        return estimate_lag(
+            leader / speeds,
+            follower / speeds,
+            aligned.segments,
+            settings.rate_hz,
+            settings.max_lag_s,
+        )
 
     def _fidelity(self, one: Motion, other: Motion, speeds: Array) -> Fidelity:
         """Align the snapshots of two motions over the time they have in common."""
@@ -212,10 +279,14 @@ class Comparer:
         traces = [resample(motion, rate, float(start), float(end)) for motion in (one, other)]
         positions = [positions for positions, _ in traces]
         joints = self._mechanism.joints
-        accepted = self._config.accepted_of(list(joints)) if joints else _foreign_accepted(positions)
+        accepted = (
+            self._config.accepted_of(list(joints)) if joints else _foreign_accepted(positions)
+        )
         movings = (moving(traces[0][1], speeds), moving(traces[1][1], speeds))
         band = round(self._config.longest_shift_s * rate)
-        return measure_fidelity(positions[0], positions[1], accepted, movings, self._config.gap_penalty, band)
+        return measure_fidelity(
+            positions[0], positions[1], accepted, movings, self._config.gap_penalty, band
+        )
 
     def _matched_distance(self, track: Track, fidelity: Fidelity) -> float | None:
         """Return the mean distance of the tools in matched snapshots [mm]."""
@@ -223,7 +294,9 @@ class Comparer:
             return None
         start = float(max(track.real.stamps[0], track.twin.stamps[0]))
         end = float(min(track.real.stamps[-1], track.twin.stamps[-1]))
-        real, twin = (resample(m, self._config.snapshots_hz, start, end)[0] for m in (track.real, track.twin))
+        real, twin = (
+            resample(m, self._config.snapshots_hz, start, end)[0] for m in (track.real, track.twin)
+        )
         return float(self._distance(real[fidelity.pairs[:, 0]], twin[fidelity.pairs[:, 1]]).mean())
 
 

@@ -9,8 +9,8 @@ from typing import Any
 from twin_experiments.comparison.differences import PairErrors, RunDifference
 from twin_experiments.comparison.fidelity import Fidelity
 from twin_experiments.comparison.tracks import Mechanism
+from twin_experiments.document import rounded_tree
 
-DIGITS = 6
 PAIR_HEADINGS = (
     "recording",
     "leader",
@@ -23,7 +23,17 @@ PAIR_HEADINGS = (
     "gaps",
     "largest joint deviation",
 )
-RUN_HEADINGS = ("recording", "side", "same time: rms", "max", "off the path: rms", "max", "path longer by", "matched", "gaps")
+RUN_HEADINGS = (
+    "recording",
+    "side",
+    "same time: rms",
+    "max",
+    "off the path: rms",
+    "max",
+    "path longer by",
+    "matched",
+    "gaps",
+)
 
 
 @dataclass(frozen=True)
@@ -36,12 +46,15 @@ class ExperimentComparison:
     reasons: tuple[str, ...]
 
 
-def comparison_document(mechanism: Mechanism, labels: dict[str, str], compared: Sequence[ExperimentComparison]) -> dict[str, Any]:
+def comparison_document(
+    mechanism: Mechanism, labels: dict[str, str], compared: Sequence[ExperimentComparison]
+) -> dict[str, Any]:
     """Return the content of comparison.json.
 
     Args:
         mechanism: What was compared.
-        labels: Label of each recording to its path; the first one is what the others are held against.
+        labels: Label of each recording to its path; the first one is what the others are held
+            against.
         compared: Each experiment.
     """
     document = {
@@ -58,7 +71,7 @@ def comparison_document(mechanism: Mechanism, labels: dict[str, str], compared: 
             for experiment in compared
         ],
     }
-    rounded: dict[str, Any] = _rounded(document)
+    rounded: dict[str, Any] = rounded_tree(document)
     return rounded
 
 
@@ -76,7 +89,10 @@ def _pair(pair: PairErrors) -> dict[str, Any]:
         }
     return entry | {
         "lag_s": pair.lag_s,
-        "joints": {joint.name: {"unit": joint.unit, "rms": joint.rms, "max": joint.max} for joint in pair.joints},
+        "joints": {
+            joint.name: {"unit": joint.unit, "rms": joint.rms, "max": joint.max}
+            for joint in pair.joints
+        },
         "fidelity": {**_fidelity(pair.fidelity), "mean_distance_mm": pair.mean_distance_mm},
         "notes": list(pair.track.notes),
     }
@@ -145,24 +161,21 @@ def _gaps(fidelity: Fidelity) -> str:
 
 
 def run_rows(experiment: ExperimentComparison, unit: str) -> list[tuple[str, ...]]:
-    """Return one row of text for each side of each recording but the first, cells as in ``RUN_HEADINGS``."""
+    """Return a row of text for each side of each recording but the first.
+
+    The cells are those of ``RUN_HEADINGS``.
+    """
     return [
         (
             run.label,
             run.side,
-            *(f"{value:.3f} {unit}" for value in (run.time_rms, run.time_max, run.path_rms, run.path_max)),
+            *(
+                f"{value:.3f} {unit}"
+                for value in (run.time_rms, run.time_max, run.path_rms, run.path_max)
+            ),
             f"{run.length_percent:+.2f} %",
             f"{run.fidelity.matched_percent:.1f} %",
             _gaps(run.fidelity),
         )
         for run in experiment.runs
     ]
-
-
-def _rounded(value: Any) -> Any:
-    """Round all floats of a tree."""
-    if isinstance(value, float):
-        return round(value, DIGITS)
-    if isinstance(value, dict):
-        return {key: _rounded(item) for key, item in value.items()}
-    return [_rounded(item) for item in value] if isinstance(value, list) else value

@@ -1,4 +1,7 @@
-"""What two recorded sides did, ready to be held against each other: in time from the first motion on, and along the path."""
+"""What two recorded sides did, ready to be held against each other.
+
+In time from the first motion on, and along the path.
+"""
 
 from __future__ import annotations
 
@@ -6,10 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from scara_config import Joint
-from twin_controller.metrics import ToolFunction
-from twin_controller.metrics_series import Array, Mask, Motion, interpolate
 
-SLOW_SHARE = 0.01  # our choice: a joint without a profile moves above this share of the largest speed it reached
+from twin_experiments.metrics.errors import ToolFunction
+from twin_experiments.metrics.series import Array, Mask, Motion, interpolate
+
+# Our choice: a joint without a profile moves above this share of the largest speed it reached
+SLOW_SHARE = 0.01
 SLOWEST = 1e-4  # [rad/s] or [m/s], our choice: below this nothing moves, whatever it reached
 PICTURED_HZ = 1000.0  # our choice: places along a path are looked for this finely
 
@@ -33,12 +38,16 @@ class Mechanism:
     @property
     def scales(self) -> Array:
         """What one border unit of each joint is in SI; 1 for a foreign robot."""
-        return np.array([joint.scale for joint in self.joints] if self.joints else [1.0] * len(self.names))
+        return np.array(
+            [joint.scale for joint in self.joints] if self.joints else [1.0] * len(self.names)
+        )
 
     @property
     def units(self) -> tuple[str, ...]:
         """Border unit of each joint."""
-        return tuple(joint.unit for joint in self.joints) if self.joints else ("rad or m",) * len(self.names)
+        if not self.joints:
+            return ("rad or m",) * len(self.names)
+        return tuple(joint.unit for joint in self.joints)
 
     @property
     def place_unit(self) -> str:
@@ -46,7 +55,10 @@ class Mechanism:
         return "mm" if self.tool is not None else "rad or m"
 
     def places(self, positions: Array) -> Array:
-        """Return where the tool is [mm], shape ``(k, 3)``; without kinematics the joint positions themselves."""
+        """Return where the tool is [mm], shape ``(k, 3)``.
+
+        Without kinematics the joint positions themselves.
+        """
         if self.tool is None:
             return positions
         return np.asarray(self.tool(positions[:, list(self.arm)])) * 1e3
@@ -56,7 +68,8 @@ class Mechanism:
 
         Args:
             motions: What is compared.
-            percent: Of the joint's largest speed; for a foreign robot :data:`SLOW_SHARE` of what was reached.
+            percent: Of the joint's largest speed; for a foreign robot :data:`SLOW_SHARE` of what
+                was reached.
         """
         if self.joints:
             return np.array([joint.velocity * percent / 100.0 for joint in self.joints])
@@ -98,7 +111,10 @@ def first_to_move(real: Motion, twin: Motion, speeds: Array) -> str:
 
 
 def resample(motion: Motion, rate: float, start: float, end: float) -> tuple[Array, Array]:
-    """Return positions and velocities at equal steps from ``start`` to ``end`` [s], which the motion must cover."""
+    """Return positions and velocities at equal steps from ``start`` to ``end`` [s].
+
+    The motion must cover that time.
+    """
     instants = start + np.arange(max(1, int((end - start) * rate + 1e-9) + 1)) / rate
     return interpolate(motion, np.minimum(instants, end))
 
@@ -118,7 +134,8 @@ def along_path(mechanism: Mechanism, motion: Motion, count: int) -> tuple[Array,
         count: How many places; the first is the start, the last the end.
 
     Returns:
-        Places of shape ``(count, d)``, times of shape ``(count,)`` [s], length in the unit of the places.
+        Places of shape ``(count, d)``, times of shape ``(count,)`` [s], length in the unit of the
+        places.
     """
     start, end = float(motion.stamps[0]), float(motion.stamps[-1])
     positions, _ = resample(motion, PICTURED_HZ, start, end)
@@ -128,7 +145,9 @@ def along_path(mechanism: Mechanism, motion: Motion, count: int) -> tuple[Array,
     instants = np.minimum(start + np.arange(len(places)) / PICTURED_HZ, end)
     wanted = np.linspace(0.0, length, count)
     rising = np.concatenate(([True], np.diff(distance) > 0.0))
-    columns = [np.interp(wanted, distance[rising], places[rising, k]) for k in range(places.shape[1])]
+    columns = [
+        np.interp(wanted, distance[rising], places[rising, k]) for k in range(places.shape[1])
+    ]
     return np.stack(columns, axis=1), np.interp(wanted, distance[rising], instants[rising]), length
 
 
@@ -137,8 +156,10 @@ def distance_from_path(places: Array, reference: Array, window: int) -> Array:
 
     Args:
         places: Of one path at equal parts of its length, shape ``(k, d)``.
-        reference: The other path, as finely as wished, at equal parts of its length, shape ``(m, d)``.
-        window: How many places further along or back the nearest one of the reference is looked for.
+        reference: The other path, as finely as wished, at equal parts of its length, shape ``(m,
+            d)``.
+        window: How many places further along or back the nearest one of the reference is looked
+            for.
 
     Returns:
         Distances from the nearest point of the reference's polyline, shape ``(k,)``.

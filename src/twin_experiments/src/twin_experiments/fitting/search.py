@@ -1,4 +1,7 @@
-"""Search the twin's numbers that bring its tool to the robot's, on one part of a recording; judge them on the other."""
+"""Search the twin's numbers that bring its tool to the robot's, on one part of a recording.
+
+Judge them on the other.
+"""
 
 from __future__ import annotations
 
@@ -9,10 +12,19 @@ import msgspec
 import numpy as np
 from scipy.optimize import least_squares
 
-from twin_experiments.fitting.twin_model import Choice, FloatArray, TwinModel, apply_vector, bounds_of
+from twin_experiments.fitting.twin_model import (
+    Choice,
+    FloatArray,
+    TwinModel,
+    apply_vector,
+    bounds_of,
+)
 
 Simulate = Callable[[TwinModel], FloatArray]
-"""Tool positions of the twin with these numbers at the instants of the recording, shape (m, 3) [m]."""
+"""Return the twin's tool positions with these numbers, shape (m, 3) [m].
+
+They are taken at the instants of the recording.
+"""
 
 PRIOR_MM = 0.01
 STEP = 0.02
@@ -88,7 +100,15 @@ def fit_twin(
         return found
 
     with contextlib.suppress(_BudgetSpentError):  # the best vector so far is the result
-        least_squares(residuals, np.zeros(len(lower)), bounds=(lower, upper), diff_step=STEP, x_scale=0.5, xtol=1e-4, ftol=1e-4)
+        least_squares(
+            residuals,
+            np.zeros(len(lower)),
+            bounds=(lower, upper),
+            diff_step=STEP,
+            x_scale=0.5,
+            xtol=1e-4,
+            ftol=1e-4,
+        )
     best = apply_vector(start, choice, budget.best)
     first, last = simulate(start), simulate(best)
     return Fit(

@@ -16,7 +16,10 @@ YamlValues = dict[str, dict[tuple[str, ...], float]]
 FACTOR = 30.0
 DELAY_SPAN = 0.02
 LARGEST_BANDWIDTH = 250.0
-"""[rad/s] A quarter of the physics rate; beyond it a wrong model would make the loop ring. Our choice."""
+"""[rad/s] A quarter of the physics rate; beyond it a wrong model would make the loop ring.
+
+Our choice.
+"""
 
 LEAST_DAMPING, LEAST_FRICTION = 1e-3, 1e-3
 
@@ -42,7 +45,10 @@ class TwinModel(msgspec.Struct, frozen=True):
 
 
 class Choice(msgspec.Struct, frozen=True):
-    """What is fitted: columns of the joints that move in the recording, and whether the delay can be seen in it."""
+    """What is fitted: columns of the joints that move in the recording.
+
+    Also whether the delay can be seen in it.
+    """
 
     columns: tuple[int, ...]
     delay: bool
@@ -50,7 +56,9 @@ class Choice(msgspec.Struct, frozen=True):
 
 def names_of(choice: Choice, joints: Sequence[str], model: TwinModel) -> list[str]:
     """Return the name of each entry of the vector."""
-    per_joint = [f"{joints[k]} {what}" for k in choice.columns for what in ("gains", "damping", "friction")]
+    per_joint = [
+        f"{joints[k]} {what}" for k in choice.columns for what in ("gains", "damping", "friction")
+    ]
     shared = (["bandwidth"] if _has_bandwidth(model) else []) + (["delay"] if choice.delay else [])
     return per_joint + shared
 
@@ -58,8 +66,9 @@ def names_of(choice: Choice, joints: Sequence[str], model: TwinModel) -> list[st
 def apply_vector(model: TwinModel, choice: Choice, x: FloatArray) -> TwinModel:
     r"""Return the model that the vector stands for; the zero vector is the model itself.
 
-    Gains, damping, friction and bandwidth are multiplied by :math:`e^x`; a joint's loop is made faster as a whole
-    (:math:`p \to p s^2, d \to d s, i \to i s^3`), which keeps its damping ratio. The delay is shifted by ``DELAY_SPAN`` x.
+    Gains, damping, friction and bandwidth are multiplied by :math:`e^x`; a joint's loop is made
+    faster as a whole (:math:`p \to p s^2, d \to d s, i \to i s^3`), which keeps its damping ratio.
+    The delay is shifted by ``DELAY_SPAN`` x.
 
     Args:
         model: Where the fit starts.
@@ -72,13 +81,22 @@ def apply_vector(model: TwinModel, choice: Choice, x: FloatArray) -> TwinModel:
         gains[k] = _faster(gains[k], math.exp(next(values)))
         damping[k] = max(damping[k], LEAST_DAMPING) * math.exp(next(values))
         friction[k] = max(friction[k], LEAST_FRICTION) * math.exp(next(values))
-    bandwidth = model.bandwidth * math.exp(next(values)) if _has_bandwidth(model) else model.bandwidth
+    bandwidth = (
+        model.bandwidth * math.exp(next(values)) if _has_bandwidth(model) else model.bandwidth
+    )
     delay = model.delay + DELAY_SPAN * next(values) if choice.delay else model.delay
-    return TwinModel(tuple(gains), tuple(damping), tuple(friction), bandwidth, delay, model.feed_forward)
+    return TwinModel(
+        tuple(gains), tuple(damping), tuple(friction), bandwidth, delay, model.feed_forward
+    )
 
 
-def bounds_of(choice: Choice, joints: Sequence[str], model: TwinModel) -> tuple[FloatArray, FloatArray]:
-    """Return lower and upper bounds of the vector: a factor of ``FACTOR`` either way, the delay not below zero."""
+def bounds_of(
+    choice: Choice, joints: Sequence[str], model: TwinModel
+) -> tuple[FloatArray, FloatArray]:
+    """Return lower and upper bounds of the vector.
+
+    A factor of ``FACTOR`` either way, the delay not below zero.
+    """
     names = names_of(choice, joints, model)
     upper = np.full(len(names), math.log(FACTOR))
     lower = -upper
@@ -93,25 +111,35 @@ def bounds_of(choice: Choice, joints: Sequence[str], model: TwinModel) -> tuple[
 
 
 def yaml_values(model: TwinModel, choice: Choice, joints: Sequence[str]) -> YamlValues:
-    """Return what is to be written: file name -> key path -> value, rounded to 4 significant digits."""
+    """Return what is to be written.
+
+    File name -> key path -> value, rounded to 4 significant digits.
+    """
     gains: dict[tuple[str, ...], float] = {}
     simulation: dict[tuple[str, ...], float] = {}
     for k in choice.columns:
         position = model.gains[k].position
-        gains |= {(joints[k], "position", key): _rounded(getattr(position, key)) for key in ("p", "i", "d")}
+        gains |= {
+            (joints[k], "position", key): _rounded(getattr(position, key))
+            for key in ("p", "i", "d")
+        }
         simulation[("joint_dynamics", joints[k], "damping")] = _rounded(model.damping[k])
         simulation[("joint_dynamics", joints[k], "friction")] = _rounded(model.friction[k])
     if _has_bandwidth(model):
         simulation[("tracking_bandwidth_rad_s",)] = _rounded(model.bandwidth)
     values: YamlValues = {"pid_gains.yaml": gains, "simulation.yaml": simulation}
     if choice.delay:
-        values["twin_controller.yaml"] = {("real", "sample_latency_ms"): max(0.0, _rounded(model.delay * 1e3))}
+        values["twin_controller.yaml"] = {
+            ("real", "sample_latency_ms"): max(0.0, _rounded(model.delay * 1e3))
+        }
     return values
 
 
 def _faster(gains: LoopGains, factor: float) -> LoopGains:
     position = gains.position
-    changed = msgspec.structs.replace(position, p=position.p * factor**2, i=position.i * factor**3, d=position.d * factor)
+    changed = msgspec.structs.replace(
+        position, p=position.p * factor**2, i=position.i * factor**3, d=position.d * factor
+    )
     return msgspec.structs.replace(gains, position=changed)
 
 

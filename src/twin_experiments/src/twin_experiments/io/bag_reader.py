@@ -1,18 +1,25 @@
-"""Read a bag without ROS: message types come from the bag itself, an unfinished bag is repaired on a copy."""
+"""Read a bag without ROS.
+
+Message types come from the bag itself, an unfinished bag is repaired on a copy. The parts of a long
+recording are read as one.
+"""
 
 from __future__ import annotations
 
+import contextlib
 import tempfile
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from cell_recorder.io.runs_folder import parts_of
 from rosbags.interfaces import Connection, MessageDefinitionFormat
 from rosbags.rosbag1 import Reader
 from rosbags.rosbag1.reader import ReaderError
 from rosbags.typesys import Stores, TypesysError, get_types_from_msg, get_typestore
 
+from twin_experiments.io.bag_parts import Parts
 from twin_experiments.io.bag_repair import is_indexed, repair
 
 
@@ -21,10 +28,13 @@ class BagError(RuntimeError):
 
 
 class Bag:
-    """An open bag. Topics are asked for by their relative name, whatever the namespace of the cell was."""
+    """An open bag.
 
-    def __init__(self, path: Path, reader: Reader, repaired: bool) -> None:
-        """Wrap an open reader; use :func:`open_bag`."""
+    Topics are asked for by their relative name, in any namespace of the cell.
+    """
+
+    def __init__(self, path: Path, reader: Parts, repaired: bool) -> None:
+        """Wrap what is open; use :func:`open_bag`."""
         self.path = path
         self.repaired = repaired
         self._reader = reader
@@ -32,14 +42,18 @@ class Bag:
         self._known: set[str] = set()
 
     @property
-    def readable(self) -> Path:
-        """The file that is read: the bag itself, or the repaired copy as long as this bag is open."""
-        return Path(str(self._reader.path))
+    def readable(self) -> list[Path]:
+        """The files that are read.
+
+        The bag itself with its further parts; for one that was damaged its repaired copy, which
+        lasts as long as this bag is open.
+        """
+        return self._reader.files
 
     @property
     def topics(self) -> dict[str, int]:
         """Topic, as recorded, to number of messages."""
-        return {name: info.msgcount for name, info in sorted(self._reader.topics.items())}
+        return dict(sorted(self._reader.counts.items()))
 
     @property
     def start(self) -> float:
@@ -56,7 +70,10 @@ class Bag:
         return sum(c.msgcount for c in self._connections(topic))
 
     def kind(self, topic: str) -> str:
-        """Return the message type of a topic, ``package/msg/Type``; empty if it is not in the bag."""
+        """Return the message type of a topic, ``package/msg/Type``.
+
+        Empty if it is not in the bag.
+        """
         found = self._connections(topic)
         return found[0].msgtype if found else ""
 
@@ -68,14 +85,17 @@ class Bag:
         """
         missing = [topic for topic in topics if not self.count(topic)]
         if missing:
-            held = ", ".join(f"{name} ({count})" for name, count in self.topics.items()) or "nothing"
+            held = (
+                ", ".join(f"{name} ({count})" for name, count in self.topics.items()) or "nothing"
+            )
             raise BagError(f"{self.path}: no message of {', '.join(missing)}; the bag holds {held}")
 
     def messages(self, topic: str) -> Iterator[tuple[float, Any]]:
         """Yield receive time [s] and message of a topic, in order.
 
         Raises:
-            BagError: The bag holds this topic of more than one cell, or a message does not fit its definition.
+            BagError: The bag holds this topic of more than one cell, or a message does not fit its
+                definition.
         """
         connections = self._connections(topic)
         if not connections:
@@ -83,7 +103,8 @@ class Bag:
         for connection in connections:
             self._learn(connection)
         try:
-            for connection, stamp, raw in self._reader.messages(connections):
+            names = {connection.topic for connection in connections}
+            for connection, stamp, raw in self._reader.messages(names):
                 yield stamp * 1e-9, self._store.deserialize_ros1(raw, connection.msgtype)
         except (ReaderError, TypesysError, AssertionError) as error:
             raise BagError(f"{self.path}: {topic}: {error}") from error
@@ -94,7 +115,9 @@ class Bag:
         found = [c for c in self._reader.connections if c.topic.endswith(suffix)]
         names = sorted({c.topic for c in found})
         if len(names) > 1:
-            raise BagError(f"{self.path}: {topic} was recorded of more than one cell: {', '.join(names)}")
+            raise BagError(
+                f"{self.path}: {topic} was recorded of more than one cell: {', '.join(names)}"
+            )
         return found
 
     def _learn(self, connection: Connection) -> None:
@@ -102,38 +125,59 @@ class Bag:
         if connection.msgtype in self._known:
             return
         if connection.msgdef.format != MessageDefinitionFormat.MSG:
-            raise BagError(f"{self.path}: {connection.topic}: the bag holds no definition of {connection.msgtype}")
+            raise BagError(
+                f"{self.path}: {connection.topic}: the bag holds no definition of "
+                f"{connection.msgtype}"
+            )
         types = get_types_from_msg(connection.msgdef.data, connection.msgtype)
-        self._store.register({name: kind for name, kind in types.items() if name not in self._store.fielddefs})
+        self._store.register(
+            {name: kind for name, kind in types.items() if name not in self._store.fielddefs}
+        )
         self._known.add(connection.msgtype)
 
 
 @contextmanager
 def open_bag(path: Path | str) -> Iterator[Bag]:
-    """Open a bag for reading; one that was not finished, or is cut, is repaired on a temporary copy first.
+    """Open a bag for reading, with the further parts of the recording that it begins.
+
+    One that was not finished, or is cut, is repaired on a temporary copy first.
 
     Raises:
         BagError: There is no such file, it is no bag, or no message of it can be read.
     """
     path = Path(path)
-    with tempfile.TemporaryDirectory(prefix="bag_") as folder:
-        repaired = False
+    with tempfile.TemporaryDirectory(prefix="bag_") as folder, contextlib.ExitStack() as opened:
+        readers, repaired = [], False
+        for number, part in enumerate([path, *(p for p in parts_of(path) if p != path)]):
+            try:
+                reader = _try_index(part) if is_indexed(part) else None
+                if reader is None:
+                    repaired = True
+                    reader = _open_copy(part, Path(folder) / f"repaired_{number}.bag")
+            except FileNotFoundError as error:
+                raise BagError(f"{part}: there is no such bag") from error
+            except (ReaderError, OSError) as error:
+                raise BagError(f"{part}: is no readable bag: {error}") from error
+            if reader is not None:
+                opened.callback(reader.close)
+                readers.append(reader)
+        if not readers:
+            raise BagError(f"{path}: the recording was not finished and no whole message is in it")
+        opened.pop_all()
+        parts = Parts(readers)
         try:
-            reader = _try_index(path) if is_indexed(path) else None
-            if reader is None:
-                copy = Path(folder) / "repaired.bag"
-                if not repair(path, copy):
-                    raise BagError(f"{path}: the recording was not finished and no whole message is in it")
-                repaired, reader = True, Reader(copy)
-                reader.open()
-        except FileNotFoundError as error:
-            raise BagError(f"{path}: there is no such bag") from error
-        except (ReaderError, OSError) as error:
-            raise BagError(f"{path}: is no readable bag: {error}") from error
-        try:
-            yield Bag(path, reader, repaired)
+            yield Bag(path, parts, repaired)
         finally:
-            reader.close()
+            parts.close()
+
+
+def _open_copy(damaged: Path, copy: Path) -> Reader | None:
+    """Return the opened repaired copy of a bag, or None if no whole message is in it."""
+    if not repair(damaged, copy):
+        return None
+    reader = Reader(copy)
+    reader.open()
+    return reader
 
 
 def _try_index(path: Path) -> Reader | None:

@@ -1,4 +1,7 @@
-"""Copy what can be read of a bag without an index: a recorder was killed, a disk was full, a file was cut."""
+"""Copy what can be read of a bag without an index.
+
+A recorder was killed, a disk was full, a file was cut.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,14 @@ from pathlib import Path
 from typing import BinaryIO
 
 from rosbags.rosbag1 import Writer
-from rosbags.rosbag1.reader import Header, ReaderError, RecordType, decompressors, read_bytes, read_uint32
+from rosbags.rosbag1.reader import (
+    Header,
+    ReaderError,
+    RecordType,
+    decompressors,
+    read_bytes,
+    read_uint32,
+)
 
 MAGIC = b"#ROSBAG V2.0\n"
 
@@ -26,7 +36,9 @@ def is_indexed(path: Path) -> bool:
 
 
 def repair(damaged: Path, repaired: Path) -> int:
-    """Copy all whole messages of ``damaged`` to the new bag ``repaired``; the original is left alone.
+    """Copy all whole messages of ``damaged`` to the new bag ``repaired``.
+
+    The original is left alone.
 
     Returns:
         Number of messages.
@@ -53,7 +65,10 @@ def repair(damaged: Path, repaired: Path) -> int:
 
 
 def _whole_records(stream: BinaryIO) -> Iterator[tuple[Header, bytes]]:
-    """Yield connection and message records of all chunks, the unfinished last one included, until the file breaks off."""
+    """Yield connection and message records of all chunks, until the file breaks off.
+
+    The unfinished last chunk is included.
+    """
     stream.seek(len(MAGIC))
     try:
         while True:
@@ -62,8 +77,11 @@ def _whole_records(stream: BinaryIO) -> Iterator[tuple[Header, bytes]]:
             if kind != RecordType.CHUNK:
                 yield header, read_bytes(stream, size)
             elif header.get_string("compression") != "none":
-                yield from _records_of_chunk(decompressors[header.get_string("compression")](read_bytes(stream, size)))
-            # the records of a plain chunk simply follow, whether its size is known, still zero, or beyond the end of the file
+                yield from _records_of_chunk(
+                    decompressors[header.get_string("compression")](read_bytes(stream, size))
+                )
+            # the records of a plain chunk simply follow, whether its size is known, still zero, or
+            # beyond the end of the file
     except (ReaderError, UnicodeDecodeError):
         return
 

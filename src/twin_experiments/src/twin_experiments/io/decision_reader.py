@@ -1,4 +1,7 @@
-"""Read from a bag what a replay of the twin controller's core needs: inputs, decisions, configuration."""
+"""Read from a bag what a replay of the twin controller's core needs.
+
+Inputs, decisions, configuration.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,7 @@ from typing import Any
 
 from scara_config import ConfigError, load_robot
 from twin_controller.config import load_twin_controller
-from twin_controller.core.state import Setup
+from twin_controller.core.setup import Setup
 
 from twin_experiments.io.bag_reader import Bag, BagError
 from twin_experiments.io.run_reader import CONFIGURATION, DECISIONS
@@ -29,9 +32,14 @@ def read_inputs(bag: Bag) -> Iterator[RecordedInput]:
     bag.require([INPUTS])
     for at, message in bag.messages(INPUTS):
         if not hasattr(message, "state"):
-            raise BagError(f"{bag.path}: {INPUTS} holds no states: recorded by an older version, which cannot be replayed")
+            raise BagError(
+                f"{bag.path}: {INPUTS} holds no states: recorded by an older version, "
+                "which cannot be replayed"
+            )
         data, state = message.data.tobytes(), message.state.tobytes()
-        yield RecordedInput(at - bag.start, _nanoseconds(message), message.seq, data, state, message.header.frame_id)
+        yield RecordedInput(
+            at - bag.start, _nanoseconds(message), message.seq, data, state, message.header.frame_id
+        )
 
 
 def read_decisions(bag: Bag) -> dict[tuple[int, int], RecordedDecision]:
@@ -45,7 +53,7 @@ def read_decisions(bag: Bag) -> dict[tuple[int, int], RecordedDecision]:
 
 
 def read_setups(bag: Bag) -> Callable[[float], Setup]:
-    """Return what gives profile and numbers in force at a time [s] since the start of the recording.
+    """Return what gives profile and numbers in force at a time [s] of the recording.
 
     Raises:
         BagError: The bag holds no configuration, or not all of it.
@@ -72,7 +80,11 @@ def _build(bag: Bag, text: str) -> Setup:
         files: Any = json.loads(text)
     except ValueError as error:
         raise BagError(f"{bag.path}: {CONFIGURATION} is no JSON: {error}") from error
-    missing = [name for name in NEEDED_FILES if not isinstance(files, dict) or not isinstance(files.get(name), str)]
+    missing = [
+        name
+        for name in NEEDED_FILES
+        if not isinstance(files, dict) or not isinstance(files.get(name), str)
+    ]
     if missing:
         raise BagError(f"{bag.path}: {CONFIGURATION} lacks {', '.join(missing)}")
     with tempfile.TemporaryDirectory(prefix="recorded_") as folder:

@@ -1,4 +1,7 @@
-"""The figures of a report: the article's Figure 15 (paths) and 16 (joints over time), and the errors over time."""
+"""The figures of a report.
+
+The article's Figure 15 (paths) and 16 (joints over time), and the errors over time.
+"""
 
 from __future__ import annotations
 
@@ -11,13 +14,18 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scara_config import Joint
-from twin_controller.metrics import Comparison
-from twin_controller.metrics_series import Array, Motion
 
 from twin_experiments.analysis import Result
+from twin_experiments.metrics.errors import Comparison
+from twin_experiments.metrics.series import Array, Motion
 
 BLUE, ORANGE, GREY, RED = "#1667c2", "#ff9a1f", "#6b7280", "#c81e3a"
-REAL_LINE: dict[str, Any] = {"color": BLUE, "linewidth": 3.0, "label": "real", "solid_capstyle": "round"}
+REAL_LINE: dict[str, Any] = {
+    "color": BLUE,
+    "linewidth": 3.0,
+    "label": "real",
+    "solid_capstyle": "round",
+}
 TWIN_LINE: dict[str, Any] = {"color": ORANGE, "linewidth": 1.3, "label": "twin"}
 STYLE: Any = {
     "font.size": 10,
@@ -39,7 +47,12 @@ MM = 1e3
 
 
 def draw(
-    result: Result, joints: list[Joint], positions: Mapping[str, Array], reach_mm: float, path_limit_percent: float, folder: Path
+    result: Result,
+    joints: list[Joint],
+    positions: Mapping[str, Array],
+    reach_mm: float,
+    path_limit_percent: float,
+    folder: Path,
 ) -> dict[str, Path]:
     """Draw all figures of one experiment that could be compared.
 
@@ -62,7 +75,7 @@ def draw(
     return written
 
 
-def _thin(length: int) -> slice:
+def thinning(length: int) -> slice:
     """Return a step that leaves at most ``MOST_POINTS`` points to draw."""
     return slice(None, None, max(1, length // MOST_POINTS))
 
@@ -75,19 +88,35 @@ def _paths(comparison: Comparison, positions: Mapping[str, Array]) -> Figure:
     middle = MM * float(np.mean([position[0] for position in positions.values()] or [0.0]))
     for axis, (across, up, title) in zip(axes, ((0, 1, "from above"), (0, 2, "from the side"))):
         for tool, line in ((seen.real_tool, REAL_LINE), (seen.twin_tool, TWIN_LINE)):
-            thin = tool[_thin(len(tool))] * MM
+            thin = tool[thinning(len(tool))] * MM
             axis.plot(thin[:, across], thin[:, up], **line)
         for name, position in positions.items():
             place = (position[across] * MM, position[up] * MM)
-            axis.plot(*place, "o", markersize=9, markerfacecolor="none", markeredgecolor="black", markeredgewidth=1.2)
+            axis.plot(
+                *place,
+                "o",
+                markersize=9,
+                markerfacecolor="none",
+                markeredgecolor="black",
+                markeredgewidth=1.2,
+            )
             outward = 1.0 if place[0] > middle else -1.0
             align: Any = "left" if outward > 0.0 else "right"
-            axis.annotate(name, place, (9.0 * outward, 6), textcoords="offset points", fontweight="bold", ha=align)
+            axis.annotate(
+                name,
+                place,
+                (9.0 * outward, 6),
+                textcoords="offset points",
+                fontweight="bold",
+                ha=align,
+            )
         axis.set(title=title, xlabel="x [mm]", ylabel="xyz"[up] + " [mm]")
         axis.set_aspect("equal", adjustable="datalim")
         axis.margins(0.14)
     if positions:
-        axes[0].plot([], [], "o", markerfacecolor="none", markeredgecolor="black", label="set position")
+        axes[0].plot(
+            [], [], "o", markerfacecolor="none", markeredgecolor="black", label="set position"
+        )
     axes[0].legend(loc="best")
     return figure
 
@@ -98,8 +127,10 @@ def _joints(motions: tuple[Motion, Motion], joints: list[Joint], start: float) -
     axes = np.atleast_1d(figure.subplots(len(joints), 1, sharex=True))
     for column, (axis, joint) in enumerate(zip(axes, joints)):
         for motion, line in zip(motions, (REAL_LINE, TWIN_LINE)):
-            thin = _thin(len(motion.stamps))
-            axis.plot(motion.stamps[thin] - start, motion.positions[thin, column] / joint.scale, **line)
+            thin = thinning(len(motion.stamps))
+            axis.plot(
+                motion.stamps[thin] - start, motion.positions[thin, column] / joint.scale, **line
+            )
         axis.set_ylabel(f"{joint.name}\n[{joint.unit}]")
         low, high = axis.get_ylim()
         least = 1.0  # a joint that stands still shall not show its noise as a mountain
@@ -121,15 +152,27 @@ def _errors(result: Result, reach_mm: float, path_limit_percent: float) -> Figur
         for move in comparison.moves:
             axis.axvspan(move.start - start, move.end - start, color="#eef2f7", linewidth=0)
         for gap in comparison.trace.aligned.gaps:
-            axis.axvspan(gap.start - start, gap.start + gap.duration - start, color="#fde2e2", linewidth=0)
+            axis.axvspan(
+                gap.start - start, gap.start + gap.duration - start, color="#fde2e2", linewidth=0
+            )
     for seen, line in (
-        (comparison.trace_after_lag, {"color": "#b9bfc9", "linewidth": 2.4, "label": "lag removed"}),
+        (
+            comparison.trace_after_lag,
+            {"color": "#b9bfc9", "linewidth": 2.4, "label": "lag removed"},
+        ),
         (comparison.trace, {"color": RED, "linewidth": 1.1, "label": "as it is"}),
     ):
         if seen is not None:
-            thin = _thin(len(seen.deviation_mm))
-            upper.plot(seen.aligned.instants[thin] - start, _largest_of_bins(seen.deviation_mm, thin.step), **line)
-    upper.set(ylabel="|real - twin| [mm]", title="distance of the tools at the same instant (shaded: a side moves)")
+            thin = thinning(len(seen.deviation_mm))
+            upper.plot(
+                seen.aligned.instants[thin] - start,
+                largest_of_bins(seen.deviation_mm, thin.step),
+                **line,
+            )
+    upper.set(
+        ylabel="|real - twin| [mm]",
+        title="distance of the tools at the same instant (shaded: a side moves)",
+    )
     upper.legend(**ABOVE)
     upper.set_ylim(bottom=0.0)
     _percent_axis(upper, reach_mm)
@@ -142,7 +185,7 @@ def _errors(result: Result, reach_mm: float, path_limit_percent: float) -> Figur
     return figure
 
 
-def _largest_of_bins(values: Array, step: int) -> Array:
+def largest_of_bins(values: Array, step: int) -> Array:
     """Thin a series to every ``step``-th place without losing its peaks."""
     padded = np.concatenate((values, np.full(-len(values) % step, values[-1])))
     return np.asarray(padded.reshape(-1, step).max(axis=1))
@@ -170,11 +213,17 @@ def _positions(axis: Axes, comparison: Comparison, start: float) -> None:
     middles = [0.5 * (rest.start + rest.end) - start for rest in comparison.rests]
     beside = 0.008 * comparison.trace.aligned.span
     for offset, (label, color, marker, values) in zip((-beside, 0.0, beside), series):
-        known = [(middle + offset, value) for middle, value in zip(middles, values) if value is not None]
-        axis.plot(*zip(*known) if known else ([], []), marker, color=color, label=label, markersize=6)
+        known = [
+            (middle + offset, value) for middle, value in zip(middles, values) if value is not None
+        ]
+        axis.plot(
+            *zip(*known) if known else ([], []), marker, color=color, label=label, markersize=6
+        )
     top = 1.35 * max((rest.worst_mm for rest in comparison.rests), default=1.0)
     axis.set_ylim(-0.06 * top, top)
     for middle, rest in zip(middles, comparison.rests):
-        axis.text(middle, 0.97 * top, rest.set_position or "-", ha="center", va="top", fontweight="bold")
+        axis.text(
+            middle, 0.97 * top, rest.set_position or "-", ha="center", va="top", fontweight="bold"
+        )
     axis.set(ylabel="at rest [mm]", title="positioning error after 0.5 s at rest")
     axis.legend(**ABOVE)

@@ -17,9 +17,11 @@ TEMPLATE = """<!DOCTYPE html>
 <meta name="color-scheme" content="light dark">
 <title>{{ title }}</title>
 <style>
-:root { --ink: #1f2937; --soft: #6b7280; --paper: #ffffff; --line: #e5e7eb; --good: #15803d; --bad: #c81e3a; }
+:root { --ink: #1f2937; --soft: #6b7280; --paper: #ffffff; --line: #e5e7eb;
+  --good: #15803d; --bad: #c81e3a; }
 @media (prefers-color-scheme: dark) {
-  :root { --ink: #e5e7eb; --soft: #9ca3af; --paper: #14161a; --line: #333842; --good: #4ade80; --bad: #fb7185; }
+  :root { --ink: #e5e7eb; --soft: #9ca3af; --paper: #14161a; --line: #333842;
+    --good: #4ade80; --bad: #fb7185; }
   img { filter: invert(0.92) hue-rotate(180deg); }
 }
 body { font: 15px/1.5 system-ui, sans-serif; color: var(--ink); background: var(--paper);
@@ -27,11 +29,13 @@ body { font: 15px/1.5 system-ui, sans-serif; color: var(--ink); background: var(
 h1 { margin-bottom: 0; } h2 { margin: 2.2rem 0 0.4rem; border-bottom: 1px solid var(--line); }
 p.soft, td.soft, figcaption { color: var(--soft); }
 table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums; }
-th, td { text-align: left; padding: 0.3rem 0.9rem 0.3rem 0; border-bottom: 1px solid var(--line); vertical-align: top; }
+th, td { text-align: left; padding: 0.3rem 0.9rem 0.3rem 0; vertical-align: top;
+  border-bottom: 1px solid var(--line); }
 th { color: var(--soft); font-weight: 600; } td.mid { white-space: nowrap; }
 .pass { color: var(--good); font-weight: 700; } .FAIL { color: var(--bad); font-weight: 700; }
 figure { margin: 1rem 0; } img { width: 100%; height: auto; display: block; }
-details { margin: 0.6rem 0; } summary { cursor: pointer; } pre { overflow-x: auto; font-size: 13px; }
+details { margin: 0.6rem 0; } summary { cursor: pointer; }
+pre { overflow-x: auto; font-size: 13px; }
 .scroll { overflow-x: auto; }
 </style>
 </head>
@@ -40,7 +44,8 @@ details { margin: 0.6rem 0; } summary { cursor: pointer; } pre { overflow-x: aut
 <div class="scroll"><table>
 <tr>{% for heading in headings %}<th>{{ heading }}</th>{% endfor %}</tr>
 {% for row in rows %}<tr>
-{% for cell in row %}<td{% if cell in ("pass", "FAIL") %} class="{{ cell }}"{% endif %}>{{ cell }}</td>{% endfor %}
+{% for cell in row %}
+<td{% if cell in ("pass", "FAIL") %} class="{{ cell }}"{% endif %}>{{ cell }}</td>{% endfor %}
 </tr>
 {% endfor %}</table></div>
 {% endmacro %}
@@ -49,8 +54,11 @@ details { margin: 0.6rem 0; } summary { cursor: pointer; } pre { overflow-x: aut
 {{ table(headings, rows) }}
 <p class="soft">{{ legend }}</p>
 {% for experiment in experiments %}
-<h2>{{ experiment.name }} <span class="{{ experiment.verdict }}">{{ experiment.verdict }}</span></h2>
-{% if experiment.reasons %}<ul>{% for reason in experiment.reasons %}<li>{{ reason }}</li>{% endfor %}</ul>{% endif %}
+<h2>{{ experiment.name }}
+<span class="{{ experiment.verdict }}">{{ experiment.verdict }}</span></h2>
+{% if experiment.reasons %}<ul>
+{% for reason in experiment.reasons %}<li>{{ reason }}</li>{% endfor %}
+</ul>{% endif %}
 {% for caption, data in experiment.figures %}<figure><figcaption>{{ caption }}</figcaption>
 <img alt="{{ caption }}" src="data:image/png;base64,{{ data }}"></figure>{% endfor %}
 {% for name, part in experiment.tables %}{% if part.rows %}<h3>{{ name }}</h3>
@@ -61,7 +69,8 @@ details { margin: 0.6rem 0; } summary { cursor: pointer; } pre { overflow-x: aut
 {% endfor %}
 <h2>Configuration</h2>
 <p class="soft">{{ configuration_origin }}</p>
-{% for name, text in configuration %}<details><summary>{{ name }}</summary><pre>{{ text }}</pre></details>{% endfor %}
+{% for name, text in configuration %}
+<details><summary>{{ name }}</summary><pre>{{ text }}</pre></details>{% endfor %}
 </body>
 </html>
 """
@@ -79,4 +88,8 @@ def table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> Mapping[str
 
 def render(content: Mapping[str, Any]) -> str:
     """Fill the page; a name that the template uses and ``content`` lacks is an error."""
-    return Environment(autoescape=True, undefined=StrictUndefined).from_string(TEMPLATE).render(content)
+    return (
+        Environment(autoescape=True, undefined=StrictUndefined)
+        .from_string(TEMPLATE)
+        .render(content)
+    )

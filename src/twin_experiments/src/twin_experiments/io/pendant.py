@@ -1,4 +1,7 @@
-"""The robot's own teach pendant, as the operator would use it: a program of its own that talks only Modbus."""
+"""The robot's own teach pendant, as the operator would use it.
+
+A program of its own that talks only Modbus.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,7 @@ class Pendant:
     """Calls ``rosrun fanuc_emulator pendant``."""
 
     def __init__(self, options: Sequence[str], deadline: float) -> None:
-        """Remember options for each call (``--host``, ``--port``) and how long a call may take [s]."""
+        """Remember options for each call (``--host``, ``--port``) and its time-out [s]."""
         self._options = list(options)
         self._deadline = deadline
 
@@ -26,12 +29,22 @@ class Pendant:
         """
         command = ["rosrun", "fanuc_emulator", "pendant", *words, *self._options]
         try:
-            done = subprocess.run(command, capture_output=True, text=True, timeout=self._deadline, stdin=subprocess.DEVNULL)
+            done = subprocess.run(
+                command,
+                capture_output=True,
+                text=True,
+                timeout=self._deadline,
+                stdin=subprocess.DEVNULL,
+            )
         except subprocess.TimeoutExpired as error:
-            raise PendantError(f"pendant {' '.join(words)}: no answer within {self._deadline:g} s") from error
+            raise PendantError(
+                f"pendant {' '.join(words)}: no answer within {self._deadline:g} s"
+            ) from error
         except OSError as error:
             raise PendantError(f"pendant {' '.join(words)}: cannot be started: {error}") from error
         if done.returncode:
             said = (done.stderr.strip() or done.stdout.strip()).splitlines()
-            raise PendantError(f"pendant {' '.join(words)}: {said[-1] if said else f'exit code {done.returncode}'}")
+            raise PendantError(
+                f"pendant {' '.join(words)}: {said[-1] if said else f'exit code {done.returncode}'}"
+            )
         return done.stdout.strip()

@@ -31,13 +31,24 @@ from twin_experiments.record import Event, Run
 from twin_experiments.repeats import HEADINGS as REPEAT_HEADINGS
 from twin_experiments.repeats import repeat_rows
 
-LIBRARIES = ("numpy", "scipy", "rosbags", "matplotlib", "pybullet", "pymodbus", "websocket-client", "websockets", "ruckig")
+LIBRARIES = (
+    "numpy",
+    "scipy",
+    "rosbags",
+    "matplotlib",
+    "pybullet",
+    "pymodbus",
+    "websocket-client",
+    "websockets",
+    "ruckig",
+)
 LEGEND = (
-    "Path error: distance of both tools at the same instant while either side moves, in mm and percent of reach, nothing "
-    "compensated; after lag: the same with the follower's lag removed; of travelled: largest error of a move in percent of "
-    "that move's length; lag > 0: the follower is behind; positioning: after both stood still 0.5 s, the largest of "
-    "real - twin, real - set position, twin - set position. The article does not say what its percent are of. Both sides are "
-    "the simulators' own truth, not what the twin controller read."
+    "Path error: distance of both tools at the same instant while either side moves, in mm and "
+    "percent of reach, nothing compensated; after lag: the same with the follower's lag "
+    "removed; of travelled: largest error of a move in percent of that move's length; lag > 0: "
+    "the follower is behind; positioning: after both stood still 0.5 s, the largest of real - "
+    "twin, real - set position, twin - set position. The article does not say what its percent "
+    "are of. Both sides are the simulators' own truth, not what the twin controller read."
 )
 CAPTIONS = {
     "paths": "Paths in xy and xz (the article's Figure 15)",
@@ -60,12 +71,15 @@ class Report:
         return all(result.passed for result in self.results)
 
 
-def analyse_bag(bag: Path, config_directory: Path | None = None) -> tuple[Run, Configuration, tuple[Result, ...]]:
+def analyse_bag(
+    bag: Path, config_directory: Path | None = None
+) -> tuple[Run, Configuration, tuple[Result, ...]]:
     """Read and analyse a bag.
 
     Args:
         bag: Recording of a run.
-        config_directory: Configuration for what the bag does not hold; default: the package scara_config.
+        config_directory: Configuration for what the bag does not hold; default: the package
+            scara_config.
 
     Raises:
         BagError: The bag cannot be read, or a topic is missing.
@@ -79,7 +93,11 @@ def analyse_bag(bag: Path, config_directory: Path | None = None) -> tuple[Run, C
         run = read_run(opened, [joint.name for joint in robot.twin_joints])
     work = read_work(run.configuration, config_directory)
     tool = partial(tool_positions, ScrewModel.from_robot(robot))
-    return run, chosen, analyse(run, config, robot, metrics_settings(config.metrics, robot), tool, work)
+    return (
+        run,
+        chosen,
+        analyse(run, config, robot, metrics_settings(config.metrics, robot), tool, work),
+    )
 
 
 def write_report(bag: Path, folder: Path, config_directory: Path | None = None) -> Report:
@@ -105,20 +123,39 @@ def _page(run: Run, report: Report, document: dict[str, Any]) -> str:
     return render(
         {
             "title": "How well real robot and twin move as one",
-            "subtitle": f"{robot.name}, reach {robot.reach_mm:g} mm, recorded {recorded}, {run.duration:.1f} s{repaired}",
+            "subtitle": f"{robot.name}, reach {robot.reach_mm:g} mm, recorded {recorded}, "
+            f"{run.duration:.1f} s{repaired}",
             "headings": HEADINGS,
-            "rows": [*summary_rows(report.results, robot.reach_mm), *paper_rows(config.limits, config.paper)],
+            "rows": [
+                *summary_rows(report.results, robot.reach_mm),
+                *paper_rows(config.limits, config.paper),
+            ],
             "legend": LEGEND,
-            "experiments": [_experiment(result, entry, report) for result, entry in zip(report.results, document["experiments"])],
+            "experiments": [
+                _experiment(result, entry, report)
+                for result, entry in zip(report.results, document["experiments"])
+            ],
             "tables": [
                 *_repeats(document),
-                ("Decisions of the twin controller", table(("s", "mode", "why"), _events(run.decisions))),
+                (
+                    "Decisions of the twin controller",
+                    table(("s", "mode", "why"), _events(run.decisions)),
+                ),
                 ("Warnings", table(("s", "node", "what"), _events(run.warnings))),
-                ("Recorded topics", table(("topic", "messages"), [(name, str(count)) for name, count in run.topics.items()])),
+                (
+                    "Recorded topics",
+                    table(
+                        ("topic", "messages"),
+                        [(name, str(count)) for name, count in run.topics.items()],
+                    ),
+                ),
                 ("Versions of the reporting machine", table(("what", "version"), _versions())),
             ],
-            "configuration_origin": f"Analysed with the configuration {report.configuration.origin}.",
-            "configuration": [(name, _text(tree)) for name, tree in sorted(run.configuration.items())],
+            "configuration_origin": "Analysed with the configuration "
+            f"{report.configuration.origin}.",
+            "configuration": [
+                (name, _text(tree)) for name, tree in sorted(run.configuration.items())
+            ],
         }
     )
 
@@ -127,7 +164,14 @@ def _experiment(result: Result, entry: dict[str, Any], report: Report) -> dict[s
     """Return one experiment as the page takes it, after drawing its figures."""
     robot, config = report.configuration.robot, report.configuration.experiments
     positions = {name: np.array(robot.positions_m[name]) for name in result.visits}
-    drawn = draw(result, robot.twin_joints, positions, robot.reach_mm, config.limits.path_error_percent, report.folder)
+    drawn = draw(
+        result,
+        robot.twin_joints,
+        positions,
+        robot.reach_mm,
+        config.limits.path_error_percent,
+        report.folder,
+    )
     return {
         "name": result.span.label,
         "verdict": "pass" if result.passed else "FAIL",
@@ -135,13 +179,37 @@ def _experiment(result: Result, entry: dict[str, Any], report: Report) -> dict[s
         "figures": [(CAPTIONS[kind], embedded(file)) for kind, file in drawn.items()],
         "tables": [
             ("Parts", table(SUMMARY, summary_of_parts(result.parts))),
-            ("Placement error", table(("part", *(f"{found.side} mm" for found in result.parts)), error_rows(result.parts))),
-            ("Moves", table(("start s", "duration s", "path mm", "error max mm", "of travelled"), _moves(result))),
-            ("At rest", table(("s", "set position", "real - twin mm", "real - set mm", "twin - set mm"), _rests(result))),
-            ("Age of samples on receipt", table(("topic", "median ms", "95 % ms", "max ms"), _ages(entry))),
+            (
+                "Placement error",
+                table(
+                    ("part", *(f"{found.side} mm" for found in result.parts)),
+                    error_rows(result.parts),
+                ),
+            ),
+            (
+                "Moves",
+                table(
+                    ("start s", "duration s", "path mm", "error max mm", "of travelled"),
+                    _moves(result),
+                ),
+            ),
+            (
+                "At rest",
+                table(
+                    ("s", "set position", "real - twin mm", "real - set mm", "twin - set mm"),
+                    _rests(result),
+                ),
+            ),
+            (
+                "Age of samples on receipt",
+                table(("topic", "median ms", "95 % ms", "max ms"), _ages(entry)),
+            ),
             (
                 "Holes",
-                table(("side", "start s", "duration s"), [tuple(map(_cell, gap.values())) for gap in entry.get("gaps", [])]),
+                table(
+                    ("side", "start s", "duration s"),
+                    [tuple(map(_cell, gap.values())) for gap in entry.get("gaps", [])],
+                ),
             ),
         ],
     }
@@ -184,7 +252,10 @@ def _rests(result: Result) -> list[tuple[str, ...]]:
 
 def _ages(entry: dict[str, Any]) -> list[tuple[str, ...]]:
     """Return one row for each topic whose age is known."""
-    return [(topic, *(f"{value:.2f}" for value in age.values())) for topic, age in entry["sample_age_ms"].items()]
+    return [
+        (topic, *(f"{value:.2f}" for value in age.values()))
+        for topic, age in entry["sample_age_ms"].items()
+    ]
 
 
 def _events(events: Sequence[Event]) -> list[tuple[str, ...]]:
@@ -194,7 +265,9 @@ def _events(events: Sequence[Event]) -> list[tuple[str, ...]]:
 
 def _cell(value: Any) -> str:
     """Return a number or a name as text."""
-    return "-" if value is None else f"{value:.3f}" if isinstance(value, float) else str(value)
+    if value is None:
+        return "-"
+    return f"{value:.3f}" if isinstance(value, float) else str(value)
 
 
 def _versions() -> list[tuple[str, str]]:

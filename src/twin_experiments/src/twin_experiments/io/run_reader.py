@@ -15,7 +15,11 @@ MARKER = "experiment/marker"
 REAL, TWIN = "real/ground_truth", "twin/joint_states"
 NEEDED = (MARKER, REAL, TWIN)
 AGED = ("real/joint_states", "joint_pose_controller/follow")
-CONFIGURATION, DECISIONS, DIAGNOSTICS = "twin_controller/configuration", "twin_controller/decisions", "/diagnostics"
+CONFIGURATION, DECISIONS, DIAGNOSTICS = (
+    "twin_controller/configuration",
+    "twin_controller/decisions",
+    "/diagnostics",
+)
 
 
 def read_run(bag: Bag, joint_names: list[str]) -> Run:
@@ -37,7 +41,9 @@ def read_run(bag: Bag, joint_names: list[str]) -> Run:
         duration=end - origin,
         repaired=bag.repaired,
         joint_names=tuple(joint_names),
-        spans=find_spans([(at - origin, message.data) for at, message in bag.messages(MARKER)], end - origin),
+        spans=find_spans(
+            [(at - origin, message.data) for at, message in bag.messages(MARKER)], end - origin
+        ),
         real=_side(bag, "real", REAL, joint_names, origin),
         twin=_side(bag, "twin", TWIN, joint_names, origin),
         ages={topic: _age(bag, topic, origin) for topic in AGED if bag.count(topic)},
@@ -65,7 +71,8 @@ def _side(bag: Bag, side: str, topic: str, joint_names: list[str], origin: float
             columns[names] = _columns(topic, names, joint_names)
         if len(message.velocity) != len(names) or len(message.position) != len(names):
             raise RecordError(
-                f"{topic}: {len(names)} names, {len(message.position)} positions and {len(message.velocity)} velocities"
+                f"{topic}: {len(names)} names, {len(message.position)} positions and "
+                f"{len(message.velocity)} velocities"
             )
         stamps.append(_seconds(message.header.stamp, origin))
         positions.append(message.position)
@@ -73,9 +80,14 @@ def _side(bag: Bag, side: str, topic: str, joint_names: list[str], origin: float
         layouts.append(names)
     if len(columns) == 1:  # all at once, which is quicker by half
         (found,) = columns.values()
-        return build_side(side, np.array(stamps), np.array(positions)[:, found], np.array(velocities)[:, found])
+        return build_side(
+            side, np.array(stamps), np.array(positions)[:, found], np.array(velocities)[:, found]
+        )
     chosen = [columns[names] for names in layouts]
-    parts = (np.array([row[found] for row, found in zip(rows, chosen)]) for rows in (positions, velocities))
+    parts = (
+        np.array([row[found] for row, found in zip(rows, chosen)])
+        for rows in (positions, velocities)
+    )
     return build_side(side, np.array(stamps), *parts)
 
 
@@ -83,12 +95,17 @@ def _columns(topic: str, names: tuple[str, ...], wanted: list[str]) -> list[int]
     """Return where the wanted joints stand in a message."""
     missing = [name for name in wanted if name not in names]
     if missing:
-        raise RecordError(f"{topic}: joint {', '.join(missing)} is missing; it has {', '.join(names) or 'none'}")
+        raise RecordError(
+            f"{topic}: joint {', '.join(missing)} is missing; it has {', '.join(names) or 'none'}"
+        )
     return [names.index(name) for name in wanted]
 
 
 def _age(bag: Bag, topic: str, origin: float) -> Age:
-    """Return how old a stamped topic's content was on receipt; of a trajectory its first point counts."""
+    """Return how old a stamped topic's content was on receipt.
+
+    Of a trajectory its first point counts.
+    """
     received, age = [], []
     for at, message in bag.messages(topic):
         due = _seconds(message.header.stamp, origin)
@@ -102,12 +119,13 @@ def _age(bag: Bag, topic: str, origin: float) -> Age:
 
 def _decisions(bag: Bag, origin: float) -> tuple[Event, ...]:
     """Return the twin controller's transitions and refusals."""
-    return tuple(
-        Event(
-            at - origin, f"{m.mode_before} → {m.mode_after}" if m.mode_before != m.mode_after else m.mode_after, m.why or m.event
-        )
-        for at, m in bag.messages(DECISIONS)
-    )
+    found: list[Event] = []
+    for at, m in bag.messages(DECISIONS):
+        modes = m.mode_after
+        if m.mode_before != m.mode_after:
+            modes = f"{m.mode_before} → {m.mode_after}"
+        found.append(Event(at - origin, modes, m.why or m.event))
+    return tuple(found)
 
 
 def _warnings(bag: Bag, origin: float) -> tuple[Event, ...]:

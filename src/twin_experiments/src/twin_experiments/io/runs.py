@@ -19,7 +19,10 @@ def new_run_folder(base: Path, stamp: str) -> Path:
 
 
 def link_latest(folder: Path) -> None:
-    """Let ``latest`` beside ``folder`` point to it, at once, whatever it pointed to; a real folder is left alone."""
+    """Let ``latest`` beside ``folder`` point to it, at once, whatever it pointed to.
+
+    A real folder is left alone.
+    """
     link = folder.parent / "latest"
     fresh = folder.parent / f".latest_{os.getpid()}"
     fresh.symlink_to(folder.name)

@@ -1,8 +1,10 @@
-"""The running cell as an experiment sees it: who is there, who moves, and the calls it makes, each with a deadline."""
+"""The running cell as an experiment sees it.
+
+Who is there, who moves, and the calls it makes, each with a deadline.
+"""
 
 from __future__ import annotations
 
-import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -11,11 +13,14 @@ from typing import Any
 import numpy as np
 import rospy
 from scara_config import Robot
+from scara_ros.io.service_connection import ServiceError, ServiceTimeoutError
+from scara_ros.nodes.service_client import ServiceClient, is_offered
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
 
 from scara_msgs.msg import RobotData, TwinControllerState
+from scara_msgs.msg import TwinControllerState as Mode
 from scara_msgs.srv import MoveJoints, MoveTo, StartRecording, StopRecording, TwinCommand
 from twin_experiments.config import Deadlines
 from twin_experiments.standstill import Activity, observe, still_for
@@ -41,8 +46,12 @@ PARTS_SERVICES = {
     "twin/put_parts_back": Trigger,
 }
 """For palletising; nobody waits for them in a cell without parts."""
-ENDED_MODES = ("STOPPED", "ESTOP", "FAULT", "OFFLINE")
-WAYS_OUT = {"STOPPED": "ALIGN", "PAUSED": "RESUME, or STOP and ALIGN", "ESTOP": "RESET and ALIGN"}  # the operator's, not ours
+ENDED_MODES = (Mode.STOPPED, Mode.ESTOP, Mode.FAULT, Mode.OFFLINE)
+WAYS_OUT = {
+    Mode.STOPPED: "ALIGN",
+    Mode.PAUSED: "RESUME, or STOP and ALIGN",
+    Mode.ESTOP: "RESET and ALIGN",
+}  # the operator's, not ours
 
 
 class RunError(RuntimeError):
@@ -55,7 +64,9 @@ class Cell:
     def __init__(self, robot: Robot, moving_speed_percent: float, deadlines: Deadlines) -> None:
         """Subscribe; nothing is waited for."""
         self._deadlines = deadlines
-        self._thresholds = {joint.name: joint.velocity * moving_speed_percent / 100.0 for joint in robot.twin_joints}
+        self._thresholds = {
+            joint.name: joint.velocity * moving_speed_percent / 100.0 for joint in robot.twin_joints
+        }
         self._activities = {"real/ground_truth": Activity(), "twin/joint_states": Activity()}
         self._newest: dict[str, Any] = {}
         self._marker = rospy.Publisher("experiment/marker", String, queue_size=10, tcp_nodelay=True)
@@ -66,9 +77,15 @@ class Cell:
         """Keep the newest message; of joint states also whether they move."""
         self._newest[topic] = message
         if topic in self._activities:
-            named = [(v, self._thresholds[n]) for n, v in zip(message.name, message.velocity) if n in self._thresholds]
+            named = [
+                (v, self._thresholds[n])
+                for n, v in zip(message.name, message.velocity)
+                if n in self._thresholds
+            ]
             speeds, thresholds = np.array(named).reshape(-1, 2).T
-            self._activities[topic] = observe(self._activities[topic], time.monotonic(), speeds, thresholds)
+            self._activities[topic] = observe(
+                self._activities[topic], time.monotonic(), speeds, thresholds
+            )
 
     @property
     def mode(self) -> str:
@@ -84,13 +101,18 @@ class Cell:
 
     @property
     def running(self) -> bool:
-        """True while the robot says that a program of its own runs; the stream program, by which it follows, is none."""
+        """True while the robot says that a program of its own runs.
+
+        The stream program, by which it follows, is none.
+        """
         data = self._newest.get("real/robot_data")
         return data is not None and bool(data.running) and data.control_type == "program"
 
     def moves(self, leader: str) -> int:
         """Return how many moves one side has begun so far."""
-        return self._activities["real/ground_truth" if leader == "real" else "twin/joint_states"].moves
+        return self._activities[
+            "real/ground_truth" if leader == "real" else "twin/joint_states"
+        ].moves
 
     def still_for(self) -> float:
         """Return for how long both sides have stood still [s]."""
@@ -98,20 +120,30 @@ class Cell:
 
     def missing(self) -> list[str]:
         """Return in words what an experiment still waits for."""
-        silent = [f"topic {rospy.resolve_name(topic)}" for topic in TOPICS if topic not in self._newest]
-        absent = [f"service {rospy.resolve_name(name)}" for name in SERVICES if not _offered(name)]
+        silent = [
+            f"topic {rospy.resolve_name(topic)}" for topic in TOPICS if topic not in self._newest
+        ]
+        absent = [
+            f"service {rospy.resolve_name(name)}" for name in SERVICES if not is_offered(name, 0.1)
+        ]
         if silent or absent:
             return silent + absent
-        if self.mode != "IDLE":
+        if self.mode != Mode.IDLE:
             state = self._newest["twin_controller/state"]
-            return [f"twin controller in IDLE (it is in {state.mode}: {state.alarm or state.why or 'no reason given'})"]
+            return [
+                f"twin controller in IDLE (it is in {state.mode}: "
+                f"{state.alarm or state.why or 'no reason given'})"
+            ]
         return [] if self.still_for() > FRESH_S else ["both sides to stand still"]
 
     def wait_ready(self, tell: Callable[[str], None]) -> None:
-        """Wait until the cell can run an experiment; ``tell`` is given what is missing, when it changes.
+        """Wait until the cell can run an experiment.
+
+        ``tell`` is given what is missing, when it changes.
 
         Raises:
-            RunError: Something is still missing at the deadline, all of it is named; or only the operator can go on.
+            RunError: Something is still missing at the deadline, all of it is named; or only the
+                operator can go on.
         """
         told: list[str] = []
         deadline = time.monotonic() + self._deadlines.cell
@@ -120,7 +152,10 @@ class Cell:
                 tell(f"waiting for {', '.join(missing)}")
                 told = missing
             if self.mode in WAYS_OUT and len(missing) == 1:
-                raise RunError(f"waiting for {missing[0]}; first give {WAYS_OUT[self.mode]} to service twin_controller/command")
+                raise RunError(
+                    f"waiting for {missing[0]}; first give {WAYS_OUT[self.mode]} to "
+                    "service twin_controller/command"
+                )
             if time.monotonic() > deadline:
                 raise RunError(f"not there after {self._deadlines.cell:g} s: {', '.join(missing)}")
             time.sleep(POLL_S)
@@ -135,16 +170,25 @@ class Cell:
         while not done():
             state = self._newest.get("twin_controller/state")
             if state is not None and state.mode in ENDED_MODES:
-                raise RunError(f"the twin controller went to {state.mode}: {state.alarm or state.why or 'no reason given'}")
+                raise RunError(
+                    f"the twin controller went to {state.mode}: "
+                    f"{state.alarm or state.why or 'no reason given'}"
+                )
             if time.monotonic() > end:
                 raise RunError(f"waited {deadline:g} s in vain for {what}")
             time.sleep(POLL_S)
 
     def wait_still(self, duration: float) -> None:
-        """Wait, from now on, until both sides have stood still for ``duration`` [s] and the twin controller is idle."""
+        """Wait until both sides have stood still for ``duration`` [s] from now on.
+
+        The twin controller must be idle too.
+        """
         begun = time.monotonic()
         self.wait_until(
-            lambda: min(self.still_for(), time.monotonic() - begun) >= duration and self.mode == "IDLE",
+            lambda: (
+                min(self.still_for(), time.monotonic() - begun) >= duration
+                and self.mode == Mode.IDLE
+            ),
             self._deadlines.still + duration,
             "both sides to stand still with the twin controller in IDLE",
         )
@@ -152,7 +196,9 @@ class Cell:
     def mark(self, text: str) -> None:
         """Publish a marker, once the recorder listens."""
         self.wait_until(
-            lambda: self._marker.get_num_connections() > 0, self._deadlines.service, "a recorder of experiment/marker"
+            lambda: self._marker.get_num_connections() > 0,
+            self._deadlines.service,
+            "a recorder of experiment/marker",
         )
         self._marker.publish(text)
 
@@ -174,7 +220,9 @@ class Cell:
         """
         answer = self._call("recorder/stop", self._deadlines.service + 30.0)
         if not answer.success:
-            raise RunError(f"recorder: {answer.message}; {answer.messages} messages are in {answer.path}")
+            raise RunError(
+                f"recorder: {answer.message}; {answer.messages} messages are in {answer.path}"
+            )
         return int(answer.messages)
 
     def move_to(self, position: tuple[float, float, float], speed_percent: float) -> None:
@@ -184,7 +232,9 @@ class Cell:
             RunError: It was refused or aborted.
         """
         x, y, z = position
-        answer = self._call("move_to", self._deadlines.move, x=x, y=y, z=z, speed_percent=speed_percent)
+        answer = self._call(
+            "move_to", self._deadlines.move, x=x, y=y, z=z, speed_percent=speed_percent
+        )
         if not answer.success:
             raise RunError(f"move_to {x:g} {y:g} {z:g}: {answer.message}")
 
@@ -210,7 +260,7 @@ class Cell:
         return "" if answer.success else str(answer.message)
 
     def gripped(self) -> tuple[bool, bool]:
-        """Return whether the real robot and the twin hold a part, as the twin controller knows it."""
+        """Return whether real robot and twin hold a part, as the twin controller knows it."""
         state = self._newest["twin_controller/state"]
         return state.real_gripper.startswith("holding"), state.twin_gripper.startswith("holding")
 
@@ -234,29 +284,10 @@ class Cell:
         return "" if answer.success else str(answer.message)
 
     def _call(self, name: str, within: float, **fields: Any) -> Any:
-        """Call a service; rospy itself knows no deadline."""
-        outcome: dict[str, Any] = {}
-
-        def work() -> None:
-            try:
-                outcome["answer"] = rospy.ServiceProxy(name, {**SERVICES, **PARTS_SERVICES}[name])(**fields)
-            except (rospy.ServiceException, rospy.ROSException) as error:
-                outcome["error"] = error
-
-        thread = threading.Thread(target=work, daemon=True)
-        thread.start()
-        thread.join(within)
-        if "error" in outcome:
-            raise RunError(f"service {name}: {outcome['error']}")
-        if "answer" not in outcome:
-            raise RunError(f"service {name}: no answer within {within:g} s")
-        return outcome["answer"]
-
-
-def _offered(service: str) -> bool:
-    """Say whether a service answers to its name."""
-    try:
-        rospy.wait_for_service(service, timeout=0.1)
-    except rospy.ROSException:
-        return False
-    return True
+        """Call a service within a time [s]."""
+        try:
+            return ServiceClient(name, {**SERVICES, **PARTS_SERVICES}[name], within)(**fields)
+        except ServiceTimeoutError as error:
+            raise RunError(f"service {name}: no answer within {within:g} s") from error
+        except ServiceError as error:
+            raise RunError(str(error)) from error

@@ -2,8 +2,9 @@
 
     rosrun twin_experiments compare BAG BAG... --output DIR [--real-topic NAME --twin-topic NAME]
 
-Works on bags of other robots too, as long as two topics hold joint states. Needs no cell and no ROS master. Exit code: 0
-compared, 1 some experiment could not be compared, 2 wrong configuration, 3 a bag cannot be used.
+Works on bags of other robots too, as long as two topics hold joint states. Needs no cell and no ROS
+master. Exit code: 0 compared, 1 some experiment could not be compared, 2 wrong configuration, 3 a
+bag cannot be used.
 """
 
 from __future__ import annotations
@@ -30,30 +31,43 @@ app = typer.Typer(add_completion=False, help="Compare recordings with each other
 
 @app.command()
 def compare(
-    bags: Annotated[list[Path], typer.Argument(help="Recordings; the others are held against the first one.")],
+    bags: Annotated[
+        list[Path], typer.Argument(help="Recordings; the others are held against the first one.")
+    ],
     output: Annotated[
-        Path | None, typer.Option(help="Folder of table and figures; default: comparison beside the first.")
+        Path | None,
+        typer.Option(help="Folder of table and figures; default: comparison beside the first."),
     ] = None,
     real_topic: Annotated[str | None, typer.Option(help="Joint states of the real robot.")] = None,
     twin_topic: Annotated[str, typer.Option(help="Joint states of the twin.")] = TWIN,
-    config_dir: Annotated[Path | None, typer.Option(help="Configuration for what a bag does not hold.")] = None,
+    config_dir: Annotated[
+        Path | None, typer.Option(help="Configuration for what a bag does not hold.")
+    ] = None,
 ) -> None:
     """Compare real with twin in each recording, and each recording with the first one."""
     folder = (output or bags[0].parent / "comparison").resolve()
     try:
         written = write_comparison(bags, folder, Topics(real_topic, twin_topic), config_dir)
     except (ConfigError, BagError, RecordError, OSError) as error:
-        Console(stderr=True, highlight=False).print(f"compare: {error}", soft_wrap=True, markup=False)
+        Console(stderr=True, highlight=False).print(
+            f"compare: {error}", soft_wrap=True, markup=False
+        )
         raise typer.Exit(WRONG if isinstance(error, ConfigError) else UNUSABLE) from error
     print_comparison(written, Console(highlight=False))
-    raise typer.Exit(INCOMPLETE if any(experiment.reasons for experiment in written.experiments) else 0)
+    raise typer.Exit(
+        INCOMPLETE if any(experiment.reasons for experiment in written.experiments) else 0
+    )
 
 
 def print_comparison(written: WrittenComparison, console: Console) -> None:
     """Print the tables, one column for each recording, and all remarks."""
     unit = written.mechanism.place_unit
     for experiment in written.experiments:
-        _print_table(f"{experiment.name}: real against twin", [PAIR_HEADINGS, *pair_rows(experiment)], console)
+        _print_table(
+            f"{experiment.name}: real against twin",
+            [PAIR_HEADINGS, *pair_rows(experiment)],
+            console,
+        )
         if experiment.runs:
             title = f"{experiment.name}: against the first recording"
             _print_table(title, [RUN_HEADINGS, *run_rows(experiment, unit)], console)

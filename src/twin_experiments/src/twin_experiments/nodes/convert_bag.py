@@ -2,7 +2,8 @@
 
     rosrun twin_experiments convert_bag BAG OUT.mcap
 
-Every message is read back. Needs no cell and no ROS master. Exit code: 0 converted, 3 it could not be.
+Every message is read back. Needs no cell and no ROS master. Exit code: 0 converted, 3 it could not
+be.
 """
 
 from __future__ import annotations
@@ -24,15 +25,22 @@ app = typer.Typer(add_completion=False, help="Convert a bag to MCAP.")
 @app.command()
 def convert_bag(
     bag: Annotated[Path, typer.Argument(help="Recording of a run, unfinished ones too.")],
-    target: Annotated[Path, typer.Argument(metavar="OUT.mcap", help="File to be written; it must not be there yet.")],
+    target: Annotated[
+        Path,
+        typer.Argument(metavar="OUT.mcap", help="File to be written; it must not be there yet."),
+    ],
 ) -> None:
     """Convert a bag to one MCAP file and read it back."""
     try:
         counts = convert_to_mcap(bag, target)
     except BagError as error:
-        Console(stderr=True, highlight=False).print(f"convert_bag: {error}", soft_wrap=True, markup=False)
+        Console(stderr=True, highlight=False).print(
+            f"convert_bag: {error}", soft_wrap=True, markup=False
+        )
         raise typer.Exit(UNUSABLE) from error
-    Console(highlight=False).print(f"{sum(counts.values())} messages of {len(counts)} topics in {target}", soft_wrap=True)
+    Console(highlight=False).print(
+        f"{sum(counts.values())} messages of {len(counts)} topics in {target}", soft_wrap=True
+    )
 
 
 def main() -> None:

@@ -1,8 +1,9 @@
 """``rosrun twin_experiments fit_twin BAG``: fit the twin to the robot from one recorded run.
 
-The recorded set points go through the twin's physics and loops in process, faster than real time; gains, damping,
-friction, bandwidth and delay are searched on the first part of the recording and judged on the rest. A YAML difference is
-proposed; only ``--write`` changes the files. No ROS master is needed.
+The recorded set points go through the twin's physics and loops in process, faster than real time;
+gains, damping, friction, bandwidth and delay are searched on the first part of the recording and
+judged on the rest. A YAML difference is proposed; only ``--write`` changes the files. No ROS master
+is needed.
 """
 
 from __future__ import annotations
@@ -37,10 +38,19 @@ app = typer.Typer(add_completion=False, help=__doc__)
 @app.command()
 def fit(
     bag: Annotated[Path, typer.Argument(help="bag of a run in which the real robot leads")],
-    config_dir: Annotated[Path | None, typer.Option(help="folder of the YAML files; default: the package scara_config")] = None,
-    held_out: Annotated[float, typer.Option(min=0.1, max=0.9, help="share of the recording that is not fitted")] = 0.4,
-    simulations: Annotated[int, typer.Option(min=10, max=10_000, help="most simulations of the search")] = 150,
-    write: Annotated[bool, typer.Option("--write", help="write the proposal into the YAML files")] = False,
+    config_dir: Annotated[
+        Path | None,
+        typer.Option(help="folder of the YAML files; default: the package scara_config"),
+    ] = None,
+    held_out: Annotated[
+        float, typer.Option(min=0.1, max=0.9, help="share of the recording that is not fitted")
+    ] = 0.4,
+    simulations: Annotated[
+        int, typer.Option(min=10, max=10_000, help="most simulations of the search")
+    ] = 150,
+    write: Annotated[
+        bool, typer.Option("--write", help="write the proposal into the YAML files")
+    ] = False,
 ) -> None:
     """Fit the twin to the robot."""
     console = Console()
@@ -49,12 +59,19 @@ def fit(
         robot = load_robot(folder)
         with open_bag(bag) as opened:
             simulation = load_simulation(robot, folder)
-            recording = read_recording(opened, [j.name for j in robot.twin_joints], SNAPSHOT_STEPS * simulation.dt)
+            recording = read_recording(
+                opened, [j.name for j in robot.twin_joints], SNAPSHOT_STEPS * simulation.dt
+            )
         start = load_model(robot, folder)
         choice = choose(robot, recording)
         found = search(robot, folder, recording, start, choice, held_out, simulations, console)
         show(console, robot, choice, start, found)
-        propose(console, folder, yaml_values(found.model, choice, [j.name for j in robot.twin_joints]), write)
+        propose(
+            console,
+            folder,
+            yaml_values(found.model, choice, [j.name for j in robot.twin_joints]),
+            write,
+        )
     except (ConfigError, BagError) as error:
         console.print(f"fit_twin: {error}", style="red", markup=False)
         raise typer.Exit(2) from error
@@ -74,11 +91,21 @@ def load_model(robot: Robot, folder: Path) -> TwinModel:
         damping, friction = tuple(world.damping), tuple(world.friction)
     delay = load_twin_controller(robot, folder).real.sample_latency_ms * 1e-3
     bandwidth = simulation.tracking_bandwidth_rad_s
-    return TwinModel(tuple(load_gains(robot, folder)), damping, friction, bandwidth, delay, simulation.feed_forward)
+    return TwinModel(
+        tuple(load_gains(robot, folder)),
+        damping,
+        friction,
+        bandwidth,
+        delay,
+        simulation.feed_forward,
+    )
 
 
 def choose(robot: Robot, recording: Recording) -> Choice:
-    """Return what can be fitted: joints of the arm that moved, and the delay if there is ground truth to see it in."""
+    """Return what can be fitted.
+
+    Joints of the arm that moved, and the delay if there is ground truth to see it in.
+    """
     columns = [
         k
         for k, (joint, moved) in enumerate(zip(robot.twin_joints, recording.moved))
@@ -101,7 +128,10 @@ def search(
 ) -> Fit:
     """Run the search under a progress bar."""
     names = [joint.name for joint in robot.twin_joints]
-    arm, columns = ScrewModel.from_robot(robot), [k for k, j in enumerate(robot.twin_joints) if j.screw_axis is not None]
+    arm, columns = (
+        ScrewModel.from_robot(robot),
+        [k for k, j in enumerate(robot.twin_joints) if j.screw_axis is not None],
+    )
     twin = OfflineTwin(robot, load_simulation(robot, folder), robot.description)
     real = tool_positions(arm, recording.real[:, columns])
     recorded = start.delay if recording.delay is None else recording.delay
@@ -110,7 +140,9 @@ def search(
         pose = [float(value) for value in recording.real[0]]
         length = recording.duration + SNAPSHOT_STEPS * 1e-3
         times, joints = twin.run(model, recording.packets, recorded, pose, length)
-        spread = np.stack([np.interp(recording.times, times, joints[:, k]) for k in columns], axis=1)
+        spread = np.stack(
+            [np.interp(recording.times, times, joints[:, k]) for k in columns], axis=1
+        )
         return tool_positions(arm, spread)
 
     bar = (
@@ -140,20 +172,29 @@ def show(console: Console, robot: Robot, choice: Choice, start: TwinModel, found
     for k, part in enumerate(("fitted part", "held-out part")):
         for what in ("rms_mm", "max_mm"):
             before, after = getattr(found.before[k], what), getattr(found.after[k], what)
-            table.add_row(f"{part}, {what[:3]}", f"{before:.3f} mm", f"{after:.3f} mm", f"{before / max(after, 1e-9):.1f} x")
+            table.add_row(
+                f"{part}, {what[:3]}",
+                f"{before:.3f} mm",
+                f"{after:.3f} mm",
+                f"{before / max(after, 1e-9):.1f} x",
+            )
     console.print(table)
     for name, value in zip(names, found.vector):
         text = f"{20.0 * value:+.3f} ms" if name == "delay" else f"x {np.exp(value):.3f}"
         console.print(f"  {name:<22}{text}", highlight=False)
 
 
-def propose(console: Console, folder: Path, values: dict[str, dict[tuple[str, ...], float]], write: bool) -> None:
+def propose(
+    console: Console, folder: Path, values: dict[str, dict[tuple[str, ...], float]], write: bool
+) -> None:
     """Show the YAML difference, and write it if asked to."""
     places = {name: locate(name, folder) for name in values}
     texts = {name: changed_text(places[name], changes) for name, changes in values.items()}
     for name, text in texts.items():
         before = places[name].read_text(encoding="utf-8")
-        lines = difflib.unified_diff(before.splitlines(), text.splitlines(), name, f"{name} (proposed)", lineterm="", n=0)
+        lines = difflib.unified_diff(
+            before.splitlines(), text.splitlines(), name, f"{name} (proposed)", lineterm="", n=0
+        )
         console.print("\n".join(lines), markup=False, highlight=False, soft_wrap=True)
     if write:
         for name, text in texts.items():

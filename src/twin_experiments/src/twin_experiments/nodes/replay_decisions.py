@@ -1,9 +1,11 @@
-"""Command ``replay_decisions``: the recorded inputs through the actual core give the same decisions, bit for bit.
+"""Command ``replay_decisions``.
+
+The recorded inputs through the actual core give the same decisions, bit for bit.
 
     rosrun twin_experiments replay_decisions BAG
 
-Needs no cell and no ROS master. Exit code: 0 all the same, 1 a difference or lost messages, 2 wrong configuration in the
-bag, 3 the bag cannot be used.
+Needs no cell and no ROS master. Exit code: 0 all the same, 1 a difference or lost messages, 2 wrong
+configuration in the bag, 3 the bag cannot be used.
 """
 
 from __future__ import annotations
@@ -27,12 +29,16 @@ app = typer.Typer(add_completion=False, help="Replay the twin controller's decis
 
 
 @app.command()
-def replay_decisions(bag: Annotated[Path, typer.Argument(help="Recording of a run, unfinished ones too.")]) -> None:
-    """Replay the recorded inputs through the controller's core and compare every decision and state."""
+def replay_decisions(
+    bag: Annotated[Path, typer.Argument(help="Recording of a run, unfinished ones too.")],
+) -> None:
+    """Replay the recorded inputs through the core; compare every decision and state."""
     try:
         result, repaired = _replay(bag)
     except (ConfigError, BagError, SnapshotError) as error:
-        Console(stderr=True, highlight=False).print(f"replay_decisions: {error}", soft_wrap=True, markup=False)
+        Console(stderr=True, highlight=False).print(
+            f"replay_decisions: {error}", soft_wrap=True, markup=False
+        )
         raise typer.Exit(WRONG if isinstance(error, ConfigError) else UNUSABLE) from error
     _print(result, repaired, Console(highlight=False, markup=False, soft_wrap=True))
     raise typer.Exit(0 if result.exact else DIFFERENT)
@@ -48,7 +54,9 @@ def _replay(bag: Path) -> tuple[ReplayResult, bool]:
         setups, recorded = read_setups(opened), read_decisions(opened)
         result = replay(setups, read_inputs(opened), recorded, opened.end - opened.start)
         if not result.messages:
-            raise BagError(f"{bag}: {result.skipped} messages of inputs, but no state to begin with")
+            raise BagError(
+                f"{bag}: {result.skipped} messages of inputs, but no state to begin with"
+            )
         return result, opened.repaired
 
 
@@ -57,7 +65,9 @@ def _print(result: ReplayResult, repaired: bool, console: Console) -> None:
     if repaired:
         console.print("the recording was not finished, a repaired copy was read")
     begun = ", ".join(f"{at:.2f}" for at in result.starts)
-    console.print(f"{result.messages} messages with {result.inputs} inputs replayed, from {begun} s on")
+    console.print(
+        f"{result.messages} messages with {result.inputs} inputs replayed, from {begun} s on"
+    )
     if result.skipped:
         console.print(f"{result.skipped} messages not replayed: no state to begin with")
     for texts in (result.restarts, result.lost):
@@ -66,9 +76,13 @@ def _print(result: ReplayResult, repaired: bool, console: Console) -> None:
         if len(texts) > MOST:
             console.print(f"... {len(texts)} in all")
     if result.outside or result.unrecorded:
-        console.print(f"at the edges: {result.outside} decisions without inputs, {result.unrecorded} not recorded")
+        console.print(
+            f"at the edges: {result.outside} decisions without inputs, "
+            f"{result.unrecorded} not recorded"
+        )
     console.print(
-        f"{result.decisions} decisions and {result.snapshots} states compared: {len(result.differences)} differences"
+        f"{result.decisions} decisions and {result.snapshots} states compared: "
+        f"{len(result.differences)} differences"
         + (f", messages are lost at {len(result.lost)} places" if result.lost else "")
     )
     if result.differences:

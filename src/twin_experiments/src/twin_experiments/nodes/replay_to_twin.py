@@ -1,12 +1,15 @@
-"""Command ``replay_to_twin``: the recorded real side drives a live twin as if it were there, and the same errors are reported.
+"""Command ``replay_to_twin``.
+
+The recorded real side drives a live twin as if it were there, and the same errors are reported.
 
     rosrun scara_bringup cell up --without emulator          # in another shell, before or after
     rosrun twin_experiments replay_to_twin BAG --rate 2 --output DIR
 
-Parameter: ``_config_dir:=FOLDER``. Serves the recorded readings over Modbus where the live twin controller looks for its
-robot, so that its whole way is used: polling, clocks, onset, alignment, following. The robot that is played obeys no set
-point and no stop: it does what it did. Exit code: 0 played and compared, 1 the live controller stopped the pair, or
-something could not be compared, 2 wrong configuration, 3 it could not be played, 130 interrupted.
+Parameter: ``_config_dir:=FOLDER``. Serves the recorded readings over Modbus where the live twin
+controller looks for its robot, so that its whole way is used: polling, clocks, onset, alignment,
+following. The robot that is played obeys no set point and no stop: it does what it did. Exit code:
+0 played and compared, 1 the live controller stopped the pair, or something could not be compared, 2
+wrong configuration, 3 it could not be played, 130 interrupted.
 """
 
 from __future__ import annotations
@@ -27,13 +30,18 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from scara_config import ConfigError, Robot, load_robot
 from twin_controller.config import load_twin_controller
-from twin_controller.metrics_series import Motion
 from twin_controller.reporting.snapshots import SnapshotError
 
 from twin_experiments.comparison.config import load_comparison
 from twin_experiments.comparison.tracks import Mechanism, Track
 from twin_experiments.io.bag_reader import BagError
-from twin_experiments.io.compare.track_reader import Opened, Topics, find_mechanism, read_bag, tracks_of
+from twin_experiments.io.compare.track_reader import (
+    Opened,
+    Topics,
+    find_mechanism,
+    read_bag,
+    tracks_of,
+)
 from twin_experiments.io.compare.writer import (
     WrittenComparison,
     compare_tracks,
@@ -44,6 +52,7 @@ from twin_experiments.io.compare.writer import (
 from twin_experiments.io.playback.reader import read_real
 from twin_experiments.io.playback.stage import Stage
 from twin_experiments.io.run_reader import TWIN
+from twin_experiments.metrics.series import Motion
 from twin_experiments.nodes.cell import RunError
 from twin_experiments.nodes.compare import print_comparison
 from twin_experiments.nodes.live.live_twin import LiveTwin, enter_ros
@@ -62,17 +71,34 @@ console = Console(highlight=False)
 @app.command()
 def replay_to_twin(
     bag: Annotated[Path, typer.Argument(help="Recording of a run, unfinished ones too.")],
-    rate: Annotated[float, typer.Option(help="How much faster than recorded, where the joints can.", min=0.05, max=20.0)] = 1.0,
-    output: Annotated[Path | None, typer.Option(help="Folder of table and figures; default: replay beside the bag.")] = None,
-    real_topic: Annotated[str | None, typer.Option(help="Joint states to be played; default: the controller's readings.")] = None,
-    host: Annotated[str | None, typer.Option(help="Where to serve; default: twin_controller.yaml.")] = None,
-    port: Annotated[int | None, typer.Option(help="Where to serve; default: twin_controller.yaml.")] = None,
+    rate: Annotated[
+        float,
+        typer.Option(
+            help="How much faster than recorded, where the joints can.", min=0.05, max=20.0
+        ),
+    ] = 1.0,
+    output: Annotated[
+        Path | None,
+        typer.Option(help="Folder of table and figures; default: replay beside the bag."),
+    ] = None,
+    real_topic: Annotated[
+        str | None,
+        typer.Option(help="Joint states to be played; default: the controller's readings."),
+    ] = None,
+    host: Annotated[
+        str | None, typer.Option(help="Where to serve; default: twin_controller.yaml.")
+    ] = None,
+    port: Annotated[
+        int | None, typer.Option(help="Where to serve; default: twin_controller.yaml.")
+    ] = None,
 ) -> None:
     """Let the recorded real robot drive a live twin, and report the same errors."""
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     folder = rospy.client.load_command_line_node_params(sys.argv).get("config_dir")
     try:
-        written, stops = _run(bag, rate, (output or bag.parent / "replay").resolve(), real_topic, (host, port), folder)
+        written, stops = _run(
+            bag, rate, (output or bag.parent / "replay").resolve(), real_topic, (host, port), folder
+        )
     except ConfigError as error:
         raise _end(WRONG, str(error)) from error
     except PortError as error:
@@ -82,31 +108,49 @@ def replay_to_twin(
     except KeyboardInterrupt as error:
         raise _end(INTERRUPTED, "interrupted") from error
     print_comparison(written, console)
-    raise typer.Exit(INCOMPLETE if stops or any(experiment.reasons for experiment in written.experiments) else 0)
+    raise typer.Exit(
+        INCOMPLETE if stops or any(experiment.reasons for experiment in written.experiments) else 0
+    )
 
 
 def _run(
-    bag: Path, rate: float, output: Path, topic: str | None, address: tuple[str | None, int | None], folder: str | None
+    bag: Path,
+    rate: float,
+    output: Path,
+    topic: str | None,
+    address: tuple[str | None, int | None],
+    folder: str | None,
 ) -> tuple[WrittenComparison, list[str]]:
-    """Read, play, compare; return what was written, and when the live controller stopped the pair."""
+    """Read, play, compare.
+
+    Return what was written, and when the live controller stopped the pair.
+    """
     directory = Path(folder) if folder else None
     robot = load_robot(directory)
     place = load_twin_controller(robot, directory).real
     opened = read_bag(bag, RECORDED, Topics(topic), directory)
     mechanism = find_mechanism([opened])
     if mechanism.names != tuple(joint.name for joint in robot.twin_joints):
-        raise RecordError(f"{bag}: has {', '.join(mechanism.names)}; the twin needs {[j.name for j in robot.twin_joints]}")
+        raise RecordError(
+            f"{bag}: has {', '.join(mechanism.names)}; the twin needs "
+            f"{[j.name for j in robot.twin_joints]}"
+        )
     recorded = read_real(bag, mechanism, topic)
-    playback = plan_playback(robot, recorded.motion, recorded.running, rate, load_emulator(robot, directory).dt)
+    playback = plan_playback(
+        robot, recorded.motion, recorded.running, rate, load_emulator(robot, directory).dt
+    )
     enter_ros("replay_to_twin", READY_S, lambda text: console.print(text, soft_wrap=True))
-    with Stage(robot, playback, address[0] or place.host, address[1] or place.port, folder) as stage:
+    with Stage(
+        robot, playback, address[0] or place.host, address[1] or place.port, folder
+    ) as stage:
         twin = LiveTwin(mechanism.names)
         motion = _play(stage, playback, twin)
         begun = stage.begun
     live = _live(robot, playback, motion.shifted(-begun))
     remarks = (
         *remarks_of([opened]),
-        f"{LIVE}: real is what was played of {recorded.source}, in {playback.duration:.1f} s; twin is {TWIN}",
+        f"{LIVE}: real is what was played of {recorded.source}, in "
+        f"{playback.duration:.1f} s; twin is {TWIN}",
         *(f"{LIVE}: {stop}" for stop in twin.stops),
     )
     return _compare(opened, mechanism, live, rate, remarks, output, directory), twin.stops
@@ -114,7 +158,12 @@ def _run(
 
 def _play(stage: Stage, playback: Playback, live: LiveTwin) -> Motion:
     """Wait for the twin, play, and return what it did, in ROS time."""
-    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:.0f} %"), TimeElapsedColumn())
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.percentage:.0f} %"),
+        TimeElapsedColumn(),
+    )
     with Progress(*columns, console=console) as progress:
         task = progress.add_task("", total=1.0)
 
@@ -136,7 +185,10 @@ def _play(stage: Stage, playback: Playback, live: LiveTwin) -> Motion:
 
 
 def _live(robot: Robot, playback: Playback, twin: Motion) -> Callable[[Track], Track]:
-    """Return what makes the live track that belongs to a recorded one; times count from the first row."""
+    """Return what makes the live track that belongs to a recorded one.
+
+    Times count from the first row.
+    """
     columns = [k for k, joint in enumerate(robot.joints) if joint.twin]
     real = playback.motion(0.0, columns)
 
@@ -163,14 +215,18 @@ def _compare(
     for track in tracks_of(opened, mechanism, percent):
         beside = compare_tracks(track.experiment, [track, live(track)], comparer)
         compared.append(beside if rate == 1.0 else replace(beside, runs=()))
-    written = WrittenComparison(mechanism, tuple(compared), {RECORDED: "the bag", LIVE: "now"}, remarks, output)
+    written = WrittenComparison(
+        mechanism, tuple(compared), {RECORDED: "the bag", LIVE: "now"}, remarks, output
+    )
     write_files(written)
     return written
 
 
 def _end(code: int, text: str) -> typer.Exit:
     """Say why and return the end with that exit code."""
-    Console(stderr=True, highlight=False).print(f"replay_to_twin: {text}", soft_wrap=True, markup=False)
+    Console(stderr=True, highlight=False).print(
+        f"replay_to_twin: {text}", soft_wrap=True, markup=False
+    )
     return typer.Exit(code)
 
 

@@ -1,4 +1,6 @@
-"""Command ``report``: rebuilds the report of a bag from the bag alone; needs no cell and no ROS master.
+"""Command ``report``: rebuilds the report of a bag from the bag alone.
+
+Needs no cell and no ROS master.
 
     rosrun twin_experiments report BAG --output DIR
 
@@ -27,14 +29,20 @@ app = typer.Typer(add_completion=False, help="Rebuild the report of a recorded r
 @app.command()
 def report(
     bag: Annotated[Path, typer.Argument(help="Recording of a run, unfinished ones too.")],
-    output: Annotated[Path | None, typer.Option(help="Folder of the report; default: that of the bag.")] = None,
-    config_dir: Annotated[Path | None, typer.Option(help="Configuration for what the bag does not hold.")] = None,
+    output: Annotated[
+        Path | None, typer.Option(help="Folder of the report; default: that of the bag.")
+    ] = None,
+    config_dir: Annotated[
+        Path | None, typer.Option(help="Configuration for what the bag does not hold.")
+    ] = None,
 ) -> None:
     """Rebuild the report of a recorded run from its bag alone."""
     try:
         written = write_report(bag, (output or bag.parent).resolve(), config_dir)
     except (ConfigError, BagError, RecordError, OSError) as error:
-        Console(stderr=True, highlight=False).print(f"report: {error}", soft_wrap=True, markup=False)
+        Console(stderr=True, highlight=False).print(
+            f"report: {error}", soft_wrap=True, markup=False
+        )
         raise typer.Exit(WRONG if isinstance(error, ConfigError) else UNUSABLE) from error
     print_report(written, Console(highlight=False))
     raise typer.Exit(0 if written.passed else FAILED)

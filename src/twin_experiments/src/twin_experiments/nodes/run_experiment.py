@@ -1,11 +1,14 @@
-"""Command ``run_experiment``: runs the article's experiments on a running cell, records them, reports.
+"""Command ``run_experiment``.
 
-    rosrun twin_experiments run_experiment real_leads twin_leads --output DIR --speed PERCENT --repeat N
-    rosrun twin_experiments run_experiment palletise
+Runs the article's experiments on a running cell, records them, reports.
 
-Parameter: ``_config_dir:=FOLDER`` (experiments.yaml, robot.yaml). Calls ``recorder/start``, ``recorder/stop``, ``move_to`` and
-``twin_controller/command``; publishes ``experiment/marker``; starts programs by the pendant. Exit code: 0 all passed, 1 a
-verdict failed, 2 wrong configuration or arguments, 3 the run could not be made, 130 interrupted.
+    rosrun twin_experiments run_experiment real_leads twin_leads --output DIR --speed PERCENT
+    --repeat N rosrun twin_experiments run_experiment palletise
+
+Parameter: ``_config_dir:=FOLDER`` (experiments.yaml, robot.yaml). Calls ``recorder/start``,
+``recorder/stop``, ``move_to`` and ``twin_controller/command``; publishes ``experiment/marker``;
+starts programs by the pendant. Exit code: 0 all passed, 1 a verdict failed, 2 wrong configuration
+or arguments, 3 the run could not be made, 130 interrupted.
 """
 
 from __future__ import annotations
@@ -26,6 +29,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 from scara_config import ConfigError, Robot, load_robot
 from scara_config.palletise import Palletise, find_palletise
+from scara_ros.io.hardening import harden_process
 
 from twin_experiments.config import (
     Experiment,
@@ -47,10 +51,14 @@ from twin_experiments.record import RecordError
 
 BAG_NAME = "run.bag"
 MASTER_POLL_S = 0.5
-TAIL_S = 0.3  # our choice: recorded after the last marker, so that both sides have samples beyond it
+TAIL_S = (
+    0.3  # our choice: recorded after the last marker, so that both sides have samples beyond it
+)
 FAILED, WRONG, NOT_RUN, INTERRUPTED = 1, 2, 3, 130
 
-app = typer.Typer(add_completion=False, help="Run experiments on a running cell, record them and report.")
+app = typer.Typer(
+    add_completion=False, help="Run experiments on a running cell, record them and report."
+)
 console = Console(highlight=False)
 
 
@@ -58,7 +66,13 @@ class Runner:
     """Runs experiments on a cell, one after the other."""
 
     def __init__(
-        self, cell: Cell, robot: Robot, config: ExperimentsFile, pendant: Pendant, progress: Progress, work: Palletise | None
+        self,
+        cell: Cell,
+        robot: Robot,
+        config: ExperimentsFile,
+        pendant: Pendant,
+        progress: Progress,
+        work: Palletise | None,
     ) -> None:
         """Take what an experiment needs; ``work`` is that of the parts."""
         self._cell, self._work = cell, work
@@ -71,7 +85,9 @@ class Runner:
     def run(self, name: str, experiment: Experiment) -> None:
         """Run one experiment between its markers, starting with both sides at rest."""
         task = self._progress.add_task(f"{name}: getting ready", total=self._steps(experiment))
-        self._cell.wait_ready(lambda text: self._progress.update(task, description=f"{name}: {text}"))
+        self._cell.wait_ready(
+            lambda text: self._progress.update(task, description=f"{name}: {text}")
+        )
         if isinstance(experiment, RealPalletises | TwinPalletises):
             self._cell.put_parts_back()
         if isinstance(experiment, TwinLeads):
@@ -97,7 +113,9 @@ class Runner:
 
     def _steps(self, experiment: Experiment) -> int:
         """Return how many steps an experiment has, for the progress bar."""
-        moves = len(self._work.starts()) if self._work and not isinstance(experiment, RealLeads | TwinLeads) else 0
+        moves = 0
+        if self._work and not isinstance(experiment, RealLeads | TwinLeads):
+            moves = len(self._work.starts())
         return moves or len(experiment.visits)
 
     def _twin_palletises(self, name: str, task: TaskID) -> None:
@@ -115,12 +133,16 @@ class Runner:
         self._pendant("override", str(round(experiment.override_percent)))
         self._pendant("run", experiment.program)
         before, deadlines = self._cell.moves("real"), self._config.deadlines_s
-        self._cell.wait_until(lambda: self._cell.running, deadlines.service, f"program {experiment.program} to run")
+        self._cell.wait_until(
+            lambda: self._cell.running, deadlines.service, f"program {experiment.program} to run"
+        )
 
         def ended() -> bool:
             begun = self._cell.moves("real") - before
             self._progress.update(
-                task, description=f"{name}: {experiment.program}", completed=min(begun, self._steps(experiment))
+                task,
+                description=f"{name}: {experiment.program}",
+                completed=min(begun, self._steps(experiment)),
             )
             return not self._cell.running
 
@@ -130,33 +152,65 @@ class Runner:
 
 @app.command()
 def run_experiment(
-    names: Annotated[list[str] | None, typer.Argument(help="Experiments of experiments.yaml; default: all.")] = None,
-    output: Annotated[
-        Path | None, typer.Option(help="Folder of bag and report; default: runs/<stamp>, linked as latest.")
+    names: Annotated[
+        list[str] | None, typer.Argument(help="Experiments of experiments.yaml; default: all.")
     ] = None,
-    speed: Annotated[float | None, typer.Option(help="Override of the robot and speed of move_to.", min=1, max=100)] = None,
-    repeat: Annotated[int, typer.Option(help="How often each experiment is made.", min=1, max=1000)] = 1,
-    robot_host: Annotated[str | None, typer.Option(help="For the pendant; default: emulator.yaml.")] = None,
-    robot_port: Annotated[int | None, typer.Option(help="For the pendant; default: emulator.yaml.")] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(help="Folder of bag and report; default: runs/<stamp>, linked as latest."),
+    ] = None,
+    speed: Annotated[
+        float | None,
+        typer.Option(help="Override of the robot and speed of move_to.", min=1, max=100),
+    ] = None,
+    repeat: Annotated[
+        int, typer.Option(help="How often each experiment is made.", min=1, max=1000)
+    ] = 1,
+    robot_host: Annotated[
+        str | None, typer.Option(help="For the pendant; default: emulator.yaml.")
+    ] = None,
+    robot_port: Annotated[
+        int | None, typer.Option(help="For the pendant; default: emulator.yaml.")
+    ] = None,
 ) -> None:
     """Run experiments on a running cell, record them and report."""
-    for number in (signal.SIGINT, signal.SIGTERM):  # SIGINT too: a shell's background job is started with it ignored
+    for number in (
+        signal.SIGINT,
+        signal.SIGTERM,
+    ):  # SIGINT too: a shell's background job is started with it ignored
         signal.signal(number, signal.default_int_handler)
     try:
         folder = rospy.client.load_command_line_node_params(sys.argv).get("config_dir")
         robot = load_robot(folder)
         config = load_experiments(robot, folder)
-        chosen = {name: _at_speed(experiment, speed) for name, experiment in config.select(names or []).items()}
+        chosen = {
+            name: _at_speed(experiment, speed)
+            for name, experiment in config.select(names or []).items()
+        }
         work = find_palletise(folder)
         if work is None and any(name in config.palletising for name in chosen):
             raise ConfigError(f"{robot.name} has no palletise.yaml: it has no parts")
         _enter_ros(config.deadlines_s.cell)
         cell = Cell(robot, config.metrics.moving_speed_percent, config.deadlines_s)
         options = {"--host": robot_host, "--port": robot_port, "--config-dir": folder}
-        words = [word for name, value in options.items() if value is not None for word in (name, str(value))]
+        words = [
+            word
+            for name, value in options.items()
+            if value is not None
+            for word in (name, str(value))
+        ]
         run_folder = _run_folder(output)
         bag = run_folder / BAG_NAME
-        _record(cell, robot, config, Pendant(words, config.deadlines_s.service), chosen, repeat, bag, work)
+        _record(
+            cell,
+            robot,
+            config,
+            Pendant(words, config.deadlines_s.service),
+            chosen,
+            repeat,
+            bag,
+            work,
+        )
         report = write_report(bag, run_folder, Path(folder) if folder else None)
         if output is None:
             link_latest(run_folder)
@@ -180,7 +234,10 @@ def _record(
     bag: Path,
     work: Palletise | None,
 ) -> None:
-    """Run the experiments, each ``repeat`` times, into one bag; whatever ends them, motion and recording are stopped."""
+    """Run the experiments, each ``repeat`` times, into one bag.
+
+    Whatever ends them, motion and recording are stopped.
+    """
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),
@@ -218,11 +275,18 @@ def _enter_ros(deadline: float) -> None:
     """
     end = time.monotonic() + deadline
     if not rosgraph.is_master_online():
-        console.print(f"waiting for a ROS master at {rosgraph.get_master_uri()}: is the cell started?", soft_wrap=True)
+        console.print(
+            f"waiting for a ROS master at {rosgraph.get_master_uri()}: is the cell started?",
+            soft_wrap=True,
+        )
     while not rosgraph.is_master_online():
         if time.monotonic() > end:
-            raise RunError(f"no ROS master at {rosgraph.get_master_uri()} after {deadline:g} s: start the cell first")
+            raise RunError(
+                f"no ROS master at {rosgraph.get_master_uri()} after {deadline:g} s: "
+                "start the cell first"
+            )
         time.sleep(MASTER_POLL_S)
+    harden_process()
     rospy.init_node("run_experiment", anonymous=True, disable_signals=True)
 
 
@@ -232,7 +296,8 @@ def _at_speed(experiment: Experiment, speed: float | None) -> Experiment:
         return experiment
     if isinstance(experiment, TwinPalletises):
         raise ConfigError("--speed: the twin palletises at the speeds of palletise.yaml")
-    field = "override_percent" if isinstance(experiment, RealLeads | RealPalletises) else "speed_percent"
+    real = isinstance(experiment, RealLeads | RealPalletises)
+    field = "override_percent" if real else "speed_percent"
     return msgspec.structs.replace(experiment, **{field: speed})
 
 
@@ -258,7 +323,9 @@ def _colon(text: str) -> str:
 
 def _end(code: int, text: str) -> typer.Exit:
     """Say why and return the end with that exit code."""
-    Console(stderr=True, highlight=False).print(f"run_experiment: {text}", soft_wrap=True, markup=False)
+    Console(stderr=True, highlight=False).print(
+        f"run_experiment: {text}", soft_wrap=True, markup=False
+    )
     return typer.Exit(code)
 
 

@@ -1,8 +1,12 @@
-"""Command ``shadow``: the pair at any time of a recording as one JSON document, as ``twin_controller/shadow`` gives it live.
+"""Command ``shadow``.
+
+The pair at any time of a recording as one JSON document, as ``twin_controller/shadow`` gives it
+live.
 
     rosrun twin_experiments shadow BAG --time 12.5
 
-Needs no cell and no ROS master. Exit code: 0 found, 2 wrong configuration in the bag, 3 the bag cannot be used.
+Needs no cell and no ROS master. Exit code: 0 found, 2 wrong configuration in the bag, 3 the bag
+cannot be used.
 """
 
 from __future__ import annotations
@@ -29,14 +33,19 @@ app = typer.Typer(add_completion=False, help="Show the pair at a time of a recor
 @app.command()
 def shadow(
     bag: Annotated[Path, typer.Argument(help="Recording of a run, unfinished ones too.")],
-    time: Annotated[float, typer.Option(help="Seconds from the start; negative: before the end; large: ROS time.")] = 0.0,
+    time: Annotated[
+        float,
+        typer.Option(help="Seconds from the start; negative: before the end; large: ROS time."),
+    ] = 0.0,
 ) -> None:
     """Print the shadow of the pair at a time of a recording."""
     try:
         with open_bag(bag) as opened:
             found = shadow_at(read_setups(opened), list(read_inputs(opened)), time)
     except (ConfigError, BagError, RecordError, SnapshotError) as error:
-        Console(stderr=True, highlight=False).print(f"shadow: {error}", soft_wrap=True, markup=False)
+        Console(stderr=True, highlight=False).print(
+            f"shadow: {error}", soft_wrap=True, markup=False
+        )
         raise typer.Exit(WRONG if isinstance(error, ConfigError) else UNUSABLE) from error
     typer.echo(msgspec.json.format(msgspec.json.encode(found), indent=2).decode())
 

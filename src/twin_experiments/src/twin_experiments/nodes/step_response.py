@@ -1,10 +1,13 @@
-"""Command ``step_response``: the step responses of one joint of the twin in both directions, as the article's Figures 8 to 10.
+"""Command ``step_response``.
+
+The step responses of one joint of the twin in both directions, as the article's Figures 8 to 10.
 
     rosrun twin_experiments step_response joint_1 --output DIR
 
-On a running simulator if one answers (through ``twin/<joint>_position_controller/command`` and ``.../state_each_step``), else,
-or with ``--offline``, on a simulator of its own in process. Parameter: ``_config_dir:=FOLDER``. Exit code: 0 within the limits, 1
-not, 2 wrong configuration or arguments, 3 the steps could not be made.
+On a running simulator if one answers (through ``twin/<joint>_position_controller/command`` and
+``.../state_each_step``), else, or with ``--offline``, on a simulator of its own in process.
+Parameter: ``_config_dir:=FOLDER``. Exit code: 0 within the limits, 1 not, 2 wrong configuration or
+arguments, 3 the steps could not be made.
 """
 
 from __future__ import annotations
@@ -20,6 +23,7 @@ from rich.box import SIMPLE
 from rich.console import Console
 from rich.table import Table
 from scara_config import ConfigError, Joint, load_robot
+from scara_ros.io.hardening import harden_process
 
 from twin_experiments.io.step.figures import write_trial
 from twin_experiments.io.step.offline import OfflineBench
@@ -29,7 +33,9 @@ from twin_experiments.step.trial import Trial, plan_trial, summary
 
 FAILED, WRONG, NOT_MADE = 1, 2, 3
 
-app = typer.Typer(add_completion=False, help="Step responses of one joint of the twin, in both directions.")
+app = typer.Typer(
+    add_completion=False, help="Step responses of one joint of the twin, in both directions."
+)
 console = Console(highlight=False)
 
 
@@ -37,12 +43,24 @@ console = Console(highlight=False)
 def step_response(
     joint: Annotated[str, typer.Argument(help="Joint of the twin.")],
     output: Annotated[Path, typer.Option(help="Folder of the PNG and JSON files.")],
-    offline: Annotated[bool, typer.Option("--offline", help="On a simulator in process, also if one is running.")] = False,
-    plain: Annotated[bool, typer.Option("--plain", help="In process without feed-forward: the article's plain PID.")] = False,
-    velocity: Annotated[bool, typer.Option("--velocity", help="The velocity loop instead of the position loop.")] = False,
-    size: Annotated[float | None, typer.Option(help="Step in deg or mm, or per second; default: 5 deg, 20 mm, 10 %.")] = None,
+    offline: Annotated[
+        bool, typer.Option("--offline", help="On a simulator in process, also if one is running.")
+    ] = False,
+    plain: Annotated[
+        bool,
+        typer.Option("--plain", help="In process without feed-forward: the article's plain PID."),
+    ] = False,
+    velocity: Annotated[
+        bool, typer.Option("--velocity", help="The velocity loop instead of the position loop.")
+    ] = False,
+    size: Annotated[
+        float | None,
+        typer.Option(help="Step in deg or mm, or per second; default: 5 deg, 20 mm, 10 %."),
+    ] = None,
     seconds: Annotated[float | None, typer.Option(help="Length of each record.")] = None,
-    with_robot: Annotated[bool, typer.Option("--with-robot", help="Also in a whole cell, where the robot follows.")] = False,
+    with_robot: Annotated[
+        bool, typer.Option("--with-robot", help="Also in a whole cell, where the robot follows.")
+    ] = False,
 ) -> None:
     """Make steps with one joint of the twin and write figures and a judgement of them."""
     kind: Kind = "velocity" if velocity else "position"
@@ -51,7 +69,10 @@ def step_response(
         robot = load_robot(folder)
         chosen = robot.joint(joint)
         if not chosen.twin:
-            raise ConfigError(f"{joint} is not moved by the twin; it moves {', '.join(each.name for each in robot.twin_joints)}")
+            raise ConfigError(
+                f"{joint} is not moved by the twin; it moves "
+                f"{', '.join(each.name for each in robot.twin_joints)}"
+            )
         live = not (offline or plain) and rosgraph.is_master_online() and simulator_answers(joint)
         if live:
             trial, steps, where = _run_live(chosen, kind, size, seconds, with_robot=with_robot)
@@ -60,8 +81,13 @@ def step_response(
             console.print(f"{why}in process, offline", soft_wrap=True)
             bench = OfflineBench(robot, Path(folder) if folder else None, plain=plain)
             trial = plan_trial(chosen, kind, bench.position(joint), size, seconds)
-            steps, where = bench.run(trial), {"simulator": "offline", "feed_forward": bench.feed_forward}
-        label = "_".join([joint, *(["velocity"] if velocity else []), *(["plain"] if plain else [])])
+            steps, where = (
+                bench.run(trial),
+                {"simulator": "offline", "feed_forward": bench.feed_forward},
+            )
+        label = "_".join(
+            [joint, *(["velocity"] if velocity else []), *(["plain"] if plain else [])]
+        )
         document = summary(trial, steps, {"title": _title(trial, where), **where})
         written = write_trial(trial, steps, document, output.resolve(), label)
     except (ConfigError, StepError) as error:
@@ -77,6 +103,7 @@ def _run_live(
 ) -> tuple[Trial, list[Step], dict[str, Any]]:
     """Make the steps on the running simulator."""
     console.print(f"on the simulator at {rosgraph.get_master_uri()}", soft_wrap=True)
+    harden_process()
     rospy.init_node("step_response", anonymous=True, disable_signals=True)
     with LiveBench(joint.name, kind, with_robot=with_robot) as bench:
         trial = plan_trial(joint, kind, bench.position(), size, seconds)
@@ -85,7 +112,9 @@ def _run_live(
 
 def _title(trial: Trial, where: dict[str, Any]) -> str:
     """Return what the figures are called."""
-    how = {True: "with feed-forward", False: "plain PID", None: "running simulator"}[where["feed_forward"]]
+    how = {True: "with feed-forward", False: "plain PID", None: "running simulator"}[
+        where["feed_forward"]
+    ]
     return f"{trial.joint.name}, {trial.kind} loop, {how}"
 
 
@@ -93,7 +122,15 @@ def _print(document: dict[str, Any], written: list[Path]) -> None:
     """Print a row for each direction, what is wrong, and the files."""
     unit, effort = document["unit"], document["effort_unit"]
     table = Table(title=str(document["title"]), box=SIMPLE, padding=(0, 1, 0, 0))
-    for heading in ("step", "rise", "overshoot", "settled", "error at rest", "peak effort", "verdict"):
+    for heading in (
+        "step",
+        "rise",
+        "overshoot",
+        "settled",
+        "error at rest",
+        "peak effort",
+        "verdict",
+    ):
         table.add_column(heading, no_wrap=True)
     for row in document["steps"]:
         table.add_row(
@@ -110,7 +147,10 @@ def _print(document: dict[str, Any], written: list[Path]) -> None:
         for reason in row["reasons"]:
             console.print(f"{row['direction']}: {reason}", soft_wrap=True)
         if row["states_lost"]:
-            console.print(f"{row['direction']}: {row['states_lost']} states were lost on the way", soft_wrap=True)
+            console.print(
+                f"{row['direction']}: {row['states_lost']} states were lost on the way",
+                soft_wrap=True,
+            )
     for file in written:
         console.print(str(file), soft_wrap=True)
 
@@ -121,7 +161,9 @@ def _milliseconds(seconds: float | None) -> str:
 
 def _end(code: int, text: str) -> typer.Exit:
     """Say why and return the end with that exit code."""
-    Console(stderr=True, highlight=False).print(f"step_response: {text}", soft_wrap=True, markup=False)
+    Console(stderr=True, highlight=False).print(
+        f"step_response: {text}", soft_wrap=True, markup=False
+    )
     return typer.Exit(code)
 
 

@@ -2,9 +2,9 @@
 
     rosrun twin_experiments walking_person --from 3 0 0 --to 0.9 0 0 --speed 0.5
 
-Publishes: ``people/nearest`` (geometry_msgs/PointStamped in the robot's base frame). It shows how speed and separation
-monitoring (``separation.enabled`` in twin_controller.yaml) acts; neither is a safety function. Exit code: 2 wrong
-configuration.
+Publishes: ``people/nearest`` (geometry_msgs/PointStamped in the robot's base frame). It shows how
+speed and separation monitoring (``separation.enabled`` in twin_controller.yaml) acts; neither is a
+safety function. Exit code: 2 wrong configuration.
 """
 
 from __future__ import annotations
@@ -25,22 +25,36 @@ from twin_experiments.walk import walked
 WRONG, UNUSABLE = 2, 3
 READY_S = 30.0
 
-app = typer.Typer(add_completion=False, help="Publish a person who walks to and fro near the robot.")
+app = typer.Typer(
+    add_completion=False, help="Publish a person who walks to and fro near the robot."
+)
 Place = tuple[float, float, float]
 
 
 @app.command()
 def walking_person(
-    begin: Annotated[Place, typer.Option("--from", help="x y z in the robot's base frame [m].")] = (3.0, 0.0, 0.0),
-    end: Annotated[Place, typer.Option("--to", help="Where the person turns [m].")] = (0.9, 0.0, 0.0),
-    speed: Annotated[float, typer.Option(help="[m/s]; 0: stands at the first place.", min=0.0, max=3.0)] = 0.5,
+    begin: Annotated[Place, typer.Option("--from", help="x y z in the robot's base frame [m].")] = (
+        3.0,
+        0.0,
+        0.0,
+    ),
+    end: Annotated[Place, typer.Option("--to", help="Where the person turns [m].")] = (
+        0.9,
+        0.0,
+        0.0,
+    ),
+    speed: Annotated[
+        float, typer.Option(help="[m/s]; 0: stands at the first place.", min=0.0, max=3.0)
+    ] = 0.5,
     rate: Annotated[float, typer.Option(help="Sightings a second.", min=1.0, max=100.0)] = 20.0,
 ) -> None:
     """Publish until interrupted."""
     try:
         frame = load_robot().base_frame
         # One name: started again it is the same sensor, not another that fell silent.
-        enter_ros("walking_person", READY_S, lambda text: typer.echo(text, err=True), anonymous=False)
+        enter_ros(
+            "walking_person", READY_S, lambda text: typer.echo(text, err=True), anonymous=False
+        )
     except (ConfigError, RunError) as error:
         typer.echo(f"walking_person: {error}", err=True)
         raise typer.Exit(WRONG if isinstance(error, ConfigError) else UNUSABLE) from error

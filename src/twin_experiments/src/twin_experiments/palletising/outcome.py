@@ -1,4 +1,7 @@
-"""Judge palletising: which parts lie on their places, how far off, how long it took, what was hit or dropped."""
+"""Judge palletising.
+
+Which parts lie on their places, how far off, how long it took, what was hit or dropped.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +10,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from scara_config.palletise import MM, Palletise
+
+from scara_msgs.msg import PartEvent
 
 SIDES = ("real", "twin")
 HEIGHT_MM = 1.0
@@ -32,7 +37,8 @@ class SideOutcome:
 
     Args:
         side: ``real`` or ``twin``.
-        errors_mm: Distance of each part from its place; of a part that is not on the pallet infinite.
+        errors_mm: Distance of each part from its place; of a part that is not on the pallet
+            infinite.
         placed: Parts within the tolerance.
         cycle_s: From the start of the experiment until the last part was placed; None: none was.
         collisions: Texts of all collisions.
@@ -69,21 +75,26 @@ def outcome(side: str, handled: Handled, work: Palletise, start: float, end: flo
         if at <= end:
             last = places
     level = work.pallet.top_mm * MM + 0.5 * work.parts.height
-    errors = {part.name: _error(last.get(part.name), place, level) for part, place in zip(work.starts(), work.pallet.places())}
+    errors = {
+        part.name: _error(last.get(part.name), place, level)
+        for part, place in zip(work.starts(), work.pallet.places())
+    }
     events = [event for event in handled.events if start <= event[0] <= end]
-    placed_at = [at for at, kind, _, _ in events if kind == "placed"]
+    placed_at = [at for at, kind, _, _ in events if kind == PartEvent.PLACED]
     return SideOutcome(
         side,
         errors,
         tuple(name for name, error in errors.items() if error <= work.task.tolerance_mm),
         placed_at[-1] - start if placed_at else None,
-        tuple(text for _, kind, _, text in events if kind == "collision"),
-        tuple(text for _, kind, _, text in events if kind == "dropped"),
+        tuple(text for _, kind, _, text in events if kind == PartEvent.COLLISION),
+        tuple(text for _, kind, _, text in events if kind == PartEvent.DROPPED),
         len(errors),
     )
 
 
-def _error(at: tuple[float, float, float] | None, place: tuple[float, float], level: float) -> float:
+def _error(
+    at: tuple[float, float, float] | None, place: tuple[float, float], level: float
+) -> float:
     """Return how far a part is from its place [mm]; infinite if it does not lie on the pallet."""
     if at is None or abs(at[2] - level) > HEIGHT_MM * MM:
         return math.inf
@@ -96,21 +107,33 @@ def shortcomings(outcomes: Sequence[SideOutcome], tolerance_mm: float) -> tuple[
     for found in outcomes:
         if len(found.placed) < found.parts:
             missing = ", ".join(name for name in found.errors_mm if name not in found.placed)
-            reasons.append(f"{found.side}: {len(found.placed)} of {found.parts} parts within {tolerance_mm:g} mm; not {missing}")
+            reasons.append(
+                f"{found.side}: {len(found.placed)} of {found.parts} parts within "
+                f"{tolerance_mm:g} mm; not {missing}"
+            )
         for what, texts in (("collision", found.collisions), ("drop", found.drops)):
             if texts:
-                reasons.append(f"{found.side}: {len(texts)} {what}{'s' if len(texts) > 1 else ''}, the first: {texts[0]}")
+                reasons.append(
+                    f"{found.side}: {len(texts)} {what}{'s' if len(texts) > 1 else ''}, "
+                    f"the first: {texts[0]}"
+                )
     return tuple(reasons)
 
 
 def as_document(outcomes: Sequence[SideOutcome]) -> dict[str, object]:
-    """Return the section ``parts`` of an experiment in report.json; an error of None: the part is not on the pallet."""
+    """Return the section ``parts`` of an experiment in report.json.
+
+    An error of None: the part is not on the pallet.
+    """
     return {
         found.side: {
             "placed": len(found.placed),
             "of": found.parts,
             "error_max_mm": found.error_max_mm,
-            "errors_mm": {name: error if math.isfinite(error) else None for name, error in found.errors_mm.items()},
+            "errors_mm": {
+                name: error if math.isfinite(error) else None
+                for name, error in found.errors_mm.items()
+            },
             "cycle_time_s": found.cycle_s,
             "collisions": list(found.collisions),
             "drops": list(found.drops),

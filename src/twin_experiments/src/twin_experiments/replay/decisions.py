@@ -1,7 +1,9 @@
-"""Replay the recorded inputs of the twin controller through its core and compare decisions and states bit for bit.
+"""Replay the twin controller's recorded inputs through its core.
 
-A replay begins at the first recorded state and checks itself at each later one. Lost messages and restarts of the
-controller are named; behind them it begins anew at the next recorded state.
+Decisions and states are compared bit for bit.
+
+A replay begins at the first recorded state and checks itself at each later one. Lost messages and
+restarts of the controller are named; behind them it begins anew at the next recorded state.
 """
 
 from __future__ import annotations
@@ -13,12 +15,21 @@ from dataclasses import dataclass, field
 
 import msgspec
 from twin_controller.core.actions import Decided
-from twin_controller.core.state import CoreState, Setup
+from twin_controller.core.setup import Setup
+from twin_controller.core.state import CoreState
 from twin_controller.core.step import step
-from twin_controller.reporting.snapshots import decode_events, decode_state, encode_state, first_difference
+from twin_controller.reporting.snapshots import (
+    decode_events,
+    decode_state,
+    encode_state,
+    first_difference,
+)
 
 EDGE_S = 0.3
-"""So near to an end of the recording or of a life a decision may be missing: topics come and go one by one (our choice)."""
+"""So near to an end of the recording or of a life a decision may be missing.
+
+Topics come and go one by one (our choice).
+"""
 
 NAN = float("nan")
 
@@ -45,7 +56,10 @@ class RecordedInput:
 
 
 class RecordedDecision(msgspec.Struct, frozen=True):
-    """What ``twin_controller/decisions`` says of a decision; times [s] of the controller's clock, NaN for none."""
+    """What ``twin_controller/decisions`` says of a decision.
+
+    Times [s] of the controller's clock, NaN for none.
+    """
 
     seq: int
     mode_before: str
@@ -59,7 +73,10 @@ class RecordedDecision(msgspec.Struct, frozen=True):
     onset_uncertainty: float
 
     def difference(self, other: RecordedDecision) -> str:
-        """Return the first field in which two decisions differ, with both values; empty if every bit is the same."""
+        """Return the first field in which two decisions differ, with both values.
+
+        Empty if every bit is the same.
+        """
         for name in self.__struct_fields__:
             mine, theirs = getattr(self, name), getattr(other, name)
             same = _bits(mine) == _bits(theirs) if isinstance(mine, float) else mine == theirs
@@ -101,8 +118,10 @@ class ReplayResult:
         starts: When it began, and began anew [s].
         skipped: Messages before a state to begin with.
         lost: Where messages are missing, in words.
-        restarts: Where the controller was started anew, in words; each of its lives is replayed by itself.
-        unrecorded: Decisions of the replay at an end of the recording or of a life, where their topic was not recorded.
+        restarts: Where the controller was started anew, in words; each of its lives is replayed by
+            itself.
+        unrecorded: Decisions of the replay at an end of the recording or of a life, where their
+            topic was not recorded.
         outside: Recorded decisions to which there are no inputs.
         differences: Everything that is not the same, in words, in order.
     """
@@ -132,7 +151,9 @@ Recorded = Mapping[tuple[int, int], RecordedDecision]
 class Replay:
     """One replay; feed it the messages in order, then ask for the result."""
 
-    def __init__(self, setup_at: Callable[[float], Setup], recorded: Recorded, duration: float) -> None:
+    def __init__(
+        self, setup_at: Callable[[float], Setup], recorded: Recorded, duration: float
+    ) -> None:
         """Begin.
 
         Args:
@@ -150,7 +171,11 @@ class Replay:
         self._missing: list[tuple[float, str]] = []
         self._result = ReplayResult()
 
-    def feed(self, message: RecordedInput, watch: Callable[[RecordedInput, CoreState], None] | None = None) -> None:
+    def feed(
+        self,
+        message: RecordedInput,
+        watch: Callable[[RecordedInput, CoreState], None] | None = None,
+    ) -> None:
         """Replay one message; ``watch`` sees the state after it.
 
         Raises:
@@ -179,7 +204,12 @@ class Replay:
         for key in sorted(set(self._recorded) - self._matched):
             if any(first <= key[0] <= last for first, last in self._spans):
                 found = self._recorded[key]
-                self._found.append((math.inf, f"decision #{found.seq} ({found.event}) was recorded but is not made again"))
+                self._found.append(
+                    (
+                        math.inf,
+                        f"decision #{found.seq} ({found.event}) was recorded but is not made again",
+                    )
+                )
             else:
                 self._result.outside += 1
         for at, text in self._missing:
@@ -187,7 +217,9 @@ class Replay:
                 self._result.unrecorded += 1
             else:
                 self._found.append((at, text))
-        self._result.differences = [text for _, text in sorted(self._found, key=lambda entry: entry[0])]
+        self._result.differences = [
+            text for _, text in sorted(self._found, key=lambda entry: entry[0])
+        ]
         return self._result
 
     def _check_sequence(self, message: RecordedInput) -> None:
@@ -202,7 +234,8 @@ class Replay:
         else:
             count = message.seq - last.seq - 1
             self._result.lost.append(
-                f"{message.at:.3f} s: {count} messages of inputs are lost (between {last.seq} and {message.seq})"
+                f"{message.at:.3f} s: {count} messages of inputs are lost (between "
+                f"{last.seq} and {message.seq})"
             )
 
     def _meet(self, message: RecordedInput) -> None:
@@ -228,14 +261,19 @@ class Replay:
             self._matched.add(key)
             self._result.decisions += 1
             if different := recorded.difference(made):
-                self._found.append((message.at, f"{message.at:.3f} s: decision #{made.seq}: {different}"))
+                self._found.append(
+                    (message.at, f"{message.at:.3f} s: decision #{made.seq}: {different}")
+                )
         else:
             text = f"{message.at:.3f} s: decision #{made.seq} ({made.event}) was not recorded"
             self._missing.append((message.at, text))
 
 
 def replay(
-    setup_at: Callable[[float], Setup], inputs: Iterable[RecordedInput], recorded: Recorded, duration: float
+    setup_at: Callable[[float], Setup],
+    inputs: Iterable[RecordedInput],
+    recorded: Recorded,
+    duration: float,
 ) -> ReplayResult:
     """Replay a whole recording; see :class:`Replay`."""
     running = Replay(setup_at, recorded, duration)

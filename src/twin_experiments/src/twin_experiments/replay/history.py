@@ -1,27 +1,35 @@
-"""The pair at any time of a recording: the controller's state then, replayed from the last recorded one."""
+"""The pair at any time of a recording.
+
+The controller's state then, replayed from the last recorded one.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from twin_controller.core.state import CoreState, Setup
+from twin_controller.core.setup import Setup
+from twin_controller.core.state import CoreState
 from twin_controller.reporting.shadow import Shadow, shadow_of
 from twin_controller.reporting.snapshots import decode_events
 
 from twin_experiments.record import RecordError
 from twin_experiments.replay.decisions import RecordedInput, Replay
 
-ROS_TIME = 1e6  # [s], our choice: a larger number is ROS time, a smaller one counts from the start of the recording
+# [s], our choice: a larger number is ROS time, a smaller one counts from the start of the recording
+ROS_TIME = 1e6
 DOUBLE_NS = 1000  # what a double in seconds since 1970 cannot resolve, and then some
 
 
-def shadow_at(setup_at: Callable[[float], Setup], inputs: Sequence[RecordedInput], time: float) -> Shadow:
+def shadow_at(
+    setup_at: Callable[[float], Setup], inputs: Sequence[RecordedInput], time: float
+) -> Shadow:
     """Return the shadow that was true at a time of the recording.
 
     Args:
         setup_at: Profile and numbers in force at a time [s].
         inputs: The recorded inputs.
-        time: [s] since the start of the recording, 0: the first state, negative: before its end, large: ROS time.
+        time: [s] since the start of the recording, 0: the first state, negative: before its end,
+            large: ROS time.
 
     Raises:
         RecordError: There is no state at or before that time.
@@ -30,9 +38,16 @@ def shadow_at(setup_at: Callable[[float], Setup], inputs: Sequence[RecordedInput
     if begin is None:
         raise RecordError("no state of the controller was recorded")
     if time > ROS_TIME:
-        last = max((k for k, message in enumerate(inputs) if message.stamp_ns <= time * 1e9 + DOUBLE_NS), default=-1)
+        last = max(
+            (k for k, message in enumerate(inputs) if message.stamp_ns <= time * 1e9 + DOUBLE_NS),
+            default=-1,
+        )
     else:
-        wanted = time if time > 0.0 else inputs[-1].at + time if time < 0.0 else begin
+        wanted = begin
+        if time > 0.0:
+            wanted = time
+        elif time < 0.0:  # counted from the end
+            wanted = inputs[-1].at + time
         last = max((k for k, message in enumerate(inputs) if message.at <= wanted), default=-1)
     first = max((k for k, message in enumerate(inputs[: last + 1]) if message.state), default=-1)
     if first < 0:
@@ -48,7 +63,10 @@ def _replayed(setup_at: Callable[[float], Setup], inputs: Sequence[RecordedInput
         running.feed(message, lambda _, state: reached.__setitem__(slice(None), [state]))
     result = running.finish()
     if result.lost or result.restarts:
-        raise RecordError(f"the state then is not known: {(result.lost + result.restarts)[-1]}; no state was recorded since")
+        raise RecordError(
+            f"the state then is not known: {(result.lost + result.restarts)[-1]}; no "
+            "state was recorded since"
+        )
     last = inputs[-1]
     events = decode_events(last.data)
     now = events[-1].now if events else 0.0

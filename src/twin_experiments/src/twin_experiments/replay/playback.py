@@ -1,9 +1,12 @@
-r"""A robot that does again what was recorded: its motion at each period of its own clock, and the controller that shows it.
+r"""A robot that does again what was recorded.
 
-Between recorded samples the motion is the cubic that has their positions and velocities. Played at a rate :math:`r`,
-velocities are :math:`r` times and accelerations :math:`r^2` times the recorded ones, so a rate above 1 holds only where the
-joints' limits leave room for it: rests and slow parts are played as fast as asked for, hard moves less. Alarms, drives and
-the programs' names are not played: the operator who reset them then is not there now.
+Its motion at each period of its own clock, and the controller that shows it.
+
+Between recorded samples the motion is the cubic that has their positions and velocities. Played at
+a rate :math:`r`, velocities are :math:`r` times and accelerations :math:`r^2` times the recorded
+ones, so a rate above 1 holds only where the joints' limits leave room for it: rests and slow parts
+are played as fast as asked for, hard moves less. Alarms, drives and the programs' names are not
+played: the operator who reset them then is not there now.
 """
 
 from __future__ import annotations
@@ -17,14 +20,19 @@ from fanuc_emulator.config import EmulatorConfig
 from fanuc_emulator.controller import Controller, ControlType, Snapshot
 from fanuc_emulator.program import ProgramState
 from scara_config import Robot
-from twin_controller.metrics_series import Array, Mask, Motion, interpolate
 
+from twin_experiments.metrics.series import Array, Mask, Motion, interpolate
 from twin_experiments.record import RecordError
 
-REPORTED = 1.4  # our choice: the twin controller believes no joint that is faster than 1.5 times its largest speed
-SMOOTH_S = 0.02  # our choice: over so long an acceleration is averaged, so that noise does not count
+# Our choice: the twin controller believes no joint that is faster than 1.5 times its largest speed.
+REPORTED = 1.4
+SMOOTH_S = (
+    0.02  # our choice: over so long an acceleration is averaged, so that noise does not count
+)
 AHEAD_S = 0.1  # our choice: so long before and after a hard move the rate is what the move allows
-BEFORE_S = 0.05  # our choice: a program is shown as running so long before and after the motion itself
+BEFORE_S = (
+    0.05  # our choice: a program is shown as running so long before and after the motion itself
+)
 
 
 @dataclass(frozen=True)
@@ -35,7 +43,8 @@ class Playback:
         period: Between two rows, on the clock of the playing robot [s].
         rate: How much faster than recorded at most.
         instants: Where in the recording each row is [s], shape ``(k,)``.
-        positions: Joint positions in the order of robot.yaml, shape ``(k, n)``: [rad], prismatic [m].
+        positions: Joint positions in the order of robot.yaml, shape ``(k, n)``: [rad], prismatic
+            [m].
         velocities: Likewise, as fast as they are played.
         running: Whether a program of the robot's own runs, shape ``(k,)``.
     """
@@ -54,7 +63,9 @@ class Playback:
 
     def played_at(self, recorded: float) -> float:
         """Return when an instant of the recording is played [s] after the start."""
-        return float(np.interp(recorded, self.instants, np.arange(len(self.instants)) * self.period))
+        return float(
+            np.interp(recorded, self.instants, np.arange(len(self.instants)) * self.period)
+        )
 
     def motion(self, start: float, columns: list[int]) -> Motion:
         """Return what was played as a motion.
@@ -67,7 +78,9 @@ class Playback:
         return Motion("real", stamps, self.positions[:, columns], self.velocities[:, columns])
 
 
-def plan_playback(robot: Robot, motion: Motion, running: Mask | None, rate: float, period: float) -> Playback:
+def plan_playback(
+    robot: Robot, motion: Motion, running: Mask | None, rate: float, period: float
+) -> Playback:
     """Plan how a recorded motion is played.
 
     Args:
@@ -78,23 +91,30 @@ def plan_playback(robot: Robot, motion: Motion, running: Mask | None, rate: floa
         period: Of the playing robot [s].
 
     Raises:
-        RecordError: A joint would be too fast to be believed, or leaves its limits; the text names it.
+        RecordError: A joint would be too fast to be believed, or leaves its limits; the text names
+            it.
     """
     joints = robot.twin_joints
-    instants, rates = _paced(motion, [(joint.velocity, joint.acceleration) for joint in joints], rate, period)
+    instants, rates = _paced(
+        motion, [(joint.velocity, joint.acceleration) for joint in joints], rate, period
+    )
     positions, velocities = interpolate(motion, instants)
     velocities = velocities * rates[:, None]
     fastest = np.abs(velocities).max(axis=0)
-    for joint, speed, low, high in zip(joints, fastest, positions.min(axis=0), positions.max(axis=0)):
+    for joint, speed, low, high in zip(
+        joints, fastest, positions.min(axis=0), positions.max(axis=0)
+    ):
         if speed > REPORTED * joint.velocity:
             raise RecordError(
-                f"{joint.name} would move at {speed / joint.scale:.0f} {joint.unit}/s at rate {rate:g}, "
+                f"{joint.name} would move at {speed / joint.scale:.0f} {joint.unit}/s "
+                f"at rate {rate:g}, "
                 f"its largest speed is {joint.velocity / joint.scale:.0f}"
             )
         margin = 1e-3 * (joint.upper - joint.lower)
         if low < joint.lower - margin or high > joint.upper + margin:
             raise RecordError(
-                f"{joint.name} was recorded from {low:.4g} to {high:.4g}, allowed is {joint.lower:.4g} to {joint.upper:.4g}"
+                f"{joint.name} was recorded from {low:.4g} to {high:.4g}, "
+                f"allowed is {joint.lower:.4g} to {joint.upper:.4g}"
             )
     columns = [k for k, joint in enumerate(robot.joints) if joint.twin]
     shown = np.zeros((2, len(instants), len(robot.joints)))
@@ -102,11 +122,15 @@ def plan_playback(robot: Robot, motion: Motion, running: Mask | None, rate: floa
     if running is None:
         ran = _around(np.abs(velocities).max(axis=1) > 0.0, round(BEFORE_S / period))
     else:
-        ran = running[np.clip(np.searchsorted(motion.stamps, instants, side="right") - 1, 0, len(running) - 1)]
+        ran = running[
+            np.clip(np.searchsorted(motion.stamps, instants, side="right") - 1, 0, len(running) - 1)
+        ]
     return Playback(period, rate, instants, shown[0], shown[1], ran)
 
 
-def _paced(motion: Motion, limits: list[tuple[float, float]], rate: float, period: float) -> tuple[Array, Array]:
+def _paced(
+    motion: Motion, limits: list[tuple[float, float]], rate: float, period: float
+) -> tuple[Array, Array]:
     """Return where in the recording each period is, and how fast it is played there.
 
     Args:
@@ -116,7 +140,9 @@ def _paced(motion: Motion, limits: list[tuple[float, float]], rate: float, perio
         period: [s]
     """
     begin, end = float(motion.stamps[0]), float(motion.stamps[-1])
-    grid = np.minimum(begin + np.arange(math.floor((end - begin) / period + 1e-9) + 1) * period, end)
+    grid = np.minimum(
+        begin + np.arange(math.floor((end - begin) / period + 1e-9) + 1) * period, end
+    )
     allowed = np.full(len(grid), rate)
     if rate > 1.0:
         _, velocities = interpolate(motion, grid)
@@ -127,12 +153,17 @@ def _paced(motion: Motion, limits: list[tuple[float, float]], rate: float, perio
             allowed = np.minimum(allowed, np.sqrt(hardest / np.maximum(bend, 1e-9)))
         allowed = _smoothed_below(np.maximum(allowed, 1.0), round(AHEAD_S / period))
     played = np.concatenate(([0.0], np.cumsum(np.diff(grid) * 2.0 / (allowed[1:] + allowed[:-1]))))
-    instants = np.interp(np.arange(math.floor(played[-1] / period + 1e-9) + 1) * period, played, grid)
+    instants = np.interp(
+        np.arange(math.floor(played[-1] / period + 1e-9) + 1) * period, played, grid
+    )
     return instants, np.interp(instants, grid, allowed)
 
 
 def _smoothed_below(values: Array, reach: int) -> Array:
-    """Return a smooth series that is nowhere above ``values``: the smallest within ``reach`` places, averaged over as many."""
+    """Return a smooth series that is nowhere above ``values``.
+
+    The smallest within ``reach`` places, averaged over as many.
+    """
     padded = np.pad(values, 2 * reach, mode="edge")
     lowest = np.lib.stride_tricks.sliding_window_view(padded, 2 * reach + 1).min(axis=1)
     return np.asarray(np.lib.stride_tricks.sliding_window_view(lowest, 2 * reach + 1).mean(axis=1))
@@ -140,12 +171,17 @@ def _smoothed_below(values: Array, reach: int) -> Array:
 
 def _around(mask: Mask, margin: int) -> Mask:
     """Return where ``mask`` is true within ``margin`` places before or after."""
-    padded = np.convolve(mask.astype(np.int64), np.ones(2 * margin + 1, dtype=np.int64), mode="same")
+    padded = np.convolve(
+        mask.astype(np.int64), np.ones(2 * margin + 1, dtype=np.int64), mode="same"
+    )
     return np.asarray(padded[: len(mask)] > 0)
 
 
 class PlaybackController(Controller):
-    """The robot stand-in's controller, except that its joints do what was recorded. It obeys no set point and no stop."""
+    """The robot stand-in's controller, except that its joints do what was recorded.
+
+    It obeys no set point and no stop.
+    """
 
     def __init__(self, config: EmulatorConfig, robot: Robot, playback: Playback) -> None:
         """Stand at the first recorded position; nothing is played before :meth:`play`."""
@@ -178,14 +214,19 @@ class PlaybackController(Controller):
     @property
     def ended(self) -> bool:
         """Whether all has been played."""
-        return self._begun is not None and self._tick - self._begun >= len(self._playback.positions) - 1
+        return (
+            self._begun is not None
+            and self._tick - self._begun >= len(self._playback.positions) - 1
+        )
 
     def snapshot(self) -> Snapshot:
         """Return what can be read now."""
         shown, played, row = super().snapshot(), self._playback, self.row
         moves = self._begun is not None and not self.ended
         running = moves and bool(played.running[row])
-        velocities = tuple(played.velocities[row].tolist()) if moves else (0.0,) * played.positions.shape[1]
+        velocities = (
+            tuple(played.velocities[row].tolist()) if moves else (0.0,) * played.positions.shape[1]
+        )
         positions = tuple(played.positions[row].tolist())
         return msgspec.structs.replace(
             shown,
@@ -199,6 +240,13 @@ class PlaybackController(Controller):
             program_state=ProgramState.RUNNING if running else ProgramState.ABORTED,
             alarm=None,
             outputs=msgspec.structs.replace(
-                shown.outputs, cmdenbl=True, sysrdy=True, progrun=running, paused=False, held=False, fault=False, busy=running
+                shown.outputs,
+                cmdenbl=True,
+                sysrdy=True,
+                progrun=running,
+                paused=False,
+                held=False,
+                fault=False,
+                busy=running,
             ),
         )

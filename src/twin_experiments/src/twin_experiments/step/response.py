@@ -99,7 +99,14 @@ def step_of(samples: Sequence[LoopSample], target: float, before: float) -> Step
     Raises:
         StepError: The set point is never ``target``, or nothing was recorded before it was.
     """
-    first = next((k for k, sample in enumerate(samples) if np.isclose(sample.set_point, target, rtol=0.0, atol=1e-9)), None)
+    first = next(
+        (
+            k
+            for k, sample in enumerate(samples)
+            if np.isclose(sample.set_point, target, rtol=0.0, atol=1e-9)
+        ),
+        None,
+    )
     if first is None:
         raise StepError(f"the set point {target:g} is not in the record of {len(samples)} states")
     if first == 0:
@@ -136,7 +143,11 @@ def measure(step: Step, effort_limit: float) -> Response:
     after = step.times >= 0.0
     times, share = step.times[after], (step.values[after] - step.start) / step.height
     outside = np.flatnonzero(np.abs(share - 1.0) > BAND)
-    settled = None if outside.size and outside[-1] == len(share) - 1 else float(times[outside[-1] + 1]) if outside.size else 0.0
+    # Settled with the sample after the last one outside; never, if that is the last of all.
+    settled: float | None = 0.0
+    if outside.size:
+        last = int(outside[-1])
+        settled = None if last == len(share) - 1 else float(times[last + 1])
     tail = step.errors[step.times > step.times[-1] - TAIL_S]
     peak = float(np.abs(step.efforts[after]).max())
     rise = [_first_time(times, share, level) for level in RISE]

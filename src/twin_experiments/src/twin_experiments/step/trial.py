@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal
+from typing import Any
 
 import msgspec
 from scara_config import Joint
 
 from twin_experiments.step.response import Kind, Response, Step, StepError, measure
-
-DIRECTIONS: tuple[Literal["up", "down"], ...] = ("up", "down")
 
 # Our choice: near the display's size of a small move, far from the effort limit of every joint.
 SIZES = {"deg": 5.0, "mm": 20.0}
@@ -21,11 +19,16 @@ BEFORE_S = 0.1
 
 OVERSHOOT_PERCENT = 2.0
 STEADY_ERROR = {"position": 0.01, "velocity": 0.1}
-"""[deg] or [mm]: one digit of the robot's display; per second: a tenth of that display's change in a second. Our choice."""
+"""[deg] or [mm]: one digit of the robot's display.
+
+Per second: a tenth of that display's change in a second. Our choice.
+"""
 
 
 class Trial(msgspec.Struct, frozen=True):
-    """Steps of one joint's loop: ``targets`` follow each other, one for each direction, each back to where it began.
+    """Steps of one joint's loop.
+
+    ``targets`` follow each other, one for each direction, each back to where it began.
 
     Attributes:
         joint: The joint.
@@ -50,11 +53,13 @@ class Trial(msgspec.Struct, frozen=True):
         return "N m" if self.joint.unit == "deg" else "N"
 
 
-def plan_trial(joint: Joint, kind: Kind, position: float, size: float | None, seconds: float | None) -> Trial:
+def plan_trial(
+    joint: Joint, kind: Kind, position: float, size: float | None, seconds: float | None
+) -> Trial:
     """Choose the set points.
 
-    A position goes up by the step and back down; where there is no room above, down and back up. A velocity goes from rest
-    to plus the step, and from rest to minus it.
+    A position goes up by the step and back down; where there is no room above, down and back up. A
+    velocity goes from rest to plus the step, and from rest to minus it.
 
     Args:
         joint: The joint.
@@ -67,17 +72,28 @@ def plan_trial(joint: Joint, kind: Kind, position: float, size: float | None, se
         StepError: The step or the record has no size, or there is no room for it.
     """
     seconds = SECONDS[kind] if seconds is None else seconds
-    default = SIZES[joint.unit] if kind == "position" else joint.velocity / joint.scale * SPEED_PERCENT / 100.0
+    default = joint.velocity / joint.scale * SPEED_PERCENT / 100.0
+    if kind == "position":
+        default = SIZES[joint.unit]
     height = (default if size is None else size) * joint.scale
     if not height > 0.0 or not seconds > 2.0 * BEFORE_S:
         raise StepError(
-            f"{joint.name}: a step of {size} and {seconds:g} s is none: sizes are positive, records longer than 0.2 s"
+            f"{joint.name}: a step of {size} and {seconds:g} s is none: sizes are "
+            "positive, records longer than 0.2 s"
         )
     if kind == "velocity":
         reach = height * seconds
-        if height <= joint.velocity and position - reach >= joint.lower and position + reach <= joint.upper:
+        if (
+            height <= joint.velocity
+            and position - reach >= joint.lower
+            and position + reach <= joint.upper
+        ):
             return Trial(joint, kind, (height, -height), seconds)
-        raise StepError(_no_room(joint, position, f"{height / joint.scale:g} {joint.unit}/s during {seconds:g} s"))
+        raise StepError(
+            _no_room(
+                joint, position, f"{height / joint.scale:g} {joint.unit}/s during {seconds:g} s"
+            )
+        )
     for end in (position + height, position - height):
         if joint.lower <= end <= joint.upper:
             return Trial(joint, kind, (end, position), seconds)
@@ -97,9 +113,13 @@ def reasons(trial: Trial, response: Response) -> list[str]:
     found = []
     limit, error = STEADY_ERROR[trial.kind], abs(response.steady_state_error) / trial.joint.scale
     if response.overshoot_percent >= OVERSHOOT_PERCENT:
-        found.append(f"overshoot {response.overshoot_percent:.2f} % is not below {OVERSHOOT_PERCENT:g} %")
+        found.append(
+            f"overshoot {response.overshoot_percent:.2f} % is not below {OVERSHOOT_PERCENT:g} %"
+        )
     if error >= limit:
-        found.append(f"steady-state error {error:.4f} {trial.unit} is not below {limit:g} {trial.unit}")
+        found.append(
+            f"steady-state error {error:.4f} {trial.unit} is not below {limit:g} {trial.unit}"
+        )
     if response.saturated:
         found.append(f"the effort reached its limit of {trial.joint.effort:g} {trial.effort_unit}")
     return found
@@ -121,8 +141,14 @@ def summary(trial: Trial, steps: Sequence[Step], where: Mapping[str, Any]) -> di
         "effort_unit": trial.effort_unit,
         "effort_limit": trial.joint.effort,
         **where,
-        "gains": {name: getattr(steps[0].gains, name) for name in ("p", "i", "d", "i_clamp", "antiwindup")},
-        "limits": {"overshoot_percent": OVERSHOOT_PERCENT, "steady_state_error": STEADY_ERROR[trial.kind], "saturated": False},
+        "gains": {
+            name: getattr(steps[0].gains, name) for name in ("p", "i", "d", "i_clamp", "antiwindup")
+        },
+        "limits": {
+            "overshoot_percent": OVERSHOOT_PERCENT,
+            "steady_state_error": STEADY_ERROR[trial.kind],
+            "saturated": False,
+        },
         "steps": rows,
         "verdict": "pass" if not any(row["reasons"] for row in rows) else "FAIL",
     }

@@ -1,4 +1,7 @@
-"""A robot with real filters, servo lag and ramps stands before a zone, and its own programs are let through."""
+"""A robot with real filters, lag and ramps stops before a zone.
+
+Its own programs are let through.
+"""
 
 from __future__ import annotations
 
@@ -13,10 +16,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 from scara_config import KeepOut
-from twin_controller.core.rules.table import Mode
+from twin_controller.core.lead.modes import Mode
 from twin_controller.core.safety.points import positions
 from twin_controller.core.safety.zones import reached_speed
-from twin_controller.core.state import Setup
+from twin_controller.core.setup import Setup
 
 PHASES = (0.0, 0.003, 0.006, 0.009)
 """When the program begins between two samples [s]."""
@@ -42,14 +45,16 @@ def run(pair: EmulatedPair, phase: float, limit: float) -> EmulatedPair:
 @pytest.mark.parametrize("override", [30, 60, 100])
 @pytest.mark.parametrize("joint_2", [-60.0, 0.0, 60.0])
 @pytest.mark.parametrize("front", [60.0, 200.0, 400.0])
-def test_a_program_that_sweeps_into_a_wall_stands_before_it(front: float, joint_2: float, override: int) -> None:
+def test_a_program_that_sweeps_into_a_wall_stands_before_it(
+    front: float, joint_2: float, override: int
+) -> None:
     """While it gains speed, and at full speed; whenever its samples are taken."""
     setup = Setup(ROBOT, SETUP.config)
     setup.keep_out = (KeepOut("wall", (-700.0, front, -1000.0), (700.0, 900.0, 1000.0)),)
     for phase in PHASES:
         program = moves({"joint_1": 140.0, "joint_2": joint_2, "joint_3": -160.0})
         pair = run(EmulatedPair(program, override, setup), phase, 6.0)
-        assert pair.state.mode is Mode.STOPPED and "keep-out zone wall" in pair.state.why
+        assert pair.state.lead.mode is Mode.STOPPED and "keep-out zone wall" in pair.state.lead.why
         assert track_mm(pair)[:, :, 1].max() < front
 
 
@@ -58,14 +63,21 @@ def test_a_program_that_plunges_into_the_table_stands_before_it(override: int) -
     """The whole stroke of the vertical axis is there to gain speed."""
     for phase in PHASES:
         pair = run(EmulatedPair(moves({}, {"joint_3": -205.0}), override), phase, 6.0)
-        assert pair.state.mode is Mode.STOPPED and "keep-out zone below_table" in pair.state.why
+        assert (
+            pair.state.lead.mode is Mode.STOPPED
+            and "keep-out zone below_table" in pair.state.lead.why
+        )
         assert track_mm(pair)[0, :, 2].min() > SURFACE
 
 
 @pytest.mark.parametrize("name", ["ARTICLE", "PALLETISE"])
 def test_the_shipped_programs_are_let_through_at_full_override(name: str) -> None:
     """They come near the table on purpose; the first two dozen moves of each."""
-    program = next(program for program in load_programs(ROBOT, ROOT / "config").values() if program.name == name)
+    program = next(
+        program
+        for program in load_programs(ROBOT, ROOT / "config").values()
+        if program.name == name
+    )
     steps = tuple(step for step in program.steps if isinstance(step, MoveStep))[:24]
     pair = EmulatedPair(replace(program, steps=steps))
     pair.connect()
@@ -76,9 +88,13 @@ def test_the_shipped_programs_are_let_through_at_full_override(name: str) -> Non
 
 
 @given(before=st.floats(-2.0, 2.0), after=st.floats(-2.5, 2.5), delay=st.floats(0.0, 0.2))
-def test_the_reached_speed_is_never_less_than_now_nor_more_than_the_largest(before: float, after: float, delay: float) -> None:
+def test_the_reached_speed_is_never_less_than_now_nor_more_than_the_largest(
+    before: float, after: float, delay: float
+) -> None:
     """A gain goes on, a loss does not count."""
     reached = reached_speed((before,), (after,), 0.02, delay, (2.0,))[0]
     assert abs(after) <= abs(reached) <= max(2.0, abs(after)) and reached * after >= 0.0
     if abs(after) > abs(before) and before * after > 0.0:
-        assert abs(reached) == pytest.approx(max(abs(after), min(2.0, abs(after) + abs(after - before) * delay / 0.02)))
+        assert abs(reached) == pytest.approx(
+            max(abs(after), min(2.0, abs(after) + abs(after - before) * delay / 0.02))
+        )

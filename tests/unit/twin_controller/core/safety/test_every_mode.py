@@ -1,4 +1,7 @@
-"""Zones and people count in every mode: the robot's own pendant can start a program in OFFLINE, FAULT and ALIGNING too."""
+"""Zones and people count in every mode.
+
+The robot's own pendant can start a program in OFFLINE, FAULT and ALIGNING too.
+"""
 
 from __future__ import annotations
 
@@ -6,14 +9,16 @@ import numpy as np
 import pytest
 from harness.pair import HOME, ROBOT, SETUP, Pair, ramp, shifted
 from msgspec.structs import replace
-from twin_controller.core.actions import Do, Perform
+from twin_controller.core.actions import Command, Send
 from twin_controller.core.events import PersonSeen
-from twin_controller.core.rules.table import Mode
+from twin_controller.core.lead.modes import Mode
 from twin_controller.core.safety.points import positions
-from twin_controller.core.state import Setup
+from twin_controller.core.setup import Setup
 
 RETRY_S = SETUP.config.stop.retry_ms * 1e-3
-WATCHED = Setup(ROBOT, replace(SETUP.config, separation=replace(SETUP.config.separation, enabled=True)))
+WATCHED = Setup(
+    ROBOT, replace(SETUP.config, separation=replace(SETUP.config.separation, enabled=True))
+)
 FAR, NEAR = 6.0, 0.8
 SURFACE = SETUP.keep_out[0].upper_mm[2] * 1e-3
 INTO_THE_TABLE = shifted(HOME, 0.0, 0.0, -45.0)
@@ -27,7 +32,10 @@ def see(pair: Pair, x: float, duration: float) -> None:
 
 
 def into(mode: Mode, setup: Setup = SETUP) -> Pair:
-    """Return a pair in one of the modes in which nobody leads, its real robot well and its own side free to start it."""
+    """Return a pair in one of the modes in which nobody leads.
+
+    Its real robot is well and its own side is free to start it.
+    """
     pair = Pair(setup=setup, twin=shifted(HOME, 60.0) if mode is Mode.ALIGNING else HOME)
     pair.link("real", True)
     pair.link("twin", True)
@@ -39,13 +47,16 @@ def into(mode: Mode, setup: Setup = SETUP) -> Pair:
     elif mode is Mode.OFFLINE:
         pair.link("twin", False)
         see(pair, FAR, 0.3)
-    assert pair.state.mode is mode
+    assert pair.state.lead.mode is mode
     return pair
 
 
 def stops(pair: Pair, begun: int) -> int:
     """Return how often the real robot was told to stop since action number ``begun``."""
-    return sum(isinstance(action, Perform) and action.do is Do.STOP_REAL for action in pair.actions[begun:])
+    return sum(
+        isinstance(action, Send) and action.command is Command.STOP_REAL
+        for action in pair.actions[begun:]
+    )
 
 
 @pytest.mark.parametrize("mode", [Mode.OFFLINE, Mode.FAULT])
@@ -57,9 +68,9 @@ def test_a_robot_started_beside_a_person_is_stopped_in_every_mode(mode: Mode) ->
     assert stops(pair, begun) == 0, "a robot at rest is left alone"
     pair.start_program(ramp(HOME, shifted(HOME, 60.0), 3.0))
     see(pair, NEAR, 1.5)
-    assert not pair.own_program and pair.state.mode is mode
+    assert not pair.own_program and pair.state.lead.mode is mode
     assert pair.real_q[0] == pytest.approx(HOME[0], abs=0.01)
-    assert stops(pair, begun) == 1 and "a person" in pair.state.why
+    assert stops(pair, begun) == 1 and "a person" in pair.state.lead.why
 
 
 @pytest.mark.parametrize("mode", [Mode.OFFLINE, Mode.FAULT, Mode.ALIGNING])
@@ -71,12 +82,15 @@ def test_a_robot_started_towards_a_zone_is_stopped_before_it_in_every_mode(mode:
     pair.run(1.3)
     assert not pair.own_program
     assert positions(SETUP.points[0], np.array([pair.real_q]))[0][2] > SURFACE
-    assert stops(pair, begun) == 1 and "keep-out zone below_table" in pair.state.why
-    assert pair.state.mode is (Mode.STOPPED if mode is Mode.ALIGNING else mode)
+    assert stops(pair, begun) == 1 and "keep-out zone below_table" in pair.state.lead.why
+    assert pair.state.lead.mode is (Mode.STOPPED if mode is Mode.ALIGNING else mode)
 
 
 def test_a_robot_that_does_not_obey_is_stopped_again_but_not_each_cycle() -> None:
-    """As any stop that it does not show; started anew it is stopped at once; one that never obeys loses its drives."""
+    """As any stop that it does not show; started anew it is stopped at once.
+
+    One that never obeys loses its drives.
+    """
     pair = into(Mode.OFFLINE, WATCHED)
     begun = len(pair.actions)
     obeys = pair.command_real
@@ -90,7 +104,7 @@ def test_a_robot_that_does_not_obey_is_stopped_again_but_not_each_cycle() -> Non
     pair.start_program(ramp(here, shifted(here, 60.0), 3.0))
     see(pair, NEAR, 0.2)
     assert stops(pair, begun) == 1 and not pair.own_program
-    pair.command_real = lambda do: obeys(do) if do is Do.ESTOP_REAL else None  # type: ignore[method-assign]
+    pair.command_real = lambda do: obeys(do) if do is Command.ESTOP_REAL else None  # type: ignore[method-assign]
     pair.start_program(ramp(pair.real_q, shifted(pair.real_q, 60.0), 6.0))
     see(pair, NEAR, 10 * RETRY_S)
-    assert pair.state.mode is Mode.ESTOP and not pair.drives
+    assert pair.state.lead.mode is Mode.ESTOP and not pair.drives

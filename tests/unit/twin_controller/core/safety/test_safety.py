@@ -1,4 +1,7 @@
-"""Zones, Cartesian speed and people: judged on the whole way, by closed forms, and acted on by the pair."""
+"""Zones, Cartesian speed and people.
+
+Judged on the whole way, by closed forms, and acted on by the pair.
+"""
 
 from __future__ import annotations
 
@@ -12,29 +15,41 @@ from harness.watch import Watch
 from hypothesis import given
 from hypothesis import strategies as st
 from scara_config import ConfigError, KeepOut
-from twin_controller.core.actions import Do, Perform
+from twin_controller.core.actions import Command, Send
 from twin_controller.core.events import PersonSeen
-from twin_controller.core.rules.table import Mode
+from twin_controller.core.lead.modes import Mode
+from twin_controller.core.safety.fastest import fastest_point, speed_cap
 from twin_controller.core.safety.points import all_positions, positions, watched_points
-from twin_controller.core.safety.separation import allowed_speed, judge_separation, protective_distance
+from twin_controller.core.safety.separation import (
+    allowed_speed,
+    judge_separation,
+    protective_distance,
+)
 from twin_controller.core.safety.sightings import Person
-from twin_controller.core.safety.zones import braking_way, entered, fastest_point, judge_way, speed_cap
-from twin_controller.core.state import Setup
+from twin_controller.core.safety.zones import braking_way, entered, judge_way
+from twin_controller.core.setup import Setup
 
 replace = msgspec.structs.replace
 POINTS = SETUP.points
 SEPARATION = replace(SETUP.config.separation, enabled=True)
 L1, L2, H = 0.35, 0.30, 0.16
-Q = st.tuples(st.floats(-2.5, 2.5), st.floats(-2.6, 2.6), st.floats(-0.21, 0.0), st.floats(-3.0, 3.0))
+Q = st.tuples(
+    st.floats(-2.5, 2.5), st.floats(-2.6, 2.6), st.floats(-0.21, 0.0), st.floats(-3.0, 3.0)
+)
 ZONE = KeepOut("box", (400.0, -50.0, -100.0), (500.0, 50.0, 400.0))
 
 
 @given(q=Q)
 def test_the_watched_points_are_where_plane_geometry_puts_them(q: tuple[float, ...]) -> None:
-    """Tool: L1 c1 + L2 c12, L1 s1 + L2 s12, h + q3. Elbow: L1 c1, L1 s1, at its height. Those of a link: on its straight line."""
+    """Tool: L1 c1 + L2 c12, L1 s1 + L2 s12, h + q3. Elbow: L1 c1, L1 s1, at its height.
+
+    Those of a link: on its straight line.
+    """
     tool, elbow = (positions(point, np.array([q]))[0] for point in POINTS[:2])
     a, b = q[0], q[0] + q[1]
-    assert tool == pytest.approx([L1 * math.cos(a) + L2 * math.cos(b), L1 * math.sin(a) + L2 * math.sin(b), H + q[2]])
+    assert tool == pytest.approx(
+        [L1 * math.cos(a) + L2 * math.cos(b), L1 * math.sin(a) + L2 * math.sin(b), H + q[2]]
+    )
     assert elbow[:2] == pytest.approx([L1 * math.cos(a), L1 * math.sin(a)])
     for point in POINTS[2:]:
         link, place = point.name.split(" at ")
@@ -49,19 +64,31 @@ def test_the_watched_points_are_where_plane_geometry_puts_them(q: tuple[float, .
 
 def test_a_point_on_a_joint_that_moves_no_tool_is_refused() -> None:
     """The text names the point and the joints that carry points."""
-    wrong = replace(ROBOT, watched_points=[replace(ROBOT.watched_points[0], carried_by="table_joint")])
-    with pytest.raises(ConfigError, match=r"watched_points.tool.carried_by = table_joint: Expected joint_1, joint_2, joint_3"):
+    wrong = replace(
+        ROBOT, watched_points=[replace(ROBOT.watched_points[0], carried_by="table_joint")]
+    )
+    with pytest.raises(
+        ConfigError,
+        match=r"watched_points.tool.carried_by = table_joint: Expected joint_1, joint_2, joint_3",
+    ):
         watched_points(wrong)
 
 
 @given(q=Q, qdot=st.tuples(*[st.floats(-5.0, 5.0)] * 2))
-def test_point_speed_is_that_of_the_faster_point(q: tuple[float, ...], qdot: tuple[float, float]) -> None:
+def test_point_speed_is_that_of_the_faster_point(
+    q: tuple[float, ...], qdot: tuple[float, float]
+) -> None:
     """By the planar Jacobian."""
     w1, w2 = qdot[0], qdot[0] + qdot[1]
     a, b = q[0], q[0] + q[1]
-    tool = math.hypot(-L1 * math.sin(a) * w1 - L2 * math.sin(b) * w2, L1 * math.cos(a) * w1 + L2 * math.cos(b) * w2)
+    tool = math.hypot(
+        -L1 * math.sin(a) * w1 - L2 * math.sin(b) * w2,
+        L1 * math.cos(a) * w1 + L2 * math.cos(b) * w2,
+    )
     expected = max(tool, abs(L1 * w1))
-    assert fastest_point(POINTS, q, (*qdot, 0.0, 0.0))[0] == pytest.approx(expected, rel=1e-4, abs=1e-6)
+    assert fastest_point(POINTS, q, (*qdot, 0.0, 0.0))[0] == pytest.approx(
+        expected, rel=1e-4, abs=1e-6
+    )
 
 
 @pytest.mark.parametrize(
@@ -79,7 +106,9 @@ def test_point_speed_is_that_of_the_faster_point(q: tuple[float, ...], qdot: tup
         ([(0.3, 0.0, 0.0), (0.4, 0.0, 0.0)], True),
     ],
 )
-def test_a_zone_may_be_left_but_not_entered(path: list[tuple[float, float, float]], found: bool) -> None:
+def test_a_zone_may_be_left_but_not_entered(
+    path: list[tuple[float, float, float]], found: bool
+) -> None:
     """Its faces belong to it; who is inside may move inside and out, not in again."""
     text = entered("tool", np.array(path), [ZONE])
     assert bool(text) is found
@@ -108,20 +137,28 @@ def test_a_way_between_two_free_ends_is_judged_in_between() -> None:
 )
 def test_peak_speed_of_a_move_of_one_joint(end: tuple[float, ...], expected: float) -> None:
     """Radius times the joint's largest speed; the table moves no point of the arm."""
-    assert judge_way(POINTS, [], HOME, end, SETUP.velocity).peak_speed == pytest.approx(expected, rel=1e-3, abs=1e-9)
+    assert judge_way(POINTS, [], HOME, end, SETUP.velocity).peak_speed == pytest.approx(
+        expected, rel=1e-3, abs=1e-9
+    )
 
 
 @pytest.mark.parametrize(
-    ("peak", "limit", "cap"), [(2.5, 250.0, 10.0), (0.2, 250.0, 100.0), (0.0, 250.0, 100.0), (9.0, None, 100.0)]
+    ("peak", "limit", "cap"),
+    [(2.5, 250.0, 10.0), (0.2, 250.0, 100.0), (0.0, 250.0, 100.0), (9.0, None, 100.0)],
 )
-def test_the_speed_cap_makes_the_peak_the_limit(peak: float, limit: float | None, cap: float) -> None:
+def test_the_speed_cap_makes_the_peak_the_limit(
+    peak: float, limit: float | None, cap: float
+) -> None:
     """250 mm/s of 2.5 m/s is 10 %."""
     assert speed_cap(peak, limit) == pytest.approx(cap)
 
 
 @given(v=st.floats(-10.0, 10.0), a=st.floats(0.1, 100.0), delay=st.floats(0.0, 0.2))
 def test_the_braking_way_is_the_integral_of_the_speed(v: float, a: float, delay: float) -> None:
-    """Constant speed for the delay, then a constant deceleration to zero; by the area under the speed."""
+    """Constant speed for the delay, then a constant deceleration to zero.
+
+    By the area under the speed.
+    """
     stop = braking_way((1.0,), (v,), (a,), delay)[0]
     assert stop - 1.0 == pytest.approx(v * delay + 0.5 * v * (abs(v) / a))
     assert (stop - 1.0) * v >= 0.0
@@ -130,14 +167,21 @@ def test_the_braking_way_is_the_integral_of_the_speed(v: float, a: float, delay:
 @given(speed=st.floats(0.0, 5.0), age=st.floats(0.0, 0.3))
 def test_allowed_speed_is_the_inverse_of_the_protective_distance(speed: float, age: float) -> None:
     """There and back, whenever the person was seen."""
-    assert allowed_speed(protective_distance(speed, SEPARATION, age), SEPARATION, age) == pytest.approx(speed, abs=1e-9)
+    assert allowed_speed(
+        protective_distance(speed, SEPARATION, age), SEPARATION, age
+    ) == pytest.approx(speed, abs=1e-9)
 
 
 def test_the_protective_distance_is_the_sum_of_its_terms() -> None:
-    """ISO/TS 15066: person, robot until it reacts, robot while it stops, intrusion and uncertainties; by hand for 1 m/s."""
+    """ISO/TS 15066: the sum of five terms, by hand for 1 m/s.
+
+    Person, robot until it reacts, robot while it stops, intrusion and uncertainties.
+    """
     expected = 1.6 * (0.1 + 0.1) + 1.0 * 0.1 + 1.0 / 20.0 + 0.2 + 0.1 + 0.01
     assert protective_distance(1.0, SEPARATION) == pytest.approx(expected)
-    assert protective_distance(1.0, SEPARATION, 0.25) == pytest.approx(expected + 1.6 * 0.25), "since the sighting people walk on"
+    assert protective_distance(1.0, SEPARATION, 0.25) == pytest.approx(expected + 1.6 * 0.25), (
+        "since the sighting people walk on"
+    )
     assert allowed_speed(0.3, SEPARATION) == 0.0
 
 
@@ -153,7 +197,9 @@ def test_between_two_sightings_the_person_may_come_nearer(age: float, too_close:
 def judged(distance: float, speed: float = 0.0, age: float = 0.0, enabled: bool = True) -> object:
     """Judge a person beside the tool at home."""
     person = Person(10.0 - age, (0.65 + distance, 0.0, 0.0))
-    return judge_separation(POINTS, [person], HOME, speed, 10.0, replace(SEPARATION, enabled=enabled), SETUP.fastest)
+    return judge_separation(
+        POINTS, [person], HOME, speed, 10.0, replace(SEPARATION, enabled=enabled), SETUP.fastest
+    )
 
 
 @pytest.mark.parametrize(
@@ -167,7 +213,9 @@ def judged(distance: float, speed: float = 0.0, age: float = 0.0, enabled: bool 
         (2.0, 1.0, 0.29, False),
     ],
 )
-def test_a_person_too_close_or_not_seen_any_more_stops(distance: float, speed: float, age: float, too_close: bool) -> None:
+def test_a_person_too_close_or_not_seen_any_more_stops(
+    distance: float, speed: float, age: float, too_close: bool
+) -> None:
     """Less than the protective distance at the present speed, or a sensor that is silent."""
     found = judged(distance, speed, age)
     assert found.too_close is too_close  # type: ignore[attr-defined]
@@ -211,13 +259,18 @@ def watched() -> tuple[Pair, Bystander]:
     pair.link("real", True)
     pair.link("twin", True)
     person.run(2.5)
-    assert pair.state.mode is Mode.IDLE
+    assert pair.state.lead.mode is Mode.IDLE
     return pair, person
 
 
 @pytest.mark.parametrize("leader", ["real", "twin"])
-def test_a_person_stops_the_pair_and_resume_goes_on_when_gone(watched: tuple[Pair, Bystander], leader: str) -> None:
-    """Protective stop of both; RESUME is refused while the person is near, a release on a side does not go round it."""
+def test_a_person_stops_the_pair_and_resume_goes_on_when_gone(
+    watched: tuple[Pair, Bystander], leader: str
+) -> None:
+    """Protective stop of both.
+
+    RESUME is refused while the person is near, a release on a side does not go round it.
+    """
     pair, person = watched
     away = shifted(HOME, 40.0)
     if leader == "real":
@@ -225,10 +278,10 @@ def test_a_person_stops_the_pair_and_resume_goes_on_when_gone(watched: tuple[Pai
     else:
         pair.move_twin(ramp(HOME, away, 4.0))
     person.run(1.0)
-    assert pair.state.leader == leader
+    assert pair.state.lead.leader == leader
     person.x = 0.9
     person.run(0.5)
-    assert pair.state.mode is Mode.PAUSED and pair.paused
+    assert pair.state.lead.mode is Mode.PAUSED and pair.paused
     here = pair.real_q
     refused = pair.operate("RESUME")
     assert not refused.success
@@ -236,14 +289,16 @@ def test_a_person_stops_the_pair_and_resume_goes_on_when_gone(watched: tuple[Pai
     assert pair.real_q == here
     person.x = 6.0
     person.run(0.3)
-    assert pair.state.mode is Mode.PAUSED, "nothing goes on by itself"
+    assert pair.state.lead.mode is Mode.PAUSED, "nothing goes on by itself"
     assert pair.operate("RESUME").success
     person.run(0.5)
-    assert pair.state.leader == leader and pair.state.mode is not Mode.PAUSED
+    assert pair.state.lead.leader == leader and pair.state.lead.mode is not Mode.PAUSED
     assert pair.real_q != here
 
 
-def test_a_release_on_the_robots_side_does_not_go_round_a_person(watched: tuple[Pair, Bystander]) -> None:
+def test_a_release_on_the_robots_side_does_not_go_round_a_person(
+    watched: tuple[Pair, Bystander],
+) -> None:
     """Both are stopped instead."""
     pair, person = watched
     pair.start_program(ramp(HOME, shifted(HOME, 40.0), 4.0))
@@ -252,7 +307,7 @@ def test_a_release_on_the_robots_side_does_not_go_round_a_person(watched: tuple[
     person.run(0.5)
     pair.paused = False
     person.run(0.3)
-    assert pair.state.mode is Mode.STOPPED and not pair.own_program
+    assert pair.state.lead.mode is Mode.STOPPED and not pair.own_program
 
 
 def test_no_move_of_the_operator_begins_beside_a_person(watched: tuple[Pair, Bystander]) -> None:
@@ -279,8 +334,8 @@ def test_a_sensor_that_falls_silent_stops_the_pair(watched: tuple[Pair, Bystande
     pair, _ = watched
     pair.start_program(ramp(HOME, shifted(HOME, 40.0), 4.0))
     pair.run(0.6)
-    assert pair.state.mode is Mode.PAUSED
-    assert "silent" in pair.state.why
+    assert pair.state.lead.mode is Mode.PAUSED
+    assert "silent" in pair.state.lead.why
 
 
 def test_a_robot_that_heads_for_a_zone_is_stopped_before_it() -> None:
@@ -290,7 +345,9 @@ def test_a_robot_that_heads_for_a_zone_is_stopped_before_it() -> None:
     pair.connect()
     pair.start_program(ramp(HOME, shifted(HOME, 0.0, 0.0, -45.0), 2.0))
     pair.run(2.2)
-    assert pair.state.mode is Mode.STOPPED and "keep-out zone below_table" in pair.state.why
+    assert (
+        pair.state.lead.mode is Mode.STOPPED and "keep-out zone below_table" in pair.state.lead.why
+    )
     lowest = SETUP.keep_out[0].upper_mm[2] * 1e-3
     assert positions(POINTS[0], np.array([pair.real_q]))[0][2] > lowest
 
@@ -302,4 +359,6 @@ def test_a_move_of_the_operator_through_a_zone_is_refused() -> None:
     before = len(pair.actions)
     reply = pair.operate("MOVE_JOINTS", target=shifted(HOME, 0.0, 0.0, -45.0))
     assert not reply.success and "would enter keep-out zone below_table" in reply.message
-    assert Do.START_STREAM not in {a.do for a in pair.actions[before:] if isinstance(a, Perform)}
+    assert Command.START_STREAM not in {
+        a.command for a in pair.actions[before:] if isinstance(a, Send)
+    }

@@ -8,16 +8,20 @@ import pytest
 from harness.pair import HOME, ROBOT, SETUP, Pair, ramp, shifted
 from msgspec.structs import replace
 from twin_controller.core.events import PersonSeen
-from twin_controller.core.rules.table import Mode
+from twin_controller.core.lead.modes import Mode
 from twin_controller.core.safety.sightings import Person, SightingError, newest, sighting_age
-from twin_controller.core.state import Setup
+from twin_controller.core.setup import Setup
 
 HERE = (2.0, 0.0, 0.0)
-WATCHED = Setup(ROBOT, replace(SETUP.config, separation=replace(SETUP.config.separation, enabled=True)))
+WATCHED = Setup(
+    ROBOT, replace(SETUP.config, separation=replace(SETUP.config.separation, enabled=True))
+)
 FAR = 8.0
 
 
-@pytest.mark.parametrize(("stamp", "age"), [(1000.0, 0.0), (999.75, 0.25), (1000.5, 0.0), (1.0, 999.0)])
+@pytest.mark.parametrize(
+    ("stamp", "age"), [(1000.0, 0.0), (999.75, 0.25), (1000.5, 0.0), (1.0, 999.0)]
+)
 def test_a_late_sighting_is_as_old_as_its_stamp(stamp: float, age: float) -> None:
     """However it was delayed; one from the future is new."""
     assert sighting_age("/base_link", stamp, HERE, 1000.0, "base_link") == pytest.approx(age)
@@ -52,7 +56,7 @@ def test_of_each_sensor_the_newest_sighting_is_kept() -> None:
 
 
 def see(pair: Pair, duration: float, age: float = 0.0, **sensors: float) -> None:
-    """Let time pass while each sensor sees a person at its x [m], sightings arriving ``age`` late."""
+    """Let time pass while each sensor sees a person at its x [m], ``age`` late."""
     for _ in range(round(duration / 0.05)):
         for sensor, x in sensors.items():
             pair.feed(PersonSeen(pair.now, (x, 0.0, 0.0), age, sensor))
@@ -61,33 +65,36 @@ def see(pair: Pair, duration: float, age: float = 0.0, **sensors: float) -> None
 
 @pytest.fixture
 def moving() -> Pair:
-    """Return a pair whose real robot leads a long program while two sensors see somebody far away."""
+    """Return a pair whose real robot leads a long program, two sensors seeing a far person."""
     pair = Pair(setup=WATCHED)
     pair.link("real", True)
     pair.link("twin", True)
     see(pair, 2.5, left=FAR, right=FAR)
     pair.start_program(ramp(HOME, shifted(HOME, 40.0), 8.0))
     see(pair, 0.5, left=FAR, right=FAR)
-    assert pair.state.mode is Mode.REAL_LEADS
+    assert pair.state.lead.mode is Mode.REAL_LEADS
     return pair
 
 
 def test_a_sighting_that_is_older_than_allowed_when_it_arrives_is_none(moving: Pair) -> None:
     """Latched or queued: they come twenty times a second all the same."""
     see(moving, 0.5, age=0.5, left=FAR, right=FAR)
-    assert moving.state.mode is Mode.PAUSED and "silent" in moving.state.why
+    assert moving.state.lead.mode is Mode.PAUSED and "silent" in moving.state.lead.why
 
 
 def test_the_nearest_person_of_all_sensors_counts(moving: Pair) -> None:
     """Whichever sensor speaks last."""
     see(moving, 0.3, left=0.9, right=FAR)
-    assert moving.state.mode is Mode.PAUSED and "a person is" in moving.state.why
+    assert moving.state.lead.mode is Mode.PAUSED and "a person is" in moving.state.lead.why
 
 
 def test_one_sensor_that_falls_silent_stops_the_pair_until_it_is_back(moving: Pair) -> None:
     """The other still sees nobody near; what the silent one watched is not known."""
     see(moving, 0.6, right=FAR)
-    assert moving.state.mode is Mode.PAUSED and "sensor left that sees people is silent" in moving.state.why
+    assert (
+        moving.state.lead.mode is Mode.PAUSED
+        and "sensor left that sees people is silent" in moving.state.lead.why
+    )
     see(moving, 2.0, right=FAR)
     assert not moving.operate("RESUME").success
     see(moving, 0.2, left=FAR, right=FAR)

@@ -1,4 +1,7 @@
-"""Paths of the watched points and keep-out boxes: nothing slips between two samples, and who is inside may only leave."""
+"""Paths of the watched points and keep-out boxes.
+
+Nothing slips between two samples, and who is inside may only leave.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,9 @@ from scara_config import KeepOut
 from twin_controller.core.safety.zones import entered, first_hit, heads_into, judge_way
 
 POINTS = SETUP.points
-Q = st.tuples(st.floats(-2.5, 2.5), st.floats(-2.6, 2.6), st.floats(-0.21, 0.0), st.floats(-3.0, 3.0))
+Q = st.tuples(
+    st.floats(-2.5, 2.5), st.floats(-2.6, 2.6), st.floats(-0.21, 0.0), st.floats(-3.0, 3.0)
+)
 ZONE = KeepOut("box", (400.0, -50.0, -100.0), (500.0, 50.0, 400.0))
 
 
@@ -27,15 +32,30 @@ ZONE = KeepOut("box", (400.0, -50.0, -100.0), (500.0, 50.0, 400.0))
         ([(0.41, 0.0, 0.0), (0.39, 0.0, 0.0), (0.6, 0.0, 0.0)], "would enter"),
     ],
 )
-def test_who_is_in_a_zone_may_only_leave_it(path: list[tuple[float, float, float]], found: str) -> None:
+def test_who_is_in_a_zone_may_only_leave_it(
+    path: list[tuple[float, float, float]], found: str
+) -> None:
     """Not deeper, not in again between two samples; noise is no motion."""
-    assert found in entered("tool", np.array(path), [ZONE]) if found else not entered("tool", np.array(path), [ZONE])
+    assert (
+        found in entered("tool", np.array(path), [ZONE])
+        if found
+        else not entered("tool", np.array(path), [ZONE])
+    )
 
 
 @given(ends=st.lists(st.tuples(*[st.floats(-0.2, 0.8)] * 3), min_size=2, max_size=4))
-def test_a_polyline_meets_a_box_where_fine_samples_do(ends: list[tuple[float, float, float]]) -> None:
-    """The slabs against 2000 samples of each part; a touch that falls between two of them is no contradiction."""
-    path, lower, upper = np.array(ends), np.array(ZONE.lower_mm) * 1e-3, np.array(ZONE.upper_mm) * 1e-3
+def test_a_polyline_meets_a_box_where_fine_samples_do(
+    ends: list[tuple[float, float, float]],
+) -> None:
+    """The slabs against 2000 samples of each part.
+
+    A touch that falls between two of them is no contradiction.
+    """
+    path, lower, upper = (
+        np.array(ends),
+        np.array(ZONE.lower_mm) * 1e-3,
+        np.array(ZONE.upper_mm) * 1e-3,
+    )
     share = np.linspace(0.0, 1.0, 2001)[:, None]
     fine = np.concatenate([a + share * (b - a) for a, b in pairwise(path)])
     off = np.max(np.maximum(lower - fine, fine - upper), axis=1)
@@ -49,17 +69,34 @@ def test_a_polyline_meets_a_box_where_fine_samples_do(ends: list[tuple[float, fl
 @pytest.mark.parametrize("angle", np.linspace(0.3, 2.0, 18))
 @pytest.mark.parametrize("thick", [5.0, 20.0])
 def test_a_thin_post_is_not_missed(angle: float, thick: float) -> None:
-    """Wherever on the tool's circle it stands: a sweep of 286 degrees takes 65 samples 50 mm apart past it."""
+    """Wherever on the tool's circle it stands.
+
+    A sweep of 286 degrees takes 65 samples 50 mm apart past it.
+    """
     x, y = 650.0 * math.cos(angle), 650.0 * math.sin(angle)
-    post = KeepOut("post", (x - thick / 2, y - thick / 2, -1000.0), (x + thick / 2, y + thick / 2, 1000.0))
-    assert "post" in judge_way(POINTS, [post], (-2.5, 0.0, -0.1, 0.0), (2.5, 0.0, -0.1, 0.0), SETUP.velocity).violation
+    post = KeepOut(
+        "post", (x - thick / 2, y - thick / 2, -1000.0), (x + thick / 2, y + thick / 2, 1000.0)
+    )
+    assert (
+        "post"
+        in judge_way(
+            POINTS, [post], (-2.5, 0.0, -0.1, 0.0), (2.5, 0.0, -0.1, 0.0), SETUP.velocity
+        ).violation
+    )
 
 
 @given(start=Q, end=Q)
-def test_the_quick_look_finds_what_the_whole_way_shows(start: tuple[float, ...], end: tuple[float, ...]) -> None:
-    """Far from a zone less is looked at, with the same answer."""
+def test_the_quick_look_finds_what_the_whole_way_shows(
+    start: tuple[float, ...], end: tuple[float, ...]
+) -> None:
+    """Far from a zone less is looked at: the same point enters the same zone, or none does.
+
+    Where on the way that is seen differs by the two grids, so the place is not compared.
+    """
     zones = (ZONE, *SETUP.keep_out)
-    assert heads_into(POINTS, zones, start, end) == judge_way(POINTS, zones, start, end, SETUP.velocity).violation
+    quick = heads_into(POINTS, zones, start, end)
+    whole = judge_way(POINTS, zones, start, end, SETUP.velocity).violation
+    assert quick.partition(" at ")[0] == whole.partition(" at ")[0]
 
 
 @pytest.mark.parametrize("radius", np.arange(0.15, 0.66, 0.05))
@@ -67,5 +104,21 @@ def test_a_stretched_arm_sweeps_no_post_unnoticed(radius: float) -> None:
     """80 mm wide, wherever along the two links it stands."""
     x, y, half = 1e3 * radius * math.cos(0.7), 1e3 * radius * math.sin(0.7), 40.0
     post = KeepOut("post", (x - half, y - half, -1000.0), (x + half, y + half, 1000.0))
-    found = judge_way(POINTS, [post], (0.0, 0.0, -0.16, 0.0), (1.4, 0.0, -0.16, 0.0), SETUP.velocity).violation
+    found = judge_way(
+        POINTS, [post], (0.0, 0.0, -0.16, 0.0), (1.4, 0.0, -0.16, 0.0), SETUP.velocity
+    ).violation
     assert "keep-out zone post" in found
+
+
+@pytest.mark.parametrize("half_sweep", [0.7, 0.9, 1.1])
+def test_a_zone_that_only_the_arcs_bulge_enters_is_found(half_sweep: float) -> None:
+    """The path is cut so finely that half a millimetre of the arc is seen, wherever it is."""
+    start, end = (-half_sweep, 0.0, -0.1, 0.0), (half_sweep, 0.0, -0.1, 0.0)
+    missed = []
+    for angle in np.linspace(-0.05, 0.05, 21):
+        # A pillar beside the stretched arm's circle of 650 mm; it enters by half a millimetre.
+        x, y = 650.0 * math.cos(angle), 650.0 * math.sin(angle)
+        pillar = KeepOut("pillar", (x - 0.5, y - 0.5, -1000.0), (x + 50.0, y + 0.5, 1000.0))
+        if not judge_way(POINTS, [pillar], start, end, SETUP.velocity).violation:
+            missed.append(angle)
+    assert not missed

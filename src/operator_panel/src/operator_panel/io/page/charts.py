@@ -1,4 +1,7 @@
-"""Live charts of one joint: positions and deviation, and its PID loop. The browser keeps the points and draws them."""
+"""Live charts of one joint: positions and deviation, and its PID loop.
+
+The browser keeps the points and draws them.
+"""
 
 from __future__ import annotations
 
@@ -47,7 +50,12 @@ def _motion_options() -> dict[str, Any]:
 
 def _loop_options() -> dict[str, Any]:
     return _options(
-        [("Set point", "setpoint", 0), ("Measured", "twin", 0), ("Error", "deviation", 1), ("Effort", "effort", 2)],
+        [
+            ("Set point", "setpoint", 0),
+            ("Measured", "twin", 0),
+            ("Error", "deviation", 1),
+            ("Effort", "effort", 2),
+        ],
         right=36,
         y_axes=[
             {"gridIndex": 0, "scale": True},
@@ -57,8 +65,10 @@ def _loop_options() -> dict[str, Any]:
     )
 
 
-def _options(series: list[tuple[str, str, int]], right: int, y_axes: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return a chart of two grids, one above the other; colours come from the page's theme in the browser."""
+def _options(
+    series: list[tuple[str, str, int]], right: int, y_axes: list[dict[str, Any]]
+) -> dict[str, Any]:
+    """Return a chart of two grids, one above the other; the browser sets the theme's colours."""
     sides = {"left": 44, "right": right}
     axis = {"type": "value", "axisLabel": {"hideOverlap": True}, "splitLine": {"show": False}}
     return {

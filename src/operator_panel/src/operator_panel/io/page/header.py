@@ -9,7 +9,11 @@ from nicegui import ui
 from operator_panel.io.page.view import PageView, live, plain
 from operator_panel.view.snapshot import Snapshot
 
-THEMES = ((None, "brightness_auto", "as the browser"), (False, "light_mode", "light"), (True, "dark_mode", "dark"))
+THEMES = (
+    (None, "brightness_auto", "as the browser"),
+    (False, "light_mode", "light"),
+    (True, "dark_mode", "dark"),
+)
 
 
 def build_header(view: PageView, title: str) -> None:
@@ -28,8 +32,10 @@ def build_header(view: PageView, title: str) -> None:
         _control(view)
         _theme()
         with ui.element("div").classes("bar-stop"):
-            _stop(view, "ESTOP", "E-STOP", "estop", "Emergency stop: drives off, latched until RESET")
-            _stop(view, "STOP", "STOP", "stop", "Stop both. Keys: Escape or space")
+            _stop("ESTOP", "E-STOP", "estop", "Emergency stop: drives off, latched until RESET")
+            _stop("STOP", "STOP", "stop", "Stop both. Keys: Escape or space")
+    with ui.element("div").classes("banner banner-no-stop").props('role="alert"'):
+        plain("", "no-stop-text")
     with ui.element("div").classes("banner banner-lost").props('role="alert"'):
         plain("", "lost-text")
     with ui.element("div").classes("banner banner-silent").props('role="alert"'):
@@ -37,17 +43,20 @@ def build_header(view: PageView, title: str) -> None:
     _question(view)
 
 
-def _stop(view: PageView, command: str, text: str, style: str, title: str) -> None:
-    """A stop acts when it is pressed down, not when it is released."""
+def _stop(command: str, text: str, style: str, title: str) -> None:
+    """A stop is never greyed out, for nobody, and acts when it is pressed down: see web/stop.js.
 
-    async def send() -> None:
-        await view.send(command)
-
-    button = ui.button(text, color=None).props(f'unelevated no-caps title="{title}"').classes(f"button {style}")
-    button.on("pointerdown", send, args=[])
-    button.on("keydown.enter", send, args=[])
-    button.mark(command.lower())
-    view.guard(button, command)
+    What became of it stands below it.
+    """
+    with ui.element("div").classes("stop-place"):
+        with (
+            ui.element("button")
+            .classes(f"stop-button {style}")
+            .props(f'type=button title="{title}" data-stop="{command}"')
+            .mark(command.lower())
+        ):
+            plain(text)
+        plain("", "stop-answer").props(f'role="status" data-stop-answer="{command}"')
 
 
 def _theme() -> None:
@@ -84,8 +93,12 @@ def _control(view: PageView) -> None:
         if not view.is_operator:
             text.set_text("Watching only")
             return
-        ask = ui.button("Ask for control", on_click=lambda: view.desk.ask(view.session.page), color=None)
-        leave = ui.button("Release", on_click=lambda: view.desk.release(view.session.page), color=None)
+        ask = ui.button(
+            "Ask for control", on_click=lambda: view.desk.ask(view.session.page), color=None
+        )
+        leave = ui.button(
+            "Release", on_click=lambda: view.desk.release(view.session.page), color=None
+        )
         for button, name in ((ask, "ask"), (leave, "release")):
             button.props("unelevated no-caps dense").classes("button small").mark(name)
 
@@ -112,20 +125,24 @@ def _question(view: PageView) -> None:
         return
     with ui.element("div").classes("banner banner-ask") as banner:
         text = ui.label("").mark("question")
-        ui.button("Hand over", on_click=lambda: view.desk.answer(view.session.page, True), color=None).props(
-            "unelevated no-caps dense"
-        ).classes("button primary small").mark("grant")
-        ui.button("Keep", on_click=lambda: view.desk.answer(view.session.page, False), color=None).props(
-            "unelevated no-caps dense"
-        ).classes("button small").mark("keep")
+        ui.button(
+            "Hand over", on_click=lambda: view.desk.answer(view.session.page, True), color=None
+        ).props("unelevated no-caps dense").classes("button primary small").mark("grant")
+        ui.button(
+            "Keep", on_click=lambda: view.desk.answer(view.session.page, False), color=None
+        ).props("unelevated no-caps dense").classes("button small").mark("keep")
     banner.set_visibility(False)
 
     def show(_: Snapshot, __: bool) -> None:
         asked = view.has_control and bool(view.authority.asker)
         banner.set_visibility(asked)
         if asked:
-            left = max(0, round(view.config.control.answer_s - (time.monotonic() - view.authority.asked)))
+            left = max(
+                0, round(view.config.control.answer_s - (time.monotonic() - view.authority.asked))
+            )
             asker = view.desk.name_of(view.authority.asker).capitalize()
-            text.set_text(f"{asker} asks for control. Without an answer it is handed over in {left} s.")
+            text.set_text(
+                f"{asker} asks for control. Without an answer it is handed over in {left} s."
+            )
 
     view.after.append(show)

@@ -18,7 +18,12 @@ def build_commands(view: PageView) -> None:
                 view.button(command.capitalize(), command)
         with ui.element("div").classes("speed"):
             plain("Speed cap", "field-title")
-            slider = ui.slider(min=1, max=100, step=1, value=100).props("dense").classes("speed-slider").mark("speed")
+            slider = (
+                ui.slider(min=1, max=100, step=1, value=100)
+                .props("dense")
+                .classes("speed-slider")
+                .mark("speed")
+            )
             shown = ui.label("100 %").classes("num speed-value")
             slider.on_value_change(lambda event: shown.set_text(f"{event.value:.0f} %"))
             view.guard(slider, "SPEED")
@@ -40,7 +45,9 @@ def build_jog(view: PageView) -> None:
                 _jog_button(view, joint, 1)
     with ui.element("div").classes("jog-speed"):
         plain("Speed", "field-title")
-        slider = ui.slider(min=0.5, max=limit, step=0.5, value=min(view.config.jog.speed_percent, limit)).props("dense")
+        slider = ui.slider(
+            min=0.5, max=limit, step=0.5, value=min(view.config.jog.speed_percent, limit)
+        ).props("dense")
         slider.classes("speed-slider").props("data-jog-speed").mark("jog-speed")
         shown = ui.label("").classes("num jog-speed-value")
 
@@ -58,8 +65,13 @@ def build_jog(view: PageView) -> None:
 
 def _jog_button(view: PageView, joint: Joint, direction: int) -> None:
     sign = "+" if direction > 0 else words.MINUS
-    button = ui.button(sign, color=None).props("unelevated dense no-caps").classes("button jog-button")
-    button.props(f'data-jog="{joint.name}" data-direction="{direction}" aria-label="Jog {joint_title(joint.name)} {sign}"')
+    button = (
+        ui.button(sign, color=None).props("unelevated dense no-caps").classes("button jog-button")
+    )
+    button.props(
+        f'data-jog="{joint.name}" data-direction="{direction}" '
+        f'aria-label="Jog {joint_title(joint.name)} {sign}"'
+    )
     view.guard(button, "JOG")
 
 
@@ -67,7 +79,9 @@ def _speeds(joints: list[Joint], percent: float) -> str:
     """Return the slowest and the fastest jog of joints that turn, and that of those that slide."""
     parts = []
     for unit in ("deg", "mm"):
-        speeds = [joint.velocity / joint.scale * percent / 100.0 for joint in joints if joint.unit == unit]
+        speeds = [
+            joint.velocity / joint.scale * percent / 100.0 for joint in joints if joint.unit == unit
+        ]
         if speeds:
             low, high = f"{min(speeds):.0f}", f"{max(speeds):.0f}"
             parts.append(f"{low if low == high else f'{low} to {high}'} {unit}/s")

@@ -11,7 +11,11 @@ from operator_panel.io.page.view import PageView, live, plain
 def build_programs(view: PageView) -> None:
     """Build the list and the override."""
     with ui.element("div").classes("facts"):
-        for title, key in (("Program", "robot.program"), ("Speed", "robot.speed"), ("Robot", "robot.ready")):
+        for title, key in (
+            ("Program", "robot.program"),
+            ("Speed", "robot.speed"),
+            ("Robot", "robot.ready"),
+        ):
             with ui.element("div").classes("fact"):
                 plain(title, "fact-title")
                 live(key, "num")
@@ -27,7 +31,9 @@ def build_programs(view: PageView) -> None:
         def check(text: str) -> str | None:
             return error_text(lambda: parse_number(text, "Override", "%", 1.0, 100.0))
 
-        field = ui.input(value="100", validation=check).props('dense outlined suffix="%" inputmode=decimal no-error-icon')
+        field = ui.input(value="100", validation=check).props(
+            'dense outlined suffix="%" inputmode=decimal no-error-icon'
+        )
         field.classes("field").mark("override")
         view.guard(field, "SPEED")
 
@@ -50,7 +56,7 @@ def _press(view: PageView, text: str, command: str, mark: str, *keys: str) -> No
 
 async def _say(view: PageView, *keys: str) -> None:
     """Press a key of the pendant, if this page is in control."""
-    refused = view.desk.refusal(view.session.page, "RUN")
+    refused = view.desk.refusal(view.session.page)
     if refused:
         ui.notify(refused, type="negative", position="bottom-left")
         return

@@ -41,8 +41,14 @@ class _Recordings:
         with ui.dialog().props("maximized") as self._dialog, ui.element("div").classes("report"):
             with ui.element("div").classes("report-head"):
                 self._title = ui.label("").classes("card-title")
-                ui.button("Close", on_click=self._dialog.close, color=None).props("unelevated no-caps dense").classes("button")
-            self._frame = ui.element("iframe").classes("report-frame").props('sandbox="allow-same-origin" title="Report"')
+                ui.button("Close", on_click=self._dialog.close, color=None).props(
+                    "unelevated no-caps dense"
+                ).classes("button")
+            self._frame = (
+                ui.element("iframe")
+                .classes("report-frame")
+                .props('sandbox="allow-same-origin" title="Report"')
+            )
         view.after.append(self._refresh)
         ui.timer(REFRESH_S, self._look)
         ui.timer(0.1, self._look, once=True)
@@ -51,13 +57,16 @@ class _Recordings:
         if not self._name.validate():
             return
         name = parse_run_name(self._name.value)
-        await self._do("Recording", self._view.door.record(str(self._folder / name / "run.bag") if name else ""))
+        await self._do(
+            "Recording",
+            self._view.door.record(str(self._folder / name / "run.bag") if name else ""),
+        )
 
     async def _stop(self) -> None:
         await self._do("Recording", self._view.door.stop_recording())
 
     async def _do(self, what: str, call: object) -> None:
-        refused = self._view.desk.refusal(self._view.session.page, "SPEED")
+        refused = self._view.desk.refusal(self._view.session.page)
         if refused:
             call.close()  # type: ignore[attr-defined]
             self._view.tell(Answer(False, refused), what)
@@ -68,7 +77,9 @@ class _Recordings:
 
     def _refresh(self, snapshot: Snapshot, _: bool) -> None:
         found = [d for name, d in snapshot.diagnoses.items() if name.endswith("recorder")]
-        self._status.set_text(f"Recorder: {found[0].message}" if found else "Recorder: not heard of yet")
+        self._status.set_text(
+            f"Recorder: {found[0].message}" if found else "Recorder: not heard of yet"
+        )
 
     async def _look(self) -> None:
         found = await run.io_bound(list_runs, self._folder)
@@ -85,8 +96,12 @@ class _Recordings:
     def _line(self, one: Run) -> None:
         with ui.element("div").classes("row-line"):
             ui.label(one.name).classes("row-name")
-            ui.label(f"{one.when}, {one.size}" + (f"; {one.verdict}" if one.verdict else "")).classes("row-text")
-            button = ui.button("Report", on_click=lambda: self._open(one), color=None).props("unelevated no-caps dense")
+            ui.label(
+                f"{one.when}, {one.size}" + (f"; {one.verdict}" if one.verdict else "")
+            ).classes("row-text")
+            button = ui.button("Report", on_click=lambda: self._open(one), color=None).props(
+                "unelevated no-caps dense"
+            )
             button.classes("button small").set_enabled(one.has_report)
 
     def _open(self, one: Run) -> None:

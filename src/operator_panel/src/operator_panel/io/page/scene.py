@@ -9,7 +9,14 @@ import numpy as np
 from nicegui import ui
 
 from operator_panel.io.page.view import plain
-from operator_panel.urdf import JointFrame, Model, Shape, Vector, joint_transform, origin_transform
+from scara_description.urdf import (
+    JointFrame,
+    Model,
+    Shape,
+    Vector,
+    joint_transform,
+    origin_transform,
+)
 
 REAL, PREVIEW = "#2f7fe0", "#9b5de5"
 GHOST_OPACITY, PREVIEW_OPACITY = 0.38, 0.42
@@ -17,7 +24,7 @@ SEGMENTS = 36
 
 
 def build_scene(model: Model, tool_link: str) -> dict[str, Any]:
-    """Build the picture; return what the browser needs to move it: for each side and joint the moving object."""
+    """Build the picture; return the object that the browser moves for each side and joint."""
     with ui.element("section").classes("card scene-card"):
         scene = ui.scene(
             width=640,
@@ -33,12 +40,17 @@ def build_scene(model: Model, tool_link: str) -> dict[str, Any]:
         _camera()
     builder = _Builder(scene, model)
     moved = {side: builder.tree(side) for side in ("twin", "real", "preview")}
-    scene.move_camera(x=1.42, y=-1.30, z=0.72, look_at_x=0.26, look_at_y=-0.08, look_at_z=-0.04, duration=0)
+    scene.move_camera(
+        x=1.42, y=-1.30, z=0.72, look_at_x=0.26, look_at_y=-0.08, look_at_z=-0.04, duration=0
+    )
     return {"scene": scene.id, "joints": moved, "ghosts": builder.ghosts}
 
 
 def _camera() -> None:
-    """Build the camera's picture and the buttons that choose what is shown; the browser asks for pictures while it is."""
+    """Build the camera's picture and the buttons that choose what is shown.
+
+    The browser asks for pictures while the camera is shown.
+    """
     with ui.element("figure").classes("camera"):
         ui.element("img").props('data-camera alt="The twin\'s cell, seen by its camera"')
         ui.element("figcaption").props("data-camera-text")
@@ -85,10 +97,19 @@ class _Builder:
             if joint.parent == link and not (side == "preview" and joint.name.startswith("table")):
                 self._joint(side, joint, moving, fixed and not joint.moves)
 
-    def _joint(self, side: str, joint: JointFrame, moving: dict[str, dict[str, Any]], fixed: bool) -> None:
-        with _placed(self._scene.group(), joint_transform(joint, 0.0)), self._scene.group() as group:
+    def _joint(
+        self, side: str, joint: JointFrame, moving: dict[str, dict[str, Any]], fixed: bool
+    ) -> None:
+        with (
+            _placed(self._scene.group(), joint_transform(joint, 0.0)),
+            self._scene.group() as group,
+        ):
             if joint.moves:
-                moving[joint.name] = {"id": group.id, "axis": joint.axis, "slides": joint.kind == "prismatic"}
+                moving[joint.name] = {
+                    "id": group.id,
+                    "axis": joint.axis,
+                    "slides": joint.kind == "prismatic",
+                }
             self._link(side, joint.child, moving, fixed)
 
     def _shape(self, side: str, shape: Shape) -> None:
@@ -111,9 +132,15 @@ class _Builder:
 def _pose(kind: str, xyz: Vector, rpy: Vector) -> np.ndarray:
     """Return a shape's pose; a cylinder of the scene lies along y, one of a URDF along z."""
     pose = origin_transform(xyz, rpy)
-    return pose @ origin_transform((0.0, 0.0, 0.0), (math.pi / 2, 0.0, 0.0)) if kind == "cylinder" else pose
+    return (
+        pose @ origin_transform((0.0, 0.0, 0.0), (math.pi / 2, 0.0, 0.0))
+        if kind == "cylinder"
+        else pose
+    )
 
 
 def _placed(made: Any, pose: np.ndarray) -> Any:
     """Move and turn an object of the scene."""
-    return made.move(*(float(v) for v in pose[:3, 3])).rotate_R([[float(v) for v in row] for row in pose[:3, :3]])
+    return made.move(*(float(v) for v in pose[:3, 3])).rotate_R(
+        [[float(v) for v in row] for row in pose[:3, :3]]
+    )

@@ -1,4 +1,4 @@
-"""The page as a whole: where its parts stand, which files the browser gets, who comes in as what."""
+"""The page as a whole: where its parts stand, which files the browser gets, who may do what."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from typing import Any
 
 from nicegui import Client, app, ui
 from scara_config import Robot
+from scara_ros.io.page_guard import KNOWN
 from starlette.requests import Request
-from starlette.responses import FileResponse, PlainTextResponse, RedirectResponse, Response
+from starlette.responses import FileResponse, PlainTextResponse, Response
 
 from operator_panel.config import PanelConfig, Surroundings
 from operator_panel.control.authority import Role
@@ -28,8 +29,7 @@ from operator_panel.io.page.target import build_target
 from operator_panel.io.page.tuning import build_tuning
 from operator_panel.io.page.view import PageView, plain
 from operator_panel.io.run_folders import file_of
-from operator_panel.io.token import is_token
-from operator_panel.urdf import Model
+from scara_description.urdf import Model
 
 TABS = ("Jog", "Target", "Programs", "Tuning", "Recordings", "Decisions")
 
@@ -38,35 +38,40 @@ class Shell:
     """Serves the page, its files and the reports."""
 
     def __init__(
-        self, robot: Robot, model: Model, config: PanelConfig, around: Surroundings, door: CellDoor, desk: Desk, live: Live,
-        token: str, web: Path, runs: Path, cookie: str,
-    ) -> None:  # fmt: skip
+        self,
+        robot: Robot,
+        model: Model,
+        config: PanelConfig,
+        around: Surroundings,
+        door: CellDoor,
+        desk: Desk,
+        live: Live,
+        web: Path,
+        runs: Path,
+    ) -> None:
         """Offer all routes; ``ui.run`` serves them."""
         self._robot, self._model, self._config, self._around = robot, model, config, around
         self._door, self._desk, self._live = door, desk, live
-        self._token, self._runs, self._cookie = token, runs, cookie
+        self._runs = runs
         self._version = str(max(int(file.stat().st_mtime) for file in web.iterdir()))
         app.add_static_files("/panel", str(web), max_cache_age=0)
-        app.add_api_route("/runs/{run}/{file}", self._report, methods=["GET"], include_in_schema=False)
+        app.add_api_route(
+            "/runs/{run}/{file}", self._report, methods=["GET"], include_in_schema=False
+        )
+        app.add_exception_handler(404, _nothing_here)
         ui.page("/", title=f"{robot.name}: operator", response_timeout=10.0)(self._page)
 
-    def _page(self, client: Client, request: Request) -> Response | None:
-        """Build one page; the token in the address becomes a cookie, so that it does not stay on the screen."""
-        offered = request.query_params.get("token")
-        if offered is not None and is_token(offered, self._token):
-            answer = RedirectResponse("/", status_code=303)
-            answer.set_cookie(self._cookie, self._token, httponly=True, samesite="strict")
-            return answer
-        known = is_token(request.cookies.get(self._cookie, ""), self._token)
-        session = self._desk.open(client.id, Role.OPERATOR if known else Role.VIEWER)
-        view = PageView(self._robot, self._config, self._around, self._door, self._desk, session, client)
+    def _page(self, client: Client, request: Request) -> None:
+        """Build one page; the guard before this server knows who has brought the token."""
+        role = Role.OPERATOR if request.scope[KNOWN] else Role.VIEWER
+        session = self._desk.open(client.id, role)
+        view = PageView(
+            self._robot, self._config, self._around, self._door, self._desk, session, client
+        )
         told = self._build(view)
         self._head({**told, "page": client.id, "live": PATH})
         self._live.listeners.append(view.refresh)
         client.on_delete(lambda: self._live.listeners.remove(view.refresh))
-        if offered is not None:
-            ui.notify("The token in the address is wrong: this page only watches.", type="negative", timeout=0, close_button="OK")
-        return None
 
     def _head(self, told: dict[str, Any]) -> None:
         ui.add_head_html(f'<link rel="stylesheet" href="/panel/panel.css?{self._version}">')
@@ -87,14 +92,24 @@ class Shell:
                 with ui.element("section").classes("card tabs-card"):
                     self._tabs(view)
         jog_period_ms = 1e3 / self._config.jog.rate_hz
-        return {"scene": scene, "charts": charts, "operator": view.is_operator, "jog_period_ms": jog_period_ms}
+        return {
+            "scene": scene,
+            "charts": charts,
+            "operator": view.is_operator,
+            "jog_period_ms": jog_period_ms,
+        }
 
     def _tabs(self, view: PageView) -> None:
         with ui.element("div").classes("tabs").props('role="tablist"'):
             for name in TABS:
                 with ui.element("button").props(f'type=button role=tab data-tab="{name}"'):
                     plain(name)
-        builders: list[Callable[[PageView], None]] = [build_jog, build_target, build_programs, build_tuning]
+        builders: list[Callable[[PageView], None]] = [
+            build_jog,
+            build_target,
+            build_programs,
+            build_tuning,
+        ]
         builders += [lambda view: build_recordings(view, self._runs), lambda _: build_decisions()]
         for name, build in zip(TABS, builders, strict=True):
             with ui.element("div").classes("tab-panel").props(f'role=tabpanel data-panel="{name}"'):
@@ -103,4 +118,13 @@ class Shell:
     def _report(self, run: str, file: str) -> Response:
         """Serve a report's page, pictures and bag; nothing else of a run leaves the machine."""
         path = file_of(self._runs, run, file)
-        return FileResponse(path) if path is not None else PlainTextResponse("there is no such file", status_code=404)
+        return (
+            FileResponse(path)
+            if path is not None
+            else PlainTextResponse("there is no such file", status_code=404)
+        )
+
+
+async def _nothing_here(_: Request, __: Exception) -> Response:
+    """Answer for a path that leads nowhere: nicegui's own would build a page."""
+    return PlainTextResponse("there is nothing here", status_code=404)

@@ -31,29 +31,45 @@ class _TargetForm:
         self._view = view
         self._asked = 0
         with ui.element("div").classes("target"):
-            self._fields = {axis: self._number(axis.upper(), "mm", "", -WIDEST_MM, WIDEST_MM) for axis in AXES}
+            self._fields = {
+                axis: self._number(axis.upper(), "mm", "", -WIDEST_MM, WIDEST_MM) for axis in AXES
+            }
         with ui.element("div").classes("target"):
             self._speed = self._number("Speed", "%", "50", 1.0, 100.0)
-            self._elbow = ui.select(ELBOWS, value="", label="Elbow").props("dense outlined options-dense").classes("field")
+            self._elbow = (
+                ui.select(ELBOWS, value="", label="Elbow")
+                .props("dense outlined options-dense")
+                .classes("field")
+            )
             self._elbow.on_value_change(self._typed)
             self._elbow.set_enabled(view.is_operator)
-            self._elbow.set_visibility(view.robot.geometry is not None)  # only a SCARA has branches by name
+            self._elbow.set_visibility(
+                view.robot.geometry is not None
+            )  # only a SCARA has branches by name
             view.button("Move", "MOVE", "primary tall", self._move)
         with ui.element("div").classes("target-picks"):
             for name, position in view.around.positions.items():
                 pick = ui.button(name, on_click=lambda p=position: self._pick(p), color=None)
-                pick.props("unelevated no-caps dense").classes("button small").mark(f"pick-{name.lower()}")
+                pick.props("unelevated no-caps dense").classes("button small").mark(
+                    f"pick-{name.lower()}"
+                )
                 pick.set_enabled(view.is_operator)
-            clear = ui.button("Clear", on_click=self._clear, color=None).props("unelevated no-caps dense")
+            clear = ui.button("Clear", on_click=self._clear, color=None).props(
+                "unelevated no-caps dense"
+            )
             clear.classes("button small").mark("target-clear")
         self._text = ui.label(ASK).classes("preview").mark("preview")
 
     def _number(self, label: str, unit: str, value: str, lower: float, upper: float) -> Any:
         def check(text: str) -> str | None:
-            return error_text(lambda: parse_number(text, label, unit, lower, upper)) if text else None
+            return (
+                error_text(lambda: parse_number(text, label, unit, lower, upper)) if text else None
+            )
 
         field = ui.input(label, value=value, validation=check, on_change=self._typed)
-        field.props(f'dense outlined stack-label suffix="{unit}" inputmode=decimal no-error-icon').classes("field")
+        field.props(
+            f'dense outlined stack-label suffix="{unit}" inputmode=decimal no-error-icon'
+        ).classes("field")
         field.mark(f"target-{label.lower()}").set_enabled(self._view.is_operator)
         return field
 
@@ -79,7 +95,10 @@ class _TargetForm:
     def _point(self) -> dict[str, float] | None:
         """Return x, y, z [m]; None while a field is wrong or empty."""
         texts = [(axis, field.value) for axis, field in self._fields.items()]
-        if any(error_text(lambda a=axis, t=text: parse_number(t, a, "mm", -WIDEST_MM, WIDEST_MM)) for axis, text in texts):
+        if any(
+            error_text(lambda a=axis, t=text: parse_number(t, a, "mm", -WIDEST_MM, WIDEST_MM))
+            for axis, text in texts
+        ):
             return None
         return {axis: parse_number(text, axis, "mm") * 1e-3 for axis, text in texts}
 
@@ -88,7 +107,9 @@ class _TargetForm:
         if point is None:
             self._show(ASK, "", None)
             return
-        answer = await self._view.door.reach(**point, elbow=self._elbow.value or "", seed=self._seed())
+        answer = await self._view.door.reach(
+            **point, elbow=self._elbow.value or "", seed=self._seed()
+        )
         if number != self._asked:
             return
         if answer.success:
@@ -99,7 +120,9 @@ class _TargetForm:
     def _reachable(self, answer: Answer) -> tuple[str, str, dict[str, float]]:
         joints = self._view.robot.arm_joints
         positions = [float(q) for q in answer.values["joint_positions"]]
-        shown = [f"{words.number(q / joint.scale)} {joint.unit}" for q, joint in zip(positions, joints)]
+        shown = [
+            f"{words.number(q / joint.scale)} {joint.unit}" for q, joint in zip(positions, joints)
+        ]
         pose = {joint.name: q for q, joint in zip(positions, joints)}
         elbow = answer.values["elbow"]
         return f"Reachable{f', {elbow}' if elbow else ''}: {', '.join(shown)}", "good", pose
@@ -110,7 +133,11 @@ class _TargetForm:
         if state is None or len(state.twin_position) != len(state.name):
             return []
         now = dict(zip(state.name, state.twin_position))
-        return [now[joint.name] * joint.scale for joint in self._view.robot.arm_joints if joint.name in now]
+        return [
+            now[joint.name] * joint.scale
+            for joint in self._view.robot.arm_joints
+            if joint.name in now
+        ]
 
     def _show(self, text: str, tone: str, pose: dict[str, float] | None) -> None:
         self._text.set_text(text)

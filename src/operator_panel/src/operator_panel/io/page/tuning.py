@@ -1,10 +1,11 @@
-"""PID gains of one joint: as they are, what others would do, and setting them in the running simulator."""
+"""PID gains of one joint: as they are, what others would do, and setting them while it runs."""
 
 from __future__ import annotations
 
 import math
 from typing import Any
 
+import msgspec
 from nicegui import ui
 
 from operator_panel.control.fields import error_text, parse_number
@@ -28,19 +29,25 @@ class _Tuning:
     def __init__(self, view: PageView) -> None:
         self._view = view
         self._joints = {joint.name: joint for joint in view.robot.twin_joints}
-        self._fields: dict[str, Any] = {}
-        self._switches: dict[str, Any] = {}
+        self._fields: dict[str, ui.input] = {}
+        self._switches: dict[str, ui.checkbox] = {}
         self._shown: tuple[str, Gains | None] | None = None
         with ui.element("div").classes("tuning-head"):
             names = {name: joint_title(name) for name in self._joints}
             # At once: what is set must never be what the joint before had.
-            self._choice = ui.select(names, value=next(iter(names)), label="Joint", on_change=self._refresh)
-            self._choice.props("dense outlined stack-label options-dense").classes("field").mark("tuning-joint")
+            self._choice = ui.select(
+                names, value=next(iter(names)), label="Joint", on_change=self._refresh
+            )
+            self._choice.props("dense outlined stack-label options-dense").classes("field").mark(
+                "tuning-joint"
+            )
             self._message = ui.label(MISSING).classes("preview").mark("tuning-message")
         self._form = ui.element("div").classes("tuning")
         with ui.element("div").classes("tuning-foot"):
             self._preview_button = ui.button("Preview step", on_click=self._preview, color=None)
-            self._preview_button.props("unelevated no-caps dense").classes("button small").mark("tuning-preview")
+            self._preview_button.props("unelevated no-caps dense").classes("button small").mark(
+                "tuning-preview"
+            )
             view.button("Undo", "SPEED", "small", self._undo).mark("tuning-undo")
             view.button("Set gains", "SPEED", "primary", self._set).mark("tuning-set")
         self._result = ui.label("").classes("preview").mark("tuning-result")
@@ -49,46 +56,51 @@ class _Tuning:
         view.after.append(lambda _, __: self._refresh())
 
     def _refresh(self) -> None:
-        """Show other fields when another joint is chosen or its server comes, goes or tells its values."""
-        found = (self._choice.value, self._view.door.gains(self._choice.value))
-        if found == self._shown:
-            return
-        self._shown = found
-        gains = found[1]
-        self._message.set_text(MISSING if gains is None else NOTE)
-        names = [*gains.values, *gains.switches] if gains is not None else []
-        if names != [*self._fields, *self._switches]:
+        """Show another joint, or a server that comes, goes or tells its values."""
+        joint = self._choice.value
+        gains = self._view.door.gains(joint)
+        # Ranges come by a topic of their own, often before the values that they belong to.
+        # New ranges alone must not put the old values over what an operator has typed.
+        found = (joint, _without_ranges(gains))
+        if found != self._shown:
+            self._shown = found
+            self._message.set_text(MISSING if gains is None else NOTE)
             self._build(gains)
-        elif gains is not None:
-            self._fill(gains)
-
-    def _fill(self, gains: Gains) -> None:
-        """Show the values in force; a range is only a hint, the simulator judges."""
-        for name, value in gains.values.items():
-            self._fields[name].set_value(f"{value:.10g}")
-            lower, upper = gains.ranges.get(name, (-math.inf, math.inf))
-            self._fields[name].props(f'title="alone: {lower:.4g} to {upper:.4g}"')
-        for name, on in gains.switches.items():
-            self._switches[name].set_value(on)
+        if gains is not None:
+            self._hint(gains)
 
     def _build(self, gains: Gains | None) -> None:
+        """Make new fields with the values in force.
+
+        A field that is already shown cannot be trusted with a new value: the browser echoes a
+        value that the server sets. An echo that arrives after the next value is taken for typed
+        text: then the server believes one text while the field shows another, and setting the
+        believed one sends nothing. A new field starts equal on both sides, and what is still on
+        its way from the old one is dropped.
+        """
         self._form.clear()
         self._fields, self._switches = {}, {}
         if gains is None:
             return
         with self._form:
-            for name in gains.values:
-                self._fields[name] = self._number(name)
-            for name in gains.switches:
-                self._switches[name] = ui.checkbox(name.replace("_", " ")).props("dense").classes("switch")
-                self._switches[name].set_enabled(self._view.is_operator)
-        self._fill(gains)
+            for name, value in gains.values.items():
+                self._fields[name] = self._number(name, f"{value:.10g}")
+            for name, on in gains.switches.items():
+                box = ui.checkbox(name.replace("_", " "), value=on).props("dense")
+                box.classes("switch").set_enabled(self._view.is_operator)
+                self._switches[name] = box
 
-    def _number(self, name: str) -> Any:
-        def check(text: str) -> str | None:
-            return error_text(lambda: parse_number(text, name, "its unit"))
+    def _hint(self, gains: Gains) -> None:
+        """Show the range of each value as a hint; the simulator judges."""
+        for name, field in self._fields.items():
+            lower, upper = gains.ranges.get(name, (-math.inf, math.inf))
+            field.props(f'title="alone: {lower:.4g} to {upper:.4g}"')
 
-        field = ui.input(name.replace("_", " "), validation=check)
+    def _number(self, name: str, value: str) -> ui.input:
+        def check(text: str | None) -> str | None:
+            return error_text(lambda: parse_number(text or "", name, "its unit"))
+
+        field = ui.input(name.replace("_", " "), value=value, validation=check)
         field.props("dense outlined stack-label inputmode=decimal no-error-icon").classes("field")
         field.mark(f"gain-{name}").set_enabled(self._view.is_operator)
         return field
@@ -96,7 +108,9 @@ class _Tuning:
     def _typed(self) -> dict[str, float] | None:
         if not self._fields or not all(field.validate() for field in self._fields.values()):
             return None
-        return {name: parse_number(field.value, name, "") for name, field in self._fields.items()}
+        return {
+            name: parse_number(field.value or "", name, "") for name, field in self._fields.items()
+        }
 
     def _preview(self) -> None:
         """Show the step response of the gains as they are and as typed."""
@@ -116,14 +130,16 @@ class _Tuning:
             return
         self._chart.set_visibility(True)
         for series, curve in zip(self._chart.options["series"], curves):
-            series["data"] = [[time * 1e3, 100.0 * value] for time, value in zip(curve.times, curve.values)]
+            series["data"] = [
+                [time * 1e3, 100.0 * value] for time, value in zip(curve.times, curve.values)
+            ]
         self._chart.update()
         self._result.set_text(f"Typed gains: {describe(curves[1])}")
         ui.run_javascript(f"getHtmlElement({self._chart.id}).scrollIntoView({{block: 'nearest'}})")
 
     async def _set(self) -> None:
         typed = self._typed()
-        refused = self._view.desk.refusal(self._view.session.page, "SPEED")
+        refused = self._view.desk.refusal(self._view.session.page)
         if refused or typed is None:
             self._view.tell(Answer(False, refused or "correct the marked fields"), "Gains")
             return
@@ -133,10 +149,15 @@ class _Tuning:
         self._view.tell(answer, "Gains")
 
     async def _undo(self) -> None:
-        refused = self._view.desk.refusal(self._view.session.page, "SPEED")
+        refused = self._view.desk.refusal(self._view.session.page)
         answer = Answer(False, refused) if refused else await self._view.door.undo_tuning()
         self._result.set_text(answer.message)
         self._view.tell(answer, "Gains")
+
+
+def _without_ranges(gains: Gains | None) -> Gains | None:
+    """Return what the fields show: the values, and how often they were told."""
+    return None if gains is None else msgspec.structs.replace(gains, ranges={})
 
 
 def _position_loop(gains: dict[str, float]) -> dict[str, float]:
@@ -156,10 +177,28 @@ def _step_options() -> dict[str, Any]:
     label = {"color": grey, "fontSize": 11}
     return {
         "animation": False,
-        "legend": {"top": 0, "right": 8, "itemWidth": 14, "itemHeight": 2, "icon": "rect", "textStyle": label},
+        "legend": {
+            "top": 0,
+            "right": 8,
+            "itemWidth": 14,
+            "itemHeight": 2,
+            "icon": "rect",
+            "textStyle": label,
+        },
         "grid": {"left": 44, "right": 12, "top": 24, "bottom": 24},
-        "xAxis": {"type": "value", "name": "ms", "nameLocation": "end", "splitLine": {"show": False}, "axisLabel": label},
-        "yAxis": {"type": "value", "scale": False, "splitLine": thin, "axisLabel": {**label, "formatter": "{value} %"}},
+        "xAxis": {
+            "type": "value",
+            "name": "ms",
+            "nameLocation": "end",
+            "splitLine": {"show": False},
+            "axisLabel": label,
+        },
+        "yAxis": {
+            "type": "value",
+            "scale": False,
+            "splitLine": thin,
+            "axisLabel": {**label, "formatter": "{value} %"},
+        },
         "series": [
             {**line, "name": "Now", "color": grey, "lineStyle": {"width": 1.6, "type": "dashed"}},
             {**line, "name": "Typed", "color": "#e0802a", "lineStyle": {"width": 1.6}},

@@ -44,7 +44,7 @@ class PageView:
         self.door, self.desk, self.session = door, desk, session
         self.after: list[Callable[[Snapshot, bool], None]] = []
         self._client = client
-        self._guarded: list[tuple[Any, str]] = []
+        self._guarded: list[tuple[Any, str, str]] = []
         self._shown: tuple[object, ...] = ()
 
     @property
@@ -63,18 +63,22 @@ class PageView:
         return self.authority.holder == self.session.page
 
     def guard(self, element: Any, command: str) -> Any:
-        """Let ``element`` be enabled only while ``command`` makes sense and this page may send it."""
-        self._guarded.append((element, command))
+        """Enable ``element`` only while ``command`` makes sense and this page may send it."""
+        self._guarded.append((element, command, element.props.get("title", "")))
         element.set_enabled(False)
         return element
 
-    def button(self, text: str, command: str, style: str = "", on_click: Callable[[], Any] | None = None) -> ui.button:
+    def button(
+        self, text: str, command: str, style: str = "", on_click: Callable[[], Any] | None = None
+    ) -> ui.button:
         """Make a guarded button; without ``on_click`` it sends the command."""
 
         async def send() -> None:
             await self.send(command)
 
-        made = ui.button(text, on_click=on_click or send, color=None).props("unelevated no-caps dense")
+        made = ui.button(text, on_click=on_click or send, color=None).props(
+            "unelevated no-caps dense"
+        )
         made.classes(f"button {style}").mark(command.lower())
         self.guard(made, command)
         return made
@@ -90,18 +94,27 @@ class PageView:
         with self._client:
             kind: Literal["positive", "negative"] = "positive" if answer.success else "negative"
             text = f"{what}: {answer.message or ('done' if answer.success else 'refused')}"
-            ui.notify(text, type=kind, position="bottom-left", timeout=2500 if answer.success else 8000, close_button="OK")
+            ui.notify(
+                text,
+                type=kind,
+                position="bottom-left",
+                timeout=2500 if answer.success else 8000,
+                close_button="OK",
+            )
 
     def refresh(self, snapshot: Snapshot, silent: bool) -> None:
         """Bring the buttons up to date; cheap while nothing has changed."""
-        state = snapshot.state
-        mode, diverged = (state.mode, state.diverged) if state is not None else ("", False)
-        shown = (mode, diverged, silent, self.authority, self.session.role)
+        refused = snapshot.refused()
+        shown = (refused, silent, self.authority, self.session.role)
         if shown != self._shown:
             self._shown = shown
-            for element, command in self._guarded:
-                barred = self.desk.refusal(self.session.page, command) or commands.refusal(command, mode, diverged, silent)
+            for element, command, title in self._guarded:
+                barred = self.desk.refusal(self.session.page) or commands.refusal(
+                    command, refused, silent
+                )
                 element.set_enabled(not barred)
+                # Shown under the pointer, and read by a screen reader as the description.
+                element.props["title"] = barred or title
         for part in self.after:
             part(snapshot, silent)
 

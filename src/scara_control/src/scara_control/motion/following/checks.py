@@ -1,4 +1,4 @@
-"""What a packet of streamed set points must fulfil."""
+"""What a message of streamed set points must fulfil."""
 
 from __future__ import annotations
 
@@ -8,62 +8,84 @@ from collections.abc import Sequence
 from scara_config import Joint
 
 from scara_control.config import FollowConfig, in_si
+from scara_control.joint_motion import JointMotion, Setpoints
 from scara_control.motion.commands import MotionRefusedError
-from scara_control.motion.packets import SetpointPacket
-from scara_control.motion.plan import JointMotion
 
 
-def check_packet(joints: Sequence[Joint], packet: SetpointPacket, config: FollowConfig, now: float) -> list[Joint]:
-    """Refuse a packet that is wrong in itself; return its joints.
+def check_setpoints(
+    joints: Sequence[Joint], setpoints: Setpoints, config: FollowConfig, now: float
+) -> list[Joint]:
+    """Refuse set points that are wrong in themselves; return their joints.
 
     Args:
         joints: The joints there are.
-        packet: Not checked yet.
+        setpoints: Not checked yet.
         config: Tolerances.
-        now: On the axis of the packet's times [s].
+        now: On the axis of their times [s].
 
     Raises:
-        MotionRefusedError: Names, counts, values, limits, speeds, times or jumps between its points.
+        MotionRefusedError: Names, counts, values, limits, speeds, times or jumps between its
+            points.
     """
     known = {joint.name: joint for joint in joints}
-    for name in packet.names:
+    for name in setpoints.names:
         if name not in known:
             raise MotionRefusedError(f"unknown joint {name!r}: the twin has {', '.join(known)}")
-    if len(set(packet.names)) != len(packet.names) or not packet.names:
-        raise MotionRefusedError(f"joint names are missing or occur twice: {', '.join(packet.names)}")
-    named = [known[name] for name in packet.names]
-    if not packet.points:
+    if len(set(setpoints.names)) != len(setpoints.names) or not setpoints.names:
+        raise MotionRefusedError(
+            f"joint names are missing or occur twice: {', '.join(setpoints.names)}"
+        )
+    named = [known[name] for name in setpoints.names]
+    if not setpoints.points:
         raise MotionRefusedError("no points")
-    for k, point in enumerate(packet.points):
+    for k, point in enumerate(setpoints.points):
         _check_point(named, point, config, k)
-    _check_times(packet, config, now)
-    for k in range(1, len(packet.points)):
-        dt = packet.times[k] - packet.times[k - 1]
-        check_step(named, packet.points[k - 1].q, packet.points[k].q, dt, config, f"between points {k - 1} and {k}")
+    _check_times(setpoints, config, now)
+    for k in range(1, len(setpoints.points)):
+        dt = setpoints.times[k] - setpoints.times[k - 1]
+        check_step(
+            named,
+            setpoints.points[k - 1].q,
+            setpoints.points[k].q,
+            dt,
+            config,
+            f"between points {k - 1} and {k}",
+        )
     return named
 
 
 def check_step(
-    joints: Sequence[Joint], q: Sequence[float], then: Sequence[float], dt: float, config: FollowConfig, where: str
+    joints: Sequence[Joint],
+    q: Sequence[float],
+    then: Sequence[float],
+    dt: float,
+    config: FollowConfig,
+    where: str,
 ) -> None:
     """Refuse a step that no joint makes in ``dt`` [s].
 
     Raises:
-        MotionRefusedError: It is larger than the joint's speed (with a factor) allows, plus a tolerance.
+        MotionRefusedError: It is larger than the joint's speed (with a factor) allows, plus a
+            tolerance.
     """
     for joint, before, after in zip(joints, q, then):
         allowed = config.velocity_factor * joint.velocity * dt
         allowed += in_si(joint, config.step_tolerance_deg, config.step_tolerance_mm)
         if abs(after - before) > allowed:
             raise MotionRefusedError(
-                f"jump {where}: {joint.name} by {(after - before) / joint.scale:.2f} {joint.unit} in {dt * 1e3:.0f} ms, "
+                f"jump {where}: {joint.name} by {(after - before) / joint.scale:.2f} "
+                f"{joint.unit} in {dt * 1e3:.0f} ms, "
                 f"allowed {allowed / joint.scale:.2f}"
             )
 
 
 def _check_point(joints: Sequence[Joint], point: JointMotion, config: FollowConfig, k: int) -> None:
     """Refuse wrong counts, what is no number, and what lies outside position or velocity limits."""
-    for what, values in (("positions", point.q), ("velocities", point.qdot), ("accelerations", point.qddot)):
+    for what, values in (
+        ("positions", point.q),
+        ("velocities", point.qdot),
+        ("accelerations", point.qddot),
+    ):
         if len(values) != len(joints):
             raise MotionRefusedError(f"point {k}: {len(values)} {what} for {len(joints)} joints")
         if not all(map(math.isfinite, values)):
@@ -71,20 +93,32 @@ def _check_point(joints: Sequence[Joint], point: JointMotion, config: FollowConf
     for joint, q, qdot in zip(joints, point.q, point.qdot):
         beyond = in_si(joint, config.limit_tolerance_deg, config.limit_tolerance_mm)
         if not joint.lower - beyond <= q <= joint.upper + beyond:
-            raise MotionRefusedError(f"{joint.name} = {q:.6g} {joint.si_unit} is outside [{joint.lower:.4g}, {joint.upper:.4g}]")
+            raise MotionRefusedError(
+                f"{joint.name} = {q:.6g} {joint.si_unit} is outside [{joint.lower:.4g}, "
+                f"{joint.upper:.4g}]"
+            )
         fastest = config.velocity_factor * joint.velocity
         if abs(qdot) > fastest:
-            raise MotionRefusedError(f"{joint.name} = {qdot:.6g} {joint.si_unit}/s is outside [{-fastest:.4g}, {fastest:.4g}]")
+            raise MotionRefusedError(
+                f"{joint.name} = {qdot:.6g} {joint.si_unit}/s is outside [{-fastest:.4g}, "
+                f"{fastest:.4g}]"
+            )
 
 
-def _check_times(packet: SetpointPacket, config: FollowConfig, now: float) -> None:
+def _check_times(setpoints: Setpoints, config: FollowConfig, now: float) -> None:
     """Refuse times that do not increase, are stale or lie in the far future."""
-    if len(packet.times) != len(packet.points) or not all(map(math.isfinite, packet.times)):
+    if len(setpoints.times) != len(setpoints.points) or not all(
+        map(math.isfinite, setpoints.times)
+    ):
         raise MotionRefusedError("times are missing or not finite")
-    if any(after <= before for before, after in zip(packet.times, packet.times[1:])):
+    if any(after <= before for before, after in zip(setpoints.times, setpoints.times[1:])):
         raise MotionRefusedError("times do not increase")
-    age = now - packet.times[-1]
+    age = now - setpoints.times[-1]
     if age > config.timeout:
-        raise MotionRefusedError(f"stale: the last point is {age * 1e3:.0f} ms old, allowed {config.timeout * 1e3:.0f}")
+        raise MotionRefusedError(
+            f"stale: the last point is {age * 1e3:.0f} ms old, allowed {config.timeout * 1e3:.0f}"
+        )
     if -age > config.ahead:
-        raise MotionRefusedError(f"stamp is {-age * 1e3:.0f} ms in the future, allowed {config.ahead * 1e3:.0f}")
+        raise MotionRefusedError(
+            f"stamp is {-age * 1e3:.0f} ms in the future, allowed {config.ahead * 1e3:.0f}"
+        )

@@ -8,25 +8,29 @@ from collections.abc import Sequence
 from scara_config import Joint
 
 from scara_control.config import FollowConfig, in_si
+from scara_control.joint_motion import JointMotion, Setpoints
+from scara_control.joint_track import JointTrack
 from scara_control.motion.commands import MotionRefusedError
 from scara_control.motion.feedback import Feedback
-from scara_control.motion.following.checks import check_packet, check_step
-from scara_control.motion.packets import Measurement, SetpointPacket
-from scara_control.motion.plan import JointMotion
-from scara_control.setpoints import SetpointError, SetpointTrack
+from scara_control.motion.following.checks import check_setpoints, check_step
 
 
 class FollowSession:
     """One stream, from its first good packet to its end."""
 
     def __init__(
-        self, joints: Sequence[Joint], packet: SetpointPacket, config: FollowConfig, measured: Measurement, now: float
+        self,
+        joints: Sequence[Joint],
+        setpoints: Setpoints,
+        config: FollowConfig,
+        measured: JointMotion,
+        now: float,
     ) -> None:
-        """Begin with the first packet.
+        """Begin with the first set points.
 
         Args:
             joints: All joints, in robot.yaml's order.
-            packet: The first one.
+            setpoints: The first ones.
             config: Tolerances.
             measured: All joints.
             now: [s]
@@ -36,46 +40,61 @@ class FollowSession:
         """
         self._joints = tuple(joints)
         self._config = config
-        self._named = check_packet(joints, packet, config, now)
-        self._columns = [[joint.name for joint in joints].index(name) for name in packet.names]
+        self._named = check_setpoints(joints, setpoints, config, now)
+        self._columns = [[joint.name for joint in joints].index(name) for name in setpoints.names]
         self._rest = measured.q
-        self._accept(packet, now)
+        self._accept(setpoints, now)
         self._check_start(measured, now)
 
     @property
     def names(self) -> tuple[str, ...]:
         """The joints of this stream."""
-        return self._packet.names
+        return self._latest.names
 
-    def take(self, packet: SetpointPacket, now: float) -> None:
+    def take(self, setpoints: Setpoints, now: float) -> None:
         """Take the next packet in.
 
         Raises:
             MotionRefusedError: It is wrong in itself, of other joints, not newer, or a jump.
         """
-        named = check_packet(self._joints, packet, self._config, now)
-        if packet.names != self.names:
-            raise MotionRefusedError(f"other joints than before: {', '.join(packet.names)} after {', '.join(self.names)}")
-        dt = packet.times[0] - self._packet.times[0]
+        named = check_setpoints(self._joints, setpoints, self._config, now)
+        if setpoints.names != self.names:
+            raise MotionRefusedError(
+                f"other joints than before: {', '.join(setpoints.names)} after "
+                f"{', '.join(self.names)}"
+            )
+        dt = setpoints.times[0] - self._latest.times[0]
         if dt <= 0.0:
             raise MotionRefusedError(f"stamp is not newer than the one before ({dt * 1e3:.1f} ms)")
-        check_step(named, self._packet.points[0].q, packet.points[0].q, dt, self._config, "since the last packet")
-        self._accept(packet, now)
+        check_step(
+            named,
+            self._latest.points[0].q,
+            setpoints.points[0].q,
+            dt,
+            self._config,
+            "since the last packet",
+        )
+        self._accept(setpoints, now)
 
     def timed_out(self, now: float) -> bool:
         """Say whether the last good packet came longer than the time-out ago."""
         return now - self._arrived > self._config.timeout
 
     def motion(self, now: float) -> JointMotion:
-        """Return what all joints do at ``now`` by the last packet; joints that are not streamed rest."""
-        early = now - self._packet.times[0]
+        """Return what all joints do at ``now`` by the last packet.
+
+        Joints that are not streamed rest.
+        """
+        early = now - self._latest.times[0]
         if early < 0.0:
-            streamed = self._packet.points[0].after(max(early, -self._config.extrapolation))
+            streamed = self._latest.points[0].after(max(early, -self._config.extrapolation))
         else:
-            streamed = JointMotion(*map(tuple, self._track.sample(now)))
+            streamed = self._track.at(now)
         rest = JointMotion.at_rest(self._rest)
         return JointMotion(
-            self._put(rest.q, streamed.q), self._put(rest.qdot, streamed.qdot), self._put(rest.qddot, streamed.qddot)
+            self._put(rest.q, streamed.q),
+            self._put(rest.qdot, streamed.qdot),
+            self._put(rest.qddot, streamed.qddot),
         )
 
     def _put(self, values: Sequence[float], streamed: Sequence[float]) -> tuple[float, ...]:
@@ -85,37 +104,37 @@ class FollowSession:
             merged[column] = value
         return tuple(merged)
 
-    def _accept(self, packet: SetpointPacket, now: float) -> None:
-        """Keep a good packet."""
-        try:
-            self._track = SetpointTrack(
-                packet.times,
-                [point.q for point in packet.points],
-                [point.qdot for point in packet.points],
-                [point.qddot for point in packet.points],
-                extrapolation_limit=self._config.extrapolation,
-                stop_accelerations=[joint.acceleration for joint in self._named],
-            )
-        except SetpointError as error:
-            raise MotionRefusedError(str(error)) from error
-        self._packet, self._arrived = packet, now
+    def _accept(self, setpoints: Setpoints, now: float) -> None:
+        """Keep set points that :func:`check_setpoints` has let through."""
+        self._track = JointTrack.from_checked(
+            setpoints,
+            extrapolation_limit=self._config.extrapolation,
+            stop_accelerations=[joint.acceleration for joint in self._named],
+        )
+        self._latest, self._arrived = setpoints, now
 
-    def _check_start(self, measured: Measurement, now: float) -> None:
+    def _check_start(self, measured: JointMotion, now: float) -> None:
         """Refuse to begin far from where the joints are."""
         wanted, there = self.motion(now).q, measured.extrapolated(now)
         for column in self._columns:
             joint = self._joints[column]
             off = wanted[column] - there[column]
-            allowed = in_si(joint, self._config.start_tolerance_deg, self._config.start_tolerance_mm)
+            allowed = in_si(
+                joint, self._config.start_tolerance_deg, self._config.start_tolerance_mm
+            )
             if abs(off) > allowed:
                 raise MotionRefusedError(
-                    f"align first: {joint.name} is {abs(off) / joint.scale:.2f} {joint.unit} from the first set point, "
+                    f"align first: {joint.name} is {abs(off) / joint.scale:.2f} {joint.unit} "
+                    "from the first set point, "
                     f"allowed {allowed / joint.scale:g}"
                 )
 
 
 class StreamGate:
-    """Whether the stream is listened to: after a STOP not before it has paused, so that a late packet moves nothing."""
+    """Whether the stream is listened to.
+
+    After a STOP this is not before it has paused, so that a late packet moves nothing.
+    """
 
     def __init__(self, what: str, timeout: float) -> None:
         """Start open; ``what`` comes streamed, ``timeout`` [s] is the pause that counts."""
@@ -137,11 +156,17 @@ class StreamGate:
         pause, self._heard = now - self._heard, now
         self._barred = self._barred and pause <= self._timeout
         if self._barred:
-            raise MotionRefusedError(f"stopped: {self._what} are ignored until they pause for {self._timeout * 1e3:.0f} ms")
+            raise MotionRefusedError(
+                f"stopped: {self._what} are ignored until they pause for "
+                f"{self._timeout * 1e3:.0f} ms"
+            )
 
 
 class Stream:
-    """The streamed set points of joint_pose_controller: at most one session, its gate, and what was refused."""
+    """The streamed set points of joint_pose_controller.
+
+    At most one session, its gate, and what was refused.
+    """
 
     def __init__(self, joints: Sequence[Joint], config: FollowConfig) -> None:
         """Start without a session."""
@@ -151,11 +176,11 @@ class Stream:
         self.session: FollowSession | None = None
         self.refused = 0
 
-    def take(self, packet: SetpointPacket, feedback: Feedback, other: str, now: float) -> bool:
+    def take(self, setpoints: Setpoints, feedback: Feedback, other: str, now: float) -> bool:
         """Take a packet in; return whether it begins a session.
 
         Args:
-            packet: Not checked yet.
+            setpoints: Not checked yet.
             feedback: Where the joints are.
             other: What else has command of the joints, in words; empty: nothing.
             now: [s]
@@ -168,9 +193,11 @@ class Stream:
             if other:
                 raise MotionRefusedError(other)
             if self.session is not None:
-                self.session.take(packet, now)
+                self.session.take(setpoints, now)
                 return False
-            self.session = FollowSession(self._joints, packet, self._config, feedback.fresh(now), now)
+            self.session = FollowSession(
+                self._joints, setpoints, self._config, feedback.fresh(now), now
+            )
         except MotionRefusedError:
             self.refused += 1
             raise

@@ -26,9 +26,22 @@ class Grip:
     """
 
     def __init__(
-        self, client: int, cell: int, tool: int, bodies: PartBodies, force: float, stiffness: float, mass: float
+        self,
+        client: int,
+        cell: int,
+        tool: int,
+        bodies: PartBodies,
+        force: float,
+        stiffness: float,
+        mass: float,
     ) -> None:
-        self._client, self._cell, self._tool, self._bodies, self._force = client, cell, tool, bodies, force
+        self._client, self._cell, self._tool, self._bodies, self._force = (
+            client,
+            cell,
+            tool,
+            bodies,
+            force,
+        )
         self._constraint = -1
         self._place = (0.0, 0.0, 0.0)
         pybullet.changeDynamics(
@@ -55,7 +68,9 @@ class Grip:
             [0.0, 0.0, 0.0, 1.0],
             physicsClientId=self._client,
         )
-        pybullet.changeConstraint(self._constraint, maxForce=self._force, physicsClientId=self._client)
+        pybullet.changeConstraint(
+            self._constraint, maxForce=self._force, physicsClientId=self._client
+        )
 
     def let_go(self) -> None:
         """Untie the part, if there is one."""
@@ -64,12 +79,24 @@ class Grip:
             self._constraint = -1
 
     def is_torn(self, part: Part) -> bool:
-        """Tell whether the held part was pulled off its grip; pushed up, it only compresses the bellows."""
+        """Tell whether the held part was pulled off its grip.
+
+        Pushed up, it only compresses the bellows.
+        """
         dx, dy, dz = (now - then for now, then in zip(self._relative(part)[0], self._place))
         return math.hypot(dx, dy, max(dz, 0.0)) > TORN  # the tool's z points down
 
-    def _relative(self, part: Part) -> tuple[tuple[float, float, float], tuple[float, float, float, float]]:
-        """Return the pose of a part's middle in the tool's inertial frame, which constraints refer to."""
-        state = pybullet.getLinkState(self._cell, self._tool, computeForwardKinematics=True, physicsClientId=self._client)
-        pose = pybullet.multiplyTransforms(*pybullet.invertTransform(state[0], state[1]), *self._bodies.pose(part))
+    def _relative(
+        self, part: Part
+    ) -> tuple[tuple[float, float, float], tuple[float, float, float, float]]:
+        """Return the pose of a part's middle in the tool's inertial frame.
+
+        Constraints refer to that frame.
+        """
+        state = pybullet.getLinkState(
+            self._cell, self._tool, computeForwardKinematics=True, physicsClientId=self._client
+        )
+        pose = pybullet.multiplyTransforms(
+            *pybullet.invertTransform(state[0], state[1]), *self._bodies.pose(part)
+        )
         return pose[0], pose[1]

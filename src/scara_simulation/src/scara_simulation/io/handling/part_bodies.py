@@ -1,8 +1,8 @@
 """The parts as rigid bodies, which sleep while nothing is near.
 
-A sleeping part costs the engine nothing: it is taken out of the physics and keeps its place on the link that it lies on, as
-dry friction holds it there. What would move it wakes it first: the tool coming near, or a table that turns harder than
-friction can hold.
+A sleeping part costs the engine nothing: it is taken out of the physics and keeps its place on the
+link that it lies on, as dry friction holds it there. What would move it wakes it first: the tool
+coming near, or a table that turns harder than friction can hold.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ RESTING_SPEED = 0.003
 RESTING_TURN = 0.2
 """The same for turning [rad/s]."""
 _SHELF = 10.0
-"""Sleeping bodies wait so far apart [m], where nothing touches them: PyBullet cannot restore a world in which a body was
-taken out of the collisions and put back."""
+"""Sleeping bodies wait so far apart [m], where nothing touches them: PyBullet cannot restore a
+world in which a body was taken out of the collisions and put back."""
 _UPRIGHT: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
 
 
@@ -54,16 +54,27 @@ class PartBodies:
         self._names = {index: name for name, index in links.items()}
         self._kind = work.parts
         shape = pybullet.createCollisionShape(
-            pybullet.GEOM_CYLINDER, radius=work.parts.radius, height=work.parts.height, physicsClientId=client
+            pybullet.GEOM_CYLINDER,
+            radius=work.parts.radius,
+            height=work.parts.height,
+            physicsClientId=client,
         )
-        self.parts = [self._create(shape, start.name, start.stand, (start.x, start.y, start.z)) for start in work.starts()]
+        self.parts = [
+            self._create(shape, start.name, start.stand, (start.x, start.y, start.z))
+            for start in work.starts()
+        ]
         self.by_body = {part.body: part for part in self.parts}
 
     def _create(self, shape: int, name: str, stand: str, underside: Vector) -> Part:
         x, y, z = underside
         centre = (x, y, z + 0.5 * self._kind.height)
         body: int = pybullet.createMultiBody(
-            self._kind.mass_kg, shape, -1, centre, useMaximalCoordinates=1, physicsClientId=self._client
+            self._kind.mass_kg,
+            shape,
+            -1,
+            centre,
+            useMaximalCoordinates=1,
+            physicsClientId=self._client,
         )
         pybullet.changeDynamics(
             body,
@@ -95,7 +106,12 @@ class PartBodies:
 
     def link_pose(self, link: str) -> Pose:
         """Return the pose of a link's frame."""
-        state = pybullet.getLinkState(self._cell, self._links[link], computeForwardKinematics=True, physicsClientId=self._client)
+        state = pybullet.getLinkState(
+            self._cell,
+            self._links[link],
+            computeForwardKinematics=True,
+            physicsClientId=self._client,
+        )
         return state[4], state[5]
 
     def wake(self, part: Part) -> None:
@@ -105,14 +121,22 @@ class PartBodies:
         pose = self.pose(part)
         velocity, turn = self._support_motion(part.support, pose[0])
         part.asleep, part.still_for = False, 0.0
-        self._switch(part, pose, pybullet.ACTIVATION_STATE_WAKE_UP | pybullet.ACTIVATION_STATE_DISABLE_SLEEPING)
+        self._switch(
+            part,
+            pose,
+            pybullet.ACTIVATION_STATE_WAKE_UP | pybullet.ACTIVATION_STATE_DISABLE_SLEEPING,
+        )
         pybullet.resetBaseVelocity(part.body, velocity, turn, physicsClientId=self._client)
 
     def put_to_sleep(self, part: Part) -> None:
         """Take a part out of the physics; it stays where it is on its support."""
         part.asleep, part.still_for = True, 0.0
         shelf = (part.body * _SHELF, 0.0, -100.0 * _SHELF)
-        self._switch(part, (shelf, _UPRIGHT), pybullet.ACTIVATION_STATE_SLEEP | pybullet.ACTIVATION_STATE_DISABLE_WAKEUP)
+        self._switch(
+            part,
+            (shelf, _UPRIGHT),
+            pybullet.ACTIVATION_STATE_SLEEP | pybullet.ACTIVATION_STATE_DISABLE_WAKEUP,
+        )
 
     def settle(self, part: Part) -> bool:
         """Find what an awake part lies on; return whether it does not move against it."""
@@ -133,7 +157,11 @@ class PartBodies:
         position, orientation = self.pose(part)
         axis = pybullet.getMatrixFromQuaternion(orientation)[2::3]
         half = 0.5 * self._kind.height
-        underside = (position[0] - half * axis[0], position[1] - half * axis[1], position[2] - half * axis[2])
+        underside = (
+            position[0] - half * axis[0],
+            position[1] - half * axis[1],
+            position[2] - half * axis[2],
+        )
         return PartView(part.name, underside, axis[2], resting, held, part.support)
 
     def _switch(self, part: Part, pose: Pose, state: int) -> None:
@@ -142,19 +170,26 @@ class PartBodies:
         pybullet.changeDynamics(part.body, -1, activationState=state, physicsClientId=self._client)
 
     def _relative(self, link: str, pose: Pose) -> Pose:
-        found: Pose = pybullet.multiplyTransforms(*pybullet.invertTransform(*self.link_pose(link)), *pose)
+        found: Pose = pybullet.multiplyTransforms(
+            *pybullet.invertTransform(*self.link_pose(link)), *pose
+        )
         return found
 
     def _support_motion(self, link: str, at: Vector) -> tuple[Vector, Vector]:
         """Return the velocity of a link at a point, and its turning."""
-        state = pybullet.getLinkState(self._cell, self._links[link], computeLinkVelocity=True, physicsClientId=self._client)
+        state = pybullet.getLinkState(
+            self._cell, self._links[link], computeLinkVelocity=True, physicsClientId=self._client
+        )
         (vx, vy, vz), turn = state[6], state[7]
         rx, ry, rz = (a - b for a, b in zip(at, state[0]))
         wx, wy, wz = turn
         return (vx + wy * rz - wz * ry, vy + wz * rx - wx * rz, vz + wx * ry - wy * rx), turn
 
     def _find_support(self, part: Part) -> str:
-        """Return the name of what pushes a part up hardest, a link or another part; empty: nothing."""
+        """Return the name of what pushes a part up hardest, a link or another part.
+
+        Empty: nothing.
+        """
         found, most = "", 0.0
         for contact in pybullet.getContactPoints(bodyA=part.body, physicsClientId=self._client):
             if contact[7][2] * contact[9] > most:
@@ -175,4 +210,7 @@ class PartShown(msgspec.Struct, frozen=True):
 
 def shown(bodies: PartBodies, held: str) -> Sequence[PartShown]:
     """Return all parts where they are now."""
-    return [PartShown(part.name, *bodies.pose(part), part.name == held, part.support) for part in bodies.parts]
+    return [
+        PartShown(part.name, *bodies.pose(part), part.name == held, part.support)
+        for part in bodies.parts
+    ]

@@ -1,4 +1,7 @@
-"""The cell with its parts and the suction gripper: a world that also grips, and sees touches and falls."""
+"""The cell with its parts and the suction gripper.
+
+A world that also grips, and sees touches and falls.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +14,7 @@ import msgspec
 from scara_config import ConfigError
 from scara_config.palletise import MM, Palletise
 
+from scara_msgs.msg import PartEvent
 from scara_simulation.handling.ledger import Happening, Ledger, PartView
 from scara_simulation.handling.suction import Change, Suction, advance, command, lose
 from scara_simulation.io.handling.grip import Grip
@@ -19,11 +23,14 @@ from scara_simulation.io.handling.touch_watch import TouchWatch
 from scara_simulation.io.world import World
 
 LOOK = 4
-"""Physics steps between two looks at who is near whom. Our choice: a fourth of the cost, and a sleeping part wakes in time."""
+"""Physics steps between two looks at who is near whom. Our choice: a fourth of the cost, and a
+sleeping part wakes in time."""
 NEAR = 0.006
-"""Air between a part and the tool, or what hangs at it, in which the part is awake [m]. Our choice."""
+"""Air between a part and the tool, or what hangs at it, in which the part is awake [m]. Our
+choice."""
 AHEAD = 5.0
-"""... and so many times the way that the tool has made since the last look. Our choice: it may get faster."""
+"""... and so many times the way that the tool has made since the last look. Our choice: it may get
+faster."""
 TOOL_RADIUS = 0.022
 """What is widest at the tool: the flange; a held part is smaller [m]."""
 TURNED = 1e-5
@@ -51,7 +58,8 @@ class PartWorld(World):
         work: palletise.yaml.
 
     Raises:
-        ConfigError: The URDF lacks a stand or the pallet, or no joint of ``joints`` turns the stands.
+        ConfigError: The URDF lacks a stand or the pallet, or no joint of ``joints`` turns the
+            stands.
     """
 
     def __init__(
@@ -81,16 +89,29 @@ class PartWorld(World):
         self._grip_limit = gripper.reach_mm * MM, gripper.offset_mm * MM
         self._bodies = PartBodies(client, self._body, self._links, work)
         stiffness, mass = gripper.stiffness_n_mm / MM, work.parts.mass_kg
-        self._grip = Grip(client, self._body, tool, self._bodies, gripper.holding_force_n, stiffness, mass)
+        self._grip = Grip(
+            client, self._body, tool, self._bodies, gripper.holding_force_n, stiffness, mass
+        )
         rests = {*work.table.stands_mm, "pallet"}
         self._touches = TouchWatch(
-            client, self._body, self._links, self._arm, self._tool, rests, self._bodies, work.watch, self._dt
+            client,
+            self._body,
+            self._links,
+            self._arm,
+            self._tool,
+            rests,
+            self._bodies,
+            work.watch,
+            self._dt,
         )
         self._steps = self._collisions = self._drops = 0
         self._begin()
 
     def _joint_under(self, link: str) -> int:
-        """Return which of the movable joints carries a link, in the order of the world's vectors."""
+        """Return which of the movable joints carries a link.
+
+        It is the number in the order of the world's vectors.
+        """
         index = self._links[link]
         while index >= 0:
             if index in self._joints:
@@ -104,7 +125,9 @@ class PartWorld(World):
         self._touches.reset()
         self._last_turn, self._last_tool = 0.0, self.link_position(self._tool)
         self._table_at = math.inf
-        self._ledger.observe([self._bodies.view(part, held=False, resting=True) for part in self._bodies.parts])
+        self._ledger.observe(
+            [self._bodies.view(part, held=False, resting=True) for part in self._bodies.parts]
+        )
         self.now = self._shown()
 
     def reset(self, positions: Sequence[float], velocities: Sequence[float] | None = None) -> None:
@@ -146,28 +169,36 @@ class PartWorld(World):
             self.now = self._shown()
 
     def _tell(self, happening: Happening) -> None:
-        self._collisions += happening.kind == "collision"
-        self._drops += happening.kind == "dropped"
+        self._collisions += happening.kind == PartEvent.COLLISION
+        self._drops += happening.kind == PartEvent.DROPPED
         self._message = happening.message
         self.happened.append((self._steps, happening))
         self.now = self._shown()
 
     def _shown(self) -> PartsNow:
-        return PartsNow(shown(self._bodies, self._suction.held), self._suction, self._collisions, self._drops, self._message)
+        return PartsNow(
+            shown(self._bodies, self._suction.held),
+            self._suction,
+            self._collisions,
+            self._drops,
+            self._message,
+        )
 
     def _suck(self) -> None:
         """Let the suction go on, and grip or release."""
         gripper = self._work.gripper
         candidate = "" if self._suction.held else self._candidate()
         before = self._suction
-        self._suction, change = advance(before, candidate, self._dt, gripper.vacuum_ms * 1e-3, gripper.release_ms * 1e-3)
+        self._suction, change = advance(
+            before, candidate, self._dt, gripper.vacuum_ms * 1e-3, gripper.release_ms * 1e-3
+        )
         if change is Change.GRIP:
             part = self._part(self._suction.held)
             self._grip.hold(part)
-            self._tell_of(part, "gripped", f"{part.name} was gripped")
+            self._tell_of(part, PartEvent.GRIPPED, f"{part.name} was gripped")
         elif change is Change.RELEASE:
             self._grip.let_go()
-            self._tell_of(self._part(before.held), "released", f"{before.held} was let go")
+            self._tell_of(self._part(before.held), PartEvent.RELEASED, f"{before.held} was let go")
         elif (before.closed == 0.0) != (self._suction.closed == 0.0):
             self.now = self._shown()
 
@@ -182,17 +213,25 @@ class PartWorld(World):
             if part.asleep:
                 continue
             px, py, pz = self._bodies.pose(part)[0]
-            if math.hypot(px - x, py - y) <= offset and -reach <= z - pz - 0.5 * self._work.parts.height <= reach:
+            if (
+                math.hypot(px - x, py - y) <= offset
+                and -reach <= z - pz - 0.5 * self._work.parts.height <= reach
+            ):
                 return part.name
         return ""
 
     def _look(self) -> None:
-        """Wake what the tool or the table could move, let sleep what lies still, and see what has fallen."""
+        """Wake what the tool or the table could move, let sleep what lies still.
+
+        See what has fallen.
+        """
         positions, velocities = self.read()
         x, y, z = tool = self.link_position(self._tool)
         margin = NEAR + AHEAD * math.dist(tool, self._last_tool)
         self._last_tool = tool
-        low = z - (self._work.parts.height + self._work.task.gap_mm * MM if self._suction.held else 0.0)
+        low = z - (
+            self._work.parts.height + self._work.task.gap_mm * MM if self._suction.held else 0.0
+        )
         slipping = self._slipping(velocities[self._table])
         turned = abs(positions[self._table] - self._table_at) > TURNED
         self._table_at = positions[self._table] if turned else self._table_at
@@ -211,7 +250,10 @@ class PartWorld(World):
             self._tell(happening)
 
     def _attend(self, part: Part, stay: bool) -> PartView:
-        """Look after an awake part: let it sleep once it lies still unless it is to ``stay`` awake, or check the grip."""
+        """Look after an awake part.
+
+        Let it sleep once it lies still unless it is to ``stay`` awake, or check the grip.
+        """
         if part.name == self._suction.held:
             view = self._bodies.view(part, held=True, resting=False)
             self._check_grip(part)
@@ -224,7 +266,10 @@ class PartWorld(World):
         return view
 
     def _slipping(self, turn: float) -> float:
-        """Return the acceleration of the turning table at 1 m from its axis [1/s^2]; 0 while it stands."""
+        """Return the acceleration of the turning table at 1 m from its axis [1/s^2].
+
+        0 while it stands.
+        """
         change, self._last_turn = (turn - self._last_turn) / (LOOK * self._dt), turn
         needed = math.hypot(change, turn * turn)
         return needed if needed > 0.1 else 0.0
@@ -243,8 +288,14 @@ class PartWorld(World):
         self._grip.let_go()
         self._suction = lose(self._suction)
         force = self._work.gripper.holding_force_n
-        self._tell_of(part, "released", f"{part.name} was torn off: the suction holds {force:g} N")
+        self._tell_of(
+            part, PartEvent.RELEASED, f"{part.name} was torn off: the suction holds {force:g} N"
+        )
 
     def _tell_of(self, part: Part, kind: str, text: str) -> None:
         where = self._bodies.view(part, held=False, resting=False).position
-        self._tell(Happening(kind, part.name, part.support if kind == "gripped" else "", where, text))
+        self._tell(
+            Happening(
+                kind, part.name, part.support if kind == PartEvent.GRIPPED else "", where, text
+            )
+        )

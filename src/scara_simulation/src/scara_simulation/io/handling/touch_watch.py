@@ -7,6 +7,7 @@ from collections.abc import Collection
 import pybullet
 from scara_config.palletise import Watch
 
+from scara_msgs.msg import PartEvent
 from scara_simulation.handling.ledger import Happening
 from scara_simulation.handling.touch import Body, Touch, is_collision
 from scara_simulation.io.handling.part_bodies import PartBodies
@@ -42,10 +43,24 @@ class TouchWatch:
         watch: Watch,
         dt: float,
     ) -> None:
-        self._client, self._cell, self._bodies, self._watch, self._dt = client, cell, bodies, watch, dt
+        self._client, self._cell, self._bodies, self._watch, self._dt = (
+            client,
+            cell,
+            bodies,
+            watch,
+            dt,
+        )
         self._links = {-1: (Body.CELL, "base_link")}
         for name, index in links.items():
-            kind = Body.NOZZLE if name == tool else Body.ARM if index in arm else Body.REST if name in rests else Body.CELL
+            kind = (
+                Body.NOZZLE
+                if name == tool
+                else Body.ARM
+                if index in arm
+                else Body.REST
+                if name in rests
+                else Body.CELL
+            )
             self._links[index] = (kind, name)
         self._touched: dict[tuple[str, str], int] = {}
 
@@ -54,18 +69,31 @@ class TouchWatch:
         self._touched = {}
 
     def collisions(self, held: str, step: int) -> list[Happening]:
-        """Return what has collided in this step and was apart before; ``held`` is the part at the nozzle, if any."""
+        """Return what has collided in this step and was apart before.
+
+        ``held`` is the part at the nozzle, if any.
+        """
         contacts = pybullet.getContactPoints(bodyA=self._cell, physicsClientId=self._client)
         if held:
             body = next(part.body for part in self._bodies.parts if part.name == held)
-            contacts = [*contacts, *pybullet.getContactPoints(bodyA=body, physicsClientId=self._client)]
+            contacts = [
+                *contacts,
+                *pybullet.getContactPoints(bodyA=body, physicsClientId=self._client),
+            ]
         found = []
         for contact in contacts:
             if contact[9] < self._watch.touch_n:
                 continue
-            first, second = self._who(contact[1], contact[3], held), self._who(contact[2], contact[4], held)
-            touch = Touch((first[0], second[0]), (first[1], second[1]), abs(contact[7][2]), contact[9])
-            if is_collision(touch, self._watch.touch_n, self._watch.press_n) and self._is_new(touch, step):
+            first, second = (
+                self._who(contact[1], contact[3], held),
+                self._who(contact[2], contact[4], held),
+            )
+            touch = Touch(
+                (first[0], second[0]), (first[1], second[1]), abs(contact[7][2]), contact[9]
+            )
+            if is_collision(touch, self._watch.touch_n, self._watch.press_n) and self._is_new(
+                touch, step
+            ):
                 found.append(_collision(touch, contact[5]))
         return found
 
@@ -85,6 +113,14 @@ class TouchWatch:
 
 
 def _collision(touch: Touch, where: tuple[float, float, float]) -> Happening:
-    part = next((name for name, kind in zip(touch.names, touch.kinds) if kind in (Body.HELD, Body.PART)), "")
+    part = next(
+        (name for name, kind in zip(touch.names, touch.kinds) if kind in (Body.HELD, Body.PART)), ""
+    )
     other = next((name for name in touch.names if name != part), "")
-    return Happening("collision", part, other, where, f"{touch.names[0]} hit {touch.names[1]} with {touch.force:.1f} N")
+    return Happening(
+        PartEvent.COLLISION,
+        part,
+        other,
+        where,
+        f"{touch.names[0]} hit {touch.names[1]} with {touch.force:.1f} N",
+    )

@@ -1,1 +1,1 @@
-"""What the pair may not do wherever the lead is: zones, Cartesian speed, distance from people. No certified function."""
+"""What the pair may not do, whoever leads: zones, speed, distance from people. Not certified."""

@@ -34,12 +34,19 @@ def watched_points(robot: Robot) -> tuple[WatchedPoint, ...]:
     for point in robot.watched_points:
         if point.carried_by not in names:
             raise ConfigError(
-                f"robot.yaml: watched_points.{point.name}.carried_by = {point.carried_by}: Expected {', '.join(names)}"
+                f"robot.yaml: watched_points.{point.name}.carried_by = {point.carried_by}: "
+                f"Expected {', '.join(names)}"
             )
         carriers = arm[: names.index(point.carried_by) + 1]
         home = np.eye(4)
         home[:3, 3] = np.array(point.home_mm) * 1e-3
-        found.append(WatchedPoint(point.name, ScrewModel.from_joints(carriers, home), tuple(columns[j.name] for j in carriers)))
+        found.append(
+            WatchedPoint(
+                point.name,
+                ScrewModel.from_joints(carriers, home),
+                tuple(columns[j.name] for j in carriers),
+            )
+        )
     return tuple(found)
 
 
@@ -68,6 +75,7 @@ def all_positions(points: Sequence[WatchedPoint], q: FloatArray) -> FloatArray:
     """
     found = np.empty((len(points), len(q), 3))
     homes = np.array([point.model.home_pose[:3, 3] for point in points]).reshape(-1, 3)
+    # Points on one link have one rotation: it is computed once, and their offsets are turned by it.
     links: dict[tuple[int, ...], list[int]] = {}
     for k, point in enumerate(points):
         links.setdefault(point.columns, []).append(k)

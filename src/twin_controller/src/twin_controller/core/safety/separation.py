@@ -1,10 +1,12 @@
 r"""Speed and separation monitoring by the protective distance of ISO/TS 15066, sec. 5.5.4.
 
-.. math:: S_p(v) = v_h (t_s + T_r + T_s) + v T_r + \frac{v^2}{2a} + C + Z_d + Z_r, \quad T_s = \frac{v}{a}
+.. math::
+   S_p(v) = v_h (t_s + T_r + T_s) + v T_r + \frac{v^2}{2a} + C + Z_d + Z_r, \quad T_s = \frac{v}{a}
 
-:math:`t_s` is the age of the sighting: since then the person may have come nearer; where the robot is, is known now.
-The speed is scaled so that the distance to the nearest person is never less than this; if it is, motion stops
-protectively. This is no certified safety function: the sensor, this computer and the network are not rated.
+:math:`t_s` is the age of the sighting: since then the person may have come nearer; where the robot
+is, is known now. The speed is scaled so that the distance to the nearest person is never less than
+this; if it is, motion stops protectively. This is no certified safety function: the sensor, this
+computer and the network are not rated.
 """
 
 from __future__ import annotations
@@ -41,14 +43,16 @@ class Distance(msgspec.Struct, frozen=True):
 
 def protective_distance(speed: float, config: Separation, age: float = 0.0) -> float:
     """Return S_p [m] for a robot moving at ``speed`` [m/s] and a person seen ``age`` [s] ago."""
-    fixed = (config.intrusion_mm + config.sensor_uncertainty_mm + config.robot_uncertainty_mm) * 1e-3
+    fixed = (
+        config.intrusion_mm + config.sensor_uncertainty_mm + config.robot_uncertainty_mm
+    ) * 1e-3
     human, reaction = config.human_speed_mm_s * 1e-3, config.reaction_ms * 1e-3
     stopping = speed / config.deceleration_m_s2
     return human * (age + reaction + stopping) + speed * reaction + 0.5 * speed * stopping + fixed
 
 
 def allowed_speed(distance: float, config: Separation, age: float = 0.0) -> float:
-    """Return the largest speed [m/s] whose protective distance is ``distance`` [m]; the inverse of S_p, 0 if there is none."""
+    """Return the speed [m/s] whose protective distance is ``distance`` [m]; 0 if none has it."""
     room = distance - protective_distance(0.0, config, age)
     if room <= 0.0:
         return 0.0
@@ -85,9 +89,12 @@ def judge_separation(
     return min(judged, key=lambda one: (not one.too_close, one.cap, one.distance))
 
 
-def _judge(places: FloatArray, person: Person, speed: float, now: float, config: Separation, fastest: float) -> Distance:
+def _judge(
+    places: FloatArray, person: Person, speed: float, now: float, config: Separation, fastest: float
+) -> Distance:
     """Judge the distance to one person."""
     age = max(0.0, now - person.seen)
+    # Nobody seen is not the same as nobody there: a silent sensor counts as a person at the robot.
     if age > config.stale_ms * 1e-3:
         name = f"{person.sensor} " if person.sensor else ""
         return Distance(0.0, 0.0, 0.0, True, f"the sensor {name}that sees people is silent")
@@ -95,6 +102,10 @@ def _judge(places: FloatArray, person: Person, speed: float, now: float, config:
     protective = protective_distance(speed, config, age)
     at_rest = protective_distance(0.0, config, age)
     allowed = allowed_speed(distance - config.margin_mm * 1e-3, config, age)
-    too_close = distance <= at_rest or (speed > config.standstill_mm_s * 1e-3 and distance < protective)
-    reason = f"a person is {distance * 1e3:.0f} mm away, the protective distance is {protective * 1e3:.0f} mm"
+    # At rest there is no speed to lose; noise in it must not stop the pair.
+    too_close = distance <= at_rest or (
+        speed > config.standstill_mm_s * 1e-3 and distance < protective
+    )
+    needed = f"the protective distance is {protective * 1e3:.0f} mm"
+    reason = f"a person is {distance * 1e3:.0f} mm away, {needed}"
     return Distance(distance, protective, min(100.0, 100.0 * allowed / fastest), too_close, reason)

@@ -14,7 +14,7 @@ class SightingError(ValueError):
 
 
 class Person(msgspec.Struct, frozen=True):
-    """The nearest person that one sensor sees: when seen [s], where [m] in the base frame, and who saw."""
+    """The nearest person that one sensor sees: when [s], where in the base frame [m], who saw."""
 
     seen: float
     position: Place
@@ -46,7 +46,7 @@ def sighting_age(frame: str, stamp: float, position: Place, now: float, base_fra
 def newest(people: tuple[Person, ...], person: Person) -> tuple[Person, ...]:
     """Return the newest sighting of each sensor, with ``person`` among them.
 
-    A sensor is never forgotten: one that fell silent counts as a person at the robot until it is back.
+    A sensor is never forgotten: a silent one counts as a person at the robot until it is back.
     """
     known = next((other for other in people if other.sensor == person.sensor), None)
     if known is not None and known.seen > person.seen:

@@ -15,10 +15,10 @@ from twin_controller.core.safety.points import FloatArray, WatchedPoint, all_pos
 COARSE_STEPS = 8
 MOST_STEPS = 2000
 SPACING = 0.01
-"""Longest chord that a watched point's path is cut into [m]; at 0.2 m from an axis it is 0.06 mm off the arc."""
+"""Longest chord of a point's path [m]; at 0.2 m from an axis it is 0.06 mm off the arc."""
 FINER = 1.2
 BULGE = 0.2
-"""How far an arc may bulge beyond its chord, in parts of the chord: an eighth of a coarse step's angle."""
+"""How far an arc may bulge beyond its chord, in parts of the chord: an eighth of a coarse step."""
 STILL = 1e-12
 DEPTH_TOLERANCE = 1e-3
 """A point in a zone that goes deeper by less [m] stands there."""
@@ -38,10 +38,17 @@ class Way(msgspec.Struct, frozen=True):
     peak_speed: float = 0.0
 
 
-def judge_way(points: Sequence[WatchedPoint], zones: Sequence[KeepOut], start: Joints, end: Joints, velocity: Joints) -> Way:
+def judge_way(
+    points: Sequence[WatchedPoint],
+    zones: Sequence[KeepOut],
+    start: Joints,
+    end: Joints,
+    velocity: Joints,
+) -> Way:
     r"""Judge the straight joint-space way from ``start`` to ``end``.
 
-    All joints start and end together, so at full program speed the slowest one sets the pace and a point moves at most
+    All joints start and end together, so at full program speed the slowest one sets the pace and a
+    point moves at most
     :math:`\max_s |\partial p / \partial s| \, / \, \max_i (|\Delta q_i| / \dot q_{i,max})`.
 
     Args:
@@ -58,8 +65,13 @@ def judge_way(points: Sequence[WatchedPoint], zones: Sequence[KeepOut], start: J
     return Way(end, _first_entered(points, paths, zones), peak)
 
 
-def heads_into(points: Sequence[WatchedPoint], zones: Sequence[KeepOut], start: Joints, end: Joints) -> str:
-    """Return in words the zone that the straight joint-space way leads into; as :func:`judge_way`, but quick far from zones."""
+def heads_into(
+    points: Sequence[WatchedPoint], zones: Sequence[KeepOut], start: Joints, end: Joints
+) -> str:
+    """Return in words the zone that the straight joint-space way leads into.
+
+    As :func:`judge_way`, but quick far from zones.
+    """
     if not points:
         return ""
     first, last = np.array(start), np.array(end)
@@ -70,20 +82,26 @@ def heads_into(points: Sequence[WatchedPoint], zones: Sequence[KeepOut], start: 
     return _first_entered(near, _paths(near, first, last)[0], zones) if near else ""
 
 
-def _near(paths: FloatArray, zones: Sequence[KeepOut], reach: FloatArray | float = 0.0) -> FloatArray:
-    """Return which points' paths come as near as ``reach`` [m] to a zone: boxes around them overlap it."""
+def _near(
+    paths: FloatArray, zones: Sequence[KeepOut], reach: FloatArray | float = 0.0
+) -> FloatArray:
+    """Return which points come as near as ``reach`` [m] to a zone, by boxes around their paths."""
     low, high = (paths.min(axis=1) - reach) * 1e3, (paths.max(axis=1) + reach) * 1e3
     overlaps = [np.all((low <= zone.upper_mm) & (high >= zone.lower_mm), axis=1) for zone in zones]
     return np.any(overlaps, axis=0) if overlaps else np.zeros(len(paths))
 
 
-def _first_entered(points: Sequence[WatchedPoint], paths: FloatArray, zones: Sequence[KeepOut]) -> str:
+def _first_entered(
+    points: Sequence[WatchedPoint], paths: FloatArray, zones: Sequence[KeepOut]
+) -> str:
     near = zip(points, paths, _near(paths, zones))
     found = (entered(point.name, path, zones) for point, path, close in near if close)
     return next((violation for violation in found if violation), "")
 
 
-def _cut(points: Sequence[WatchedPoint], first: FloatArray, last: FloatArray, steps: int) -> FloatArray:
+def _cut(
+    points: Sequence[WatchedPoint], first: FloatArray, last: FloatArray, steps: int
+) -> FloatArray:
     """Return where the points pass, shape (p, steps + 1, 3) [m]."""
     return all_positions(points, first + np.linspace(0.0, 1.0, steps + 1)[:, None] * (last - first))
 
@@ -92,8 +110,10 @@ def _longest(paths: FloatArray) -> float:
     return float(np.max(np.linalg.norm(np.diff(paths, axis=1), axis=2), initial=0.0))
 
 
-def _paths(points: Sequence[WatchedPoint], first: FloatArray, last: FloatArray) -> tuple[FloatArray, float]:
-    """Return where the points pass, cut so finely that chords are the path, and the longest chord [m]."""
+def _paths(
+    points: Sequence[WatchedPoint], first: FloatArray, last: FloatArray
+) -> tuple[FloatArray, float]:
+    """Return where the points pass, cut so finely that chords are the path, and the longest [m]."""
     steps = COARSE_STEPS
     while True:
         paths = _cut(points, first, last, steps)
@@ -106,16 +126,20 @@ def _paths(points: Sequence[WatchedPoint], first: FloatArray, last: FloatArray) 
 def entered(name: str, path: FloatArray, zones: Sequence[KeepOut]) -> str:
     """Return in words where a path (m, 3) [m] enters a zone; empty if nowhere.
 
-    A point that is in a zone already may leave it, but go no deeper, not in again, and into no other.
+    A point that is in a zone already may leave it, but go no deeper, not in again, into no other.
     """
     for zone in zones:
         lower, upper = np.array(zone.lower_mm) * 1e-3, np.array(zone.upper_mm) * 1e-3
         depth = np.min(np.minimum(path - lower, upper - path), axis=1)
         outside = np.flatnonzero(~(depth >= 0.0))
+        # From the first point outside on, the path may not come in again.
         left = int(outside[0]) if outside.size else len(path)
-        deeper = np.flatnonzero(depth[:left] > np.minimum.accumulate(depth)[:left] + DEPTH_TOLERANCE)
+        deeper = np.flatnonzero(
+            depth[:left] > np.minimum.accumulate(depth)[:left] + DEPTH_TOLERANCE
+        )
         if deeper.size:
-            return f"the {name} would go deeper into keep-out zone {zone.name} at {_words(path[deeper[0]])}"
+            place = _words(path[deeper[0]])
+            return f"the {name} would go deeper into keep-out zone {zone.name} at {place}"
         hit = first_hit(path[left:], lower, upper)
         if hit is not None:
             return f"the {name} would enter keep-out zone {zone.name} at {_words(hit)}"
@@ -128,7 +152,9 @@ def _words(place: FloatArray) -> str:
 
 
 def first_hit(path: FloatArray, lower: FloatArray, upper: FloatArray) -> FloatArray | None:
-    """Return where a polyline (m, 3) first meets a box, None if nowhere: by the slabs between opposite faces.
+    """Return where a polyline (m, 3) first meets a box, None if nowhere.
+
+    By the slabs between opposite faces.
 
     Args:
         path: Corners of the polyline [m].
@@ -140,15 +166,21 @@ def first_hit(path: FloatArray, lower: FloatArray, upper: FloatArray) -> FloatAr
     between = (begin >= lower) & (begin <= upper)
     rate = np.where(still, 1.0, way)
     one, other = (lower - begin) / rate, (upper - begin) / rate
-    enters = np.where(still, np.where(between, -np.inf, np.inf), np.minimum(one, other)).max(axis=1, initial=0.0)
-    leaves = np.where(still, np.where(between, np.inf, -np.inf), np.maximum(one, other)).min(axis=1, initial=1.0)
+    enters = np.where(still, np.where(between, -np.inf, np.inf), np.minimum(one, other)).max(
+        axis=1, initial=0.0
+    )
+    leaves = np.where(still, np.where(between, np.inf, -np.inf), np.maximum(one, other)).min(
+        axis=1, initial=1.0
+    )
     hits = np.flatnonzero(enters <= leaves)
     if not hits.size:
         return None
     return np.asarray(begin[hits[0]] + enters[hits[0]] * way[hits[0]])
 
 
-def braking_way(q: Joints, qdot: Joints, acceleration: Joints, delay: float, reached: Joints | None = None) -> Joints:
+def braking_way(
+    q: Joints, qdot: Joints, acceleration: Joints, delay: float, reached: Joints | None = None
+) -> Joints:
     r"""Return where each joint stands at the earliest if it is stopped now, SI.
 
     .. math:: q + \tfrac{1}{2} (\dot q + \dot q_d) t_d + \dot q_d |\dot q_d| / 2a
@@ -160,30 +192,22 @@ def braking_way(q: Joints, qdot: Joints, acceleration: Joints, delay: float, rea
         delay: Until it begins to brake, :math:`t_d` [s].
         reached: Joint velocities by then, :math:`\dot q_d`; as now if left out.
     """
-    rows = zip(q, qdot, qdot if reached is None else reached, acceleration)
+    rows = zip(q, qdot, reached or qdot, acceleration)
     return tuple(p + 0.5 * (v + w) * delay + w * abs(w) / (2.0 * a) for p, v, w, a in rows)
 
 
-def reached_speed(before: Joints, after: Joints, dt: float, delay: float, velocity: Joints) -> Joints:
-    """Return the joint velocities in ``delay`` [s] if each joint goes on gaining speed as in the last ``dt`` [s].
+def reached_speed(
+    before: Joints, after: Joints, dt: float, delay: float, velocity: Joints
+) -> Joints:
+    """Return the joint velocities in ``delay`` [s] if each joint gains as in the last ``dt`` [s].
 
     What a joint loses does not count: it may stop losing it at any time.
     """
-    gains = ((w, (w - v) * delay / dt, limit) for v, w, limit in zip(before, after, velocity))
-    return tuple(w if gain * w <= 0.0 else math.copysign(max(abs(w), min(abs(w + gain), limit)), w) for w, gain, limit in gains)
 
+    def reached(v: float, w: float, limit: float) -> float:
+        gain = (w - v) * delay / dt
+        if gain * w <= 0.0:
+            return w
+        return math.copysign(max(abs(w), min(abs(w + gain), limit)), w)
 
-def speed_cap(peak_speed: float, limit_mm_s: float | None) -> float:
-    """Return the program speed [percent] at which no watched point exceeds the limit; 100 if there is none."""
-    if limit_mm_s is None or peak_speed <= 0.0:
-        return 100.0
-    return min(100.0, 100.0 * limit_mm_s * 1e-3 / peak_speed)
-
-
-def fastest_point(points: Sequence[WatchedPoint], q: Joints, qdot: Joints) -> tuple[float, str]:
-    """Return the largest speed of a watched point [m/s], by a central difference over 1 ms, and which one it is."""
-    centre, step = np.array(q), np.array(qdot) * 5e-4
-    rows = np.array([centre - step, centre + step])
-    paths = all_positions(points, rows)
-    speeds = np.linalg.norm(paths[:, 1] - paths[:, 0], axis=1) / 1e-3
-    return max(((float(speed), point.name) for speed, point in zip(speeds, points)), default=(0.0, ""))
+    return tuple(map(reached, before, after, velocity))

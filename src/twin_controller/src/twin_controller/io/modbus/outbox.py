@@ -1,4 +1,7 @@
-"""What is to be written to the robot: the newest set point, signals and numbers in their order, pulses to be ended."""
+"""What is to be written to the robot.
+
+The newest set point, signals and numbers in their order, pulses to be ended.
+"""
 
 from __future__ import annotations
 
@@ -39,7 +42,10 @@ class Outbox:
         self._releases: deque[tuple[float, str]] = deque()
 
     def put_setpoint(self, setpoint: Setpoint, at: float = 0.0) -> None:
-        """Leave a set point that is to be written at ``at`` (monotonic); it replaces those left for then or later."""
+        """Leave a set point that is to be written at ``at`` (monotonic).
+
+        It replaces those left for then or later.
+        """
         with self._changed:
             while self._setpoints and self._setpoints[-1][0] >= at:
                 self._setpoints.pop()
@@ -76,20 +82,28 @@ class Outbox:
         return names
 
     def take(self, until: float) -> tuple[Setpoint | None, list[Command]]:
-        """Wait until there is something to write, a pulse ends, ``until`` is reached or the box is closed.
+        """Wait for something to write, the end of a pulse, ``until``, or the end of the box.
 
-        A set point is taken when it is due, and sooner only for a command that must not come before it.
+        A set point is taken when it is due. It is taken sooner only for a command that must not
+        come before it.
         """
         if self._releases:
             until = min(until, self._releases[0][0])
         with self._changed:
-            while not (self.closed or self._commands) and (left := self._wake(until) - time.monotonic()) > 0.0:
+            while (
+                not (self.closed or self._commands)
+                and (left := self._wake(until) - time.monotonic()) > 0.0
+            ):
                 self._changed.wait(left)
             now, setpoint = time.monotonic(), None
             while self._setpoints and self._setpoints[0][0] <= now:
                 self.overwritten += setpoint is not None
                 setpoint = self._setpoints.popleft()[1]
-            if setpoint is None and self._setpoints and any(command.behind for command in self._commands):
+            if (
+                setpoint is None
+                and self._setpoints
+                and any(command.behind for command in self._commands)
+            ):
                 setpoint = self._setpoints.popleft()[1]
             commands = list(self._commands)
             self._commands.clear()
@@ -105,13 +119,16 @@ class Outbox:
                 self._changed.wait(left)
 
     def discard(self) -> int:
-        """Forget everything and return how many writes that were: nothing is replayed after a reconnect.
+        """Forget everything and return how many writes that were.
 
-        A pulse that was on is still ended, unless its end is what acts.
+        Nothing is replayed after a reconnect. A pulse that was on is still ended, unless its end is
+        what acts.
         """
         with self._changed:
             lost = len(self._commands) + len(self._setpoints)
             self._commands.clear()
             self._setpoints.clear()
-            self._releases = deque((due, name) for due, name in self._releases if name not in _ACT_ON_RELEASE)
+            self._releases = deque(
+                (due, name) for due, name in self._releases if name not in _ACT_ON_RELEASE
+            )
             return lost

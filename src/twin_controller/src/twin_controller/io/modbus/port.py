@@ -1,4 +1,4 @@
-"""One Modbus TCP connection (pymodbus): each request waits for its answer, each answer is checked."""
+"""One Modbus TCP connection (pymodbus): each request waits for its answer, which is checked."""
 
 from __future__ import annotations
 
@@ -10,13 +10,12 @@ import pymodbus
 from pymodbus.client import ModbusTcpClient
 from pymodbus.exceptions import ModbusException
 
-from twin_controller.registers import Block
+from twin_controller.modbus.blocks import Block
+from twin_controller.robot.link import LinkLostError
+
+__all__ = ["LinkLostError", "ModbusPort", "RefusedError"]
 
 _WRITE_COIL, _WRITE_REGISTERS = 5, 16  # function codes
-
-
-class LinkLostError(ConnectionError):
-    """The robot did not answer, or not as it should."""
 
 
 class RefusedError(RuntimeError):
@@ -67,7 +66,9 @@ class ModbusPort:
         """
         words: list[int] = self._read(f"read_{block.table}", block).registers
         if len(words) != block.count:
-            raise LinkLostError(f"the robot at {self.name} answered {len(words)} words instead of {block.count}")
+            raise LinkLostError(
+                f"the robot at {self.name} answered {len(words)} words instead of {block.count}"
+            )
         return words
 
     def read_signals(self, block: Block) -> list[bool]:
@@ -78,7 +79,9 @@ class ModbusPort:
         """
         signals: list[bool] = self._read("read_discrete_inputs", block).bits
         if len(signals) < block.count:
-            raise LinkLostError(f"the robot at {self.name} answered {len(signals)} signals instead of {block.count}")
+            raise LinkLostError(
+                f"the robot at {self.name} answered {len(signals)} signals instead of {block.count}"
+            )
         return signals[: block.count]
 
     def write_words(self, offset: int, words: list[int]) -> None:
@@ -90,7 +93,10 @@ class ModbusPort:
         """
         answer = self._write("write_registers", offset, words)
         self._check_echo(
-            "registers", offset, (answer.function_code, answer.address, answer.count), (_WRITE_REGISTERS, offset, len(words))
+            "registers",
+            offset,
+            (answer.function_code, answer.address, answer.count),
+            (_WRITE_REGISTERS, offset, len(words)),
         )
 
     def write_coil(self, offset: int, level: bool) -> None:
@@ -101,31 +107,53 @@ class ModbusPort:
             LinkLostError: No answer, or one that confirms another write.
         """
         answer = self._write("write_coil", offset, level)
-        self._check_echo("coil", offset, (answer.function_code, answer.address, answer.bits[:1]), (_WRITE_COIL, offset, [level]))
+        self._check_echo(
+            "coil",
+            offset,
+            (answer.function_code, answer.address, answer.bits[:1]),
+            (_WRITE_COIL, offset, [level]),
+        )
 
-    def _check_echo(self, what: str, offset: int, echo: tuple[Any, ...], written: tuple[Any, ...]) -> None:
-        """Compare what the robot confirms with what was written; nobody knows what a robot does that took something else."""
+    def _check_echo(
+        self, what: str, offset: int, echo: tuple[Any, ...], written: tuple[Any, ...]
+    ) -> None:
+        """Compare what the robot confirms with what was written.
+
+        Nobody knows what a robot does that took something else.
+        """
         if echo != written:
-            raise LinkLostError(f"the robot at {self.name} confirmed another write than {what} at {offset + 1}")
+            raise LinkLostError(
+                f"the robot at {self.name} confirmed another write than {what} at {offset + 1}"
+            )
 
     def _read(self, function: str, block: Block) -> Any:
         answer = self._request(function, block.offset, count=block.count)
         if answer.isError():
-            raise LinkLostError(f"the robot at {self.name} refused to read {block.offset + 1}: exception {answer.exception_code}")
+            raise LinkLostError(
+                f"the robot at {self.name} refused to read {block.offset + 1}:"
+                f" exception {answer.exception_code}"
+            )
         return answer
 
     def _write(self, function: str, offset: int, value: list[int] | bool) -> Any:
         answer = self._request(function, offset, value)
         if answer.isError():
-            raise RefusedError(f"the robot refused to write {offset + 1}: exception {answer.exception_code}")
+            raise RefusedError(
+                f"the robot refused to write {offset + 1}: exception {answer.exception_code}"
+            )
         return answer
 
     def _request(self, function: str, offset: int, *arguments: Any, **options: Any) -> Any:
-        """Send one request; pymodbus itself would silently connect again, so a closed connection is an error here."""
+        """Send one request.
+
+        pymodbus itself would silently connect again, so a closed connection is an error here.
+        """
         if self._client.socket is None:
             raise LinkLostError(f"the robot at {self.name} closed the connection")
         try:
-            return getattr(self._client, function)(offset, *arguments, device_id=self._device_id, **options)
+            return getattr(self._client, function)(
+                offset, *arguments, device_id=self._device_id, **options
+            )
         except (ModbusException, OSError) as error:
             what = "did not answer in time" if "No response" in str(error) else f"was lost: {error}"
             raise LinkLostError(f"the robot at {self.name} {what}") from error

@@ -1,4 +1,7 @@
-"""The figures of a comparison: paths, joints from the first motion on, distances over time and along the path."""
+"""The figures of a comparison.
+
+Paths, joints from the first motion on, distances over time and along the path.
+"""
 
 from __future__ import annotations
 
@@ -10,16 +13,17 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from twin_controller.metrics_series import Array
 
 from twin_experiments.comparison.differences import PairErrors
 from twin_experiments.comparison.document import ExperimentComparison
 from twin_experiments.comparison.tracks import Mechanism
-from twin_experiments.io.figures import STYLE
+from twin_experiments.io.figures import STYLE, largest_of_bins, thinning
 
 COLORS = ("#1667c2", "#ff9a1f", "#15803d", "#c81e3a", "#7c3aed", "#0891b2", "#a16207", "#6b7280")
-SIDES: dict[str, Any] = {"real": {"linestyle": "-", "linewidth": 1.8}, "twin": {"linestyle": "--", "linewidth": 1.2}}
-MOST_POINTS = 6000
+SIDES: dict[str, Any] = {
+    "real": {"linestyle": "-", "linewidth": 1.8},
+    "twin": {"linestyle": "--", "linewidth": 1.2},
+}
 BELOW: Any = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.02), "frameon": False}
 CAPTIONS = {
     "paths": "Paths of the tool",
@@ -28,7 +32,9 @@ CAPTIONS = {
 }
 
 
-def draw_comparison(experiment: ExperimentComparison, mechanism: Mechanism, folder: Path) -> dict[str, Path]:
+def draw_comparison(
+    experiment: ExperimentComparison, mechanism: Mechanism, folder: Path
+) -> dict[str, Path]:
     """Draw all figures of one experiment.
 
     Returns:
@@ -38,7 +44,10 @@ def draw_comparison(experiment: ExperimentComparison, mechanism: Mechanism, fold
         return {}
     written = {}
     with mpl.rc_context(STYLE):
-        figures = {"joints": _joints(experiment.pairs, mechanism), "distance": _distance(experiment.pairs, mechanism)}
+        figures = {
+            "joints": _joints(experiment.pairs, mechanism),
+            "distance": _distance(experiment.pairs, mechanism),
+        }
         if mechanism.tool is not None:
             figures = {"paths": _paths(experiment.pairs, mechanism), **figures}
         for kind, figure in figures.items():
@@ -54,15 +63,14 @@ def _color(number: int) -> str:
 
 def _legend(figure: Figure, pairs: Sequence[PairErrors], sides: bool) -> None:
     """Put one legend below: a colour for each recording, a line style for each side."""
-    handles = [Line2D([], [], color=_color(k), label=pair.track.label) for k, pair in enumerate(pairs)]
+    handles = [
+        Line2D([], [], color=_color(k), label=pair.track.label) for k, pair in enumerate(pairs)
+    ]
     if sides:
-        handles += [Line2D([], [], color="black", label=side, **style) for side, style in SIDES.items()]
+        handles += [
+            Line2D([], [], color="black", label=side, **style) for side, style in SIDES.items()
+        ]
     figure.legend(handles=handles, ncols=min(len(handles), 6), **BELOW)
-
-
-def _thin(length: int) -> slice:
-    """Return a step that leaves at most ``MOST_POINTS`` points to draw."""
-    return slice(None, None, max(1, length // MOST_POINTS))
 
 
 def _paths(pairs: Sequence[PairErrors], mechanism: Mechanism) -> Figure:
@@ -72,7 +80,7 @@ def _paths(pairs: Sequence[PairErrors], mechanism: Mechanism) -> Figure:
     for number, pair in enumerate(pairs):
         for side, style in SIDES.items():
             positions = pair.track.side(side).positions
-            places = mechanism.places(positions[_thin(len(positions))])
+            places = mechanism.places(positions[thinning(len(positions))])
             for axis, up in zip(axes, (1, 2)):
                 axis.plot(places[:, 0], places[:, up], color=_color(number), **style)
     for axis, up, title in zip(axes, (1, 2), ("from above", "from the side")):
@@ -89,7 +97,7 @@ def _joints(pairs: Sequence[PairErrors], mechanism: Mechanism) -> Figure:
     for number, pair in enumerate(pairs):
         for side, style in SIDES.items():
             motion = pair.track.side(side)
-            thin = _thin(len(motion.stamps))
+            thin = thinning(len(motion.stamps))
             for column, axis in enumerate(axes):
                 values = motion.positions[thin, column] / mechanism.scales[column]
                 axis.plot(motion.stamps[thin] - pair.begun, values, color=_color(number), **style)
@@ -106,17 +114,16 @@ def _distance(pairs: Sequence[PairErrors], mechanism: Mechanism) -> Figure:
     upper, lower = figure.subplots(2, 1)
     for number, pair in enumerate(pairs):
         for axis, (places, distance) in ((upper, pair.over_time), (lower, pair.along_path)):
-            step = max(1, len(places) // MOST_POINTS)
-            axis.plot(places[::step], _largest_of_bins(distance, step), color=_color(number), linewidth=1.1)
+            step = thinning(len(places)).step
+            axis.plot(
+                places[::step],
+                largest_of_bins(distance, step),
+                color=_color(number),
+                linewidth=1.1,
+            )
     unit = mechanism.place_unit
     upper.set(ylabel=f"|real - twin| [{unit}]", xlabel="time after the leader's first motion [s]")
     lower.set(ylabel=f"|real - twin| [{unit}]", xlabel=f"way of the leader [{unit}]")
     for axis in (upper, lower):
         axis.set_ylim(bottom=0.0)
     return figure
-
-
-def _largest_of_bins(values: Array, step: int) -> Array:
-    """Thin a series to every ``step``-th place without losing its peaks."""
-    padded = np.concatenate((values, np.full(-len(values) % step, values[-1])))
-    return np.asarray(padded.reshape(-1, step).max(axis=1))

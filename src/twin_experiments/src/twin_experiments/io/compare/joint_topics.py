@@ -6,9 +6,9 @@ from collections import Counter
 from dataclasses import dataclass
 
 import numpy as np
-from twin_controller.metrics_series import Array, Motion
 
 from twin_experiments.io.bag_reader import Bag, BagError
+from twin_experiments.metrics.series import Array, Motion
 from twin_experiments.record import RecordError, build_side
 
 JOINT_STATE = "sensor_msgs/msg/JointState"
@@ -17,7 +17,10 @@ MOST_NAMED = 8
 
 @dataclass(frozen=True)
 class JointTopic:
-    """What a topic of joint states holds: joints of most messages, times [s] since the bag's start, values, remarks."""
+    """What a topic of joint states holds.
+
+    Joints of most messages, times [s] since the bag's start, values, remarks.
+    """
 
     topic: str
     names: tuple[str, ...]
@@ -63,10 +66,16 @@ def read_joint_topic(bag: Bag, topic: str, side: str) -> JointTopic:
     names, count = kinds.most_common(1)[0]
     rows = [(at, message) for at, message in rows if tuple(message.name) == names]
     if not names or any(len(message.position) != len(names) for _, message in rows):
-        raise RecordError(f"{bag.path}: {topic}: joint states without names, or with other than one position for each name")
+        raise RecordError(
+            f"{bag.path}: {topic}: joint states without names, "
+            "or with other than one position for each name"
+        )
     notes = []
     if len(kinds) > 1:
-        notes.append(f"{topic}: {sum(kinds.values()) - count} messages with other joints than {', '.join(names)} are left out")
+        notes.append(
+            f"{topic}: {sum(kinds.values()) - count} messages with other joints than "
+            f"{', '.join(names)} are left out"
+        )
     stamps = np.array([_stamp(message, bag.start) for _, message in rows])
     if (stamps < -1e6).any():
         stamps = np.array([at for at, _ in rows])
@@ -76,7 +85,14 @@ def read_joint_topic(bag: Bag, topic: str, side: str) -> JointTopic:
         velocities = np.array([message.velocity for _, message in rows])
     else:
         notes.append(f"{topic}: no velocities, positions are differentiated")
-    return JointTopic(topic, names, stamps, np.array([message.position for _, message in rows]), velocities, tuple(notes))
+    return JointTopic(
+        topic,
+        names,
+        stamps,
+        np.array([message.position for _, message in rows]),
+        velocities,
+        tuple(notes),
+    )
 
 
 def _check_topic(bag: Bag, topic: str, side: str) -> None:
@@ -85,9 +101,15 @@ def _check_topic(bag: Bag, topic: str, side: str) -> None:
     held = ", ".join(suitable) or f"none; it has {_some(list(bag.topics))}"
     option = f"--{side}-topic"
     if not bag.count(topic):
-        raise BagError(f"{bag.path}: no message of {topic} ({option}); topics of joint states in the bag: {held}")
+        raise BagError(
+            f"{bag.path}: no message of {topic} ({option}); "
+            f"topics of joint states in the bag: {held}"
+        )
     if bag.kind(topic) != JOINT_STATE:
-        raise BagError(f"{bag.path}: {topic} ({option}) is {bag.kind(topic)}; topics of joint states in the bag: {held}")
+        raise BagError(
+            f"{bag.path}: {topic} ({option}) is {bag.kind(topic)}; "
+            f"topics of joint states in the bag: {held}"
+        )
 
 
 def _some(names: list[str]) -> str:

@@ -1,4 +1,7 @@
-"""Turn bags into tracks of one mechanism: experiments between their markers, or the whole recording."""
+"""Turn bags into tracks of one mechanism.
+
+Experiments between their markers, or the whole recording.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,6 @@ from pathlib import Path
 
 from scara_config import Robot, load_robot
 from scara_control.kinematics.screws import ScrewModel, tool_positions
-from twin_controller.metrics_series import Motion
 
 from twin_experiments.comparison.tracks import Mechanism, Track, first_to_move
 from twin_experiments.config import ExperimentsFile, load_experiments
@@ -17,6 +19,7 @@ from twin_experiments.configuration import choose
 from twin_experiments.io.bag_reader import Bag, open_bag
 from twin_experiments.io.compare.joint_topics import JointTopic, read_joint_topic
 from twin_experiments.io.run_reader import MARKER, REAL, TWIN, read_configuration
+from twin_experiments.metrics.series import Motion
 from twin_experiments.record import RecordError, Span, cut, find_spans
 
 MEASURED = "real/joint_states"
@@ -25,7 +28,10 @@ WHOLE = "recording"
 
 @dataclass(frozen=True)
 class Topics:
-    """Which topics hold the sides; ``real`` None: the ground truth if it was recorded, else what was measured."""
+    """Which topics hold the sides.
+
+    ``real`` None: the ground truth if it was recorded, else what was measured.
+    """
 
     real: str | None = None
     twin: str = TWIN
@@ -72,7 +78,9 @@ def _spans(bag: Bag) -> tuple[Span, ...]:
     duration = bag.end - bag.start
     if not bag.count(MARKER):
         return (Span(WHOLE, float("-inf"), float("inf"), True),)
-    return find_spans([(at - bag.start, message.data) for at, message in bag.messages(MARKER)], duration)
+    return find_spans(
+        [(at - bag.start, message.data) for at, message in bag.messages(MARKER)], duration
+    )
 
 
 def find_mechanism(opened: Sequence[Opened]) -> Mechanism:
@@ -85,7 +93,11 @@ def find_mechanism(opened: Sequence[Opened]) -> Mechanism:
     sides = [topic for bag in opened for topic in (bag.real, bag.twin)]
     common = [name for name in sides[0].names if all(name in side.names for side in sides)]
     if not common:
-        held = "; ".join(f"{bag.label} {t.topic}: {', '.join(t.names)}" for bag in opened for t in (bag.real, bag.twin))
+        held = "; ".join(
+            f"{bag.label} {t.topic}: {', '.join(t.names)}"
+            for bag in opened
+            for t in (bag.real, bag.twin)
+        )
         raise RecordError(f"no joint is in all of them: {held}")
     profile = [joint for joint in robot.twin_joints if joint.name in common]
     if not profile:
@@ -95,7 +107,9 @@ def find_mechanism(opened: Sequence[Opened]) -> Mechanism:
     if not set(arm) <= set(names):
         return Mechanism(names, tuple(profile), (), None)
     columns = tuple(names.index(name) for name in arm)
-    return Mechanism(names, tuple(profile), columns, partial(tool_positions, ScrewModel.from_robot(robot)))
+    return Mechanism(
+        names, tuple(profile), columns, partial(tool_positions, ScrewModel.from_robot(robot))
+    )
 
 
 def tracks_of(opened: Opened, mechanism: Mechanism, percent: float) -> list[Track]:
@@ -109,16 +123,30 @@ def tracks_of(opened: Opened, mechanism: Mechanism, percent: float) -> list[Trac
     Raises:
         RecordError: A side has less than two samples, or a value is not finite.
     """
-    real, twin = opened.real.motion("real", mechanism.names), opened.twin.motion("twin", mechanism.names)
+    real, twin = (
+        opened.real.motion("real", mechanism.names),
+        opened.twin.motion("twin", mechanism.names),
+    )
     notes = (*opened.real.notes, *opened.twin.notes)
     found: list[Track] = []
     for span in opened.spans:
         sides = [cut(motion, span.start, span.end) for motion in (real, twin)]
-        found.append(Track(opened.label, span.label, _leader(opened, span, sides, mechanism, percent), sides[0], sides[1], notes))
+        found.append(
+            Track(
+                opened.label,
+                span.label,
+                _leader(opened, span, sides, mechanism, percent),
+                sides[0],
+                sides[1],
+                notes,
+            )
+        )
     return found
 
 
-def _leader(opened: Opened, span: Span, sides: list[Motion], mechanism: Mechanism, percent: float) -> str:
+def _leader(
+    opened: Opened, span: Span, sides: list[Motion], mechanism: Mechanism, percent: float
+) -> str:
     """Return who led: by the experiment's definition, else who moved first."""
     experiment = opened.experiments.experiments.get(span.name)
     if experiment is not None:

@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from twin_controller.metrics_series import MetricsError
-
 from twin_experiments.comparison.config import ComparisonFile, load_comparison
 from twin_experiments.comparison.differences import Comparer, PairErrors, RunDifference
 from twin_experiments.comparison.document import (
@@ -24,16 +22,25 @@ from twin_experiments.comparison.fidelity import FidelityError
 from twin_experiments.comparison.tracks import Mechanism, Track
 from twin_experiments.config import metrics_settings
 from twin_experiments.io.compare.figures import CAPTIONS, draw_comparison
-from twin_experiments.io.compare.track_reader import Opened, Topics, find_mechanism, read_bag, tracks_of
+from twin_experiments.io.compare.track_reader import (
+    Opened,
+    Topics,
+    find_mechanism,
+    read_bag,
+    tracks_of,
+)
 from twin_experiments.io.page import embedded, render, table
+from twin_experiments.metrics.series import MetricsError
 
 LEGEND = (
-    "max, rms: distance of both tools at the same instant while either side moves, nothing compensated; lag > 0: the "
-    "follower is behind; matched: share of the snapshots of both sides that have a counterpart in the other, in order, with "
-    "every joint within what comparison.yaml accepts (trace alignment after Munoz et al., IEEE TSE 2024); of moving: the "
-    "same of those in motion; matched apart: mean distance of the tools in matched snapshots; gaps: runs of snapshots without "
-    "a match. Against the first recording: same time counts from the leader's first motion, off the path is the distance "
-    "from its path, whatever the speed."
+    "max, rms: distance of both tools at the same instant while either side moves, nothing "
+    "compensated; lag > 0: the follower is behind; matched: share of the snapshots of both "
+    "sides that have a counterpart in the other, in order, with every joint within what "
+    "comparison.yaml accepts (trace alignment after Munoz et al., IEEE TSE 2024); of moving: "
+    "the same of those in motion; matched apart: mean distance of the tools in matched "
+    "snapshots; gaps: runs of snapshots without a match. Against the first recording: same "
+    "time counts from the leader's first motion, off the path is the distance from its path, "
+    "whatever the speed."
 )
 
 
@@ -48,8 +55,10 @@ class WrittenComparison:
     folder: Path
 
 
-def write_comparison(bags: Sequence[Path], folder: Path, topics: Topics, config_directory: Path | None) -> WrittenComparison:
-    """Compare bags with each other and write comparison.json, comparison.html and figures into ``folder``.
+def write_comparison(
+    bags: Sequence[Path], folder: Path, topics: Topics, config_directory: Path | None
+) -> WrittenComparison:
+    """Compare bags and write comparison.json, comparison.html and figures into ``folder``.
 
     Raises:
         BagError: A bag cannot be read, or lacks a topic.
@@ -71,11 +80,15 @@ def write_files(written: WrittenComparison) -> None:
     """Write comparison.json, comparison.html and the figures."""
     written.folder.mkdir(parents=True, exist_ok=True)
     document = comparison_document(written.mechanism, written.labels, written.experiments)
-    (written.folder / "comparison.json").write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
+    (written.folder / "comparison.json").write_text(
+        json.dumps(document, indent=2) + "\n", encoding="utf-8"
+    )
     (written.folder / "comparison.html").write_text(_page(written), encoding="utf-8")
 
 
-def compare_opened(opened: Sequence[Opened], mechanism: Mechanism, config: ComparisonFile) -> tuple[ExperimentComparison, ...]:
+def compare_opened(
+    opened: Sequence[Opened], mechanism: Mechanism, config: ComparisonFile
+) -> tuple[ExperimentComparison, ...]:
     """Compare real with twin in each recording, and each recording with the first one.
 
     Raises:
@@ -84,18 +97,31 @@ def compare_opened(opened: Sequence[Opened], mechanism: Mechanism, config: Compa
     comparer, percent = comparer_of(opened[0], mechanism, config)
     tracks = [track for bag in opened for track in tracks_of(bag, mechanism, percent)]
     names = list(dict.fromkeys(track.experiment for track in tracks))
-    return tuple(compare_tracks(name, [track for track in tracks if track.experiment == name], comparer) for name in names)
+    return tuple(
+        compare_tracks(name, [track for track in tracks if track.experiment == name], comparer)
+        for name in names
+    )
 
 
-def comparer_of(first: Opened, mechanism: Mechanism, config: ComparisonFile) -> tuple[Comparer, float]:
-    """Return what compares, with the thresholds of the first recording, and the speed from which a joint moves [percent]."""
+def comparer_of(
+    first: Opened, mechanism: Mechanism, config: ComparisonFile
+) -> tuple[Comparer, float]:
+    """Return what compares, and the speed from which a joint moves [percent].
+
+    The thresholds are those of the first recording.
+    """
     metrics = first.experiments.metrics
     settings = metrics_settings(metrics, first.robot)
-    return Comparer(mechanism, config, settings, metrics.moving_speed_percent), metrics.moving_speed_percent
+    return Comparer(
+        mechanism, config, settings, metrics.moving_speed_percent
+    ), metrics.moving_speed_percent
 
 
 def compare_tracks(name: str, tracks: list[Track], comparer: Comparer) -> ExperimentComparison:
-    """Compare one experiment of all recordings that have it; the others are held against the first one."""
+    """Compare one experiment of all recordings that have it.
+
+    The others are held against the first one.
+    """
     pairs: list[PairErrors] = []
     runs: list[RunDifference] = []
     reasons: list[str] = []
@@ -110,7 +136,10 @@ def compare_tracks(name: str, tracks: list[Track], comparer: Comparer) -> Experi
 
 
 def _labels(bags: Sequence[Path]) -> dict[str, Path]:
-    """Name each bag as briefly as possible: by its folder if all are called run.bag, else by its name; never two alike."""
+    """Name each bag as briefly as possible.
+
+    By its folder if all are called run.bag, else by its name; never two alike.
+    """
     paths = [path.resolve() for path in bags]
     stems = [path.parent.name if path.stem == "run" else path.stem for path in paths]
     found: dict[str, Path] = {}
@@ -138,20 +167,28 @@ def remarks_of(opened: Sequence[Opened]) -> tuple[str, ...]:
 def _page(written: WrittenComparison) -> str:
     """Return the HTML page, after drawing the figures."""
     mechanism = written.mechanism
-    place = "the tool" if mechanism.tool is not None else "the joints, whose kinematics are not known"
+    place = (
+        "the tool" if mechanism.tool is not None else "the joints, whose kinematics are not known"
+    )
     return render(
         {
             "title": "Recordings held against each other",
-            "subtitle": f"{len(written.labels)} recordings; joints {', '.join(mechanism.names)}; distances are of {place}",
+            "subtitle": f"{len(written.labels)} recordings; joints {', '.join(mechanism.names)}; "
+            f"distances are of {place}",
             "headings": ("experiment", *PAIR_HEADINGS),
-            "rows": [(experiment.name, *row) for experiment in written.experiments for row in pair_rows(experiment)],
+            "rows": [
+                (experiment.name, *row)
+                for experiment in written.experiments
+                for row in pair_rows(experiment)
+            ],
             "legend": LEGEND,
             "experiments": [_experiment(experiment, written) for experiment in written.experiments],
             "tables": [
                 ("Recordings", table(("name", "file"), list(written.labels.items()))),
                 ("Remarks", table(("",), [(remark,) for remark in written.remarks])),
             ],
-            "configuration_origin": "Profile and thresholds: of the first recording if it holds them, else of this machine.",
+            "configuration_origin": "Profile and thresholds: "
+            "of the first recording if it holds them, else of this machine.",
             "configuration": [],
         }
     )
@@ -161,7 +198,12 @@ def _experiment(experiment: ExperimentComparison, written: WrittenComparison) ->
     """Return one experiment as the page takes it, after drawing its figures."""
     drawn = draw_comparison(experiment, written.mechanism, written.folder)
     joints = [
-        (pair.track.label, joint.name, f"{joint.rms:.4f} {joint.unit}", f"{joint.max:.4f} {joint.unit}")
+        (
+            pair.track.label,
+            joint.name,
+            f"{joint.rms:.4f} {joint.unit}",
+            f"{joint.max:.4f} {joint.unit}",
+        )
         for pair in experiment.pairs
         for joint in pair.joints
     ]
@@ -171,7 +213,10 @@ def _experiment(experiment: ExperimentComparison, written: WrittenComparison) ->
         "reasons": experiment.reasons,
         "figures": [(CAPTIONS[kind], embedded(file)) for kind, file in drawn.items()],
         "tables": [
-            ("Against the first recording", table(RUN_HEADINGS, run_rows(experiment, written.mechanism.place_unit))),
+            (
+                "Against the first recording",
+                table(RUN_HEADINGS, run_rows(experiment, written.mechanism.place_unit)),
+            ),
             ("Joints, real against twin", table(("recording", "joint", "rms", "max"), joints)),
         ],
     }

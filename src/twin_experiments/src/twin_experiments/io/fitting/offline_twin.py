@@ -1,4 +1,7 @@
-"""The twin in process: the simulator's world and loops, driven by recorded set points, faster than real time."""
+"""The twin in process.
+
+The simulator's world and loops, driven by recorded set points, faster than real time.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 from scara_config import Robot
-from scara_control.setpoints import SetpointTrack
+from scara_control.joint_track import JointTrack
 from scara_simulation.config import SimulationConfig
 from scara_simulation.io.world import World
 from scara_simulation.joint_control import JointControl
@@ -20,7 +23,10 @@ SNAPSHOT_STEPS = 5
 
 
 class Packet(msgspec.Struct, frozen=True):
-    """One set point of the stream: when it arrived and when it was true [s], in the twin's joint order, SI."""
+    """One set point of the stream.
+
+    When it arrived and when it was true [s], in the twin's joint order, SI.
+    """
 
     arrived: float
     stamp: float
@@ -44,7 +50,12 @@ class OfflineTwin:
         self._names = [joint.name for joint in robot.twin_joints]
 
     def run(
-        self, model: TwinModel, packets: Sequence[Packet], recorded_delay: float, start: Sequence[float], duration: float
+        self,
+        model: TwinModel,
+        packets: Sequence[Packet],
+        recorded_delay: float,
+        start: Sequence[float],
+        duration: float,
     ) -> tuple[FloatArray, FloatArray]:
         """Follow the stream from rest.
 
@@ -62,7 +73,12 @@ class OfflineTwin:
         dynamics = dict(zip(names, zip(model.damping, model.friction)))
         times, positions = [], []
         with World(
-            self._urdf, names, self._robot.tool_frame, dt=config.dt, gravity=config.gravity_m_s2, dynamics=dynamics
+            self._urdf,
+            names,
+            self._robot.tool_frame,
+            dt=config.dt,
+            gravity=config.gravity_m_s2,
+            dynamics=dynamics,
         ) as world:
             world.reset(start)
             control = self._control(world, model, start)
@@ -92,9 +108,9 @@ class OfflineTwin:
             model.bandwidth,
         )
 
-    def _track(self, packet: Packet, shift: float) -> SetpointTrack:
+    def _track(self, packet: Packet, shift: float) -> JointTrack:
         """Return the set points of one packet, with its stamp moved by ``shift`` [s]."""
-        return SetpointTrack(
+        return JointTrack(
             [packet.stamp + shift],
             [packet.q],
             [packet.qdot],

@@ -16,7 +16,6 @@ from twin_experiments.io.fitting.offline_twin import Packet
 
 FOLLOW, TRUTH, MEASURED = "joint_pose_controller/follow", "real/ground_truth", "real/joint_states"
 GAP_S = 0.5
-LEAD_S = 0.3
 
 
 class Recording(msgspec.Struct, frozen=True):
@@ -24,8 +23,10 @@ class Recording(msgspec.Struct, frozen=True):
 
     Attributes:
         packets: The stream.
-        delay: Delay of the robot's registers that the stamps were made with [s], None if the bag does not tell.
-        truth: True if the robot's positions are ground truth; else they are what the controller measured and dated.
+        delay: Delay of the robot's registers that the stamps were made with [s], None if the bag
+            does not tell.
+        truth: True if the robot's positions are ground truth; else they are what the controller
+            measured and dated.
         times: Instants (m,).
         real: The robot's joints at these instants (m, n), the twin's order, SI.
         moved: For each joint how far it moved, SI.
@@ -57,10 +58,16 @@ def read_recording(bag: Bag, joints: Sequence[str], step: float) -> Recording:
     """
     bag.require([FOLLOW])
     origin = bag.start
-    packets = [packet for packet in (_packet(at, message, joints, origin) for at, message in bag.messages(FOLLOW)) if packet]
+    packets = [
+        packet
+        for packet in (_packet(at, message, joints, origin) for at, message in bag.messages(FOLLOW))
+        if packet
+    ]
     stretch = _longest(packets)
     if len(stretch) < 10:
-        raise BagError(f"{bag.path}: the twin did not follow in this recording: run the experiment real_leads")
+        raise BagError(
+            f"{bag.path}: the twin did not follow in this recording: run the experiment real_leads"
+        )
     begin, end = stretch[0].arrived - 1e-4, stretch[-1].arrived
     truth = bool(bag.count(TRUTH))
     spline = _robot(bag, TRUTH if truth else MEASURED, joints, origin)
@@ -69,7 +76,10 @@ def read_recording(bag: Bag, joints: Sequence[str], step: float) -> Recording:
     times = times[: int(np.argmin(inside))] if not inside.all() else times
     real = spline(times + begin)
     moved = tuple(float(value) for value in np.ptp(real, axis=0))
-    shifted = tuple(msgspec.structs.replace(p, arrived=p.arrived - begin, stamp=p.stamp - begin) for p in stretch)
+    shifted = tuple(
+        msgspec.structs.replace(p, arrived=p.arrived - begin, stamp=p.stamp - begin)
+        for p in stretch
+    )
     return Recording(shifted, _delay(bag), truth, times, real, moved)
 
 
@@ -92,7 +102,8 @@ def _packet(at: float, message: object, joints: Sequence[str], origin: float) ->
     stamp = message.header.stamp  # type: ignore[attr-defined]
     true_at = (stamp.sec - int(origin)) + stamp.nanosec * 1e-9 - (origin - int(origin))
     rows = [
-        tuple(float(values[k]) for k in order) for values in (points[0].positions, points[0].velocities, points[0].accelerations)
+        tuple(float(values[k]) for k in order)
+        for values in (points[0].positions, points[0].velocities, points[0].accelerations)
     ]
     return Packet(at - origin, true_at, *rows)
 

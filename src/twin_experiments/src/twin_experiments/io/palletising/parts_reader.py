@@ -16,14 +16,20 @@ from twin_experiments.palletising.outcome import SIDES, Handled
 
 
 def read_handled(bag: Bag) -> dict[str, Handled]:
-    """Return what each side recorded of its parts, times [s] since the start of the recording; sides without are left out."""
+    """Return what each side recorded of its parts, times [s] since the start of the recording.
+
+    Sides without are left out.
+    """
     found = {}
     for side in SIDES:
         places, events = f"{side}/parts", f"{side}/part_events"
         if bag.count(places):
             found[side] = Handled(
                 [(at - bag.start, _places(message)) for at, message in bag.messages(places)],
-                [(at - bag.start, message.kind, message.part, message.message) for at, message in bag.messages(events)],
+                [
+                    (at - bag.start, message.kind, message.part, message.message)
+                    for at, message in bag.messages(events)
+                ],
             )
     return found
 
@@ -35,7 +41,9 @@ def _places(message: Any) -> dict[str, tuple[float, float, float]]:
 
 
 def read_work(recorded: Mapping[str, Any], directory: Path | None) -> Palletise | None:
-    """Return the work that was in force: from the recorded files, else from ``directory``; None if there was none.
+    """Return the work that was in force: from the recorded files, else from ``directory``.
+
+    None if there was none.
 
     Raises:
         ConfigError: The file is wrong.

@@ -1,4 +1,7 @@
-"""Read from a bag what a replay in front of a live twin needs: how the real side moved, when a program ran, what was marked."""
+"""Read from a bag what a replay in front of a live twin needs.
+
+How the real side moved, when a program ran, what was marked.
+"""
 
 from __future__ import annotations
 
@@ -7,8 +10,7 @@ from pathlib import Path
 
 import numpy as np
 from twin_controller.core.events import RealMeasured
-from twin_controller.core.observing.clock import unwrap_ms
-from twin_controller.metrics_series import Mask, Motion
+from twin_controller.core.sides.clock import unwrap_ms
 from twin_controller.reporting.snapshots import decode_events
 
 from twin_experiments.comparison.tracks import Mechanism
@@ -16,6 +18,7 @@ from twin_experiments.io.bag_reader import Bag, open_bag
 from twin_experiments.io.compare.joint_topics import read_joint_topic
 from twin_experiments.io.compare.track_reader import MEASURED
 from twin_experiments.io.decision_reader import INPUTS
+from twin_experiments.metrics.series import Mask, Motion
 from twin_experiments.record import RecordError, build_side
 
 FEWEST = 10
@@ -23,7 +26,10 @@ FEWEST = 10
 
 @dataclass(frozen=True)
 class RecordedReal:
-    """The real side: motion by time since the bag's start [s], whether a program ran, and where it was taken from."""
+    """The real side: motion by time since the bag's start [s], and its source.
+
+    It also says whether a program ran.
+    """
 
     motion: Motion
     running: Mask | None
@@ -31,7 +37,9 @@ class RecordedReal:
 
 
 def read_real(path: Path, mechanism: Mechanism, topic: str | None) -> RecordedReal:
-    """Read the real side as the twin controller saw it; from a topic of joint states if it is named, or nothing else is there.
+    """Read the real side as the twin controller saw it.
+
+    From a topic of joint states if it is named, or nothing else is there.
 
     Args:
         path: The bag.
@@ -48,11 +56,16 @@ def read_real(path: Path, mechanism: Mechanism, topic: str | None) -> RecordedRe
             if found is not None:
                 return found
         chosen = topic or MEASURED
-        return RecordedReal(read_joint_topic(bag, chosen, "real").motion("real", mechanism.names), None, chosen)
+        return RecordedReal(
+            read_joint_topic(bag, chosen, "real").motion("real", mechanism.names), None, chosen
+        )
 
 
 def _read_samples(bag: Bag) -> RecordedReal | None:
-    """Return the readings of the robot among the inputs, by the robot's own clock; None if there are hardly any."""
+    """Return the readings of the robot among the inputs, by the robot's own clock.
+
+    None if there are hardly any.
+    """
     clock: int | None = None
     rows: list[tuple[float, int, RealMeasured]] = []
     for at, message in bag.messages(INPUTS):
@@ -60,7 +73,10 @@ def _read_samples(bag: Bag) -> RecordedReal | None:
             if isinstance(event, RealMeasured):
                 unwrapped = unwrap_ms(clock, event.clock_ms)
                 if clock is not None and abs(unwrapped - clock) > 10_000:
-                    raise RecordError(f"{bag.path}: the robot's clock jumped at {at - bag.start:.2f} s: it was started anew")
+                    raise RecordError(
+                        f"{bag.path}: the robot's clock jumped at {at - bag.start:.2f} s: "
+                        "it was started anew"
+                    )
                 clock = unwrapped
                 rows.append((at - bag.start, unwrapped, event))
     if len(rows) < FEWEST:
@@ -69,7 +85,9 @@ def _read_samples(bag: Bag) -> RecordedReal | None:
     delays = np.array([at for at, _, _ in rows]) - times
     stamps = times + delays.min()
     rising = np.concatenate(([True], np.diff(np.maximum.accumulate(stamps)) > 0.0))
-    positions, velocities = (np.array([getattr(event, name) for _, _, event in rows]) for name in ("q", "qdot"))
+    positions, velocities = (
+        np.array([getattr(event, name) for _, _, event in rows]) for name in ("q", "qdot")
+    )
     running = np.array([event.own_program or event.streaming for _, _, event in rows])
     side = build_side("real", stamps, positions, velocities)
     return RecordedReal(side.motion, running[rising], INPUTS)

@@ -20,7 +20,9 @@ from twin_experiments.replay.playback import Playback, PlaybackController
 class Stage:
     """Serves a playback in the real robot's place; a context manager."""
 
-    def __init__(self, robot: Robot, playback: Playback, host: str, port: int, directory: str | None) -> None:
+    def __init__(
+        self, robot: Robot, playback: Playback, host: str, port: int, directory: str | None
+    ) -> None:
         """Prepare the robot; it is not there before the context is entered.
 
         Args:
@@ -53,7 +55,12 @@ class Stage:
             raise
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
         """Be gone."""
         self._server.__exit__()
         self._loop.__exit__()

@@ -1,4 +1,7 @@
-"""Draws step responses with the colours of the article: control signal blue, set point black, error red."""
+"""Draws step responses with the colours of the article.
+
+Control signal blue, set point black, error red.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +23,9 @@ _FAR = 3.0
 _SHORTEST_MS, _REST = 300.0, 2.0
 
 
-def write_trial(trial: Trial, steps: Sequence[Step], document: Mapping[str, Any], folder: Path, label: str) -> list[Path]:
+def write_trial(
+    trial: Trial, steps: Sequence[Step], document: Mapping[str, Any], folder: Path, label: str
+) -> list[Path]:
     """Write ``step_<label>.json`` and a PNG for each direction; return the files."""
     folder.mkdir(parents=True, exist_ok=True)
     written = [folder / f"step_{label}.json"]
@@ -38,10 +43,19 @@ def _draw(trial: Trial, step: Step, row: Mapping[str, Any], title: str) -> Figur
     upper, middle, lower = figure.subplots(3, 1, sharex=True, height_ratios=(3, 2, 2))
     times, scale = step.times * 1e3, trial.joint.scale
     before = step.set_points[0] / scale
-    upper.plot(times, step.set_points / scale - before, color="black", linewidth=1.4, label="set point", drawstyle="steps-post")
+    upper.plot(
+        times,
+        step.set_points / scale - before,
+        color="black",
+        linewidth=1.4,
+        label="set point",
+        drawstyle="steps-post",
+    )
     upper.plot(times, step.values / scale - before, color=GREY, linewidth=2.2, label="measured")
     upper.plot(times, step.errors / scale, color=RED, linewidth=1.2, label="error")
-    upper.set(ylabel=f"{trial.kind} from {before:.2f} [{trial.unit}]", title=f"{title}, {_arrow(step)}")
+    upper.set(
+        ylabel=f"{trial.kind} from {before:.2f} [{trial.unit}]", title=f"{title}, {_arrow(step)}"
+    )
     upper.legend(loc="center right")
     upper.set_xlim(times[0], _seen_until(times, step, trial))
     _draw_error(middle, times, step.errors / scale, row, trial)
@@ -57,7 +71,9 @@ def _seen_until(times: FloatArray, step: Step, trial: Trial) -> float:
     return float(min(times[-1], max(_SHORTEST_MS, _REST * last)))
 
 
-def _draw_error(axis: Axes, times: FloatArray, errors: FloatArray, row: Mapping[str, Any], trial: Trial) -> None:
+def _draw_error(
+    axis: Axes, times: FloatArray, errors: FloatArray, row: Mapping[str, Any], trial: Trial
+) -> None:
     """Draw the error as it comes to rest, with the band that it has to end in."""
     limit = STEADY_ERROR[trial.kind]
     axis.axhspan(-limit, limit, color="#eef2f7", linewidth=0, label=f"±{limit:g} {trial.unit}")
@@ -65,13 +81,18 @@ def _draw_error(axis: Axes, times: FloatArray, errors: FloatArray, row: Mapping[
     axis.set_ylim(-5.0 * limit, 5.0 * limit)
     axis.set_ylabel(f"error [{trial.unit}]")
     settled, rise = row["settling_time_s"], row["rise_time_s"]
-    texts = [f"overshoot {row['overshoot_percent']:.2f} %", f"steady-state error {row['steady_state_error']:+.4f} {trial.unit}"]
+    texts = [
+        f"overshoot {row['overshoot_percent']:.2f} %",
+        f"steady-state error {row['steady_state_error']:+.4f} {trial.unit}",
+    ]
     texts.insert(0, "rise - " if rise is None else f"rise {rise * 1e3:.0f} ms")
     texts.insert(1, "not settled" if settled is None else f"settled {settled * 1e3:.0f} ms")
     axis.set_title(" · ".join(texts), fontsize=9, fontweight="normal")
 
 
-def _draw_effort(axis: Axes, times: FloatArray, efforts: FloatArray, row: Mapping[str, Any], trial: Trial) -> None:
+def _draw_effort(
+    axis: Axes, times: FloatArray, efforts: FloatArray, row: Mapping[str, Any], trial: Trial
+) -> None:
     """Draw the control signal; its limits as lines, or as a text when they are far away."""
     limit, peak = trial.joint.effort, float(np.abs(efforts).max())
     axis.plot(times, efforts, color=BLUE, linewidth=1.2)
@@ -80,7 +101,10 @@ def _draw_effort(axis: Axes, times: FloatArray, efforts: FloatArray, row: Mappin
             axis.axhline(side, color=BLUE, linestyle="--", linewidth=1.0)
         axis.set_ylim(-1.12 * limit, 1.12 * limit)
     unit = trial.effort_unit
-    text = f"limit ±{limit:g} {unit}, peak {row['peak_effort']:.1f} {unit} = {row['peak_effort_percent']:.0f} %"
+    text = (
+        f"limit ±{limit:g} {unit}, peak {row['peak_effort']:.1f} {unit} = "
+        f"{row['peak_effort_percent']:.0f} %"
+    )
     axis.set_title(text, fontsize=9, fontweight="normal")
     axis.set(ylabel=f"control signal [{unit}]", xlabel="time since the command [ms]")
 

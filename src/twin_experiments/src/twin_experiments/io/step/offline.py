@@ -1,4 +1,7 @@
-"""Makes steps on a simulator of its own, in process: the same world and loops, no ROS master, faster than real time."""
+"""Makes steps on a simulator of its own, in process.
+
+The same world and loops, no ROS master, faster than real time.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +24,9 @@ class OfflineBench:
     """The twin at its start pose."""
 
     def __init__(self, robot: Robot, directory: Path | None, *, plain: bool) -> None:
-        """Take the configuration; ``plain``: the article's PID, without feed-forward, whatever simulation.yaml says.
+        """Take the configuration.
+
+        ``plain``: the article's PID, without feed-forward, whatever simulation.yaml says.
 
         Raises:
             ConfigError: A file is missing or wrong.
@@ -56,7 +61,9 @@ class OfflineBench:
                 world.inverse_dynamics if self.feed_forward else None,
                 config.tracking_bandwidth_rad_s,
             )
-            simulation = Simulation(world, control, start, Timing(config.step_ns, 0, 1, config.physics_rate_hz))
+            simulation = Simulation(
+                world, control, start, Timing(config.step_ns, 0, 1, config.physics_rate_hz)
+            )
             simulation.watched = (names.index(trial.joint.name),)
             bench = _Bench(simulation, trial, config.dt)
             return [bench.step(target) for target in trial.targets]
@@ -91,7 +98,9 @@ class _Bench:
         """Advance and return the watched loop's states."""
         snapshots = self._simulation.advance(round(seconds / self._dt))
         return [
-            LoopSample(stamp_ns * 1e-9, state.set_point, state.process_value, state.command, state.gains)
+            LoopSample(
+                stamp_ns * 1e-9, state.set_point, state.process_value, state.command, state.gains
+            )
             for snapshot in snapshots
             for stamp_ns, state in snapshot.watched
         ]

@@ -1,4 +1,7 @@
-"""A live twin and its controller as a replay sees them: mode, joint states, each wait with a deadline."""
+"""A live twin and its controller as a replay sees them.
+
+Mode, joint states, each wait with a deadline.
+"""
 
 from __future__ import annotations
 
@@ -9,19 +12,24 @@ from collections.abc import Callable
 import numpy as np
 import rosgraph
 import rospy
+from scara_ros.io.hardening import harden_process
 from sensor_msgs.msg import JointState
-from twin_controller.metrics_series import Motion
 
 from scara_msgs.msg import TwinControllerState
+from twin_experiments.metrics.series import Motion
 from twin_experiments.nodes.cell import ENDED_MODES, POLL_S, RunError
 from twin_experiments.record import build_side
 
 MASTER_POLL_S = 0.5
-STOPPED = "STOPPED"
+STOPPED = TwinControllerState.STOPPED
 
 
-def enter_ros(name: str, deadline: float, tell: Callable[[str], None], anonymous: bool = True) -> None:
-    """Become a node as soon as there is a master; ``anonymous``: of a name of its own, however many there are.
+def enter_ros(
+    name: str, deadline: float, tell: Callable[[str], None], anonymous: bool = True
+) -> None:
+    """Become a node as soon as there is a master.
+
+    ``anonymous``: of a name of its own, however many there are.
 
     Raises:
         RunError: There is none after ``deadline`` [s].
@@ -31,8 +39,12 @@ def enter_ros(name: str, deadline: float, tell: Callable[[str], None], anonymous
         tell(f"waiting for a ROS master at {rosgraph.get_master_uri()}: is the cell started?")
     while not rosgraph.is_master_online():
         if time.monotonic() > end:
-            raise RunError(f"no ROS master at {rosgraph.get_master_uri()} after {deadline:g} s: start the cell first")
+            raise RunError(
+                f"no ROS master at {rosgraph.get_master_uri()} after {deadline:g} s: "
+                "start the cell first"
+            )
         time.sleep(MASTER_POLL_S)
+    harden_process()
     rospy.init_node(name, anonymous=anonymous, disable_signals=True)
 
 
@@ -48,21 +60,35 @@ class LiveTwin:
         self._state: TwinControllerState | None = None
         self._begun = 0.0
         self.stops: list[str] = []
-        rospy.Subscriber("twin/joint_states", JointState, self._on_joints, queue_size=1000, tcp_nodelay=True)
-        rospy.Subscriber("twin_controller/state", TwinControllerState, self._on_state, queue_size=10, tcp_nodelay=True)
+        rospy.Subscriber(
+            "twin/joint_states", JointState, self._on_joints, queue_size=1000, tcp_nodelay=True
+        )
+        rospy.Subscriber(
+            "twin_controller/state",
+            TwinControllerState,
+            self._on_state,
+            queue_size=10,
+            tcp_nodelay=True,
+        )
 
     def _on_joints(self, message: JointState) -> None:
         at = {name: k for k, name in enumerate(message.name)}
         if all(name in at for name in self._names):
             columns = [at[name] for name in self._names]
-            row = (tuple(message.position[k] for k in columns), tuple(message.velocity[k] for k in columns))
+            row = (
+                tuple(message.position[k] for k in columns),
+                tuple(message.velocity[k] for k in columns),
+            )
             with self._lock:
                 if self._keep:
                     self._rows.append((message.header.stamp.to_sec(), *row))
 
     def _on_state(self, message: TwinControllerState) -> None:
         if self._keep and message.mode == STOPPED != self._mode:
-            self.stops.append(f"{time.monotonic() - self._begun:.2f} s: the twin controller stopped the pair: {message.why}")
+            self.stops.append(
+                f"{time.monotonic() - self._begun:.2f} s: the twin controller stopped the "
+                f"pair: {message.why}"
+            )
         self._state = message
 
     def wait_idle(self, deadline: float, tell: Callable[[str], None]) -> None:
@@ -71,17 +97,27 @@ class LiveTwin:
         Raises:
             RunError: It is not within ``deadline`` [s]; the controller's reason is in the text.
         """
-        self._wait(lambda: self._mode == "IDLE", deadline, "the twin controller in IDLE", tell)
+        self._wait(
+            lambda: self._mode == TwinControllerState.IDLE,
+            deadline,
+            "the twin controller in IDLE",
+            tell,
+        )
 
-    def wait_played(self, ended: Callable[[], bool], deadline: float, tell: Callable[[str], None]) -> None:
-        """Wait until all is played; after a STOP the twin follows again from the robot's next move on.
+    def wait_played(
+        self, ended: Callable[[], bool], deadline: float, tell: Callable[[str], None]
+    ) -> None:
+        """Wait until all is played.
+
+        After a STOP the twin follows again from the robot's next move on.
 
         Raises:
-            RunError: Only an operator could let the twin go on, or it takes longer than ``deadline`` [s].
+            RunError: Only an operator could let the twin go on, or it takes longer than
+                ``deadline`` [s].
         """
 
         def done() -> bool:
-            if self._mode in (*ENDED_MODES, "PAUSED") and self._mode != STOPPED:
+            if self._mode in (*ENDED_MODES, TwinControllerState.PAUSED) and self._mode != STOPPED:
                 raise RunError(f"the twin controller ended the motion: {self._described}")
             return ended()
 
@@ -101,7 +137,9 @@ class LiveTwin:
         """
         with self._lock:
             self._keep, rows = False, self._rows
-        stamps, positions, velocities = (np.array(column) for column in zip(*rows)) if rows else (np.zeros(0),) * 3
+        stamps, positions, velocities = (
+            (np.array(column) for column in zip(*rows)) if rows else (np.zeros(0),) * 3
+        )
         return build_side("twin", stamps, positions, velocities).motion
 
     @property
@@ -112,9 +150,14 @@ class LiveTwin:
     def _described(self) -> str:
         if self._state is None:
             return "it has not said anything"
-        return f"it is in {self._state.mode}: {self._state.alarm or self._state.why or 'no reason given'}"
+        return (
+            f"it is in {self._state.mode}: "
+            f"{self._state.alarm or self._state.why or 'no reason given'}"
+        )
 
-    def _wait(self, done: Callable[[], bool], deadline: float, what: str, tell: Callable[[str], None]) -> None:
+    def _wait(
+        self, done: Callable[[], bool], deadline: float, what: str, tell: Callable[[str], None]
+    ) -> None:
         end, told = time.monotonic() + deadline, ""
         while not done():
             text = f"waiting for {what} ({self._described})"

@@ -1,4 +1,7 @@
-"""The twin palletises: tool by move_to, table by joint_pose_controller/move, suction by gripper; the robot follows."""
+"""The twin palletises: tool by move_to, table by joint_pose_controller/move, suction by gripper.
+
+The robot follows.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,7 @@ from collections.abc import Callable
 
 from scara_config.palletise import MM, Palletise
 
+from scara_msgs.msg import TwinControllerState
 from twin_experiments.nodes.cell import Cell, RunError
 
 TABLE = "table_joint"
@@ -30,7 +34,9 @@ class Palletiser:
         Raises:
             RunError: A motion was refused or aborted, or a gripper did not do what it was told.
         """
-        for number, ((name, _, angle, pick), place) in enumerate(zip(self._work.picks(), self._work.pallet.places())):
+        for number, ((name, _, angle, pick), place) in enumerate(
+            zip(self._work.picks(), self._work.pallet.places())
+        ):
             tell(number, name)
             self.carry(angle, pick, place)
 
@@ -51,13 +57,16 @@ class Palletiser:
             (height, task.approach_percent),
         ):
             self._go(at, z, speed)
-        if self._cell.mode == "PAUSED":
+        if self._cell.mode == TwinControllerState.PAUSED:
             raise RunError("the pair is paused, the robot does not follow: " + self._cell.why)
         self._switch(grip)
         self._go(at, travel, task.lower_percent)
 
     def _go(self, at: tuple[float, float], z: float, speed_percent: float) -> None:
-        """Move, and wait until the pair is at rest: a move that begins while the robot's stream ends would meet its end."""
+        """Move, and wait until the pair is at rest.
+
+        A move that begins while the robot's stream ends would meet its end.
+        """
         self._cell.move_to((*at, z), speed_percent)
         self._cell.wait_still(self._work.task.dwell_s)
 
@@ -66,7 +75,9 @@ class Palletiser:
         answer = self._cell.grip(on, self._deadline)
         if answer:
             raise RunError(f"gripper {'on' if on else 'off'}: {answer}")
-        self._cell.wait_until(lambda: self._cell.gripped() == (on, on), self._work.task.placed_s, self._lacking(on))
+        self._cell.wait_until(
+            lambda: self._cell.gripped() == (on, on), self._work.task.placed_s, self._lacking(on)
+        )
 
     def _lacking(self, on: bool) -> str:
         return f"both grippers to {'hold a part' if on else 'let go'}"

@@ -10,6 +10,7 @@ from typing import Any, Self
 import rosgraph
 import rospy
 from scara_control.pid import PidGains
+from scara_ros.io.master import MasterClient
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 
@@ -33,13 +34,17 @@ def simulator_answers(joint: str) -> bool:
 
 
 def _published(topic: str) -> bool:
-    publishers, _, _ = rosgraph.Master("/step_response").getSystemState()
+    master = MasterClient(rosgraph.get_master_uri(), "/step_response")
+    publishers, _, _ = master.ask("getSystemState")
     resolved = rosgraph.names.ns_join(rosgraph.names.get_ros_namespace(), topic)
     return any(name == resolved for name, nodes in publishers if nodes)
 
 
 class LiveBench:
-    """One joint of the running simulator. A context manager: leaves the joint holding its position."""
+    """One joint of the running simulator.
+
+    A context manager: leaves the joint holding its position.
+    """
 
     def __init__(self, joint: str, kind: Kind, *, with_robot: bool) -> None:
         """Connect.
@@ -48,7 +53,10 @@ class LiveBench:
             LiveError: A robot would follow and was not asked for, or nobody answers.
         """
         if not with_robot and _published("twin_controller/state"):
-            raise LiveError("a twin controller is running: the real robot would follow each step; add --with-robot if it shall")
+            raise LiveError(
+                "a twin controller is running: the real robot would follow each step; add "
+                "--with-robot if it shall"
+            )
         self._joint, self._kind = joint, kind
         self._lock = threading.Lock()
         self._samples: list[LoopSample] = []
@@ -56,18 +64,26 @@ class LiveBench:
         self._epoch: Any = None
         names = f"twin/{joint}_{kind}_controller"
         self._commands = {
-            each: rospy.Publisher(f"twin/{joint}_{each}_controller/command", Float64, queue_size=1, tcp_nodelay=True)
+            each: rospy.Publisher(
+                f"twin/{joint}_{each}_controller/command", Float64, queue_size=1, tcp_nodelay=True
+            )
             for each in ("position", "velocity")
         }
         self._listeners = [
-            rospy.Subscriber(f"{names}/state_each_step", JointControllerState, self._on_loop, tcp_nodelay=True),
-            rospy.Subscriber("twin/joint_states", JointState, self._on_state, queue_size=1, tcp_nodelay=True),
+            rospy.Subscriber(
+                f"{names}/state_each_step", JointControllerState, self._on_loop, tcp_nodelay=True
+            ),
+            rospy.Subscriber(
+                "twin/joint_states", JointState, self._on_state, queue_size=1, tcp_nodelay=True
+            ),
         ]
         self._wait(
-            lambda: self._state is not None, f"a message on {rospy.resolve_name('twin/joint_states')}: is the simulation paused?"
+            lambda: self._state is not None,
+            f"a message on {rospy.resolve_name('twin/joint_states')}: is the simulation paused?",
         )
         self._wait(
-            lambda: all(publisher.get_num_connections() for publisher in self._commands.values()), "the simulator to listen"
+            lambda: all(publisher.get_num_connections() for publisher in self._commands.values()),
+            "the simulator to listen",
         )
 
     def __enter__(self) -> Self:
@@ -101,11 +117,23 @@ class LiveBench:
         self._wait(lambda: abs(self._now()[1]) < _STILL, f"{self._joint} to stand still")
         with self._lock:
             self._samples.clear()
-        self._wait(lambda: self._recorded() >= 2.0 * BEFORE_S, "the controller's states: is the simulation paused?")
+        self._wait(
+            lambda: self._recorded() >= 2.0 * BEFORE_S,
+            "the controller's states: is the simulation paused?",
+        )
         begin = self._recorded()
         self._send(trial.kind, target)
+
+        def recorded() -> bool:
+            # The simulator ends a velocity that nobody repeats.
+            if trial.kind == "velocity":
+                self._send("velocity", target)
+            return self._recorded() >= begin + trial.seconds
+
         self._wait(
-            lambda: self._recorded() >= begin + trial.seconds, f"{trial.seconds:g} s of states", trial.seconds + _DEADLINE_S
+            recorded,
+            f"{trial.seconds:g} s of states",
+            trial.seconds + _DEADLINE_S,
         )
         with self._lock:
             return step_of(list(self._samples), target, BEFORE_S)
@@ -131,12 +159,26 @@ class LiveBench:
     def _on_loop(self, message: JointControllerState) -> None:
         stamp = message.header.stamp
         self._epoch = self._epoch or stamp
-        gains = PidGains(p=message.p, i=message.i, d=message.d, i_clamp=message.i_clamp, antiwindup=message.antiwindup)
-        sample = LoopSample((stamp - self._epoch).to_sec(), message.set_point, message.process_value, message.command, gains)
+        gains = PidGains(
+            p=message.p,
+            i=message.i,
+            d=message.d,
+            i_clamp=message.i_clamp,
+            antiwindup=message.antiwindup,
+        )
+        sample = LoopSample(
+            (stamp - self._epoch).to_sec(),
+            message.set_point,
+            message.process_value,
+            message.command,
+            gains,
+        )
         with self._lock:
             self._samples.append(sample)
 
-    def _wait(self, condition: Callable[[], bool], what: str, deadline: float = _DEADLINE_S) -> None:
+    def _wait(
+        self, condition: Callable[[], bool], what: str, deadline: float = _DEADLINE_S
+    ) -> None:
         """Wait for ``condition``.
 
         Raises:

@@ -16,9 +16,16 @@ STYLES = {"pass": "bold green", "FAIL": "bold red"}
 
 
 def print_report(report: Report, console: Console) -> None:
-    """Print one column for each experiment, this project's limits, the article's results, and why something failed."""
+    """Print one column for each experiment, with this project's and the article's figures.
+
+    Then say why something failed.
+    """
     config, reach_mm = report.configuration.experiments, report.configuration.robot.reach_mm
-    columns = [HEADINGS, *summary_rows(report.results, reach_mm), *paper_rows(config.limits, config.paper)]
+    columns = [
+        HEADINGS,
+        *summary_rows(report.results, reach_mm),
+        *paper_rows(config.limits, config.paper),
+    ]
     table = Table(title="real robot and twin, errors in mm and percent of reach")
     for column in columns:
         table.add_column(column[0])
@@ -40,7 +47,9 @@ def print_report(report: Report, console: Console) -> None:
 
 def _print_repeats(report: Report, console: Console) -> None:
     """Print mean, spread and worst of experiments that were made more than once."""
-    document = report_document(report.results, report.configuration.robot.reach_mm, report.configuration.experiments.paper)
+    document = report_document(
+        report.results, report.configuration.robot.reach_mm, report.configuration.experiments.paper
+    )
     rows = repeat_rows(document.get("repeats", []))
     if rows:
         table = Table(*REPEAT_HEADINGS, title="repeats, percent of reach")

@@ -1,0 +1,1 @@
+"""Bags of a cell: what is recorded, into which file, and when a recording ends."""

@@ -1,0 +1,1 @@
+"""What touches the world without being ROS wiring: bag files."""

@@ -1,0 +1,80 @@
+// STOP and E-STOP, by button or key, for whoever sees the page. What became of the last press of each stands below
+// its button within half a second; where that is not a confirmed stop, the whole width says what to do.
+const ANSWER_MS = 500;
+const AT_THE_ROBOT = "use the stop at the robot";
+const TYPING = "input, textarea, select, [contenteditable=true]";
+
+export class Stop {
+  constructor(live) {
+    this.live = live;
+    this.trouble = "";
+    this.presses = new Map(); // command -> { press, timer, failure }
+    for (const button of document.querySelectorAll("[data-stop]")) {
+      button.addEventListener("pointerdown", () => this.send(button.dataset.stop));
+      button.addEventListener("keydown", (event) => {
+        if (event.code === "Enter" && !event.repeat) this.send(button.dataset.stop);
+      });
+    }
+    window.addEventListener("keydown", (event) => this.key(event), true);
+  }
+
+  // Escape stops always, space wherever it is not typed into a field.
+  key(event) {
+    const isSpace = event.code === "Space" && !event.target.closest?.(TYPING);
+    if (event.code !== "Escape" && !isSpace) return;
+    if (isSpace) event.preventDefault(); // else it would press the focused button too
+    if (isSpace) event.stopPropagation();
+    if (!event.repeat) this.send("STOP");
+  }
+
+  send(command) {
+    const press = (this.presses.get(command)?.press || 0) + 1;
+    clearTimeout(this.presses.get(command)?.timer);
+    this.presses.set(command, { press, failure: "" });
+    if (!this.live.send({ stop: command, press })) {
+      this.show(command, "not sent", "there is no connection to the page's server");
+      return;
+    }
+    this.say(command, "", "sent", "");
+    this.presses.get(command).timer = setTimeout(
+      () => this.show(command, "not confirmed", "the page's server has not answered within 0.5 s"),
+      ANSWER_MS,
+    );
+  }
+
+  // An answer to an older press says nothing of the last one.
+  answered({ command, press, confirmed, success, text }) {
+    const last = this.presses.get(command);
+    if (last?.press !== press) return;
+    clearTimeout(last.timer);
+    if (confirmed && success) this.show(command, "", text);
+    else this.show(command, confirmed ? "refused" : "not confirmed", text);
+  }
+
+  show(command, failure, text) {
+    const sentence = `${text.charAt(0).toUpperCase()}${text.slice(1)}.`;
+    this.presses.get(command).failure = failure && `${command} ${failure}: ${AT_THE_ROBOT}. ${sentence}`;
+    this.say(command, failure ? "bad" : "good", failure || "confirmed", text);
+    this.showBanner();
+  }
+
+  say(command, tone, word, title) {
+    const place = document.querySelector(`[data-stop-answer="${command}"]`);
+    place.textContent = word;
+    place.dataset.is = tone;
+    place.title = title;
+  }
+
+  // The server tests its own connection all the time and tells why no STOP would get through.
+  showTrouble(text) {
+    if (text === this.trouble) return;
+    this.trouble = text;
+    this.showBanner();
+  }
+
+  showBanner() {
+    const failure = [...this.presses.values()].map((last) => last.failure).find((text) => text) || this.trouble;
+    document.body.classList.toggle("no-stop", failure !== "");
+    document.querySelector(".no-stop-text").textContent = failure;
+  }
+}

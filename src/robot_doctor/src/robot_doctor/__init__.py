@@ -1,0 +1,1 @@
+"""Checks of a robot profile by the article's methodology: robot, simulation, registers, links."""

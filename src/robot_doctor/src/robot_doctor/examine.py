@@ -1,0 +1,94 @@
+"""Everything that can be said of a profile without a robot: what the files hold, right or wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import msgspec
+from scara_config import ConfigError, Robot
+from scara_config.modbus_map import ModbusMap
+
+from robot_doctor.chain import DescriptionError, read_description
+from robot_doctor.finding import Finding, Group, fine, wrong
+from robot_doctor.register_checks import check_registers
+from robot_doctor.robot_checks import check_programs, check_robot
+from robot_doctor.simulation_checks import check_description, check_gains
+
+
+class Profile(msgspec.Struct, frozen=True):
+    """What the files of a profile hold, as far as it could be read.
+
+    Attributes:
+        folder: Name of the robot's folder, empty for a flat one.
+        robot: robot.yaml, or why it cannot be used.
+        layout: modbus_map.yaml, not yet checked, or why it cannot be read.
+        gains: pid_gains.yaml, parsed, or why not.
+        programs: programs/*.yaml by name, parsed.
+        urdf: Text of the URDF, or why it cannot be read.
+        decimals: To so many in deg and mm positions are compared.
+    """
+
+    folder: str
+    robot: Robot | ConfigError
+    layout: ModbusMap | ConfigError
+    gains: Any
+    programs: Mapping[str, Any]
+    urdf: str | ConfigError
+    decimals: int
+
+
+def examine(profile: Profile) -> Iterator[Finding]:
+    """Yield what the files say, group by group.
+
+    What hangs on a file that cannot be used is left out.
+    """
+    robot = profile.robot
+    if isinstance(robot, ConfigError):
+        then = "the other checks of the robot follow then"
+        yield wrong(Group.ROBOT, str(robot), f"{_mend('robot.yaml', robot)}; {then}")
+        return
+    yield from check_robot(robot, profile.folder)
+    yield from check_programs(robot, profile.programs)
+    yield from _simulation(profile, robot)
+    if isinstance(profile.layout, ConfigError):
+        advice = _mend("modbus_map.yaml", profile.layout)
+        yield wrong(Group.REGISTERS, str(profile.layout), advice)
+    else:
+        yield from check_registers(robot, profile.layout, profile.decimals)
+
+
+def _mend(name: str, error: ConfigError) -> str:
+    """Return what to do about a file that cannot be used.
+
+    Write one that is missing, correct another.
+    """
+    if isinstance(error.__cause__, FileNotFoundError):
+        return f"write {name}: docs/methodology.md says how, config/robots/articulated_six has one"
+    return f"correct {name}"
+
+
+def _simulation(profile: Profile, robot: Robot) -> Iterator[Finding]:
+    """Yield what concerns the twin."""
+    if isinstance(profile.urdf, ConfigError):
+        yield wrong(
+            Group.SIMULATION,
+            str(profile.urdf),
+            "write a URDF: body.yaml and `rosrun scara_description write_urdf`",
+        )
+    else:
+        try:
+            described = read_description(profile.urdf, robot.tool_frame)
+        except DescriptionError as error:
+            yield wrong(
+                Group.SIMULATION,
+                f"{robot.urdf}: {error}",
+                "correct the URDF; check_urdf may say more",
+            )
+        else:
+            yield fine(Group.SIMULATION, f"{robot.urdf} has {len(described.links)} links")
+            yield from check_description(robot, described)
+    if isinstance(profile.gains, ConfigError):
+        yield wrong(Group.SIMULATION, str(profile.gains), _mend("pid_gains.yaml", profile.gains))
+    else:
+        yield from check_gains(robot, profile.gains)

@@ -1,0 +1,57 @@
+"""Read a profile as it is, without giving up at the first error."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+from scara_config import ConfigError, load, load_robot, locate
+from scara_config.modbus_map import ModbusMap
+from scara_config.profile import PROGRAMS, known_robots, robot_folder
+from twin_controller.config import load_twin_controller
+
+from robot_doctor.examine import Profile
+
+T = TypeVar("T")
+DECIMALS = 2
+
+
+def read_profile(folder: Path) -> Profile:
+    """Read the chosen robot's files in ``folder``.
+
+    Raises:
+        ConfigError: There is no such robot.
+    """
+    own = robot_folder(folder)
+    robot = _attempt(lambda: load_robot(folder))
+    urdf: str | ConfigError = (
+        robot
+        if isinstance(robot, ConfigError)
+        else _attempt(lambda: robot.description.read_text("utf-8"))
+    )
+    decimals = DECIMALS
+    if not isinstance(robot, ConfigError):
+        controller = _attempt(lambda: load_twin_controller(robot, folder))
+        decimals = DECIMALS if isinstance(controller, ConfigError) else controller.change.decimals
+    programs: dict[str, Any] = {}
+    for path in sorted(locate(PROGRAMS, folder).glob("*.yaml")):
+        tree = _attempt(lambda path=path: load(path, dict[str, Any]))  # type: ignore[misc]
+        programs[path.name] = {} if isinstance(tree, ConfigError) else tree
+    return Profile(
+        folder=own.name if known_robots(folder) else "",
+        robot=robot,
+        layout=_attempt(lambda: load(locate("modbus_map.yaml", folder), ModbusMap)),
+        gains=_attempt(lambda: load(locate("pid_gains.yaml", folder), dict[str, Any])),
+        programs=programs,
+        urdf=urdf,
+        decimals=decimals,
+    )
+
+
+def _attempt(read: Callable[[], T]) -> T | ConfigError:
+    """Return what ``read`` gives, or why it does not."""
+    try:
+        return read()
+    except ConfigError as error:
+        return error

@@ -1,0 +1,222 @@
+"""Ask the robot over Modbus: reading only, and moving a hair when asked to."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Iterator
+
+from scara_config import Joint, Robot
+from scara_config.modbus_map import ModbusMap
+from twin_controller.config import TwinControllerConfig
+from twin_controller.io.modbus.link import ModbusLink, ModbusSettings
+from twin_controller.io.modbus.port import ModbusPort
+from twin_controller.registers import RegisterCodec
+from twin_controller.robot_sample import (
+    AlarmStatus,
+    ControlType,
+    ProgramStatus,
+    RobotSample,
+    WatchdogState,
+)
+
+from robot_doctor.finding import Finding, Group, wrong
+from robot_doctor.link_checks import Answer, Nudge, check_nudge
+
+HAIR = {"deg": 0.5, "mm": 1.0}
+RAMP_S = 0.5
+SETTLE_S = 3.0
+CLOSE = 0.1
+PERIOD_S = 0.01
+FIRST_S = 3.0
+SPEED_PERCENT = 10.0
+
+
+def ask(
+    robot: Robot,
+    layout: ModbusMap,
+    host: str,
+    port: int,
+    period: float,
+    seconds: float,
+    timeout: float,
+) -> list[Answer]:
+    """Poll the robot for a while, as the twin controller does; nothing is written.
+
+    Args:
+        robot: The profile.
+        layout: Its map.
+        host: The robot's address.
+        port: Of its Modbus server.
+        period: Between two requests [s].
+        seconds: How long.
+        timeout: For one answer [s].
+
+    Raises:
+        LinkLostError: Nobody there, or an answer is missing or refused.
+    """
+    codec, answers = RegisterCodec(layout, robot), []
+    link = ModbusPort(host, port, layout.device_id, timeout)
+    link.open()
+    try:
+        end = time.monotonic() + seconds
+        while (sent := time.monotonic()) < end:
+            words = link.read_words(codec.state)
+            received = time.monotonic()
+            signals = link.read_signals(codec.outputs) if codec.outputs else []
+            answers.append(Answer(sent, received, tuple(words), tuple(signals)))
+            time.sleep(max(0.0, sent + period - time.monotonic()))
+    finally:
+        link.close()
+    return answers
+
+
+class Mover:
+    """Streams small set points to the robot; a context manager that ends the stream.
+
+    Args:
+        robot: The profile.
+        layout: Its map.
+        config: Address and times of the link.
+        host: The robot's address.
+        port: Of its Modbus server.
+    """
+
+    def __init__(
+        self, robot: Robot, layout: ModbusMap, config: TwinControllerConfig, host: str, port: int
+    ) -> None:
+        settings = ModbusSettings(
+            host, port, poll_period=config.real.poll_period_ms * 1e-3, timeout=0.2
+        )
+        self._joints = robot.twin_joints
+        self._columns = [k for k, joint in enumerate(robot.joints) if joint.twin]
+        self._newest: RobotSample | None = None
+        self._came = threading.Event()
+        self._alarm = ""
+        self._link = ModbusLink(
+            settings, layout, robot, self._take, lambda up, why: None, self._told
+        )
+
+    def __enter__(self) -> Mover:
+        """Connect."""
+        self._link.__enter__()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Let the robot decelerate and end the stream, then disconnect."""
+        self._link.pulse("cstopi")
+        self._link.write_integer("setpoint_valid", 0)
+        time.sleep(0.3)
+        self._link.close()
+
+    def nudge_all(self) -> Iterator[Finding]:
+        """Send each joint of the twin a hair away and back.
+
+        End at the first that cannot be moved.
+        """
+        reason = self._start()
+        if reason:
+            yield wrong(
+                Group.LINKS,
+                f"the robot cannot be moved: {reason}",
+                "end what commands it, reset it, and ask again",
+            )
+            return
+        for index, joint in enumerate(self._joints):
+            nudge = self._nudge(index, joint)
+            if self._sample.control_type is not ControlType.STREAM:
+                what = (
+                    f"{joint.name}: the robot ended the stream "
+                    f"{self._alarm or '(it tells no alarm)'}"
+                )
+                yield wrong(
+                    Group.LINKS,
+                    what,
+                    "a heartbeat that came late on a busy machine? Reset the robot and ask again",
+                )
+                return
+            yield check_nudge(nudge, self._joints)
+
+    def _take(self, sample: RobotSample, sent: float, received: float) -> None:
+        self._newest = sample
+        self._came.set()
+
+    def _told(self, program: ProgramStatus, alarm: AlarmStatus) -> None:
+        self._alarm = (
+            f"with {alarm.facility}-{alarm.number:03d} {alarm.message}" if alarm.facility else ""
+        )
+
+    @property
+    def _sample(self) -> RobotSample:
+        assert self._newest is not None
+        return self._newest
+
+    def _positions(self) -> tuple[float, ...]:
+        return tuple(self._sample.positions[k] for k in self._columns)
+
+    def _start(self) -> str:
+        """Start the stream program; return why that is not possible, or an empty text."""
+        if not self._came.wait(FIRST_S):
+            return "it sends no sample that is believed"
+        sample = self._sample
+        if (
+            sample.watchdog_state is WatchdogState.ARMED
+            and sample.control_type is not ControlType.NONE
+        ):
+            return "somebody streams to it"
+        if "fault" in sample.outputs:
+            return "FAULT is on"
+        if sample.control_type is not ControlType.NONE:
+            return "it runs a program"
+        if "cmdenbl" not in sample.outputs:
+            return "it does not allow a remote start (CMDENBL is off)"
+        start = self._positions()
+        self._link.pulse("rsr1")
+        end = time.monotonic() + FIRST_S
+        while self._sample.control_type is not ControlType.STREAM and time.monotonic() < end:
+            self._link.write_setpoint(start, SPEED_PERCENT)
+            time.sleep(PERIOD_S)
+        return (
+            ""
+            if self._sample.control_type is ControlType.STREAM
+            else "its stream program does not start"
+        )
+
+    def _nudge(self, index: int, joint: Joint) -> Nudge:
+        """Send one joint away from its nearer limit and back."""
+        start = self._positions()
+        asked = (
+            HAIR[joint.unit]
+            * joint.scale
+            * (1.0 if start[index] < 0.5 * (joint.lower + joint.upper) else -1.0)
+        )
+        away = tuple(q + asked * (k == index) for k, q in enumerate(start))
+        speed = self._go(start, away, index)
+        there = self._positions()
+        self._go(away, start, index)
+        return Nudge(
+            joint.name, asked, {j.name: b - a for j, a, b in zip(self._joints, start, there)}, speed
+        )
+
+    def _go(self, begin: tuple[float, ...], end: tuple[float, ...], index: int) -> float:
+        """Stream from one pose to another, wait until the robot stands there or the time is over.
+
+        Return the largest speed.
+        """
+        speed, started = 0.0, time.monotonic()
+        while (passed := time.monotonic() - started) < SETTLE_S:
+            share = min(passed / RAMP_S, 1.0)
+            self._link.write_setpoint(
+                [a + share * (b - a) for a, b in zip(begin, end)], SPEED_PERCENT
+            )
+            here = self._sample.velocities[self._columns[index]]
+            speed = here if abs(here) > abs(speed) else speed
+            rest = abs(self._positions()[index] - end[index])
+            if (
+                share == 1.0
+                and rest < CLOSE * abs(end[index] - begin[index])
+                and passed > RAMP_S + 0.2
+            ):
+                break
+            time.sleep(PERIOD_S)
+        return speed

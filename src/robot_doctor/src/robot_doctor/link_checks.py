@@ -1,0 +1,222 @@
+"""The fourth group: the links.
+
+Do they answer, fast and often enough, with a clock that runs? Does a joint go where it is sent?
+"""
+
+from __future__ import annotations
+
+import statistics
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+
+import msgspec
+from scara_config import ConfigError, Joint, Robot
+from scara_config.modbus_map import ModbusMap
+from twin_controller.config import TwinControllerConfig
+from twin_controller.registers import RegisterCodec
+from twin_controller.robot_sample import RobotSample, SampleError
+
+from robot_doctor.finding import Finding, Group, fine, note, wrong
+
+RATE_TOLERANCE = 0.02
+"""A clock that runs so much too fast or slow is none in ms: a quartz is a thousand times better."""
+WRAP = 2**31
+MOVED_LEAST, MOVED_MOST = 0.7, 1.3
+STRAY = 0.3
+
+
+class Answer(msgspec.Struct, frozen=True):
+    """One answer to the state request.
+
+    When it was asked and complete [s, local], words and signals as they came.
+    """
+
+    sent: float
+    received: float
+    words: tuple[int, ...]
+    signals: tuple[bool, ...]
+
+
+class Nudge(msgspec.Struct, frozen=True):
+    """What came of sending one joint a hair away.
+
+    How far it was sent [rad] or [m], where all joints went, and the largest speed.
+    """
+
+    joint: str
+    asked: float
+    moved: dict[str, float]
+    speed: float
+
+
+def check_answers(
+    robot: Robot, layout: ModbusMap, answers: Sequence[Answer], config: TwinControllerConfig
+) -> Iterator[Finding]:
+    """Judge a second or two of answers of the robot.
+
+    Args:
+        robot: The profile.
+        layout: Its map.
+        answers: In their order.
+        config: What the twin controller expects.
+    """
+    if len(answers) < 10:
+        yield wrong(
+            Group.LINKS,
+            f"only {len(answers)} answers",
+            "look at network and load of the robot's controller",
+        )
+        return
+    trips = sorted((answer.received - answer.sent) * 1e3 for answer in answers)
+    middle, worst = statistics.median(trips), trips[int(0.99 * (len(trips) - 1))]
+    rate = (len(answers) - 1) / (answers[-1].received - answers[0].received)
+    text = (
+        f"round trip {middle:.2f} ms, {worst:.2f} ms at worst of 100; {rate:.0f} answers a second"
+    )
+    if worst > config.real.timeout_ms:
+        advice = (
+            f"longer than real.timeout_ms = {config.real.timeout_ms:g}: make network or robot "
+            "faster, or that value larger"
+        )
+        yield wrong(Group.LINKS, text, advice)
+    elif middle > config.real.poll_period_ms:
+        yield note(
+            Group.LINKS,
+            text,
+            f"slower than real.poll_period_ms = {config.real.poll_period_ms:g}: the pair will lag "
+            "more",
+        )
+    else:
+        yield fine(Group.LINKS, text)
+    yield from _check_clock(robot, layout, answers, config)
+
+
+def check_nudge(nudge: Nudge, joints: Sequence[Joint]) -> Finding:
+    """Judge where the joints went when one of them was sent a hair away."""
+    joint = next(joint for joint in joints if joint.name == nudge.joint)
+    asked, moved = nudge.asked / joint.scale, nudge.moved[nudge.joint] / joint.scale
+    text = f"{nudge.joint}: sent {asked:+.3f} {joint.unit}, went {moved:+.3f} {joint.unit}"
+    others = {
+        other.name: nudge.moved[other.name] / other.scale
+        for other in joints
+        if other.name != nudge.joint
+    }
+    strays = [f"{name} {way:+.3f}" for name, way in others.items() if abs(way) > STRAY * abs(asked)]
+    share = moved / asked
+    if strays:
+        return wrong(
+            Group.LINKS,
+            f"{text}, and {', '.join(strays)}",
+            "axis_number in robot.yaml sends it to another axis",
+        )
+    if share < -0.1:
+        return wrong(
+            Group.LINKS,
+            text,
+            "set point and position have opposite signs: correct the scale, or the sign on the "
+            "robot",
+        )
+    if not MOVED_LEAST <= share <= MOVED_MOST:
+        return wrong(
+            Group.LINKS,
+            text,
+            "set point and position have different units or scales, or the robot does not follow",
+        )
+    if nudge.speed * nudge.asked < 0.0:
+        return wrong(
+            Group.LINKS,
+            f"{text}, its speed register says the other way",
+            "correct the sign of velocity",
+        )
+    return fine(Group.LINKS, text)
+
+
+def _check_clock(
+    robot: Robot, layout: ModbusMap, answers: Sequence[Answer], config: TwinControllerConfig
+) -> Iterator[Finding]:
+    """Yield what the words say.
+
+    The order of their halves, the clock, and the samples as the controller will read them.
+    """
+    other = msgspec.structs.replace(
+        layout, word_order="high_first" if layout.word_order == "low_first" else "low_first"
+    )
+    rate, swapped = _clock_rate(robot, layout, answers), _clock_rate(robot, other, answers)
+    if rate is None or abs(rate - 1.0) > RATE_TOLERANCE:
+        if swapped is not None and abs(swapped - 1.0) <= RATE_TOLERANCE:
+            what = (
+                f"with word_order: {layout.word_order} the clock makes no sense, with "
+                f"{other.word_order} it runs"
+            )
+            yield wrong(Group.LINKS, what, f"set word_order: {other.word_order} in modbus_map.yaml")
+            return
+        shown = "does not run" if not rate else f"runs {rate:.4g} ms a ms"
+        advice = (
+            "clock_ms is the robot's own clock in ms when the position was true; a map's scale "
+            "can turn s into ms"
+        )
+        yield wrong(Group.LINKS, f"the robot's clock {shown}", advice)
+        return
+    try:
+        samples = [_decode(robot, layout, answer) for answer in answers]
+    except (SampleError, ConfigError) as error:
+        yield wrong(
+            Group.LINKS,
+            f"an answer is not believed: {error}",
+            "correct scale, unit, address or limits of what it names",
+        )
+        return
+    yield _offset(samples, answers, rate)
+    yield _period(samples, config)
+
+
+def _offset(samples: Sequence[RobotSample], answers: Sequence[Answer], rate: float) -> Finding:
+    """Return how far the clocks are apart, and how well that is known from these answers."""
+    lower = max(sample.clock_ms - answer.received * 1e3 for sample, answer in zip(samples, answers))
+    upper = min(sample.clock_ms - answer.sent * 1e3 for sample, answer in zip(samples, answers))
+    between = 0.5 * (lower + upper)
+    known = max(abs(upper - lower) * 0.5, 0.01)
+    return fine(
+        Group.LINKS,
+        f"its clock is {between:.1f} ms ahead of ours, known to {known:.1f} ms; rate {rate:.5f}",
+    )
+
+
+def _period(samples: Sequence[RobotSample], config: TwinControllerConfig) -> Finding:
+    """Return how often the robot renews its reading, as far as polling can see."""
+    clocks = sorted({sample.clock_ms for sample in samples})
+    steps = sorted(after - before for before, after in pairwise(clocks))
+    if len(steps) < 5:
+        return wrong(
+            Group.LINKS,
+            f"{len(clocks)} readings in {len(samples)} answers",
+            "the robot must renew position and clock",
+        )
+    middle, allowed = (
+        statistics.median(steps),
+        2.0 * max(config.real.sample_period_ms, config.real.poll_period_ms),
+    )
+    text = f"a new reading each {middle:g} ms or faster"
+    if middle > allowed:
+        return note(
+            Group.LINKS,
+            text,
+            f"set real.sample_period_ms = {middle:g} in twin_controller.yaml; a faster renewal is "
+            "better",
+        )
+    return fine(Group.LINKS, text)
+
+
+def _decode(robot: Robot, layout: ModbusMap, answer: Answer) -> RobotSample:
+    return RegisterCodec(layout, robot).decode_sample(answer.words, answer.signals)
+
+
+def _clock_rate(robot: Robot, layout: ModbusMap, answers: Sequence[Answer]) -> float | None:
+    """Return how many ms the robot's clock goes in one of ours, None if it cannot be read."""
+    codec = RegisterCodec(layout, robot)
+    try:
+        first, last = (codec.clock_of(answers[k].words) for k in (0, -1))
+    except SampleError:
+        return None
+    passed = (last - first) % WRAP
+    return float(passed / ((answers[-1].received - answers[0].received) * 1e3))

@@ -1,0 +1,194 @@
+"""The first group: does the profile agree with itself, and are its units what they say."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+from scara_config import Joint, Robot
+from scara_control.errors import ScaraControlError
+from scara_control.kinematics.screws import ScrewModel, forward_kinematics
+from scara_control.kinematics.tool import ScaraTool, ToolKinematics, tool_kinematics
+
+from robot_doctor.finding import Finding, Group, fine, note, or_fine, wrong
+
+SMALL_RANGE = {"deg": 13.0, "mm": 3.0}
+"""A joint that is this slow, with limits this small, was given in rad or m: 2 pi is 6.28."""
+SLOW = {"deg": 25.0, "mm": 5.0}
+SLOWEST_START_S = 3.0
+FASTEST_START_S = 0.005
+GEOMETRY_TOLERANCE = 1e-6
+POSES_PER_JOINT = 4
+
+
+def check_robot(robot: Robot, folder: str) -> Iterator[Finding]:
+    """Check robot.yaml by itself.
+
+    Args:
+        robot: The profile.
+        folder: Name of the folder that it stands in; empty for a flat one.
+    """
+    if folder and folder != robot.name:
+        advice = (
+            f"give folder and `name` the same text: --robot {folder} would start a cell of "
+            f"{robot.name}"
+        )
+        yield wrong(Group.ROBOT, f"robot.yaml in robots/{folder} says name: {robot.name}", advice)
+    yield fine(
+        Group.ROBOT,
+        f"{robot.name}: {len(robot.joints)} joints, {len(robot.twin_joints)} of them in the twin",
+    )
+    for joint in robot.joints:
+        yield from _check_units(joint)
+    yield from _check_screws(robot)
+    yield from check_kinematics(robot)
+
+
+def check_kinematics(robot: Robot) -> Iterator[Finding]:
+    """Check that lengths and screws say the same.
+
+    Check also that home and the set positions can be reached.
+    """
+    try:
+        tool = tool_kinematics(robot)
+        chain = ScrewModel.from_robot(robot)
+    except ScaraControlError as error:
+        yield wrong(
+            Group.ROBOT,
+            f"kinematics: {error}",
+            "correct screw_axis, home_pose or geometry in robot.yaml",
+        )
+        return
+    if isinstance(tool, ScaraTool):
+        worst = _closed_form_error(robot, tool, chain)
+        if worst > GEOMETRY_TOLERANCE:
+            advice = (
+                "measure l1_mm, l2_mm and h_mm; screw_axis of joint_2 is (0, 0, 1, 0, -l1, 0), "
+                "home_pose holds l1 + l2 and h"
+            )
+            yield wrong(
+                Group.ROBOT,
+                f"geometry and screw axes differ by up to {worst * 1e3:.3g} mm at the tool",
+                advice,
+            )
+        else:
+            yield fine(Group.ROBOT, "geometry and screw axes give the same tool position")
+    seed = [robot.home[joint.name] * joint.scale for joint in robot.arm_joints]
+    yield from or_fine(
+        _unreachable(robot, tool, seed),
+        Group.ROBOT,
+        f"set positions {', '.join(robot.positions_m)} are within reach",
+    )
+
+
+def check_programs(robot: Robot, programs: Mapping[str, Any]) -> Iterator[Finding]:
+    """Check the joint values of the robot's programs.
+
+    Args:
+        robot: The profile.
+        programs: Parsed files by name.
+    """
+    if not programs:
+        yield note(
+            Group.ROBOT,
+            "no programs/*.yaml",
+            "write one with the names that experiments.yaml asks for (ARTICLE)",
+        )
+    keys = {f"{joint.name}_{joint.unit}": joint for joint in robot.joints}
+    for file, tree in programs.items():
+        positions = tree.get("positions", {}) if isinstance(tree, Mapping) else {}
+        found = [
+            text for name, values in positions.items() for text in _wrong_values(keys, name, values)
+        ]
+        for text in found:
+            yield wrong(
+                Group.ROBOT,
+                f"{file}: {text}",
+                "correct the value; deg for a turning joint, mm for a sliding one",
+            )
+        if not found:
+            yield fine(Group.ROBOT, f"{file}: {len(positions)} positions within the joints' limits")
+
+
+def _wrong_values(keys: Mapping[str, Joint], name: str, values: Any) -> Iterator[str]:
+    if not isinstance(values, Mapping):
+        yield f"positions.{name} is no mapping"
+        return
+    for key in sorted(set(keys) ^ set(values)):
+        yield f"positions.{name}.{key} is {'missing' if key in keys else 'no joint with its unit'}"
+    for key, joint in keys.items():
+        value, low, high = values.get(key), joint.lower / joint.scale, joint.upper / joint.scale
+        if isinstance(value, int | float) and not low - 1e-9 <= value <= high + 1e-9:
+            yield f"positions.{name}.{key} = {value:g} is outside [{low:g}, {high:g}] {joint.unit}"
+
+
+def _check_units(joint: Joint) -> Iterator[Finding]:
+    """Yield what looks like radians or metres, or like an acceleration of another unit."""
+    low, high, speed = (
+        joint.lower / joint.scale,
+        joint.upper / joint.scale,
+        joint.velocity / joint.scale,
+    )
+    if high - low < SMALL_RANGE[joint.unit] and speed < SLOW[joint.unit]:
+        yield wrong(
+            Group.ROBOT,
+            f"{joint.name}: limits [{low:g}, {high:g}] {joint.unit} at {speed:g} {joint.unit}/s "
+            f"look like {joint.si_unit}",
+            f"give limits and speeds in {joint.unit}: multiply by {1.0 / joint.scale:.6g}",
+        )
+    start = joint.velocity / joint.acceleration
+    if not FASTEST_START_S <= start <= SLOWEST_START_S:
+        yield note(
+            Group.ROBOT,
+            f"{joint.name} needs {start:.3g} s to its full speed of {speed:g} {joint.unit}/s",
+            f"check acceleration_{joint.unit}_s2: {joint.unit}, not {joint.si_unit}",
+        )
+
+
+def _check_screws(robot: Robot) -> Iterator[Finding]:
+    """Yield joints whose screw is not that of their type."""
+    for joint in robot.joints:
+        if joint.screw_axis is None:
+            continue
+        omega, v = np.array(joint.screw_axis[:3]), np.array(joint.screw_axis[3:])
+        turns = bool(omega.any())
+        if turns != (joint.si_unit == "rad"):
+            advice = (
+                "a turning joint has (omega, -omega x p) with |omega| = 1, a sliding one (0, v) "
+                "with |v| = 1"
+            )
+            yield wrong(
+                Group.ROBOT,
+                f"{joint.name} is {joint.unit}, its screw_axis {list(joint.screw_axis)} is not",
+                advice,
+            )
+        elif turns and abs(float(omega @ v)) > 1e-9:
+            advice = "v = -omega x p for any point p of the axis is at right angles to omega"
+            yield wrong(
+                Group.ROBOT,
+                f"{joint.name}: screw_axis {list(joint.screw_axis)} has a pitch",
+                advice,
+            )
+
+
+def _closed_form_error(robot: Robot, tool: ToolKinematics, chain: ScrewModel) -> float:
+    """Return the largest distance between the tool of the lengths and that of the screws [m]."""
+    axes = [np.linspace(joint.lower, joint.upper, POSES_PER_JOINT) for joint in robot.arm_joints]
+    poses = [[float(q) for q in pose] for pose in itertools.product(*axes)]
+    return max(
+        float(np.linalg.norm(tool.position(q) - forward_kinematics(chain, q)[:3, 3])) for q in poses
+    )
+
+
+def _unreachable(robot: Robot, tool: ToolKinematics, seed: list[float]) -> Iterator[Finding]:
+    for name, (x, y, z) in robot.positions_m.items():
+        try:
+            tool.inverse(x, y, z, None, seed)
+        except ScaraControlError as error:
+            yield wrong(
+                Group.ROBOT,
+                f"positions_m.{name}: {error}",
+                "move the position, or correct lengths and limits",
+            )

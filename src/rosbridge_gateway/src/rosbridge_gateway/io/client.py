@@ -1,0 +1,374 @@
+"""One web-socket client of the gateway, in the event loop's thread."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, Protocol
+
+from msgspec import UNSET
+from websockets.asyncio.connection import broadcast
+from websockets.asyncio.server import ServerConnection
+from websockets.exceptions import ConnectionClosed
+
+from rosbridge_gateway.admission.places import Seat, Visitor
+from rosbridge_gateway.config import GatewayConfig
+from rosbridge_gateway.io.graph import Ask, Graph, GraphError, ServiceCall
+from rosbridge_gateway.io.questions import Questions
+from rosbridge_gateway.protocol import packets, rosapi
+from rosbridge_gateway.protocol.conversion import ConversionError
+from rosbridge_gateway.protocol.latest import Outbox
+from rosbridge_gateway.protocol.packets import Packet
+from rosbridge_gateway.protocol.roles import taken
+from rosbridge_gateway.protocol.session import Request, Session
+
+_DRAIN_POLL = 0.01
+
+
+class Shared(Protocol):
+    """What all clients share; the server."""
+
+    config: GatewayConfig
+    graph: Graph
+    graph_thread: ThreadPoolExecutor
+    call_threads: ThreadPoolExecutor
+    namespace: str
+    calls: int
+    errors: int
+    listeners: dict[str, set[Client]]
+    log: Callable[[str], None]
+
+
+class Client:
+    """Performs what one session lets through, and sends what waits for it."""
+
+    def __init__(
+        self,
+        owner: int,
+        visitor: Visitor,
+        caller: str,
+        connection: ServerConnection,
+        session: Session,
+        shared: Shared,
+    ) -> None:
+        self.owner = owner
+        self.caller = caller
+        """Role and address, in whose name the client acts."""
+        self.session = session
+        self.outbox = Outbox(shared.config.limits.waiting_answers)
+        self.drop_reason: str | None = None
+        """Why the gateway ended the connection.
+
+        None while it serves, and when the client went by itself.
+        """
+        self._visitor = visitor
+        self._gone = False
+        self._heard = time.monotonic()
+        self._connection = connection
+        self._shared = shared
+        self._loop = asyncio.get_running_loop()
+        self._timer: asyncio.TimerHandle | None = None
+        self._full_since: float | None = None
+        self._written_names: dict[str, str] = {}
+        self._calls: dict[asyncio.Task[None], ServiceCall] = {}
+        self._questions = Questions(self._loop, self.answer)
+
+    async def run(self) -> None:
+        """Serve the client until its connection ends, then free what it used."""
+        keep_alive = self._loop.create_task(self._keep_alive())
+        try:
+            while True:
+                data = await self._connection.recv(decode=False)
+                self._heard = time.monotonic()
+                outcome = self.session.receive(data, self._heard)
+                if isinstance(outcome, Request):
+                    await self._perform_safely(outcome)
+                elif outcome is not None:
+                    self.answer(outcome)
+                self._tell_audit()
+        except ConnectionClosed:
+            pass
+        finally:
+            keep_alive.cancel()
+            await self._release()
+
+    async def _keep_alive(self) -> None:
+        """Drop a client of which neither a pong nor a packet comes.
+
+        One that only publishes may leave pings unread.
+        """
+        config = self._shared.config
+        with contextlib.suppress(ConnectionClosed):
+            while True:
+                await asyncio.sleep(config.ping_interval)
+                asked = time.monotonic()
+                try:
+                    async with asyncio.timeout(config.ping_timeout):
+                        await (await self._connection.ping())
+                except TimeoutError:
+                    if self._heard < asked:
+                        self.drop(f"no answer to a ping within {config.ping_timeout:g} s")
+                        return
+
+    async def _perform_safely(self, request: Request) -> None:
+        """Perform; whatever fails is answered, and the client lives on."""
+        try:
+            await self._perform(request)
+            if not isinstance(request.packet, packets.CallService):  # a call is told when it ends
+                self.session.performed(request, "done", self._heard)
+        except (GraphError, ConversionError) as error:
+            self._refuse(request, str(error))
+        except ConnectionClosed:
+            raise
+        except Exception as error:
+            self._shared.errors += 1
+            self._shared.log(f"error while serving {request.name}: {error!r}")
+            self._refuse(request, f"error in the gateway: {error!r}")
+
+    async def _perform(self, request: Request) -> None:
+        graph, name = self._shared.graph, request.name
+        match request.packet:
+            case packets.Publish() as packet:
+                if not self.session.is_advertised(name):
+                    await self._in_graph(self._advertise, name, None, False, 100)
+                    self.session.advertised(name, UNSET)
+                graph.publish(self.owner, name, packet.msg)
+            case packets.CallService() as packet:
+                await self._call(packet, name)
+            case packets.Subscribe() as packet:
+                await self._subscribe(packet, name)
+            case packets.Unsubscribe() as packet:
+                await self._unsubscribe(packet, name)
+            case packets.Advertise() as packet:
+                await self._in_graph(
+                    self._advertise, name, packet.type, packet.latch, packet.queue_size
+                )
+                self.session.advertised(name, packet.id)
+            case packets.Unadvertise() as packet:
+                if self.session.unadvertised(name, packet.id):
+                    await self._in_graph(graph.unadvertise, self.owner, name)
+            case packets.AdvertiseService() as packet:
+                ask = self._questions.asker(packet.service)
+                await self._in_graph(self._advertise_service, name, packet.type, ask)
+                self.session.provides(name, True)
+            case packets.UnadvertiseService():
+                await self._in_graph(graph.unadvertise_service, self.owner, name)
+                self.session.provides(name, False)
+            case packets.ServiceResponse() as packet:
+                self._questions.answered(packet)
+
+    async def _in_graph(self, function: Callable[..., Any], *args: Any) -> Any:
+        """Run a function of the graph in the graph's thread; other clients are served meanwhile."""
+        return await self._loop.run_in_executor(self._shared.graph_thread, function, *args)
+
+    def _advertise(self, name: str, kind: str | None, latch: bool, queue_size: int) -> None:
+        """Open a publisher, unless another node publishes the topic now; in the graph's thread."""
+        graph = self._shared.graph
+        if not self.session.is_exempt("publish", name):
+            self._refuse_taken(name, "published", graph.publishing_nodes(name))
+        graph.advertise(self.owner, name, kind, latch, queue_size)
+
+    def _advertise_service(self, name: str, kind: str, ask: Ask) -> None:
+        """Offer a service, unless another node offers it now; in the graph's thread.
+
+        For the master the last offer counts: the living service would get no call any longer.
+        """
+        graph = self._shared.graph
+        self._refuse_taken(name, "offered", graph.offering_nodes(name))
+        timeout = self._shared.config.service_timeout
+        graph.advertise_service(self.owner, name, kind, ask, timeout)
+
+    @staticmethod
+    def _refuse_taken(name: str, what: str, nodes: list[str]) -> None:
+        reason = taken(name, what, nodes)
+        if reason is not None:
+            raise GraphError(reason)
+
+    async def _subscribe(self, packet: packets.Subscribe, name: str) -> None:
+        """Listen before the graph delivers, so that a latched message is not missed."""
+        fresh = name not in self.session.subscriptions
+        if fresh:
+            self._listen(packet, name)
+        try:
+            await self._in_graph(self._shared.graph.subscribe, self.owner, name, packet.type)
+        except Exception:
+            if fresh:
+                self.session.unsubscribed(name, UNSET)
+                self._stop_listening(name)
+            raise
+        if not fresh:
+            self._listen(packet, name)
+
+    def _listen(self, packet: packets.Subscribe, name: str) -> None:
+        self._written_names[name] = packet.topic
+        self.outbox.subscribe(name, *self.session.subscribed(name, packet))
+        self._shared.listeners.setdefault(name, set()).add(self)
+
+    async def _unsubscribe(self, packet: packets.Unsubscribe, name: str) -> None:
+        if self.session.unsubscribed(name, packet.id):
+            self._stop_listening(name)
+            await self._in_graph(self._shared.graph.unsubscribe, self.owner, name)
+        elif name in self.session.subscriptions:
+            self.outbox.subscribe(name, *self.session.wishes(name))
+
+    def _stop_listening(self, name: str) -> None:
+        listeners = self._shared.listeners.get(name, set())
+        listeners.discard(self)
+        if not listeners:
+            self._shared.listeners.pop(name, None)
+        self.outbox.unsubscribe(name)
+
+    async def _call(self, packet: packets.CallService, name: str) -> None:
+        """Answer rosapi's services, start a call of any other; it answers when it ends."""
+        shared = self._shared
+        own = rosapi.service_of(name, shared.namespace)
+        if own == rosapi.GET_TIME:
+            self._respond(packet, rosapi.time_values(*shared.graph.now()))
+            return
+        if own is not None:
+            values = await self._in_graph(rosapi.answer, own, packet.args, shared.graph)
+            if values is None:
+                raise GraphError(f"{name} is not offered by this gateway")
+            self._respond(packet, values)
+            return
+        limits = shared.config.limits
+        if len(self._calls) >= limits.calls_per_client or shared.calls >= limits.calls:
+            raise GraphError(
+                f"{len(self._calls)} of {limits.calls_per_client} calls of this client and "
+                f"{shared.calls} of "
+                f"{limits.calls} calls of all run: {name} refused"
+            )
+        timeout = min(
+            packet.timeout or shared.config.service_timeout, shared.config.service_timeout_max
+        )
+        call = shared.graph.service_call(name, packet.args, timeout, self.caller)
+        task = self._loop.create_task(self._run_call(packet, name, call))
+        shared.calls += 1
+        self._calls[task] = call
+        task.add_done_callback(self._call_ended)
+
+    async def _run_call(self, packet: packets.CallService, name: str, call: ServiceCall) -> None:
+        try:
+            values = await self._loop.run_in_executor(self._shared.call_threads, call.run)
+            self._respond(packet, values)
+            self.session.performed(Request(packet, name), values, time.monotonic())
+        except (GraphError, ConversionError) as error:
+            self._refuse(Request(packet, name), str(error))
+        except Exception as error:
+            self._shared.errors += 1
+            self._shared.log(f"error while calling {name}: {error!r}")
+            self._refuse(Request(packet, name), f"error in the gateway: {error!r}")
+        self._tell_audit()
+
+    def _call_ended(self, task: asyncio.Task[None]) -> None:
+        self._shared.calls -= 1
+        self._calls.pop(task, None)
+
+    def _respond(self, packet: packets.CallService, values: dict[str, Any]) -> None:
+        self.answer(
+            packets.ServiceResponse(
+                id=packet.id, service=packet.service, values=values, result=True
+            )
+        )
+
+    def _refuse(self, request: Request, reason: str) -> None:
+        answer = self.session.refuse(request.packet, reason, time.monotonic())
+        if answer is not None:
+            self.answer(answer)
+
+    def _tell_audit(self) -> None:
+        for entry in self.session.take_entries():
+            self._shared.graph.audit(self.caller, entry)
+
+    def answer(self, packet: Packet) -> None:
+        """Send an answer, in order with the other answers."""
+        if self.outbox.put_answer(packets.encode(packet)):
+            self.flush()
+        else:
+            self.drop(
+                f"{self._shared.config.limits.waiting_answers} answers wait and are not taken"
+            )
+
+    def deliver(self, topic: str, message: bytes) -> None:
+        """Send a message that is JSON already, or keep it as the newest of its topic."""
+        packet = packets.encode_publish(self._written_names.get(topic, topic), message)
+        self.outbox.put_message(topic, packet, time.monotonic())
+        self.flush()
+
+    def flush(self) -> None:
+        """Send what may go out now; come back when more may."""
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+        if self._gone:
+            return
+        now = time.monotonic()
+        limit = self._shared.config.limits.send_buffer_bytes
+        while self._connection.transport.get_write_buffer_size() < limit:
+            self._full_since = None
+            data = self.outbox.pop(now)
+            if data is None:
+                self._wake_when_due(now)
+                return
+            broadcast([self._connection], data, text=True)
+        self._full_since = self._full_since or now
+        if now - self._full_since > self._shared.config.stall_timeout:
+            self.drop(f"took nothing for {self._shared.config.stall_timeout:g} s")
+            return
+        self._timer = self._loop.call_later(_DRAIN_POLL, self.flush)
+
+    def _wake_when_due(self, now: float) -> None:
+        due = self.outbox.next_due()
+        if due is not None:
+            self._timer = self._loop.call_later(max(due - now, 0.0), self.flush)
+
+    @property
+    def seat(self) -> Seat:
+        """What decides whether the client may keep its place."""
+        session = self.session
+        held = session.subscriptions or session.advertisements or session.services or self._calls
+        return Seat(self.owner, self._visitor, bool(held), self._heard)
+
+    @property
+    def is_gone(self) -> bool:
+        """Whether its connection has ended, or is about to."""
+        return self._gone
+
+    def drop(self, reason: str) -> None:
+        """End the connection at once, without waiting for a client that takes nothing."""
+        if not self._gone:
+            self._gone = True
+            self.drop_reason = reason
+            self._connection.transport.abort()
+
+    async def _release(self) -> None:
+        """Give back everything in the graph.
+
+        Running calls and unanswered questions end with an error.
+        """
+        self._gone = True
+        if self._timer is not None:
+            self._timer.cancel()
+        for call in self._calls.values():
+            call.cancel()
+        self._questions.close()
+        for name in self.session.subscriptions:
+            self._stop_listening(name)
+        await self._in_graph(self._leave_graph)
+
+    def _leave_graph(self) -> None:
+        graph, session = self._shared.graph, self.session
+        for leave, names in (
+            (graph.unsubscribe, session.subscriptions),
+            (graph.unadvertise, session.advertisements),
+            (graph.unadvertise_service, session.services),
+        ):
+            for name in names:
+                try:
+                    leave(self.owner, name)
+                except Exception as error:
+                    self._shared.errors += 1
+                    self._shared.log(f"error while leaving {name}: {error!r}")

@@ -1,0 +1,74 @@
+"""What the gateway asks of the ROS side; the node implements it, tests replace it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import Future
+from typing import Any, Protocol
+
+from rosbridge_gateway.protocol.audit import Entry
+from rosbridge_gateway.protocol.rosapi import GraphNames
+
+
+class GraphError(RuntimeError):
+    """The ROS graph cannot do what was asked; the text says why and goes to the client."""
+
+
+class ServiceCall(Protocol):
+    """A service call that can be ended from another thread."""
+
+    def run(self) -> dict[str, Any]:
+        """Call and return the response's values; raises GraphError or ConversionError."""
+
+    def cancel(self) -> None:
+        """End a running call."""
+
+
+Ask = Callable[[dict[str, Any]], "Future[dict[str, Any]]"]
+
+
+class Graph(GraphNames, Protocol):
+    """The ROS side.
+
+    All but ``publish``, ``now`` and ``service_call`` run in one thread of their own, in order.
+    """
+
+    def publishing_nodes(self, topic: str) -> list[str]:
+        """Return which nodes publish ``topic`` now, this one left out."""
+
+    def offering_nodes(self, service: str) -> list[str]:
+        """Return which nodes offer ``service`` now, this one left out."""
+
+    def advertise(
+        self, owner: int, topic: str, type_name: str | None, latch: bool, queue_size: int
+    ) -> None:
+        """Open a publisher for a client; without a type the graph must know it."""
+
+    def unadvertise(self, owner: int, topic: str) -> None:
+        """Close a client's publisher."""
+
+    def publish(self, owner: int, topic: str, values: dict[str, Any]) -> None:
+        """Publish at once; called in the event loop, must not block."""
+
+    def subscribe(self, owner: int, topic: str, type_name: str | None) -> None:
+        """Deliver ``topic`` from now on, latched messages included."""
+
+    def unsubscribe(self, owner: int, topic: str) -> None:
+        """Deliver ``topic`` to this client no more."""
+
+    def service_call(self, service: str, args: Any, timeout: float, caller: str) -> ServiceCall:
+        """Prepare a service call in the name of ``caller``; it runs in a thread of its own."""
+
+    def advertise_service(
+        self, owner: int, service: str, type_name: str, ask: Ask, timeout: float
+    ) -> None:
+        """Offer a service whose requests a client answers."""
+
+    def unadvertise_service(self, owner: int, service: str) -> None:
+        """Offer it no more."""
+
+    def audit(self, caller: str, entry: Entry) -> None:
+        """Tell what ``caller`` did; called in the event loop, must not block."""
+
+    def now(self) -> tuple[int, int]:
+        """Return ROS time: seconds, nanoseconds."""

@@ -1,0 +1,283 @@
+"""The gateway's web-socket server: an event loop in one thread, sync on the outside."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import itertools
+import logging
+import math
+import socket
+import threading
+import time
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from http import HTTPStatus
+from types import TracebackType
+from typing import Any, Self
+from weakref import WeakKeyDictionary
+
+from websockets.asyncio.server import ServerConnection, serve
+from websockets.frames import CloseCode
+from websockets.http11 import Request, Response
+
+from rosbridge_gateway.admission.places import NoPlace, Place, Visitor, find_place
+from rosbridge_gateway.config import GatewayConfig
+from rosbridge_gateway.io.client import Client
+from rosbridge_gateway.io.door import Door, NotAdmittedError, bind, tls_context
+from rosbridge_gateway.io.graph import Graph
+from rosbridge_gateway.protocol.audit import Trail
+from rosbridge_gateway.protocol.roles import Roles
+from rosbridge_gateway.protocol.session import Session
+
+_HARD_SIZE_FACTOR = 8
+_NO_CLOSE_FRAME = 1006
+_SILENT = logging.getLogger("rosbridge_gateway.websockets")
+_SILENT.addHandler(logging.NullHandler())
+_SILENT.propagate = False
+
+
+@dataclass(frozen=True, slots=True)
+class Statistics:
+    """What the gateway has seen since its start."""
+
+    clients: int
+    turned_away: int
+    received: int
+    refused: int
+    dropped: int
+    errors: int
+    calls: int
+
+
+class GatewayServer:
+    """The web-socket door; a context manager."""
+
+    def __init__(
+        self,
+        config: GatewayConfig,
+        graph: Graph,
+        namespace: str,
+        tokens: Mapping[str, str],
+        log: Callable[[str], None],
+    ) -> None:
+        """Bind the port.
+
+        Args:
+            config: gateway.yaml.
+            graph: The ROS side.
+            namespace: Where names without a leading slash stand.
+            tokens: Role by token.
+            log: Takes one line for people.
+
+        Raises:
+            GatewayError: The port is taken, or the TLS files cannot be read.
+        """
+        self.config = config
+        self.graph = graph
+        self.namespace = namespace
+        self.log = log
+        self.listeners: dict[str, set[Client]] = {}
+        self.calls = 0
+        self.errors = 0
+        self.graph_thread = ThreadPoolExecutor(1, "gateway_graph")
+        self.call_threads = ThreadPoolExecutor(config.limits.calls, "gateway_call")
+        self._door = Door(config, tokens)
+        self._roles = Roles(config.roles, config.reserved, namespace)
+        self._tls = tls_context(config)
+        self._socket = bind(config)
+        self._clients: dict[int, Client] = {}
+        # Who shakes hands; one that does not finish is forgotten with its connection.
+        self._visitors: WeakKeyDictionary[ServerConnection, Visitor] = WeakKeyDictionary()
+        self._owners = itertools.count(1)
+        self._turned_away = 0
+        self._trail = Trail(time.monotonic())
+        self._past = [0, 0, 0]
+        self._loop = asyncio.new_event_loop()
+        self._loop.set_exception_handler(self._callback_failed)
+        self._stop = asyncio.Event()
+        self._ready = threading.Event()
+        self._failure: BaseException | None = None
+        self._thread = threading.Thread(target=self._run, name="gateway_loop", daemon=True)
+
+    @property
+    def port(self) -> int:
+        """The port in use (chosen by the system when the configured one is 0)."""
+        return int(self._socket.getsockname()[1])
+
+    @property
+    def failure(self) -> BaseException | None:
+        """What ended the server's thread, if anything did."""
+        return self._failure
+
+    def start(self) -> None:
+        """Serve, in a thread."""
+        self._thread.start()
+        self._ready.wait()
+
+    def stop(self) -> None:
+        """Send close frames, wait for all clients and threads to end."""
+        if self._thread.is_alive():
+            with contextlib.suppress(RuntimeError):
+                self._loop.call_soon_threadsafe(self._stop.set)
+            self._thread.join()
+        self.call_threads.shutdown(wait=True, cancel_futures=True)
+        self.graph_thread.shutdown(wait=True)
+        self._socket.close()
+
+    def __enter__(self) -> Self:
+        self.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.stop()
+
+    def deliver(self, topic: str, message: bytes, owner: int | None = None) -> None:
+        """Hand a topic's message, JSON already, to all its listeners or to one.
+
+        Callable from any thread.
+        """
+        with contextlib.suppress(RuntimeError):  # the loop has ended
+            self._loop.call_soon_threadsafe(self._fan_out, topic, message, owner)
+
+    def _fan_out(self, topic: str, message: bytes, owner: int | None) -> None:
+        for client in tuple(self.listeners.get(topic, ())):
+            if owner in (None, client.owner):
+                client.deliver(topic, message)
+
+    def _callback_failed(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+        """Count and tell what went wrong in a callback of the loop; nobody else would see it."""
+        self.errors += 1
+        self.log(f"error in the gateway: {context.get('exception') or context.get('message')!r}")
+
+    def statistics(self) -> Statistics:
+        """Return the counters; roughly right while clients come and go."""
+        clients = tuple(self._clients.values())
+        received, refused, dropped = (
+            past + sum(part)
+            for past, part in zip(
+                self._past,
+                (
+                    [c.session.counters.received for c in clients],
+                    [c.session.counters.refused for c in clients],
+                    [c.outbox.dropped for c in clients],
+                ),
+            )
+        )
+        return Statistics(
+            len(clients), self._turned_away, received, refused, dropped, self.errors, self.calls
+        )
+
+    def _run(self) -> None:
+        asyncio.set_event_loop(self._loop)
+        try:
+            self._loop.run_until_complete(self._serve())
+        except BaseException as error:
+            self._failure = error
+            self.log(f"gateway's server ended: {error!r}")
+        finally:
+            self._ready.set()
+            self._loop.close()
+
+    async def _serve(self) -> None:
+        config = self.config
+        async with serve(
+            self._attend,
+            sock=self._socket,
+            ssl=self._tls,
+            compression=None,
+            process_request=self._admit,
+            max_size=_HARD_SIZE_FACTOR * config.limits.packet_bytes,
+            ping_interval=None,  # the clients watch themselves
+            close_timeout=config.close_timeout,
+            open_timeout=config.ping_interval + config.ping_timeout + config.close_timeout,
+            logger=_SILENT,
+        ) as server:
+            self._ready.set()
+            await self._stop.wait()
+            server.close(reason="the gateway ends")
+            await server.wait_closed()
+
+    def _admit(self, connection: ServerConnection, request: Request) -> Response | None:
+        """Turn a client away with an HTTP status and a reason, or let it in."""
+        host, now = connection.remote_address[0], time.monotonic()
+        try:
+            visitor = self._door.admit(host, request.headers, request.path, now)
+            place = self._find_place(visitor)
+            if isinstance(place, NoPlace):
+                raise NotAdmittedError(HTTPStatus.SERVICE_UNAVAILABLE, place.reason)
+        except NotAdmittedError as error:
+            return self._turn_away(connection, error)
+        self._visitors[connection] = visitor
+        return None
+
+    def _turn_away(self, connection: ServerConnection, error: NotAdmittedError) -> Response:
+        self._turned_away += 1
+        reason, peer = str(error), _peer(connection)
+        entry = self._trail.note(
+            f"connect from {peer.rpartition(':')[0]}", None, False, reason, time.monotonic()
+        )
+        if entry is not None:
+            self.graph.audit(f"nobody@{peer}", entry)
+        self.log(f"client {peer} turned away: {reason}")
+        response = connection.respond(error.status, reason + "\n")
+        if error.retry_after:
+            response.headers["Retry-After"] = str(math.ceil(error.retry_after))
+        return response
+
+    def _find_place(self, visitor: Visitor) -> Place | NoPlace:
+        seats = [client.seat for client in self._clients.values() if not client.is_gone]
+        return find_place(visitor, seats, self.config.roles, self.config.limits.clients)
+
+    async def _attend(self, connection: ServerConnection) -> None:
+        """Serve one client from handshake to end."""
+        visitor = self._visitors.pop(connection)
+        place = self._find_place(visitor)
+        if isinstance(place, NoPlace):  # others came while this one was shaking hands
+            self._turned_away += 1
+            await connection.close(CloseCode.TRY_AGAIN_LATER, place.reason)
+            return
+        if place.leaves is not None:
+            self._clients[place.leaves].drop(f"made room for another {visitor.role}")
+        line = connection.transport.get_extra_info("socket")
+        line.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        line.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, self.config.limits.send_buffer_bytes)
+        role = visitor.role
+        session = Session(role, self._roles, self.namespace, self.config.limits, time.monotonic())
+        peer = _peer(connection)
+        owner = next(self._owners)
+        client = Client(owner, visitor, f"{role}@{peer}", connection, session, self)
+        self._clients[client.owner] = client
+        self.log(f"client {peer} came as {role}")
+        try:
+            await client.run()
+        except Exception as error:
+            client.drop(f"error in the gateway: {error!r}")
+            self.errors += 1
+        finally:
+            del self._clients[client.owner]
+            counts = session.counters
+            code = (
+                "connection lost"
+                if connection.close_code == _NO_CLOSE_FRAME
+                else f"code {connection.close_code}"
+            )
+            reason = client.drop_reason or f"{code} {connection.close_reason or ''}".rstrip()
+            for index, count in enumerate((counts.received, counts.refused, client.outbox.dropped)):
+                self._past[index] += count
+            self.log(
+                f"client {peer} left: {reason}; {counts.received} packets, "
+                f"{counts.refused} refused, {counts.over_rate} too fast, {client.outbox.dropped} "
+                "older messages replaced"
+            )
+
+
+def _peer(connection: ServerConnection) -> str:
+    host, port = (connection.remote_address or ("?", 0))[:2]
+    return f"{host}:{port}"

@@ -1,0 +1,1 @@
+"""ROS nodes: parameters, wiring, spin."""

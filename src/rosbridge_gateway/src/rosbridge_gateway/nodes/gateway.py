@@ -1,0 +1,117 @@
+"""Node ``gateway``: the twin's web-socket door, rosbridge v2.
+
+Parameters: ``~config_dir`` (default: package scara_config), ``~host``, ``~port`` (default:
+gateway.yaml).
+Topics: ``/diagnostics`` (diagnostic_msgs/DiagnosticArray, out, 1 Hz), ``twin_controller/audit``
+(scara_msgs/Audit, out). All other topics and services are the clients'.
+Exit codes: 0 after a signal, 1 when the server died, 2 when it cannot start.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import sys
+import time
+
+import msgspec
+import rospy
+from scara_config import ConfigError
+from scara_ros.diagnosis import Diagnosis, Level
+from scara_ros.io.scheduling import go_first
+from scara_ros.io.token_file import TokenError, read_token
+from scara_ros.memory import keep_for_good
+from scara_ros.nodes.diagnostics import PERIOD_S, Diagnostics
+from scara_ros.nodes.starting import become_node, until_shutdown
+from scara_ros.pacing import Pace
+
+from rosbridge_gateway.config import GatewayConfig, load_gateway_config
+from rosbridge_gateway.io.door import GatewayError
+from rosbridge_gateway.io.server import GatewayServer
+from rosbridge_gateway.nodes.ros_graph import RosGraph
+
+_WATCH_PERIOD = 0.2
+
+
+def main() -> None:
+    """Run the node."""
+    try:
+        become_node("gateway")
+        config = _configuration()
+        tokens = _tokens(config)
+        graph = RosGraph()
+        server = GatewayServer(
+            config,
+            graph,
+            rospy.get_namespace(),
+            tokens,
+            lambda line: rospy.loginfo("gateway: %s", line),
+        )
+    except (ConfigError, GatewayError, TokenError) as error:
+        rospy.logfatal(str(error))
+        sys.exit(2)
+    graph.deliver = server.deliver
+    keep_for_good()
+    go_first()
+    with server, until_shutdown():
+        rospy.loginfo("gateway: rosbridge v2 on %s:%d", config.host, server.port)
+        _watch(server)
+    if server.failure is not None:
+        sys.exit(1)
+
+
+def _configuration() -> GatewayConfig:
+    config = load_gateway_config(rospy.get_param("~config_dir", None))
+    if rospy.has_param("~token"):
+        rospy.delete_param("~token")
+        raise ConfigError(
+            "gateway: ~token: the command line and the parameter server show it to everybody; give "
+            "it by the environment variable or the file that gateway.yaml names, and choose a new "
+            "one"
+        )
+    overrides = {
+        key: rospy.get_param(f"~{key}") for key in ("host", "port") if rospy.has_param(f"~{key}")
+    }
+    try:
+        return msgspec.convert(msgspec.to_builtins(config) | overrides, GatewayConfig)
+    except msgspec.ValidationError as error:
+        raise ConfigError(f"gateway: parameters {overrides}: {error}") from error
+
+
+def _tokens(config: GatewayConfig) -> dict[str, str]:
+    """Return the role by token.
+
+    Raises:
+        ConfigError: Two roles have the same token.
+        TokenError: A token's file cannot be used.
+    """
+    tokens: dict[str, str] = {}
+    for name, role in config.roles.items():
+        token = read_token(role.token_environment, role.token_file, os.environ)
+        if token is None:
+            continue
+        if token in tokens:
+            raise ConfigError(
+                f"gateway: roles {tokens[token]} and {name} have the same token: give each its own"
+            )
+        tokens[token] = name
+    return tokens
+
+
+def _watch(server: GatewayServer) -> None:
+    """Report until a signal comes or the server's thread ends."""
+    diagnostics, pace = Diagnostics("gateway"), Pace(PERIOD_S)
+    while not rospy.is_shutdown() and server.failure is None:
+        if pace.is_due(time.monotonic()):
+            diagnostics.publish(_diagnosis(server))
+        rospy.rostime.wallsleep(_WATCH_PERIOD)
+
+
+def _diagnosis(server: GatewayServer) -> Diagnosis:
+    statistics = server.statistics()
+    name, values = f"{rospy.get_name()}: web socket", dataclasses.asdict(statistics)
+    if statistics.errors > 0:
+        return Diagnosis(
+            Level.WARN, name, f"{statistics.errors} internal errors, see the log", values
+        )
+    return Diagnosis(Level.OK, name, f"{statistics.clients} clients", values)

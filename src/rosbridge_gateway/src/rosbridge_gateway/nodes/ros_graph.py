@@ -1,0 +1,263 @@
+"""The gateway's ROS side: publishers, shared subscriptions, services, names."""
+
+from __future__ import annotations
+
+import concurrent.futures
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import genpy
+import msgspec
+import rosgraph
+import roslib.message
+import rospy
+from scara_ros.io.master import UNREACHABLE, MasterClient, MasterError
+from scara_ros.io.service_connection import ServiceError
+from scara_ros.nodes.service_client import service_type
+
+from rosbridge_gateway.io.graph import Ask, GraphError
+from rosbridge_gateway.nodes.ros_service_call import (
+    RosServiceCall,
+    ServiceTypes,
+    find_service_class,
+)
+from rosbridge_gateway.protocol.audit import Entry
+from rosbridge_gateway.protocol.conversion import ConversionError, Converter, Converters
+from scara_msgs.msg import Audit
+
+_BURST = 100
+_PROBE_TIMEOUT = 2.0
+_LOG_PERIOD = 5.0
+
+Deliver = Callable[[str, bytes, int | None], None]
+
+
+@dataclass
+class _Subscription:
+    """One rospy subscriber for all clients.
+
+    ``latched`` is the last message of each latching publisher.
+    """
+
+    converter: Converter
+    owners: set[int] = field(default_factory=set)
+    latched: dict[str, bytes] = field(default_factory=dict)
+    lock: threading.Lock = field(default_factory=threading.Lock)
+    subscriber: Any = None
+
+
+class RosGraph:
+    """Implements :class:`rosbridge_gateway.io.graph.Graph` with rospy."""
+
+    def __init__(self) -> None:
+        self.deliver: Deliver = lambda topic, message, owner: None
+        self.errors = 0
+        """Messages that could not be converted."""
+        self._converters = Converters(roslib.message.get_message_class)
+        self._publishers: dict[tuple[int, str], tuple[rospy.Publisher, Converter]] = {}
+        self._subscriptions: dict[str, _Subscription] = {}
+        self._services: dict[str, tuple[int, rospy.Service]] = {}
+        self._service_types = ServiceTypes(self._converters)
+        self._audit = rospy.Publisher(
+            "twin_controller/audit", Audit, queue_size=_BURST, tcp_nodelay=True
+        )
+
+    def advertise(
+        self, owner: int, topic: str, type_name: str | None, latch: bool, queue_size: int
+    ) -> None:
+        """Open a publisher for a client.
+
+        Asynchronous, so that a slow ROS node cannot hold up the gateway.
+        """
+        converter = self._converter(topic, type_name)
+        publisher = rospy.Publisher(
+            topic,
+            converter.message_class,
+            latch=latch,
+            queue_size=max(queue_size, 1),
+            tcp_nodelay=True,
+        )
+        previous = self._publishers.get((owner, topic))
+        self._publishers[owner, topic] = (publisher, converter)
+        if previous:
+            previous[0].unregister()
+
+    def unadvertise(self, owner: int, topic: str) -> None:
+        """Close a client's publisher."""
+        publisher, _ = self._publishers.pop((owner, topic))
+        publisher.unregister()
+
+    def publish(self, owner: int, topic: str, values: dict[str, Any]) -> None:
+        """Publish at once."""
+        publisher, converter = self._publishers[owner, topic]
+        try:
+            publisher.publish(converter.to_message(values))
+        except (ConversionError, rospy.ROSException, genpy.MessageException) as error:
+            raise GraphError(f"{topic}: {error}") from error
+
+    def subscribe(self, owner: int, topic: str, type_name: str | None) -> None:
+        """Share one rospy subscriber; a late comer gets the latched messages at once."""
+        shared = self._subscriptions.get(topic)
+        if shared is None:
+            shared = _Subscription(self._converter(topic, type_name))
+            self._subscriptions[topic] = shared
+            shared.owners.add(owner)
+            shared.subscriber = rospy.Subscriber(
+                topic,
+                shared.converter.message_class,
+                self._received,
+                (topic, shared),
+                queue_size=_BURST,
+                tcp_nodelay=True,
+            )
+            return
+        self._converter(topic, type_name or shared.converter.message_class._type)
+        with shared.lock:
+            if owner not in shared.owners:
+                shared.owners.add(owner)
+                alive = {
+                    connection.callerid_pub for connection in shared.subscriber.impl.connections
+                }
+                for caller, message in shared.latched.items():
+                    if caller in alive:
+                        self.deliver(topic, message, owner)
+
+    def unsubscribe(self, owner: int, topic: str) -> None:
+        """Leave a shared subscriber; the last one closes it."""
+        shared = self._subscriptions[topic]
+        with shared.lock:
+            shared.owners.discard(owner)
+        if not shared.owners:
+            del self._subscriptions[topic]
+            shared.subscriber.unregister()
+
+    def _received(self, message: Any, context: tuple[str, _Subscription]) -> None:
+        """Convert and encode a message once, in rospy's thread."""
+        topic, shared = context
+        try:
+            body = msgspec.json.encode(shared.converter.to_values(message))
+        except Exception as error:
+            self.errors += 1
+            rospy.logerr_throttle(
+                _LOG_PERIOD, f"gateway: a message of {topic} cannot be converted: {error!r}"
+            )
+            return
+        header = message._connection_header or {}
+        with shared.lock:
+            if header.get("latching") == "1":
+                shared.latched[header.get("callerid", "")] = body
+            self.deliver(topic, body, None)
+
+    def service_call(self, service: str, args: Any, timeout: float, caller: str) -> RosServiceCall:
+        """Prepare a service call.
+
+        The service sees the client's role and address behind this node's name.
+        """
+        return RosServiceCall(
+            self._service_types, service, args, timeout, f"{rospy.get_name()}/{caller}"
+        )
+
+    def advertise_service(
+        self, owner: int, service: str, type_name: str, ask: Ask, timeout: float
+    ) -> None:
+        """Offer a service that a client answers."""
+        if service in self._services:
+            raise GraphError(f"service {service} is offered by a client of this gateway already")
+        service_class = find_service_class(type_name)
+        request, response = self._service_types.converters(service_class)
+
+        def handle(message: Any) -> Any:
+            future = ask(request.to_values(message))
+            try:
+                return response.to_message(future.result(timeout))
+            except concurrent.futures.TimeoutError:
+                future.cancel()
+                raise rospy.ServiceException(
+                    f"the client that answers {service} took more than {timeout:g} s"
+                ) from None
+            except (GraphError, ConversionError) as error:
+                raise rospy.ServiceException(str(error)) from error
+
+        try:
+            offered = rospy.Service(service, service_class, handle)
+        except rospy.ROSException as error:
+            raise GraphError(f"service {service} cannot be offered: {error}") from error
+        self._services[service] = (owner, offered)
+
+    def unadvertise_service(self, owner: int, service: str) -> None:
+        """Offer it no more."""
+        if self._services.get(service, (None, None))[0] != owner:
+            raise GraphError(f"service {service} is not offered by this client")
+        self._services.pop(service)[1].shutdown()
+
+    def audit(self, caller: str, entry: Entry) -> None:
+        """Publish who did what over the web socket, beside the entries of the twin controller."""
+        who = f"{rospy.get_name()}/{caller}"
+        self._audit.publish(
+            Audit(
+                rospy.Header(stamp=rospy.get_rostime()),
+                who,
+                entry.what,
+                entry.success,
+                entry.outcome,
+            )
+        )
+
+    def now(self) -> tuple[int, int]:
+        """Return ROS time."""
+        now = rospy.get_rostime()
+        return now.secs, now.nsecs
+
+    def topics(self) -> dict[str, str]:
+        """Return topics and their types."""
+        return dict(self._ask_master("getTopicTypes"))
+
+    def publishing_nodes(self, topic: str) -> list[str]:
+        """Return which nodes publish ``topic`` now, this one left out."""
+        publishers, _, _ = self._ask_master("getSystemState")
+        return _others(publishers, topic)
+
+    def offering_nodes(self, service: str) -> list[str]:
+        """Return which nodes offer ``service`` now, this one left out."""
+        _, _, services = self._ask_master("getSystemState")
+        return _others(services, service)
+
+    def services(self) -> list[str]:
+        """Return services."""
+        _, _, services = self._ask_master("getSystemState")
+        return sorted(name for name, _ in services)
+
+    def service_type(self, service: str) -> str:
+        """Return the type of a service, empty if there is none."""
+        try:
+            return service_type(service, _PROBE_TIMEOUT)
+        except ServiceError:
+            return ""
+
+    def _ask_master(self, method: str) -> Any:
+        """Ask on a line of its own.
+
+        A hanging roscore costs a client its answer, not the others theirs.
+        """
+        try:
+            return MasterClient(rosgraph.get_master_uri(), rospy.get_caller_id()).ask(method)
+        except (*UNREACHABLE, MasterError) as error:
+            raise GraphError(f"roscore does not answer: {error}") from error
+
+    def _converter(self, topic: str, type_name: str | None) -> Converter:
+        """Return the converter for a topic; the type must agree with what the graph knows."""
+        known = self.topics().get(topic)
+        known = None if known == "*" else known
+        if type_name is None and known is None:
+            raise GraphError(f"the type of {topic} is not known: advertise it, or give `type`")
+        if type_name is not None and known is not None and type_name != known:
+            raise GraphError(f"{topic} has type {known}, not {type_name}")
+        return self._converters.by_name(known or type_name or "")
+
+
+def _others(registered: list[tuple[str, list[str]]], name: str) -> list[str]:
+    """Return the nodes behind ``name`` in the master's list, this one left out."""
+    nodes = dict(registered).get(name, [])
+    return [node for node in nodes if node != rospy.get_name()]

@@ -1,0 +1,93 @@
+"""What stands on the outside of a packet that cannot be read.
+
+Enough to tell its sender which one it was.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import msgspec
+from msgspec import UNSET, Raw, Struct, UnsetType
+
+_FIELD_BYTES = 2048  # our choice: longer ids and names are not repeated to the sender
+# Our choice: how much is searched of what is no JSON, or nested too deep even to be skipped.
+_HEAD_BYTES = 4096
+_ABSENT = Raw(b"")
+# A bracket, a string, or a string that is the key of another string or of an integer.
+_TOKEN = re.compile(
+    rb'(?P<bracket>[\[{}\]])|"(?P<key>(?:[^"\\]|\\.?)*+)"?'
+    rb'(?:\s*+:\s*+(?P<value>"(?:[^"\\]|\\.)*+"|-?\d+)(?=\s*+[,}]))?',
+    re.DOTALL,
+)
+
+
+class Envelope(Struct, frozen=True):
+    """The fields that every packet has, and the service of a call.
+
+    A field is absent where it is missing or of another type.
+    """
+
+    op: str | None = None
+    id: str | int | UnsetType = UNSET
+    service: str | None = None
+
+
+class _Outside(Struct):
+    op: Raw = _ABSENT
+    id: Raw = _ABSENT
+    service: Raw = _ABSENT
+
+
+_OUTSIDE = msgspec.json.Decoder(_Outside)
+
+
+def read_envelope(data: bytes) -> Envelope:
+    """Read what can be read of a packet that is refused.
+
+    It does not fit, is too long or too deep, or is no valid JSON. The whole is skipped over once.
+    Where that fails, its first bytes are searched, up to what is wrong.
+
+    Example:
+        >>> read_envelope(b'{"op": "call_service", "id": "a", "args": {"x": NaN}}').id
+        'a'
+    """
+    try:
+        outside = _OUTSIDE.decode(data)
+        fields = {
+            "op": bytes(outside.op),
+            "id": bytes(outside.id),
+            "service": bytes(outside.service),
+        }
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
+        fields = _search(data[:_HEAD_BYTES])
+    op, packet_id, service = (_value(fields.get(name, b"")) for name in ("op", "id", "service"))
+    return Envelope(
+        op=op if isinstance(op, str) else None,
+        id=packet_id
+        if isinstance(packet_id, str | int) and not isinstance(packet_id, bool)
+        else UNSET,
+        service=service if isinstance(service, str) else None,
+    )
+
+
+def _search(head: bytes) -> dict[str, bytes]:
+    """Find strings and integers that stand in the outermost object."""
+    depth, found = 0, {}
+    for match in _TOKEN.finditer(head):
+        if match["bracket"]:
+            depth += 1 if match["bracket"] in b"[{" else -1
+        elif depth == 1 and match["value"]:
+            found[match["key"].decode("utf-8", "replace")] = match["value"]
+    return found
+
+
+def _value(field: bytes) -> Any:
+    """Decode one field, unless it is too long to be repeated."""
+    if not field or len(field) > _FIELD_BYTES:
+        return None
+    try:
+        return msgspec.json.decode(field)
+    except (msgspec.DecodeError, UnicodeDecodeError):
+        return None

@@ -1,0 +1,105 @@
+"""What waits for one client: answers in order, and per topic only the newest messages."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+
+_EARLY_PART = 0.2
+_LATE_PART = 0.3
+
+
+@dataclass(slots=True)
+class _Topic:
+    """The waiting messages of one subscription.
+
+    ``turn`` is when the next message is due by the throttle rate, ``due`` when the oldest waiting
+    one may go out.
+    """
+
+    interval: float
+    waiting: deque[bytes]
+    turn: float = float("-inf")
+    due: float = float("-inf")
+
+
+class Outbox:
+    """Packets that a client has not taken yet, bounded whatever the client does.
+
+    Each topic keeps its newest ``queue_length`` messages (at least one); answers are kept in order
+    up to a number.
+
+    A throttled topic sends a message the moment it comes when its turn is near, and keeps an early
+    one a little beyond the turn, because a newer one may come just then: otherwise a source at
+    200 Hz throttled to 100 Hz would send messages that are 5 ms old. On average the interval is
+    kept.
+    """
+
+    def __init__(self, max_answers: int) -> None:
+        self.dropped = 0
+        """Messages replaced by newer ones because the client did not take them in time."""
+        self._max_answers = max_answers
+        self._answers: deque[bytes] = deque()
+        self._topics: dict[str, _Topic] = {}
+        self._pending: dict[str, None] = {}
+
+    def subscribe(self, topic: str, interval: float, queue_length: int) -> None:
+        """Keep messages of ``topic``, about ``interval`` [s] apart.
+
+        A repeated call changes both numbers.
+        """
+        before = self._topics.get(topic)
+        waiting = deque(before.waiting if before else (), maxlen=max(queue_length, 1))
+        self._topics[topic] = _Topic(interval, waiting, before.turn if before else float("-inf"))
+
+    def unsubscribe(self, topic: str) -> None:
+        """Forget ``topic`` and what waits of it."""
+        self._topics.pop(topic, None)
+        self._pending.pop(topic, None)
+
+    def put_answer(self, data: bytes) -> bool:
+        """Add an answer; return whether there was room.
+
+        Only a client that reads nothing can cause that too many wait.
+        """
+        if len(self._answers) >= self._max_answers:
+            return False
+        self._answers.append(data)
+        return True
+
+    def put_message(self, topic: str, data: bytes, now: float) -> None:
+        """Add a message of a subscribed topic; the oldest one gives way when the queue is full."""
+        entry = self._topics.get(topic)
+        if entry is None:
+            return
+        if len(entry.waiting) == entry.waiting.maxlen and entry.due <= now:
+            self.dropped += 1
+        entry.waiting.append(data)
+        if now >= entry.turn - _EARLY_PART * entry.interval:
+            entry.due = now
+        else:
+            entry.due = entry.turn + (
+                _LATE_PART * entry.interval if len(entry.waiting) == 1 else 0.0
+            )
+        self._pending[topic] = None
+
+    def pop(self, now: float) -> bytes | None:
+        """Return the next packet that may go out at ``now``: answers first, then topics in turn."""
+        if self._answers:
+            return self._answers.popleft()
+        for topic in self._pending:
+            entry = self._topics[topic]
+            if entry.due <= now:
+                del self._pending[topic]
+                entry.turn = max(entry.turn, now) + entry.interval
+                entry.due = entry.turn
+                if len(entry.waiting) > 1:
+                    self._pending[topic] = None
+                return entry.waiting.popleft()
+        return None
+
+    def next_due(self) -> float | None:
+        """Return when the next waiting packet may go out, or None when nothing waits."""
+        if self._answers:
+            return float("-inf")
+        return min((self._topics[topic].due for topic in self._pending), default=None)

@@ -1,0 +1,276 @@
+"""One client's side of the conversation: what came is judged here, the shell performs it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+from msgspec import UNSET
+
+from rosbridge_gateway.config import Limits
+from rosbridge_gateway.protocol import names, packets
+from rosbridge_gateway.protocol.audit import Entry, Trail
+from rosbridge_gateway.protocol.packets import (
+    Packet,
+    PacketError,
+    PacketId,
+    ServiceResponse,
+    Status,
+)
+from rosbridge_gateway.protocol.rate import RateLimit
+from rosbridge_gateway.protocol.roles import Roles
+
+_SEVERITY = {"info": 0, "warning": 1, "error": 2, "none": 3}
+_NO_COMPRESSION = (None, "", "none")
+_RATE_REMARK_INTERVAL = 1.0
+_NAME = 100  # our choice: longest part of a name that the audit shows
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """A packet that may be performed, with the absolute name of its topic or service."""
+
+    packet: Packet
+    name: str
+
+
+@dataclass(slots=True)
+class Counters:
+    """What a client sent."""
+
+    received: int = 0
+    refused: int = 0
+    over_rate: int = 0
+
+
+class Session:
+    """The protocol state of one client.
+
+    ``receive`` judges a packet and returns a :class:`Request` to perform, an answer to send, or
+    None. What has been performed is told back by ``subscribed``, ``advertised`` and their
+    counterparts.
+    """
+
+    def __init__(self, role: str, roles: Roles, namespace: str, limits: Limits, now: float) -> None:
+        self.role = role
+        self.counters = Counters()
+        self._roles = roles
+        self._namespace = namespace
+        self._limits = limits
+        self._rate = RateLimit(
+            limits.packets_per_second, limits.packets_burst, limits.packets_burst, now
+        )
+        self._rate_remark_at = float("-inf")
+        self._level = _SEVERITY["error"]
+        self._advertised: dict[str, set[PacketId]] = {}
+        self._subscribed: dict[str, dict[PacketId, packets.Subscribe]] = {}
+        self._services: set[str] = set()
+        self._trail = Trail(now)
+        self._entries: list[Entry] = []
+
+    def receive(self, data: bytes, now: float) -> Request | Packet | None:
+        """Judge one packet that came at ``now`` (monotonic, [s])."""
+        self.counters.received += 1
+        allowed = self._rate.allow(now)
+        try:
+            packet = packets.decode(data, self._limits.packet_bytes, self._limits.nesting)
+        except PacketError as error:
+            return self._unreadable(error, allowed, now)
+        if not allowed:
+            return self._over_rate(packet, now)
+        if isinstance(packet, packets.SetLevel):
+            self._level = _SEVERITY[packet.level]
+            return None
+        if isinstance(packet, Status):
+            return None
+        return self._judge(packet, now)
+
+    def _unreadable(self, error: PacketError, allowed: bool, now: float) -> Packet | None:
+        """Answer what is no packet.
+
+        A call is answered as a call, whatever is wrong with it, because its sender waits.
+        """
+        if error.call is not None:
+            return (
+                self.refuse(error.call, str(error), now)
+                if allowed
+                else self._over_rate(error.call, now)
+            )
+        self.counters.refused += 1
+        return (
+            self._status("error", str(error), error.packet_id)
+            if allowed
+            else self._over_rate(None, now)
+        )
+
+    def _judge(self, packet: Packet, now: float) -> Request | Packet | None:
+        """Check name, role and limits of a well-formed packet."""
+        try:
+            name = names.resolve(_written(packet), self._namespace)
+        except names.NameNotLegalError as error:
+            return self.refuse(packet, str(error), now)
+        reason = self._roles.authorise(self.role, _op(packet), name) or self._exceeded(packet, name)
+        return self.refuse(packet, reason, now) if reason else Request(packet, name)
+
+    def is_exempt(self, right: str, name: str) -> bool:
+        """Return whether ``name`` may be used beside other nodes; see :class:`Roles`."""
+        return self._roles.is_exempt(self.role, right, name)
+
+    def _exceeded(self, packet: Packet, name: str) -> str | None:
+        """Tell which limit a packet breaks, or None."""
+        limits = self._limits
+        match packet:
+            case packets.Subscribe():
+                if packet.compression not in _NO_COMPRESSION:
+                    return f"compression {packet.compression!r} is not supported: allowed: none"
+                return _full(self._subscribed, name, limits.topics_per_client, "subscribed topics")
+            case packets.Advertise():
+                return _full(self._advertised, name, limits.topics_per_client, "advertised topics")
+            case packets.AdvertiseService():
+                return _full(
+                    self._services, name, limits.services_per_client, "advertised services"
+                )
+            case packets.Unsubscribe() if name not in self._subscribed:
+                return f"{name} is not subscribed"
+            case packets.Unadvertise() if name not in self._advertised:
+                return f"{name} is not advertised"
+            case packets.UnadvertiseService() if name not in self._services:
+                return f"{name} is not advertised as a service"
+        return None
+
+    def refuse(self, packet: Packet, reason: str, now: float) -> Packet | None:
+        """Count and note a refusal and return its answer.
+
+        That is a failed response to a call, else a status of level error.
+        """
+        self.counters.refused += 1
+        self._note(packet, _written(packet), False, reason, now)
+        if isinstance(packet, packets.CallService):
+            return ServiceResponse(
+                id=packet.id, service=packet.service, values=reason, result=False
+            )
+        return self._status("error", reason, packet.id)
+
+    def _over_rate(self, packet: Packet | None, now: float) -> Packet | None:
+        """Refuse a packet that came too fast.
+
+        Calls are always answered, others by one status a second.
+        """
+        self.counters.over_rate += 1
+        reason = f"more than {self._limits.packets_per_second} packets a second: packet ignored"
+        if isinstance(packet, packets.CallService):
+            return self.refuse(packet, reason, now)
+        if packet is not None:
+            self._note(packet, _written(packet), False, reason, now)
+        if now - self._rate_remark_at < _RATE_REMARK_INTERVAL:
+            return None
+        self._rate_remark_at = now
+        return self._status("error", reason, UNSET if packet is None else packet.id)
+
+    def _status(self, level: packets.Level, text: str, packet_id: PacketId) -> Status | None:
+        return (
+            Status(id=packet_id, level=level, msg=text) if _SEVERITY[level] >= self._level else None
+        )
+
+    def performed(self, request: Request, outcome: Any, now: float) -> None:
+        """Note what a client has published, called or offered.
+
+        What it only hears is nobody's concern.
+        """
+        if isinstance(
+            request.packet, packets.Publish | packets.CallService | packets.AdvertiseService
+        ):
+            self._note(request.packet, request.name, True, outcome, now)
+
+    def _note(self, packet: Packet, name: str, success: bool, outcome: Any, now: float) -> None:
+        details = (
+            packet.msg if isinstance(packet, packets.Publish) else getattr(packet, "args", None)
+        )
+        entry = self._trail.note(f"{_op(packet)} {name[:_NAME]}", details, success, outcome, now)
+        if entry is not None:
+            self._entries.append(entry)
+
+    def take_entries(self) -> list[Entry]:
+        """Return what the audit is to be told, once."""
+        entries, self._entries = self._entries, []
+        return entries
+
+    def subscribed(self, name: str, packet: packets.Subscribe) -> tuple[float, int]:
+        """Note a subscription.
+
+        Return the least interval [s] and longest queue that the client's ids ask for.
+        """
+        wishes = self._subscribed.setdefault(name, {})
+        wishes[packet.id] = packet
+        return self.wishes(name)
+
+    def wishes(self, name: str) -> tuple[float, int]:
+        """Return least interval [s] and longest queue asked for ``name``."""
+        wishes = self._subscribed[name].values()
+        return min(w.throttle_rate for w in wishes) / 1000.0, max(w.queue_length for w in wishes)
+
+    def unsubscribed(self, name: str, packet_id: PacketId) -> bool:
+        """Note the end of one subscription (of all without an id).
+
+        Return whether the topic is no longer wanted.
+        """
+        wishes = self._subscribed.get(name, {})
+        if packet_id in (UNSET, None):
+            wishes.clear()
+        wishes.pop(packet_id, None)
+        return not wishes and self._subscribed.pop(name, None) is not None
+
+    def advertised(self, name: str, packet_id: PacketId) -> None:
+        """Note an advertised topic."""
+        self._advertised.setdefault(name, set()).add(packet_id)
+
+    def unadvertised(self, name: str, packet_id: PacketId) -> bool:
+        """Note the end of one advertisement (of all without an id); True when none is left."""
+        ids = self._advertised.get(name, set())
+        if packet_id in (UNSET, None):
+            ids.clear()
+        ids.discard(packet_id)
+        return not ids and self._advertised.pop(name, None) is not None
+
+    def is_advertised(self, name: str) -> bool:
+        """Tell whether the client publishes topic ``name``."""
+        return name in self._advertised
+
+    def provides(self, name: str, added: bool) -> None:
+        """Note that the client answers calls of service ``name``, or no more."""
+        (self._services.add if added else self._services.discard)(name)
+
+    @property
+    def subscriptions(self) -> tuple[str, ...]:
+        """Subscribed topics."""
+        return tuple(self._subscribed)
+
+    @property
+    def advertisements(self) -> tuple[str, ...]:
+        """Advertised topics."""
+        return tuple(self._advertised)
+
+    @property
+    def services(self) -> tuple[str, ...]:
+        """Services that the client answers."""
+        return tuple(self._services)
+
+
+def _op(packet: Packet) -> str:
+    return str(type(packet).__struct_config__.tag)
+
+
+def _written(packet: Packet) -> str:
+    """Return the topic or service of a packet as the client wrote it."""
+    return str(getattr(packet, "topic", None) or getattr(packet, "service", ""))
+
+
+def _full(taken: Iterable[str], name: str, limit: int, what: str) -> str | None:
+    """Tell that ``limit`` is reached, unless ``name`` is among ``taken`` already."""
+    known = set(taken)
+    return (
+        f"{len(known)} {what}: allowed: {limit}"
+        if name not in known and len(known) >= limit
+        else None
+    )

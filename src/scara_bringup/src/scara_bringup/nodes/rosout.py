@@ -1,0 +1,60 @@
+"""Node ``rosout``: collects what all nodes log, in place of Debian's node of that name.
+
+Debian's listens on all addresses of the machine, and obeys a ``shutdown`` from there.
+
+Subscribes to ``/rosout`` (rosgraph_msgs/Log), publishes the same to ``/rosout_agg`` and writes
+``rosout.log`` in the folder of ROS's logs. Parameter: ``~config_dir`` (bringup.yaml,
+``log_limit_mb``: that large the file grows; one older file is kept).
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import rospkg
+import rospy
+from rosgraph_msgs.msg import Log
+from scara_config import ConfigError, config_directory
+from scara_ros.nodes.diagnostics import PERIOD_S, Diagnostics
+from scara_ros.nodes.starting import become_node, until_shutdown
+
+from scara_bringup.config import load_bringup
+from scara_bringup.io.log_file import LogFile
+
+BURST = 1000  # our choice: a cell that starts says some hundred lines at once
+LEVELS = {Log.DEBUG: "DEBUG", Log.INFO: "INFO", Log.WARN: "WARN", Log.ERROR: "ERROR"}
+
+
+class Collector:
+    """Hands each log message on, and writes it down."""
+
+    def __init__(self, file: LogFile) -> None:
+        """Publish first, so that no message is taken that could not be handed on."""
+        self._file = file
+        self._publisher = rospy.Publisher("/rosout_agg", Log, queue_size=BURST, tcp_nodelay=True)
+        self._subscriber = rospy.Subscriber("/rosout", Log, self._take, queue_size=BURST)
+
+    def _take(self, message: Log) -> None:
+        level = LEVELS.get(message.level, "FATAL")
+        stamp = message.header.stamp.to_sec()
+        self._file.write(f"{stamp:.6f} {level} {message.name}: {message.msg}")
+        with until_shutdown():
+            self._publisher.publish(message)
+
+
+def main() -> None:
+    """Collect until shut down."""
+    become_node("rosout")
+    try:
+        folder = Path(rospy.get_param("~config_dir", "") or config_directory())
+        limit_mb = load_bringup(folder).log_limit_mb
+    except ConfigError as error:
+        rospy.logfatal("rosout: %s", error)
+        sys.exit(2)
+    Collector(LogFile(Path(rospkg.get_log_dir()) / "rosout.log", limit_mb))
+    diagnostics = Diagnostics("log")
+    with until_shutdown():
+        while not rospy.is_shutdown():
+            diagnostics.publish()
+            rospy.rostime.wallsleep(PERIOD_S)

@@ -1,0 +1,81 @@
+"""Joint motion, in one type for an instant and one for what a wire brings.
+
+The third type, :class:`~scara_control.joint_track.JointTrack`, gives the motion between the points.
+Converters stand only at wires: ``nodes/setpoint_messages.py`` has those of ROS.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+Vector = tuple[float, ...]
+
+AxisMotion = tuple[float, float, float]
+"""Position, velocity and acceleration of one joint: a plain tuple, for loops at 1 kHz."""
+
+
+@dataclass(frozen=True, slots=True)
+class JointMotion:
+    """What joints do at one instant; each vector of shape (n,), SI.
+
+    Attributes:
+        q: Joint positions [rad], prismatic [m].
+        qdot: Velocities; empty only in a goal that leaves them to the planner.
+        qddot: Accelerations; likewise.
+        time: The instant [s], on the axis of whoever holds the motion. It stays 0 where something
+            else tells the instant: a path, a drive, or the times of :class:`Setpoints`.
+    """
+
+    q: Vector
+    qdot: Vector
+    qddot: Vector
+    time: float = 0.0
+
+    @classmethod
+    def at_rest(cls, q: Sequence[float]) -> JointMotion:
+        """Return standing still at ``q``."""
+        zeros = (0.0,) * len(q)
+        return cls(tuple(q), zeros, zeros)
+
+    @classmethod
+    def measured(cls, q: Sequence[float], qdot: Sequence[float], time: float) -> JointMotion:
+        """Return what was measured at ``time`` [s]; accelerations are not measured, so zero."""
+        return cls(tuple(q), tuple(qdot), (0.0,) * len(q), time)
+
+    def after(self, dt: float) -> JointMotion:
+        """Extrapolate by ``dt`` [s] with constant acceleration."""
+        return JointMotion(
+            tuple(q + dt * (v + 0.5 * dt * a) for q, v, a in zip(self.q, self.qdot, self.qddot)),
+            tuple(v + dt * a for v, a in zip(self.qdot, self.qddot)),
+            self.qddot,
+        )
+
+    def extrapolated(self, now: float) -> Vector:
+        """Return the positions at ``now`` [s], by the velocities alone."""
+        return tuple(q + v * (now - self.time) for q, v in zip(self.q, self.qdot))
+
+    def select(self, columns: Sequence[int]) -> JointMotion:
+        """Return the motion of only some joints."""
+        q, qdot, qddot = (
+            tuple([values[column] for column in columns])
+            for values in (self.q, self.qdot, self.qddot)
+        )
+        return JointMotion(q, qdot, qddot, self.time)
+
+
+@dataclass(frozen=True, slots=True)
+class Setpoints:
+    """Set points of the joints ``names`` as a wire carries them; not checked by itself.
+
+    Point k is due at ``times[k]`` [s], strictly increasing once it is checked.
+    """
+
+    names: tuple[str, ...]
+    times: tuple[float, ...]
+    points: tuple[JointMotion, ...]
+
+    def select(self, names: tuple[str, ...]) -> Setpoints:
+        """Return the same points of only some joints."""
+        columns = [self.names.index(name) for name in names]
+        return Setpoints(names, self.times, tuple(p.select(columns) for p in self.points))

@@ -1,0 +1,297 @@
+"""Who may move the twin by a trajectory, and when.
+
+Goals are accepted, run one after the other, and ended.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass, field, replace
+
+from scara_config import Joint
+
+from scara_control.config import MotionConfig
+from scara_control.joint_motion import JointMotion, Setpoints
+from scara_control.motion.commands import Command
+from scara_control.motion.epoch import ENDING
+from scara_control.motion.states import State
+from scara_control.trajectory.execution import Ended, Execution, Feedback
+from scara_control.trajectory.goal import Code, Goal, GoalError
+from scara_msgs.msg import TwinControllerState as Mode
+
+BLOCKING = (
+    Mode.OFFLINE,
+    Mode.ALIGNING,
+    Mode.REAL_LEADS,
+    Mode.OPERATOR_LEADS,
+    Mode.PAUSED,
+    Mode.ESTOP,
+    Mode.FAULT,
+)
+"""Modes of the twin controller in which a trajectory may not begin."""
+
+LEADING = Mode.TWIN_LEADS
+
+QUIET = 1.5
+"""After a stop joint_pose_controller listens to no stream that has not paused for its time-out; so
+many of these we pause."""
+
+
+@dataclass(frozen=True, slots=True)
+class Turn:
+    """What one period brings.
+
+    Attributes:
+        packet: Set points to publish.
+        end_stream: Tell joint_pose_controller that the stream has ended.
+        ended: Goals that have ended, and how.
+        begun: Goals that have begun.
+        rejected: Waiting goals that cannot begin any more, and why.
+    """
+
+    packet: Setpoints | None = None
+    end_stream: bool = False
+    ended: list[tuple[Hashable, Ended]] = field(default_factory=list)
+    begun: list[Hashable] = field(default_factory=list)
+    rejected: list[tuple[Hashable, GoalError]] = field(default_factory=list)
+
+
+@dataclass(slots=True)
+class _Running:
+    """The goal that runs.
+
+    Seen to be followed, how it has ended, since when its end is held, and when its stream was
+    ended.
+    """
+
+    key: Hashable
+    execution: Execution
+    since: float
+    followed: bool = False
+    verdict: Ended | None = None
+    held_since: float = 0.0
+    closed_at: float | None = None
+
+
+class GoalQueue:
+    """The core of trajectory_server. Not thread-safe: its owner holds one lock."""
+
+    def __init__(self, joints: Sequence[Joint], config: MotionConfig) -> None:
+        """Start without a goal, and without having heard anything."""
+        self._joints, self._config = tuple(joints), config
+        self._measured: JointMotion | None = None
+        self._state, self._message, self._limit = "", "", 100.0
+        self._mode, self._why, self._mode_at = "", "", -float("inf")
+        self._quiet_until = -float("inf")
+        self._running: _Running | None = None
+        self._waiting: tuple[Hashable, Goal, float] | None = None
+        self._refused: list[tuple[Hashable, GoalError]] = []
+
+    def measure(self, measured: JointMotion) -> None:
+        """Take in what the joints were measured to do."""
+        self._measured = measured
+
+    def hear_motion(self, state: str, message: str, limit_percent: float) -> None:
+        """Take in what joint_pose_controller says of itself."""
+        self._state, self._message, self._limit = state, message, limit_percent
+        running = self._running
+        if running is None:
+            return
+        running.execution.limit_percent = limit_percent
+        running.followed = running.followed or state == State.FOLLOWING
+        if running.followed and state != State.FOLLOWING and running.verdict is None:
+            self._give_up(running, f"joint_pose_controller is {state}: {message}")
+
+    def hear_mode(self, mode: str, why: str, now: float) -> None:
+        """Take in the twin controller's mode."""
+        self._mode, self._why, self._mode_at = mode, why, now
+
+    def command(self, command: Command, reason: str = "") -> None:
+        """Obey a motion command.
+
+        What waits never begins after a stop or a pause, nor does a goal of which
+        joint_pose_controller has seen nothing yet. One that it follows ends there, on its ramp.
+        """
+        if command in ENDING and self._waiting is not None:
+            key, _, _ = self._waiting
+            text = f"cancelled by {command.text(reason)}, before it began"
+            self._refused.append((key, GoalError(Code.INVALID_GOAL, text)))
+            self._waiting = None
+        if self._running is None:
+            return
+        if command in (Command.PAUSE, Command.RESUME):
+            self._running.execution.paused = command is Command.PAUSE
+        elif command in ENDING and not self._running.followed:
+            self._give_up(self._running, f"aborted by {command.text(reason)}")
+
+    def accept(self, key: Hashable, goal: Goal, now: float) -> bool:
+        """Judge a goal; return whether it begins at once, else it waits.
+
+        It waits for the running one to ramp down, or after a stop.
+
+        Raises:
+            GoalError: It is rejected; the text says why.
+        """
+        if self._running is not None:
+            self._judge_mode(now)
+            self._plan(goal, now)
+            self._running.execution.end(
+                Ended(Code.SUCCESSFUL, "replaced by a newer goal", cancelled=True)
+            )
+            if self._waiting is not None:
+                raise GoalError(Code.INVALID_GOAL, "another goal is waiting already")
+            self._waiting = (key, goal, now)
+            return False
+        self._judge_mode(now)
+        if self._state != State.IDLE:
+            state = f"is {self._state}" if self._state else "has not said anything yet"
+            raise GoalError(
+                Code.INVALID_GOAL,
+                f"joint_pose_controller {state}{_reason(self._message)}{_way_out(self._state)}",
+            )
+        if now < self._quiet_until:
+            self._plan(goal, now)
+            self._waiting = (key, goal, now)
+            return False
+        self._begin(key, goal, now)
+        return True
+
+    def cancel(self, key: Hashable) -> bool:
+        """Ramp a goal down; return True if it was waiting and is gone at once."""
+        if self._waiting is not None and self._waiting[0] == key:
+            self._waiting = None
+            return True
+        if self._running is not None and self._running.key == key:
+            self._running.execution.end(Ended(Code.SUCCESSFUL, "cancelled", cancelled=True))
+        return False
+
+    def feedback(self) -> tuple[Hashable, Feedback] | None:
+        """Return where the running goal is; None if there is none."""
+        if self._running is None or self._measured is None:
+            return None
+        return self._running.key, self._running.execution.feedback(self._measured)
+
+    def tick(self, now: float) -> Turn:
+        """Go on to ``now``."""
+        turn, refused = self._turn(now), self._refused
+        self._refused = []
+        return replace(turn, rejected=[*refused, *turn.rejected]) if refused else turn
+
+    def _turn(self, now: float) -> Turn:
+        running = self._running
+        if running is None:
+            return self._next(now)
+        trouble = self._trouble(now)
+        if trouble:
+            self._give_up(running, trouble)
+        if running.verdict is None:
+            assert self._measured is not None
+            packet, running.verdict = running.execution.tick(self._measured, now)
+            if running.verdict is None:
+                return Turn(packet)
+            running.held_since = now
+        return self._hold(running, now)
+
+    def _hold(self, running: _Running, now: float) -> Turn:
+        """Hold the end until the twin controller has seen the pair at rest.
+
+        A stream that ends earlier counts as a stop.
+
+        The client is told once the stream has ended, so that its next command finds a free twin.
+        """
+        assert running.verdict is not None
+        if running.closed_at is None:
+            following = self._state == State.FOLLOWING and running.followed
+            leads = (
+                self._mode == LEADING
+                and now - self._mode_at <= self._config.trajectory.mode_timeout
+            )
+            if (
+                following
+                and leads
+                and now - running.held_since < self._config.trajectory.goal_time_tolerance
+            ):
+                place = JointMotion.at_rest(running.execution.place)
+                return Turn(
+                    Setpoints(running.execution.names, (now + self._config.period,), (place,))
+                )
+            running.closed_at = now
+            if following:
+                return Turn(end_stream=True)
+            self._quiet_until = now + QUIET * self._config.follow.timeout
+        ending = self._state in (State.FOLLOWING, "stopping") and running.followed
+        if ending and now - running.closed_at < self._config.trajectory.stream_timeout:
+            return Turn()
+        self._running = None
+        return Turn(ended=[(running.key, running.verdict)])
+
+    def _next(self, now: float) -> Turn:
+        """Begin the waiting goal as soon as the stream of the one before has ended."""
+        if self._waiting is None:
+            return Turn()
+        key, goal, since = self._waiting
+        late = (
+            now - since
+            > self._config.trajectory.goal_time_tolerance + self._config.trajectory.stream_timeout
+        )
+        if now < self._quiet_until or (self._state != State.IDLE and not late):
+            return Turn()
+        self._waiting = None
+        try:
+            self.accept(key, goal, now)
+        except GoalError as error:
+            return Turn(rejected=[(key, error)])
+        return Turn(begun=[key])
+
+    def _begin(self, key: Hashable, goal: Goal, now: float) -> None:
+        execution = self._plan(goal, now)
+        execution.limit_percent = self._limit
+        self._running = _Running(key, execution, now)
+
+    def _plan(self, goal: Goal, now: float) -> Execution:
+        """Check and plan a goal from where the joints are."""
+        measured = self._measured
+        if measured is None or now - measured.time > self._config.state_timeout:
+            raise GoalError(
+                Code.INVALID_GOAL, "no fresh twin/joint_states: where the joints are is not known"
+            )
+        return Execution(self._joints, goal, self._config, measured, now)
+
+    def _judge_mode(self, now: float) -> None:
+        """Refuse while the twin controller does something else, or stops everything."""
+        if now - self._mode_at <= self._config.trajectory.mode_timeout and self._mode in BLOCKING:
+            raise GoalError(
+                Code.INVALID_GOAL, f"the twin controller is in {self._mode}{_reason(self._why)}"
+            )
+
+    def _trouble(self, now: float) -> str:
+        """Say why the running goal cannot go on."""
+        running = self._running
+        if running is None or running.verdict is not None:
+            return ""
+        if self._measured is None or now - self._measured.time > self._config.state_timeout:
+            return "twin/joint_states fails to come"
+        if not running.followed and now - running.since > self._config.trajectory.stream_timeout:
+            return (
+                "joint_pose_controller does not follow: it is "
+                f"{self._state}{_reason(self._message)}"
+            )
+        return ""
+
+    def _give_up(self, running: _Running, text: str) -> None:
+        """End a goal that somebody else has ended already."""
+        running.verdict = running.verdict or Ended(Code.INVALID_GOAL, f"aborted: {text}")
+
+
+def _reason(text: str) -> str:
+    return f" ({text})" if text else ""
+
+
+def _way_out(state: str) -> str:
+    """Say what to do about a state that is not idle."""
+    ways = {
+        "estopped": "RESET it first",
+        "paused": "RESUME or STOP first",
+        State.FOLLOWING: "STOP what it follows first",
+    }
+    return f": {ways.get(state, 'wait, or STOP it first')}" if state else ""

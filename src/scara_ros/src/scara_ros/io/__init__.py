@@ -1,0 +1,1 @@
+"""What touches the network: questions to the master, connections to services."""

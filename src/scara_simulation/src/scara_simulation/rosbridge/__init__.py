@@ -1,1 +1,0 @@
-"""rosbridge v2 without I/O: packets, one client's session, its waiting messages, message conversion."""

@@ -1,0 +1,53 @@
+"""What is remembered while one side follows the other."""
+
+from __future__ import annotations
+
+import msgspec
+
+from twin_controller.core.follow.blend import Blend
+from twin_controller.core.sides.side import Sample
+
+
+class TwinFollows(msgspec.Struct, frozen=True):
+    """The twin follows the real robot."""
+
+    # Nothing is sent before [s]: just after a stop the twin ignores set points.
+    since: float
+    # The pair aligns: a gap is closed slowly, however small it is.
+    slowly: bool = False
+    # What is left of the gap at the start; None until the first set point is sent.
+    blend: Blend | None = None
+
+
+class RealFollows(msgspec.Struct, frozen=True):
+    """The real robot follows the twin."""
+
+    # When the twin's motion begins, by its announcement [s]; a robot that moved before was first.
+    onset: float | None = None
+    # What is left of the gap real - twin at the start; None until the first set point.
+    blend: Blend | None = None
+    # The last set point and when the robot takes it; None before the first.
+    last: Sample | None = None
+    # Why that set point was slowed down; empty if it was not.
+    slowed: str = ""
+    # After a pause: the twin goes on once the robot has come to where it stands.
+    resumes: bool = False
+
+
+class Follow(msgspec.Struct, frozen=True):
+    """Who follows whom, and how; at most one side does."""
+
+    # How far the real robot follows behind its set points [s], measured while it does.
+    lag: float
+    # Each ends with the lead that it belongs to; a pause keeps it.
+    twin: TwinFollows | None = None
+    real: RealFollows | None = None
+    # When the twin was told to stop last [s].
+    twin_stopped_at: float = -1e9
+
+    @property
+    def slowed(self) -> str:
+        """Why the last set point for the real robot was slowed down; empty if it was not."""
+        if self.real is None:
+            return ""
+        return self.real.slowed

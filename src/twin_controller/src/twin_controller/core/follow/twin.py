@@ -1,0 +1,115 @@
+"""Set points for the twin: where the real robot was at its newest sample."""
+
+from __future__ import annotations
+
+import msgspec
+
+from twin_controller.core.actions import FollowTwin
+from twin_controller.core.events import Joints
+from twin_controller.core.follow.blend import Blend, begin_blend, finished, sample_blend
+from twin_controller.core.follow.memory import TwinFollows
+from twin_controller.core.setup import Setup
+from twin_controller.core.sides.change import stands_still
+from twin_controller.core.sides.pairing import deviation
+from twin_controller.core.sides.side import Sample, Sides
+
+replace = msgspec.structs.replace
+
+OWN_MOTION = ("announcing", "moving", "stopping")
+"""What the twin shows while it does something of its own."""
+
+
+def estimate_acceleration(history: tuple[Sample, ...], limits: Joints) -> Joints:
+    """Estimate the acceleration at the newest sample from the last three velocities.
+
+    The slope of the last interval belongs to its middle; the change of slope carries it on to the
+    newest sample. ``limits`` bound the result: a difference of differences is noisy.
+    """
+    if len(history) < 2:
+        return (0.0,) * len(limits)
+    last, before = history[-1], history[-2]
+    h1 = last.t - before.t
+    slope = [(a - b) / h1 for a, b in zip(last.qdot, before.qdot)]
+    if len(history) > 2:
+        h2 = before.t - history[-3].t
+        older = [(a - b) / h2 for a, b in zip(before.qdot, history[-3].qdot)]
+        slope = [s + (s - o) * h1 / (h1 + h2) for s, o in zip(slope, older)]
+    return tuple(min(max(s, -limit), limit) for s, limit in zip(slope, limits))
+
+
+def follow_twin(
+    setup: Setup, follows: TwinFollows | None, sides: Sides, now: float
+) -> tuple[TwinFollows | None, FollowTwin | None]:
+    """Make the twin's next set point: the newest sample, plus what is left of the gap at the start.
+
+    Returns:
+        What is remembered after it, and the set point if there is one.
+    """
+    if follows is None or now < follows.since or not sides.known:
+        return follows, None
+    sample = sides.real.last
+    blend = follows.blend
+    motion = sides.twin.motion
+    if blend is None and motion is not None and motion.state in OWN_MOTION:
+        # It takes no set points until that has ended; the gap is closed from where it is then.
+        return follows, None
+    if blend is None:
+        blend = _begin(setup, sides, follows.slowly)
+        follows = replace(follows, blend=blend)
+    qddot = estimate_acceleration(sides.real.history, setup.acceleration)
+    gap, gap_rate, gap_curve = sample_blend(blend, sample.t)
+    setpoint = FollowTwin(
+        stamp=sides.twin.clock.to_remote(sample.t),
+        q=tuple(a + b for a, b in zip(sample.q, gap)),
+        qdot=tuple(a + b for a, b in zip(sample.qdot, gap_rate)),
+        qddot=tuple(a + b for a, b in zip(qddot, gap_curve)),
+    )
+    return follows, setpoint
+
+
+def _begin(setup: Setup, sides: Sides, slowly: bool) -> Blend:
+    """Plan how the gap between the twin and the real robot at the same instant is closed."""
+    sample, twin = sides.real.last, sides.twin.last
+    ahead = twin.t - sample.t
+    leader = tuple(p + v * ahead for p, v in zip(sample.q, sample.qdot))
+    offset = tuple(a - b for a, b in zip(twin.q, leader))
+    if slowly:
+        return begin_blend(offset, sample.t, setup.align_speeds())
+    return close_gap(setup, offset, sample.t)
+
+
+def close_gap(setup: Setup, offset: Joints, start: float) -> Blend:
+    """Plan how the follower's offset (SI) is closed.
+
+    A small one was left by late detection and is closed at once, a large one slowly.
+    """
+    config = setup.config.align
+    blend = begin_blend(offset, start, setup.align_speeds())
+    if max(abs(gap) for gap in setup.to_border(offset)) <= config.catch_up:
+        return replace(blend, duration=min(blend.duration, config.catch_up_ms * 1e-3))
+    return blend
+
+
+def aligned(
+    setup: Setup, follows: TwinFollows | None, sides: Sides, since: float, now: float
+) -> bool:
+    """Return whether the gap is closed and both sides are together.
+
+    Args:
+        setup: Profile and numbers.
+        follows: How the twin follows.
+        sides: Both sides.
+        since: When the alignment began [s].
+        now: Time [s].
+    """
+    config = setup.config
+    if follows is None or follows.blend is None or not finished(follows.blend, now):
+        return False
+    # What a standing side did before the alignment is no rest of it.
+    if now - since < config.change.still_time_ms * 1e-3:
+        return False
+    # A robot that moves by its own program never rests: there the twin only has to be with it.
+    if not stands_still(sides.real.change, now, config.change):
+        return deviation(setup, sides) <= config.align.lead_tolerance
+    still = stands_still(sides.twin.change, now, config.change)
+    return still and deviation(setup, sides) <= config.align.tolerance

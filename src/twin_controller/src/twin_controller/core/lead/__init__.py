@@ -1,0 +1,1 @@
+"""Who leads and why: triggers, the state table, and what its rows do."""

@@ -1,0 +1,143 @@
+"""Carry out the commands of a row: what changes in the state, and what the shell has to send."""
+
+from __future__ import annotations
+
+import msgspec
+
+from twin_controller.core.actions import AnyAction, Command, MoveTwin, Send
+from twin_controller.core.events import Operator
+from twin_controller.core.follow.memory import RealFollows, TwinFollows
+from twin_controller.core.lead.triggers import onsets
+from twin_controller.core.orders.estop import tell_estop
+from twin_controller.core.orders.order import tell
+from twin_controller.core.orders.state import OWN_COMMAND, told_twin
+from twin_controller.core.orders.stop import STOPPING, stop_patience
+from twin_controller.core.orders.stream import ask_for_stream, begin_stream
+from twin_controller.core.setup import Setup
+from twin_controller.core.sides.measure import agree
+from twin_controller.core.sides.side import Sides
+from twin_controller.core.state import CoreState
+
+replace = msgspec.structs.replace
+Result = tuple[CoreState, list[AnyAction]]
+
+TO_TWIN = (
+    Command.STOP_TWIN,
+    Command.PAUSE_TWIN,
+    Command.RESUME_TWIN,
+    Command.ESTOP_TWIN,
+    Command.RESET_TWIN,
+    Command.YIELD_TWIN,
+)
+
+
+def carry_out(
+    setup: Setup,
+    state: CoreState,
+    command: Command,
+    reason: str,
+    now: float,
+    asked: Operator | None,
+) -> Result:
+    """Return the state after one command and what the shell has to do for it.
+
+    Args:
+        setup: Profile and numbers.
+        state: The state in the mode just entered.
+        command: The command.
+        reason: Why, in plain words; it ends up in the text of aborted moves.
+        now: Time of the decision [s].
+        asked: The operator's command that caused it, if one did.
+    """
+    state = _note_order(setup, state, command, now, asked is not None)
+    follows = state.follow.real
+    if command is Command.RESUME_TWIN and follows is not None:
+        # The robot was held where it was, the twin a little further on the way: it waits there, so
+        # that the robot comes to it and then goes the same way. Stage 8 sends the command.
+        follows = replace(follows, resumes=True)
+        return replace(state, follow=replace(state.follow, real=follows)), []
+    if command in TO_TWIN:
+        return send_twin(state, command, reason, now)
+    match command:
+        case Command.BEGIN_ALIGN | Command.BEGIN_FOLLOW_TWIN:
+            return _begin_following(setup, state, command is Command.BEGIN_ALIGN, now), []
+        case Command.BEGIN_STREAM:
+            return _begin_stream(setup, state, now), []
+        case Command.BASELINE:
+            sides = Sides(agree(setup, state.sides.real), agree(setup, state.sides.twin))
+            return replace(state, sides=sides), []
+        case Command.START_STREAM:
+            # It is asked for in stage 8, behind the first set point of this lead.
+            return _ask_for_stream(state), []
+        case Command.RESET_REAL:
+            state = replace(state, lead=replace(state.lead, reset_since=now))
+        case Command.MOVE_TWIN if asked is not None:
+            state = replace(state, lead=replace(state.lead, move_pending=True))
+            return state, [_move_twin(setup, asked)]
+    return state, [Send(command, reason)]
+
+
+def _note_order(
+    setup: Setup, state: CoreState, command: Command, now: float, asked: bool
+) -> CoreState:
+    """Open the order that a command stands for, and close the one that it ends."""
+    orders, config = state.orders, setup.config
+    if command in (Command.ESTOP_REAL, Command.ESTOP_TWIN):
+        orders = replace(orders, estop=tell_estop(orders.estop, config.estop, now))
+    # A robot that stood when its link was lost is not stopped later, unless the operator says so.
+    may_move = state.sides.real.flags is not None or orders.real_busy or asked
+    if command in STOPPING and may_move:
+        orders = replace(orders, stop=tell(orders.stop, command, stop_patience(config.stop), now))
+    elif command in (Command.RELEASE_REAL, Command.ESTOP_REAL):
+        orders = replace(orders, stop=None)
+    return replace(state, orders=orders)
+
+
+def send_twin(state: CoreState, command: Command, reason: str, now: float) -> Result:
+    """Send a command to the twin under a number of its own, which the twin reports back."""
+    sides, follow = state.sides, state.follow
+    orders = told_twin(state.orders, sides.twin.motion, now)
+    if command in (Command.STOP_TWIN, Command.ESTOP_TWIN, Command.YIELD_TWIN):
+        # What it was going to do it will not do.
+        sides = replace(sides, twin=replace(sides.twin, plan=None))
+    if command in (Command.STOP_TWIN, Command.ESTOP_TWIN):
+        # Set points are lost on it for a while.
+        follow = replace(follow, twin_stopped_at=now)
+    state = replace(state, sides=sides, orders=orders, follow=follow)
+    return state, [Send(command, reason, OWN_COMMAND | orders.told.id)]
+
+
+def _begin_following(setup: Setup, state: CoreState, slowly: bool, now: float) -> CoreState:
+    """Let the twin follow, once it listens again after a stop."""
+    quiet = state.follow.twin_stopped_at + setup.config.twin.stop_quiet_ms * 1e-3
+    follows = TwinFollows(max(now, quiet), slowly)
+    return replace(state, follow=replace(state.follow, twin=follows))
+
+
+def _begin_stream(setup: Setup, state: CoreState, now: float) -> CoreState:
+    """Let the real robot follow."""
+    flags, before = state.sides.real.flags, state.orders.stream
+    # What slowed the last set point down counts until the next one is judged.
+    follows = RealFollows(onset=onsets(setup, state).twin, slowed=state.follow.slowed)
+    stream = begin_stream(before, flags, setup.config.stream, now)
+    return replace(
+        state,
+        follow=replace(state.follow, real=follows),
+        orders=replace(state.orders, stream=stream),
+    )
+
+
+def _ask_for_stream(state: CoreState) -> CoreState:
+    orders = state.orders
+    if orders.stream is None:
+        return state
+    stream = ask_for_stream(orders.stream, state.sides.real.flags)
+    return replace(state, orders=replace(orders, stream=stream))
+
+
+def _move_twin(setup: Setup, asked: Operator) -> MoveTwin:
+    """Pass the operator's move on to the twin; home is a move of the joints."""
+    if asked.command == "HOME":
+        speed = asked.speed_percent or setup.config.home.speed_percent
+        return MoveTwin("MOVE_JOINTS", setup.home, speed, asked.elbow)
+    return MoveTwin(asked.command, asked.target, asked.speed_percent, asked.elbow)

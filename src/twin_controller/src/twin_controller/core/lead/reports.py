@@ -1,0 +1,180 @@
+"""What the two sides report of themselves: stops, pauses, faults, programs.
+
+A report may be older than our last command; a side that was stopped on its own is told apart from
+one that obeys us.
+"""
+
+from __future__ import annotations
+
+import msgspec
+
+from twin_controller.core.events import AnyEvent, MoveEnded, RealMeasured, TwinMotion
+from twin_controller.core.lead.modes import Mode, Trigger
+from twin_controller.core.lead.state import Lead
+from twin_controller.core.lead.table import FOLLOWS_TWIN, LEADING
+from twin_controller.core.orders.book import due
+from twin_controller.core.orders.estop import estop_missed
+from twin_controller.core.orders.state import OWN_COMMAND, is_old, pauses
+from twin_controller.core.orders.stream import StreamOrder, longest_wait
+from twin_controller.core.setup import Setup
+from twin_controller.core.sides import change
+from twin_controller.core.sides.measure import agree_at_rest
+from twin_controller.core.sides.side import Sides
+from twin_controller.core.state import CoreState
+
+
+def note_ended(lead: Lead, event: AnyEvent) -> Lead:
+    """Note that the operator's move or the robot's own program has ended."""
+    match event:
+        case MoveEnded(success=True):
+            return msgspec.structs.replace(lead, move_pending=False)
+        case MoveEnded():
+            return msgspec.structs.replace(
+                lead, move_pending=False, why=f"the twin's move: {event.message}"
+            )
+        case RealMeasured(own_program=False):
+            return msgspec.structs.replace(lead, program_was_off=True)
+    return lead
+
+
+def note_pauses(lead: Lead, sides: Sides) -> Lead:
+    """Note that a side has paused: from then on, one that moves has gone on."""
+    flags, motion = sides.real.flags, sides.twin.motion
+    if lead.mode is not Mode.PAUSED or flags is None or motion is None:
+        return lead
+    real, twin = lead.paused_seen
+    seen = (real or flags.paused, twin or pauses(motion))
+    return msgspec.structs.replace(lead, paused_seen=seen)
+
+
+def agree_when_stopped(setup: Setup, lead: Lead, sides: Sides, now: float) -> Sides:
+    """Agree on the position of each side that has come to rest after a stop or a pause."""
+    stops = lead.mode in (Mode.STOPPED, Mode.PAUSED)
+    if not stops or now - lead.since < setup.config.settle.minimum_ms * 1e-3:
+        return sides
+    return Sides(agree_at_rest(setup, sides.real, now), agree_at_rest(setup, sides.twin, now))
+
+
+def side_triggers(setup: Setup, state: CoreState, now: float) -> list[Trigger]:
+    """Return what the two sides report, most urgent first."""
+    flags, motion = state.sides.real.flags, state.sides.twin.motion
+    lead, config = state.lead, setup.config
+    if flags is None or motion is None or lead.mode is Mode.OFFLINE:
+        return []
+    old = is_old(setup, state.orders.told, motion, now)
+    found: list[Trigger] = []
+    if not flags.drives_on:
+        found.append(Trigger.REAL_DRIVES_OFF)
+    elif flags.fault:
+        found.append(Trigger.REAL_FAULT)
+    # What the twin reports from before our last command is no news of its own side.
+    if not old:
+        found += _twin_reports(setup, state, motion, now)
+    found += _real_reports(setup, state, flags, now)
+    latched = lead.mode is Mode.ESTOP and lead.reset_since is None
+    if latched and estop_missed(state.orders.estop, flags, motion, old, now):
+        found.append(Trigger.ESTOP_MISSED)
+    if state.safety.divergence.alarm and config.divergence.pause and lead.mode in LEADING:
+        found.append(Trigger.DIVERGED)
+    return found + _reset_reports(setup, lead, flags, now)
+
+
+def resume_blocked(state: CoreState) -> bool:
+    """Return whether a paused motion may not go on, whoever lets it.
+
+    A divergence is not acknowledged, or a person is too close.
+    """
+    return state.lead.needs_acknowledge or state.safety.separation.too_close
+
+
+def _reset_reports(setup: Setup, lead: Lead, flags: RealMeasured, now: float) -> list[Trigger]:
+    """Return how a reset that the operator asked for has ended."""
+    if lead.reset_since is None or lead.mode not in (Mode.ESTOP, Mode.FAULT):
+        return []
+    waited, config = now - lead.reset_since, setup.config.reset
+    if flags.drives_on and not flags.fault and waited >= config.wait_ms * 1e-3:
+        return [Trigger.RESET_DONE]
+    if waited > config.timeout_ms * 1e-3:
+        return [Trigger.RESET_FAILED]
+    return []
+
+
+def moved_since_pause(setup: Setup, state: CoreState) -> bool:
+    """Return whether a side of a paused pair no longer stands where it came to rest."""
+    sides = state.sides
+    moved = (change.moved(side.change, setup.config.change) for side in (sides.real, sides.twin))
+    return state.lead.mode is Mode.PAUSED and any(moved)
+
+
+def _twin_reports(setup: Setup, state: CoreState, motion: TwinMotion, now: float) -> list[Trigger]:
+    """Return stops, pauses and motion that came from the twin's side, not from us."""
+    lead = state.lead
+    if motion.state == "estopped":
+        return [Trigger.TWIN_ESTOPPED]
+    own = motion.last_command_id & OWN_COMMAND
+    if motion.state == "stopping" and not own:
+        return [Trigger.TWIN_STOPPED]
+    follows = state.follow.real
+    waits = follows is not None and follows.resumes
+    if pauses(motion) and not (own or waits) and lead.mode in LEADING:
+        return [Trigger.TWIN_PAUSED]
+    moves = motion.state in ("moving", "announcing")
+    told_lately = now - state.orders.told.sent <= setup.config.twin.stop_quiet_ms * 1e-3
+    if moves and lead.mode is Mode.REAL_LEADS and not told_lately:
+        return [Trigger.TWIN_MOVES_TOO]
+    if lead.mode is Mode.PAUSED and lead.paused_seen[1] and moves:
+        may = lead.paused_by is Trigger.TWIN_PAUSED and not resume_blocked(state)
+        return [Trigger.TWIN_RESUMED if may else Trigger.RELEASED_BLOCKED]
+    return []
+
+
+def _real_reports(setup: Setup, state: CoreState, flags: RealMeasured, now: float) -> list[Trigger]:
+    """Return what the real robot's program says."""
+    lead, follows, real = state.lead, state.follow.real, state.sides.real
+    if lead.mode is Mode.PAUSED:
+        blocked = resume_blocked(state) or lead.paused_by is not Trigger.REAL_HELD
+        return _paused_real_reports(lead, flags, blocked)
+    runs = flags.own_program and not flags.paused
+    # A program that ran before a stop and is still reported is not a new one.
+    if runs and (lead.program_was_off or lead.mode is Mode.IDLE):
+        return [Trigger.REAL_TOOK_OVER]
+    if lead.mode not in FOLLOWS_TWIN or follows is None or state.orders.stream is None:
+        return []
+    own = real.change.onset if change.moved(real.change, setup.config.change) else None
+    if own is not None and follows.onset is not None and own <= follows.onset:
+        return [Trigger.REAL_WAS_FIRST]
+    return _stream_reports(setup, state.orders.stream, flags, now)
+
+
+def _stream_reports(
+    setup: Setup, stream: StreamOrder, flags: RealMeasured, now: float
+) -> list[Trigger]:
+    """Return what has become of the robot's stream program."""
+    start = stream.start
+    if flags.paused:
+        # A program that has never run may still be held from before: it gets its time to go on.
+        late = now - start.sent > longest_wait(setup.config.stream)
+        if start.shown or late:
+            return [Trigger.REAL_HELD]
+        return []
+    if flags.streaming:
+        return []
+    if start.shown or stream.loaded:
+        return [Trigger.REAL_STOPPED]
+    if due([start], now).failures:
+        return [Trigger.STREAM_FAILED]
+    return []
+
+
+def _paused_real_reports(lead: Lead, flags: RealMeasured, blocked: bool) -> list[Trigger]:
+    """Return whether a paused robot goes on, was stopped, or has begun a program of its own."""
+    if flags.paused:
+        return []
+    if lead.paused_seen[0]:
+        if not (flags.own_program or flags.streaming):
+            return [Trigger.REAL_STOPPED]
+        return [Trigger.RELEASED_BLOCKED if blocked else Trigger.REAL_RELEASED]
+    own = flags.own_program and lead.program_was_off and lead.paused in FOLLOWS_TWIN
+    if own:
+        return [Trigger.REAL_TOOK_OVER]
+    return []

@@ -1,0 +1,108 @@
+"""Stages 7 to 9 of a step: set points, orders and caps, as the lead asks for them."""
+
+from __future__ import annotations
+
+import msgspec
+
+from twin_controller.core.actions import AnyAction, Command
+from twin_controller.core.events import AnyEvent
+from twin_controller.core.follow.blend import finished
+from twin_controller.core.follow.real import stream_real
+from twin_controller.core.follow.twin import follow_twin
+from twin_controller.core.lead.effects import send_twin
+from twin_controller.core.lead.modes import Mode
+from twin_controller.core.lead.state import record_notice
+from twin_controller.core.lead.table import FOLLOWS_TWIN
+from twin_controller.core.lead.transition import reject
+from twin_controller.core.orders.gripper import Notice, watch_grippers
+from twin_controller.core.orders.speed_caps import Leader, cap_speeds
+from twin_controller.core.orders.stop import stop_again
+from twin_controller.core.orders.stream import start_stream
+from twin_controller.core.setup import Setup
+from twin_controller.core.sides.measure import remember
+from twin_controller.core.sides.side import Sides
+from twin_controller.core.state import CoreState
+
+replace = msgspec.structs.replace
+Result = tuple[CoreState, list[AnyAction]]
+
+
+def send_setpoints(
+    setup: Setup, state: CoreState, now: float
+) -> tuple[CoreState, list[AnyAction], bool]:
+    """Send the follower its next set points; tell whether the stream program may be started."""
+    sides, follow, cap = state.sides, state.follow, state.orders.speeds.cap
+    actions: list[AnyAction] = []
+    twin_follows, setpoint = follow_twin(setup, follow.twin, sides, now)
+    if setpoint is not None:
+        twin = remember(setup, sides.twin, sides.real.last.t, setpoint.q)
+        sides = replace(sides, twin=twin)
+        actions.append(setpoint)
+    # A pause ends the stream; RESUME begins it anew where the robot stands.
+    paused = state.lead.mode is Mode.PAUSED
+    follows = None if paused else follow.real
+    streamed = stream_real(setup, follows, sides, follow.lag, cap, now)
+    for sent in streamed.setpoints:
+        sides = replace(sides, real=remember(setup, sides.real, sent.send_at, sent.q))
+        actions.append(sent)
+    follow = replace(follow, twin=twin_follows, real=follow.real if paused else streamed.follows)
+    state = replace(state, sides=sides, follow=follow)
+    if not streamed.rejected:
+        return state, actions, bool(streamed.setpoints)
+    # A set point that may not be sent ends the lead: nothing is repaired, and nothing left out.
+    state, stopped = reject(setup, state, streamed.rejected, now)
+    return state, actions + stopped, False
+
+
+def order_real(setup: Setup, state: CoreState, streamed: bool, now: float) -> Result:
+    """Ask the real robot for its stream program, and tell it again to stop, where that is due."""
+    orders, flags = state.orders, state.sides.real.flags
+    stream, actions = orders.stream, list[AnyAction]()
+    if streamed and stream is not None and flags is not None and state.lead.mode is not Mode.PAUSED:
+        stream, asked = start_stream(stream, flags, setup.config.stream, now)
+        actions += asked
+    stop, again = stop_again(orders.stop, now)
+    state = replace(state, orders=replace(orders, stream=stream, stop=stop))
+    state, resumed = _resume_twin(state, now)
+    return state, actions + again + resumed
+
+
+def _resume_twin(state: CoreState, now: float) -> Result:
+    """Let a twin that waits after a pause go on once the robot has come to it."""
+    follows = state.follow.real
+    if follows is None or follows.blend is None or state.lead.mode not in FOLLOWS_TWIN:
+        return state, []
+    if not follows.resumes or not finished(follows.blend, now):
+        return state, []
+    follows = replace(follows, resumes=False)
+    state = replace(state, follow=replace(state.follow, real=follows))
+    return send_twin(state, Command.RESUME_TWIN, "the real robot has come to it", now)
+
+
+def order_grippers(setup: Setup, state: CoreState, before: Sides, event: AnyEvent) -> Result:
+    """Pass a gripper's switch on; who leads decides whether the robot's gripper may be told."""
+    config, lead, actions = setup.config, state.lead, list[AnyAction]()
+    refusal = ""
+    if lead.mode not in (Mode.IDLE, *FOLLOWS_TWIN):
+        refusal = f"in {lead.mode}: not passed on to the real robot"
+    grips, made = watch_grippers(
+        config.gripper, state.orders.grips, before, state.sides, event, refusal
+    )
+    for each in made:
+        if isinstance(each, Notice):
+            lead, decision = record_notice(
+                lead, each.trigger, each.why, each.actions, config.decision_history, event.now
+            )
+            actions.append(decision)
+        else:
+            actions.append(each)
+    return replace(state, lead=lead, orders=replace(state.orders, grips=grips)), actions
+
+
+def cap_both(setup: Setup, state: CoreState, now: float) -> Result:
+    """Keep the speed caps, and remember whether both sides are usable for the next step's edge."""
+    orders, lead = state.orders, state.lead
+    leader = Leader(lead.leader, state.follow.slowed)
+    speeds, sent = cap_speeds(setup, orders.speeds, state.sides, state.safety, leader, now)
+    lead = replace(lead, links_up=state.sides.usable)
+    return replace(state, lead=lead, orders=replace(orders, speeds=speeds)), sent

@@ -1,0 +1,57 @@
+"""Who leads, why, and what must happen before somebody else may."""
+
+from __future__ import annotations
+
+import msgspec
+
+from twin_controller.core.actions import Decided
+from twin_controller.core.lead.modes import Mode, Trigger
+
+
+class Lead(msgspec.Struct, frozen=True):
+    """The controller's mode and what belongs to it."""
+
+    mode: Mode = Mode.OFFLINE
+    # real, twin, operator; empty while nobody leads. A pause keeps it.
+    leader: str = ""
+    why: str = "started; no link is up yet"
+    # When the mode was entered [s].
+    since: float = 0.0
+    # Number of the newest decision.
+    seq: int = 0
+    # The newest decisions, for people; nothing is decided by them.
+    decisions: tuple[Decided, ...] = ()
+    # Both sides were usable at the last look; on the edge a link counts as lost.
+    links_up: bool = False
+    # The mode that PAUSE interrupted, while it does.
+    paused: Mode | None = None
+    # What paused the pair: a side that has paused it may let it go on, no other one.
+    paused_by: Trigger | None = None
+    # Whether the real robot and the twin have shown since that they paused: before that, a side
+    # that moves has not gone on but has not stopped yet.
+    paused_seen: tuple[bool, bool] = (False, False)
+    # The pair came apart and is paused; ends with ACKNOWLEDGE, or when the pause ends.
+    needs_acknowledge: bool = False
+    # A latched stop was reset: until the pair aligns the twin may not lead.
+    must_align: bool = False
+    # When the real robot was asked to reset [s]; None once that has succeeded or failed.
+    reset_since: float | None = None
+    # The robot's own program was seen ended since the last stop: one that runs on is no new one.
+    program_was_off: bool = True
+    # The twin has not answered the operator's move yet; a pair that waits for it is not at rest.
+    move_pending: bool = False
+
+
+def record(lead: Lead, decision: Decided, history: int) -> Lead:
+    """Keep a decision, and forget all but the newest ``history``."""
+    kept = (*lead.decisions, decision)[-history:]
+    return msgspec.structs.replace(lead, seq=decision.seq, decisions=kept)
+
+
+def record_notice(
+    lead: Lead, trigger: str, why: str, actions: tuple[str, ...], history: int, now: float
+) -> tuple[Lead, Decided]:
+    """Record a decision that changes no mode."""
+    mode = lead.mode.value
+    decision = Decided(lead.seq + 1, now, mode, trigger, mode, lead.leader, actions, why)
+    return record(lead, decision, history), decision

@@ -1,0 +1,394 @@
+"""The state machine as a table: (mode, trigger) -> (next mode, actions, why).
+
+Every pair has a row: ``DEFAULTS`` says what a trigger does unless ``ROWS`` says otherwise for a
+mode. Conditions are part of the trigger (``MOVE`` or ``MOVE_UNALIGNED``), so that a row never
+decides anything.
+"""
+
+from __future__ import annotations
+
+import msgspec
+
+from twin_controller.core.actions import Command
+from twin_controller.core.lead.modes import Mode, Trigger
+
+
+class Row(msgspec.Struct, frozen=True):
+    """What a trigger does in a mode.
+
+    Attributes:
+        to: Next mode; None stays; ``RESUMED`` is the mode that was paused.
+        commands: Sent in this order.
+        why: Added to the trigger's wording; for a refusal the reason.
+        refused: The operator's command is refused.
+        silent: Nothing is decided: no decision is recorded.
+    """
+
+    to: Mode | None = None
+    commands: tuple[Command, ...] = ()
+    why: str = ""
+    refused: bool = False
+    silent: bool = False
+
+
+STAY = Row(silent=True)
+BOTH_STOP = (Command.STOP_REAL, Command.STOP_TWIN)
+
+FOLLOWS_TWIN = (Mode.TWIN_LEADS, Mode.OPERATOR_LEADS)
+LEADING = (Mode.REAL_LEADS, *FOLLOWS_TWIN)
+LEADERS = {Mode.REAL_LEADS: "real", Mode.TWIN_LEADS: "twin", Mode.OPERATOR_LEADS: "operator"}
+
+
+def _refuse(why: str) -> Row:
+    return Row(why=why, refused=True)
+
+
+DEFAULTS: dict[Trigger, Row] = {
+    # What must be stopped in every mode, unless a mode below says more.
+    Trigger.LINK_LOST: Row(Mode.OFFLINE, BOTH_STOP, "the side still reached is stopped"),
+    Trigger.LINKS_READY: STAY,
+    Trigger.ALIGNED: STAY,
+    Trigger.ALIGN_FAILED: STAY,
+    Trigger.REAL_MOVED: STAY,
+    Trigger.REAL_TOOK_OVER: STAY,
+    Trigger.TWIN_MOVES_TOO: STAY,
+    Trigger.REAL_WAS_FIRST: STAY,
+    Trigger.TWIN_MOVED: STAY,
+    Trigger.TWIN_MOVED_UNALIGNED: STAY,
+    Trigger.AT_REST: STAY,
+    Trigger.UNSETTLED: STAY,
+    Trigger.REAL_FAULT: Row(
+        Mode.FAULT, BOTH_STOP, "both are stopped; RESET once the cause is gone"
+    ),
+    Trigger.REAL_DRIVES_OFF: Row(
+        Mode.ESTOP,
+        (Command.ESTOP_TWIN, Command.STOP_REAL),
+        "the twin freezes; RESET once the cause is gone",
+    ),
+    Trigger.REAL_HELD: STAY,
+    Trigger.REAL_RELEASED: STAY,
+    Trigger.REAL_STOPPED: STAY,
+    Trigger.TWIN_STOPPED: STAY,
+    Trigger.TWIN_PAUSED: STAY,
+    Trigger.TWIN_RESUMED: STAY,
+    Trigger.TWIN_ESTOPPED: Row(
+        Mode.ESTOP, (Command.ESTOP_REAL,), "latched; RESET once the cause is gone"
+    ),
+    Trigger.ESTOP_MISSED: STAY,
+    Trigger.STOP_IGNORED: Row(
+        Mode.ESTOP,
+        (Command.ESTOP_REAL, Command.ESTOP_TWIN),
+        "its drives are switched off; RESET once the cause is gone",
+    ),
+    Trigger.RELEASED_BLOCKED: STAY,
+    Trigger.STREAM_FAILED: STAY,
+    Trigger.REJECTED: STAY,
+    Trigger.DIVERGED: STAY,
+    Trigger.KEEP_OUT: STAY,
+    Trigger.TOO_CLOSE: STAY,
+    Trigger.TOO_FAST: STAY,
+    Trigger.STOP: Row(Mode.STOPPED, BOTH_STOP, "the target is cleared"),
+    Trigger.PAUSE: _refuse("nothing moves that could be paused"),
+    Trigger.RESUME: _refuse("nothing is paused"),
+    Trigger.RESUME_BLOCKED: _refuse("nothing is paused"),
+    Trigger.RESUME_HELD: _refuse("nothing is paused"),
+    Trigger.RESUME_MOVED: _refuse("nothing is paused"),
+    Trigger.RESET: _refuse("there is nothing to reset"),
+    Trigger.RESET_BLOCKED: _refuse("there is nothing to reset"),
+    Trigger.RESET_PRESSED: _refuse("there is nothing to reset"),
+    Trigger.RESET_DONE: STAY,
+    Trigger.RESET_FAILED: STAY,
+    Trigger.ESTOP: Row(
+        Mode.ESTOP,
+        (Command.ESTOP_REAL, Command.ESTOP_TWIN),
+        "latched; RESET releases it, and nothing moves by that",
+    ),
+    Trigger.ALIGN: _refuse("the pair moves: STOP first"),
+    Trigger.MOVE: _refuse("something else leads: STOP first"),
+    Trigger.MOVE_UNALIGNED: _refuse("something else leads: STOP first"),
+    Trigger.ACKNOWLEDGE: _refuse("there is nothing to acknowledge"),
+}
+
+# Rows that several modes share.
+_REAL_LEADS = Row(Mode.REAL_LEADS, (Command.BEGIN_FOLLOW_TWIN,), "the twin follows")
+_TAKE_OVER = Row(
+    Mode.REAL_LEADS,
+    (Command.YIELD_TWIN, Command.BEGIN_FOLLOW_TWIN),
+    "the real robot wins; the twin's own motion ends",
+)
+_WAS_FIRST = Row(
+    Mode.REAL_LEADS,
+    (Command.STOP_REAL, Command.YIELD_TWIN, Command.BEGIN_FOLLOW_TWIN),
+    "its stream ends, the twin follows",
+)
+_TWIN_LEADS = Row(
+    Mode.TWIN_LEADS, (Command.BEGIN_STREAM, Command.START_STREAM), "the real robot follows"
+)
+_OPERATOR_LEADS = Row(
+    Mode.OPERATOR_LEADS,
+    (Command.BEGIN_STREAM, Command.START_STREAM, Command.MOVE_TWIN),
+    "both are commanded",
+)
+_TO_IDLE = Row(Mode.IDLE, (Command.RELEASE_TWIN, Command.BASELINE), "the positions are agreed")
+_TO_IDLE_STREAMED = Row(
+    Mode.IDLE, (Command.STOP_REAL, Command.BASELINE), "the positions are agreed"
+)
+_ALIGN = Row(Mode.ALIGNING, (Command.BEGIN_ALIGN,), "the twin goes slowly to the real robot's pose")
+_REALIGN = Row(
+    Mode.ALIGNING,
+    (Command.STOP_REAL, Command.BEGIN_ALIGN),
+    "the twin goes slowly to the real robot's pose",
+)
+_NO_LEAD = Row(
+    Mode.ALIGNING,
+    (Command.STOP_TWIN, Command.BEGIN_ALIGN),
+    "it aligns first; send the command again afterwards",
+)
+# Both sides are held whoever leads, and the stream ends: nothing that moves the twin, or comes
+# late, moves the robot.
+_PAUSE = Row(Mode.PAUSED, (Command.HOLD_REAL, Command.PAUSE_TWIN), "the target is kept")
+_TWIN_PAUSED = Row(Mode.PAUSED, (Command.HOLD_REAL,), "the target is kept")
+# The hold is that of the person at the robot, who lets it go; only the stream is ours to end.
+_REAL_HELD = Row(Mode.PAUSED, (Command.END_STREAM, Command.PAUSE_TWIN), "the target is kept")
+_BEFORE_ZONE = Row(Mode.STOPPED, BOTH_STOP, "both are stopped before it")
+_PROTECT = Row(
+    Mode.PAUSED,
+    (Command.HOLD_REAL, Command.PAUSE_TWIN),
+    "protective stop; RESUME once the person is gone",
+)
+_DIVERGED = Row(
+    Mode.PAUSED,
+    (Command.HOLD_REAL, Command.PAUSE_TWIN),
+    "both are paused until the operator acknowledges",
+)
+_GUARDED = Row(None, (Command.STOP_REAL,), "the real robot moves all the same and is stopped")
+_STOPPED = Row(Mode.STOPPED, BOTH_STOP, "both are stopped")
+_FAILED = Row(Mode.FAULT, BOTH_STOP, "both are stopped; RESET, then ALIGN")
+_OFFLINE = _refuse("a link is down")
+_LATCHED = _refuse("the emergency stop is latched: RESET first")
+_FAULTED = _refuse("a fault is active: RESET first")
+# Who has pressed a button at the robot releases it there; nobody else does.
+_HELD_THERE = _refuse("the robot is held at its pendant: let it go there, then RESUME again")
+_PRESSED = _refuse("the emergency stop at the robot is pressed: release it there, then RESET again")
+_RESET = Row(None, (Command.RESET_REAL,), "the real robot is asked to reset; nothing moves")
+_RESET_DONE = Row(
+    Mode.STOPPED, (Command.RESET_TWIN,), "nothing moves; ALIGN or a new command goes on"
+)
+_RESET_FAILED = Row(None, (), "its cause persists: remove it, then RESET again")
+
+# While the twin follows, and what a stream to the real robot adds.
+_FOLLOWING: dict[Trigger, Row] = {
+    Trigger.KEEP_OUT: _BEFORE_ZONE,
+    Trigger.TOO_CLOSE: _PROTECT,
+    Trigger.TOO_FAST: _STOPPED,
+    Trigger.TWIN_STOPPED: _STOPPED,
+    Trigger.DIVERGED: _DIVERGED,
+}
+_STREAMING: dict[Trigger, Row] = {
+    **_FOLLOWING,
+    Trigger.AT_REST: _TO_IDLE_STREAMED,
+    Trigger.UNSETTLED: _REALIGN,
+    Trigger.REAL_TOOK_OVER: _TAKE_OVER,
+    Trigger.REAL_WAS_FIRST: _WAS_FIRST,
+    Trigger.REAL_HELD: _REAL_HELD,
+    Trigger.REAL_STOPPED: _STOPPED,
+    Trigger.TWIN_PAUSED: _TWIN_PAUSED,
+    Trigger.STREAM_FAILED: _FAILED,
+    Trigger.REJECTED: _STOPPED,
+    Trigger.PAUSE: _PAUSE,
+}
+
+ROWS: dict[Mode, dict[Trigger, Row]] = {
+    # A side may be unknown: only stops are sent, and they wait for a robot that is away.
+    Mode.OFFLINE: {
+        Trigger.LINKS_READY: Row(
+            Mode.ALIGNING,
+            (Command.STOP_TWIN, Command.BEGIN_ALIGN),
+            "nothing is replayed, the twin's own motion ends; it aligns slowly",
+        ),
+        Trigger.LINK_LOST: Row(None, BOTH_STOP, "the side still reached is stopped"),
+        Trigger.REAL_FAULT: STAY,
+        Trigger.REAL_DRIVES_OFF: STAY,
+        Trigger.TWIN_ESTOPPED: STAY,
+        Trigger.KEEP_OUT: _GUARDED,
+        Trigger.TOO_CLOSE: _GUARDED,
+        Trigger.TOO_FAST: _GUARDED,
+        Trigger.STOP: Row(
+            None,
+            BOTH_STOP,
+            "sent to the side still reached; a robot that is not is told when it answers again",
+        ),
+        Trigger.PAUSE: _OFFLINE,
+        Trigger.RESUME: _OFFLINE,
+        Trigger.RESUME_BLOCKED: _OFFLINE,
+        Trigger.RESUME_HELD: _OFFLINE,
+        Trigger.RESET: _OFFLINE,
+        Trigger.RESET_BLOCKED: _OFFLINE,
+        Trigger.RESET_PRESSED: _OFFLINE,
+        Trigger.ALIGN: _OFFLINE,
+        Trigger.MOVE: _OFFLINE,
+        Trigger.MOVE_UNALIGNED: _OFFLINE,
+        Trigger.ACKNOWLEDGE: _OFFLINE,
+    },
+    # The twin goes slowly; nobody may take the lead from it, but anything may stop it.
+    Mode.ALIGNING: {
+        Trigger.ALIGNED: Row(
+            Mode.IDLE, (Command.RELEASE_TWIN, Command.BASELINE), "the pair is ready"
+        ),
+        Trigger.ALIGN_FAILED: _FAILED,
+        Trigger.KEEP_OUT: _BEFORE_ZONE,
+        Trigger.TOO_CLOSE: _STOPPED,
+        Trigger.TOO_FAST: _STOPPED,
+        Trigger.TWIN_STOPPED: _STOPPED,
+        Trigger.ALIGN: Row(None, (), "already aligning"),
+        Trigger.MOVE: _refuse("the twin is aligning: wait"),
+        Trigger.MOVE_UNALIGNED: _refuse("the twin is aligning: wait"),
+        Trigger.PAUSE: _refuse("the twin is aligning: STOP ends it"),
+    },
+    # Both stand where they have agreed: who moves first leads.
+    Mode.IDLE: {
+        Trigger.KEEP_OUT: _BEFORE_ZONE,
+        Trigger.TOO_FAST: _STOPPED,
+        Trigger.REAL_MOVED: _REAL_LEADS,
+        Trigger.REAL_TOOK_OVER: _REAL_LEADS,
+        Trigger.TWIN_MOVED: _TWIN_LEADS,
+        Trigger.TWIN_MOVED_UNALIGNED: _NO_LEAD,
+        Trigger.ALIGN: _ALIGN,
+        Trigger.MOVE: _OPERATOR_LEADS,
+        Trigger.MOVE_UNALIGNED: _refuse("the twin is not aligned: ALIGN first"),
+    },
+    Mode.REAL_LEADS: {
+        **_FOLLOWING,
+        Trigger.AT_REST: _TO_IDLE,
+        Trigger.UNSETTLED: _REALIGN,
+        # Both were started at once: the twin's own move was announced when the robot took the lead.
+        Trigger.TWIN_MOVES_TOO: Row(
+            None, (Command.YIELD_TWIN, Command.BEGIN_FOLLOW_TWIN), "its own motion ends, it follows"
+        ),
+        Trigger.TWIN_PAUSED: _TWIN_PAUSED,
+        Trigger.PAUSE: _PAUSE,
+    },
+    Mode.TWIN_LEADS: _STREAMING,
+    Mode.OPERATOR_LEADS: _STREAMING,
+    # Only RESUME goes on, or whoever has paused the pair on his own side; all else stops it.
+    Mode.PAUSED: {
+        Trigger.KEEP_OUT: _BEFORE_ZONE,
+        Trigger.TOO_CLOSE: _STOPPED,
+        Trigger.TOO_FAST: _STOPPED,
+        Trigger.TWIN_STOPPED: _STOPPED,
+        Trigger.REAL_STOPPED: _STOPPED,
+        Trigger.REAL_TOOK_OVER: _TAKE_OVER,
+        Trigger.RELEASED_BLOCKED: _STOPPED,
+        Trigger.REJECTED: _STOPPED,
+        Trigger.PAUSE: Row(None, (), "already paused"),
+        Trigger.ACKNOWLEDGE: Row(None, (), "RESUME is possible again"),
+        Trigger.RESUME_BLOCKED: _refuse("ACKNOWLEDGE a divergence; wait until a person is gone"),
+        Trigger.RESUME_HELD: _HELD_THERE,
+        Trigger.RESUME_MOVED: Row(
+            Mode.STOPPED,
+            BOTH_STOP,
+            "it no longer stands where it was paused: the target is cleared",
+            refused=True,
+        ),
+        Trigger.ALIGN: _refuse("a motion is paused: STOP first"),
+    },
+    # Targets are cleared; any new command or motion goes on.
+    Mode.STOPPED: {
+        Trigger.KEEP_OUT: Row(None, BOTH_STOP, "both are stopped before it"),
+        Trigger.TOO_FAST: Row(None, BOTH_STOP, "both are stopped"),
+        Trigger.REAL_MOVED: _REAL_LEADS,
+        Trigger.REAL_TOOK_OVER: _REAL_LEADS,
+        Trigger.TWIN_MOVED: _TWIN_LEADS,
+        Trigger.TWIN_MOVED_UNALIGNED: _NO_LEAD,
+        Trigger.ALIGN: _ALIGN,
+        Trigger.MOVE: _OPERATOR_LEADS,
+        Trigger.MOVE_UNALIGNED: _refuse("the twin is not aligned: ALIGN first"),
+    },
+    # Latched: only RESET leaves it, and only once the cause is gone.
+    Mode.ESTOP: {
+        Trigger.LINK_LOST: Row(None, BOTH_STOP, "the emergency stop stays latched"),
+        Trigger.REAL_FAULT: STAY,
+        Trigger.REAL_DRIVES_OFF: STAY,
+        Trigger.TWIN_ESTOPPED: STAY,
+        Trigger.STOP_IGNORED: STAY,
+        Trigger.ESTOP_MISSED: Row(None, (Command.ESTOP_REAL, Command.ESTOP_TWIN), "sent again"),
+        Trigger.STOP: Row(None, BOTH_STOP, "the emergency stop stays latched"),
+        Trigger.ESTOP: Row(
+            None, (Command.ESTOP_REAL, Command.ESTOP_TWIN), "already latched; sent again"
+        ),
+        Trigger.RESET: _RESET,
+        Trigger.RESET_BLOCKED: _OFFLINE,
+        Trigger.RESET_PRESSED: _PRESSED,
+        Trigger.RESET_DONE: _RESET_DONE,
+        Trigger.RESET_FAILED: _RESET_FAILED,
+        Trigger.PAUSE: _LATCHED,
+        Trigger.RESUME: _LATCHED,
+        Trigger.RESUME_BLOCKED: _LATCHED,
+        Trigger.RESUME_HELD: _LATCHED,
+        Trigger.ALIGN: _LATCHED,
+        Trigger.MOVE: _LATCHED,
+        Trigger.MOVE_UNALIGNED: _LATCHED,
+    },
+    # As ESTOP, with the drives on.
+    Mode.FAULT: {
+        Trigger.LINK_LOST: Row(None, BOTH_STOP, "the fault stays until RESET"),
+        Trigger.KEEP_OUT: _GUARDED,
+        Trigger.TOO_CLOSE: _GUARDED,
+        Trigger.TOO_FAST: _GUARDED,
+        Trigger.REAL_FAULT: STAY,
+        Trigger.STOP: Row(None, BOTH_STOP, "the fault stays until RESET"),
+        Trigger.RESET: _RESET,
+        Trigger.RESET_BLOCKED: _OFFLINE,
+        Trigger.RESET_PRESSED: _PRESSED,
+        Trigger.RESET_DONE: _RESET_DONE,
+        Trigger.RESET_FAILED: _RESET_FAILED,
+        Trigger.PAUSE: _FAULTED,
+        Trigger.RESUME: _FAULTED,
+        Trigger.RESUME_BLOCKED: _FAULTED,
+        Trigger.RESUME_HELD: _FAULTED,
+        Trigger.ALIGN: _FAULTED,
+        Trigger.MOVE: _FAULTED,
+        Trigger.MOVE_UNALIGNED: _FAULTED,
+    },
+}
+
+# Going on after PAUSE depends on who led; the mode that was paused comes back.
+RESUME_ROWS: dict[Mode, Row] = {
+    Mode.REAL_LEADS: Row(
+        Mode.REAL_LEADS, (Command.RELEASE_REAL, Command.RESUME_TWIN), "the same path goes on"
+    ),
+    Mode.TWIN_LEADS: Row(
+        Mode.TWIN_LEADS,
+        (Command.RELEASE_REAL, Command.BEGIN_STREAM, Command.RESUME_TWIN),
+        "the same path goes on",
+    ),
+    Mode.OPERATOR_LEADS: Row(
+        Mode.OPERATOR_LEADS,
+        (Command.RELEASE_REAL, Command.BEGIN_STREAM, Command.RESUME_TWIN),
+        "the same path goes on",
+    ),
+}
+
+# Triggers that are decided by when each side moved: the decision tells these times.
+ONSET_TRIGGERS = (
+    Trigger.REAL_MOVED,
+    Trigger.REAL_WAS_FIRST,
+    Trigger.REAL_TOOK_OVER,
+    Trigger.TWIN_MOVED,
+    Trigger.TWIN_MOVED_UNALIGNED,
+)
+SAFETY_TRIGGERS = (Trigger.KEEP_OUT, Trigger.TOO_CLOSE, Trigger.TOO_FAST)
+RESUMING = (Trigger.RESUME, Trigger.REAL_RELEASED, Trigger.TWIN_RESUMED)
+
+
+def look_up(mode: Mode, trigger: Trigger, paused: Mode | None = None) -> Row:
+    """Return the row of (mode, trigger).
+
+    Args:
+        mode: Mode now.
+        trigger: What happened.
+        paused: In PAUSED, the mode that was paused.
+    """
+    if mode is Mode.PAUSED and trigger in RESUMING and paused in RESUME_ROWS:
+        return RESUME_ROWS[paused]
+    return ROWS[mode].get(trigger, DEFAULTS[trigger])

@@ -1,0 +1,212 @@
+"""Carry a row of the state table out: the new mode, what it forgets, its commands, the decision."""
+
+from __future__ import annotations
+
+import msgspec
+
+from twin_controller.core.actions import AnyAction, Decided
+from twin_controller.core.events import Operator
+from twin_controller.core.lead import triggers
+from twin_controller.core.lead.effects import carry_out
+from twin_controller.core.lead.modes import Mode, Trigger
+from twin_controller.core.lead.state import record
+from twin_controller.core.lead.table import (
+    FOLLOWS_TWIN,
+    LEADERS,
+    ONSET_TRIGGERS,
+    RESUMING,
+    SAFETY_TRIGGERS,
+    Row,
+    look_up,
+)
+from twin_controller.core.orders.order import tell
+from twin_controller.core.orders.stop import safety_patience
+from twin_controller.core.safety.divergence import DivergenceState
+from twin_controller.core.safety.zones import Way
+from twin_controller.core.setup import Setup
+from twin_controller.core.sides.change import drop_baseline
+from twin_controller.core.sides.side import Sides
+from twin_controller.core.state import CoreState
+
+replace = msgspec.structs.replace
+Result = tuple[CoreState, list[AnyAction]]
+
+
+def transition(
+    setup: Setup, state: CoreState, trigger: Trigger, now: float, asked: Operator | None = None
+) -> Result:
+    """Look the row up, carry its commands out, record the decision.
+
+    Args:
+        setup: Profile and numbers.
+        state: The state before.
+        trigger: What happened.
+        now: When [s].
+        asked: The operator's command behind it, if there is one.
+
+    Returns:
+        The state after, and the actions; none if the row is silent.
+    """
+    before = state.lead
+    row = look_up(before.mode, trigger, before.paused)
+    if row.silent:
+        return state, []
+    why = trigger.value
+    if row.why:
+        why = f"{trigger.value}{detail(state, trigger)}: {row.why}"
+    # What the decision was made on is looked at before the new mode forgets it.
+    seen = triggers.Onsets()
+    if trigger in ONSET_TRIGGERS:
+        seen = triggers.onsets(setup, state)
+    state = _enter(setup, state, row, trigger, now)
+    actions: list[AnyAction] = []
+    for command in row.commands:
+        state, done = carry_out(setup, state, command, why, now, asked)
+        actions += done
+    lead = state.lead
+    decision = Decided(
+        seq=lead.seq + 1,
+        now=now,
+        mode_before=before.mode.value,
+        trigger=trigger.name,
+        mode_after=lead.mode.value,
+        leader=lead.leader,
+        actions=tuple(command.name for command in row.commands),
+        why=why,
+        onset_real=seen.real,
+        onset_twin=seen.twin,
+        onset_uncertainty=seen.uncertainty,
+    )
+    lead = record(replace(lead, why=why), decision, setup.config.decision_history)
+    return replace(state, lead=lead), [decision, *actions]
+
+
+def reject(setup: Setup, state: CoreState, reason: str, now: float) -> Result:
+    """Stop the pair because a set point for the real robot may not be sent, and say which."""
+    state, actions = transition(setup, state, Trigger.REJECTED, now)
+    why = f"{state.lead.why} ({reason})"
+    state = replace(state, lead=replace(state.lead, why=why))
+    decided = [
+        replace(action, why=f"{action.why} ({reason})") if isinstance(action, Decided) else action
+        for action in actions
+    ]
+    return state, decided
+
+
+def detail(state: CoreState, trigger: Trigger) -> str:
+    """Return what a person wants to know beside the trigger, in brackets; empty if nothing."""
+    words = _words(state, trigger)
+    return f" ({words})" if words else ""
+
+
+def _words(state: CoreState, trigger: Trigger) -> str:
+    sides, safety = state.sides, state.safety
+    real, twin = sides.real, sides.twin
+    match trigger:
+        case Trigger.LINK_LOST:
+            both = (("real", real), ("twin", twin))
+            return "; ".join(f"{name}: {side.reason}" for name, side in both if not side.history)
+        case Trigger.KEEP_OUT:
+            return safety.way.violation or safety.guard.violation
+        case Trigger.TOO_FAST:
+            return safety.guard.too_fast
+        case Trigger.TOO_CLOSE | Trigger.RESUME_BLOCKED if safety.separation.too_close:
+            return safety.separation.reason
+        case Trigger.AT_REST | Trigger.UNSETTLED if state.lead.leader == "real":
+            return f"ignored as echo: {twin.echoed} samples of the twin"
+        case Trigger.AT_REST | Trigger.UNSETTLED:
+            return f"ignored as echo: {real.echoed} samples of the real robot"
+        case Trigger.STOP_IGNORED if state.orders.stop is not None:
+            stop = state.orders.stop
+            return f"{stop.wanted.value}, sent {stop.attempts} times"
+        case Trigger.REAL_FAULT:
+            return real.alarm
+        case Trigger.REAL_DRIVES_OFF if real.flags is not None and real.flags.estop_pressed:
+            return "the emergency stop at the robot is pressed"
+    return ""
+
+
+def _enter(setup: Setup, state: CoreState, row: Row, trigger: Trigger, now: float) -> CoreState:
+    """Change the mode and forget what belonged to the old one."""
+    state = _forget_cause(setup, state, trigger, now)
+    lead = state.lead
+    mode = row.to or lead.mode
+    # OFFLINE is entered anew by each loss: what came meanwhile counts as little as before it.
+    if mode is lead.mode and mode is not Mode.OFFLINE:
+        return state
+    paused = lead.mode if mode is Mode.PAUSED else None
+    active = paused or mode
+    new = replace(
+        lead,
+        mode=mode,
+        since=now,
+        leader=LEADERS.get(active, ""),
+        paused=paused,
+        paused_by=trigger if paused is not None else None,
+        paused_seen=(False, False),
+        must_align=_must_align(lead.must_align, mode, trigger),
+        needs_acknowledge=mode is Mode.PAUSED and trigger is Trigger.DIVERGED,
+        reset_since=None,
+        move_pending=lead.move_pending and active is Mode.OPERATOR_LEADS,
+    )
+    state = _end_following(state, active)
+    if mode in (Mode.STOPPED, Mode.FAULT, Mode.ESTOP, Mode.OFFLINE, Mode.PAUSED):
+        # Where the sides stop is not agreed: nothing counts as a motion until they stand.
+        state = replace(state, sides=_drop_baselines(state.sides))
+    if mode in (Mode.STOPPED, Mode.FAULT, Mode.ESTOP, Mode.OFFLINE):
+        new = replace(new, program_was_off=False)
+    if mode is Mode.PAUSED:
+        # While it slows down, a robot that moves has not gone on.
+        stop = tell(None, "standstill", safety_patience(setup.config.stop), now)
+        state = replace(state, orders=replace(state.orders, safety_stop=stop))
+    if mode in LEADERS and trigger not in RESUMING:
+        real, twin = state.sides.real, state.sides.twin
+        sides = Sides(replace(real, echoed=0), replace(twin, echoed=0))
+        state = replace(state, sides=sides)
+    # A pair that was moved apart while it was paused, or aligns, is measured anew.
+    if trigger in RESUMING or mode is Mode.ALIGNING:
+        state = replace(state, safety=replace(state.safety, divergence=DivergenceState()))
+    if mode is not Mode.ESTOP:
+        state = replace(state, orders=replace(state.orders, estop=None))
+    return replace(state, lead=new)
+
+
+def _forget_cause(setup: Setup, state: CoreState, trigger: Trigger, now: float) -> CoreState:
+    """Forget what this decision is the answer to, so that it is not decided again at once."""
+    lead, safety, orders = state.lead, state.safety, state.orders
+    if trigger is Trigger.ACKNOWLEDGE:
+        lead = replace(lead, needs_acknowledge=False)
+    if trigger in (Trigger.RESET_FAILED, Trigger.LINK_LOST):
+        lead = replace(lead, reset_since=None)
+    if trigger is Trigger.KEEP_OUT:
+        # The target stays known: the same move is not judged, and stopped, a second time.
+        safety = replace(safety, way=Way(safety.way.target))
+    if trigger in SAFETY_TRIGGERS:
+        patience = safety_patience(setup.config.stop)
+        stop = tell(orders.safety_stop, "standstill", patience, now)
+        orders = replace(orders, safety_stop=stop)
+    return replace(state, lead=lead, safety=safety, orders=orders)
+
+
+def _must_align(must: bool, mode: Mode, trigger: Trigger) -> bool:
+    """Return whether the pair has to align before the twin may lead again."""
+    return trigger is Trigger.RESET_DONE or (must and mode is not Mode.ALIGNING)
+
+
+def _end_following(state: CoreState, active: Mode) -> CoreState:
+    """Forget a follower that the new mode lacks; in PAUSED ``active`` is the paused mode."""
+    follow, orders = state.follow, state.orders
+    if active not in (Mode.ALIGNING, Mode.REAL_LEADS):
+        follow = replace(follow, twin=None)
+    if active not in FOLLOWS_TWIN:
+        follow = replace(follow, real=None)
+        orders = replace(orders, stream=None)
+    return replace(state, follow=follow, orders=orders)
+
+
+def _drop_baselines(sides: Sides) -> Sides:
+    real, twin = sides.real, sides.twin
+    return Sides(
+        replace(real, change=drop_baseline(real.change)),
+        replace(twin, change=drop_baseline(twin.change)),
+    )

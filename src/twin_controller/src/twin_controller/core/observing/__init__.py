@@ -1,1 +1,0 @@
-"""What the samples of both sides mean: clocks, changes, echoes, divergence."""

@@ -1,0 +1,1 @@
+"""Orders to the sides: each is sent again until it is shown, or given up."""

@@ -1,0 +1,92 @@
+"""One order to a side: it counts as done when the side shows it, not when it was sent.
+
+A write may be lost with its connection, a side may refuse it, or somebody at the side may undo it.
+So an order is sent again each period until the side shows it. What counts as shown is one small
+function for each kind of order.
+"""
+
+from __future__ import annotations
+
+import math
+from enum import StrEnum
+from typing import Generic, TypeVar
+
+import msgspec
+
+Wanted = TypeVar("Wanted")
+
+
+class GiveUp(StrEnum):
+    """What it means when a side has shown an order after none of its attempts."""
+
+    NEVER = "it is never given up"
+    SAY_SO = "it is said and no longer sent"
+    STOP_PAIR = "the pair is stopped"
+    DRIVES_OFF = "the robot's drives are switched off"
+
+
+class Patience(msgspec.Struct, frozen=True):
+    """How long a side may take to show an order.
+
+    Attributes:
+        period: Time until it is sent again [s].
+        most: It is sent at most this often; None: as long as it is wanted.
+        give_up: What it means when the last attempt has failed too.
+    """
+
+    period: float
+    most: int | None = None
+    give_up: GiveUp = GiveUp.NEVER
+
+
+class Order(msgspec.Struct, Generic[Wanted], frozen=True):
+    """What a side was told, and how far that has come.
+
+    Attributes:
+        wanted: What the side is to show.
+        patience: How long it may take.
+        sent: When it was sent last [s]; minus infinity: not yet, so that it is due at once.
+        attempts: How often it was sent.
+        shown: The side shows it now. An order that is kept after that is due again once the side
+            no longer shows it.
+    """
+
+    wanted: Wanted
+    patience: Patience
+    sent: float = -math.inf
+    attempts: int = 0
+    shown: bool = False
+
+    @property
+    def spent(self) -> bool:
+        """Whether it was sent as often as it may be."""
+        return self.patience.most is not None and self.attempts >= self.patience.most
+
+    @property
+    def due_at(self) -> float:
+        """When it is sent again or given up if it is not shown by then [s]."""
+        return self.sent + self.patience.period
+
+
+def send(order: Order[Wanted], now: float) -> Order[Wanted]:
+    """Return the order after it was sent once more, at ``now`` [s]."""
+    return msgspec.structs.replace(order, sent=now, attempts=order.attempts + 1)
+
+
+def tell(
+    order: Order[Wanted] | None, wanted: Wanted, patience: Patience, now: float
+) -> Order[Wanted]:
+    """Return the order to show ``wanted``, sent at ``now`` [s]; the same one goes on counting."""
+    if order is None or order.wanted != wanted:
+        order = Order(wanted, patience)
+    return send(order, now)
+
+
+def fresh(order: Order[Wanted] | None, now: float) -> bool:
+    """Return whether an order was sent so recently that the side need not show it yet."""
+    return order is not None and now - order.sent < order.patience.period
+
+
+def overdue(order: Order[Wanted], now: float) -> bool:
+    """Return whether the side should show the order by ``now`` [s] and does not."""
+    return not order.shown and not fresh(order, now)

@@ -1,0 +1,199 @@
+"""Keep the caps on both sides' program speed in force, and say why it is limited."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import msgspec
+
+from twin_controller.core.actions import AnyAction, CapTwin, OverrideReal
+from twin_controller.core.events import RealMeasured, TwinMotion
+from twin_controller.core.orders.order import fresh, tell
+from twin_controller.core.orders.speed import Speeds, cap_step, shows_override, speed_patience
+from twin_controller.core.safety.fastest import speed_cap
+from twin_controller.core.safety.watch import Safety
+from twin_controller.core.setup import Setup
+from twin_controller.core.sides.side import Sides, TwinSide
+
+replace = msgspec.structs.replace
+
+
+class Cap(NamedTuple):
+    """The largest program speed [percent], and where that comes from."""
+
+    percent: float
+    reason: str
+
+
+class Leader(NamedTuple):
+    """Who leads, as far as speeds depend on it, and why the last set point was slowed down."""
+
+    name: str
+    slowed: str
+
+
+def cap_speeds(
+    setup: Setup, speeds: Speeds, sides: Sides, safety: Safety, leader: Leader, now: float
+) -> tuple[Speeds, list[AnyAction]]:
+    """Send what is due, and say what was requested, what is applied, and why.
+
+    Args:
+        setup: Profile and numbers.
+        speeds: What was ordered so far.
+        sides: Both sides.
+        safety: What is judged of the pair.
+        leader: Who leads.
+        now: Time [s].
+    """
+    actions: list[AnyAction] = []
+    flags, motion = sides.real.flags, sides.twin.motion
+    if flags is not None:
+        allowed = real_cap(setup, speeds, safety, leader.name).percent
+        speeds, actions = _override_real(setup, speeds, flags, allowed, now)
+    if motion is None or not sides.twin.connected:
+        return speeds, actions
+    cap = _twin_cap(setup, speeds, sides, safety)
+    speeds = _judged(setup, speeds, sides, safety, leader, cap)
+    speeds, sent = _cap_twin(setup, speeds, motion, cap.percent, now)
+    return speeds, [*actions, *sent]
+
+
+def _judged(
+    setup: Setup, speeds: Speeds, sides: Sides, safety: Safety, leader: Leader, cap: Cap
+) -> Speeds:
+    """Say what the leader asks for, what it gets, and why that is less."""
+    flags, motion = sides.real.flags, sides.twin.motion
+    reason = cap.reason
+    if leader.name == "real" and flags is not None:
+        # A robot that leads runs at its override; what we took of that is the limit.
+        requested = applied = flags.speed_percent
+        limited = False
+        if speeds.own_override is not None and speeds.real is not None:
+            applied, limited = min(requested, speeds.real.wanted), True
+            requested = max(requested, speeds.own_override)
+            reason = real_cap(setup, speeds, safety, leader.name).reason
+    else:
+        claimed = 0.0 if motion is None else motion.speed_requested_percent
+        requested = max(claimed, _measured_percent(setup, sides.twin, leader.name))
+        applied = min(requested, cap.percent)
+        limited = requested > applied + 0.01
+    if leader.slowed and not limited:
+        limited, reason = True, leader.slowed
+    if not limited:
+        reason = ""
+    return replace(speeds, requested=requested, applied=applied, limited=limited, reason=reason)
+
+
+def _measured_percent(setup: Setup, twin: TwinSide, leader: str) -> float:
+    """Return the speed of a twin that leads [percent of the joints' largest].
+
+    What is measured is believed over what the twin claims.
+    """
+    if leader not in ("twin", "operator") or not twin.history:
+        return 0.0
+    return 100.0 * max(abs(v) / limit for v, limit in zip(twin.last.qdot, setup.velocity))
+
+
+def _cap_twin(
+    setup: Setup, speeds: Speeds, motion: TwinMotion, cap: float, now: float
+) -> tuple[Speeds, list[AnyAction]]:
+    """Send the twin its cap if it shows another one."""
+    config, order = setup.config.speed, speeds.twin
+    step = cap_step(cap, config)
+    if abs(motion.speed_limit_percent - cap) <= step:
+        return speeds, []
+    # A cap that falls is sent at once: the one that is under way allows too much.
+    if order is not None and fresh(order, now) and cap > order.wanted - step:
+        return speeds, []
+    order = tell(order, cap, speed_patience(config), now)
+    return replace(speeds, twin=order), [CapTwin(cap)]
+
+
+def _twin_cap(setup: Setup, speeds: Speeds, sides: Sides, safety: Safety) -> Cap:
+    """Return the lowest cap of the twin's program speed."""
+    limit, cartesian = setup.config.limit, setup.config.cell.cartesian_speed_mm_s
+    caps = [Cap(speeds.cap, "the operator's SPEED")]
+    if sides.real.connected and sides.real.flags is not None:
+        override = max(sides.real.flags.override_percent, 1.0)
+        most = limit.speed_percent
+        caps.append(Cap(most, f"above {most:g} % the real robot gets that much"))
+        room = f"the real robot's override is {override:g} %, and it needs some of that to keep up"
+        caps.append(Cap(override / limit.override_margin, room))
+    if cartesian is not None:
+        # A move that is announced has a fastest point of its own; other motion may be the worst.
+        own = setup.safe_percent
+        if safety.way.target:
+            own = speed_cap(safety.way.peak_speed, cartesian)
+        caps.append(Cap(own, _cartesian(setup)))
+    caps.append(Cap(safety.separation.cap, safety.separation.reason))
+    cap = min(caps, key=lambda one: one.percent)
+    return Cap(max(cap.percent, 1.0), cap.reason)
+
+
+def real_cap(setup: Setup, speeds: Speeds, safety: Safety, leader: str) -> Cap:
+    """Return the largest override that the real robot may have."""
+    caps = [Cap(speeds.cap, "the operator's SPEED")]
+    if setup.config.cell.cartesian_speed_mm_s is not None:
+        caps.append(Cap(setup.safe_percent, _cartesian(setup)))
+    # A robot that follows is as slow as its leader, whose cap holds.
+    if leader == "real":
+        caps.append(Cap(safety.separation.cap, safety.separation.reason))
+    cap = min(caps, key=lambda one: one.percent)
+    # The robot knows whole percents, and an override of 0 would stop it for good.
+    return Cap(float(max(1, math.trunc(cap.percent))), cap.reason)
+
+
+def _cartesian(setup: Setup) -> str:
+    return f"no watched point may exceed {setup.config.cell.cartesian_speed_mm_s:g} mm/s"
+
+
+def _override_real(
+    setup: Setup, speeds: Speeds, flags: RealMeasured, allowed: float, now: float
+) -> tuple[Speeds, list[AnyAction]]:
+    """Lower the robot's override as far as its limits ask, and give it back afterwards."""
+    config, order, own = setup.config.speed, speeds.real, speeds.own_override
+    shown, waits = flags.override_percent, fresh(order, now)
+    if allowed < shown - config.step_percent:
+        # Lower it at once, before the robot moves too; but not twice for the same limit.
+        if order is not None and waits and allowed >= order.wanted:
+            return speeds, []
+        if own is None:
+            # What is not shown yet is ours; otherwise somebody at the robot set it.
+            own = order.wanted if order is not None and waits else shown
+        wanted = allowed
+    elif waits:
+        return speeds, []
+    elif order is None or own is None or not shows_override(order.wanted, shown, config):
+        # Nothing is owed to the robot, or somebody at the robot has set it meanwhile.
+        return replace(speeds, own_override=None), []
+    else:
+        # Give it back in steps: between two sightings of a person the cap falls and rises a little.
+        wanted = min(own, allowed)
+        if wanted < min(own, shown + config.raise_step_percent):
+            return speeds, []
+    if shows_override(wanted, shown, config):
+        return speeds, []
+    kept = None if wanted >= own else own
+    order = tell(speeds.real, wanted, speed_patience(config), now)
+    return replace(speeds, real=order, own_override=kept), [OverrideReal(wanted)]
+
+
+def speed_answer(speeds: Speeds, flags: RealMeasured | None, allowed: Cap) -> str:
+    """Return the answer to the operator's SPEED, ``speeds.cap``: what each side gets of it.
+
+    A cap only lowers. What somebody has set at the robot is the most that the robot gets; the
+    override that :func:`cap_speeds` has lowered is given back up to that.
+    """
+    percent = speeds.cap
+    answer = f"speed of both capped at {percent:g} %"
+    if flags is None:
+        unreached = "the real robot is not reached: its override is lowered to that once it is"
+        return f"{answer}; {unreached}, but not raised"
+    own = speeds.own_override if speeds.own_override is not None else flags.override_percent
+    # The override is a whole number: less than one percent below is no limit.
+    if allowed.percent < min(percent, own) - 1.0 + 1e-6:
+        return f"{answer}; the real robot gets {allowed.percent:g} % for now: {allowed.reason}"
+    if own < percent - 1.0 + 1e-6:
+        return f"{answer}; the real robot keeps its own override of {own:g} %: raise it there"
+    return answer

@@ -1,1 +1,0 @@
-"""The state table, and the conditions that its triggers stand for."""

@@ -1,0 +1,105 @@
+"""The alarm when real robot and twin come apart, with the lag removed.
+
+While moving, the distance of the real tool from the twin's recent path counts: a follower that is
+late but on the path does not diverge. At rest, the plain distance counts.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import lru_cache, partial
+from itertools import pairwise
+
+import msgspec
+from scara_control.kinematics.screws import Point, ScrewModel, tool_position
+
+from twin_controller.config import Divergence
+from twin_controller.core.events import Joints
+from twin_controller.core.setup import Setup
+from twin_controller.core.sides import change
+from twin_controller.core.sides.side import Sides
+
+
+class DivergenceState(msgspec.Struct, frozen=True):
+    """Last checks and the alarm; distances in mm."""
+
+    recent: tuple[bool, ...] = ()
+    alarm: bool = False
+    distance_mm: float = 0.0
+
+
+def path_distance(point: Point, path: Sequence[Point]) -> float:
+    """Return the distance [m] of ``point`` from the polyline ``path``, one corner at least."""
+    nearest = math.dist(point, path[0])
+    px, py, pz = point
+    for (ax, ay, az), (bx, by, bz) in pairwise(path):
+        sx, sy, sz = bx - ax, by - ay, bz - az
+        length = sx * sx + sy * sy + sz * sz
+        if length == 0.0:
+            continue  # the path stands still here: the corner is that of its neighbours
+        part = ((px - ax) * sx + (py - ay) * sy + (pz - az) * sz) / length
+        part = min(max(part, 0.0), 1.0)
+        foot = (ax + part * sx, ay + part * sy, az + part * sz)
+        nearest = min(nearest, math.dist(point, foot))
+    return nearest
+
+
+@lru_cache(maxsize=1024)
+def _tool(arm: ScrewModel, columns: tuple[int, ...], q: Joints) -> Point:
+    """Return where the tool is [m]; kept, since each sample of a path counts many times."""
+    return tool_position(arm, [q[column] for column in columns])
+
+
+def judge(
+    state: DivergenceState, distance: float, limit_mm: float, config: Divergence
+) -> DivergenceState:
+    """Count one check, k of n with hysteresis.
+
+    Args:
+        state: The last checks.
+        distance: Distance of the tools [m].
+        limit_mm: The limit that holds now (path or rest).
+        config: confirm, window, release_ratio.
+    """
+    distance_mm = distance * 1e3
+    # The alarm ends below a part of its limit: at the limit it would come and go with the noise.
+    limit = limit_mm * (config.release_ratio if state.alarm else 1.0)
+    recent = (*state.recent, distance_mm > limit)[-config.window :]
+    count = sum(recent)
+    alarm = count > 0 if state.alarm else count >= config.confirm
+    return DivergenceState(recent, alarm, distance_mm)
+
+
+def judge_divergence(
+    setup: Setup, state: DivergenceState, sides: Sides, streams: bool = False
+) -> DivergenceState:
+    """Compare the tools, once for each sample of the twin.
+
+    Args:
+        setup: Profile and numbers.
+        state: The last checks.
+        sides: Both sides.
+        streams: The real robot follows the twin.
+    """
+    config = setup.config.divergence
+    if not sides.real.history or len(sides.twin.history) < 2:
+        return state
+    real = sides.real.last
+    reach = config.history_ms * 1e-3
+    rows = [sample.q for sample in sides.twin.history if abs(sample.t - real.t) <= reach]
+    if not rows:
+        return state
+    newest = rows[-1]
+    # A robot that follows is aimed ahead of the twin: the way that the twin will take counts too.
+    if streams and sides.twin.plan is not None:
+        rows += sides.twin.plan.q
+    tool = partial(_tool, setup.arm, setup.arm_columns)
+    still = all(
+        change.stands_still(side.change, real.t, setup.config.change)
+        for side in (sides.real, sides.twin)
+    )
+    if still:
+        return judge(state, math.dist(tool(real.q), tool(newest)), config.rest_mm, config)
+    distance = path_distance(tool(real.q), [tool(q) for q in rows])
+    return judge(state, distance, config.path_mm, config)

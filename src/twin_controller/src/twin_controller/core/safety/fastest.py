@@ -1,0 +1,113 @@
+"""How fast the watched points can get, in one pose and in any."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+
+import numpy as np
+
+from twin_controller.core.events import Joints
+from twin_controller.core.safety.points import FloatArray, WatchedPoint, all_positions, positions
+
+GRID = np.pi / 4.0
+"""Spacing of the revolute joints' positions among which the fastest pose is sought [rad]."""
+LARGEST_STRETCH = np.pi
+FINEST = 1e-3
+STEP = 1e-4
+
+
+def fastest_speed(
+    points: Sequence[WatchedPoint], lower: Joints, upper: Joints, velocity: Joints
+) -> float:
+    r"""Return the largest speed that a watched point can have in any pose [m/s].
+
+    The speed :math:`|J(q) \dot q|` is convex in :math:`\dot q`, so it is largest where each joint
+    is at plus or minus its largest speed. The pose is sought on a grid, and from the best one by
+    steps that are halved.
+
+    Args:
+        points: What is watched.
+        lower: Smallest joint positions, SI.
+        upper: Largest joint positions, SI.
+        velocity: Largest joint speeds, SI.
+    """
+    return max((_fastest_of(point, lower, upper, velocity) for point in points), default=0.0)
+
+
+def _fastest_of(point: WatchedPoint, lower: Joints, upper: Joints, velocity: Joints) -> float:
+    turns = np.any(point.model.screw_axes[:3] != 0.0, axis=0)
+    ranges = [
+        _places(lower[column], upper[column], turning)
+        for column, turning in zip(point.columns, turns)
+    ]
+    rows = np.zeros((1, len(lower)))
+    for column, places in list(zip(point.columns, ranges))[1:]:
+        rows = np.repeat(rows, len(places), axis=0)
+        rows[:, column] = np.resize(places, len(rows))
+    speeds = _speeds(point, rows, velocity)
+    best, speed, step = rows[int(np.argmax(speeds))], float(np.max(speeds)), 0.5 * GRID
+    # The first joint turns all points alike, so its position does not matter.
+    while step > FINEST:
+        tries = np.array(
+            [
+                best + sign * step * np.eye(len(lower))[column]
+                for column in point.columns
+                for sign in (-1.0, 1.0)
+            ]
+        )
+        tries = np.clip(tries, lower, upper)
+        speeds = _speeds(point, tries, velocity)
+        if float(np.max(speeds)) > speed:
+            best, speed = tries[int(np.argmax(speeds))], float(np.max(speeds))
+        else:
+            step *= 0.5
+    return speed
+
+
+def _places(lower: float, upper: float, turning: bool) -> FloatArray:
+    """Return the positions of a joint that are tried: stretched (0) too; a prismatic one's ends."""
+    if not turning:
+        return np.array([lower, upper])
+    low, high = max(lower, -LARGEST_STRETCH), min(upper, LARGEST_STRETCH)
+    inner = np.arange(np.ceil(low / GRID), np.floor(high / GRID) + 1) * GRID
+    return np.unique(np.concatenate([[low], inner, [high]]))
+
+
+def _speeds(point: WatchedPoint, rows: FloatArray, velocity: Joints) -> FloatArray:
+    """Return the point's largest speed in each pose [m/s]."""
+    columns = []
+    for column in point.columns:
+        offset = np.zeros(rows.shape[1])
+        offset[column] = STEP
+        columns.append(
+            (positions(point, rows + offset) - positions(point, rows - offset))
+            * (velocity[column] / (2.0 * STEP))
+        )
+    # The sign of all together does not matter: the first joint's is fixed.
+    signs = np.array(
+        [(1.0, *rest) for rest in itertools.product((-1.0, 1.0), repeat=len(columns) - 1)]
+    )
+    ways = np.einsum("sk,kmx->smx", signs, np.array(columns))
+    return np.asarray(np.linalg.norm(ways, axis=2).max(axis=0))
+
+
+def fastest_point(points: Sequence[WatchedPoint], q: Joints, qdot: Joints) -> tuple[float, str]:
+    """Return the largest speed of a watched point [m/s] and which one it is.
+
+    By a central difference over 1 ms.
+    """
+    centre, step = np.array(q), np.array(qdot) * 5e-4
+    rows = np.array([centre - step, centre + step])
+    paths = all_positions(points, rows)
+    speeds = np.linalg.norm(paths[:, 1] - paths[:, 0], axis=1) / 1e-3
+    return max(
+        ((float(speed), point.name) for speed, point in zip(speeds, points)), default=(0.0, "")
+    )
+
+
+def speed_cap(peak_speed: float, limit_mm_s: float | None) -> float:
+    """Return the program speed that keeps the limit [percent]; 100 if there is no limit."""
+    if limit_mm_s is None or peak_speed <= 0.0:
+        return 100.0
+    return min(100.0, 100.0 * limit_mm_s * 1e-3 / peak_speed)

@@ -1,0 +1,110 @@
+"""Watch over the pair: its move's way, the real robot's motion, people, and its divergence."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import msgspec
+
+from twin_controller.core.events import (
+    AnyEvent,
+    PersonSeen,
+    RealMeasured,
+    TwinMeasured,
+    TwinMotion,
+)
+from twin_controller.core.safety.divergence import DivergenceState, judge_divergence
+from twin_controller.core.safety.guard import Guard, judge_guard, planned_end, point_speed
+from twin_controller.core.safety.separation import Distance, judge_separation
+from twin_controller.core.safety.sightings import Person, newest
+from twin_controller.core.safety.zones import Way, judge_way
+from twin_controller.core.setup import Setup
+from twin_controller.core.sides.measure import answers
+from twin_controller.core.sides.side import Sides, TwinSide
+
+replace = msgspec.structs.replace
+
+
+class Task(NamedTuple):
+    """What the pair is doing, as far as safety needs it."""
+
+    # Somebody leads the pair.
+    led: bool
+    # The sides should be together: somebody leads them, or both rest.
+    together: bool
+    # The real robot follows the twin.
+    streams: bool
+    # It comes to the twin, which waits for it after a pause.
+    catches_up: bool = False
+
+
+class Safety(msgspec.Struct, frozen=True):
+    """What is judged of the pair, whoever leads it."""
+
+    # The twin's running move as the watched points see it: from its announcement to its end.
+    way: Way = Way()
+    # What the real robot's own motion means for zones and the Cartesian limit.
+    guard: Guard = Guard()
+    # Where each sensor saw the nearest person last. A sensor is never forgotten.
+    people: tuple[Person, ...] = ()
+    # Distance to the nearest of them, and what follows from it.
+    separation: Distance = Distance()
+    # How far the tools are apart; begins anew when the pair aligns or goes on after a pause.
+    divergence: DivergenceState = DivergenceState()
+
+
+def watch(setup: Setup, safety: Safety, sides: Sides, event: AnyEvent, task: Task) -> Safety:
+    """Judge what one input tells.
+
+    Args:
+        setup: Profile and numbers.
+        safety: As judged before.
+        sides: Both sides as they were heard: what came too late to be followed is judged too.
+        event: The input.
+        task: What the pair is doing.
+    """
+    match event:
+        case PersonSeen():
+            person = Person(event.now - event.age, event.position, event.sensor)
+            return replace(safety, people=newest(safety.people, person))
+        case RealMeasured() if sides.real.history:
+            return _watch_real(setup, safety, sides, task)
+        case TwinMotion():
+            return replace(safety, way=_judge_move(setup, safety.way, sides.twin))
+        case TwinMeasured() if task.together and not (task.catches_up and _obeys(setup, sides)):
+            judged = judge_divergence(setup, safety.divergence, sides, task.streams)
+            return replace(safety, divergence=judged)
+    return safety
+
+
+def _watch_real(setup: Setup, safety: Safety, sides: Sides, task: Task) -> Safety:
+    """Judge the real robot: where it stops at the earliest, how fast it is, how far people are."""
+    real, config = sides.real, setup.config.separation
+    last = real.last
+    fastest = point_speed(setup, real)
+    # The search for the fastest pose takes a while: it is spared where nobody asks for it.
+    worst = setup.fastest if config.enabled else 1.0
+    separation = judge_separation(
+        setup.points, safety.people, last.q, fastest[0], last.t, config, worst
+    )
+    planned = planned_end(setup, sides) if task.streams and setup.keep_out else ()
+    guard = judge_guard(setup, safety.guard, real, fastest, task.led, planned)
+    return replace(safety, separation=separation, guard=guard)
+
+
+def _obeys(setup: Setup, sides: Sides) -> bool:
+    """Return whether the real robot is where its set points lead it."""
+    return bool(sides.real.history) and answers(setup, sides.real, sides.real.last)
+
+
+def _judge_move(setup: Setup, way: Way, twin: TwinSide) -> Way:
+    """Judge the whole way of a move that the twin announces, once, before its first motion."""
+    motion = twin.motion
+    if motion is None or motion.state not in ("announcing", "moving"):
+        return Way()
+    if not motion.target or not twin.history:
+        return Way()
+    # The way is judged from where the move began: from here on only its rest would be.
+    if motion.target == way.target:
+        return way
+    return judge_way(setup.points, setup.keep_out, twin.last.q, motion.target, setup.velocity)

@@ -1,0 +1,70 @@
+"""What never changes while the controller runs: profile, numbers and what follows from them."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+from scara_config import Robot
+from scara_control.kinematics.screws import ScrewModel
+from scara_control.kinematics.tool import ToolKinematics, tool_kinematics
+
+from twin_controller.config import TwinControllerConfig
+from twin_controller.core.events import Joints
+from twin_controller.core.safety.fastest import fastest_speed, speed_cap
+from twin_controller.core.safety.points import watched_points
+
+
+class Setup:
+    """The robot's tables in the order of the twin's joints, SI, and the controller's numbers."""
+
+    def __init__(self, robot: Robot, config: TwinControllerConfig) -> None:
+        """Derive the joint tables.
+
+        Args:
+            robot: The profile.
+            config: The numbers of twin_controller.yaml.
+        """
+        self.config = config
+        self._robot = robot
+        self.joints = robot.twin_joints
+        self.names = tuple(joint.name for joint in self.joints)
+        self.scale = tuple(joint.scale for joint in self.joints)
+        self.lower = tuple(joint.lower for joint in self.joints)
+        self.upper = tuple(joint.upper for joint in self.joints)
+        self.velocity = tuple(joint.velocity for joint in self.joints)
+        self.acceleration = tuple(joint.acceleration for joint in self.joints)
+        braking = config.cell.braking_acceleration_percent * 1e-2
+        self.braking = tuple(joint.acceleration * braking for joint in self.joints)
+        self.points = watched_points(robot)
+        self.arm = ScrewModel.from_robot(robot)
+        self.arm_columns = tuple(
+            k for k, joint in enumerate(self.joints) if joint.screw_axis is not None
+        )
+        self.home = tuple(robot.home_positions)
+        self.keep_out = tuple(robot.keep_out)
+
+    @cached_property
+    def tool(self) -> ToolKinematics:
+        """Where the joints lead the tool, as the twin's own nodes reckon it."""
+        return tool_kinematics(self._robot)
+
+    @cached_property
+    def fastest(self) -> float:
+        """Largest speed of a watched point [m/s]: in any pose, all joints at their largest."""
+        return fastest_speed(self.points, self.lower, self.upper, self.velocity)
+
+    @property
+    def safe_percent(self) -> float:
+        """Program speed that keeps the Cartesian limit in any motion [percent]; 100 without one."""
+        limit = self.config.cell.cartesian_speed_mm_s
+        # Without a limit the search for the fastest pose is spared: it takes a while.
+        return 100.0 if limit is None else speed_cap(self.fastest, limit)
+
+    def to_border(self, q: Joints) -> Joints:
+        """Convert SI joint positions to degrees and millimetres."""
+        return tuple(value / scale for value, scale in zip(q, self.scale))
+
+    def align_speeds(self) -> Joints:
+        """Return the speed of each joint while the twin aligns, SI."""
+        part = self.config.align.speed_percent * 1e-2
+        return tuple(velocity * part for velocity in self.velocity)

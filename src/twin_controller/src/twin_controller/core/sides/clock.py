@@ -1,0 +1,168 @@
+r"""Bound a remote clock's offset by intervals.
+
+A remote clock reads :math:`c` at some instant between sending the question (:math:`s`) and
+receiving the answer (:math:`r`), and its value may be up to one sample period :math:`p` old.
+Therefore the offset remote - local obeys
+
+.. math:: c - r \le \theta \le c + p - s .
+
+The intersection of these intervals over time, widened by the largest possible drift, holds the
+true offset; its half width is the uncertainty. The lower bound is hard: no answer holds a time that
+has not been yet. The upper one is soft: a remote that was late to renew its reading answers with an
+older one, so the interval is never narrower than the shortest round trip, and a small conflict
+costs the upper bound; a large one, or one that stays, means that a clock jumped, and the estimate
+starts again. What a remote needs to bring a reading into its registers cannot be seen from outside:
+it is a constant of the profile.
+"""
+
+from __future__ import annotations
+
+import msgspec
+
+DRIFT_SPAN = 30.0
+"""Below this span [s] the first sample's uncertainty hides the drift, and 0 is shown."""
+
+
+class Patience(msgspec.Struct, frozen=True):
+    """How late a remote's readings may be before its clock counts as set anew."""
+
+    # A conflict larger than this [s] is a jump of a clock. A smaller one is a reading that came
+    # late, as on a busy machine: its stamp says how old it is, and old data are not followed.
+    jump: float = 0.1
+    # So many conflicts in a row are a jump too.
+    lasting: int = 50
+
+
+STRICT = Patience()
+
+
+class ClockEstimate(msgspec.Struct, frozen=True):
+    """Interval that holds the offset remote - local [s] at local time ``at``."""
+
+    lower: float = -float("inf")
+    upper: float = float("inf")
+    at: float = 0.0
+    # Since the last jump; a side counts as known after some.
+    samples: int = 0
+    jumps: int = 0
+    # Contradictions in a row: a reading that is late is one, a clock that was set gives no others.
+    conflicts: int = 0
+    # By how much the newest reading contradicts the interval [s]; 0 once one agrees again.
+    doubt: float = 0.0
+    round_trip: float = 0.0
+    best_trip: float = 0.0
+    first_offset: float = 0.0
+    first_at: float = 0.0
+
+    @property
+    def known(self) -> bool:
+        """Whether any sample has come."""
+        return self.samples > 0
+
+    @property
+    def offset(self) -> float:
+        """Middle of the interval, remote - local [s]; 0 while unknown."""
+        return 0.5 * (self.lower + self.upper) if self.known else 0.0
+
+    @property
+    def uncertainty(self) -> float:
+        """Half width of the interval and the newest reading's doubt [s]; infinite while unknown."""
+        return 0.5 * (self.upper - self.lower) + self.doubt if self.known else float("inf")
+
+    @property
+    def drift_ppm(self) -> float:
+        """Mean drift of the remote clock since the first sample after a jump [ppm]."""
+        span = self.at - self.first_at
+        return (self.offset - self.first_offset) / span * 1e6 if span > DRIFT_SPAN else 0.0
+
+    def to_local(self, remote: float) -> float:
+        """Convert a remote stamp to local time [s]."""
+        return remote - self.offset
+
+    def to_remote(self, local: float) -> float:
+        """Convert a local time to the remote clock [s]."""
+        return local + self.offset
+
+
+def observe(
+    estimate: ClockEstimate,
+    remote: float,
+    sent: float,
+    received: float,
+    drift_ppm: float,
+    period: float = 0.0,
+    latency: float = 0.0,
+    patience: Patience = STRICT,
+) -> ClockEstimate:
+    """Intersect the estimate with one more observation.
+
+    Args:
+        estimate: What is known so far.
+        remote: Remote clock's reading [s].
+        sent: Local time before the question [s].
+        received: Local time after the answer [s].
+        drift_ppm: Largest drift between the two clocks.
+        period: How often the remote renews its reading [s].
+        latency: Age of a reading when it becomes visible [s].
+        patience: What counts as a late reading, not as a jump.
+
+    Returns:
+        The narrower estimate; a fresh one if the clock jumped.
+    """
+    lower, upper = remote + latency - received, remote + latency + period - sent
+    trip = received - sent
+    if estimate.known:
+        widened = abs(received - estimate.at) * drift_ppm * 1e-6
+        low, high = max(estimate.lower - widened, lower), min(estimate.upper + widened, upper)
+        # Intervals that do not meet: one of the readings was late, or a clock was set.
+        doubt = max(0.0, low - high)
+        conflicts = estimate.conflicts + 1 if doubt > 0.0 else 0
+        if doubt < patience.jump and conflicts < patience.lasting:
+            best = min(trip, estimate.best_trip + widened)
+            # A late reading only moves the upper bound: keep room for the shortest trip above it.
+            if period > 0.0 or conflicts:
+                high = max(high, low + best)
+            return ClockEstimate(
+                lower=low,
+                upper=high,
+                at=received,
+                samples=estimate.samples + 1,
+                jumps=estimate.jumps,
+                conflicts=conflicts,
+                doubt=doubt,
+                round_trip=trip,
+                best_trip=best,
+                first_offset=estimate.first_offset,
+                first_at=estimate.first_at,
+            )
+    middle = 0.5 * (lower + upper)
+    jumps = estimate.jumps + (1 if estimate.known else 0)
+    return ClockEstimate(
+        lower,
+        upper,
+        received,
+        1,
+        jumps,
+        round_trip=trip,
+        best_trip=trip,
+        first_offset=middle,
+        first_at=received,
+    )
+
+
+def unwrap_ms(previous: int | None, clock_ms: int, bits: int = 31) -> int:
+    """Continue a millisecond counter across its wrap.
+
+    Args:
+        previous: The last unwrapped value, or None.
+        clock_ms: The counter as read, 0 .. 2^bits - 1.
+        bits: Width of the counter.
+
+    Returns:
+        The unwrapped value nearest to ``previous``, so that a step back stays a step back.
+    """
+    if previous is None:
+        return clock_ms
+    span = 1 << bits
+    step = (clock_ms - previous) % span
+    return previous + (step if step < span // 2 else step - span)

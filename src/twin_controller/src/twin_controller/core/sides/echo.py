@@ -1,0 +1,50 @@
+"""Recognise the follower's motion as the answer to our own commands.
+
+A follower may be anywhere between where its recent commands were, plus a tolerance that is wide
+only for the joints that were told to move. Inside this tube its motion is an echo; outside, it
+moves on its own.
+"""
+
+from __future__ import annotations
+
+import msgspec
+
+from twin_controller.core.events import Joints
+
+
+class EchoTube(msgspec.Struct, frozen=True):
+    """The last commands to one side: (time [s], position in border units)."""
+
+    commands: tuple[tuple[float, Joints], ...] = ()
+
+
+def remember(tube: EchoTube, t: float, q: Joints, memory: float) -> EchoTube:
+    """Add a command sent at ``t`` [s]; forget those older than ``memory`` [s]."""
+    kept = [command for command in tube.commands if t - command[0] <= memory]
+    return EchoTube((*kept, (t, q)))
+
+
+def is_echo(
+    tube: EchoTube, t: float, q: Joints, memory: float, rest: float, tolerance: float
+) -> bool:
+    """Return whether ``q`` at ``t`` [s] lies in the tube of the last ``memory`` seconds.
+
+    Args:
+        tube: Commands sent.
+        t: When the position was true [s].
+        q: Position, border units.
+        memory: How long a command is remembered [s].
+        rest: Half width of the tube for a joint that was not told to move, border units.
+        tolerance: What is added for a joint that was.
+    """
+    recent = [position for sent, position in tube.commands if abs(t - sent) <= memory]
+    if not recent:
+        return False
+    return all(_inside(value, axis, rest, tolerance) for value, axis in zip(q, zip(*recent)))
+
+
+def _inside(value: float, commanded: tuple[float, ...], rest: float, tolerance: float) -> bool:
+    low, high = min(commanded), max(commanded)
+    # A joint that was told to move may lag or overshoot; one that was not has no reason to.
+    margin = rest + tolerance if high - low > rest else rest
+    return low - margin <= value <= high + margin

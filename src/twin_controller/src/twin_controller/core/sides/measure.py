@@ -1,0 +1,231 @@
+"""Take in what the two sides say: links, clocks, samples, changes, grippers."""
+
+from __future__ import annotations
+
+from typing import TypeVar
+
+import msgspec
+
+from twin_controller.core.events import (
+    AnyEvent,
+    ClockProbe,
+    LinkChanged,
+    RealAlarm,
+    RealMeasured,
+    Tick,
+    TwinGripper,
+    TwinMeasured,
+    TwinMotion,
+    TwinPlan,
+)
+from twin_controller.core.setup import Setup
+from twin_controller.core.sides import change, clock, echo
+from twin_controller.core.sides.clock import ClockEstimate, Patience
+from twin_controller.core.sides.own_gap import leave_out, silence
+from twin_controller.core.sides.side import (
+    HISTORY,
+    Gripper,
+    RealSide,
+    Sample,
+    Side,
+    Sides,
+    TwinSide,
+)
+
+replace = msgspec.structs.replace
+S = TypeVar("S", bound=Side)
+
+FUTURE_S = 0.1
+"""A stamp so far ahead [s] shows that a clock jumped; a simulator may catch up by a little."""
+
+MEMORY_S = 1.0
+"""Set points sent to a side are remembered for so long [s]; the echo looks back half of it."""
+
+
+def take_in(setup: Setup, sides: Sides, event: AnyEvent) -> Sides:
+    """Return both sides after one input; those that tell nothing of a side change nothing."""
+    real, twin = sides.real, sides.twin
+    match event:
+        case Tick(own_gap=gap) if gap:
+            return leave_out(sides, gap, event.now)
+        case LinkChanged(side="real"):
+            return replace(sides, real=real_lost(real, event.reason, event.connected))
+        case LinkChanged():
+            return replace(sides, twin=twin_lost(twin, event.reason, event.connected))
+        case RealMeasured():
+            return replace(sides, real=real_measured(setup, real, event))
+        case RealAlarm():
+            return replace(sides, real=replace(real, alarm=event.text))
+        case TwinMeasured():
+            return replace(sides, twin=twin_measured(setup, twin, event))
+        case TwinPlan():
+            return replace(sides, twin=replace(twin, plan=event))
+        case TwinMotion():
+            return replace(sides, twin=replace(twin, motion=event))
+        case TwinGripper() if twin.connected:
+            shown = Gripper(event.on, event.holding, event.part)
+            return replace(sides, twin=replace(twin, gripper=shown))
+        case ClockProbe():
+            return replace(sides, twin=clock_probed(setup, twin, event))
+        case Tick(own_gap=gap) if gap > 0.0:
+            return leave_out(sides, gap, event.now)
+    return sides
+
+
+def real_lost(real: RealSide, reason: str, connected: bool = True) -> RealSide:
+    """Forget the real robot: nothing old may count after a reconnect.
+
+    Args:
+        real: What was known.
+        reason: Why its data cannot be used.
+        connected: Its link stands all the same.
+    """
+    return RealSide(connected, reason, clock=ClockEstimate(jumps=real.clock.jumps))
+
+
+def twin_lost(twin: TwinSide, reason: str, connected: bool = True) -> TwinSide:
+    """Forget the twin, likewise; its gripper is told on change only, so it outlives a silence."""
+    gripper = twin.gripper if connected else Gripper()
+    fresh = ClockEstimate(jumps=twin.clock.jumps)
+    return TwinSide(connected, reason, clock=fresh, gripper=gripper)
+
+
+def drop_stale(setup: Setup, sides: Sides, now: float) -> Sides:
+    """Forget a side that has been silent for too long."""
+    real, twin, config = sides.real, sides.twin, setup.config
+    if _silent(real, now, config.real.stale_ms):
+        real = real_lost(real, f"no fresh data for {config.real.stale_ms:g} ms")
+    if _silent(twin, now, config.twin.stale_ms):
+        twin = twin_lost(twin, f"no fresh data for {config.twin.stale_ms:g} ms")
+    # Samples come from the simulator, the state of motion from the pose controller: either may die.
+    limit = config.twin.stale_ms
+    motion = twin.motion
+    if motion is not None and silence(motion.now, now, twin.deaf) > limit * 1e-3:
+        twin = twin_lost(twin, f"its pose controller was silent for {limit:g} ms")
+    return sides if real is sides.real and twin is sides.twin else Sides(real, twin)
+
+
+def _silent(side: Side, now: float, limit_ms: float) -> bool:
+    if not side.connected or side.seen is None:
+        return False
+    return silence(side.seen, now, side.deaf) > limit_ms * 1e-3
+
+
+def real_measured(setup: Setup, real: RealSide, event: RealMeasured) -> RealSide:
+    """Take one answer of the real robot in."""
+    real = _real_sampled(setup, real, event)
+    # The gripper counts also where the position is an old one, but not of a robot that is lost.
+    if event.gripper is not None and real.history:
+        real = replace(real, gripper=Gripper(event.gripper, event.vacuum))
+    return real
+
+
+def _real_sampled(setup: Setup, real: RealSide, event: RealMeasured) -> RealSide:
+    config = setup.config.real
+    clock_ms = clock.unwrap_ms(real.clock_ms, event.clock_ms)
+    # The robot latches less often than it is asked: the same clock is the same sample.
+    if clock_ms == real.clock_ms:
+        return real
+    estimate = clock.observe(
+        real.clock,
+        clock_ms * 1e-3,
+        event.sent,
+        event.received,
+        config.clock_drift_ppm,
+        config.sample_period_ms * 1e-3,
+        config.sample_latency_ms * 1e-3,
+        Patience(config.clock_jump_ms * 1e-3, config.clock_conflicts),
+    )
+    if estimate.jumps != real.clock.jumps:
+        lost = real_lost(real, "its clock jumped")
+        return replace(lost, clock=ClockEstimate(jumps=estimate.jumps))
+    sample = Sample(estimate.to_local(clock_ms * 1e-3), event.q, event.qdot)
+    seen = min(event.received, sample.t + estimate.uncertainty)
+    real = replace(real, clock=estimate, seen=seen, flags=event, clock_ms=clock_ms)
+    return _sampled(setup, real, sample)
+
+
+def twin_measured(setup: Setup, twin: TwinSide, event: TwinMeasured) -> TwinSide:
+    """Take one joint state of the twin in; before its clock is known it has no time."""
+    if not twin.clock.known:
+        return twin
+    sample = Sample(twin.clock.to_local(event.stamp), event.q, event.qdot)
+    if twin.history and sample.t <= twin.last.t:
+        return twin
+    latest = sample.t - twin.clock.uncertainty
+    if latest > event.now + FUTURE_S:
+        ahead = latest - event.now
+        return twin_lost(twin, f"its stamps are {ahead:.3g} s ahead of its clock")
+    seen = min(event.now, sample.t + twin.clock.uncertainty)
+    return _sampled(setup, replace(twin, seen=seen), sample)
+
+
+def clock_probed(setup: Setup, twin: TwinSide, event: ClockProbe) -> TwinSide:
+    """Narrow the estimate of the twin's clock."""
+    config = setup.config.twin
+    estimate = clock.observe(
+        twin.clock,
+        event.remote,
+        event.sent,
+        event.received,
+        config.clock_drift_ppm,
+        patience=Patience(config.clock_jump_ms * 1e-3, config.clock_conflicts),
+    )
+    if estimate.jumps != twin.clock.jumps:
+        lost = twin_lost(twin, "its clock jumped")
+        return replace(lost, clock=ClockEstimate(jumps=estimate.jumps))
+    return replace(twin, clock=estimate)
+
+
+def _sampled(setup: Setup, side: S, sample: Sample) -> S:
+    """Append a sample and judge whether the side moved."""
+    config, settle = setup.config.change, setup.config.settle
+    if side.history and sample.t <= side.last.t:
+        return side
+    border = setup.to_border(sample.q)
+    own = answers(setup, side, sample)
+    # A side that counts as standing may still move by its tolerance.
+    reach = settle.tolerance + 2.0 * config.still_tolerance
+    known = change.settle(side.change, sample.t, config, settle.timeout_ms * 1e-3, reach)
+    return replace(
+        side,
+        history=(*side.history, sample)[-HISTORY:],
+        change=change.update(known, sample.t, border, config, echo=own),
+        echoed=side.echoed + own,
+    )
+
+
+def answers(setup: Setup, side: Side, sample: Sample) -> bool:
+    """Return whether a sample is the side's answer to our own set points."""
+    config = setup.config.change
+    rest = config.hysteresis + 0.5 * 10.0**-config.decimals
+    memory = config.echo_memory_ms * 1e-3
+    border = setup.to_border(sample.q)
+    return echo.is_echo(side.tube, sample.t, border, memory, rest, config.echo_tolerance)
+
+
+def agree(setup: Setup, side: S) -> S:
+    """Take a side's newest position as agreed."""
+    border = setup.to_border(side.last.q)
+    agreed = change.take_baseline(side.change, side.last.t, border, setup.config.change)
+    return replace(side, change=agreed)
+
+
+def agree_at_rest(setup: Setup, side: S, now: float) -> S:
+    """Agree on the position of a side that has come to rest, if none is agreed on."""
+    still = change.stands_still(side.change, now, setup.config.change)
+    if not side.history or side.change.baseline or not still:
+        return side
+    return agree(setup, side)
+
+
+def remember(setup: Setup, side: S, t: float, q: tuple[float, ...]) -> S:
+    """Remember a set point that the side is sent: what it does about it is an echo.
+
+    Args:
+        setup: Profile and numbers.
+        side: The follower.
+        t: When it counts [s].
+        q: Joint positions, SI.
+    """
+    return replace(side, tube=echo.remember(side.tube, t, setup.to_border(q), MEMORY_S))

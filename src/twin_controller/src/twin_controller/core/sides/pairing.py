@@ -1,0 +1,54 @@
+"""Both sides at the same instant: they are sampled at different ones."""
+
+from __future__ import annotations
+
+from twin_controller.core.setup import Setup
+from twin_controller.core.sides.side import Sample, Sides
+
+
+def interpolate(history: tuple[Sample, ...], t: float) -> Sample | None:
+    """Return the side at ``t`` by cubic interpolation inside the history, None outside."""
+    for before, after in zip(reversed(history[:-1]), reversed(history[1:])):
+        if before.t <= t <= after.t:
+            return _hermite(before, after, t)
+    return None
+
+
+def paired(sides: Sides) -> tuple[Sample, Sample] | None:
+    """Return the newest sample of the real robot that the twin's history covers, and the twin."""
+    for real in reversed(sides.real.history[-4:]):
+        twin = interpolate(sides.twin.history, real.t)
+        if twin is not None:
+            return real, twin
+    return None
+
+
+def deviation(setup: Setup, sides: Sides) -> float:
+    """Return the largest joint deviation at one instant, border units; infinite while unknown."""
+    if not sides.known:
+        return float("inf")
+    real, twin = paired(sides) or (sides.real.last, sides.twin.last)
+    return max(abs(a - b) for a, b in zip(setup.to_border(real.q), setup.to_border(twin.q)))
+
+
+def _hermite(before: Sample, after: Sample, t: float) -> Sample:
+    """Interpolate between two samples by position and velocity."""
+    h = after.t - before.t
+    u = (t - before.t) / h
+    # Weights of the two positions and velocities, and the same for the derivative.
+    a, b, c, d = (
+        (1 + 2 * u) * (1 - u) ** 2,
+        u * (1 - u) ** 2 * h,
+        u * u * (3 - 2 * u),
+        u * u * (u - 1) * h,
+    )
+    da, db, dc, dd = (
+        6 * u * (u - 1) / h,
+        (1 - u) * (1 - 3 * u),
+        6 * u * (1 - u) / h,
+        u * (3 * u - 2),
+    )
+    rows = list(zip(before.q, before.qdot, after.q, after.qdot))
+    q = tuple(a * p + b * v + c * r + d * w for p, v, r, w in rows)
+    qdot = tuple(da * p + db * v + dc * r + dd * w for p, v, r, w in rows)
+    return Sample(t, q, qdot)

@@ -1,0 +1,102 @@
+"""What is known of the two sides: frozen structures, replaced by whoever takes a report in."""
+
+from __future__ import annotations
+
+import msgspec
+
+from twin_controller.core.events import Joints, RealMeasured, TwinMotion, TwinPlan
+from twin_controller.core.sides.change import ChangeState
+from twin_controller.core.sides.clock import ClockEstimate
+from twin_controller.core.sides.echo import EchoTube
+
+HISTORY = 48
+"""So many samples are kept of each side: the divergence and the lag look about 0.4 s back."""
+
+
+class Sample(msgspec.Struct, frozen=True):
+    """One side's joints at one instant; ``t`` is the controller's clock [s], q and qdot are SI."""
+
+    t: float
+    q: Joints
+    qdot: Joints
+
+
+class Gripper(msgspec.Struct, frozen=True):
+    """What a side shows of its gripper."""
+
+    # None until the side has shown it, and again once its data cannot be used.
+    on: bool | None = None
+    holding: bool = False
+    # Only the twin knows which part it holds.
+    part: str = ""
+
+
+class Side(msgspec.Struct, frozen=True):
+    """What both sides have in common; a lost side begins anew, but for the jumps of its clock."""
+
+    connected: bool = False
+    # Why nothing is known of it; empty once a link is up, set again when its data cannot be used.
+    reason: str = "not connected yet"
+    # When the newest sample was true at the latest [s]; None until the first one after a loss.
+    seen: float | None = None
+    # Newest last. Empty means that the side cannot be judged, also while its link stands.
+    history: tuple[Sample, ...] = ()
+    # Agreed position, onset and standstill.
+    change: ChangeState = ChangeState()
+    # Our own last commands to it: motion inside them is an echo and no lead.
+    tube: EchoTube = EchoTube()
+    # Samples taken for an echo since somebody leads; only shown.
+    echoed: int = 0
+    # Its clock against ours.
+    clock: ClockEstimate = ClockEstimate()
+    gripper: Gripper = Gripper()
+    # From when to when the controller itself last stood still [s]: no silence of the side. Without
+    # effect once something newer was heard.
+    deaf: tuple[float, float] = (0.0, 0.0)
+
+    @property
+    def last(self) -> Sample:
+        """The newest sample; only where one is known to exist."""
+        return self.history[-1]
+
+    @property
+    def usable(self) -> bool:
+        """Whether its link is up and its data can be used."""
+        return self.connected and bool(self.history)
+
+
+class RealSide(Side, frozen=True):
+    """The real robot."""
+
+    # Its newest answer. None until one came that was newer than the one before.
+    flags: RealMeasured | None = None
+    # Its clock, unwrapped. An answer with the same clock holds no new sample.
+    clock_ms: int | None = None
+    # Text of its active alarm. The robot says when it ends.
+    alarm: str = ""
+
+
+class TwinSide(Side, frozen=True):
+    """The simulated robot."""
+
+    # State of its pose controller. Without it the twin cannot be commanded: it counts as lost.
+    motion: TwinMotion | None = None
+    # Set points it is going to pass. Dropped when it is stopped: it will not pass them.
+    plan: TwinPlan | None = None
+
+
+class Sides(msgspec.Struct, frozen=True):
+    """Both sides."""
+
+    real: RealSide = RealSide()
+    twin: TwinSide = TwinSide()
+
+    @property
+    def usable(self) -> bool:
+        """Whether both sides are connected and fresh."""
+        return self.real.usable and self.twin.usable and self.twin.motion is not None
+
+    @property
+    def known(self) -> bool:
+        """Whether there is a sample of each side."""
+        return bool(self.real.history) and bool(self.twin.history)

@@ -1,0 +1,208 @@
+"""The shared side of every link to a robot: samples are checked here, set points made whole.
+
+This is the shell around :mod:`twin_controller.robot.intake`. It listens to the link of one protocol
+and tells its owner only what is believed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from types import TracebackType
+from typing import Self
+
+from scara_config import Robot
+
+from twin_controller.plausible import Verdict
+from twin_controller.robot.intake import Intake, begin, take, whole_pose
+from twin_controller.robot.link import Connect, LinkLostError, RobotCounters
+from twin_controller.robot.signals import DropSetpoints, Number, Pulse, Signal, Step
+from twin_controller.robot_sample import AlarmStatus, ProgramStatus, RobotSample, SetpointError
+
+OnSample = Callable[[RobotSample, float, float], None]
+OnChange = Callable[[bool, str], None]
+OnStatus = Callable[[ProgramStatus, AlarmStatus], None]
+OnReject = Callable[[str], None]
+
+
+class CheckedLink:
+    """A link to a robot that hands over believed samples only; a context manager.
+
+    All calls return at once. All callbacks come from the threads of the link.
+
+    Args:
+        robot: robot.yaml.
+        connect: Makes the link of the robot's protocol.
+        on_sample: Gets each believed sample with the monotonic times of its request and answer.
+        on_change: Told that the link is up (with the first believed sample) or lost, and why.
+        on_status: Gets program and alarm when they may have changed.
+        on_reject: Told of an answer that was not believed and of a write that did not go through.
+        alive: Whether the owner still decides; without it there is no heartbeat, so that the robot
+            stops by itself.
+
+    Attributes:
+        failure: The error that ended the link for good.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        connect: Connect,
+        on_sample: OnSample,
+        on_change: OnChange,
+        on_status: OnStatus | None = None,
+        on_reject: OnReject | None = None,
+        alive: Callable[[], bool] = lambda: True,
+    ) -> None:
+        self.failure: BaseException | None = None
+        self._robot = robot
+        self._on_sample, self._on_change, self._on_status = on_sample, on_change, on_status
+        self._on_reject, self._alive = on_reject, alive
+        self._intake = Intake()
+        self._up: bool | None = None  # None until the first connection is made or has failed
+        self._link = connect(self)
+
+    def __enter__(self) -> Self:
+        """Start connecting."""
+        self._link.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """End; see :meth:`close`."""
+        self.close()
+
+    def close(self, disarm: bool = True) -> None:
+        """End the link; ``disarm`` the robot's watchdog first, so that the end is no alarm."""
+        self._link.close(disarm)
+
+    @property
+    def connected(self) -> bool:
+        """Good samples come."""
+        return self._up is True
+
+    @property
+    def counters(self) -> RobotCounters:
+        """What went over the link."""
+        return self._link.counters
+
+    # What the owner asks for
+
+    def send(self, sequence: Sequence[Step]) -> None:
+        """Ask the robot for each step, in order.
+
+        Raises:
+            NotWritableError: The profile does not allow one of them.
+        """
+        for step in sequence:
+            match step:
+                case Signal():
+                    self._link.set_signal(step.name, step.level)
+                case Pulse():
+                    self._link.pulse(step.name, behind=step.behind)
+                case Number():
+                    self._link.write_integer(step.name, step.value)
+                case DropSetpoints():
+                    self._link.drop_setpoints()
+
+    def write_setpoint(
+        self, positions: Sequence[float], speed_percent: float, at: float = 0.0
+    ) -> None:
+        """Write a set point of the twin's joints [rad or m] at ``at`` (monotonic) or at once.
+
+        Joints that the twin does not have stay where they were when the stream began.
+        """
+        try:
+            whole = whole_pose(self._intake, positions, self._robot.joints)
+        except SetpointError as error:
+            self._link.counters.refused += 1
+            self.rejected(str(error))
+        else:
+            self._link.write_setpoint(whole, speed_percent, at)
+
+    def write_override(self, percent: int) -> None:
+        """Set the robot's override, 1..100."""
+        self._link.write_integer("override", percent)
+
+    def write_integer(self, name: str, value: int) -> None:
+        """Write one integer.
+
+        Raises:
+            NotWritableError: The profile does not allow it.
+        """
+        self._link.write_integer(name, value)
+
+    def set_signal(self, name: str, level: bool) -> None:
+        """Set one input of the robot.
+
+        Raises:
+            NotWritableError: The profile does not allow it.
+        """
+        self._link.set_signal(name, level)
+
+    def pulse(self, name: str, behind: bool = False) -> None:
+        """Switch one input on and soon off; with ``behind`` not before a set point that waits.
+
+        Raises:
+            NotWritableError: The profile does not allow it.
+        """
+        self._link.pulse(name, behind=behind)
+
+    # What the link of the protocol tells (RobotListener)
+
+    def opened(self) -> None:
+        """Forget the readings of the connection before."""
+        self._intake = begin(self._intake)
+
+    def sampled(self, sample: RobotSample, sent: float, received: float) -> bool:
+        """Hand a sample over if it can follow the one before, and say so.
+
+        Raises:
+            LinkLostError: Readings that fit each other, but not what was before: the robot jumped.
+        """
+        self._intake, verdict = take(self._intake, sample, received, self._robot.joints)
+        if verdict in (Verdict.REFUSED, Verdict.JUMPED):
+            reason = self._intake.plausible.reason
+            self._link.counters.rejected += 1
+            self.rejected(f"sample: {reason}")
+            if verdict is Verdict.JUMPED:
+                where = self._link.name
+                raise LinkLostError(f"the readings of the robot at {where} jumped: {reason}")
+        if verdict is not Verdict.ACCEPTED:
+            return False
+        self._link.counters.samples += 1
+        if not self._up:
+            self._up = True
+            self._link.counters.connects += 1
+            self._on_change(True, f"connected to {self._link.name}")
+        self._on_sample(sample, sent, received)
+        return True
+
+    def lost(self, reason: str) -> None:
+        """Tell the owner once."""
+        self._link.counters.losses += self._up is True
+        if self._up is not False:
+            self._up = False
+            self._on_change(False, reason)
+
+    def died(self, error: BaseException) -> None:
+        """Keep the error and tell the owner."""
+        self.failure, self._up = error, False
+        self._on_change(False, f"the link died: {error!r}")
+
+    def told(self, program: ProgramStatus, alarm: AlarmStatus) -> None:
+        """Hand program and alarm over."""
+        if self._on_status is not None:
+            self._on_status(program, alarm)
+
+    def rejected(self, reason: str) -> None:
+        """Tell the owner what was not believed or did not go through."""
+        if self._on_reject is not None:
+            self._on_reject(reason)
+
+    def alive(self) -> bool:
+        """Ask the owner whether it still decides."""
+        return self._alive()

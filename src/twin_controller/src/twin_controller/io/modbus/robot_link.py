@@ -1,0 +1,224 @@
+"""RobotLink over Modbus TCP: a thread polls, writes and reconnects, and never blocks its owner.
+
+Reads and writes have a connection each, so that neither waits for the other's answer: on a slow
+line that is half of the time. On each of them one request follows the other. One time-out or wrong
+answer ends both: an answer that comes late would be taken for the next one's.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+
+from scara_config import Robot
+from scara_config.modbus_map import ModbusMap
+
+from twin_controller.io.modbus.outbox import Command, Outbox
+from twin_controller.io.modbus.port import ModbusPort
+from twin_controller.io.modbus.settings import ModbusSettings
+from twin_controller.io.modbus.writer import Writer
+from twin_controller.modbus.signalling import may_write_signal, signal_names
+from twin_controller.registers import RegisterCodec
+from twin_controller.robot.link import LinkLostError, NotWritableError, RobotCounters, RobotListener
+from twin_controller.robot_sample import RobotSample, SampleError
+
+_STATUS_SIGNALS = frozenset(("fault", "progrun", "paused"))
+
+
+class ModbusRobotLink:
+    """Poll the robot and write to it; all calls return at once, the listener hears from threads.
+
+    Args:
+        settings: Address and times.
+        layout: modbus_map.yaml.
+        robot: robot.yaml.
+        listener: Told of samples, changes and refusals.
+        reads_status: Read the program and alarm blocks too.
+    """
+
+    def __init__(
+        self,
+        settings: ModbusSettings,
+        layout: ModbusMap,
+        robot: Robot,
+        listener: RobotListener,
+        reads_status: bool = True,
+    ) -> None:
+        self._settings, self._layout, self._listener = settings, layout, listener
+        self._reads_status = reads_status
+        self._counters = RobotCounters()
+        self._codec = RegisterCodec(layout, robot)
+        self._port = ModbusPort(settings.host, settings.port, layout.device_id, settings.timeout)
+        self._outbox = Outbox()
+        self._writer = Writer(settings, layout, self._codec, self._outbox, self._counters, listener)
+        self._disarm = True
+        self._signals: list[bool] | None = None
+        self._outputs: frozenset[str] | None = None
+        self._status_due = 0.0
+        self._retry = settings.retry_first
+        self._thread = threading.Thread(target=self._run, name="modbus_link", daemon=True)
+
+    @property
+    def name(self) -> str:
+        """Where the robot is."""
+        return self._port.name
+
+    @property
+    def counters(self) -> RobotCounters:
+        """What went over the link."""
+        return self._counters
+
+    def start(self) -> None:
+        """Begin to connect."""
+        self._thread.start()
+
+    def close(self, disarm: bool = True) -> None:
+        """End the link; ``disarm`` the robot's watchdog first, so that the end is no alarm."""
+        self._disarm = disarm
+        self._outbox.close()
+        self._thread.join(timeout=2.0)
+
+    def write_setpoint(self, positions: tuple[float, ...], speed_percent: float, at: float) -> None:
+        """Write a set point of all joints at ``at``; forget those that wait for then or later."""
+        self._outbox.put_setpoint((positions, speed_percent), at)
+
+    def drop_setpoints(self) -> None:
+        """Forget the set points that wait for their time: the robot is to stop."""
+        self._outbox.drop_setpoints()
+
+    def write_integer(self, name: str, value: int) -> None:
+        """Write one integer register.
+
+        Raises:
+            NotWritableError: The map does not mark it ``write: true``, or it is no single integer.
+        """
+        register = self._layout.find(name)
+        if register is None or register.type not in ("int16", "int32") or register.count != 1:
+            raise NotWritableError(f"{name}: modbus_map.yaml has no integer register of this name")
+        self._command(Command(name, value, False))
+
+    def set_signal(self, name: str, level: bool) -> None:
+        """Set one UI signal.
+
+        Raises:
+            NotWritableError: The map does not mark it ``write: true``.
+        """
+        self._check_signal(name)
+        self._command(Command(name, level, False))
+
+    def pulse(self, name: str, behind: bool = False) -> None:
+        """Switch one UI signal on and, a pulse length later, off.
+
+        Args:
+            name: Of the signal.
+            behind: Not before a set point that waits.
+
+        Raises:
+            NotWritableError: The map does not mark it ``write: true``.
+        """
+        self._check_signal(name)
+        self._command(Command(name, True, True, behind))
+
+    def _check_signal(self, name: str) -> None:
+        if name not in signal_names(self._layout):
+            raise NotWritableError(f"{name}: modbus_map.yaml has no signal of this name")
+
+    def _command(self, command: Command) -> None:
+        """Leave a command if the map allows it."""
+        if command.name in signal_names(self._layout):
+            allowed = may_write_signal(self._layout, command.name)
+        else:
+            register = self._layout.holding_registers.get(command.name)
+            allowed = register is not None and register.write
+        if not allowed:
+            raise NotWritableError(f"{command.name}: modbus_map.yaml does not mark it write: true")
+        self._outbox.put(command)
+
+    def _run(self) -> None:
+        """Connect and serve until closed; an error of a callback ends the link for good."""
+        try:
+            while not self._outbox.closed:
+                try:
+                    self._serve()
+                except LinkLostError as error:
+                    self._lost(str(error))
+            self._writer.end(farewell=self._disarm)
+        except BaseException as error:
+            self._listener.died(error)
+            raise
+        finally:
+            self._writer.end(farewell=False)
+            self._port.close()
+
+    def _lost(self, reason: str) -> None:
+        """Tell the listener, then wait before the next attempt."""
+        self._port.close()
+        self._listener.lost(reason)
+        self._writer.end(farewell=False)
+        pause, self._retry = self._retry, min(2.0 * self._retry, self._settings.retry_last)
+        self._outbox.pause(time.monotonic() + pause)
+
+    def _serve(self) -> None:
+        """Connect, poll on absolute deadlines while the writer writes, until closed or lost."""
+        self._port.open()
+        self._writer.open()
+        self._listener.opened()
+        self._status_due, self._signals = 0.0, None
+        due = time.monotonic()
+        while not self._outbox.closed:
+            self._writer.wait(due)
+            if (now := time.monotonic()) >= due:
+                self._poll()
+                due += self._settings.poll_period
+                if due < now:
+                    self._counters.late += 1
+                    due = now + self._settings.poll_period
+
+    def _poll(self) -> None:
+        """Read state and signals and hand the sample over.
+
+        Where the answers take so long that both do not fit into a cycle, the signals are read in
+        every other one.
+        """
+        self._counters.polls += 1
+        sent = time.monotonic()
+        words = self._port.read_words(self._codec.state)
+        received = time.monotonic()
+        slow = 2.0 * (received - sent) > self._settings.poll_period
+        if slow and self._signals is not None:
+            signals, self._signals = self._signals, None
+        else:
+            signals = self._port.read_signals(self._codec.outputs) if self._codec.outputs else []
+            self._signals = signals
+        self._counters.round_trip = received - sent
+        self._counters.longest_round_trip = max(self._counters.longest_round_trip, received - sent)
+        try:
+            sample = self._codec.decode_sample(words, signals)
+        except SampleError as error:
+            self._counters.rejected += 1
+            self._listener.rejected(f"sample: {error}")
+            return
+        if self._listener.sampled(sample, sent, received):
+            self._follow_up(sample, received)
+
+    def _follow_up(self, sample: RobotSample, received: float) -> None:
+        """Do what a believed sample asks for; read the status blocks if they may have changed."""
+        changed = self._outputs is None or (self._outputs ^ sample.outputs) & _STATUS_SIGNALS
+        self._outputs = sample.outputs
+        self._writer.echo = sample.command_echo
+        self._retry = self._settings.retry_first
+        if self._reads_status and (changed or received >= self._status_due):
+            self._status_due = received + self._settings.status_period
+            self._read_status()
+
+    def _read_status(self) -> None:
+        """Read the program and alarm blocks."""
+        program = self._port.read_words(self._codec.program)
+        alarm = self._port.read_words(self._codec.alarm)
+        try:
+            found = self._codec.decode_program(program), self._codec.decode_alarm(alarm)
+        except SampleError as error:
+            self._counters.rejected += 1
+            self._listener.rejected(f"status: {error}")
+            return
+        self._listener.told(*found)

@@ -1,0 +1,65 @@
+"""Numbers and text as 16-bit words, by the type, scale and word order of modbus_map.yaml."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+
+from scara_config.modbus_map import Register
+
+from twin_controller.robot_sample import SetpointError
+
+
+def numbers(register: Register, words: Sequence[int], low_first: bool) -> list[float]:
+    """Return the values of a register in its unit.
+
+    Args:
+        register: Type and scale.
+        words: All its words, as read.
+        low_first: The low word of a pair comes first.
+    """
+    if register.type == "int16":
+        return [((word ^ 0x8000) - 0x8000) * register.scale for word in words]
+    pairs = [_join(words[i : i + 2], low_first) for i in range(0, len(words), 2)]
+    if register.type == "int32":
+        return [int.from_bytes(pair, "big", signed=True) * register.scale for pair in pairs]
+    return [float(struct.unpack(">f", pair)[0]) * register.scale for pair in pairs]
+
+
+def to_words(name: str, register: Register, value: float, low_first: bool) -> list[int]:
+    """Return the words of one value given in the register's unit.
+
+    Args:
+        name: Of the register, for the text.
+        register: Type and scale.
+        value: The value.
+        low_first: The low word of a pair comes first.
+
+    Raises:
+        SetpointError: It does not fit.
+    """
+    if register.type == "float32":
+        return _split(struct.pack(">f", value / register.scale), low_first)
+    counts, limit = round(value / register.scale), 1 << (31 if register.type == "int32" else 15)
+    if not -limit <= counts < limit:
+        low, high = -limit * register.scale, (limit - 1) * register.scale
+        raise SetpointError(f"{name} = {value} is outside [{low:g}, {high:g}]")
+    if register.type == "int32":
+        return _split(struct.pack(">i", counts), low_first)
+    return [counts & 0xFFFF]
+
+
+def text_of(words: Sequence[int]) -> str:
+    """Return a string of two characters a word, ended by NUL."""
+    text = b"".join(word.to_bytes(2, "big") for word in words)
+    return text.partition(b"\0")[0].decode("ascii", "replace").rstrip()
+
+
+def _join(pair: Sequence[int], low_first: bool) -> bytes:
+    low, high = pair if low_first else reversed(pair)
+    return high.to_bytes(2, "big") + low.to_bytes(2, "big")
+
+
+def _split(value: bytes, low_first: bool) -> list[int]:
+    high, low = int.from_bytes(value[:2], "big"), int.from_bytes(value[2:], "big")
+    return [low, high] if low_first else [high, low]

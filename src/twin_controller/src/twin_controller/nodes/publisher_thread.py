@@ -1,0 +1,98 @@
+"""A thread that publishes what the engine has stepped through, so that no sample waits for it.
+
+rospy hands each message to a thread for each listener. On a busy machine the engine waited longer
+for those than it reckoned, and set points came 100 ms late.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import queue
+import threading
+import time
+from collections.abc import Callable
+from types import TracebackType
+from typing import NamedTuple, Self
+
+import rospy
+
+from twin_controller.core.actions import Decided
+from twin_controller.core.events import AnyEvent
+from twin_controller.core.state import CoreState
+
+PERIOD_S = 0.01
+"""Batches that come within this time are published together. Our choice: the poll period."""
+MOST = 2000
+"""So many batches may wait, about ten seconds; then the oldest are lost, and counted."""
+ENDING_S = 2.0
+
+
+class Batch(NamedTuple):
+    """What one look of the engine brought: inputs, the state after them, decisions, and when."""
+
+    events: list[AnyEvent]
+    state: CoreState
+    decided: list[Decided]
+    # Monotonic and ROS time at which the engine was done with it.
+    now: float
+    stamp: rospy.Time
+
+
+class PublisherThread:
+    """Takes batches from the engine at once; a context manager that publishes what is left."""
+
+    def __init__(self, publish: Callable[[list[Batch], int], None]) -> None:
+        """Prepare; ``publish`` gets the batches of a period and how many before them were lost."""
+        self._publish = publish
+        self._batches: queue.Queue[Batch | None] = queue.Queue()
+        self._lost = 0
+        self.failure: BaseException | None = None
+        self._thread = threading.Thread(target=self._run, name="publisher", daemon=True)
+
+    def __enter__(self) -> Self:
+        """Start."""
+        self._thread.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Publish what waits, and end."""
+        self._batches.put(None)
+        self._thread.join(ENDING_S)
+
+    def stepped(self, events: list[AnyEvent], state: CoreState, decided: list[Decided]) -> None:
+        """Take a batch; returns at once."""
+        if self._batches.qsize() >= MOST:
+            # Nobody publishes: what is oldest is worth least. The replay is told by its numbers.
+            with contextlib.suppress(queue.Empty):  # it was taken just now
+                self._batches.get_nowait()
+                self._lost += 1
+        self._batches.put(Batch(events, state, decided, time.monotonic(), rospy.get_rostime()))
+
+    def _run(self) -> None:
+        """Publish until told to end; an error ends the node as one of the engine does."""
+        try:
+            self._take_turns()
+        except BaseException as error:
+            self.failure = error
+            raise
+
+    def _take_turns(self) -> None:
+        while True:
+            batches = [self._batches.get()]
+            due = time.monotonic() + PERIOD_S
+            while batches[-1] is not None and (wait := due - time.monotonic()) > 0.0:
+                try:
+                    batches.append(self._batches.get(timeout=wait))
+                except queue.Empty:
+                    break
+            lost, self._lost = self._lost, 0
+            found = [batch for batch in batches if batch is not None]
+            if found:
+                self._publish(found, lost)
+            if batches[-1] is None:
+                return

@@ -1,0 +1,1 @@
+"""What every link to a robot shares, whatever its protocol: commands out, checked samples in."""

@@ -1,0 +1,139 @@
+"""What a sample of the robot has to pass before the core sees it, and what it says to the core."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import msgspec
+from scara_config import Robot
+from scara_config.robot import Joint
+
+from twin_controller.core.events import RealMeasured
+from twin_controller.plausible import Plausibility, Reading, Verdict, judge
+from twin_controller.robot_sample import (
+    AlarmStatus,
+    ControlType,
+    ProgramStatus,
+    RobotSample,
+    SetpointError,
+)
+
+CLOCK_WRAP = 2.0**31 * 1e-3
+"""Where the robot's clock, a whole number of milliseconds, begins again at 0 [s]."""
+
+
+class Intake(msgspec.Struct, frozen=True):
+    """What is known of the robot so far.
+
+    Attributes:
+        plausible: The last reading that was believed; begins anew with each connection.
+        resting: Where the robot's joints were when the stream began, those without a twin too
+            [rad or m]. Empty while unknown. It outlives a connection.
+    """
+
+    plausible: Plausibility = Plausibility()
+    resting: tuple[float, ...] = ()
+
+
+def begin(intake: Intake) -> Intake:
+    """Return what is known after a new connection was made."""
+    return Intake(resting=intake.resting)
+
+
+def take(
+    intake: Intake, sample: RobotSample, received: float, joints: Sequence[Joint]
+) -> tuple[Intake, Verdict]:
+    """Judge one sample.
+
+    Args:
+        intake: What was known before.
+        sample: All joints of robot.yaml, in its order.
+        received: When the answer was complete, our clock [s].
+        joints: Of robot.yaml.
+
+    Returns:
+        What is known now, and the verdict. ``plausible.reason`` says why a sample was refused.
+    """
+    reading = Reading(sample.positions, sample.velocities, sample.clock_ms * 1e-3, received)
+    plausible, verdict = judge(intake.plausible, reading, joints, wrap=CLOCK_WRAP)
+    resting = intake.resting
+    streams = sample.control_type is ControlType.STREAM
+    if verdict is Verdict.ACCEPTED and not (streams and resting):
+        resting = sample.positions
+    return Intake(plausible, resting), verdict
+
+
+def whole_pose(
+    intake: Intake, positions: Sequence[float], joints: Sequence[Joint]
+) -> tuple[float, ...]:
+    """Return a set point for all joints of the robot; those without a twin stay where they rest.
+
+    Args:
+        intake: Knows where they rest.
+        positions: Of the twin's joints [rad or m].
+        joints: Of robot.yaml.
+
+    Raises:
+        SetpointError: The robot's pose is not known yet, or the count is wrong.
+    """
+    if not intake.resting:
+        raise SetpointError("set point: the robot's pose is not known yet")
+    count = sum(joint.twin for joint in joints)
+    if len(positions) != count:
+        raise SetpointError(f"set point: {len(positions)} positions for {count} joints of the twin")
+    twin = iter(positions)
+    return tuple(next(twin) if joint.twin else rest for joint, rest in zip(joints, intake.resting))
+
+
+def measured(
+    sample: RobotSample, sent: float, received: float, robot: Robot, has_gripper: bool
+) -> RealMeasured:
+    """Return what a believed sample says to the core: the twin's joints, and flags for signals.
+
+    Args:
+        sample: The sample.
+        sent: When its request was sent [s].
+        received: When its answer was complete [s].
+        robot: robot.yaml.
+        has_gripper: The robot has a suction gripper.
+    """
+    twin = [k for k, joint in enumerate(robot.joints) if joint.twin]
+    return RealMeasured(
+        now=received,
+        sent=sent,
+        received=received,
+        clock_ms=sample.clock_ms,
+        q=tuple(sample.positions[k] for k in twin),
+        qdot=tuple(sample.velocities[k] for k in twin),
+        own_program=sample.moved_by is ControlType.PROGRAM,
+        streaming=sample.moved_by is ControlType.STREAM,
+        paused="paused" in sample.outputs or "held" in sample.outputs,
+        drives_on="sysrdy" in sample.outputs,
+        fault="fault" in sample.outputs,
+        held_there="panel_held" in sample.outputs,
+        estop_pressed="panel_estop" in sample.outputs,
+        speed_percent=sample.override * sample.program_speed * 1e-2,
+        override_percent=float(sample.override),
+        gripper="gripper" in sample.outputs if has_gripper else None,
+        vacuum="vacuum" in sample.outputs,
+    )
+
+
+def is_paused(sample: RobotSample) -> bool:
+    """Return whether one of the robot's programs is paused, so that START would resume it."""
+    return "paused" in sample.outputs
+
+
+def program_text(program: ProgramStatus) -> str:
+    """Return the running or last program in words; empty if the robot names none."""
+    if not program.name:
+        return ""
+    return f"{program.name} line {program.line} {program.state.name.lower()}"
+
+
+def alarm_text(alarm: AlarmStatus) -> str:
+    """Return the active alarm in words; empty when there is no alarm."""
+    if not alarm.facility:
+        return ""
+    text = f"{alarm.severity} {alarm.facility}-{alarm.number:03d} {alarm.message}".strip()
+    return text + (f" ({alarm.cause})" if alarm.cause else "")

@@ -1,0 +1,225 @@
+"""The twin's ROS messages as rosbridge carries them, converted to inputs and from actions.
+
+Everything that arrives is checked here: names, counts, finite numbers. What does not fit raises
+PacketError, is counted by the shell and never reaches the core.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+from scara_control.errors import ScaraControlError
+from scara_control.joint_track import JointTrack
+
+from twin_controller.core.actions import Command, FollowTwin, MoveTwin, Send
+from twin_controller.core.events import ClockProbe, TwinGripper, TwinMeasured, TwinMotion, TwinPlan
+from twin_controller.twin.fields import (
+    PacketError,
+    number,
+    order_of,
+    ros_time,
+    row,
+    shown,
+    stamp_of,
+    time_of,
+    typed,
+)
+
+JOINT_STATES = "twin/joint_states"
+JOINT_SETPOINTS = "twin/joint_setpoints"
+MOTION_STATE = "joint_pose_controller/state"
+GRIPPER = "twin/gripper"
+FOLLOW = "joint_pose_controller/follow"
+SPEED_LIMIT = "joint_pose_controller/speed_limit_percent"
+MOTION_COMMAND = "motion_command"
+SENDER = "twin_controller"
+MOTION_STATES = (
+    "idle",
+    "announcing",
+    "moving",
+    "following",
+    "pausing",
+    "paused",
+    "stopping",
+    "estopped",
+)
+_COMMANDS = {
+    Command.STOP_TWIN: 1,
+    Command.PAUSE_TWIN: 2,
+    Command.RESUME_TWIN: 3,
+    Command.ESTOP_TWIN: 4,
+    Command.YIELD_TWIN: 6,
+    Command.RESET_TWIN: 5,
+}
+
+
+def twin_measured(message: Mapping[str, Any], names: Sequence[str], now: float) -> TwinMeasured:
+    """Convert a sensor_msgs/JointState.
+
+    Args:
+        message: The message as parsed JSON.
+        names: The twin's joints in the core's order.
+        now: When it arrived [s].
+
+    Raises:
+        PacketError: A joint is missing, a count is wrong, a value is not finite.
+    """
+    order = order_of(message, "name", names)
+    return TwinMeasured(
+        now, stamp_of(message), row(message, "position", order), row(message, "velocity", order)
+    )
+
+
+def twin_plan(message: Mapping[str, Any], names: Sequence[str], now: float) -> TwinPlan:
+    """Convert a trajectory_msgs/JointTrajectory of coming set points.
+
+    Raises:
+        PacketError: A joint is missing, a count is wrong, a value is not finite, times do not
+            increase.
+    """
+    order = order_of(message, "joint_names", names)
+    points = message.get("points")
+    if not isinstance(points, list) or not points:
+        raise PacketError("points: empty")
+    times = tuple(time_of(point, "time_from_start") for point in points)
+    q = tuple(row(point, "positions", order) for point in points)
+    qdot = tuple(row(point, "velocities", order) for point in points)
+    qddot = tuple(row(point, "accelerations", order) for point in points)
+    try:
+        JointTrack(
+            times, q, qdot, qddot, extrapolation_limit=0.0, stop_accelerations=[1.0] * len(names)
+        )
+    except ScaraControlError as error:
+        raise PacketError(f"points: {error}") from error
+    return TwinPlan(now, stamp_of(message), times, q, qdot, qddot)
+
+
+def twin_motion(message: Mapping[str, Any], names: Sequence[str], now: float) -> TwinMotion:
+    """Convert a scara_msgs/MotionState.
+
+    Raises:
+        PacketError: A field is missing, of the wrong type, or the state is unknown.
+    """
+    state = typed(message, "state", str)
+    if state not in MOTION_STATES:
+        raise PacketError(f"state = {state[:40]!r}: expected one of {', '.join(MOTION_STATES)}")
+    command_id = typed(message, "last_command_id", int)
+    if not 0 <= command_id < 1 << 32:
+        raise PacketError(f"last_command_id = {shown(command_id)}: expected a uint32")
+    return TwinMotion(
+        now,
+        state,
+        number(message, "speed_requested_percent"),
+        number(message, "speed_applied_percent"),
+        number(message, "speed_limit_percent"),
+        command_id,
+        typed(message, "standing_still", bool),
+        typed(message, "message", str),
+        row(message, "target", order_of(message, "name", names)) if message.get("target") else (),
+    )
+
+
+def twin_gripper(message: Mapping[str, Any], now: float) -> TwinGripper:
+    """Convert a scara_msgs/GripperState.
+
+    Raises:
+        PacketError: A field is missing or of the wrong type.
+    """
+    return TwinGripper(
+        now,
+        typed(message, "commanded", bool),
+        typed(message, "holding", bool),
+        typed(message, "part", str),
+    )
+
+
+def clock_probe(values: Mapping[str, Any], sent: float, received: float) -> ClockProbe:
+    """Convert the answer of /rosapi/get_time.
+
+    Raises:
+        PacketError: There is no time in it.
+    """
+    return ClockProbe(received, sent, received, time_of(values, "time"))
+
+
+def follow_packet(action: FollowTwin, names: Sequence[str]) -> dict[str, Any]:
+    """Build the trajectory_msgs/JointTrajectory of one set point for the twin."""
+    return {
+        "header": {"stamp": ros_time(action.stamp), "frame_id": SENDER},
+        "joint_names": list(names),
+        "points": [
+            {
+                "positions": list(action.q),
+                "velocities": list(action.qdot),
+                "accelerations": list(action.qddot),
+                "time_from_start": {"secs": 0, "nsecs": 0},
+            }
+        ],
+    }
+
+
+def end_packet(stamp: float) -> dict[str, Any]:
+    """Build the trajectory_msgs/JointTrajectory without points that ends the twin's following.
+
+    ``stamp`` is the twin's ROS time.
+    """
+    return {
+        "header": {"stamp": ros_time(stamp), "frame_id": SENDER},
+        "joint_names": [],
+        "points": [],
+    }
+
+
+def command_packet(action: Send, stamp: float) -> dict[str, Any]:
+    """Build the scara_msgs/MotionCommand of an action; ``stamp`` is the twin's ROS time."""
+    return {
+        "header": {"stamp": ros_time(stamp), "frame_id": SENDER},
+        "command": _COMMANDS[action.command],
+        "id": action.id,
+        "reason": action.reason,
+    }
+
+
+def is_for_twin(do: Command) -> bool:
+    """Return whether an action is a motion command to the twin."""
+    return do in _COMMANDS
+
+
+class ServiceCall(NamedTuple):
+    """A call of one of the twin's services."""
+
+    service: str
+    arguments: dict[str, Any]
+
+
+def move_call(action: MoveTwin, names: Sequence[str]) -> ServiceCall:
+    """Return the call that moves the twin: to a point by ``move_to``, or to joint positions."""
+    if action.command == "MOVE":
+        x, y, z = action.target
+        point = {"x": x, "y": y, "z": z}
+        speed = {"speed_percent": action.speed_percent, "elbow": action.elbow}
+        return ServiceCall("move_to", point | speed)
+    arguments = {
+        "joint_names": list(names),
+        "joint_positions": list(action.target),
+        "speed_percent": action.speed_percent,
+    }
+    return ServiceCall("joint_pose_controller/move", arguments)
+
+
+def gripper_call(on: bool) -> ServiceCall:
+    """Return the call that switches the twin's suction."""
+    return ServiceCall("gripper", {"data": on})
+
+
+def answer(result: bool, values: object) -> tuple[bool, str]:
+    """Return what the answer to a call says: whether it succeeded, and a text.
+
+    Args:
+        result: The twin has answered.
+        values: Its answer, or why there is none.
+    """
+    if not result or not isinstance(values, dict):
+        return False, str(values)
+    return bool(values.get("success")), str(values.get("message", ""))

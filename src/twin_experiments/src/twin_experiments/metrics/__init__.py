@@ -1,0 +1,1 @@
+"""Error figures of a run: path error, lag, positioning error."""

@@ -1,0 +1,223 @@
+"""Bring the motions of two sides onto common instants of one clock.
+
+Both sides are sampled at their own instants. Between two samples the motion is the cubic that has
+their positions and velocities (Hermite), so comparing a 250 Hz with a 200 Hz series costs no
+accuracy; across a hole it is not known and is left out.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array: TypeAlias = NDArray[np.float64]
+Mask: TypeAlias = NDArray[np.bool_]
+FEWEST_SAMPLES = 2
+
+
+class MetricsError(ValueError):
+    """The data cannot be compared; the text names the side and what is wrong."""
+
+
+@dataclass(frozen=True)
+class Motion:
+    """How the joints of one side moved.
+
+    Args:
+        side: ``real`` or ``twin``, named in errors.
+        stamps: When each sample was true [s], shape ``(k,)``, strictly rising, in the clock common
+            to both sides.
+        positions: Joint positions, shape ``(k, n)``: [rad], prismatic [m].
+        velocities: Joint velocities, shape ``(k, n)``: [rad/s], prismatic [m/s].
+
+    Raises:
+        MetricsError: Too few samples, shapes that do not fit, a value that is not finite, stamps
+            that do not rise.
+    """
+
+    side: str
+    stamps: Array
+    positions: Array
+    velocities: Array
+
+    def __post_init__(self) -> None:
+        count = len(self.stamps)
+        if count < FEWEST_SAMPLES:
+            raise MetricsError(
+                f"{self.side}: {count} samples, at least {FEWEST_SAMPLES} are needed"
+            )
+        if (
+            self.positions.ndim != 2
+            or len(self.positions) != count
+            or self.velocities.shape != self.positions.shape
+        ):
+            raise MetricsError(
+                f"{self.side}: {count} stamps, positions {self.positions.shape} "
+                f"and velocities {self.velocities.shape} do not fit"
+            )
+        for name, values in (
+            ("stamp", self.stamps),
+            ("position", self.positions),
+            ("velocity", self.velocities),
+        ):
+            if not np.isfinite(values).all():
+                raise MetricsError(f"{self.side}: a {name} is not finite")
+        backward = np.flatnonzero(np.diff(self.stamps) <= 0.0)
+        if len(backward):
+            raise MetricsError(f"{self.side}: stamps do not rise at sample {backward[0] + 1}")
+
+    def shifted(self, delay: float) -> Motion:
+        """Return the same motion, ``delay`` [s] later."""
+        return Motion(self.side, self.stamps + delay, self.positions, self.velocities)
+
+
+@dataclass(frozen=True)
+class Gap:
+    """A hole in the samples of one side: where it starts [s] and how long it is [s]."""
+
+    side: str
+    start: float
+    duration: float
+
+
+@dataclass(frozen=True)
+class Aligned:
+    """Both motions at common instants; holes are left out.
+
+    Args:
+        rate: Instants per second inside a segment.
+        instants: [s], shape ``(m,)``.
+        segments: First and one-past-last index of each run of instants without a hole.
+        real_positions: Joint positions of the real side, shape ``(m, n)``; so are the other three.
+        gaps: The holes of both sides inside the common time span.
+        span: Length of the common time span [s], holes included.
+    """
+
+    rate: float
+    instants: Array
+    segments: tuple[tuple[int, int], ...]
+    real_positions: Array
+    twin_positions: Array
+    real_velocities: Array
+    twin_velocities: Array
+    gaps: tuple[Gap, ...]
+    span: float
+
+    @property
+    def excluded_share(self) -> float:
+        """Share of the common time span in which a side has a hole, 0..1."""
+        return max(0.0, 1.0 - len(self.instants) / max(self.span * self.rate, 1.0))
+
+
+def interpolate(motion: Motion, instants: Array) -> tuple[Array, Array]:
+    """Evaluate the cubic Hermite interpolant of ``motion``.
+
+    Args:
+        motion: Samples with positions and velocities.
+        instants: Where to evaluate [s], shape ``(m,)``, inside the samples' time span.
+
+    Returns:
+        Positions and velocities, each of shape ``(m, n)``.
+
+    Source:
+        Textbook cubic Hermite basis; our choice because the samples carry velocities.
+    """
+    right = np.clip(
+        np.searchsorted(motion.stamps, instants, side="right"), 1, len(motion.stamps) - 1
+    )
+    left = right - 1
+    width = (motion.stamps[right] - motion.stamps[left])[:, None]
+    u = (instants - motion.stamps[left])[:, None] / width
+    p0, p1 = motion.positions[left], motion.positions[right]
+    m0, m1 = motion.velocities[left] * width, motion.velocities[right] * width
+    rise = p1 - p0
+    square = 3.0 * rise - 2.0 * m0 - m1
+    cube = m0 + m1 - 2.0 * rise
+    positions = p0 + u * (m0 + u * (square + u * cube))
+    velocities = (m0 + u * (2.0 * square + 3.0 * u * cube)) / width
+    return positions, velocities
+
+
+def find_gaps(motion: Motion, longest: float) -> tuple[Gap, ...]:
+    """Return the holes between samples that are longer than ``longest`` [s]."""
+    widths = np.diff(motion.stamps)
+    return tuple(
+        Gap(motion.side, float(motion.stamps[i]), float(widths[i]))
+        for i in np.flatnonzero(widths > longest)
+    )
+
+
+def align(real: Motion, twin: Motion, rate: float, longest_gap: float) -> Aligned:
+    """Interpolate both motions to common instants inside their common time span, holes left out.
+
+    Args:
+        real: Motion of the real side.
+        twin: Motion of the twin, same joints in the same order.
+        rate: Instants per second.
+        longest_gap: Samples further apart than this [s] leave a hole.
+
+    Raises:
+        MetricsError: The joints differ in number, the time spans do not overlap, or nothing is left
+            without holes.
+    """
+    if real.positions.shape[1] != twin.positions.shape[1]:
+        raise MetricsError(
+            f"real has {real.positions.shape[1]} joints, twin {twin.positions.shape[1]}"
+        )
+    start = max(real.stamps[0], twin.stamps[0])
+    end = min(real.stamps[-1], twin.stamps[-1])
+    if end - start < 1.0 / rate:
+        raise MetricsError(
+            f"no common time span: real has {real.stamps[0]:.3f} to {real.stamps[-1]:.3f} s, "
+            f"twin {twin.stamps[0]:.3f} to {twin.stamps[-1]:.3f} s"
+        )
+    instants = start + np.arange(int((end - start) * rate) + 1) / rate
+    gaps = tuple(
+        gap
+        for motion in (real, twin)
+        for gap in find_gaps(motion, longest_gap)
+        if gap.start < end and gap.start + gap.duration > start
+    )
+    known = np.ones(len(instants), dtype=bool)
+    for gap in gaps:
+        known &= (instants <= gap.start) | (instants >= gap.start + gap.duration)
+    if not known.any():
+        raise MetricsError(
+            f"nothing to compare: every instant lies in a hole longer than {longest_gap} s"
+        )
+    breaks = np.cumsum(~known)[known]
+    instants = instants[known]
+    real_positions, real_velocities = interpolate(real, instants)
+    twin_positions, twin_velocities = interpolate(twin, instants)
+    return Aligned(
+        rate=rate,
+        instants=instants,
+        segments=_runs_of_equal(breaks),
+        real_positions=real_positions,
+        twin_positions=twin_positions,
+        real_velocities=real_velocities,
+        twin_velocities=twin_velocities,
+        gaps=gaps,
+        span=float(end - start),
+    )
+
+
+def true_runs(mask: Mask, segments: tuple[tuple[int, int], ...]) -> list[tuple[int, int]]:
+    """Return first and one-past-last index of each run of True, cut where a segment ends."""
+    runs: list[tuple[int, int]] = []
+    for first, last in segments:
+        edges = np.flatnonzero(
+            np.diff(np.concatenate(([0], mask[first:last].astype(np.int8), [0])))
+        )
+        runs += [(first + int(a), first + int(b)) for a, b in zip(edges[::2], edges[1::2])]
+    return runs
+
+
+def _runs_of_equal(labels: NDArray[np.int_]) -> tuple[tuple[int, int], ...]:
+    """Return first and one-past-last index of each run of equal labels."""
+    edges = [0, *(np.flatnonzero(np.diff(labels)) + 1).tolist(), len(labels)]
+    return tuple(itertools.pairwise(edges))

@@ -1,0 +1,91 @@
+"""The rooms and their arrows: which package may use which, declared here and nowhere else.
+
+This is the table of docs/decisions/0011. A room may also use what its rooms use only if it says so:
+arrows are not inherited.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from harness.sources import PACKAGES, imported_names, modules, package_name
+
+MESSAGES = {"scara_msgs", "control_msgs", "industrial_msgs"}
+FLOOR = {"scara_config", "scara_ros"}
+NODE = MESSAGES | FLOOR
+
+ROOMS: dict[str, set[str]] = {
+    "scara_config": set(),
+    "control_msgs": set(),
+    "industrial_msgs": set(),
+    "scara_msgs": set(),
+    "scara_ros": {"scara_config"},
+    "scara_description": FLOOR,
+    "scara_control": NODE,
+    "scara_simulation": NODE | {"scara_control", "scara_description"},
+    "rosbridge_gateway": NODE,
+    "fanuc_emulator": FLOOR | {"scara_msgs"},
+    "twin_controller": NODE | {"scara_control"},
+    "cell_recorder": NODE,
+    "robot_doctor": FLOOR | {"scara_control", "scara_description", "twin_controller"},
+    "twin_experiments": NODE
+    | {"scara_control", "scara_description", "scara_simulation", "rosbridge_gateway"}
+    | {"fanuc_emulator", "twin_controller", "cell_recorder", "robot_doctor"},
+    "operator_panel": NODE | {"scara_description"},
+    "scara_bringup": NODE,
+}
+"""For each room the others that it may import. scara_bringup reaches nodes by rosrun only."""
+
+OUR = set(ROOMS)
+LINKS = ("config", "registers", "robot_sample", "io")
+"""What robot_doctor may use of twin_controller: what talks to the two sides, and its settings."""
+
+
+def arrows() -> Iterator[tuple[str, str, str]]:
+    """Yield (room, imported name, where) of every import of another room."""
+    for module in modules():
+        for name, line in imported_names(module.tree):
+            if name.split(".")[0] in OUR - {module.package}:
+                yield module.package, name, f"{module.relative}:{line}"
+
+
+def test_every_package_is_a_room() -> None:
+    """A new package says what it may use before it uses it."""
+    assert {package_name(folder) for folder in PACKAGES} == OUR
+
+
+def test_rooms_use_only_what_they_may() -> None:
+    """All arrows that are not in the table."""
+    assert [
+        f"{where}: {room} uses {name}"
+        for room, name, where in arrows()
+        if name.split(".")[0] not in ROOMS[room]
+    ] == []
+
+
+def test_no_room_uses_itself_by_a_detour() -> None:
+    """The table has an order: every room stands on rooms below it."""
+    left = dict(ROOMS)
+    while free := {room for room, below in left.items() if not below & set(left)}:
+        left = {room: below for room, below in left.items() if room not in free}
+    assert left == {}
+
+
+def test_the_doctor_uses_the_controllers_links_alone() -> None:
+    """Not its core: a check must not need to know how the controller decides."""
+    assert [
+        f"{where}: {name}"
+        for room, name, where in arrows()
+        if room == "robot_doctor"
+        and name.startswith("twin_controller.")
+        and name.split(".")[1] not in LINKS
+    ] == []
+
+
+def test_the_real_side_shares_nothing_with_the_twin_but_the_wire() -> None:
+    """The stand-in uses messages only where it is a ROS node, for what it shows."""
+    assert [
+        f"{where}: {name}"
+        for room, name, where in arrows()
+        if room == "fanuc_emulator" and name.split(".")[0] in MESSAGES and "/nodes/" not in where
+    ] == []

@@ -1,0 +1,1 @@
+"""Mutants: small faults made in the sources, to see whether a test notices each of them."""

@@ -1,0 +1,67 @@
+"""The rooms in which mutants are made, and the list of those that no test can kill."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import msgspec
+from ruamel.yaml import YAML
+
+from harness.mutants.mutant import Mutant
+from harness.workspace import ROOT
+
+FOLDER = ROOT / "tests" / "mutants"
+
+
+class Room(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Modules and the tests that are to notice their faults; globs from the root."""
+
+    modules: list[str]
+    tests: list[str]
+
+    def paths(self, root: Path = ROOT) -> list[Path]:
+        """Return the modules that hold code."""
+        found = {path for pattern in self.modules for path in root.glob(pattern)}
+        return sorted(path for path in found if path.name != "__init__.py")
+
+    def tests_of(self, module: Path, root: Path = ROOT) -> list[str]:
+        """Return the room's tests, the module's own first."""
+        places = sorted({path for pattern in self.tests for path in root.glob(pattern)})
+        files = [
+            path
+            for place in places
+            for path in ([place] if place.is_file() else sorted(place.rglob("test_*.py")))
+        ]
+        words = module.stem.split("_")
+        files.sort(key=lambda path: (path.stem != f"test_{module.stem}", words[0] not in path.stem))
+        return [str(path.relative_to(root)) for path in files]
+
+
+class Equivalent(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A mutant that changes nothing that the project promises; see equivalent.yaml."""
+
+    path: str
+    before: str
+    after: str
+    reason: str
+
+    def fits(self, mutant: Mutant) -> bool:
+        """Return whether it is this one."""
+        same = (self.before, self.after) == (mutant.before, mutant.after)
+        return same and mutant.path.endswith(self.path)
+
+
+def load_rooms(path: Path = FOLDER / "rooms.yaml") -> dict[str, Room]:
+    """Read rooms.yaml."""
+    return msgspec.convert(YAML(typ="safe").load(path), dict[str, Room])
+
+
+def load_equivalent(path: Path = FOLDER / "equivalent.yaml") -> list[Equivalent]:
+    """Read equivalent.yaml; each entry says why."""
+    return msgspec.convert(YAML(typ="safe").load(path) or [], list[Equivalent])
+
+
+def is_equivalent(mutant: Mutant, known: Sequence[Equivalent]) -> bool:
+    """Return whether a mutant is listed."""
+    return any(entry.fits(mutant) for entry in known)

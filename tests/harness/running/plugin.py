@@ -1,0 +1,115 @@
+"""What this project adds to a run of pytest.
+
+Groups of tests for each worker, and the count of what was played again.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from xdist.scheduler import LoadScopeScheduling
+
+from harness.running import lanes, repeats, shared
+
+REPEAT, SCENE = "played again", "scene"
+COUNT_FILE = "CELL_TEST_COUNT"
+"""Environment variable: file in which the parts of one run count together."""
+
+
+class Groups(LoadScopeScheduling):  # type: ignore[misc]
+    """Gives the tests of one group to one worker."""
+
+    def _split_scope(self, nodeid: str) -> str:
+        return lanes.group_of(nodeid)
+
+
+class Running:
+    """One run: in a worker it keeps the order, in the process that reports it counts."""
+
+    def __init__(self) -> None:
+        """Count from 0."""
+        self.repeated: list[str] = []
+        self.scenes = 0
+        self._shared = "PYTEST_XDIST_WORKER" in os.environ
+        # Taken away, so that neither workers nor runs within a test count in it.
+        self._kept = os.environ.pop(COUNT_FILE, "")
+
+    @pytest.hookimpl(optionalhook=True)
+    def pytest_xdist_make_scheduler(self, config: pytest.Config, log: Any) -> Groups:
+        """Deal the groups out to the workers."""
+        return Groups(config, log)
+
+    @pytest.hookimpl(trylast=True)
+    def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
+        """Put the groups in their order where several workers share the run."""
+        if self._shared:
+            items.sort(key=lambda item: lanes.place(item.nodeid))
+
+    @pytest.hookimpl(wrapper=True, tryfirst=True)
+    def pytest_runtest_protocol(self, item: pytest.Item) -> Iterator[None]:
+        """Count a scene."""
+        if lanes.is_live(item.nodeid):
+            item.user_properties.append((SCENE, item.nodeid))
+        return (yield)
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_pyfunc_call(self, pyfuncitem: pytest.Function) -> bool | None:
+        """Play a live test, and again where it failed while the machine stood still."""
+        if not lanes.is_live(pyfuncitem.nodeid):
+            return None
+        arguments = {name: pyfuncitem.funcargs[name] for name in pyfuncitem._fixtureinfo.argnames}
+        repeats.played(lambda: pyfuncitem.obj(**arguments))
+        return True
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_teardown(
+        self, item: pytest.Item, nextitem: pytest.Item | None
+    ) -> Iterator[None]:
+        """End the shared cell with the last test of its group."""
+        try:
+            return (yield)
+        finally:
+            if nextitem is None or lanes.group_of(nextitem.nodeid) != lanes.group_of(item.nodeid):
+                shared.close()
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtest_makereport(
+        self, item: pytest.Item, call: pytest.CallInfo[None]
+    ) -> pytest.TestReport | None:
+        """Hand over what was played again, with the test's last report.
+
+        That report reaches the process that counts.
+        """
+        if call.when == "teardown":
+            item.user_properties += [(REPEAT, note) for note in repeats.NOTES.take()]
+        return None
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """Count one test."""
+        if report.when != "teardown":
+            return
+        for name, value in report.user_properties:
+            self.scenes += name == SCENE
+            if name == REPEAT:
+                self.repeated.append(f"{report.nodeid}: {value}")
+
+    def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
+        """Print what was played again, and why."""
+        if self.scenes or self.repeated:
+            terminalreporter.section("scenes in real time")
+            for line in repeats.summary(self.repeated, self.scenes):
+                terminalreporter.line(line)
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_sessionfinish(self, session: pytest.Session) -> None:
+        """Fail a run that has used up its budget; `./cell test` runs in several parts."""
+        if self._kept:
+            self.repeated, self.scenes = repeats.counted_on(
+                self.repeated, self.scenes, Path(self._kept)
+            )
+        if repeats.too_many(len(self.repeated), self.scenes):
+            session.exitstatus = session.exitstatus or pytest.ExitCode.TESTS_FAILED

@@ -1,0 +1,71 @@
+"""What the YAML files say about one robot's cell; a variation replaces single pieces of it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from fanuc_emulator.config import EmulatorConfig, load_emulator, load_programs
+from fanuc_emulator.program import Program
+from scara_config import Robot, load_robot
+from scara_config.modbus_map import ModbusMap, load_modbus_map
+from scara_config.profile import CHOICE
+from scara_control.config import MotionConfig, load_motion
+from scara_simulation.config import LoopGains, SimulationConfig, load_gains, load_simulation
+from twin_controller.config import TwinControllerConfig, load_twin_controller
+from twin_experiments.config import ExperimentsFile, load_experiments
+
+from harness.workspace import ROOT
+
+
+@dataclass(frozen=True)
+class CellFiles:
+    """The files of one robot's cell; ``dataclasses.replace`` makes another plant of it."""
+
+    robot: Robot
+    layout: ModbusMap
+    emulator: EmulatorConfig
+    programs: Mapping[int, Program]
+    simulation: SimulationConfig
+    gains: list[LoopGains]
+    motion: MotionConfig
+    controller: TwinControllerConfig
+    experiments: ExperimentsFile
+
+    def program_number(self, name: str) -> int:
+        """Return the RSR number of a program; an unknown one is a KeyError."""
+        return {program.name: number for number, program in self.programs.items()}[name]
+
+
+def load_files(robot: str, folder: Path = ROOT / "config") -> CellFiles:
+    """Read all files of the cell of ``robot``."""
+    with _chosen(robot):
+        profile = load_robot(folder)
+        return CellFiles(
+            profile,
+            load_modbus_map(folder),
+            load_emulator(profile, folder),
+            load_programs(profile, folder),
+            load_simulation(profile, folder),
+            load_gains(profile, folder),
+            load_motion(folder),
+            load_twin_controller(profile, folder),
+            load_experiments(profile, folder),
+        )
+
+
+@contextmanager
+def _chosen(robot: str) -> Iterator[None]:
+    """Choose a robot for a moment; the loaders read the choice from the environment."""
+    before = os.environ.get(CHOICE)
+    os.environ[CHOICE] = robot
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ[CHOICE]
+        else:
+            os.environ[CHOICE] = before

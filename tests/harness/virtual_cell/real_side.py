@@ -1,0 +1,192 @@
+"""The real side in virtual time: the stand-in, its registers, the link that reads and writes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+import msgspec
+from fanuc_emulator.controller import Controller
+from fanuc_emulator.program import ProgramState
+from fanuc_emulator.register_image import RegisterImage
+from twin_controller.core.actions import Command, StreamReal
+from twin_controller.core.events import RealMeasured
+from twin_controller.registers import RegisterCodec
+from twin_controller.robot.intake import measured
+from twin_controller.robot.signals import (
+    UI_SIGNALS,
+    DropSetpoints,
+    Number,
+    Pulse,
+    Signal,
+    steps,
+)
+from twin_controller.robot_sample import ControlType, RobotSample
+
+from harness.virtual_cell.files import CellFiles
+from harness.virtual_cell.schedule import Schedule, SideClock, Wire
+from harness.virtual_cell.timing import Delays
+
+PULSE = 0.03
+"""How long a pulsed signal stays on [s]; as the Modbus link's."""
+STREAM_SPEED_MARGIN = 1.2
+"""R[2] above the speed of the set points; as the Modbus link's."""
+TRUTH_EVERY = 2
+"""The ground truth is published at 250 Hz."""
+Row = tuple[float, ...]
+
+
+class RealSide:
+    """The stand-in on its own clock, and both connections of the link to it."""
+
+    def __init__(
+        self,
+        schedule: Schedule,
+        files: CellFiles,
+        delays: Delays,
+        write: Wire,
+        clock: Callable[[], float],
+        put: Callable[[RealMeasured], None],
+    ) -> None:
+        """Stand at the start position.
+
+        Args:
+            schedule: Virtual time.
+            files: The cell.
+            delays: How late requests are.
+            write: The way of everything that is written.
+            clock: The controller's monotonic clock.
+            put: Takes each sample when its decision begins.
+        """
+        self._schedule, self._files, self._delays = schedule, files, delays
+        self._write, self._clock, self._put = write, clock, put
+        self.robot = Controller(files.emulator, files.robot, files.programs, boot_seconds=0.0)
+        self.shown = self.robot.step()
+        self._image = RegisterImage(files.layout, files.robot)
+        self._codec = RegisterCodec(files.layout, files.robot)
+        self._columns = [k for k, joint in enumerate(files.robot.joints) if joint.twin]
+        self._waiting: list[StreamReal] = []
+        self._idle: Row = ()
+        self._paused = False
+        self._heartbeat = 0
+        self.truth: list[tuple[float, Row, Row]] = []
+        quartz = SideClock(schedule, 0.0, files.emulator.clock.drift_ppm)
+        schedule.every(quartz.period(files.emulator.dt), self._servo, first=0.0007)
+        schedule.every(files.controller.real.poll_period_ms * 1e-3, self._request, first=0.0101)
+
+    @property
+    def running(self) -> bool:
+        """Whether a program of its own runs."""
+        kind = ControlType(int(self.shown.control_type))
+        return self.shown.program_state is ProgramState.RUNNING and kind is ControlType.PROGRAM
+
+    def pendant(self, override: float, number: int) -> None:
+        """Set the override and start a program, as on the robot's own pendant."""
+        self._write.send(partial(self.robot.write_override, round(override)))
+        self._write.send(partial(self.signal, f"rsr{number}", None))
+
+    def stream(self, action: StreamReal) -> None:
+        """Leave a set point to be written at its time; it replaces those for then or later."""
+        self._waiting = [left for left in self._waiting if left.send_at < action.send_at]
+        self._waiting.append(action)
+        self._schedule.after(action.send_at - self._clock(), partial(self._due, action))
+
+    def perform(self, command: Command) -> None:
+        """Carry out one command by the product's own table, as RealLink does."""
+        for step in steps(UI_SIGNALS, command, self._paused):
+            match step:
+                case DropSetpoints():
+                    self._waiting = []
+                case Signal():
+                    self._write.send(partial(self.signal, step.name, step.level))
+                case Pulse():
+                    if step.behind and self._waiting:
+                        self._due(self._waiting[0])
+                    self._write.send(partial(self.signal, step.name, None))
+                case Number():
+                    take = getattr(self.robot, f"write_{step.name}")
+                    self._write.send(partial(take, step.value))
+
+    def override(self, speed_percent: float) -> None:
+        """Set the override."""
+        self._write.send(partial(self.robot.write_override, round(speed_percent)))
+
+    def _servo(self) -> None:
+        """Step the stand-in by one of its own periods; each second state is the published truth."""
+        self.shown = self.robot.step()
+        if self.shown.tick % TRUTH_EVERY == 0:
+            self.truth.append(
+                (
+                    self._schedule.now,
+                    self._of_twin(self.shown.positions),
+                    self._of_twin(self.shown.velocities),
+                )
+            )
+
+    def _request(self) -> None:
+        """Send a read; the heartbeat goes on the other connection."""
+        sent = self._clock()
+        self._heartbeat = self._heartbeat % 32767 + 1
+        self._write.send(partial(self.robot.write_heartbeat, self._heartbeat))
+        half = 0.5 * self._delays.request
+        self._schedule.after(half, lambda: self._schedule.after(half, self._answer(sent)))
+
+    def _answer(self, sent: float) -> Callable[[], None]:
+        """Read the registers now; return what happens when the answer arrives."""
+        self._image.show(self.shown)
+        block = self._codec.state
+        begin = block.offset - self._image.first[block.table]
+        words = self._image.tables[block.table][begin : begin + block.count]
+        sample = self._codec.decode_sample(words, self._signals())
+
+        def arrive() -> None:
+            received = self._clock()
+            self._paused = "paused" in sample.outputs
+            if sample.control_type is not ControlType.STREAM or not self._idle:
+                self._idle = sample.positions
+            decide = partial(self._hand_over, sample, sent, received)
+            self._schedule.after(self._delays.decision, decide)
+
+        return arrive
+
+    def _signals(self) -> list[bool]:
+        """Return the discrete inputs as the robot answers them."""
+        block = self._codec.outputs
+        if block is None:
+            return []
+        levels = [False] * block.count
+        for name, bit in self._files.layout.discrete_inputs.items():
+            levels[bit.offset - block.offset] = bool(getattr(self.shown.outputs, name))
+        return levels
+
+    def _hand_over(self, sample: RobotSample, sent: float, received: float) -> None:
+        """Give a sample to the core, as RealLink does."""
+        event = measured(sample, sent, received, self._files.robot, has_gripper=False)
+        self._put(msgspec.structs.replace(event, now=self._clock()))
+
+    def _due(self, action: StreamReal) -> None:
+        """Write a set point, unless it has been replaced or dropped meanwhile."""
+        if not any(left is action for left in self._waiting):
+            return
+        self._waiting = [left for left in self._waiting if left.send_at > action.send_at]
+        twin = iter(action.q)
+        joints = zip(self._files.robot.joints, self._idle)
+        filled = [next(twin) if joint.twin else idle for joint, idle in joints]
+        ceiling = min(100.0, action.speed_percent * STREAM_SPEED_MARGIN)
+        self._heartbeat = self._heartbeat % 32767 + 1
+        words = self._codec.encode_setpoint(filled, self._heartbeat, ceiling)
+        self._write.send(partial(self._take, words))
+
+    def _take(self, words: list[int]) -> None:
+        """Let the robot take a written block."""
+        touched = self._image.take(self._codec.setpoint.offset, words)
+        self._image.apply(self.robot, touched)
+
+    def signal(self, name: str, level: bool | None) -> None:
+        """Set a signal at the robot itself; None pulses it."""
+        self.robot.write_input(name, level is None or level)
+        if level is None:
+            self._schedule.after(PULSE, partial(self.robot.write_input, name, False))
+
+    def _of_twin(self, full: Row) -> Row:
+        return tuple(full[column] for column in self._columns)

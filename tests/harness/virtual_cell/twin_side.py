@@ -1,0 +1,291 @@
+"""The twin's side in virtual time: simulator, pose and jog controller, move_to, and their reports.
+
+All its nodes run on one machine and one clock; a node's time is the simulation's nominal axis.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+
+from scara_control.errors import ScaraControlError
+from scara_control.joint_motion import JointMotion, Setpoints
+from scara_control.motion.commands import Command, parse_modes
+from scara_control.motion.jog import JogController
+from scara_control.motion.pose_control import PoseController
+from scara_control.motion.requests import Outcome
+from scara_simulation.command_desk import CommandDesk
+from scara_simulation.commands import CommandError, CommandGate
+from scara_simulation.io.world import World
+from scara_simulation.simulation import Snapshot
+from twin_controller.core.actions import Command as CoreCommand
+from twin_controller.core.actions import FollowTwin, MoveTwin, Send
+from twin_controller.core.events import AnyEvent, ClockProbe, TwinMeasured, TwinMotion, TwinPlan
+
+from harness.virtual_cell.files import CellFiles
+from harness.virtual_cell.move_to import Ended, MoveTo
+from harness.virtual_cell.schedule import SECOND, Schedule, SideClock, Wire
+from harness.virtual_cell.simulator import build_simulation
+
+COMMANDS = {
+    CoreCommand.STOP_TWIN: Command.STOP,
+    CoreCommand.PAUSE_TWIN: Command.PAUSE,
+    CoreCommand.RESUME_TWIN: Command.RESUME,
+    CoreCommand.ESTOP_TWIN: Command.ESTOP,
+    CoreCommand.RESET_TWIN: Command.RESET,
+    CoreCommand.YIELD_TWIN: Command.YIELD,
+}
+FIRST_PROBES_S = 0.02
+Row = tuple[float, ...]
+
+
+class TwinSide:
+    """Everything behind the gateway: packets come in, inputs of the core go out."""
+
+    def __init__(
+        self,
+        schedule: Schedule,
+        files: CellFiles,
+        world: World,
+        clock: SideClock,
+        topic: Wire,
+        report: Wire,
+        controller_clock: Callable[[], float],
+        put: Callable[[AnyEvent], None],
+    ) -> None:
+        """Stand at the home pose.
+
+        Args:
+            schedule: Virtual time.
+            files: The cell.
+            world: The physics.
+            clock: The twin's ROS clock.
+            topic: The way from one node to another.
+            report: The way to the controller.
+            controller_clock: Its monotonic clock.
+            put: Takes what arrives there.
+        """
+        self._schedule, self._files, self._clock = schedule, files, clock
+        self._topic, self._report = topic, report
+        self._controller_clock, self._put = controller_clock, put
+        self.simulation = build_simulation(world, files, round(clock.offset * SECOND))
+        robot, motion, self._offset = files.robot, files.motion, clock.offset
+        gate = CommandGate(robot, files.simulation)
+        self._desk = CommandDesk(self.simulation.control, gate, files.simulation)
+        self._pose = PoseController(robot, motion, 0.0)
+        self._jogs = JogController(robot, motion, 0.0)
+        self.move_to = MoveTo(schedule, files, self._begin_move, self.jog, self._now)
+        self._waiting: dict[int, Callable[[Outcome], None]] = {}
+        self._modes, self._last_id = "", 0
+        self._shown: tuple[object, ...] = ()
+        self._state_due = self._plan_due = self._joints_due = 0.0
+        self._probes = 0
+        self.refused: list[str] = []
+        self.truth: list[tuple[float, Row, Row]] = []
+        schedule.every(clock.period(files.simulation.dt), self._step, clock.period(1e-3))
+        schedule.every(clock.period(motion.period), self._tick_pose, 0.0131)
+        schedule.every(clock.period(motion.period), self._tick_jog, 0.0167)
+        schedule.after(0.003, self._probe)
+        self._tell_modes()
+
+    def follow(self, action: FollowTwin) -> None:
+        """Take one set point from the controller."""
+        point = JointMotion(action.q, action.qdot, action.qddot)
+        setpoints = Setpoints(self._pose.names, (action.stamp - self._offset,), (point,))
+        try:
+            passed = self._pose.follow(setpoints, self._now())
+        except ScaraControlError as error:
+            self.refused.append(str(error))
+        else:
+            self._publish(passed)
+        self._settle()
+
+    def perform(self, action: Send) -> None:
+        """Obey the end of following or one motion command."""
+        if action.command is CoreCommand.RELEASE_TWIN:
+            self._pose.end_follow()
+        else:
+            command, self._last_id = COMMANDS[action.command], action.id
+            self._pose.command(command, action.reason, self._now())
+            self._jogs.obey(command, action.reason, self._now())
+            self.move_to.obey(command, action.reason)
+            self._topic.send(partial(self._obey, command))
+        self._settle()
+
+    def cap(self, speed_percent: float) -> None:
+        """Cap the program speed."""
+        self._pose.limit_speed(speed_percent)
+        self._jogs.limit_speed(speed_percent)
+        self._settle()
+
+    def move(self, action: MoveTwin, ended: Ended) -> None:
+        """Start a move; ``ended`` is told how it ended."""
+        if action.command == "MOVE":
+            self.move_to.begin(action.target, action.speed_percent, action.elbow, ended)
+        else:
+            self._begin_move(
+                action.target,
+                action.speed_percent,
+                lambda outcome: ended(outcome.success, outcome.message),
+                self._pose.names,
+            )
+
+    def _now(self) -> float:
+        """Return the time of the twin's nodes [s]."""
+        return self._clock.elapsed()
+
+    def _step(self) -> None:
+        for snapshot in self.simulation.advance(1):
+            self._show(snapshot)
+
+    def _show(self, snapshot: Snapshot) -> None:
+        """Publish the joint states: to the twin's nodes, and less often to the controller."""
+        q, qdot = tuple(snapshot.positions), tuple(snapshot.velocities)
+        self.truth.append((self._schedule.now, q, qdot))
+        measured = JointMotion.measured(q, qdot, self.simulation.axis_time(snapshot.stamp_ns))
+        self._topic.send(partial(self._measure, measured))
+        period = self._files.controller.twin.state_period_ms * 1e-3
+        if self._now() >= self._joints_due - 1e-4:
+            self._joints_due = self._now() + period
+            stamp = snapshot.stamp_ns / SECOND
+            self._tell(lambda now: TwinMeasured(now, stamp, q, qdot))
+
+    def _measure(self, measured: JointMotion) -> None:
+        self._pose.measure(measured)
+        self._jogs.measure(measured)
+        self.move_to.measured = measured
+
+    def _tick_pose(self) -> None:
+        setpoints = self._pose.tick(self._now())
+        if setpoints is not None:
+            self._publish(setpoints)
+        self._settle()
+
+    def _tick_jog(self) -> None:
+        for name, velocity in self._jogs.tick(self._now()).items():
+            self._topic.send(partial(self.command_velocity, name, velocity))
+
+    def command_velocity(self, name: str, velocity: float) -> None:
+        """Command one joint's velocity loop directly, past all motion nodes [rad/s or m/s]."""
+        try:
+            self._desk.velocity(name, velocity, self.simulation.now)
+        except CommandError as error:
+            self.refused.append(str(error))
+        self._tell_modes()
+
+    def _obey(self, command: Command) -> None:
+        self._desk.obey(command, self.simulation.now)
+        self._tell_modes()
+
+    def jog(self, names: Sequence[str], velocities: Sequence[float]) -> None:
+        """Send one jog to its controller; it ends by its time-out [rad/s or m/s]."""
+
+        def arrive() -> None:
+            try:
+                self._jogs.command(names, velocities, (), 0.0, self._now())
+            except ScaraControlError as error:
+                self.refused.append(f"jog: {error}")
+
+        self._topic.send(arrive)
+
+    def _publish(self, setpoints: Setpoints) -> None:
+        """Send set points to the simulator, and less often to the controller."""
+        self._topic.send(partial(self._track, setpoints))
+        if self._now() < self._plan_due - 1e-4:
+            return
+        self._plan_due = self._now() + self._files.controller.twin.plan_period_ms * 1e-3
+        begin, points = setpoints.times[0], setpoints.points
+        plan = (
+            tuple(at - begin for at in setpoints.times),
+            tuple(point.q for point in points),
+            tuple(point.qdot for point in points),
+            tuple(point.qddot for point in points),
+        )
+        self._tell(lambda now: TwinPlan(now, self._offset + begin, *plan))
+
+    def _track(self, setpoints: Setpoints) -> None:
+        try:
+            self._desk.track(setpoints, self.simulation.now)
+        except CommandError as error:
+            self.refused.append(str(error))
+        self._tell_modes()
+
+    def _tell_modes(self) -> None:
+        modes = self.simulation.control.modes
+        if modes != self._modes:
+            self._modes = modes
+            self._topic.send(partial(self._take_modes, modes))
+
+    def _take_modes(self, modes: str) -> None:
+        self._pose.update_modes(parse_modes(modes))
+        self._jogs.update_modes(parse_modes(modes))
+        self._settle()
+
+    def _begin_move(
+        self,
+        target: Sequence[float],
+        speed_percent: float,
+        ended: Callable[[Outcome], None],
+        names: Sequence[str],
+    ) -> None:
+        """Begin a joint move; a refusal is an outcome too."""
+        try:
+            number = self._pose.move(names, target, speed_percent, self._now())
+        except ScaraControlError as error:
+            ended(Outcome(0, False, str(error), (), 0.0))
+        else:
+            self._waiting[number] = ended
+        self._settle()
+
+    def _settle(self) -> None:
+        """Answer the moves that have ended; report the state when it has changed or is due."""
+        now, config = self._now(), self._files.motion
+        for outcome in self._pose.take_outcomes():
+            self._waiting.pop(outcome.move_id)(outcome)
+        report = self._pose.report(now)
+        shown = (
+            report.state,
+            report.move_id,
+            report.speed_limit_percent,
+            report.standing_still,
+            report.message,
+            self._last_id,
+        )
+        if shown == self._shown and now < self._state_due:
+            return
+        self._shown = shown
+        self._state_due = now + 1.0 / config.state_rate_hz - 0.5 * config.period
+        number = self._last_id
+        self._tell(
+            lambda at: TwinMotion(
+                at,
+                report.state,
+                report.speed_requested_percent,
+                report.speed_applied_percent,
+                report.speed_limit_percent,
+                number,
+                report.standing_still,
+                report.message,
+                tuple(report.target),
+            )
+        )
+
+    def _probe(self) -> None:
+        """Let the controller ask for the time: quickly at first, then at the configured period."""
+        config = self._files.controller.twin
+        sent = self._controller_clock()
+
+        def asked() -> None:
+            remote = self._clock.now()
+            self._tell(lambda now: ClockProbe(now, sent, now, remote))
+
+        self._schedule.after(self._report.delay, asked)
+        self._probes += 1
+        quick = self._probes < 4 * config.probes
+        self._schedule.after(
+            FIRST_PROBES_S if quick else config.probe_period_ms * 1e-3, self._probe
+        )
+
+    def _tell(self, event: Callable[[float], AnyEvent]) -> None:
+        """Send an input of the core, stamped when it arrives."""
+        self._report.send(lambda: self._put(event(self._controller_clock())))

@@ -1,0 +1,261 @@
+"""The recorder node: complete bags, late topics, crashes."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+import rosbag
+import rospy
+from diagnostic_msgs.msg import DiagnosticArray
+from harness.ros import Ros
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+from twin_experiments.io.bag_reader import open_bag
+
+from scara_msgs.srv import StartRecording, StopRecording
+
+CONFIG = """
+recorder:
+  topics: [twin/joint_states, twin_controller/configuration, experiment/marker, /diagnostics]
+  write_period_ms: 50.0
+  queue_messages: 20000
+  min_free_mb: {min_free_mb}
+  part_mb: 1000.0
+  part_minutes: 15.0
+  runs_limit_mb: {runs_limit_mb}
+"""
+
+
+@pytest.fixture
+def recorder(ros: Ros) -> Iterator[tuple[Any, Any, Any]]:
+    """Start the node with a configuration of the test; give the process and both services."""
+    yield start_node(ros)
+
+
+def start_node(
+    ros: Ros, min_free_mb: float = 0.0, runs_limit_mb: float = 1000.0
+) -> tuple[Any, Any, Any]:
+    """Start a recorder whose runs folder is the test's folder."""
+    folder = ros.folder / "config"
+    folder.mkdir(exist_ok=True)
+    (folder / "experiments.yaml").write_text(
+        CONFIG.format(min_free_mb=min_free_mb, runs_limit_mb=runs_limit_mb)
+    )
+    node = ros.run(
+        "cell_recorder", "recorder", f"_config_dir:={folder}", f"_directory:={ros.folder}"
+    )
+    return (
+        node,
+        ros.service("recorder/start", StartRecording),
+        ros.service("recorder/stop", StopRecording),
+    )
+
+
+@contextmanager
+def joint_states(publisher: Any, rate: float = 200.0) -> Iterator[list[float]]:
+    """Publish numbered joint states.
+
+    Give the list of the times [s] at which they were published.
+    """
+    sent: list[float] = []
+    stop = threading.Event()
+
+    def work() -> None:
+        while not stop.wait(1.0 / rate):
+            message = JointState(name=["joint_1"], position=[float(len(sent))], velocity=[0.0])
+            message.header.stamp = rospy.get_rostime()
+            publisher.publish(message)
+            sent.append(message.header.stamp.to_sec())
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    yield sent
+    stop.set()
+    thread.join()
+
+
+def numbers(path: str | Path, topic: str) -> list[float]:
+    """Return the first joint position of every message of a topic, read with rosbag."""
+    with rosbag.Bag(str(path)) as bag:
+        return [message.position[0] for _, message, _ in bag.read_messages(topics=[topic])]
+
+
+def test_stop_answers_the_count_of_a_complete_bag(ros: Ros, recorder: tuple[Any, Any, Any]) -> None:
+    """What was published between both answers is complete; standard tools read the file."""
+    _, start, stop = recorder
+    publisher = ros.publisher("twin/joint_states", JointState, subscribers=0)
+    started = start(path="run.bag")
+    assert (started.success, started.path) == (True, str(ros.folder / "run.bag"))
+    assert publisher.get_num_connections() == 1, "start answers when published topics are connected"
+    with joint_states(publisher) as sent:
+        ros.wait_until(lambda: len(sent) >= 200, 10.0, "200 messages")
+    time.sleep(0.2)  # the last message is on its way
+    stopped = stop()
+    assert stopped.success and stopped.path == started.path
+    assert numbers(stopped.path, ros.name("twin/joint_states")) == [
+        float(i) for i in range(len(sent))
+    ]
+    with rosbag.Bag(stopped.path) as bag:
+        assert bag.get_message_count() == stopped.messages
+        stamps = [stamp for _, _, stamp in bag.read_messages()]
+    assert stamps == sorted(stamps)
+    assert "messages" in ros.shell("rosbag", "info", stopped.path)
+
+
+def test_topics_that_appear_later_and_latched_ones_are_recorded(
+    ros: Ros, recorder: tuple[Any, Any, Any]
+) -> None:
+    """The configuration in force is in each bag, whenever the recording starts."""
+    _, start, stop = recorder
+    ros.publisher("twin_controller/configuration", String, subscribers=0, latch=True).publish(
+        "configured"
+    )
+    paths = []
+    for name in ("first.bag", "second.bag"):
+        assert start(path=name).success
+        late = ros.publisher("experiment/marker", String, subscribers=1)
+        late.publish("start it")
+        time.sleep(0.2)  # the message is on its way
+        paths.append(stop().path)
+        late.unregister()
+    for path in paths:
+        with rosbag.Bag(path) as bag:
+            said = {
+                topic: message.data
+                for topic, message, _ in bag.read_messages()
+                if message._type == "std_msgs/String"
+            }
+        assert said == {
+            ros.name("twin_controller/configuration"): "configured",
+            ros.name("experiment/marker"): "start it",
+        }
+
+
+def test_a_killed_recorder_loses_at_most_a_fifth_of_a_second(
+    ros: Ros,
+) -> None:
+    """What was received 0.2 s before kill -9 can be read after our reader has repaired a copy."""
+    # A recorder and a recording of its own each time: the scene may be played again.
+    node, start, _ = start_node(ros)
+    publisher = ros.publisher("twin/joint_states", JointState, subscribers=0)
+    path = Path(start().path)
+    with joint_states(publisher) as sent:
+        ros.wait_until(lambda: len(sent) >= 400, 10.0, "400 messages")
+        killed = rospy.get_rostime().to_sec()
+        node.signal(signal.SIGKILL)
+        node.wait(5.0)
+    before = path.read_bytes()
+    with open_bag(path) as bag:
+        kept = [message.position[0] for _, message in bag.messages("twin/joint_states")]
+    due = [i for i, at in enumerate(sent) if at <= killed - 0.2]
+    assert kept == [float(i) for i in range(len(kept))]
+    assert len(kept) >= len(due) > 100
+    assert path.read_bytes() == before, "the original is left alone"
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_recorder_that_is_asked_to_end_closes_its_bag(ros: Ros, number: signal.Signals) -> None:
+    """Ctrl-C during a recording leaves a complete bag and no error."""
+    node, start, _ = start_node(ros)
+    publisher = ros.publisher("twin/joint_states", JointState, subscribers=0)
+    path = start().path
+    assert Path(path).parent.parent == ros.folder and path.endswith("/run.bag")
+    with joint_states(publisher) as sent:
+        ros.wait_until(lambda: len(sent) >= 50, 10.0, "50 messages")
+    time.sleep(0.2)  # the last message is on its way
+    node.signal(number)
+    node.wait(10.0)
+    assert "Traceback" not in node.output
+    assert len(numbers(path, ros.name("twin/joint_states"))) == len(sent)
+
+
+def test_a_full_disk_is_an_error_on_diagnostics_and_no_crash(ros: Ros) -> None:
+    """The recording ends, the reason is shown and answered by stop, the node lives on."""
+    node, start, stop = start_node(ros, min_free_mb=1e6)
+    said = ros.collect("/diagnostics", DiagnosticArray)
+    assert start(path="run.bag").success
+
+    def error() -> list[str]:
+        return [
+            s.message
+            for m in list(said)
+            for s in m.status
+            if s.name == ros.name("recorder") and s.level == 2
+        ]
+
+    assert "MB free on the disk" in ros.wait_until(error, 5.0, "an ERROR")[0]
+    stopped = stop()
+    assert not stopped.success and "MB free on the disk" in stopped.message
+    assert node.poll() is None
+    assert start(path="other.bag").success
+
+
+def test_wrong_calls_are_refused_with_a_reason(ros: Ros, recorder: tuple[Any, Any, Any]) -> None:
+    """Nothing is overwritten and nothing stops twice."""
+    _, start, stop = recorder
+    assert stop().message == "not recording"
+    assert start(path="run.bag").success
+    assert start(path="other.bag").message == "already recording"
+    assert stop().success
+    again = start(path="run.bag")
+    assert not again.success and "File exists" in again.message
+
+
+@pytest.mark.parametrize("wrong", ["/tmp/stolen.bag", "../stolen.bag", "a/../../stolen.bag"])
+def test_nothing_is_written_outside_the_runs_folder(
+    ros: Ros, recorder: tuple[Any, Any, Any], wrong: str
+) -> None:
+    """Whoever may call the service may not fill any place of the disk."""
+    _, start, stop = recorder
+    refused = start(path=wrong)
+    assert not refused.success
+    assert f"recordings go into {ros.folder} only" in refused.message
+    assert stop().message == "not recording"
+    assert start(path=str(ros.folder / "inside" / "run.bag")).success
+
+
+def test_an_old_recording_makes_room_and_that_is_said(ros: Ros) -> None:
+    """The log and /diagnostics say what was removed; an experiment's recording stays."""
+    for name in ("old", "experiment"):
+        folder = ros.folder / name
+        folder.mkdir()
+        (folder / "run.bag").write_bytes(b"x" * 2_000_000)
+        (folder / "run.removable").write_text("")
+        for file in folder.iterdir():
+            os.utime(file, (1e9, 1e9))
+    (ros.folder / "experiment" / "run.removable").unlink()
+    said = ros.collect("/diagnostics", DiagnosticArray)
+    node, _, _ = start_node(ros, runs_limit_mb=1.0)
+
+    def told() -> list[str]:
+        return [
+            s.message
+            for m in list(said)
+            for s in m.status
+            if s.name == ros.name("recorder")
+            and {"key": "runs_removed", "value": "1"}
+            in [{"key": v.key, "value": v.value} for v in s.values]
+        ]
+
+    assert "nothing in it may be removed" in ros.wait_until(told, 10.0, "the diagnostics")[-1]
+    ros.wait_until(lambda: f"removed {ros.folder}/old/run.bag" in node.output, 5.0, "the log line")
+    assert not (ros.folder / "old").exists()
+    assert (ros.folder / "experiment" / "run.bag").exists()
+
+
+def test_a_wrong_file_ends_the_node_with_one_line(ros: Ros) -> None:
+    """File, key, value and what is allowed, exit code 2."""
+    (ros.folder / "experiments.yaml").write_text(
+        CONFIG.format(min_free_mb=-1.0, runs_limit_mb=1000.0)
+    )
+    node = ros.run("cell_recorder", "recorder", f"_config_dir:={ros.folder}")
+    assert node.wait(20.0) == 2
+    assert "recorder.min_free_mb = -1.0: Expected `float` >= 0.0" in node.output

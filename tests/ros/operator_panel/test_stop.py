@@ -1,0 +1,138 @@
+"""STOP from the page gets through whatever else fails, or the page says so in time.
+
+The twin controller is a bare service, so that it can stand still and live on without a master.
+"""
+
+from __future__ import annotations
+
+import json
+import signal
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from harness.processes import Process, free_port, wait_until
+from harness.ros import Ros
+from harness.wires.browser import chromium
+from harness.wires.command_service import NAME, CommandService
+from harness.wires.operator_page import Panel, heard
+from playwright.sync_api import Page, expect
+from websockets.sync.client import ClientConnection
+
+IN_TIME_S = 0.5
+
+
+class Cell:
+    """A master of its own, a twin controller and the panel, which have found each other."""
+
+    def __init__(self, ros: Ros) -> None:
+        """Start them."""
+        port = free_port()
+        uri = f"http://127.0.0.1:{port}"
+        self.ros = ros
+        self.master: Process = ros.stage.start(
+            "rosmaster", "--core", "-p", str(port), env={"ROS_MASTER_URI": uri}
+        )
+        self.panel = Panel(ros, env={"ROS_MASTER_URI": uri})
+        self.controller = CommandService()
+        wait_until(lambda: self._registered(uri), 20.0, "the master")
+        with self.panel.live() as live:
+            wait_until(lambda: "no_stop" not in heard(live, "frame"), 20.0, "a tested line")
+
+    def _registered(self, uri: str) -> bool:
+        try:
+            self.controller.register(uri, self.ros.name(NAME))
+        except OSError:
+            return False
+        return True
+
+
+@pytest.fixture
+def cell(ros: Ros) -> Iterator[Cell]:
+    """Give a cell of its own."""
+    made = Cell(ros)
+    yield made
+    if made.master.poll() is None:
+        made.master.signal(signal.SIGCONT)
+    made.controller.close()
+
+
+def stopped(live: ClientConnection, command: str = "STOP", press: int = 1) -> tuple[bool, float]:
+    """Press; return whether it was confirmed, and after which time something was said."""
+    begun = time.monotonic()
+    live.send(json.dumps({"stop": command, "press": press}))
+    answer = heard(live, "stopped")
+    assert (answer["command"], answer["press"]) == (command, press)
+    return answer["confirmed"], time.monotonic() - begun
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
+def test_first_stop_of_a_viewer_gets_through_without_a_master(
+    cell: Cell, number: signal.Signals
+) -> None:
+    """Killed or standing still: nobody is asked where the controller is."""
+    with cell.panel.live() as viewer:
+        cell.master.signal(number)
+        confirmed, after = stopped(viewer)
+        assert confirmed and after < IN_TIME_S
+        confirmed, after = stopped(viewer, "ESTOP")
+        assert confirmed and after < IN_TIME_S
+    assert cell.controller.heard == ["STOP", "ESTOP"]
+
+
+def test_stop_that_is_not_answered_is_said_in_time_and_the_line_goes_on(cell: Cell) -> None:
+    """What is let go is heard meanwhile; the late answer is told too."""
+    with cell.panel.live(cell.panel.enter()) as live:
+        cell.controller.answers.clear()
+        for press in (1, 2):
+            confirmed, after = stopped(live, press=press)
+            assert not confirmed and after < IN_TIME_S
+        live.send('{"hold": 1, "joint": "joint_1", "direction": 1, "percent": 3}')
+        assert heard(live, "refused")["press"] == 1
+        cell.controller.answers.set()
+        assert heard(live, "stopped")["confirmed"]
+
+
+@pytest.fixture
+def viewer(cell: Cell, tmp_path: Path) -> Iterator[Page]:
+    """Give the page of somebody without a token, in a browser."""
+    with chromium(tmp_path) as browser:
+        page = browser.new_page(viewport={"width": 1280, "height": 720})
+        page.goto(f"http://127.0.0.1:{cell.panel.port}/")
+        expect(page.locator("[data-panel].shown")).to_be_visible(timeout=30_000)
+        yield page
+
+
+def test_page_shows_at_a_fixed_place_what_became_of_a_stop(cell: Cell, viewer: Page) -> None:
+    """Button, then Escape; where it is not confirmed, the whole width says what to do."""
+    place = viewer.locator('[data-stop-answer="STOP"]')
+    banner = viewer.locator(".banner-no-stop")
+    before = place.bounding_box()
+    viewer.get_by_role("button", name="STOP", exact=True).click()
+    expect(place).to_have_text("confirmed")
+    expect(banner).to_be_hidden()
+    cell.controller.answers.clear()
+    viewer.keyboard.press("Escape")
+    expect(place).to_have_text("not confirmed")
+    expect(banner).to_contain_text("STOP not confirmed: use the stop at the robot")
+    width = viewer.evaluate("document.querySelector('.banner-no-stop').offsetWidth")
+    assert width == viewer.evaluate("document.documentElement.clientWidth")
+    cell.controller.answers.set()
+    expect(place).to_have_text("confirmed")
+    expect(banner).to_be_hidden()
+    cell.controller.close()
+    expect(banner).to_contain_text("STOP does not get through from here")
+    assert place.bounding_box() == before
+    assert cell.controller.heard == ["STOP", "STOP"]
+
+
+def test_page_whose_server_stands_still_says_so_itself(cell: Cell, viewer: Page) -> None:
+    """The browser's own clock runs: nothing is awaited in vain."""
+    cell.panel.process.signal(signal.SIGSTOP)
+    try:
+        viewer.keyboard.press("Space")
+        expect(viewer.locator('[data-stop-answer="STOP"]')).to_have_text("not confirmed")
+        expect(viewer.locator(".banner:visible").first).to_contain_text("use the stop at the robot")
+    finally:
+        cell.panel.process.signal(signal.SIGCONT)

@@ -1,0 +1,59 @@
+"""Groups of tests and their order."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from harness.running import shared
+from harness.running.lanes import SHARED, group_of, is_live, place
+from harness.workspace import ROOT
+
+
+def test_the_longest_groups_begin_first() -> None:
+    """A worker that gets the longest one last keeps the others waiting."""
+    names = (
+        "tests/unit/twin_controller/core/test_step.py::test_a",
+        "tests/virtual_time/test_figures.py::test_a",
+        "tests/contract/test_urdf.py::test_a",
+    )
+    places = [place(name) for name in names]
+    assert places == sorted(places) and len({number for number, _ in places}) == len(names)
+
+
+def test_what_has_processes_is_live() -> None:
+    """Only a live test may be played again."""
+    assert is_live("tests/system/faults/test_links.py::test_a[real]")
+    assert is_live("tests/ros/test_gateway.py::test_a")
+    assert not is_live("tests/virtual_time/test_stops.py::test_a")
+
+
+def test_tests_of_a_shared_cell_are_one_group() -> None:
+    """Else one of its workers would start a second cell."""
+    for file, group in SHARED.items():
+        assert (ROOT / file).is_file()
+        assert group_of(f"{file}::test_a[x::y]") == group
+
+
+def test_a_file_of_its_own_is_a_group() -> None:
+    """Its module fixtures are made once."""
+    assert group_of("tests/ros/test_gateway.py::test_a") == "tests/ros/test_gateway.py"
+
+
+def test_what_is_shared_is_made_once_and_ended_once() -> None:
+    """The next group gets a new one."""
+    ended: list[int] = []
+
+    @contextmanager
+    def thing() -> Iterator[object]:
+        yield object()
+        ended.append(1)
+
+    first = shared.shared("thing of this test", thing)
+    assert shared.shared("thing of this test", thing) is first and not ended
+    shared.close()
+    assert ended == [1]
+    shared.close()
+    assert ended == [1]
+    assert shared.shared("thing of this test", thing) is not first
+    shared.close()

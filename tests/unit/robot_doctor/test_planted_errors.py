@@ -1,0 +1,257 @@
+"""The doctor finds what is wrong with a profile, says where, and what to do."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import struct
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import pytest
+from harness.workspace import ROOT
+from harness.yaml_files import REMOVED, changed_yaml, copy_configuration
+from robot_doctor.examine import examine
+from robot_doctor.finding import Finding, Group, Level
+from robot_doctor.io.profile_files import read_profile
+from robot_doctor.link_checks import Answer, Nudge, check_answers, check_nudge
+from scara_config import load_robot
+from scara_config.modbus_map import load_modbus_map
+from twin_controller.config import load_twin_controller
+
+CONFIG = ROOT / "config"
+ROBOT = load_robot(CONFIG)
+LAYOUT = load_modbus_map(CONFIG)
+CONTROLLER = load_twin_controller(ROBOT, CONFIG)
+Keys = list[str | int]
+SWAPPED = msgspec.structs.replace(LAYOUT, word_order="high_first")
+RADIANS = {"lower_deg": -2.583, "upper_deg": 2.583, "velocity_deg_s": 7.68}
+
+
+def wrongs(findings: Any) -> list[Finding]:
+    """Return what is wrong."""
+    return [finding for finding in findings if finding.level is Level.WRONG]
+
+
+@pytest.mark.parametrize(
+    ("file", "path", "value", "group", "text"),
+    [
+        (
+            "robot.yaml",
+            ["joints", 1, "screw_axis"],
+            [0, 0, -1, 0, 0.35, 0],
+            Group.SIMULATION,
+            "joint_2: the sign of its axis",
+        ),
+        (
+            "robot.yaml",
+            ["joints", 0],
+            RADIANS,
+            Group.ROBOT,
+            r"joint_1: limits \[-2.583, 2.583\] deg at 7.68 deg/s look like rad",
+        ),
+        (
+            "robot.yaml",
+            ["joints", 0, "upper_deg"],
+            170.0,
+            Group.SIMULATION,
+            "joint_1: upper 170 deg is beyond the URDF's 148",
+        ),
+        (
+            "robot.yaml",
+            ["geometry", "l1_mm"],
+            340.0,
+            Group.ROBOT,
+            r"geometry and screw axes differ by up to 10 mm",
+        ),
+        (
+            "robot.yaml",
+            ["positions_m", "P2"],
+            [0.61, 0.36, 0.1],
+            Group.ROBOT,
+            r"positions_m\.P2: .*outside the reach",
+        ),
+        (
+            "robot.yaml",
+            ["home_pose", 2, 3],
+            0.0,
+            Group.SIMULATION,
+            "home_pose is 160 mm from the URDF's tool0",
+        ),
+        (
+            "robot.yaml",
+            ["joints", 4, "axis_number"],
+            4,
+            Group.ROBOT,
+            "axis_number 4 occurs more than once",
+        ),
+        (
+            "modbus_map.yaml",
+            ["holding_registers", "velocity", "address"],
+            1015,
+            Group.REGISTERS,
+            "velocity.*: overlaps|overlaps",
+        ),
+        (
+            "modbus_map.yaml",
+            ["holding_registers", "heartbeat"],
+            REMOVED,
+            Group.REGISTERS,
+            "heartbeat: is missing",
+        ),
+        (
+            "modbus_map.yaml",
+            ["holding_registers", "position", "unit"],
+            "rad",
+            Group.REGISTERS,
+            "position has unit 'rad'",
+        ),
+        (
+            "modbus_map.yaml",
+            ["holding_registers", "position", "write"],
+            True,
+            Group.REGISTERS,
+            "position has write: true",
+        ),
+        (
+            "modbus_map.yaml",
+            ["holding_registers", "stream_speed", "write"],
+            False,
+            Group.REGISTERS,
+            "stream_speed: must be",
+        ),
+        (
+            "modbus_map.yaml",
+            ["discrete_inputs", "sysrdy"],
+            REMOVED,
+            Group.REGISTERS,
+            "discrete_inputs.sysrdy: is missing",
+        ),
+        (
+            "pid_gains.yaml",
+            ["joint_3"],
+            REMOVED,
+            Group.SIMULATION,
+            "pid_gains.yaml: joint_3 is missing",
+        ),
+        (
+            "programs/article.yaml",
+            ["positions", "P3", "joint_1_deg"],
+            160.0,
+            Group.ROBOT,
+            r"P3.joint_1_deg = 160 is outside",
+        ),
+    ],
+    ids=lambda value: value if isinstance(value, str) and value.islower() else "",
+)
+def test_a_planted_error_is_found_with_advice(
+    tmp_path: Path, file: str, path: Keys, value: Any, group: Group, text: str
+) -> None:
+    """One error, at least one finding in its group that names it.
+
+    Each wrong one says what to do.
+    """
+    folder = copy_configuration(tmp_path)
+    if isinstance(value, dict):
+        for key, number in value.items():
+            changed_yaml(folder / file, (folder / file).parent, [*path, key], number)
+    else:
+        changed_yaml(folder / file, (folder / file).parent, path, value)
+    found = wrongs(examine(read_profile(folder)))
+    assert all(finding.advice for finding in found)
+    assert any(finding.group is group and re.search(text, finding.what) for finding in found), found
+
+
+@pytest.mark.parametrize("file", ["robot.yaml", "modbus_map.yaml", "pid_gains.yaml"])
+def test_a_missing_file_is_to_be_written_where_the_robot_has_its_own(
+    tmp_path: Path, file: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A new robot's folder lacks files at first; nothing is there yet that could be corrected."""
+    shutil.copytree(CONFIG, tmp_path / "config")
+    own = tmp_path / "config" / "robots" / ROBOT.name / file
+    own.unlink()
+    (finding,) = wrongs(
+        item for item in examine(read_profile(tmp_path / "config")) if file in item.advice
+    )
+    assert str(own) in finding.what
+    assert finding.advice.startswith(f"write {file}:")
+
+
+def float_words(values: list[float]) -> list[int]:
+    """Return float32 words, low word first."""
+    return list(struct.unpack(f"<{2 * len(values)}H", struct.pack(f"<{len(values)}f", *values)))
+
+
+SIGNALS = (True, True) + (False,) * (max(b.address for b in LAYOUT.discrete_inputs.values()) - 6002)
+"""CMDENBL and SYSRDY, and all others off."""
+
+
+def answers(rate: float = 1.0, **changed: Any) -> list[Answer]:
+    """Return two seconds of answers of a robot at home whose clock runs at ``rate``."""
+    found = []
+    for k in range(200):
+        now = 50.0 + 0.01 * k
+        clock = 1_000_000 + round(10.0 * k * rate)
+        words = float_words(changed.get("position", [0.0, 0.0, -160.0, 0.0, 0.0, 0, 0, 0, 0])) + [
+            1,
+            clock & 0xFFFF,
+            clock >> 16,
+        ]
+        words += float_words([0.0] * 9) + [0, 0, 0, 0, 100]
+        found.append(Answer(now, now + changed.get("trip", 0.0005), tuple(words), SIGNALS))
+    return found
+
+
+def test_answers_of_a_healthy_robot_are_fine() -> None:
+    """Round trip, rate, clock and renewal."""
+    found = list(check_answers(ROBOT, LAYOUT, answers(), CONTROLLER))
+    assert [finding.level for finding in found] == [Level.FINE] * 3
+    assert "100 answers a second" in found[0].what and "rate 1.0" in found[1].what
+
+
+@pytest.mark.parametrize(
+    ("change", "text", "advice"),
+    [
+        (
+            lambda: (msgspec.structs.replace(LAYOUT, word_order="high_first"), answers()),
+            "with low_first it runs",
+            "word_order: low",
+        ),
+        (lambda: (LAYOUT, answers(rate=0.001)), "clock runs 0.001", "in ms"),
+        (lambda: (LAYOUT, answers(rate=0.0)), "clock does not run", "in ms"),
+        (
+            lambda: (LAYOUT, answers(position=[0.0, 0.0, 160.0] + [0.0] * 6)),
+            "joint_3 = 160.0 mm is outside",
+            "correct scale",
+        ),
+        (lambda: (LAYOUT, answers(trip=0.2)), "round trip 200.00 ms", "real.timeout_ms = 70"),
+    ],
+    ids=["word order", "clock in s", "clock stands", "wrong sign", "slow network"],
+)
+def test_a_wrong_link_is_found(change: Callable[[], Any], text: str, advice: str) -> None:
+    """What only the robot's answers show."""
+    layout, given = change()
+    found = wrongs(check_answers(ROBOT, layout, given, CONTROLLER))
+    assert any(text in finding.what and advice in finding.advice for finding in found), found
+
+
+@pytest.mark.parametrize(
+    ("moved", "speed", "text"),
+    [
+        ({"joint_1": 0.0087}, 0.02, ""),
+        ({"joint_1": -0.0087}, -0.02, "opposite signs"),
+        ({"joint_1": 0.0}, 0.0, "does not follow"),
+        ({"joint_1": 0.5}, 1.0, "different units"),
+        ({"joint_1": 0.0, "joint_2": 0.0087}, 0.0, "axis_number"),
+        ({"joint_1": 0.0087}, -0.02, "sign of velocity"),
+    ],
+)
+def test_a_joint_that_goes_elsewhere_is_found(
+    moved: dict[str, float], speed: float, text: str
+) -> None:
+    """Sign, unit, axis and speed of a hair's way."""
+    still = dict.fromkeys([joint.name for joint in ROBOT.twin_joints], 0.0)
+    finding = check_nudge(Nudge("joint_1", 0.00873, {**still, **moved}, speed), ROBOT.twin_joints)
+    assert (finding.level is Level.FINE) == (text == "") and text in finding.advice

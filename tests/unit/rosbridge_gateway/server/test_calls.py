@@ -1,0 +1,166 @@
+"""Service calls, from a client and to one."""
+
+from __future__ import annotations
+
+from concurrent.futures import Future
+from typing import Any
+
+import pytest
+from harness.opponents.graph_and_clients import DEADLINE, Cell, MakeCell
+from harness.processes import wait_until
+from rosbridge_gateway.io.graph import GraphError
+
+
+def test_time_is_answered_at_once(cell: Cell) -> None:
+    """The clock probe takes no way through the ROS graph."""
+    answer = cell.client().ask(op="call_service", id="1", service="/rosapi/get_time")
+    assert answer == {
+        "op": "service_response",
+        "id": "1",
+        "service": "/rosapi/get_time",
+        "result": True,
+        "values": {"time": {"secs": 12, "nsecs": 34}},
+    }
+
+
+def test_other_rosapi_services_answer_or_say_that_they_are_not_offered(cell: Cell) -> None:
+    """What is missing is said, not left unanswered."""
+    client = cell.client()
+    answer = client.ask(op="call_service", service="rosapi/topic_type", args={"topic": "/clock"})
+    assert answer["values"] == {"type": "rosgraph_msgs/Clock"}
+    answer = client.ask(op="call_service", service="/rosapi/get_param", args={})
+    assert (answer["result"], answer["values"]) == (
+        False,
+        "/rosapi/get_param is not offered by this gateway",
+    )
+
+
+def test_running_call_holds_up_nobody(cell: Cell) -> None:
+    """A move_to of seconds: its caller and all others are served meanwhile."""
+    mover, other = cell.client(), cell.client()
+    mover.say(op="call_service", id="m", service="move_to", args={"x": 0.5}, timeout=7)
+    call = cell.graph.calls.get(timeout=DEADLINE)
+    assert (call.args, call.timeout) == ({"x": 0.5}, 7.0)
+    assert mover.time()["result"] and other.time()["result"]
+    call.end.put({"success": True})
+    assert mover.hear() == {
+        "op": "service_response",
+        "id": "m",
+        "service": "move_to",
+        "result": True,
+        "values": {"success": True},
+    }
+
+
+def test_call_is_made_in_the_name_of_role_and_address(cell: Cell) -> None:
+    """Who is called can tell one client from another, in an audit too."""
+    client = cell.client("?token=drive")
+    client.say(op="call_service", service="s")
+    call = cell.graph.calls.get(timeout=DEADLINE)
+    address, port = client.line.sock.getsockname()
+    assert call.caller == f"operator@{address}:{port}"
+
+
+@pytest.mark.parametrize(
+    ("outcome", "text"),
+    [
+        (GraphError("service /cell/s does not exist"), "service /cell/s does not exist"),
+        (KeyError("bug"), "KeyError('bug')"),
+    ],
+)
+def test_failed_call_is_answered_with_its_reason(cell: Cell, outcome: Exception, text: str) -> None:
+    """The answer has result false and the reason as values."""
+    client = cell.client()
+    client.say(op="call_service", id="c", service="s")
+    cell.graph.calls.get(timeout=DEADLINE).end.put(outcome)
+    answer = client.hear()
+    assert (answer["id"], answer["result"]) == ("c", False) and text in answer["values"]
+
+
+@pytest.mark.parametrize(("asked", "given"), [(None, 60.0), (0, 60.0), (5.0, 5.0), (10_000, 600.0)])
+def test_time_out_of_a_call_is_bounded(cell: Cell, asked: float | None, given: float) -> None:
+    """The caller may choose within service_timeout_max."""
+    cell.client().say(op="call_service", service="s", timeout=asked)
+    assert cell.graph.calls.get(timeout=DEADLINE).timeout == given
+
+
+def test_calls_are_limited_per_client_and_together(make_cell: MakeCell) -> None:
+    """More is refused at once, with the numbers; a finished call makes room."""
+    cell = make_cell(limits={"calls_per_client": 2, "calls": 3})
+    first, second = cell.client(), cell.client()
+    first.say(op="call_service", service="s")
+    first.say(op="call_service", service="s")
+    answer = first.ask(op="call_service", service="s")
+    assert not answer["result"] and answer["values"].startswith(
+        "2 of 2 calls of this client and 2 of 3 calls of all run"
+    )
+    second.say(op="call_service", service="s")
+    assert "3 of 3 calls of all" in second.ask(op="call_service", service="s")["values"]
+    calls = [cell.graph.calls.get(timeout=DEADLINE) for _ in range(3)]
+    calls[0].end.put({})
+    assert first.hear()["result"]
+    wait_until(lambda: cell.server.statistics().calls == 2, DEADLINE)
+    first.say(op="call_service", id="again", service="s")
+    cell.graph.calls.get(timeout=DEADLINE).end.put({})
+    assert first.hear()["id"] == "again"
+
+
+def ask_client(cell: Cell, args: dict[str, Any]) -> Future[dict[str, Any]]:
+    """Ask as a ROS node would that calls the client's service."""
+    return cell.graph.asks["/cell/s"](args)
+
+
+def test_client_answers_a_service_that_it_advertised(cell: Cell) -> None:
+    """call_service goes to the client, service_response back.
+
+    Without an id the oldest question is meant.
+    """
+    client = cell.client()
+    client.say(op="advertise_service", service="s", type="std_srvs/SetBool")
+    client.time()
+    for with_id in (True, False):
+        future = ask_client(cell, {"data": True})
+        question = client.hear()
+        assert (
+            question["op"] == "call_service"
+            and question["service"] == "s"
+            and question["args"] == {"data": True}
+        )
+        identity = {"id": question["id"]} if with_id else {}
+        client.say(
+            op="service_response", service="s", result=True, values={"success": True}, **identity
+        )
+        assert future.result(DEADLINE) == {"success": True}
+
+
+def test_failure_of_a_client_service_is_handed_on(cell: Cell) -> None:
+    """Its reason reaches the ROS caller."""
+    client = cell.client()
+    client.say(op="advertise_service", service="s", type="std_srvs/SetBool")
+    client.time()
+    future = ask_client(cell, {})
+    client.say(
+        op="service_response", id=client.hear()["id"], service="s", result=False, values="no mood"
+    )
+    with pytest.raises(GraphError, match="s failed: 'no mood'"):
+        future.result(DEADLINE)
+
+
+def test_response_that_nobody_waits_for_is_refused(cell: Cell) -> None:
+    """Counted and said."""
+    answer = cell.client().ask(op="service_response", id="x", service="s", result=True, values={})
+    assert answer["msg"] == "no call of s waits for a response with id 'x'"
+
+
+def test_question_to_a_client_that_goes_fails(cell: Cell) -> None:
+    """A ROS caller does not wait for a client that has gone."""
+    client = cell.client()
+    client.say(op="advertise_service", service="s", type="std_srvs/SetBool")
+    client.time()
+    future = ask_client(cell, {})
+    client.hear()
+    client.line.close()
+    with pytest.raises(GraphError, match="the client that answers s has gone"):
+        future.result(DEADLINE)
+    with pytest.raises(GraphError, match="the client that answers s has gone"):
+        ask_client(cell, {}).result(DEADLINE)

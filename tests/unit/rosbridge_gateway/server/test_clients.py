@@ -1,0 +1,122 @@
+"""Clients that stall, fall silent or go, and the end of the gateway."""
+
+from __future__ import annotations
+
+import socket
+import threading
+import time
+from pathlib import Path
+
+import pytest
+import websocket
+from harness.opponents.graph_and_clients import DEADLINE, Cell, MakeCell
+from harness.processes import wait_until
+
+
+def test_client_that_goes_leaves_nothing_in_the_graph(cell: Cell) -> None:
+    """Subscriptions, publishers, services and running calls end with it."""
+    client = cell.client()
+    client.say(op="subscribe", topic="a", type="T")
+    client.say(op="advertise", topic="b", type="T")
+    client.say(op="advertise_service", service="s", type="T")
+    client.say(op="call_service", service="slow")
+    call = cell.graph.calls.get(timeout=DEADLINE)
+    client.line.close()
+    assert call.cancelled.wait(DEADLINE)
+    done = [cell.graph.done.get(timeout=DEADLINE) for _ in range(6)]
+    assert set(done[3:]) == {
+        ("unsubscribe", 1, "/cell/a"),
+        ("unadvertise", 1, "/cell/b"),
+        ("unadvertise_service", 1, "/cell/s"),
+    }
+    wait_until(lambda: cell.server.statistics().clients == 0, DEADLINE)
+    assert cell.server.listeners == {}
+
+
+def resident_bytes() -> int:
+    """Return this process's memory."""
+    return int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1]) * 4096
+
+
+def test_stalled_reader_costs_bounded_memory_and_disturbs_nobody(make_cell: MakeCell) -> None:
+    """200 MB for a client that reads nothing: memory stays, the other client misses nothing."""
+    cell = make_cell(stall_timeout=60.0)
+    stalled = cell.client(sockopt=[(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)])
+    reader = cell.client()
+    for client in (stalled, reader):
+        client.say(op="subscribe", topic="big", type="T")
+        client.time()
+    reader.say(op="subscribe", topic="small", type="T", queue_length=1000)
+    reader.time()
+    before = resident_bytes()
+    for number in range(2000):
+        cell.server.deliver("/cell/big", b'{"data":"' + b"x" * 100_000 + b'"}', 1)
+        cell.server.deliver("/cell/small", b'{"data":%d}' % number)
+        assert reader.hear()["msg"] == {"data": number}
+    assert resident_bytes() - before < 30_000_000
+    assert cell.server.statistics().dropped > 1900
+    assert reader.time()["result"]
+
+
+def test_stalled_reader_is_dropped(make_cell: MakeCell) -> None:
+    """Its connection ends with the reason; the others stay."""
+    cell = make_cell(stall_timeout=0.5)
+    stalled = cell.client(sockopt=[(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)])
+    stalled.say(op="subscribe", topic="big", type="T")
+    stalled.time()
+    reader = cell.client()
+    for _ in range(200):
+        cell.server.deliver("/cell/big", b'{"data":"' + b"x" * 100_000 + b'"}', 1)
+    wait_until(lambda: any("left: took nothing for 0.5 s" in line for line in cell.log), DEADLINE)
+    assert reader.time()["result"]
+
+
+def test_client_that_takes_no_answers_is_dropped(make_cell: MakeCell) -> None:
+    """Answers wait in a bounded queue; only a client that reads nothing can fill it."""
+    cell = make_cell(
+        limits={"waiting_answers": 100, "packets_per_second": 10**6, "packets_burst": 10**6},
+        stall_timeout=60.0,
+    )
+    client = cell.client(sockopt=[(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)])
+    with pytest.raises((OSError, websocket.WebSocketException)):
+        for _ in range(20_000):
+            client.say(op="dance", id="x" * 1000)
+    wait_until(
+        lambda: any("left: 100 answers wait and are not taken" in line for line in cell.log),
+        DEADLINE,
+    )
+
+
+def test_silent_client_is_found(make_cell: MakeCell) -> None:
+    """A client that answers no ping is dropped after ping_interval + ping_timeout."""
+    cell = make_cell(ping_interval=0.1, ping_timeout=0.1)
+    cell.client()
+    wait_until(
+        lambda: any("left: no answer to a ping within 0.1 s" in line for line in cell.log), DEADLINE
+    )
+
+
+def test_client_that_only_sends_is_not_silent(make_cell: MakeCell) -> None:
+    """A script that publishes and never reads leaves pings unanswered, but it is alive."""
+    cell = make_cell(ping_interval=0.2, ping_timeout=0.4)
+    client = cell.client()
+    end = time.monotonic() + 1.5
+    while time.monotonic() < end:
+        client.say(op="publish", topic="t", msg={})
+        threading.Event().wait(0.01)
+    assert cell.server.statistics().clients == 1
+
+
+def test_end_sends_close_frames_and_leaves_no_thread(make_cell: MakeCell) -> None:
+    """Clients hear a proper goodbye, a running call does not keep the gateway."""
+    before = set(threading.enumerate())
+    cell = make_cell()
+    client = cell.client()
+    client.say(op="call_service", service="slow")
+    cell.graph.calls.get(timeout=DEADLINE)
+    stopping = threading.Thread(target=cell.server.stop)
+    stopping.start()
+    opcode, data = client.line.recv_data()
+    assert opcode == websocket.ABNF.OPCODE_CLOSE and data == b"\x03\xe9the gateway ends"
+    stopping.join(DEADLINE)
+    assert set(threading.enumerate()) <= before

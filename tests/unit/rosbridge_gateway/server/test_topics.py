@@ -1,0 +1,100 @@
+"""Topics and packets: what reaches the graph, what the clients, and what is refused."""
+
+from __future__ import annotations
+
+import pytest
+from harness.opponents.graph_and_clients import DEADLINE, Cell
+
+
+def test_message_goes_to_each_subscriber_under_the_name_it_used(cell: Cell) -> None:
+    """One delivery, several clients, relative and absolute names."""
+    relative, absolute, other = cell.client(), cell.client(), cell.client()
+    for client, topic in ((relative, "t"), (absolute, "/cell/t"), (other, "u")):
+        client.say(op="subscribe", topic=topic, type="std_msgs/String")
+        client.time()
+    cell.server.deliver("/cell/t", b'{"data":"x"}')
+    assert relative.hear() == {"op": "publish", "topic": "t", "msg": {"data": "x"}}
+    assert absolute.hear() == {"op": "publish", "topic": "/cell/t", "msg": {"data": "x"}}
+    assert other.time()["op"] == "service_response"
+
+
+def test_publish_reaches_the_graph_in_order(cell: Cell) -> None:
+    """An unadvertised topic is advertised first, with the type that the graph knows."""
+    client = cell.client()
+    for number in range(3):
+        client.say(op="publish", topic="t", msg={"data": number})
+    assert cell.graph.done.get(timeout=DEADLINE) == ("advertise", 1, "/cell/t", None, False, 100)
+    for number in range(3):
+        assert cell.graph.done.get(timeout=DEADLINE) == ("publish", 1, "/cell/t", {"data": number})
+
+
+def test_options_of_advertise_reach_the_graph(cell: Cell) -> None:
+    """Latch and queue_size are the client's to choose."""
+    cell.client().say(op="advertise", topic="t", type="std_msgs/String", latch=True, queue_size=5)
+    assert cell.graph.done.get(timeout=DEADLINE) == (
+        "advertise",
+        1,
+        "/cell/t",
+        "std_msgs/String",
+        True,
+        5,
+    )
+
+
+def test_what_the_graph_refuses_is_answered(cell: Cell) -> None:
+    """The reason comes as a status with the packet's id."""
+    client = cell.client()
+    answer = client.ask(op="publish", id="p", topic="t", msg={"data": "refuse"})
+    assert answer == {
+        "op": "status",
+        "id": "p",
+        "level": "error",
+        "msg": "data = 'refuse': allowed: anything else",
+    }
+    answer = client.ask(op="subscribe", id="s", topic="unknown")
+    assert answer["msg"] == "the type of /cell/unknown is not known"
+    assert (
+        client.ask(op="unsubscribe", id="u", topic="unknown")["msg"]
+        == "/cell/unknown is not subscribed"
+    )
+
+
+def test_error_in_the_gateway_is_answered_counted_and_logged(cell: Cell) -> None:
+    """A bug costs one packet, not the client, and is not hidden."""
+    client = cell.client()
+    assert (
+        "error in the gateway: KeyError('a bug')"
+        in client.ask(op="publish", topic="t", msg={"data": "break"})["msg"]
+    )
+    assert client.time()["result"]
+    assert cell.server.statistics().errors == 1 and any("a bug" in line for line in cell.log)
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        "{",
+        "\x00",
+        "[" * 100 + "]" * 100,
+        '{"op":"dance"}',
+        '{"op":"publish","topic":5}',
+        "x" * 2_000_000,
+    ],
+)
+def test_bad_packet_is_answered_and_the_session_lives_on(cell: Cell, data: str) -> None:
+    """Bad JSON, wrong types, too deep, too long."""
+    client = cell.client()
+    client.line.send(data)
+    answer = client.hear()
+    assert (answer["op"], answer["level"]) == ("status", "error")
+    assert client.time()["result"]
+    assert cell.server.statistics().refused == 1
+
+
+def test_binary_frame_with_json_is_understood(cell: Cell) -> None:
+    """Some clients send text as binary; broken UTF-8 is a bad packet."""
+    client = cell.client()
+    client.line.send_binary(b'{"op":"call_service","service":"/rosapi/get_time"}')
+    assert client.hear()["result"]
+    client.line.send_binary(b'{"op":"status","level":"info","msg":"\xff"}')
+    assert client.hear()["level"] == "error"

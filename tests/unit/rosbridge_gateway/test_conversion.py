@@ -1,0 +1,231 @@
+"""ROS messages to JSON and back."""
+
+from __future__ import annotations
+
+import io
+import math
+from typing import Any
+
+import msgspec
+import pytest
+import roslib.message
+from geometry_msgs.msg import PoseWithCovariance
+from hypothesis import given
+from hypothesis import strategies as st
+from rosbridge_gateway.protocol.conversion import ConversionError, Converters
+from sensor_msgs.msg import Image, JointState
+from std_msgs.msg import (
+    Bool,
+    ByteMultiArray,
+    Duration,
+    Empty,
+    Float32,
+    Float64,
+    Int8,
+    String,
+    Time,
+    UInt8,
+    UInt64,
+)
+
+from scara_msgs.msg import CoreInput, TwinControllerState
+from scara_msgs.srv import MoveToRequest
+
+CONVERTERS = Converters(roslib.message.get_message_class)
+
+
+def values_of(message: Any) -> Any:
+    """Return what a client gets to see, by way of the JSON text."""
+    return msgspec.json.decode(
+        msgspec.json.encode(CONVERTERS.by_class(type(message)).to_values(message))
+    )
+
+
+def message_of(kind: type[Any], values: Any) -> Any:
+    """Return the message of a client's values, after ROS's own serialisation."""
+    message = CONVERTERS.by_class(kind).to_message(values)
+    return reread(message)
+
+
+def reread(message: Any) -> Any:
+    """Serialise and read back a message."""
+    buffer = io.BytesIO()
+    message.serialize(buffer)
+    return type(message)().deserialize(buffer.getvalue())
+
+
+finite = st.floats(allow_nan=False, allow_infinity=False)
+
+
+@given(
+    st.lists(finite),
+    st.lists(st.text(st.characters(codec="utf-8"))),
+    st.integers(0, 2**32 - 1),
+    st.integers(0, 999_999_999),
+)
+def test_joint_state_survives_both_ways(
+    position: list[float], name: list[str], secs: int, nsecs: int
+) -> None:
+    """To JSON, back, and through ROS's serialisation: the same message."""
+    message = JointState(name=name, position=position)
+    message.header.stamp.secs, message.header.stamp.nsecs = secs, nsecs
+    assert message_of(JointState, values_of(reread(message))) == reread(message)
+
+
+def test_nested_messages_survive_both_ways() -> None:
+    """Arrays of messages, strings and numbers inside each other."""
+    values = {
+        "mode": "IDLE",
+        "name": ["joint_1"],
+        "deviation": [0.25],
+        "diverged": True,
+        "links": [{"name": "real", "connected": True, "age": 0.5, "samples": 3}, {"name": "twin"}],
+    }
+    message = message_of(TwinControllerState, values)
+    assert [link.name for link in message.links] == ["real", "twin"]
+    assert message.links[0].samples == 3 and message.links[1].samples == 0
+    assert message_of(TwinControllerState, values_of(message)) == message
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+def test_what_json_cannot_say_is_null_on_the_wire(value: float) -> None:
+    """NaN and infinities leave as null, in fields and arrays."""
+    assert values_of(Float64(value)) == {"data": None}
+    assert values_of(JointState(position=[1.0, value]))["position"] == [1.0, None]
+
+
+def test_null_comes_in_as_nan() -> None:
+    """A null is NaN for every float field."""
+    assert math.isnan(message_of(Float64, {"data": None}).data)
+    assert math.isnan(message_of(Float32, {"data": None}).data)
+    assert math.isnan(message_of(JointState, {"position": [None]}).position[0])
+
+
+def test_bytes_are_base64_both_ways() -> None:
+    """Arrays of uint8 are base64 text; a list of numbers is understood too."""
+    message = reread(Image(data=bytes([0, 127, 255])))
+    assert values_of(message)["data"] == "AH//"
+    assert message_of(Image, {"data": "AH//"}).data == b"\x00\x7f\xff"
+    assert message_of(Image, {"data": [0, 127, 255]}).data == b"\x00\x7f\xff"
+    assert values_of(reread(CoreInput(data=b"\x01")))["data"] == "AQ=="
+
+
+def test_times_are_seconds_and_nanoseconds() -> None:
+    """They go as {secs, nsecs}; a missing part is 0."""
+    assert values_of(message_of(Time, {"data": {"secs": 5}})) == {"data": {"secs": 5, "nsecs": 0}}
+    assert values_of(message_of(Duration, {"data": {"secs": -5, "nsecs": 1}})) == {
+        "data": {"secs": -5, "nsecs": 1}
+    }
+
+
+def test_missing_fields_keep_their_defaults() -> None:
+    """A caller names what it means, the rest is ROS's default."""
+    request = message_of(MoveToRequest, {"x": 0.51, "y": 0.16})
+    assert (request.x, request.y, request.z, request.speed_percent, request.elbow) == (
+        0.51,
+        0.16,
+        0.0,
+        0.0,
+        "",
+    )
+
+
+def test_arguments_may_be_a_list_in_field_order() -> None:
+    """A call of rosbridge may have positional arguments."""
+    assert message_of(MoveToRequest, [0.5, 0.1, 0.0, 10.0, "lefty"]).elbow == "lefty"
+    assert message_of(MoveToRequest, None) == MoveToRequest()
+
+
+def test_integers_are_numbers_too() -> None:
+    """JavaScript writes 1 for 1.0."""
+    assert message_of(Float64, {"data": 1}).data == 1.0
+
+
+def test_message_without_fields_is_an_empty_object() -> None:
+    """Such as std_msgs/Empty."""
+    assert values_of(Empty()) == {} and message_of(Empty, {}) == Empty()
+
+
+@pytest.mark.parametrize(
+    ("kind", "values", "text"),
+    [
+        (String, {"dta": "x"}, "dta: unknown field: allowed: data"),
+        (
+            JointState,
+            {"header": {"stamp": {"sec": 1}}},
+            r"header.stamp = \{'sec': 1\}: allowed: an object with secs, nsecs",
+        ),
+        (
+            JointState,
+            {"header": {"frame": ""}},
+            "header.frame: unknown field: allowed: seq, stamp, frame_id",
+        ),
+        (JointState, {"position": [1.0, "2"]}, r"position\[1\] = '2': allowed: a number within"),
+        (JointState, {"position": [True]}, r"position\[0\] = True: allowed: a number"),
+        (JointState, {"position": 1.0}, "position = 1.0: allowed: an array"),
+        (JointState, {"name": [None]}, r"name\[0\] = None: allowed: a text"),
+        (
+            JointState,
+            [1],
+            "1 values for the fields header, name, position, velocity, effort: allowed: 5",
+        ),
+        (JointState, "x", "message = 'x': allowed: an object with header, name"),
+        (
+            TwinControllerState,
+            {"links": [{}, {"samples": -1}]},
+            r"links\[1\].samples = -1: allowed: an integer 0..4294967295",
+        ),
+        (
+            PoseWithCovariance,
+            {"covariance": [0.0] * 35},
+            "covariance = .*: allowed: an array of 36",
+        ),
+        (Int8, {"data": 128}, "data = 128: allowed: an integer -128..127"),
+        (UInt8, {"data": -1}, "data = -1: allowed: an integer 0..255"),
+        (UInt8, {"data": 1.0}, "data = 1.0: allowed: an integer"),
+        (UInt8, {"data": True}, "data = True: allowed: an integer"),
+        (UInt64, {"data": 2**64}, "allowed: an integer 0..18446744073709551615"),
+        (ByteMultiArray, {"data": [200]}, r"data\[0\] = 200: allowed: an integer -128..127"),
+        (Float32, {"data": 1e39}, r"data = 1e\+39: allowed: a number within \+-3.403e\+38 or null"),
+        (Float64, {"data": 10**400}, "allowed: a number within"),
+        (Bool, {"data": 1}, "data = 1: allowed: true or false"),
+        (Time, {"data": {"secs": -1}}, "data.secs = -1: allowed: an integer 0..4294967295"),
+        (
+            Time,
+            {"data": {"nsecs": 10**9}},
+            "data.nsecs = 1000000000: allowed: an integer 0..999999999",
+        ),
+        (Image, {"data": "=="}, "data = '==': allowed: base64 text"),
+        (Image, {"data": [256]}, r"data\[0\] = 256: allowed: an integer 0..255"),
+    ],
+)
+def test_what_does_not_fit_is_refused_with_its_path(
+    kind: type[Any], values: Any, text: str
+) -> None:
+    """A refusal names where in the message, what came and what is allowed."""
+    with pytest.raises(ConversionError, match=text):
+        CONVERTERS.by_class(kind).to_message(values)
+
+
+@pytest.mark.parametrize("name", ["no_such_package/Type", "std_msgs/NoSuchType", "JustAName", ""])
+def test_unknown_type_is_refused_by_name(name: str) -> None:
+    """A type that no package here has."""
+    with pytest.raises(ConversionError, match=f"unknown type '{name}'"):
+        CONVERTERS.by_name(name)
+
+
+def test_converter_is_compiled_once() -> None:
+    """Conversion of a stream does not look at types again."""
+    assert CONVERTERS.by_name("sensor_msgs/JointState") is CONVERTERS.by_class(JointState)
+
+
+def test_fixed_byte_array_counts() -> None:
+    """A fixed count holds for base64 too."""
+
+    class Fixed:
+        __slots__ = ["data"]
+        _slot_types = ("uint8[4]",)
+        _type = "test/Fixed"
+
+    with pytest.raises(ConversionError, match="data has 3 bytes: allowed: 4"):
+        CONVERTERS.by_class(Fixed).to_message({"data": "AH//"})

@@ -1,0 +1,351 @@
+"""One client's session: what it may do, what it is answered, what is counted."""
+
+from __future__ import annotations
+
+import json
+import re
+from typing import Any
+
+import msgspec
+import pytest
+from msgspec import UNSET
+from rosbridge_gateway.config import Limits, Reserved, Role
+from rosbridge_gateway.protocol import packets
+from rosbridge_gateway.protocol.packets import ServiceResponse, Status
+from rosbridge_gateway.protocol.roles import Roles
+from rosbridge_gateway.protocol.session import Request, Session
+
+LIMITS = Limits(
+    packet_bytes=2000,
+    nesting=10,
+    clients=2,
+    topics_per_client=2,
+    services_per_client=1,
+    packets_per_second=10,
+    packets_burst=1000,
+    calls_per_client=2,
+    calls=2,
+    waiting_answers=10,
+    send_buffer_bytes=1024,
+)
+NOTHING = Reserved(publish=[], shared=[], advertise_service=[])
+ROLES = {
+    "viewer": Role(
+        *("", None, 0),
+        publish=[],
+        subscribe=["/*"],
+        call_service=["/rosapi/*", "why"],
+        advertise_service=[],
+    ),
+    "operator": Role(
+        *("", None, 0),
+        publish=["/*"],
+        subscribe=["/*"],
+        call_service=["/*"],
+        advertise_service=["/*"],
+    ),
+}
+
+
+def session(role: str = "operator", **limits: int) -> Session:
+    """Return a session in namespace /cell."""
+    return Session(
+        role,
+        Roles(ROLES, NOTHING, "/cell"),
+        "/cell",
+        msgspec.structs.replace(LIMITS, **limits),
+        now=0.0,
+    )
+
+
+def say(to: Session, now: float = 0.0, **packet: Any) -> Request | packets.Packet | None:
+    """Send a packet to a session."""
+    return to.receive(json.dumps(packet).encode(), now)
+
+
+@pytest.mark.parametrize(
+    ("written", "resolved"),
+    [("twin/joint_states", "/cell/twin/joint_states"), ("/clock", "/clock")],
+)
+def test_name_is_resolved_in_the_gateways_namespace(written: str, resolved: str) -> None:
+    """Names without a leading slash are relative."""
+    request = say(session(), op="subscribe", topic=written)
+    assert isinstance(request, Request) and request.name == resolved
+
+
+@pytest.mark.parametrize(
+    "name", ["", "/", "a b", "~private", "a//b", "a/", "/ä", "a\n", "x" * 3 + "-", "a;b"]
+)
+def test_illegal_name_is_refused(name: str) -> None:
+    """What ROS does not allow as a name does not reach it."""
+    answer = say(session(), op="subscribe", id="1", topic=name)
+    assert answer == Status(id="1", level="error", msg=f"{name!r} is no legal ROS name")
+
+
+def test_bad_packet_is_answered_and_survived() -> None:
+    """The session lives on, the refusal is counted."""
+    client = session()
+    answer = client.receive(b'{"op":"dance","id":"a"}', 0.0)
+    assert (
+        isinstance(answer, Status)
+        and answer.level == "error"
+        and answer.id == "a"
+        and "dance" in answer.msg
+    )
+    assert isinstance(say(client, op="subscribe", topic="t"), Request)
+    assert (client.counters.received, client.counters.refused) == (2, 1)
+
+
+@pytest.mark.parametrize(
+    ("packet", "allowed"),
+    [
+        ({"op": "subscribe", "topic": "t"}, True),
+        ({"op": "call_service", "service": "/rosapi/get_time"}, True),
+        ({"op": "call_service", "service": "why"}, True),
+        ({"op": "call_service", "service": "/why"}, False),
+        ({"op": "call_service", "service": "move_to"}, False),
+        ({"op": "publish", "topic": "motion_command", "msg": {}}, False),
+        ({"op": "advertise", "topic": "motion_command", "type": "T"}, False),
+        ({"op": "advertise_service", "service": "s", "type": "T"}, False),
+    ],
+)
+def test_viewer_sees_but_moves_nothing(packet: dict[str, Any], allowed: bool) -> None:
+    """Rights are patterns per role; what no pattern names is denied."""
+    answer = say(session("viewer"), id="1", **packet)
+    if allowed:
+        assert isinstance(answer, Request)
+    else:
+        assert isinstance(answer, ServiceResponse if packet["op"] == "call_service" else Status)
+        text = answer.values if isinstance(answer, ServiceResponse) else answer.msg
+        assert text.startswith(f"role viewer may not {packet['op']} /") and answer.id == "1"
+
+
+def test_unknown_role_may_do_nothing() -> None:
+    """Denied by default."""
+    answer = say(session(""), op="subscribe", topic="t")
+    assert isinstance(answer, Status) and answer.msg == "role none may not subscribe /cell/t"
+
+
+@pytest.mark.parametrize(
+    ("op", "right"),
+    [
+        ("unsubscribe", "subscribe"),
+        ("unadvertise", "publish"),
+        ("unadvertise_service", "advertise_service"),
+        ("service_response", "advertise_service"),
+    ],
+)
+def test_each_operation_needs_a_right(op: str, right: str) -> None:
+    """Whoever may not begin something may not end it or answer for it either.
+
+    An operation without a right is denied.
+    """
+    none: dict[str, list[str]] = {
+        "publish": [],
+        "subscribe": [],
+        "call_service": [],
+        "advertise_service": [],
+    }
+    one, other = (Role("", None, 0, **none | more) for more in ({right: ["/t"]}, {}))
+    roles = Roles({"one": one, "none": other}, NOTHING, "/")
+    assert roles.authorise("one", op, "/t") is None
+    assert roles.authorise("one", op, "/u") == f"role one may not {op} /u"
+    assert roles.authorise("none", op, "/t") == f"role none may not {op} /t"
+    assert roles.authorise("one", "dance", "/t") == "role one may not dance /t"
+
+
+def test_refused_call_is_answered_as_a_call() -> None:
+    """A caller waits for a service_response, never for a status."""
+    client = session("viewer")
+    answer = say(client, op="call_service", id="c", service="move_to", args={})
+    assert answer == ServiceResponse(
+        id="c",
+        service="move_to",
+        result=False,
+        values="role viewer may not call_service /cell/move_to",
+    )
+
+
+CALL = b'{"op":"call_service","id":"a","service":"/x",'
+
+
+@pytest.mark.parametrize("level", ["error", "none"])
+@pytest.mark.parametrize(
+    ("data", "text", "packet_id", "service"),
+    [
+        (CALL + b'"args":5}', "Expected `object | array | null`, got `int`", "a", "/x"),
+        (CALL + b'"timeout":-1}', ">= 0.0", "a", "/x"),
+        (CALL + b'"args":{"x":NaN}}', "no valid JSON", "a", "/x"),
+        (CALL + b'"args":{"x":1', "no valid JSON", "a", "/x"),
+        (CALL + b'"args":' + b"[" * 10 + b"]" * 10 + b"}", "deeper than the allowed 10", "a", "/x"),
+        (
+            CALL + b'"args":' + b"[" * 900 + b"]" * 900 + b"}",
+            "deeper than the allowed 10",
+            "a",
+            "/x",
+        ),
+        (CALL + b'"args":"' + b"y" * 2000 + b'"}', "longer than the allowed 2000", "a", "/x"),
+        (
+            b'{"args":"' + b"y" * 9000 + b'",' + CALL[1:-1] + b"}",
+            "longer than the allowed 2000",
+            "a",
+            "/x",
+        ),
+        (b'{"op":"call_service","id":"a"}', "missing required field `service`", "a", ""),
+        (b'{"op":"call_service","id":7,"service":5}', r"- at `\$.service`", 7, ""),
+        (b'{"op":"call_service","id":1.5,"service":"/x"}', r"- at `\$.id`", UNSET, "/x"),
+    ],
+)
+def test_malformed_call_is_answered_as_a_call(
+    data: bytes, text: str, packet_id: str, service: str, level: str
+) -> None:
+    """Whoever calls gets an answer with a reason, also who wants no remarks."""
+    client = session()
+    say(client, op="set_level", level=level)
+    answer = client.receive(data, 0.0)
+    assert isinstance(answer, ServiceResponse) and (answer.id, answer.service, answer.result) == (
+        packet_id,
+        service,
+        False,
+    )
+    assert re.search(text, answer.values) and client.counters.refused == 1
+
+
+def test_malformed_call_over_the_rate_is_answered() -> None:
+    """Nobody waits in vain, however fast he sends."""
+    client = session(packets_burst=1)
+    answers = [client.receive(CALL + b'"args":5}', 0.0) for _ in range(3)]
+    assert all(isinstance(answer, ServiceResponse) and answer.id == "a" for answer in answers)
+    assert "more than 10" in answers[-1].values and client.counters.refused == 3  # type: ignore[union-attr]
+
+
+@pytest.mark.parametrize(
+    ("packet", "text"),
+    [
+        (
+            {"op": "subscribe", "topic": "t", "compression": "png"},
+            "compression 'png' is not supported: allowed: none",
+        ),
+        ({"op": "unsubscribe", "topic": "t"}, "/cell/t is not subscribed"),
+        ({"op": "unadvertise", "topic": "t"}, "/cell/t is not advertised"),
+        ({"op": "unadvertise_service", "service": "s"}, "/cell/s is not advertised as a service"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(packet: dict[str, Any], text: str) -> None:
+    """The reason says why."""
+    answer = say(session(), **packet)
+    assert isinstance(answer, Status) and answer.msg == text
+
+
+def test_topics_and_services_of_a_client_are_limited() -> None:
+    """One client cannot fill the graph; what it has already may be repeated."""
+    client = session()
+    for topic in ("a", "b"):
+        request = say(client, op="subscribe", topic=topic)
+        assert isinstance(request, Request) and isinstance(request.packet, packets.Subscribe)
+        client.subscribed(request.name, request.packet)
+        client.advertised(f"/cell/{topic}", UNSET)
+    client.provides("/cell/s", True)
+    for packet, text in (
+        ({"op": "subscribe", "topic": "c"}, "2 subscribed topics: allowed: 2"),
+        ({"op": "advertise", "topic": "c", "type": "T"}, "2 advertised topics: allowed: 2"),
+        (
+            {"op": "advertise_service", "service": "r", "type": "T"},
+            "1 advertised services: allowed: 1",
+        ),
+    ):
+        answer = say(client, **packet)
+        assert isinstance(answer, Status) and answer.msg == text
+    assert isinstance(say(client, op="subscribe", topic="b"), Request)
+
+
+def test_too_many_packets_are_refused_with_one_remark_a_second() -> None:
+    """The rate limit does not answer a flood with a flood."""
+    client = session(packets_burst=5)
+    answers = [say(client, now=0.001 * k, op="publish", topic="t", msg={}) for k in range(105)]
+    assert sum(isinstance(answer, Request) for answer in answers) == 6
+    remarks = [answer for answer in answers if isinstance(answer, Status)]
+    assert len(remarks) == 1 and "more than 10 packets a second" in remarks[0].msg
+    assert client.counters.over_rate == 99
+    assert isinstance(say(client, now=2.0, op="publish", topic="t", msg={}), Request)
+
+
+def test_what_came_too_fast_is_told_to_the_audit() -> None:
+    """What was not performed is told with its reason."""
+    client = session(packets_burst=1)
+    for _ in range(5):
+        say(client, op="publish", topic="motion_command", msg={"command": 1})
+    (entry,) = client.take_entries()
+    assert (entry.what, entry.success) == (
+        'publish motion_command {"command":1}',
+        False,
+    ) and "more than 10" in entry.outcome
+    assert client.take_entries() == []
+
+
+def test_call_over_the_rate_is_answered() -> None:
+    """Nobody waits in vain."""
+    client = session(packets_burst=1)
+    say(client, op="publish", topic="t", msg={})
+    answer = say(client, op="call_service", id="c", service="s")
+    assert (
+        isinstance(answer, ServiceResponse)
+        and not answer.result
+        and "more than 10" in answer.values
+    )
+
+
+def test_bad_packets_count_for_the_rate() -> None:
+    """A flood of rubbish is not answered one by one."""
+    client = session(packets_burst=3)
+    answers = [client.receive(b"{", 0.0) for _ in range(50)]
+    assert sum(answer is not None for answer in answers) == 4
+
+
+@pytest.mark.parametrize(
+    ("level", "answered"), [("info", True), ("warning", True), ("error", True), ("none", False)]
+)
+def test_set_level_decides_which_remarks_come(level: str, answered: bool) -> None:
+    """Errors are sent unless the client wants none."""
+    client = session()
+    assert say(client, op="set_level", level=level) is None
+    assert (say(client, op="unsubscribe", topic="t") is not None) == answered
+
+
+def test_status_of_a_client_is_heard_in_silence() -> None:
+    """A remark needs no answer, or two sides would remark for ever."""
+    assert say(session(), op="status", level="error", msg="x") is None
+
+
+def test_subscriptions_with_ids_end_one_by_one() -> None:
+    """The topic is left when its last id goes; the most demanding wish counts."""
+    client = session()
+    assert client.subscribed("/t", packets.Subscribe(id="a", topic="t", throttle_rate=100)) == (
+        0.1,
+        0,
+    )
+    assert client.subscribed(
+        "/t", packets.Subscribe(id="b", topic="t", throttle_rate=20, queue_length=5)
+    ) == (0.02, 5)
+    assert not client.unsubscribed("/t", "b")
+    assert client.wishes("/t") == (0.1, 0)
+    assert not client.unsubscribed("/t", "unknown")
+    assert client.unsubscribed("/t", "a") and client.subscriptions == ()
+    assert not client.unsubscribed("/t", "a")
+
+
+def test_unsubscribe_without_an_id_ends_all() -> None:
+    """As rosbridge has it."""
+    client = session()
+    for packet_id in ("a", "b"):
+        client.subscribed("/t", packets.Subscribe(id=packet_id, topic="t"))
+    assert client.unsubscribed("/t", UNSET)
+
+
+def test_advertisements_end_one_by_one_or_all() -> None:
+    """The publisher is closed when no id is left."""
+    client = session()
+    client.advertised("/t", "a")
+    client.advertised("/t", "b")
+    assert client.is_advertised("/t") and not client.unadvertised("/t", "a")
+    assert client.unadvertised("/t", UNSET) and client.advertisements == ()

@@ -1,0 +1,374 @@
+"""Goals from acceptance to their end.
+
+Streamed through the real pose controller to joints that obey.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+
+import pytest
+from scara_config import load_robot
+from scara_control.config import load_motion
+from scara_control.errors import ScaraControlError
+from scara_control.joint_motion import JointMotion, Setpoints
+from scara_control.motion.commands import Command
+from scara_control.motion.pose_control import PoseController
+from scara_control.trajectory.execution import Ended
+from scara_control.trajectory.goal import Code, Goal, GoalError
+from scara_control.trajectory.goal_queue import BLOCKING, GoalQueue
+
+
+def waypoint(time, q, qdot=(), qddot=()):
+    """Make a point of a goal, due ``time`` after its start."""
+    return JointMotion(q, qdot, qddot, time)
+
+
+ROBOT, CONFIG = load_robot(), load_motion()
+NAMES = tuple(joint.name for joint in ROBOT.twin_joints)
+HERE = (0.1, 0.2, -0.1, 0.0)
+THERE = (0.5, 0.6, -0.05, 0.3)
+ZERO = (0.0,) * 4
+GOAL = Goal(NAMES, (waypoint(1.0, THERE),))
+
+
+class Bench:
+    """Queue, pose controller and joints that are at once at their set points (plus ``off``).
+
+    In virtual time.
+    """
+
+    def __init__(self) -> None:
+        """Stand at HERE."""
+        self.now = 100.0
+        self.desk = GoalQueue(ROBOT.twin_joints, CONFIG)
+        self.pose = PoseController(ROBOT, CONFIG, self.now)
+        self.q, self.off, self.deaf = HERE, ZERO, False
+        self.ended: list[tuple[object, Ended]] = []
+        self.begun: list[object] = []
+        self.rejected: list[tuple[object, GoalError]] = []
+        self.trace: list[tuple[float, tuple[float, ...]]] = []
+        self.mode = ""
+        self.refused = 0
+        self.step()
+
+    def step(self) -> None:
+        """Let one period pass."""
+        self.now = round(self.now + CONFIG.period, 6)
+        measured = JointMotion.measured(
+            tuple(a + b for a, b in zip(self.q, self.off)), ZERO, self.now
+        )
+        self.desk.measure(measured)
+        self.pose.measure(measured)
+        packet = self.pose.tick(self.now)
+        report = self.pose.report(self.now)
+        self.desk.hear_motion(report.state, report.message, report.speed_limit_percent)
+        if self.mode:
+            self.desk.hear_mode(self.mode, "because", self.now)
+        turn = self.desk.tick(self.now)
+        if turn.packet is not None and not self.deaf:
+            try:
+                self.pose.follow(turn.packet, self.now)
+            except ScaraControlError:
+                self.refused += 1
+            else:
+                self.obey(turn.packet)
+        elif packet is not None:
+            self.obey(packet)
+        if turn.end_stream:
+            self.pose.end_follow()
+        self.ended += turn.ended
+        self.begun += turn.begun
+        self.rejected += turn.rejected
+        self.trace.append((self.now, self.q))
+
+    def obey(self, packet: Setpoints) -> None:
+        """Put the named joints where the packet's first point is."""
+        wanted = dict(zip(packet.names, packet.points[0].q))
+        self.q = tuple(wanted.get(name, q) for name, q in zip(NAMES, self.q))
+
+    def run(self, duration: float) -> None:
+        """Let time pass."""
+        for _ in range(round(duration / CONFIG.period)):
+            self.step()
+
+    def until_ended(self, count: int = 1) -> Ended:
+        """Let time pass until so many goals have ended; return how the last one did."""
+        for _ in range(2000):
+            if len(self.ended) >= count:
+                return self.ended[-1][1]
+            self.step()
+        raise AssertionError(f"not ended: {self.pose.report(self.now)}")
+
+
+@pytest.fixture
+def bench() -> Bench:
+    """Return a bench at rest."""
+    return Bench()
+
+
+def test_a_goal_is_streamed_to_its_end_and_succeeds(bench: Bench) -> None:
+    """The joints are at the last point, the stream is ended, the pose controller is free again."""
+    assert bench.desk.accept("a", GOAL, bench.now)
+    bench.run(0.5)
+    assert bench.pose.report(bench.now).state == "following"
+    ended = bench.until_ended()
+    assert (ended.code, ended.cancelled) == (Code.SUCCESSFUL, False)
+    assert bench.q == pytest.approx(THERE, abs=1e-9)
+    assert bench.refused == 0
+    assert bench.desk.accept("b", Goal(NAMES, (waypoint(1.0, HERE),)), bench.now), (
+        "the twin is free at once"
+    )
+
+
+def test_a_goal_of_some_joints_leaves_the_others(bench: Bench) -> None:
+    """Only what is named moves."""
+    goal = Goal(("joint_2",), (waypoint(1.0, (0.6,)),))
+    bench.desk.accept("a", goal, bench.now)
+    bench.run(0.3)
+    feedback = bench.desk.feedback()
+    assert (
+        feedback is not None
+        and feedback[1].names == ("joint_2",)
+        and len(feedback[1].desired.q) == 1
+    )
+    assert bench.until_ended().code is Code.SUCCESSFUL
+    assert bench.q == pytest.approx((HERE[0], 0.6, *HERE[2:]), abs=1e-9)
+
+
+def test_the_cap_stretches_the_time_base(bench: Bench) -> None:
+    """At a quarter of the peak speed the same way takes about four times as long."""
+    bench.desk.accept("a", GOAL, bench.now)
+    peak = (
+        max(
+            abs(b - a) / 0.5333 / joint.velocity
+            for a, b, joint in zip(HERE, THERE, ROBOT.twin_joints)
+        )
+        * 100.0
+    )
+    bench.pose.limit_speed(max(1.0, 0.25 * peak))
+    begin = bench.now
+    bench.until_ended()
+    taken = bench.now - begin
+    assert taken == pytest.approx(
+        1.0 * peak / max(1.0, 0.25 * peak) + CONFIG.move.announce, rel=0.1
+    )
+
+
+def test_pause_freezes_on_the_path_and_resume_goes_on(bench: Bench) -> None:
+    """Nothing moves while paused, and the goal still succeeds."""
+    bench.desk.accept("a", GOAL, bench.now)
+    bench.run(0.6)
+    bench.desk.command(Command.PAUSE)
+    bench.run(0.6)
+    held = bench.q
+    bench.run(0.5)
+    assert bench.q == held != THERE
+    bench.desk.command(Command.RESUME)
+    assert bench.until_ended().code is Code.SUCCESSFUL
+    assert bench.q == pytest.approx(THERE, abs=1e-9)
+
+
+def test_cancel_ramps_down_on_the_path(bench: Bench) -> None:
+    """No jump: the speed falls within the acceleration limits, the end lies on the way."""
+    bench.desk.accept("a", GOAL, bench.now)
+    bench.run(0.6)
+    bench.desk.cancel("a")
+    ended = bench.until_ended()
+    assert ended.cancelled and "cancelled" in ended.text
+    assert HERE[0] < bench.q[0] < THERE[0]
+    speeds = [(b[1][0] - a[1][0]) / CONFIG.period for a, b in pairwise(bench.trace)]
+    changes = [abs(b - a) / CONFIG.period for a, b in pairwise(speeds)]
+    assert max(changes) <= ROBOT.twin_joints[0].acceleration * 1.05
+
+
+@pytest.mark.parametrize("command", [Command.STOP, Command.ESTOP])
+def test_a_stop_aborts_the_goal_with_its_reason(bench: Bench, command: Command) -> None:
+    """The pose controller stops the joints, the client reads why."""
+    bench.desk.accept("a", GOAL, bench.now)
+    bench.run(0.6)
+    bench.pose.command(command, "somebody pressed it", bench.now)
+    ended = bench.until_ended()
+    assert ended.code is Code.INVALID_GOAL and not ended.cancelled
+    assert "somebody pressed it" in ended.text
+    bench.run(0.5)
+    if command is Command.ESTOP:
+        with pytest.raises(
+            GoalError, match=r"joint_pose_controller is estopped .*: RESET it first"
+        ):
+            bench.desk.accept("b", GOAL, bench.now)
+
+
+def test_a_goal_right_after_a_stop_waits_until_a_stream_is_listened_to_again(bench: Bench) -> None:
+    """After a STOP a stream must have paused, so that a late packet moves nothing.
+
+    The goal begins behind the pause.
+    """
+    bench.desk.accept("a", GOAL, bench.now)
+    bench.run(0.6)
+    bench.pose.command(Command.STOP, "", bench.now)
+    bench.until_ended()
+    while bench.pose.report(bench.now).state != "idle":
+        bench.step()
+    refused = bench.refused
+    assert not bench.desk.accept("b", GOAL, bench.now)
+    assert bench.until_ended(2).code is Code.SUCCESSFUL
+    assert bench.refused == refused and bench.begun == ["b"]
+
+
+def test_a_newer_goal_replaces_the_running_one(bench: Bench) -> None:
+    """The old one ramps down and is cancelled; the new one begins from there and succeeds."""
+    bench.desk.accept("a", GOAL, bench.now)
+    bench.run(0.5)
+    assert not bench.desk.accept("b", Goal(NAMES, (waypoint(1.5, HERE),)), bench.now)
+    with pytest.raises(GoalError, match="another goal is waiting"):
+        bench.desk.accept("c", GOAL, bench.now)
+    bench.until_ended(2)
+    assert [(key, ended.cancelled) for key, ended in bench.ended] == [("a", True), ("b", False)]
+    assert "replaced" in bench.ended[0][1].text and bench.begun == ["b"]
+    assert bench.q == pytest.approx(HERE, abs=1e-9)
+
+
+def test_a_waiting_goal_can_be_cancelled_before_it_begins(bench: Bench) -> None:
+    """It is gone at once; the running one ends as replaced."""
+    bench.desk.accept("a", GOAL, bench.now)
+    bench.run(0.5)
+    bench.desk.accept("b", Goal(NAMES, (waypoint(1.5, HERE),)), bench.now)
+    assert bench.desk.cancel("b")
+    bench.until_ended()
+    bench.run(1.0)
+    assert bench.begun == [] and len(bench.ended) == 1
+
+
+@pytest.mark.parametrize("mode", BLOCKING)
+def test_a_goal_is_rejected_while_the_twin_controller_does_something_else(
+    bench: Bench, mode: str
+) -> None:
+    """Stopped, in error, paused, or somebody else leads: the reason is the controller's."""
+    bench.mode = mode
+    bench.step()
+    with pytest.raises(GoalError, match=rf"the twin controller is in {mode} \(because\)"):
+        bench.desk.accept("a", GOAL, bench.now)
+
+
+@pytest.mark.parametrize("mode", ["IDLE", "STOPPED", "TWIN_LEADS"])
+def test_a_goal_is_accepted_in_the_other_modes(bench: Bench, mode: str) -> None:
+    """A new command leads out of STOPPED."""
+    bench.mode = mode
+    bench.step()
+    assert bench.desk.accept("a", GOAL, bench.now)
+
+
+def test_a_controller_that_fell_silent_blocks_nothing(bench: Bench) -> None:
+    """The twin can be moved without one."""
+    bench.mode = "FAULT"
+    bench.step()
+    bench.mode = ""
+    bench.run(CONFIG.trajectory.mode_timeout + 0.1)
+    assert bench.desk.accept("a", GOAL, bench.now)
+
+
+def test_the_end_is_held_while_the_controller_says_that_the_twin_leads(bench: Bench) -> None:
+    """A stream that ended earlier would count as a stop of the pair."""
+    bench.mode = "TWIN_LEADS"
+    bench.desk.accept("a", GOAL, bench.now)
+    bench.run(1.5)
+    assert bench.ended == [] and bench.q == pytest.approx(THERE, abs=1e-9)
+    assert bench.pose.report(bench.now).state == "following"
+    bench.mode = "IDLE"
+    bench.run(0.05)
+    assert bench.ended[0][1].code is Code.SUCCESSFUL
+
+
+def test_a_joint_off_the_path_aborts(bench: Bench) -> None:
+    """Beyond path_tolerance, named with joint and value."""
+    bench.desk.accept("a", replace(GOAL, path_tolerance=(("joint_2", 0.01),)), bench.now)
+    bench.run(0.5)
+    bench.off = (0.0, 0.02, 0.0, 0.0)
+    ended = bench.until_ended()
+    assert ended.code is Code.PATH_TOLERANCE_VIOLATED
+    assert "joint_2 is " in ended.text and "deg off the path, allowed 0.573" in ended.text
+
+
+def test_a_goal_that_is_not_reached_in_time_aborts(bench: Bench) -> None:
+    """Beyond goal_tolerance after goal_time_tolerance; a negative tolerance allows anything."""
+    bench.off = (0.0, 0.0, 0.001, 0.0)
+    bench.desk.accept("a", replace(GOAL, goal_time_tolerance=0.3), bench.now)
+    ended = bench.until_ended()
+    assert (
+        ended.code is Code.GOAL_TOLERANCE_VIOLATED
+        and "joint_3 is 1.000 mm from its goal" in ended.text
+    )
+    bench.run(0.3)
+    bench.desk.accept("b", replace(GOAL, goal_tolerance=(("joint_3", -1.0),)), bench.now)
+    assert bench.until_ended(2).code is Code.SUCCESSFUL
+
+
+def test_a_goal_is_rejected_before_the_pose_controller_has_spoken() -> None:
+    """Nobody would follow."""
+    desk = GoalQueue(ROBOT.twin_joints, CONFIG)
+    with pytest.raises(GoalError, match="joint_pose_controller has not said anything yet"):
+        desk.accept("a", GOAL, 1.0)
+
+
+def test_a_goal_is_rejected_while_a_move_runs(bench: Bench) -> None:
+    """One motion at a time."""
+    bench.pose.move(NAMES, THERE, 20.0, bench.now)
+    bench.run(0.05)
+    with pytest.raises(
+        GoalError, match="joint_pose_controller is announcing: wait, or STOP it first"
+    ):
+        bench.desk.accept("a", GOAL, bench.now)
+
+
+def test_a_pose_controller_that_does_not_follow_aborts_the_goal(bench: Bench) -> None:
+    """Its last words are the reason."""
+    bench.deaf = True
+    bench.desk.accept("a", GOAL, bench.now)
+    ended = bench.until_ended()
+    assert "joint_pose_controller does not follow: it is idle" in ended.text
+
+
+def test_joint_states_that_fail_to_come_abort_the_goal(bench: Bench) -> None:
+    """Nothing is driven blindly."""
+    bench.desk.accept("a", GOAL, bench.now)
+    bench.run(0.3)
+    late = bench.now + CONFIG.state_timeout + 0.1
+    assert bench.desk.tick(late).end_stream
+    bench.desk.hear_motion("idle", "", 100.0)
+    assert (
+        bench.desk.tick(late + 0.01).ended[0][1].text == "aborted: twin/joint_states fails to come"
+    )
+    with pytest.raises(GoalError, match="no fresh twin/joint_states"):
+        bench.desk.accept("b", GOAL, late)
+
+
+@pytest.mark.parametrize("command", [Command.STOP, Command.ESTOP, Command.PAUSE])
+def test_a_goal_that_waits_for_another_one_to_end_never_begins_after_a_stop(
+    bench: Bench, command: Command
+) -> None:
+    """B replaces A; STOP while A ramps down: B began 0.15 s after the STOP and ran to its end."""
+    bench.desk.accept("a", GOAL, bench.now)
+    bench.run(0.5)
+    assert not bench.desk.accept("b", Goal(NAMES, (waypoint(1.0, HERE),)), bench.now)
+    bench.step()
+    bench.pose.command(command, "test", bench.now)
+    bench.desk.command(command, "test")
+    bench.run(3.0)
+    assert bench.begun == []
+    key, error = bench.rejected[0]
+    assert key == "b" and str(error).startswith(f"cancelled by {command.name}: test, before it")
+    stood = bench.q
+    bench.run(1.0)
+    assert bench.q == stood
+
+
+def test_a_goal_that_the_pose_controller_has_not_seen_yet_ends_with_a_stop(bench: Bench) -> None:
+    """STOP comes milliseconds behind the goal: nothing moves, and the client is told."""
+    bench.desk.accept("a", GOAL, bench.now)
+    bench.pose.command(Command.STOP, "test", bench.now)
+    bench.desk.command(Command.STOP, "test")
+    bench.run(1.0)
+    assert bench.q == HERE
+    assert "aborted by STOP: test" in bench.ended[0][1].text

@@ -1,0 +1,124 @@
+"""Set points aim at where the leader is or is going to be."""
+
+from __future__ import annotations
+
+import msgspec
+import numpy as np
+import pytest
+from harness.pair import HOME, SETUP, Pair, ramp, shifted
+from harness.parts import changed
+from hypothesis import given
+from hypothesis import strategies as st
+from twin_controller.core.follow.real import stream_real, twin_ahead
+from twin_controller.core.follow.twin import close_gap, estimate_acceleration
+from twin_controller.core.sides.side import Sample
+
+replace = msgspec.structs.replace
+WIDE = (1e9,)
+
+
+@given(
+    coefficients=st.tuples(*[st.floats(-5.0, 5.0)] * 3),
+    steps=st.tuples(st.floats(0.005, 0.03), st.floats(0.005, 0.03)),
+)
+def test_acceleration_is_exact_for_velocities_of_second_order(
+    coefficients: tuple[float, ...], steps: tuple[float, float]
+) -> None:
+    """The slope at the newest sample of the parabola through three velocities."""
+    velocity = np.polynomial.Polynomial(coefficients)
+    times = (1.0, 1.0 + steps[0], 1.0 + steps[0] + steps[1])
+    history = tuple(Sample(t, (0.0,), (float(velocity(t)),)) for t in times)
+    assert estimate_acceleration(history, WIDE)[0] == pytest.approx(
+        velocity.deriv()(times[-1]), abs=1e-6
+    )
+
+
+@pytest.mark.parametrize(("samples", "expected"), [(0, 0.0), (1, 0.0), (2, 100.0), (3, 100.0)])
+def test_acceleration_needs_two_samples_and_is_bounded(samples: int, expected: float) -> None:
+    """A robot cannot accelerate faster than its joints' limits."""
+    history = tuple(Sample(0.01 * k, (0.0,), (1e6 * k,)) for k in range(samples))
+    assert estimate_acceleration(history, (100.0,)) == (expected,)
+    backwards = tuple(replace(sample, qdot=(-sample.qdot[0],)) for sample in history)
+    assert estimate_acceleration(backwards, (100.0,)) == (-expected,)
+
+
+def test_a_small_gap_is_closed_at_once_and_a_large_one_at_alignment_speed() -> None:
+    """What late detection leaves would else be carried through the whole motion."""
+    config = SETUP.config.align
+    small = close_gap(SETUP, tuple(0.9 * config.catch_up * scale for scale in SETUP.scale), 0.0)
+    assert small.duration <= config.catch_up_ms * 1e-3 + 1e-12
+    gap = tuple(20.0 * config.catch_up * scale for scale in SETUP.scale)
+    large = close_gap(SETUP, gap, 0.0)
+    slowest = max(1.875 * abs(g) / v for g, v in zip(gap, SETUP.align_speeds()))
+    assert large.duration == pytest.approx(slowest)
+
+
+def moving_pair() -> tuple[Pair, float]:
+    """Return a pair whose twin runs an announced move, and when that began."""
+    pair = Pair()
+    pair.connect()
+    pair.move_twin(ramp(HOME, shifted(HOME, 40.0), 1.0))
+    start = pair.now + pair.announce
+    pair.run(0.4)
+    return pair, start
+
+
+def test_the_twins_plan_tells_where_it_is_going_to_be() -> None:
+    """Within the plan's horizon the aim is where the path goes, not an extrapolation."""
+    pair, start = moving_pair()
+    for ahead in (0.0, 0.03, 0.08):
+        q = twin_ahead(SETUP, pair.state.sides.twin, pair.now + ahead)
+        path = ramp(HOME, shifted(HOME, 40.0), 1.0)(pair.now + ahead - start)
+        assert q == pytest.approx(path, abs=2e-4)
+
+
+def test_without_a_plan_the_twins_last_state_is_carried_on_but_not_far() -> None:
+    """Constant velocity, for 0.2 s at most; never back in time."""
+    pair, _ = moving_pair()
+    twin = replace(pair.state.sides.twin, plan=None)
+    last = twin.last
+    for local, ahead in ((last.t + 0.05, 0.05), (last.t + 5.0, 0.2), (last.t - 1.0, 0.0)):
+        q = twin_ahead(SETUP, twin, local)
+        assert q == pytest.approx(tuple(a + v * ahead for a, v in zip(last.q, last.qdot)))
+
+
+def test_a_plan_that_is_over_is_not_used() -> None:
+    """After its last row the twin's measured state counts."""
+    pair, _ = moving_pair()
+    twin = pair.state.sides.twin
+    assert twin.plan is not None
+    over = replace(twin, plan=replace(twin.plan, stamp=twin.plan.stamp - 1.0))
+    none = replace(twin, plan=None)
+    assert twin_ahead(SETUP, over, pair.now) == twin_ahead(SETUP, none, pair.now)
+
+
+def test_the_robots_own_limit_is_the_gates_whatever_its_override() -> None:
+    """R[2] times override gives 80 %, or all that the override leaves.
+
+    A robot at its limit could not catch up.
+    """
+    pair = Pair()
+    pair.connect()
+    pair.move_twin(ramp(HOME, shifted(HOME, 20.0), 2.0))
+    pair.run(0.6)
+    for override, expected in ((100.0, 80.0), (90.0, 800.0 / 9.0), (30.0, 100.0)):
+        follow = pair.state.follow
+        sides = changed(pair.state.sides, real__flags__override_percent=override)
+        streamed = stream_real(SETUP, follow.real, sides, follow.lag, 100.0, pair.now + 0.02)
+        assert streamed.rejected == ""
+        sent = {setpoint.speed_percent for setpoint in streamed.setpoints}
+        assert len(sent) == 1 and sent.pop() == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("border", [2.0, -2.0], ids=["above", "below"])
+@pytest.mark.parametrize("joint", range(4))
+def test_a_pair_apart_in_either_direction_is_not_aligned(joint: int, border: float) -> None:
+    """A twin that does not obey stays two degrees or millimetres off: the pair never gets ready."""
+    apart = tuple(border if k == joint else 0.0 for k in range(4))
+    pair = Pair(twin=shifted(HOME, *apart))
+    pair.take_follow = lambda action, now: None  # type: ignore[method-assign]
+    pair.link("real", True)
+    pair.link("twin", True)
+    pair.run(6.0)
+    assert "IDLE" not in {decision.mode_after for decision in pair.decisions()}
+    assert pair.decisions()[-1].mode_after == "ALIGNING"

@@ -1,0 +1,317 @@
+"""The state table is complete, says nothing twice, and keeps its promises in every mode."""
+
+from __future__ import annotations
+
+import ast
+from itertools import product
+
+import pytest
+from harness.workspace import ROOT
+from twin_controller.core.actions import Command
+from twin_controller.core.lead.modes import Mode, Trigger
+from twin_controller.core.lead.table import (
+    BOTH_STOP,
+    DEFAULTS,
+    LEADING,
+    RESUME_ROWS,
+    RESUMING,
+    ROWS,
+    Row,
+    look_up,
+)
+from twin_controller.core.lead.table_page import rows
+from twin_controller.core.lead.triggers import COMMANDS
+
+CORE = ROOT / "src" / "twin_controller" / "src" / "twin_controller" / "core"
+BEGINNINGS = {Command.BEGIN_ALIGN, Command.BEGIN_FOLLOW_TWIN, Command.BEGIN_STREAM}
+MOVING = BEGINNINGS | {
+    Command.MOVE_TWIN,
+    Command.START_STREAM,
+    Command.RELEASE_REAL,
+    Command.RESUME_TWIN,
+}
+OPERATORS = {Trigger[name] for name in COMMANDS} | {
+    Trigger.MOVE,
+    Trigger.MOVE_UNALIGNED,
+    Trigger.RESUME_BLOCKED,
+    Trigger.RESUME_HELD,
+    Trigger.RESUME_MOVED,
+    Trigger.RESET_BLOCKED,
+    Trigger.RESET_PRESSED,
+}
+FOLLOWS_TWIN = (Mode.TWIN_LEADS, Mode.OPERATOR_LEADS)
+ALL = [(mode, trigger, row) for mode in Mode for trigger, _, row in rows(mode)]
+
+
+def name(value: object) -> str:
+    """Return a short test id."""
+    return getattr(value, "name", "") or ""
+
+
+IN_EACH_MODE = pytest.mark.parametrize("mode", Mode, ids=name)
+
+
+@IN_EACH_MODE
+def test_every_pair_has_a_row(mode: Mode) -> None:
+    """Undefined pairs are impossible."""
+    for trigger, paused in product(Trigger, (None, *LEADING)):
+        assert isinstance(look_up(mode, trigger, paused), Row)
+
+
+def test_every_mode_and_every_trigger_is_in_the_tables() -> None:
+    """A new one cannot be forgotten."""
+    assert set(ROWS) == set(Mode)
+    assert set(DEFAULTS) == set(Trigger)
+
+
+@pytest.mark.parametrize(("trigger", "paused"), list(product(RESUMING, LEADING)), ids=name)
+def test_what_was_paused_comes_back(trigger: Trigger, paused: Mode) -> None:
+    """RESUME gives the lead back to whoever had it, whoever says it."""
+    assert look_up(Mode.PAUSED, trigger, paused) is RESUME_ROWS[paused]
+    assert RESUME_ROWS[paused].to is paused
+
+
+@IN_EACH_MODE
+def test_a_row_that_decides_has_a_reason_and_one_that_does_not_has_nothing(mode: Mode) -> None:
+    """`why` is never empty; a silent row changes nothing."""
+    for trigger, _, row in rows(mode):
+        assert row == Row(silent=True) if row.silent else row.why, trigger
+
+
+@IN_EACH_MODE
+def test_a_refusal_does_nothing(mode: Mode) -> None:
+    """And only commands of the operator are refused.
+
+    But RESUME after a side was moved: what was paused is gone, so both are stopped.
+    """
+    for trigger, _, row in rows(mode):
+        if row.refused and (mode, trigger) != (Mode.PAUSED, Trigger.RESUME_MOVED):
+            assert row.to is None and row.commands == () and trigger in OPERATORS
+    moved = look_up(Mode.PAUSED, Trigger.RESUME_MOVED)
+    assert moved.refused and moved.to is Mode.STOPPED and moved.commands == BOTH_STOP
+
+
+@IN_EACH_MODE
+def test_the_operator_is_always_answered(mode: Mode) -> None:
+    """No command is swallowed in any mode."""
+    assert not [trigger for trigger, _, row in rows(mode) if trigger in OPERATORS and row.silent]
+
+
+def test_only_a_reset_leaves_the_emergency_stop() -> None:
+    """Releasing alone moves nothing; a lost link does not release either."""
+    ways = [
+        (trigger, row.to)
+        for trigger, _, row in rows(Mode.ESTOP)
+        if row.to not in (None, Mode.ESTOP)
+    ]
+    assert ways == [(Trigger.RESET_DONE, Mode.STOPPED)]
+
+
+MOTIONLESS = [
+    Trigger.RESET,
+    Trigger.RESET_BLOCKED,
+    Trigger.RESET_DONE,
+    Trigger.RESET_FAILED,
+    Trigger.LINK_LOST,
+    Trigger.STOP,
+    Trigger.PAUSE,
+    Trigger.ESTOP,
+    Trigger.ESTOP_MISSED,
+    Trigger.ACKNOWLEDGE,
+    Trigger.RESUME_BLOCKED,
+    Trigger.RELEASED_BLOCKED,
+    Trigger.REAL_FAULT,
+    Trigger.REAL_DRIVES_OFF,
+    Trigger.REAL_HELD,
+    Trigger.REAL_STOPPED,
+    Trigger.TWIN_STOPPED,
+    Trigger.TWIN_PAUSED,
+    Trigger.TWIN_ESTOPPED,
+    Trigger.ALIGN_FAILED,
+    Trigger.STREAM_FAILED,
+    Trigger.REJECTED,
+    Trigger.DIVERGED,
+    Trigger.KEEP_OUT,
+    Trigger.TOO_CLOSE,
+    Trigger.TOO_FAST,
+]
+
+
+@IN_EACH_MODE
+def test_what_stops_or_resets_moves_nothing(mode: Mode) -> None:
+    """No row of these has an action that moves or releases anything."""
+    for trigger in MOTIONLESS:
+        assert not MOVING & set(look_up(mode, trigger, Mode.TWIN_LEADS).commands), trigger
+
+
+def test_a_reconnect_begins_nothing_but_the_alignment() -> None:
+    """The twin's own motion ends first; the real robot gets no command."""
+    row = look_up(Mode.OFFLINE, Trigger.LINKS_READY)
+    assert (row.to, row.commands) == (Mode.ALIGNING, (Command.STOP_TWIN, Command.BEGIN_ALIGN))
+    assert all(
+        look_up(mode, Trigger.LINKS_READY).silent for mode in Mode if mode is not Mode.OFFLINE
+    )
+
+
+@IN_EACH_MODE
+def test_stops_reach_both_sides_in_every_mode(mode: Mode) -> None:
+    """STOP and a lost link stop both, ESTOP switches both off."""
+    assert set(BOTH_STOP) <= set(look_up(mode, Trigger.STOP).commands)
+    assert set(BOTH_STOP) <= set(look_up(mode, Trigger.LINK_LOST).commands)
+    assert {Command.ESTOP_REAL, Command.ESTOP_TWIN} <= set(look_up(mode, Trigger.ESTOP).commands)
+    assert look_up(mode, Trigger.ESTOP).to in (Mode.ESTOP, None)
+
+
+@IN_EACH_MODE
+def test_a_mode_is_entered_by_what_it_needs(mode: Mode) -> None:
+    """Following begins with BEGIN_*, IDLE with agreed positions, a stop with stops of both."""
+    needs: dict[Mode | None, set[Command]] = {
+        Mode.ALIGNING: {Command.BEGIN_ALIGN},
+        Mode.IDLE: {Command.BASELINE},
+        Mode.REAL_LEADS: {Command.BEGIN_FOLLOW_TWIN},
+        Mode.TWIN_LEADS: {Command.BEGIN_STREAM, Command.START_STREAM},
+        Mode.OPERATOR_LEADS: {Command.BEGIN_STREAM, Command.START_STREAM, Command.MOVE_TWIN},
+        Mode.OFFLINE: set(BOTH_STOP),
+        Mode.FAULT: set(BOTH_STOP),
+        Mode.STOPPED: set(BOTH_STOP),
+    }
+    for trigger, paused, row in rows(mode):
+        if paused is None and trigger is not Trigger.RESET_DONE:
+            assert needs.get(row.to, set()) <= set(row.commands), trigger
+
+
+@pytest.mark.parametrize("mode", FOLLOWS_TWIN, ids=name)
+def test_a_stream_is_ended_when_nobody_feeds_it_any_more(mode: Mode) -> None:
+    """Leaving TWIN_LEADS or OPERATOR_LEADS stops the real robot's stream program.
+
+    Not so if a program of its own has ended it.
+    """
+    for trigger, _, row in rows(mode):
+        if row.to not in (None, mode, Mode.PAUSED) and trigger is not Trigger.REAL_TOOK_OVER:
+            assert {Command.STOP_REAL, Command.ESTOP_REAL} & set(row.commands), trigger
+
+
+@IN_EACH_MODE
+def test_no_row_repeats_the_default(mode: Mode) -> None:
+    """Nothing is said twice."""
+    assert not [trigger for trigger, row in ROWS[mode].items() if row == DEFAULTS[trigger]]
+
+
+def used_members(kind: str, files: list[str]) -> set[str]:
+    """Return the members of an enumeration that these modules mention."""
+    found = set()
+    for file in files:
+        for node in ast.walk(ast.parse((CORE / file).read_text(encoding="utf-8"))):
+            if (
+                isinstance(node, ast.Attribute)
+                and isinstance(node.value, ast.Name)
+                and node.value.id == kind
+            ):
+                found.add(node.attr)
+    return found
+
+
+def test_every_trigger_is_raised_somewhere() -> None:
+    """There is no dead trigger."""
+    raised = used_members(
+        "Trigger", ["lead/triggers.py", "lead/reports.py", "lead/transition.py"]
+    ) | set(COMMANDS)
+    assert raised >= {trigger.name for trigger in Trigger}
+
+
+def test_every_trigger_means_something_in_some_mode() -> None:
+    """A trigger that is silent everywhere is dead."""
+    assert {trigger for _, trigger, row in ALL if not row.silent} == set(Trigger)
+
+
+def test_every_action_is_used() -> None:
+    """There is no dead action."""
+    assert {do for _, _, row in ALL for do in row.commands} == set(Command)
+
+
+@IN_EACH_MODE
+def test_every_mode_leads_back_to_idle(mode: Mode) -> None:
+    """No mode is a trap: the operator and the healing of causes are enough."""
+    healing = {Trigger.LINKS_READY, Trigger.ALIGNED, Trigger.RESET_DONE, *OPERATORS}
+    reached, new = set(), {mode}
+    while new:
+        reached |= new
+        new = {
+            look_up(m, trigger, Mode.REAL_LEADS).to or m for m in reached for trigger in healing
+        } - reached
+    assert Mode.IDLE in reached
+
+
+SILENT: dict[Mode, str] = {
+    Mode.OFFLINE: """
+        TWIN_MOVES_TOO ALIGNED ALIGN_FAILED REAL_MOVED REAL_TOOK_OVER REAL_WAS_FIRST TWIN_MOVED
+        TWIN_MOVED_UNALIGNED AT_REST UNSETTLED REAL_FAULT REAL_DRIVES_OFF REAL_HELD REAL_RELEASED
+        REAL_STOPPED TWIN_STOPPED TWIN_PAUSED TWIN_RESUMED TWIN_ESTOPPED ESTOP_MISSED
+        RELEASED_BLOCKED STREAM_FAILED REJECTED DIVERGED RESET_DONE RESET_FAILED
+    """,
+    Mode.ALIGNING: """
+        TWIN_MOVES_TOO
+        LINKS_READY REAL_MOVED REAL_TOOK_OVER REAL_WAS_FIRST TWIN_MOVED TWIN_MOVED_UNALIGNED AT_REST
+        UNSETTLED REAL_HELD REAL_RELEASED REAL_STOPPED TWIN_PAUSED TWIN_RESUMED ESTOP_MISSED
+        RELEASED_BLOCKED STREAM_FAILED REJECTED DIVERGED RESET_DONE RESET_FAILED
+    """,
+    Mode.IDLE: """
+        TWIN_MOVES_TOO
+        LINKS_READY ALIGNED ALIGN_FAILED REAL_WAS_FIRST AT_REST UNSETTLED REAL_HELD REAL_RELEASED
+        REAL_STOPPED TWIN_STOPPED TWIN_PAUSED TWIN_RESUMED ESTOP_MISSED RELEASED_BLOCKED
+        STREAM_FAILED REJECTED DIVERGED TOO_CLOSE RESET_DONE RESET_FAILED
+    """,
+    Mode.REAL_LEADS: """
+        LINKS_READY ALIGNED ALIGN_FAILED REAL_MOVED REAL_TOOK_OVER REAL_WAS_FIRST TWIN_MOVED
+        TWIN_MOVED_UNALIGNED REAL_HELD REAL_RELEASED REAL_STOPPED TWIN_RESUMED ESTOP_MISSED
+        RELEASED_BLOCKED STREAM_FAILED REJECTED RESET_DONE RESET_FAILED
+    """,
+    Mode.TWIN_LEADS: """
+        TWIN_MOVES_TOO
+        LINKS_READY ALIGNED ALIGN_FAILED REAL_MOVED TWIN_MOVED TWIN_MOVED_UNALIGNED REAL_RELEASED
+        TWIN_RESUMED ESTOP_MISSED RELEASED_BLOCKED RESET_DONE RESET_FAILED
+    """,
+    Mode.OPERATOR_LEADS: """
+        TWIN_MOVES_TOO
+        LINKS_READY ALIGNED ALIGN_FAILED REAL_MOVED TWIN_MOVED TWIN_MOVED_UNALIGNED REAL_RELEASED
+        TWIN_RESUMED ESTOP_MISSED RELEASED_BLOCKED RESET_DONE RESET_FAILED
+    """,
+    Mode.PAUSED: """
+        TWIN_MOVES_TOO
+        LINKS_READY ALIGNED ALIGN_FAILED REAL_MOVED REAL_WAS_FIRST TWIN_MOVED TWIN_MOVED_UNALIGNED
+        AT_REST UNSETTLED REAL_HELD TWIN_PAUSED ESTOP_MISSED STREAM_FAILED DIVERGED RESET_DONE
+        RESET_FAILED
+    """,
+    Mode.STOPPED: """
+        TWIN_MOVES_TOO
+        LINKS_READY ALIGNED ALIGN_FAILED REAL_WAS_FIRST AT_REST UNSETTLED REAL_HELD REAL_RELEASED
+        REAL_STOPPED TWIN_STOPPED TWIN_PAUSED TWIN_RESUMED ESTOP_MISSED RELEASED_BLOCKED
+        STREAM_FAILED REJECTED DIVERGED TOO_CLOSE RESET_DONE RESET_FAILED
+    """,
+    Mode.ESTOP: """
+        TWIN_MOVES_TOO
+        LINKS_READY ALIGNED ALIGN_FAILED REAL_MOVED REAL_TOOK_OVER REAL_WAS_FIRST TWIN_MOVED
+        TWIN_MOVED_UNALIGNED AT_REST UNSETTLED REAL_FAULT REAL_DRIVES_OFF REAL_HELD REAL_RELEASED
+        REAL_STOPPED TWIN_STOPPED TWIN_PAUSED TWIN_RESUMED TWIN_ESTOPPED STOP_IGNORED
+        RELEASED_BLOCKED STREAM_FAILED REJECTED DIVERGED KEEP_OUT TOO_CLOSE TOO_FAST
+    """,
+    Mode.FAULT: """
+        TWIN_MOVES_TOO
+        LINKS_READY ALIGNED ALIGN_FAILED REAL_MOVED REAL_TOOK_OVER REAL_WAS_FIRST TWIN_MOVED
+        TWIN_MOVED_UNALIGNED AT_REST UNSETTLED REAL_FAULT REAL_HELD REAL_RELEASED REAL_STOPPED
+        TWIN_STOPPED TWIN_PAUSED TWIN_RESUMED ESTOP_MISSED RELEASED_BLOCKED STREAM_FAILED REJECTED
+        DIVERGED
+    """,
+}
+"""On these nothing is decided, on purpose.
+
+They cannot happen in the mode, or what they tell is the mode's own business.
+"""
+
+
+@IN_EACH_MODE
+def test_what_is_silent_is_meant_to_be(mode: Mode) -> None:
+    """A trigger that is added has to be thought about in each mode."""
+    assert {trigger.name for trigger, _, row in rows(mode) if row.silent} == set(
+        SILENT[mode].split()
+    )

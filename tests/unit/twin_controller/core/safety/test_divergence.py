@@ -1,0 +1,98 @@
+"""The pair came apart when the real tool left the twin's recent path for k of n checks."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from harness.pair import SETUP
+from hypothesis import given
+from hypothesis import strategies as st
+from twin_controller.core.safety.divergence import DivergenceState, judge, path_distance
+
+CONFIG = SETUP.config.divergence
+POINT = st.tuples(*[st.floats(-1.0, 1.0)] * 3)
+
+
+@given(point=POINT, path=st.lists(POINT, min_size=1, max_size=6))
+def test_path_distance_agrees_with_a_dense_search(
+    point: tuple[float, float, float], path: list[tuple[float, float, float]]
+) -> None:
+    """Brute force over 400 points of each segment: never below them, hardly above."""
+    found = path_distance(point, path)
+    corners = np.array(path)
+    if len(path) == 1:
+        dense = corners
+    else:
+        shares = np.linspace(0.0, 1.0, 400)[:, None]
+        dense = np.concatenate([a + shares * (b - a) for a, b in pairwise(corners)])
+    brute = np.linalg.norm(dense - np.array(point), axis=1).min()
+    longest = max((np.linalg.norm(b - a) for a, b in pairwise(corners)), default=0.0)
+    assert found <= brute + 1e-9
+    assert brute - found <= longest / 399.0 + 1e-9
+
+
+@pytest.mark.parametrize(
+    ("point", "path", "expected"),
+    [
+        ((0, 0, 1), [(0, 0, 0)], 1.0),
+        ((0, 0, 1), [(0, 0, 0), (0, 0, 0)], 1.0),
+        ((0.5, 0.2, 0), [(0, 0, 0), (1, 0, 0)], 0.2),
+        ((2, 0, 0), [(0, 0, 0), (1, 0, 0)], 1.0),
+        ((1, 1, 0), [(0, 0, 0), (1, 0, 0), (1, 1, 0)], 0.0),
+    ],
+)
+def test_path_distance_of_simple_figures(
+    point: tuple[float, float, float],
+    path: list[tuple[float, float, float]],
+    expected: float,
+) -> None:
+    """A path that stands still is a point; beyond an end the end counts."""
+    assert path_distance(point, path) == pytest.approx(expected)
+
+
+def judged(*distances_mm: float, start: DivergenceState | None = None) -> DivergenceState:
+    """Judge distances against a limit of 10 mm."""
+    state = start or DivergenceState()
+    for distance in distances_mm:
+        state = judge(state, distance * 1e-3, 10.0, CONFIG)
+    return state
+
+
+@pytest.mark.parametrize(
+    ("distances", "alarm"),
+    [
+        ((11.0,) * (CONFIG.confirm - 1), False),
+        ((11.0,) * CONFIG.confirm, True),
+        ((9.99,) * 100, False),
+        ((11.0, 0.0) * CONFIG.confirm, False),
+        ((11.0,) * (CONFIG.confirm - 1) + (0.0,) * CONFIG.window + (11.0,), False),
+        ((11.0,) * CONFIG.confirm + (0.0,), True),
+        ((11.0,) * CONFIG.confirm + (8.0,) * 100, True),
+        ((11.0,) * CONFIG.confirm + (6.0,) * (CONFIG.window - 1), True),
+        ((11.0,) * CONFIG.confirm + (6.0,) * CONFIG.window, False),
+    ],
+)
+def test_the_alarm_is_k_of_n_with_a_hysteresis(distances: tuple[float, ...], alarm: bool) -> None:
+    """It comes after ``confirm`` of ``window`` checks.
+
+    It goes when a whole window is below the release limit.
+    """
+    assert judged(*distances).alarm is alarm
+
+
+@given(noise=st.lists(st.floats(0.75, 1.25), max_size=200))
+def test_a_distance_around_the_limit_never_toggles_the_alarm_twice(noise: list[float]) -> None:
+    """Between release and limit the alarm stays what it is."""
+    state, changes = DivergenceState(), 0
+    for part in noise:
+        new = judge(state, 10.0e-3 * part, 10.0, CONFIG)
+        changes += new.alarm != state.alarm
+        state = new
+    assert changes <= 1
+
+
+def test_the_distance_is_shown_in_millimetres() -> None:
+    """Borders speak mm."""
+    assert judged(3.5).distance_mm == pytest.approx(3.5)

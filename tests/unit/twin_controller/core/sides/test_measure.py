@@ -1,0 +1,189 @@
+"""Measurements become samples on the controller's clock.
+
+What is old, repeated or of an unknown time does not count.
+"""
+
+from __future__ import annotations
+
+import msgspec
+import numpy as np
+import pytest
+from harness.pair import HOME, SETUP, Pair, shifted
+from hypothesis import given
+from hypothesis import strategies as st
+from twin_controller.core.events import ClockProbe, LinkChanged, RealMeasured, TwinMeasured
+from twin_controller.core.follow.real import adapted_lag
+from twin_controller.core.sides.measure import (
+    clock_probed,
+    real_measured,
+    take_in,
+    twin_lost,
+    twin_measured,
+)
+from twin_controller.core.sides.pairing import interpolate, paired
+from twin_controller.core.sides.side import RealSide, Sample, Sides, TwinSide
+
+replace = msgspec.structs.replace
+STILL = (0.0,) * len(HOME)
+FRESH = Sides()
+
+
+def real_answer(
+    t: float, offset: float = 50.0, q: tuple[float, ...] = HOME, qdot: tuple[float, ...] = STILL
+) -> RealMeasured:
+    """Return an answer that was true at ``t`` on the controller's clock."""
+    return RealMeasured(t, t - 0.001, t, round((t + offset) * 1000), q, qdot)
+
+
+def known_twin(offset: float = 1e9) -> TwinSide:
+    """Return a twin whose clock is known."""
+    return clock_probed(SETUP, TwinSide(), ClockProbe(1.0, 0.999, 1.0, 0.9995 + offset))
+
+
+@given(coefficients=st.tuples(*[st.floats(-3.0, 3.0)] * 4), share=st.floats(0.0, 1.0))
+def test_interpolation_is_exact_for_cubics(coefficients: tuple[float, ...], share: float) -> None:
+    """Position and velocity at two instants determine a cubic."""
+    curve = np.polynomial.Polynomial(coefficients)
+    slope = curve.deriv()
+    history = tuple(Sample(t, (float(curve(t)),), (float(slope(t)),)) for t in (0.0, 0.3, 0.7))
+    t = 0.7 * share
+    found = interpolate(history, t)
+    assert found is not None
+    assert found.q[0] == pytest.approx(curve(t), abs=1e-9)
+    assert found.qdot[0] == pytest.approx(slope(t), abs=1e-9)
+
+
+@pytest.mark.parametrize("t", [-0.1, 0.71])
+def test_nothing_is_known_outside_the_history(t: float) -> None:
+    """Interpolation never extrapolates."""
+    history = tuple(Sample(x, (0.0,), (0.0,)) for x in (0.0, 0.3, 0.7))
+    assert interpolate(history, t) is None
+    assert interpolate((), t) is None and interpolate(history[:1], 0.0) is None
+
+
+def test_a_sample_of_the_real_robot_is_dated_by_its_own_clock() -> None:
+    """Not by its arrival: the stamp converted by the estimated offset, within its uncertainty."""
+    side = RealSide()
+    for k in range(20):
+        side = real_measured(SETUP, side, real_answer(1.0 + 0.01 * k))
+    real = SETUP.config.real
+    age = side.last.t - (1.19 - 1e-3 * real.sample_latency_ms)
+    assert abs(age) <= side.clock.uncertainty + 1e-9 <= 0.0015 + 0.5e-3 * real.sample_period_ms
+    assert (side.seen, side.clock_ms) == (pytest.approx(1.19, abs=2e-3), 51190)
+
+
+def test_an_answer_that_repeats_an_instant_does_not_count() -> None:
+    """A frozen robot clock brings no new sample and no freshness."""
+    first = real_measured(SETUP, RealSide(), real_answer(1.0))
+    again = real_measured(
+        SETUP, first, replace(real_answer(1.0), now=1.2, sent=1.199, received=1.2)
+    )
+    assert again == first
+
+
+def test_a_jump_of_the_real_clock_forgets_the_real_side() -> None:
+    """Nothing dated by the old clock may be compared with what is dated by the new one."""
+    side = RealSide()
+    for k in range(5):
+        side = real_measured(SETUP, side, real_answer(1.0 + 0.01 * k))
+    jumped = real_measured(SETUP, side, real_answer(1.05, offset=3650.0))
+    assert jumped.history == () and jumped.seen is None and jumped.flags is None
+    assert jumped.clock.jumps == 1 and not jumped.clock.known
+    assert "jumped" in jumped.reason
+
+
+def test_a_jump_of_the_twin_clock_forgets_the_twin() -> None:
+    """Likewise."""
+    state = twin_measured(SETUP, known_twin(), TwinMeasured(1.01, 1.01 + 1e9, HOME, STILL))
+    assert state.history
+    jumped = clock_probed(SETUP, state, ClockProbe(1.02, 1.019, 1.02, 1e9 - 3600.0))
+    assert jumped.history == () and jumped.clock.jumps == 1
+    assert "jumped" in jumped.reason
+
+
+def test_a_joint_state_of_the_twin_waits_for_its_clock() -> None:
+    """A stamp without a clock is no time."""
+    unknown = TwinSide()
+    assert twin_measured(SETUP, unknown, TwinMeasured(1.0, 1e9, HOME, STILL)) == unknown
+
+
+def test_joint_states_out_of_order_are_dropped() -> None:
+    """Reordered or repeated packets bring nothing new."""
+    state = twin_measured(SETUP, known_twin(), TwinMeasured(1.02, 1.02 + 1e9, HOME, STILL))
+    for stamp in (1.02, 1.01, 0.5):
+        assert (
+            twin_measured(SETUP, state, TwinMeasured(1.03, stamp + 1e9, shifted(HOME, 1.0), STILL))
+            == state
+        )
+
+
+@pytest.mark.parametrize("side", ["real", "twin"])
+def test_a_link_that_changes_forgets_its_side_only(side: str) -> None:
+    """Nothing old may count after a reconnect; the other side is not touched."""
+    pair = Pair()
+    pair.connect()
+    event = LinkChanged(pair.now, side, False, "cut")  # type: ignore[arg-type]
+    sides = take_in(SETUP, pair.state.sides, event)
+    lost, kept = (sides.real, sides.twin) if side == "real" else (sides.twin, sides.real)
+    assert (
+        lost.connected,
+        lost.reason,
+        lost.history,
+        lost.change.baseline,
+        lost.tube.commands,
+    ) == (False, "cut", (), (), ())
+    assert not lost.clock.known
+    assert kept.history and kept.clock.known
+    assert (sides.real.flags is None, sides.twin.motion is None) == (side == "real", side == "twin")
+
+
+def test_a_lost_side_keeps_its_connection_and_its_count_of_jumps() -> None:
+    """Data that cannot be used are no broken link."""
+    side = twin_lost(TwinSide(connected=True, clock=replace(known_twin().clock, jumps=3)), "silent")
+    assert (side.connected, side.reason, side.clock.jumps) == (True, "silent", 3)
+
+
+def streaming(behind: float, lag: float, speed: float) -> float:
+    """Return the lag after a twin at constant speed and a robot ``behind`` [s] were measured."""
+    qdot = tuple(speed * v for v in SETUP.velocity)
+
+    def at(t: float) -> tuple[float, ...]:
+        return tuple(a + v * (t - 1.0) for a, v in zip(HOME, qdot))
+
+    twin = known_twin()
+    for t in (0.98, 1.0, 1.02):
+        twin = twin_measured(SETUP, twin, TwinMeasured(t, t + twin.clock.offset, at(t), qdot))
+    real = real_measured(SETUP, RealSide(), real_answer(1.01, q=at(1.01 - behind), qdot=qdot))
+    return adapted_lag(SETUP, lag, Sides(real, twin))
+
+
+@pytest.mark.parametrize("behind", [0.02, -0.02, 0.0])
+@pytest.mark.parametrize("speed", [0.2, 1.0, -0.6])
+def test_the_lag_is_corrected_by_what_remains_of_it(behind: float, speed: float) -> None:
+    """A fiftieth of what remains is corrected, whatever the speed.
+
+    The robot is ``behind`` seconds late at constant speed.
+    """
+    assert streaming(behind, 0.05, speed) - 0.05 == pytest.approx(behind / 50.0, abs=0.002 / 50.0)
+
+
+def test_the_lag_is_not_learned_from_a_pair_at_rest() -> None:
+    """Dividing by no speed tells nothing."""
+    assert streaming(0.02, 0.05, 0.01) == 0.05
+
+
+@pytest.mark.parametrize(("behind", "bound"), [(10.0, 1), (-10.0, 0)])
+def test_the_lag_stays_within_its_bounds(behind: float, bound: int) -> None:
+    """Whatever is measured."""
+    assert streaming(behind, 0.05, 1.0) == pytest.approx(
+        SETUP.config.real.follow_lag_range_ms[bound] * 1e-3
+    )
+
+
+def test_pairs_are_of_one_instant() -> None:
+    """The twin is interpolated to the real sample's time, never newest against newest."""
+    pair = Pair()
+    pair.connect()
+    found = paired(pair.state.sides)
+    assert found is not None and found[0].t == found[1].t
+    assert paired(FRESH) is None

@@ -1,0 +1,136 @@
+"""The controller's own standstill is nobody's silence, as long as it is short."""
+
+from __future__ import annotations
+
+import pytest
+from harness.pair import Pair
+from twin_controller.config import OwnGap
+from twin_controller.core.events import Tick
+from twin_controller.core.lead.modes import Mode
+from twin_controller.core.sides.own_gap import OwnGaps, silence
+
+LIMITS = OwnGap(notice_ms=30.0, forgive_ms=100.0, window_ms=1000.0)
+
+
+def looks(*times: float) -> list[float]:
+    """Look at these times and return the gaps that are forgiven."""
+    gaps = OwnGaps(LIMITS)
+    return [gaps.look(now) for now in times]
+
+
+def test_looks_in_time_show_no_gap() -> None:
+    """The first look has none before it."""
+    assert looks(5.0, 5.01, 5.02, 5.045) == [0.0] * 4
+
+
+def test_a_late_look_shows_how_long_the_controller_stood_still() -> None:
+    """The whole time since the look before: nobody listened in it."""
+    assert looks(5.0, 5.07, 5.08) == pytest.approx([0.0, 0.07, 0.0])
+
+
+def test_a_long_gap_is_not_forgiven() -> None:
+    """The data are old by then, and the robot's watchdog has stopped it."""
+    assert looks(5.0, 5.3, 5.31) == [0.0] * 3
+
+
+def test_gaps_are_forgiven_within_a_budget() -> None:
+    """A controller that hardly runs finds a silent robot all the same."""
+    assert looks(5.0, 5.06, 5.12, 5.13) == pytest.approx([0.0, 0.06, 0.0, 0.0])
+
+
+def test_the_budget_is_new_after_its_window() -> None:
+    """A gap each second is a busy machine, not a silent robot."""
+    times = [5.0, 5.08, *(5.08 + 0.01 * k for k in range(1, 111)), 6.26]
+    gaps = looks(*times)
+    assert gaps[1] == pytest.approx(0.08)
+    assert gaps[-1] == pytest.approx(0.08)
+
+
+@pytest.mark.parametrize(
+    ("deaf", "expected"),
+    [
+        ((0.0, 0.0), 0.3),
+        ((5.1, 5.2), 0.2),
+        ((4.9, 5.1), 0.2),
+        ((4.7, 4.9), 0.3),
+        ((5.2, 5.3), 0.2),
+        ((4.9, 5.4), 0.0),
+    ],
+)
+def test_silence_is_what_was_listened_to(deaf: tuple[float, float], expected: float) -> None:
+    """What lies before the last word or behind now takes nothing away."""
+    assert silence(5.0, 5.3, deaf) == pytest.approx(expected)
+
+
+def test_the_age_of_a_sides_data_stays_what_it_is(pair: Pair) -> None:
+    """A set point made of old data is rejected, however late the controller was."""
+    seen = pair.state.sides.twin.seen
+    standing_still(pair, 0.06)
+    tick(pair, own_gap=0.06)
+    assert pair.state.sides.twin.seen == seen
+
+
+def standing_still(pair: Pair, duration: float) -> None:
+    """Let the controller stand still, and with it everything that would tell it something."""
+    pair.now = round(pair.now + duration, 6)
+
+
+def tick(pair: Pair, own_gap: float) -> None:
+    """Let the controller look again."""
+    pair.feed(Tick(pair.now, own_gap))
+
+
+@pytest.fixture
+def pair() -> Pair:
+    """Give a pair that is connected and idle."""
+    made = Pair()
+    made.connect()
+    return made
+
+
+def test_a_gap_of_the_controller_costs_no_link(pair: Pair) -> None:
+    """Both sides have spoken meanwhile, and their words wait in the sockets."""
+    standing_still(pair, 0.099)
+    tick(pair, own_gap=0.099)
+    pair.run(1.0)
+    assert pair.state.lead.mode is Mode.IDLE
+    assert not [d for d in pair.decisions() if d.trigger == "LINK_LOST"]
+
+
+def test_a_look_without_a_gap_judges_as_before(pair: Pair) -> None:
+    """What was recorded without the field is decided as it was."""
+    standing_still(pair, 0.12)
+    tick(pair, own_gap=0.0)
+    assert pair.state.lead.mode is Mode.OFFLINE
+
+
+def test_a_silent_robot_is_found_after_a_gap_too(pair: Pair) -> None:
+    """Its silence counts from where the gap began, and goes on where it ended."""
+    pair.real_up = False
+    standing_still(pair, 0.06)
+    tick(pair, own_gap=0.06)
+    begun = pair.now
+    pair.run_until(lambda: pair.state.lead.mode is Mode.OFFLINE, 0.2)
+    assert pair.now - begun <= 0.1 + 0.011
+    assert "no fresh data for 100 ms" in pair.state.lead.why
+
+
+def test_a_silent_pose_controller_is_found_after_a_gap_too(pair: Pair) -> None:
+    """The twin's side has a limit of its own."""
+    pair.twin_up = False
+    standing_still(pair, 0.06)
+    tick(pair, own_gap=0.06)
+    begun = pair.now
+    pair.run_until(lambda: pair.state.lead.mode is Mode.OFFLINE, 0.4)
+    assert pair.now - begun <= 0.22 + 0.011
+
+
+@pytest.mark.parametrize("duty", [0.035, 0.05, 0.09])
+def test_a_silent_side_is_found_at_most_one_budget_later(pair: Pair, duty: float) -> None:
+    """However the controller's gaps lie, silence counts in full beyond the budget of the window."""
+    gaps, begun = OwnGaps(LIMITS), pair.now
+    gaps.look(pair.now)
+    while pair.state.lead.mode is Mode.IDLE:
+        standing_still(pair, duty)
+        tick(pair, gaps.look(pair.now))
+    assert pair.now - begun <= 0.1 + 0.1 + 2 * duty

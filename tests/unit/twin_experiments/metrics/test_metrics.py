@@ -1,0 +1,327 @@
+"""The errors of a run, held against closed forms."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from twin_experiments.metrics.errors import (
+    Comparison,
+    MetricsSettings,
+    compare,
+    deviation_mm,
+    summarize,
+)
+from twin_experiments.metrics.series import (
+    Array,
+    MetricsError,
+    Motion,
+    align,
+    find_gaps,
+    interpolate,
+    true_runs,
+)
+
+SETTINGS = MetricsSettings(reach_mm=650.0, moving_speeds=np.full(3, 1e-3))
+AMPLITUDE, FREQUENCY = 0.1, 1.3  # [m], [Hz]
+
+
+def identity(q: Array) -> Array:
+    """Take the joints for the tool: three sliding joints along x, y, z."""
+    return q
+
+
+def wave(
+    side: str,
+    *,
+    delay: float = 0.0,
+    shift: float = 0.0,
+    rate: float = 250.0,
+    seconds: float = 8.0,
+    offset_mm: float = 0.0,
+) -> Motion:
+    """One tool coordinate follows a sine, ``delay`` [s] late, off by ``offset_mm`` in x."""
+    stamps = np.arange(round(seconds * rate)) / rate
+    omega = 2.0 * math.pi * FREQUENCY
+    zeros = np.zeros_like(stamps)
+    angle = omega * (stamps - delay)
+    positions = np.column_stack((zeros + offset_mm * 1e-3, AMPLITUDE * np.sin(angle), zeros))
+    velocities = np.column_stack((zeros, AMPLITUDE * omega * np.cos(angle), zeros))
+    return Motion(side, stamps + shift, positions, velocities)
+
+
+def reach_and_hold(
+    side: str, *, at: float = 1.0, offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
+) -> Motion:
+    """Rest, move 0.2 m along x within 1 s, rest again; off by ``offset`` [m] all the time."""
+    stamps = np.arange(0.0, 4.0, 0.005)
+    u = np.clip(stamps - at, 0.0, 1.0)
+    x = 0.2 * (3.0 * u**2 - 2.0 * u**3)
+    speed = 0.2 * (6.0 * u - 6.0 * u**2)
+    zeros = np.zeros_like(stamps)
+    return Motion(
+        side,
+        stamps,
+        np.column_stack((x, zeros, zeros)) + offset,
+        np.column_stack((speed, zeros, zeros)),
+    )
+
+
+def both(real: Motion, twin: Motion, leader: str = "real", **positions: Array) -> Comparison:
+    """Compare with the settings of this module."""
+    return compare(real, twin, identity, SETTINGS, leader, positions)  # type: ignore[arg-type]
+
+
+def test_a_lag_of_seven_milliseconds_is_found_between_samples_of_different_rates() -> None:
+    """The lag is estimated to a fraction of an instant, from series that share no stamp."""
+    found = both(wave("real"), wave("twin", delay=0.007, rate=200.0))
+    assert found.lag_s == pytest.approx(0.007, abs=2e-5)
+
+
+def test_the_path_error_of_a_delayed_sine_is_its_closed_form() -> None:
+    """|sin(x) - sin(x - d)| has the maximum 2 sin(d / 2) and that divided by sqrt 2 as rms."""
+    found = both(wave("real"), wave("twin", delay=0.007))
+    largest = 2.0 * AMPLITUDE * math.sin(math.pi * FREQUENCY * 0.007) * 1e3
+    assert found.path.max_mm == pytest.approx(largest, rel=1e-3)
+    assert found.path.rms_mm == pytest.approx(largest / math.sqrt(2.0), rel=1e-2)
+    assert found.path.max_percent == pytest.approx(100.0 * largest / 650.0, rel=1e-3)
+
+
+def test_removing_the_lag_removes_the_error_that_it_caused() -> None:
+    """What is left after the lag is taken out is interpolation only."""
+    found = both(wave("real"), wave("twin", delay=0.007))
+    assert found.path_after_lag is not None
+    assert found.path_after_lag.max_mm < 0.01 < 1.0 < found.path.max_mm
+
+
+def test_the_follower_behind_has_a_positive_lag_whoever_leads() -> None:
+    """The sign belongs to the roles, not to the sides."""
+    assert both(wave("real", delay=0.02), wave("twin"), "twin").lag_s == pytest.approx(
+        0.02, abs=2e-5
+    )
+    assert both(wave("real", delay=0.02), wave("twin"), "real").lag_s == pytest.approx(
+        -0.02, abs=2e-5
+    )
+
+
+def test_noise_of_a_tenth_of_a_millimetre_moves_the_lag_by_less_than_a_fifth_of_a_millisecond() -> (
+    None
+):
+    """The estimate uses the whole run, so sample noise averages out."""
+    noisy = wave("twin", delay=0.007)
+    noise = np.random.default_rng(1).normal(0.0, 1e-4, noisy.positions.shape)
+    found = both(wave("real"), dataclasses.replace(noisy, positions=noisy.positions + noise))
+    assert found.lag_s == pytest.approx(0.007, abs=2e-4)
+
+
+@given(lag_ms=st.floats(-60.0, 60.0), offset_mm=st.floats(-20.0, 20.0))
+@settings(max_examples=20, deadline=None)
+def test_swapping_the_sides_changes_only_the_sign_of_the_lag(
+    lag_ms: float, offset_mm: float
+) -> None:
+    """No figure prefers one side."""
+    ahead, behind = wave("real"), wave("twin", delay=lag_ms * 1e-3, offset_mm=offset_mm)
+    one, other = (
+        both(ahead, behind),
+        both(dataclasses.replace(behind, side="real"), dataclasses.replace(ahead, side="twin")),
+    )
+    assert one.lag_s == pytest.approx(-other.lag_s, abs=1e-9)  # type: ignore[operator]
+    assert one.path == other.path
+    assert one.path_after_lag is not None and other.path_after_lag is not None
+    assert one.path_after_lag.max_mm == pytest.approx(other.path_after_lag.max_mm, abs=1e-6)
+
+
+@given(shift=st.floats(-1e6, 1e6))
+@settings(max_examples=20, deadline=None)
+def test_a_common_clock_shift_changes_nothing(shift: float) -> None:
+    """Only differences of stamps matter."""
+    plain = both(wave("real"), wave("twin", delay=0.01))
+    moved = both(wave("real", shift=shift), wave("twin", delay=0.01, shift=shift))
+    assert moved.path.max_mm == pytest.approx(plain.path.max_mm, rel=1e-4)
+    assert moved.path.rms_mm == pytest.approx(plain.path.rms_mm, rel=1e-4)
+    assert moved.lag_s == pytest.approx(plain.lag_s, abs=1e-6)
+
+
+@given(offset_mm=st.floats(0.01, 50.0))
+@settings(max_examples=20, deadline=None)
+def test_a_static_offset_is_the_error(offset_mm: float) -> None:
+    """A twin that stands d mm beside the robot has the path error d, rms d, and no lag."""
+    found = both(wave("real"), wave("twin", offset_mm=offset_mm))
+    assert found.path.max_mm == pytest.approx(offset_mm)
+    assert found.path.rms_mm == pytest.approx(offset_mm)
+    assert found.lag_s == pytest.approx(0.0, abs=1e-6)
+
+
+def test_the_error_counts_only_while_a_side_moves() -> None:
+    """Creeping apart below the threshold is no path error but a positioning error."""
+    creeping = reach_and_hold("twin")
+    creep = np.clip(creeping.stamps - 2.5, 0.0, None)[:, None] * (0.0, 4e-4, 0.0)
+    creeping = dataclasses.replace(
+        creeping,
+        positions=creeping.positions + creep,
+        velocities=creeping.velocities + 4e-4 * (creep > 0.0),
+    )
+    found = both(reach_and_hold("real"), creeping)
+    assert found.path.max_mm < 1e-6
+    assert found.positioning_max_mm == pytest.approx(0.4 * (3.995 - 0.05 - 2.5), rel=1e-2)
+
+
+def test_a_rest_is_measured_against_both_sides_and_the_set_position() -> None:
+    """Each side's distance from the set position is given beside their distance from each other."""
+    goal = np.array([0.2, 0.0, 0.0])
+    found = both(
+        reach_and_hold("real", offset=(0.001, 0, 0)),
+        reach_and_hold("twin", offset=(-0.002, 0, 0)),
+        P2=goal,
+    )
+    away, held = found.rests
+    assert (away.set_position, away.real_error_mm) == (None, None)
+    assert (held.set_position, round(held.deviation_mm, 6)) == ("P2", 3.0)
+    assert (round(held.real_error_mm or 0, 6), round(held.twin_error_mm or 0, 6)) == (1.0, 2.0)
+    assert held.start >= 2.5 - 0.01, "the first half second after the stop is not measured"
+
+
+def test_a_rest_shorter_than_half_a_second_is_not_measured() -> None:
+    """A pause within a program is no set position."""
+    first, second = reach_and_hold("real", at=0.3), reach_and_hold("twin", at=0.3)
+    assert [round(rest.start, 1) for rest in both(first, second).rests] == [1.8]
+
+
+def test_the_travelled_path_of_a_move_is_its_length() -> None:
+    """Ten millimetres of error on a move of 200 mm are five percent of it."""
+    found = both(reach_and_hold("real"), reach_and_hold("twin", offset=(0, 0.01, 0)))
+    (move,) = found.moves
+    assert move.length_mm == pytest.approx(200.0, rel=1e-2)
+    assert found.travelled_percent == pytest.approx(5.0, rel=1e-2)
+
+
+def test_a_hole_is_left_out_and_reported() -> None:
+    """Between samples 0.3 s apart nothing is invented; both sides of the hole are compared."""
+    real, twin = wave("real"), wave("twin")
+    keep = (twin.stamps < 3.0) | (twin.stamps > 3.3)
+    holed = Motion("twin", twin.stamps[keep], twin.positions[keep] + 0.0, twin.velocities[keep])
+    found = both(real, holed)
+    (gap,) = found.trace.aligned.gaps
+    assert (gap.side, round(gap.start, 2), round(gap.duration, 2)) == ("twin", 3.0, 0.31)
+    assert found.path.max_mm < 0.01
+    assert found.trace.aligned.excluded_share == pytest.approx(0.31 / 8.0, abs=2e-3)
+    assert len(found.trace.aligned.segments) == 2
+
+
+def test_the_interpolant_is_exact_for_a_cubic() -> None:
+    """Positions and velocities of the samples determine the cubic between them."""
+    stamps = np.array([0.0, 0.4, 1.0])
+    values, slopes = (stamps**3 - stamps)[:, None], (3.0 * stamps**2 - 1.0)[:, None]
+    at = np.linspace(0.0, 1.0, 21)
+    positions, velocities = interpolate(Motion("real", stamps, values, slopes), at)
+    np.testing.assert_allclose(positions[:, 0], at**3 - at, atol=1e-12)
+    np.testing.assert_allclose(velocities[:, 0], 3.0 * at**2 - 1.0, atol=1e-12)
+
+
+def test_runs_are_cut_where_a_segment_ends() -> None:
+    """A rest that is interrupted by a hole is two rests."""
+    assert true_runs(np.array([True, True, False, True, True, True]), ((0, 4), (4, 6))) == [
+        (0, 2),
+        (3, 4),
+        (4, 6),
+    ]
+
+
+def test_no_gap_is_found_in_even_samples() -> None:
+    """Samples at their rate leave no hole."""
+    assert find_gaps(wave("real"), 0.05) == ()
+
+
+def still(side: str, start: float = 0.0, joints: int = 3) -> Motion:
+    """Return a side that stands still for one second."""
+    stamps = np.linspace(start, start + 1.0, 101)
+    return Motion(side, stamps, np.zeros((101, joints)), np.zeros((101, joints)))
+
+
+def build(stamps: list[float], rows: int, value: float = 0.0) -> Motion:
+    """Return a motion of one joint from raw parts."""
+    return Motion("twin", np.array(stamps), np.full((rows, 1), value), np.zeros((rows, 1)))
+
+
+@pytest.mark.parametrize(
+    ("make", "text"),
+    [
+        (lambda: build([], 0), "twin: 0 samples, at least 2"),
+        (lambda: build([1.0], 1), "twin: 1 samples, at least 2"),
+        (lambda: build([1.0, 2.0], 3), r"twin: 2 stamps, positions \(3, 1\)"),
+        (lambda: build([1.0, math.nan], 2), "twin: a stamp is not finite"),
+        (lambda: build([1.0, 2.0], 2, math.inf), "twin: a position is not finite"),
+        (lambda: build([1.0, 1.0], 2), "twin: stamps do not rise at sample 1"),
+        (
+            lambda: both(still("real"), still("twin", start=5.0)),
+            "no common time span: real has 0.000 to 1.000 s, twin 5.000 to 6.000",
+        ),
+        (lambda: both(still("real", joints=2), still("twin")), "real has 2 joints, twin 3"),
+        (lambda: both(still("real"), still("twin")), "neither side moved"),
+        (
+            lambda: both(still("real", joints=2), still("twin", joints=2)),
+            r"moving_speeds has shape \(3,\)",
+        ),
+        (
+            lambda: align(build([0.0, 9.0], 2), build([0.5, 8.5], 2), 100.0, 0.05),
+            "every instant lies in a hole",
+        ),
+        (lambda: summarize(np.array([]), 650.0), "neither side moved"),
+    ],
+)
+def test_data_that_cannot_be_compared_is_refused(make: object, text: str) -> None:
+    """The error names the side and what is wrong with it."""
+    with pytest.raises(MetricsError, match=text):
+        make()  # type: ignore[operator]
+
+
+def test_one_side_that_stands_still_has_the_full_error_and_no_lag() -> None:
+    """A dead follower is measured, not excused."""
+    dead = reach_and_hold("twin")
+    found = both(
+        reach_and_hold("real"),
+        dataclasses.replace(dead, positions=dead.positions * 0, velocities=dead.velocities * 0),
+    )
+    assert found.path.max_mm == pytest.approx(200.0, rel=1e-2)
+    assert found.lag_s is None and found.path_after_lag is None
+
+
+def test_the_deviation_is_a_distance_in_millimetres() -> None:
+    """3-4-5 in the plane."""
+    assert deviation_mm(np.array([0.003, 0.0, 0.0]), np.array([0.0, 0.004, 0.0])) == pytest.approx(
+        5.0
+    )
+
+
+@pytest.mark.parametrize(
+    ("real", "twin", "worst"),
+    [(0.001, 0.003, 3.0), (0.003, 0.001, 3.0), (0.002, -0.002, 4.0), (0.0, -0.001, 1.0)],
+    ids=["twin", "real", "both apart", "twin alone"],
+)
+def test_the_positioning_figure_is_the_largest_of_three_distances(
+    real: float, twin: float, worst: float
+) -> None:
+    """Sides from each other, real from the set position, twin from the set position."""
+    found = both(
+        reach_and_hold("real", offset=(real, 0, 0)),
+        reach_and_hold("twin", offset=(twin, 0, 0)),
+        P2=np.array([0.2, 0.0, 0.0]),
+    )
+    assert found.rests[-1].worst_mm == pytest.approx(worst, abs=1e-6)
+    assert found.positioning_max_mm == pytest.approx(worst, abs=1e-6)
+
+
+@pytest.mark.parametrize("leader", ["real", "twin"])
+def test_the_lag_is_removed_whoever_leads(leader: str) -> None:
+    """Both sides meet half-way: the one that leads comes later, the one that follows sooner."""
+    sides = {side: wave(side, delay=0.0 if side == leader else 0.02) for side in ("real", "twin")}
+    found = both(sides["real"], sides["twin"], leader)
+    assert found.lag_s == pytest.approx(0.02, abs=1e-4)
+    assert found.path_after_lag is not None and found.trace_after_lag is not None
+    assert found.path_after_lag.max_mm < 0.02 * found.path.max_mm
+    shown = found.trace_after_lag.aligned.instants[0] - found.trace.aligned.instants[0]
+    assert shown == pytest.approx(0.01, abs=2e-3)

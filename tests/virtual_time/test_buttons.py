@@ -1,0 +1,124 @@
+"""Buttons of the person at the robot, in virtual time: who has pressed one releases it.
+
+The real core, the real stand-in and the real twin. The person comes first: no command of anybody
+else undoes what he has pressed, and his own release moves nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+from harness.scenes.steps import ROBOT, both_stood, go, nothing_moves, run_program
+from harness.virtual_cell.cell import VirtualCell
+
+HELD = "robot is held at its pendant"
+PRESSED = "the emergency stop at the robot is pressed"
+
+
+@pytest.fixture
+def cell() -> Iterator[VirtualCell]:
+    """Give an idle cell."""
+    with VirtualCell(ROBOT) as made:
+        made.connect()
+        yield made
+
+
+def test_reset_does_not_undo_the_emergency_stop_of_the_person_at_the_robot(
+    cell: VirtualCell,
+) -> None:
+    """RESET says that the button is pressed; nothing moves until it is released and reset again."""
+    go(cell, 30.0)
+    cell.schedule.run(0.3)
+    cell.real.signal("panel_imstp", False)
+    cell.wait_whatever(lambda: cell.mode == "ESTOP", 1.0, "ESTOP")
+    assert PRESSED in cell.why
+    both_stood(cell, cell.schedule.now)
+    rested = cell.schedule.now
+    answer = cell.operate("RESET")
+    assert not answer.success and PRESSED in answer.message
+    for command in ("ALIGN", "RESUME", "HOME"):
+        assert not cell.operate(command).success
+    nothing_moves(cell, rested)
+    assert cell.mode == "ESTOP" and not cell.real.shown.outputs.sysrdy
+    cell.real.signal("panel_imstp", True)
+    nothing_moves(cell, rested)
+    assert cell.mode == "ESTOP" and not cell.real.shown.outputs.sysrdy
+    assert cell.operate("RESET").success
+    cell.wait_whatever(lambda: cell.mode == "STOPPED", 5.0, "STOPPED")
+    nothing_moves(cell, rested)
+
+
+def test_both_emergency_stops_have_to_be_released(cell: VirtualCell) -> None:
+    """The operator's RESET releases his own, the person's stays."""
+    assert cell.operate("ESTOP").success
+    cell.real.signal("panel_imstp", False)
+    cell.schedule.run(0.5)
+    assert not cell.operate("RESET").success
+    cell.real.signal("panel_imstp", True)
+    cell.real.signal("fault_reset", None)
+    cell.schedule.run(0.5)
+    assert not cell.real.shown.outputs.sysrdy, "the operator's emergency stop holds"
+    assert cell.operate("RESET").success
+    cell.wait_whatever(lambda: cell.mode == "STOPPED", 5.0, "STOPPED")
+
+
+def test_stop_does_not_release_the_hold_of_the_person_at_the_robot(cell: VirtualCell) -> None:
+    """A robot that is held at its pendant is moved by nobody until it is let go there."""
+    run_program(cell)
+    cell.schedule.run(0.5)
+    cell.real.signal("panel_hold", False)
+    both_stood(cell, cell.schedule.now)
+    assert cell.operate("STOP").success
+    both_stood(cell, cell.schedule.now)
+    rested = cell.schedule.now
+    assert cell.operate("ALIGN").success
+    cell.wait_whatever(lambda: cell.mode == "IDLE", 10.0, "IDLE")
+    for command in ("HOME", "MOVE_JOINTS"):
+        answer = cell.operate(command, target=(0.3, 0.0, -0.1, 0.0), speed_percent=20.0)
+        assert not answer.success and HELD in answer.message
+    nothing_moves(cell, rested)
+    cell.real.signal("panel_hold", True)
+    nothing_moves(cell, rested)
+    cell.wait_whatever(lambda: cell.mode == "IDLE", 10.0, "IDLE")
+    go(cell, 20.0)
+    cell.wait_whatever(lambda: cell.mode == "IDLE", 20.0, "the end of the move")
+
+
+def test_resume_says_that_the_robot_is_held_at_its_pendant(cell: VirtualCell) -> None:
+    """The operator's RESUME releases the operator's pause alone."""
+    go(cell, 10.0)
+    cell.schedule.run(0.3)
+    assert cell.operate("PAUSE").success
+    both_stood(cell, cell.schedule.now)
+    cell.real.signal("panel_hold", False)
+    cell.schedule.run(0.2)
+    rested = cell.schedule.now
+    answer = cell.operate("RESUME")
+    assert not answer.success and HELD in answer.message
+    nothing_moves(cell, rested)
+    cell.real.signal("panel_hold", True)
+    nothing_moves(cell, rested)
+    assert cell.operate("RESUME").success
+    cell.wait_whatever(lambda: cell.mode == "IDLE", 20.0, "the end of the move")
+
+
+def test_speed_never_raises_the_override_of_the_person_at_the_robot(cell: VirtualCell) -> None:
+    """A cap only lowers, and gives back what it took: no more than was set at the pendant."""
+
+    def override_after(percent: float) -> tuple[int, str]:
+        answer = cell.operate("SPEED", speed_percent=percent)
+        assert answer.success
+        cell.schedule.run(3.0)
+        return cell.real.shown.override, answer.message
+
+    cell.real.robot.write_override(30)
+    cell.schedule.run(1.0)
+    override, text = override_after(100.0)
+    assert override == 30
+    assert "keeps its own override of 30 %: raise it there" in text
+    assert override_after(20.0)[0] == 20
+    assert override_after(100.0)[0] == 30
+    cell.real.robot.write_override(10)
+    cell.schedule.run(1.0)
+    assert override_after(80.0)[0] == 10
