@@ -19,8 +19,11 @@ import rospy
 from harness.processes import Process
 from harness.ros import Ros
 from harness.yaml_files import shipped
+from scara_config import load_robot
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
+from twin_experiments.config import load_experiments
+from twin_experiments.nodes.cell import Cell, RunError
 
 from scara_msgs.msg import RobotData, TwinControllerState
 from scara_msgs.srv import MoveTo, MoveToResponse, TwinCommand, TwinCommandResponse
@@ -32,6 +35,7 @@ POSES = {  # inverse kinematics of the article's positions, righty, as in the ro
     (0.51, -0.16, 0.16): np.array([np.radians(-49.157700740), np.radians(69.600037824), 0.0, 0.0]),
 }
 MOVE_S = 0.4
+ROBOT = load_robot()
 
 
 class PlayedCell:
@@ -221,6 +225,26 @@ def test_a_stop_of_the_operator_is_not_overruled(
     assert run.wait(60.0) == 3
     assert f"it is in {mode}: told so" in run.output and f"first give {way_out}" in run.output
     assert not (ros.folder / "out" / "run.bag").exists()
+
+
+def test_a_stop_heard_while_services_are_looked_for_is_judged_with_a_whole_cell(
+    ros: Ros, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The reason is never cut off by what was still missing a moment before."""
+    config = load_experiments(ROBOT)
+    cell = Cell(ROBOT, config.metrics.moving_speed_percent, config.deadlines_s)
+    for topic in ("real/ground_truth", "twin/joint_states"):
+        cell._receive(JointState(), topic)
+    cell._receive(RobotData(), "real/robot_data")
+
+    def offered(name: str, within: float) -> bool:
+        """Be there; the state comes while it is asked."""
+        cell._receive(TwinControllerState(mode="STOPPED", why="told so"), "twin_controller/state")
+        return True
+
+    monkeypatch.setattr("twin_experiments.nodes.cell.is_offered", offered)
+    with pytest.raises(RunError, match=r"in STOPPED: told so.*first give ALIGN"):
+        cell.wait_ready(lambda text: None)
 
 
 def test_a_stop_during_a_run_ends_it(ros: Ros, cell: PlayedCell) -> None:

@@ -118,22 +118,31 @@ class Cell:
         """Return for how long both sides have stood still [s]."""
         return still_for(list(self._activities.values()), time.monotonic(), FRESH_S)
 
-    def missing(self) -> list[str]:
-        """Return in words what an experiment still waits for."""
+    def _absent(self) -> list[str]:
+        """Return in words which topics and services are not there."""
         silent = [
             f"topic {rospy.resolve_name(topic)}" for topic in TOPICS if topic not in self._newest
         ]
-        absent = [
+        return silent + [
             f"service {rospy.resolve_name(name)}" for name in SERVICES if not is_offered(name, 0.1)
         ]
-        if silent or absent:
-            return silent + absent
-        if self.mode != Mode.IDLE:
-            state = self._newest["twin_controller/state"]
-            return [
-                f"twin controller in IDLE (it is in {state.mode}: "
-                f"{state.alarm or state.why or 'no reason given'})"
-            ]
+
+    def _unready(self) -> list[str]:
+        """Return in words what a whole cell still waits for.
+
+        Raises:
+            RunError: Only the operator can go on.
+        """
+        state = self._newest["twin_controller/state"]
+        if state.mode != Mode.IDLE:
+            reason = state.alarm or state.why or "no reason given"
+            waited = f"twin controller in IDLE (it is in {state.mode}: {reason})"
+            if state.mode in WAYS_OUT:
+                raise RunError(
+                    f"waiting for {waited}; first give {WAYS_OUT[state.mode]} to "
+                    "service twin_controller/command"
+                )
+            return [waited]
         return [] if self.still_for() > FRESH_S else ["both sides to stand still"]
 
     def wait_ready(self, tell: Callable[[str], None]) -> None:
@@ -147,15 +156,10 @@ class Cell:
         """
         told: list[str] = []
         deadline = time.monotonic() + self._deadlines.cell
-        while missing := self.missing():
+        while missing := self._absent() or self._unready():
             if missing != told:
                 tell(f"waiting for {', '.join(missing)}")
                 told = missing
-            if self.mode in WAYS_OUT and len(missing) == 1:
-                raise RunError(
-                    f"waiting for {missing[0]}; first give {WAYS_OUT[self.mode]} to "
-                    "service twin_controller/command"
-                )
             if time.monotonic() > deadline:
                 raise RunError(f"not there after {self._deadlines.cell:g} s: {', '.join(missing)}")
             time.sleep(POLL_S)
