@@ -51,7 +51,11 @@ def config_with(folder: Path, file: str, path: list[str | int], value: object) -
 
 @pytest.mark.parametrize(
     ("number", "without"),
-    [(signal.SIGINT, ()), (signal.SIGTERM, SMALL), (signal.SIGHUP, SMALL)],
+    [
+        (signal.SIGINT, ()),
+        pytest.param(signal.SIGTERM, SMALL, marks=pytest.mark.thorough),
+        pytest.param(signal.SIGHUP, SMALL, marks=pytest.mark.thorough),
+    ],
     ids=["SIGINT", "SIGTERM", "SIGHUP"],
 )
 def test_signal_ends_the_cell_in_order_and_leaves_no_process(
@@ -162,6 +166,7 @@ def test_taken_port_is_said_with_its_owner_before_anything_starts(
     assert "starting" not in bringup.output
 
 
+@pytest.mark.thorough
 def test_second_cell_lives_beside_the_first_in_its_own_namespace(
     ros_master: Master, tmp_path: Path
 ) -> None:

@@ -11,7 +11,7 @@ import pytest
 from harness.live_cell import LiveCell
 from harness.workspace import ROOT
 
-pytestmark = pytest.mark.system
+pytestmark = [pytest.mark.system, pytest.mark.thorough]
 
 
 @pytest.fixture(scope="module")

@@ -6,6 +6,8 @@ Whole cells and browsers never share the machine: ``./cell test`` runs them by o
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 LIVE = ("tests/system/", "tests/ros/")
 """Tests that run in real time, with processes."""
 SHARED = {
@@ -40,6 +42,14 @@ def place(test: str) -> tuple[int, str]:
     group = group_of(test)
     fitting = [k for k, part in enumerate(ORDER) if group.startswith(part)]
     return min(fitting, default=len(ORDER)), group
+
+
+def turns(tests: Iterable[str]) -> dict[str, int]:
+    """Return the turn of each group: that of its first test in the order given."""
+    found: dict[str, int] = {}
+    for number, test in enumerate(tests):
+        found.setdefault(group_of(test), number)
+    return found
 
 
 def is_live(test: str) -> bool:

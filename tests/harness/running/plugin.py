@@ -45,9 +45,15 @@ class Running:
 
     @pytest.hookimpl(trylast=True)
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
-        """Put the groups in their order where several workers share the run."""
+        """Put the tests of a group beside each other, so that a shared cell is started once.
+
+        Where several workers share the run, the longest groups begin first.
+        """
         if self._shared:
             items.sort(key=lambda item: lanes.place(item.nodeid))
+            return
+        turns = lanes.turns([item.nodeid for item in items])
+        items.sort(key=lambda item: turns[lanes.group_of(item.nodeid)])
 
     @pytest.hookimpl(wrapper=True, tryfirst=True)
     def pytest_runtest_protocol(self, item: pytest.Item) -> Iterator[None]:

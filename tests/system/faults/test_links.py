@@ -35,18 +35,21 @@ def test_line_that_is_cut_stops_the_robot_and_nothing_goes_on_by_itself(
     check(lambda: link_faults.cut(cell, side, rng))
 
 
+@pytest.mark.thorough
 @SIDES
 def test_peer_that_refuses_is_found_again(cell: FaultCell, side: str, rng: Random) -> None:
     """The pause between attempts is bounded, and a link that came back moves nothing."""
     check(lambda: link_faults.refused(cell, side, rng))
 
 
+@pytest.mark.thorough
 @SIDES
 def test_slow_line_loses_nothing(cell: FaultCell, side: str, rng: Random) -> None:
     """4 to 10 ms more for each answer, 10 to 20 ms each way to the twin: no time-out."""
     check(lambda: link_faults.slow_line(cell, side, rng))
 
 
+@pytest.mark.thorough
 @SIDES
 def test_bytes_that_come_one_by_one_are_put_together(
     cell: FaultCell, side: str, rng: Random

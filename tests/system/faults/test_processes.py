@@ -20,6 +20,7 @@ def test_robot_stands_when_the_controller_is_killed(cell: FaultCell, rng: Random
     check(lambda: process_faults.controller_killed(cell, rng))
 
 
+@pytest.mark.thorough
 def test_watchdog_ends_the_robots_own_program_when_the_controller_is_killed(
     cell: FaultCell, rng: Random
 ) -> None:
@@ -30,6 +31,7 @@ def test_watchdog_ends_the_robots_own_program_when_the_controller_is_killed(
     check(lambda: process_faults.controller_killed_under_a_program(cell, rng))
 
 
+@pytest.mark.thorough
 def test_controller_that_was_stopped_replays_nothing(cell: FaultCell, rng: Random) -> None:
     """After SIGCONT it finds its data old; what it wanted before is not done."""
     check(lambda: process_faults.controller_stopped(cell, rng))
@@ -45,6 +47,7 @@ def test_twin_stops_when_the_robot_is_gone_and_aligns_slowly_to_a_new_one(
     check(lambda: process_faults.emulator_killed(cell, rng))
 
 
+@pytest.mark.thorough
 def test_robot_that_was_silent_stands_when_it_speaks_again(cell: FaultCell, rng: Random) -> None:
     """Its watchdog fires as soon as it runs."""
     check(lambda: process_faults.emulator_stopped(cell, rng))
@@ -53,11 +56,11 @@ def test_robot_that_was_silent_stands_when_it_speaks_again(cell: FaultCell, rng:
 @pytest.mark.parametrize(
     ("node", "how"),
     [
-        ("gateway", "kill"),
+        pytest.param("gateway", "kill", marks=pytest.mark.thorough),
         ("gateway", "stop"),
         ("simulator", "kill"),
-        ("simulator", "stop"),
-        ("joint_pose_controller", "kill"),
+        pytest.param("simulator", "stop", marks=pytest.mark.thorough),
+        pytest.param("joint_pose_controller", "kill", marks=pytest.mark.thorough),
     ],
 )
 def test_robot_stands_when_a_node_of_the_twin_is_gone(

@@ -28,6 +28,7 @@ def test_new_master_knows_all_topics_and_services_within_two_seconds(
     check(lambda: master_killed(master_cell))
 
 
+@pytest.mark.thorough
 def test_silent_master_holds_nobody_up(master_cell: MasterCell) -> None:
     """Links and motion need no master; what needs one is refused with the reason, in its time."""
     check(lambda: master_stopped(master_cell, 5.0))

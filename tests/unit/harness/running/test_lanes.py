@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from harness.running import shared
-from harness.running.lanes import SHARED, group_of, is_live, place
+from harness.running.lanes import SHARED, group_of, is_live, place, turns
 from harness.workspace import ROOT
 
 
@@ -57,3 +57,14 @@ def test_what_is_shared_is_made_once_and_ended_once() -> None:
     assert ended == [1]
     assert shared.shared("thing of this test", thing) is not first
     shared.close()
+
+
+def test_one_worker_plays_the_tests_of_a_shared_cell_one_after_the_other() -> None:
+    """Else its cell would end with another group's test and start again."""
+    cell, page = (
+        "tests/system/operation/test_cell.py",
+        "tests/system/operation/test_operator_page.py",
+    )
+    replay = "tests/system/test_replay.py"
+    found = turns([f"{cell}::test_a", f"{page}::test_a", f"{cell}::test_b", f"{replay}::test_a"])
+    assert found == {group_of(cell): 0, page: 1} and group_of(replay) == group_of(cell)
