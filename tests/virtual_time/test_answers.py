@@ -64,3 +64,35 @@ def test_a_move_that_a_program_of_the_robot_takes_over_says_so(cell: VirtualCell
     triggers = [made.trigger for made in cell.decisions]
     assert "REAL_TOOK_OVER" in triggers or "REAL_MOVED" in triggers
     assert "did not reach its target" in failures(cell)[0]
+
+
+@pytest.mark.parametrize("mover", ["move_to", "operator"])
+def test_a_program_starts_on_the_pendant_as_soon_as_the_pair_is_idle(
+    cell: VirtualCell, mover: str
+) -> None:
+    """The robot refuses it while its stream program runs, so RUN is refused with that until then.
+
+    The stream ends 20 ms after the answer of move_to, and once both have rested after a move of
+    the operator.
+    """
+    cell.real.robot.write_override(100)
+    cell.schedule.run(0.3)
+    answers: list[tuple[bool, str]] = []
+    if mover == "operator":
+        assert cell.operate("MOVE_JOINTS", target=NEAR, speed_percent=50.0).success
+        cell.wait_until(lambda: cell.mode == "OPERATOR_LEADS", 1.0, "OPERATOR_LEADS")
+    else:
+        begin = cell.twin.move_to.begin
+        begin((0.51, 0.16, 0.10), 50.0, "", lambda *answer: answers.append(answer))
+        cell.wait_until(lambda: cell.mode == "TWIN_LEADS", 1.0, "TWIN_LEADS")
+    assert "STOP first" in cell.refusals()["RUN"]
+    if mover == "move_to":
+        cell.wait_until(lambda: bool(answers), 5.0, "the answer")
+        cell.schedule.run(0.03)
+        assert cell.mode == "IDLE", "the answer of move_to ends the lead"
+    cell.wait_until(lambda: cell.mode == "IDLE", 5.0, "IDLE")
+    assert cell.refusals()["RUN"] == ""
+    cell.schedule.run(0.03)
+    cell.real.pendant(100.0, cell.files.program_number("TWO_POINT"))
+    cell.wait_until(lambda: cell.mode == "REAL_LEADS", 0.3, "REAL_LEADS")
+    assert cell.real.shown.alarm is None
