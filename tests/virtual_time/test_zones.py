@@ -73,3 +73,26 @@ def test_straight_down_towards_a_zone_that_is_not_entered_goes_to_its_end(
         stops = [made.why for made in cell.decisions[decided:] if made.trigger == "KEEP_OUT"]
         assert not stops, stops
         assert cell.real.truth[-1][1] == pytest.approx(down, abs=1e-4)
+
+
+def test_a_jog_towards_a_zone_is_slowed_before_it_is_stopped() -> None:
+    """The cap on the twin's program speed falls as the zone comes nearer; neither side enters."""
+    with VirtualCell(ROBOT) as cell:
+        cell.connect()
+        cell.real.robot.write_override(100)
+        cell.schedule.run(0.3)
+        assert cell.operate("MOVE_JOINTS", target=(0.0, 0.0, -0.1, 0.0)).success
+        cell.wait_still(0.5)
+        begun, fastest = cell.schedule.now, 0.1 * cell.setup.velocity[2]
+        while cell.mode != "STOPPED" and cell.schedule.now < 20.0:
+            cell.twin.jog(["joint_3"], [-fastest])
+            cell.schedule.run(0.05)
+        assert cell.mode == "STOPPED" and "keep-out zone below_table" in cell.why
+        stopped = cell.decisions[-1].now - cell.clock() + cell.schedule.now
+        speeds = {at: abs(qdot[2]) for at, _, qdot in cell.twin.truth if at > begun}
+        assert max(speeds.values()) > 0.95 * fastest
+        assert max(v for at, v in speeds.items() if at >= stopped) < 0.7 * fastest
+        cell.schedule.run(0.5)
+        surface = cell.setup.keep_out[0].upper_mm[2] * 1e-3
+        for side in (cell.real, cell.twin):
+            assert min(0.16 + q[2] for _, q, _ in side.truth) > surface

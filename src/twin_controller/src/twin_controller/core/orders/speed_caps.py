@@ -129,7 +129,10 @@ def _twin_cap(setup: Setup, speeds: Speeds, sides: Sides, safety: Safety) -> Cap
             own = speed_cap(safety.way.peak_speed, cartesian)
         caps.append(Cap(own, _cartesian(setup)))
     caps.append(Cap(safety.separation.cap, safety.separation.reason))
-    caps.append(Cap(100.0 * safety.guard.share, ZONE_AHEAD))
+    flags = sides.real.flags
+    if flags is None or not flags.own_program:
+        # A robot that runs a program of its own is slowed by its override.
+        caps.append(Cap(100.0 * safety.guard.share, ZONE_AHEAD))
     cap = min(caps, key=lambda one: one.percent)
     return Cap(max(cap.percent, 1.0), cap.reason)
 
