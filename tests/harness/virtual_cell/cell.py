@@ -40,6 +40,7 @@ from twin_controller.core.events import (
     RealMeasured,
     Tick,
 )
+from twin_controller.core.lead.allowed import refusals
 from twin_controller.core.setup import Setup
 from twin_controller.core.state import initial_state
 from twin_controller.core.step import step
@@ -170,6 +171,10 @@ class VirtualCell:
         number = len(self.replies) + 1
         self.put(Operator(self.clock(), command, number, **arguments))  # type: ignore[arg-type]
         return self.replies[number]
+
+    def refusals(self) -> dict[str, str]:
+        """Return why each command is refused now, as the state shows it."""
+        return refusals(self.setup, self._state, self.clock())
 
     def wait_still(self, duration: float) -> None:
         """Wait, from now on, until both have stood still for ``duration`` [s] in IDLE."""

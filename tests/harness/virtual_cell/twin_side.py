@@ -191,7 +191,8 @@ class TwinSide:
     def _publish(self, setpoints: Setpoints) -> None:
         """Send set points to the simulator, and less often to the controller."""
         self._topic.send(partial(self._track, setpoints))
-        if self._now() < self._plan_due - 1e-4:
+        # The link refuses a plan that lacks a joint: see packets.twin_plan.
+        if self._now() < self._plan_due - 1e-4 or len(setpoints.names) < len(self._pose.names):
             return
         self._plan_due = self._now() + self._files.controller.twin.plan_period_ms * 1e-3
         begin, points = setpoints.times[0], setpoints.points

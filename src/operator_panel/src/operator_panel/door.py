@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Mapping, Sequence
+from collections.abc import Awaitable, Mapping
 from typing import Any, Protocol
 
 import msgspec
@@ -66,10 +66,11 @@ class CellDoor(Protocol):
             RuntimeError: Nothing was sent.
         """
 
-    async def reach(
-        self, x: float, y: float, z: float, elbow: str, seed: Sequence[float]
-    ) -> Answer:
-        """Ask for the joint positions at a point [m]; values: joint_positions, elbow."""
+    async def judge(self, x: float, y: float, z: float, elbow: str, speed: float) -> Answer:
+        """Ask where MOVE to a point [m] would lead, at ``speed`` [percent].
+
+        Values: name, target, elbow, refused_now.
+        """
 
     async def shadow(self, time: float) -> Answer:
         """Ask for the pair at a time [s]; values: document (JSON), without it nobody answered."""

@@ -137,7 +137,9 @@ class CellLimits(Section, frozen=True):
     cartesian_margin: Annotated[float, Meta(ge=1.0, le=2.0)]
     cartesian_confirm_ms: Ms
     braking_delay_ms: Ms
+    slowing_delay_ms: Ms
     braking_acceleration_percent: SpeedPercent
+    keep_out_clearance_mm: Annotated[float, Meta(ge=0.0, le=1000.0)]
 
 
 class Separation(Section, frozen=True):

@@ -52,6 +52,7 @@ class StateView(msgspec.Struct, frozen=True):
     alarm: str
     real_gripper: str
     twin_gripper: str
+    move_failed: str
     gripper_alarm: str
     links: list[LinkView]
 
@@ -94,6 +95,7 @@ def state_view(setup: Setup, state: CoreState, now: float) -> StateView:
         alarm=alarm_text(state),
         real_gripper=gripper_text(sides.real.gripper),
         twin_gripper=gripper_text(sides.twin.gripper),
+        move_failed=lead.move_failed,
         gripper_alarm=state.orders.grips.trouble,
         links=[_link_view("real", sides.real, now), _link_view("twin", sides.twin, now)],
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import threading
-from collections.abc import Awaitable, Mapping, Sequence
+from collections.abc import Awaitable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +26,7 @@ from operator_panel.nodes.camera_link import CameraLink
 from operator_panel.nodes.listening import Listening
 from operator_panel.nodes.tuning_link import TuningLink
 from operator_panel.view.snapshot import Snapshot
-from scara_msgs.srv import InverseKinematics, Shadow, StartRecording, StopRecording, TwinCommand
+from scara_msgs.srv import JudgeMove, Shadow, StartRecording, StopRecording, TwinCommand
 
 NODE, COMMAND = "operator_panel", "twin_controller/command"
 MASTER_PERIOD_S = 1.0
@@ -51,7 +51,7 @@ class CellLink:
         timeout = config.call_timeout_s
         self._commands = Lane(COMMAND, TwinCommand, timeout)
         self._stops = StopLine(TwinCommand, rosgraph.names.make_caller_id(NODE), _find_command)
-        self._reach = Lane("inverse_kinematics", InverseKinematics, timeout)
+        self._judge = Lane("twin_controller/judge", JudgeMove, timeout)
         self._shadow = Lane("twin_controller/shadow", Shadow, timeout)
         self._start = Lane("recorder/start", StartRecording, RECORDER_TIMEOUT_S)
         self._stop = Lane("recorder/stop", StopRecording, RECORDER_TIMEOUT_S)
@@ -99,15 +99,12 @@ class CellLink:
         """Send STOP or ESTOP now, over connections of its own."""
         return asyncio.wrap_future(self._stops.send(command))
 
-    async def reach(
-        self, x: float, y: float, z: float, elbow: str, seed: Sequence[float]
-    ) -> Answer:
-        """Ask the kinematics server."""
-        return as_answer(
-            await self._reach.call(x=x, y=y, z=z, elbow=elbow, seed=list(seed)),
-            "joint_positions",
-            "elbow",
+    async def judge(self, x: float, y: float, z: float, elbow: str, speed: float) -> Answer:
+        """Ask the twin controller, over a connection of its own: STOP never waits for it."""
+        answer = await self._judge.call(
+            command="MOVE", x=x, y=y, z=z, elbow=elbow, speed_percent=speed
         )
+        return as_answer(answer, "name", "target", "elbow", "refused_now")
 
     async def shadow(self, time: float) -> Answer:
         """Ask the twin controller's memory."""

@@ -11,7 +11,7 @@ Subscribes: ``twin_controller/state``, ``twin_controller/decisions``, ``real/rob
 ``twin/<joint>_position_controller/state``, ``twin/pid/<joint>/parameter_descriptions``,
 ``twin/pid/<joint>/parameter_updates``.
 Publishes: ``joint_vel_controller/command`` (control_msgs/JointJog) while a jog button is held.
-Calls: ``twin_controller/command``, ``twin_controller/shadow``, ``inverse_kinematics``,
+Calls: ``twin_controller/command``, ``twin_controller/shadow``, ``twin_controller/judge``,
 ``recorder/start``, ``recorder/stop``, ``twin/pid/<joint>/set_parameters``; starts
 ``rosrun fanuc_emulator pendant``.
 """

@@ -126,10 +126,15 @@ class PoseController:
     def update_modes(self, modes: Mapping[str, str]) -> None:
         """Take in which controller each joint obeys.
 
-        A joint taken from us ends the motion of all.
+        A joint taken from us ends the motion of all. Not while a move is only announced: nothing
+        moves yet, and what takes the joint is late, as the last zero velocity of a trim before;
+        our next set points take it back. Who goes on taking it is noticed once the move begins.
         """
         lost = self._ownership.update(modes)
-        if not lost or (self._driver.drive is None and self._stream.session is None):
+        drive = self._driver.drive
+        if not lost or (drive is None and self._stream.session is None):
+            return
+        if self._stream.session is None and drive is not None and drive.announcing:
             return
         self._commanded = tuple(name for name in self._commanded if name not in lost)
         self._stop(f"aborted: {taken_text(lost)}")

@@ -65,7 +65,8 @@ def step(setup: Setup, before: CoreState, event: AnyEvent) -> Result:
     # 4 Find the trigger: the most urgent thing that has happened. What the sides show of our orders
     # is struck off before, or a stop that is obeyed just now would count as ignored.
     orders = hear(orders, event, heard, safety.guard.moves)
-    lead = note_pauses(note_ended(lead, event), sides)
+    lead, actions = note_ended(lead, event, setup.config.decision_history)
+    lead = note_pauses(lead, sides)
     sides = agree_when_stopped(setup, lead, sides, now)
     state = CoreState(sides, lead, orders, safety, follow)
     trigger = find_trigger(setup, state, event)
@@ -75,9 +76,9 @@ def step(setup: Setup, before: CoreState, event: AnyEvent) -> Result:
 
     # 6 Lead: the table says what follows from the trigger, then, in the mode after it, from the
     # command. Before all that is sent: a side that has lost the lead gets no more set points.
-    actions: list[AnyAction] = []
     if trigger is not None:
-        state, actions = transition(setup, state, trigger, now)
+        state, decided = transition(setup, state, trigger, now)
+        actions += decided
     if command is not None:
         state, answer = operate(setup, state, command)
         actions += answer

@@ -115,6 +115,7 @@ class Publishing:
             lead.mode,
             lead.why,
             lead.links_up,
+            lead.move_failed,
             state.safety.divergence.alarm,
             orders.speeds,
             sides.real.alarm,

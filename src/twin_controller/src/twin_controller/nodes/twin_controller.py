@@ -4,7 +4,8 @@ Parameters: ``~config_dir`` (robot.yaml, twin_controller.yaml, modbus_map.yaml);
 ``~modbus_host``, ``~modbus_port`` and ``~gateway_url`` override the end points of
 twin_controller.yaml, ``~links`` its choice of link limits (strict or desk).
 Services: ``twin_controller/command`` (scara_msgs/TwinCommand),
-``twin_controller/why`` (scara_msgs/Why), ``twin_controller/shadow`` (scara_msgs/Shadow).
+``twin_controller/judge`` (scara_msgs/JudgeMove), ``twin_controller/why`` (scara_msgs/Why),
+``twin_controller/shadow`` (scara_msgs/Shadow).
 Subscribes: ``people/nearest`` (geometry_msgs/PointStamped in the base frame), for speed and
 separation monitoring.
 Publishes: ``twin_controller/state``, ``decisions``, ``inputs``, ``audit``, ``configuration``
@@ -32,14 +33,23 @@ from scara_ros.nodes.starting import become_node, until_shutdown
 from scara_ros.pacing import Pace
 from std_msgs.msg import String
 
-from scara_msgs.srv import TwinCommand, TwinCommandResponse, Why, WhyResponse
+from scara_msgs.srv import (
+    JudgeMove,
+    JudgeMoveResponse,
+    TwinCommand,
+    TwinCommandResponse,
+    Why,
+    WhyResponse,
+)
 from twin_controller.config import (
     TwinControllerConfig,
     links_text,
     load_twin_controller,
     recorded_links,
 )
-from twin_controller.core.events import PersonSeen
+from twin_controller.core.events import Operator, PersonSeen
+from twin_controller.core.lead.allowed import refusals
+from twin_controller.core.lead.judging import judge_move
 from twin_controller.core.safety.sightings import SightingError, sighting_age
 from twin_controller.core.setup import Setup
 from twin_controller.io.engine import Engine
@@ -119,6 +129,7 @@ class Node:
         )
         services = [
             rospy.Service("twin_controller/command", TwinCommand, self._command),
+            rospy.Service("twin_controller/judge", JudgeMove, self._judge),
             rospy.Service("twin_controller/why", Why, self._why),
             self._shadow.offer(),
         ]
@@ -154,12 +165,7 @@ class Node:
         self._engine.link_changed(side, connected, reason)
 
     def _command(self, request: TwinCommand._request_class) -> TwinCommandResponse:
-        command = request.command.strip().upper()
-        target: tuple[float, ...] = ()
-        if command == "MOVE":
-            target = (request.x, request.y, request.z)
-        elif command == "MOVE_JOINTS":
-            target = tuple(request.joint_positions)
+        command, target = _asked(request)
         try:
             reply = self._engine.operate(
                 command, speed_percent=request.speed_percent, target=target, elbow=request.elbow
@@ -175,6 +181,22 @@ class Node:
         )
         self._publishing.audit(who, what, answer.success, answer.message)
         return answer
+
+    def _judge(self, request: JudgeMove._request_class) -> JudgeMoveResponse:
+        """Judge a move by the state as it is; the engine is not asked, so nothing waits for it."""
+        (command, target), now, state = _asked(request), time.monotonic(), self._engine.state
+        event = Operator(
+            now, command, 0, speed_percent=request.speed_percent, target=target, elbow=request.elbow
+        )
+        judged = judge_move(self._setup, state.sides.twin, event)
+        return JudgeMoveResponse(
+            success=not judged.refusal,
+            message=judged.refusal or "reachable",
+            refused_now=refusals(self._setup, state, now)["MOVE"],
+            name=list(self._setup.names),
+            target=list(judged.target),
+            elbow=judged.elbow,
+        )
 
     def _person(self, message: PointStamped) -> None:
         """Take a sighting; one that cannot be used does not count.
@@ -195,6 +217,18 @@ class Node:
     def _why(self, request: Why._request_class) -> WhyResponse:
         decisions = self._engine.state.lead.decisions[-(request.count or DEFAULT_DECISIONS) :]
         return WhyResponse([decision_text(decision) for decision in decisions])
+
+
+def _asked(
+    request: TwinCommand._request_class | JudgeMove._request_class,
+) -> tuple[str, tuple[float, ...]]:
+    """Return the command and its target."""
+    command = request.command.strip().upper()
+    if command == "MOVE":
+        return command, (request.x, request.y, request.z)
+    if command == "MOVE_JOINTS":
+        return command, tuple(request.joint_positions)
+    return command, ()
 
 
 def _publish_configuration(

@@ -7,8 +7,11 @@ import re
 import pytest
 from harness.pair import SETUP, Pair
 from twin_controller.core.actions import MoveTwin
+from twin_controller.core.events import MoveEnded, Operator
 from twin_controller.core.lead.allowed import refusals
+from twin_controller.core.lead.judging import judge_move
 from twin_controller.core.lead.modes import Mode
+from twin_controller.view import state_view
 
 BELOW_TABLE = (0.4, 0.0, -0.045)
 
@@ -51,3 +54,73 @@ def test_a_point_that_can_be_reached_is_accepted(pair: Pair) -> None:
 def test_what_is_allowed_at_all_does_not_depend_on_a_target(pair: Pair) -> None:
     """The page asks before anybody has typed one."""
     assert refusals(SETUP, pair.state, pair.now)["MOVE"] == ""
+
+
+@pytest.mark.parametrize(
+    ("command", "target", "elbow"),
+    [
+        ("MOVE", (0.51, 0.16, 0.10), ""),
+        ("MOVE", BELOW_TABLE, ""),
+        ("MOVE", (0.9, 0.0, 0.0), ""),
+        ("MOVE", (0.4, 0.1, 0.1), "sideways"),
+        ("MOVE", (0.0, 0.0, 0.0), ""),
+        ("MOVE_JOINTS", (0.1, 0.2, -0.1, 0.0), ""),
+        ("MOVE_JOINTS", (9.0, 0.2, -0.1, 0.0), ""),
+        ("MOVE_JOINTS", (), ""),
+        ("HOME", (), ""),
+    ],
+)
+def test_what_is_only_asked_about_gets_the_answer_of_the_move(
+    pair: Pair, command: str, target: tuple[float, ...], elbow: str
+) -> None:
+    """The preview and the move come to one verdict, in the same words."""
+    event = Operator(pair.now, command, 7, 20.0, target, elbow)
+    judged = judge_move(SETUP, pair.state.sides.twin, event)
+    answer = pair.operate(command, target=target, elbow=elbow, speed_percent=20.0)
+    assert answer.success is not bool(judged.refusal)
+    if judged.refusal:
+        assert answer.message == judged.refusal
+
+
+def test_a_move_without_coordinates_is_refused_with_what_is_missing(pair: Pair) -> None:
+    """A message whose fields nobody fills asks for the middle of the base."""
+    answer = pair.operate("MOVE", target=(0.0, 0.0, 0.0), speed_percent=20.0)
+    assert not answer.success and "MOVE needs the point to move to" in answer.message
+
+
+def test_a_way_nearer_than_the_clearance_is_refused(pair: Pair) -> None:
+    """The sides stray a little from a way; so it has to stay off the zone by more than that."""
+    surface = SETUP.keep_out[0].upper_mm[2] * 1e-3
+    clearance = SETUP.config.cell.keep_out_clearance_mm * 1e-3
+    near = pair.operate("MOVE", target=(0.5, 0.0, surface + clearance - 1e-3))
+    assert not near.success
+    assert "come nearer than 5 mm to keep-out zone below_table" in near.message
+    assert pair.operate("MOVE", target=(0.5, 0.0, surface + clearance + 1e-3)).success
+
+
+def test_an_accepted_move_that_fails_is_a_decision_with_its_reason(pair: Pair) -> None:
+    """In the state and in why, until the next move begins; it is no line of a log alone."""
+    assert pair.operate("MOVE_JOINTS", target=(0.1, 0.2, -0.1, 0.0)).success
+    pair.feed(MoveEnded(pair.now, False, "joint_1 stays 3 deg from its target"))
+    failed = pair.decisions()[-1]
+    assert failed.trigger == "MOVE_FAILED" and failed.mode_after == "OPERATOR_LEADS"
+    for text in (failed.why, pair.state.lead.why, state_view(SETUP, pair.state, pair.now).why):
+        assert text == (
+            "the operator's move did not reach its target: joint_1 stays 3 deg from its target"
+        )
+    pair.run(2.0)
+    assert pair.state.lead.mode is Mode.IDLE
+    assert "joint_1 stays" in state_view(SETUP, pair.state, pair.now).move_failed
+    assert pair.operate("MOVE_JOINTS", target=(0.1, 0.2, -0.1, 0.0)).success
+    assert state_view(SETUP, pair.state, pair.now).move_failed == ""
+
+
+def test_what_ended_a_move_stays_the_reason(pair: Pair) -> None:
+    """The twin answers after the STOP that ended its move: both are said, the STOP stays why."""
+    assert pair.operate("MOVE_JOINTS", target=(0.1, 0.2, -0.1, 0.0)).success
+    assert pair.operate("STOP").success
+    stopped = pair.state.lead.why
+    pair.feed(MoveEnded(pair.now, False, "cancelled by STOP"))
+    assert pair.state.lead.why == stopped
+    assert pair.decisions()[-1].trigger == "MOVE_FAILED"
+    assert "cancelled by STOP" in pair.state.lead.move_failed

@@ -18,7 +18,7 @@ from msgspec.structs import replace
 from scara_config import KeepOut
 from twin_controller.core.lead.modes import Mode
 from twin_controller.core.safety.points import positions
-from twin_controller.core.safety.zones import reached_speed
+from twin_controller.core.safety.stopping import speed_reached
 from twin_controller.core.setup import Setup
 
 PHASES = (0.0, 0.003, 0.006, 0.009)
@@ -92,7 +92,8 @@ def test_the_reached_speed_is_never_less_than_now_nor_more_than_the_largest(
     before: float, after: float, delay: float
 ) -> None:
     """A gain goes on, a loss does not count."""
-    reached = reached_speed((before,), (after,), 0.02, delay, (2.0,))[0]
+    slope = (after - before) / 0.02
+    reached = speed_reached((after,), (slope,), delay, (2.0,))[0]
     assert abs(after) <= abs(reached) <= max(2.0, abs(after)) and reached * after >= 0.0
     if abs(after) > abs(before) and before * after > 0.0:
         assert abs(reached) == pytest.approx(

@@ -26,7 +26,8 @@ from twin_controller.core.safety.separation import (
     protective_distance,
 )
 from twin_controller.core.safety.sightings import Person
-from twin_controller.core.safety.zones import braking_way, entered, judge_way
+from twin_controller.core.safety.stopping import braking_way
+from twin_controller.core.safety.zones import entered, judge_way
 from twin_controller.core.setup import Setup
 
 replace = msgspec.structs.replace

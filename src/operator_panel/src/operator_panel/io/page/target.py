@@ -107,9 +107,9 @@ class _TargetForm:
         if point is None:
             self._show(ASK, "", None)
             return
-        answer = await self._view.door.reach(
-            **point, elbow=self._elbow.value or "", seed=self._seed()
-        )
+        wrong = error_text(lambda: parse_number(self._speed.value, "Speed", "%", 1.0, 100.0))
+        percent = 0.0 if wrong else parse_number(self._speed.value, "Speed", "%")
+        answer = await self._view.door.judge(**point, elbow=self._elbow.value or "", speed=percent)
         if number != self._asked:
             return
         if answer.success:
@@ -118,26 +118,17 @@ class _TargetForm:
             self._show(f"Not reachable: {answer.message}", "bad", None)
 
     def _reachable(self, answer: Answer) -> tuple[str, str, dict[str, float]]:
+        """Return where the move leads, and why none may begin now."""
+        values = answer.values
+        there = dict(zip(values["name"], map(float, values["target"])))
         joints = self._view.robot.arm_joints
-        positions = [float(q) for q in answer.values["joint_positions"]]
-        shown = [
-            f"{words.number(q / joint.scale)} {joint.unit}" for q, joint in zip(positions, joints)
-        ]
-        pose = {joint.name: q for q, joint in zip(positions, joints)}
-        elbow = answer.values["elbow"]
-        return f"Reachable{f', {elbow}' if elbow else ''}: {', '.join(shown)}", "good", pose
-
-    def _seed(self) -> list[float]:
-        """Return where the twin's arm is now, for the nearest elbow."""
-        state = self._view.door.snapshot().state
-        if state is None or len(state.twin_position) != len(state.name):
-            return []
-        now = dict(zip(state.name, state.twin_position))
-        return [
-            now[joint.name] * joint.scale
-            for joint in self._view.robot.arm_joints
-            if joint.name in now
-        ]
+        pose = {joint.name: there[joint.name] for joint in joints}
+        shown = [f"{words.number(pose[j.name] / j.scale)} {j.unit}" for j in joints]
+        elbow, later = values["elbow"], values["refused_now"]
+        text = f"Reachable{f', {elbow}' if elbow else ''}: {', '.join(shown)}"
+        if later:
+            text += f". Not now: {later}"
+        return text, "good", pose
 
     def _show(self, text: str, tone: str, pose: dict[str, float] | None) -> None:
         self._text.set_text(text)

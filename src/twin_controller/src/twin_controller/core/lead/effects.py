@@ -72,7 +72,7 @@ def carry_out(
         case Command.RESET_REAL:
             state = replace(state, lead=replace(state.lead, reset_since=now))
         case Command.MOVE_TWIN if asked is not None:
-            state = replace(state, lead=replace(state.lead, move_pending=True))
+            state = replace(state, lead=replace(state.lead, move_pending=True, move_failed=""))
             return state, [_move_twin(setup, asked)]
     return state, [Send(command, reason)]
 

@@ -2,33 +2,27 @@
 
 from __future__ import annotations
 
-import math
-
 import msgspec
-from scara_control.errors import ScaraControlError
-from scara_control.kinematics.arm_kinematics import parse_elbow
 
 from twin_controller.core.actions import AnyAction, Reply
-from twin_controller.core.events import Joints, Operator
-from twin_controller.core.follow.limit import check_setpoint
-from twin_controller.core.follow.real import bounds_of
+from twin_controller.core.events import Operator
 from twin_controller.core.lead import triggers
+from twin_controller.core.lead.judging import invalid_target, judge_move
 from twin_controller.core.lead.modes import Trigger
 from twin_controller.core.lead.table import look_up
 from twin_controller.core.lead.transition import detail, transition
 from twin_controller.core.orders.speed_caps import real_cap, speed_answer
-from twin_controller.core.safety.zones import judge_way
 from twin_controller.core.setup import Setup
 from twin_controller.core.state import CoreState
 
 replace = msgspec.structs.replace
 Result = tuple[CoreState, list[AnyAction]]
 
-MOVES = ("MOVE", "MOVE_JOINTS", "HOME")
-
 
 def operate(setup: Setup, state: CoreState, event: Operator, judge_target: bool = True) -> Result:
     """Judge a command of the operator.
+
+    A move is accepted only if :func:`judge_move` finds nothing against it.
 
     Args:
         setup: Profile and numbers.
@@ -46,9 +40,9 @@ def operate(setup: Setup, state: CoreState, event: Operator, judge_target: bool 
         allowed = ", ".join((*triggers.COMMANDS, "HOME", "MOVE", "MOVE_JOINTS", "SPEED"))
         unknown = f"unknown command {event.command!r}: allowed are {allowed}"
         return state, [Reply(event.id, False, unknown)]
-    invalid = _invalid_target(setup, event) or _forbidden(setup, state, trigger)
+    invalid = invalid_target(setup, event) or _forbidden(setup, state, trigger)
     if not invalid and trigger is Trigger.MOVE and judge_target:
-        invalid = _barred_way(setup, state, event)
+        invalid = judge_move(setup, state.sides.twin, event).refusal
     if invalid:
         return state, [Reply(event.id, False, invalid)]
     row = look_up(state.lead.mode, trigger, state.lead.paused)
@@ -75,23 +69,6 @@ def _cap(setup: Setup, state: CoreState, event: Operator) -> Result:
     return state, [Reply(event.id, True, answer)]
 
 
-def _invalid_target(setup: Setup, event: Operator) -> str:
-    """Return why the command's target or speed is invalid, or an empty text."""
-    if event.command not in MOVES:
-        return ""
-    percent = event.speed_percent
-    if not (percent == 0.0 or 1.0 <= percent <= 100.0):
-        return f"speed_percent = {percent:g} is neither 0 (default) nor in [1, 100]"
-    if event.command == "MOVE":
-        valid = len(event.target) == 3 and all(map(math.isfinite, event.target))
-        if valid:
-            return ""
-        return f"target = {list(event.target)} is not three finite coordinates"
-    if event.command == "MOVE_JOINTS":
-        return check_setpoint(event.target, bounds_of(setup))
-    return ""
-
-
 def _forbidden(setup: Setup, state: CoreState, trigger: Trigger) -> str:
     """Return why no move may begin now: a person, a hold, or a program."""
     sides, separation = state.sides, state.safety.separation
@@ -105,36 +82,3 @@ def _forbidden(setup: Setup, state: CoreState, trigger: Trigger) -> str:
     if flags is not None and flags.own_program:
         return "the real robot runs a program of its own: STOP ends it"
     return ""
-
-
-def _barred_way(setup: Setup, state: CoreState, event: Operator) -> str:
-    """Return why a move cannot reach its target: out of reach, or a zone on its way."""
-    twin = state.sides.twin
-    if not twin.history:
-        return ""
-    start = twin.last.q
-    try:
-        target = _destination(setup, start, event)
-    except ScaraControlError as error:
-        return str(error)
-    return judge_way(setup.points, setup.keep_out, start, target, setup.velocity).violation
-
-
-def _destination(setup: Setup, start: Joints, event: Operator) -> Joints:
-    """Return where a move leads the twin's joints, by the same kinematics that the twin uses.
-
-    Raises:
-        ScaraControlError: The point is out of reach, or there is no such elbow.
-    """
-    if event.command == "HOME":
-        return setup.home
-    if event.command == "MOVE_JOINTS":
-        return event.target
-    columns = [setup.names.index(joint.name) for joint in setup.tool.joints]
-    x, y, z = event.target
-    seed = [start[column] for column in columns]
-    answer = setup.tool.inverse(x, y, z, parse_elbow(event.elbow), seed)
-    q = list(start)
-    for column, position in zip(columns, answer.chosen.q):
-        q[column] = position
-    return tuple(q)

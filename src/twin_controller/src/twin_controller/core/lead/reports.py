@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import msgspec
 
+from twin_controller.core.actions import AnyAction
 from twin_controller.core.events import AnyEvent, MoveEnded, RealMeasured, TwinMotion
 from twin_controller.core.lead.modes import Mode, Trigger
-from twin_controller.core.lead.state import Lead
+from twin_controller.core.lead.state import Lead, record_notice
 from twin_controller.core.lead.table import FOLLOWS_TWIN, LEADING
 from twin_controller.core.orders.book import due
 from twin_controller.core.orders.estop import estop_missed
@@ -22,19 +23,39 @@ from twin_controller.core.sides.measure import agree_at_rest
 from twin_controller.core.sides.side import Sides
 from twin_controller.core.state import CoreState
 
+replace = msgspec.structs.replace
 
-def note_ended(lead: Lead, event: AnyEvent) -> Lead:
-    """Note that the operator's move or the robot's own program has ended."""
+
+def note_ended(lead: Lead, event: AnyEvent, history: int) -> tuple[Lead, list[AnyAction]]:
+    """Note that the operator's move or the robot's own program has ended.
+
+    Args:
+        lead: The lead before.
+        event: The input.
+        history: So many decisions are kept.
+
+    Returns:
+        The lead after; the decision MOVE_FAILED if an accepted move did not reach its target.
+    """
     match event:
         case MoveEnded(success=True):
-            return msgspec.structs.replace(lead, move_pending=False)
+            return replace(lead, move_pending=False, move_failed=""), []
         case MoveEnded():
-            return msgspec.structs.replace(
-                lead, move_pending=False, why=f"the twin's move: {event.message}"
-            )
+            return _move_failed(lead, event, history)
         case RealMeasured(own_program=False):
-            return msgspec.structs.replace(lead, program_was_off=True)
-    return lead
+            return replace(lead, program_was_off=True), []
+    return lead, []
+
+
+def _move_failed(lead: Lead, event: MoveEnded, history: int) -> tuple[Lead, list[AnyAction]]:
+    """Decide nothing, but say that a move that was accepted has failed, and why."""
+    why = f"the operator's move did not reach its target: {event.message}"
+    lead = replace(lead, move_pending=False, move_failed=why)
+    if lead.mode is Mode.OPERATOR_LEADS:
+        # In another mode its own reason says more: it is what ended the move.
+        lead = replace(lead, why=why)
+    lead, decision = record_notice(lead, "MOVE_FAILED", why, (), history, event.now)
+    return lead, [decision]
 
 
 def note_pauses(lead: Lead, sides: Sides) -> Lead:
@@ -44,7 +65,7 @@ def note_pauses(lead: Lead, sides: Sides) -> Lead:
         return lead
     real, twin = lead.paused_seen
     seen = (real or flags.paused, twin or pauses(motion))
-    return msgspec.structs.replace(lead, paused_seen=seen)
+    return replace(lead, paused_seen=seen)
 
 
 def agree_when_stopped(setup: Setup, lead: Lead, sides: Sides, now: float) -> Sides:

@@ -40,6 +40,8 @@ class Lead(msgspec.Struct, frozen=True):
     program_was_off: bool = True
     # The twin has not answered the operator's move yet; a pair that waits for it is not at rest.
     move_pending: bool = False
+    # Why the operator's last accepted move did not reach its target; until the next one begins.
+    move_failed: str = ""
 
 
 def record(lead: Lead, decision: Decided, history: int) -> Lead:

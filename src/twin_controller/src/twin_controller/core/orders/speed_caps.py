@@ -18,6 +18,8 @@ from twin_controller.core.sides.side import Sides, TwinSide
 
 replace = msgspec.structs.replace
 
+ZONE_AHEAD = "a keep-out zone is ahead, and a slower robot can stop before it"
+
 
 class Cap(NamedTuple):
     """The largest program speed [percent], and where that comes from."""
@@ -127,6 +129,10 @@ def _twin_cap(setup: Setup, speeds: Speeds, sides: Sides, safety: Safety) -> Cap
             own = speed_cap(safety.way.peak_speed, cartesian)
         caps.append(Cap(own, _cartesian(setup)))
     caps.append(Cap(safety.separation.cap, safety.separation.reason))
+    flags = sides.real.flags
+    if flags is None or not flags.own_program:
+        # A robot that runs a program of its own is slowed by its override.
+        caps.append(Cap(100.0 * safety.guard.share, ZONE_AHEAD))
     cap = min(caps, key=lambda one: one.percent)
     return Cap(max(cap.percent, 1.0), cap.reason)
 
@@ -139,6 +145,7 @@ def real_cap(setup: Setup, speeds: Speeds, safety: Safety, leader: str) -> Cap:
     # A robot that follows is as slow as its leader, whose cap holds.
     if leader == "real":
         caps.append(Cap(safety.separation.cap, safety.separation.reason))
+        caps.append(Cap(100.0 * safety.guard.share / safety.guard.asked, ZONE_AHEAD))
     cap = min(caps, key=lambda one: one.percent)
     # The robot knows whole percents, and an override of 0 would stop it for good.
     return Cap(float(max(1, math.trunc(cap.percent))), cap.reason)

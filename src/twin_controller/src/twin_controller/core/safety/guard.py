@@ -2,20 +2,42 @@
 
 from __future__ import annotations
 
+import math
+
 import msgspec
 
 from twin_controller.config import CellLimits
 from twin_controller.core.events import Joints
 from twin_controller.core.safety.fastest import fastest_point
-from twin_controller.core.safety.zones import braking_way, heads_into, reached_speed
+from twin_controller.core.safety.stopping import (
+    Braking,
+    braking_time,
+    fastest_share,
+    gain,
+    on_path,
+    rest_of_plan,
+    speed_reached,
+    stop_from,
+    stop_on_plan,
+)
+from twin_controller.core.safety.zones import Way, free_part, heads_into, widened
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides.measure import answers
 from twin_controller.core.sides.side import RealSide, Sides
 
 replace = msgspec.structs.replace
 
-GAIN_SAMPLES = 3
-"""Over so many samples of the real robot its gain in speed is taken; two would be noise."""
+SLOW_FROM = 0.9
+"""A robot is slowed as soon as it has this part of the speed from which it can just stop."""
+PERCENT_MARGIN = 1.1
+"""A program's speed is told in whole percent."""
+CRAWL = 0.01
+"""Slower than this part of its largest speed a joint's direction means nothing."""
+
+
+Ways = tuple[tuple[Joints, ...], ...]
+"""What lies ahead of the robot, as far as its motion is known: ways by their corners. It is stopped
+before a zone only if all of them enter one."""
 
 
 class Guard(msgspec.Struct, frozen=True):
@@ -25,6 +47,11 @@ class Guard(msgspec.Struct, frozen=True):
     moves: bool = False
     # The zone that it cannot stop before, in words; judged anew at each sample.
     violation: str = ""
+    # The part of the joints' largest speed from which it can stop before a zone ahead; 1 without
+    # one. Kept up while that is less than its program asks for.
+    share: float = 1.0
+    # The part that its program asks for at full override; 1 if that is not known.
+    asked: float = 1.0
     # Since when a point is faster than the Cartesian limit allows [s]; None once none is.
     fast_since: float | None = None
     # Point, speed and limit in words, once that has lasted.
@@ -43,7 +70,7 @@ def judge_guard(
     real: RealSide,
     fastest: tuple[float, str],
     led: bool,
-    planned: Joints = (),
+    ahead: Ways = (),
 ) -> Guard:
     """Judge the newest sample: whether it moves, can stop before each zone, and is slow enough.
 
@@ -53,7 +80,7 @@ def judge_guard(
         real: The robot; it has a sample.
         fastest: Speed of the fastest watched point [m/s], and its name.
         led: Somebody leads the pair: what begins to move counts, however slow it still is.
-        planned: Where it is going, if its motion is known: see :func:`planned_end`.
+        ahead: What is known of its motion: see :func:`known_ahead`.
     """
     speed, name = fastest
     flags, config = real.flags, setup.config
@@ -61,47 +88,106 @@ def judge_guard(
     moves = driven or speed > config.separation.standstill_mm_s * 1e-3
     if not moves:
         guard = Guard()
-    violation = ""
+    violation, share = "", 1.0
     if setup.keep_out and speed > 0.0 and (moves or led):
-        violation = _zone_ahead(setup, real, planned)
-    guard = replace(guard, moves=moves, violation=violation)
+        violation, share = _zone_ahead(setup, guard, real, ahead)
+    guard = replace(guard, moves=moves, violation=violation, share=share, asked=_asked(real))
     return _too_fast(config.cell, guard, speed, name, real.last.t)
 
 
-def planned_end(setup: Setup, sides: Sides) -> Joints:
-    """Return where a robot that follows the twin's plan is going; empty if that is not known.
+def known_ahead(setup: Setup, sides: Sides, way: Way) -> Ways:
+    """Return where a robot that follows the twin's plan is going; nothing if that is not known.
 
-    The plan says how the motion goes on and where it ends, so nothing has to be guessed from the
-    robot's speed: one that brakes towards a table was taken for one that drives into it. It counts
-    only while the robot does what it was told, by the tube of our own set points.
+    The plan says how the motion goes on, so nothing has to be guessed from the robot's speed: one
+    that brakes towards a table was taken for one that drives into it. It counts only while the
+    robot does what it was told, by the tube of our own set points.
+
+    Args:
+        setup: Profile and numbers.
+        sides: Both sides.
+        way: The twin's announced move, as judged.
     """
     real, twin = sides.real, sides.twin
     plan = twin.plan
     if plan is None or real.flags is None or not real.flags.streaming or real.flags.own_program:
         return ()
-    ended = twin.clock.to_remote(real.last.t) >= plan.stamp + plan.times[-1]
-    if ended or not answers(setup, real, real.last):
+    at = twin.clock.to_remote(real.last.t)
+    if at >= plan.stamp + plan.times[-1] or not answers(setup, real, real.last):
         return ()
-    q, qdot = plan.q[-1], plan.qdot[-1]
-    if not any(qdot):
-        return q
-    # The plan goes on behind its last row: there the robot has to be able to stop, too.
     delay = setup.config.cell.braking_delay_ms * 1e-3
-    return braking_way(q, qdot, setup.braking, delay, qdot)
+    stop = stop_on_plan(plan, at, Braking(setup.braking, delay))
+    rest = rest_of_plan(plan, at, way.target, setup.acceleration)
+    if rest:
+        return (rest, stop)
+    return (stop,)
 
 
-def _zone_ahead(setup: Setup, real: RealSide, planned: Joints) -> str:
-    """Return in words the zone that the robot reaches even if it is stopped now."""
-    if planned:
-        return heads_into(setup.points, setup.keep_out, real.last.q, planned)
-    last, delay = real.last, setup.config.cell.braking_delay_ms * 1e-3
-    # Until it brakes it may gain as much speed as it did just before.
-    earlier = real.history[-GAIN_SAMPLES:][0]
-    dt, reached = last.t - earlier.t, last.qdot
-    if dt > 0.0:
-        reached = reached_speed(earlier.qdot, last.qdot, dt, delay, setup.velocity)
-    stop = braking_way(last.q, last.qdot, setup.braking, delay, reached)
-    return heads_into(setup.points, setup.keep_out, last.q, stop)
+def _zone_ahead(setup: Setup, guard: Guard, real: RealSide, ahead: Ways) -> tuple[str, float]:
+    """Return in words the zone that is reached even if it is stopped now, and the speed allowed."""
+    q = real.last.q
+    if ahead:
+        found = [heads_into(setup.points, setup.keep_out, q, *way) for way in ahead]
+        # One way that is free is enough: the robot may still be stopped later.
+        if all(found):
+            return found[-1], 1.0
+        return "", 1.0
+    flags, cell = real.flags, setup.config.cell
+    own = flags is not None and flags.own_program
+    braking = Braking(setup.braking, cell.braking_delay_ms * 1e-3, together=own)
+    reached = _reached(setup, real, braking)
+    stop = stop_from(q, real.last.qdot, reached, braking)
+    violation = heads_into(setup.points, setup.keep_out, q, stop)
+    return violation, _allowed_share(setup, guard, q, reached, _asked(real))
+
+
+def _reached(setup: Setup, real: RealSide, braking: Braking) -> Joints:
+    """Return the joint velocities that the robot may have by the time at which it brakes."""
+    flags, qdot, slope = real.flags, real.last.qdot, gain(real.history)
+    if flags is None or not braking.together:
+        return speed_reached(qdot, slope, braking.delay, setup.velocity)
+    # A program is never faster than its override lets it, nor than it says itself; one that is
+    # already faster than it says counts its speed in another way.
+    share, percent = _share(setup, qdot), max(flags.override_percent, 1.0)
+    if flags.speed_percent > 0.0 and share <= PERCENT_MARGIN * flags.speed_percent * 1e-2:
+        percent = min(percent, PERCENT_MARGIN * flags.speed_percent)
+    most = tuple(v * percent * 1e-2 for v in setup.velocity)
+    reached = speed_reached(qdot, slope, braking.delay, (math.inf,) * len(qdot))
+    return on_path(qdot, reached, most)
+
+
+def _share(setup: Setup, qdot: Joints) -> float:
+    """Return the largest joint speed as a part of what the joint can."""
+    return max(abs(v) / most for v, most in zip(qdot, setup.velocity))
+
+
+def _asked(real: RealSide) -> float:
+    """Return the part of its joints' largest speed that the robot's program asks for."""
+    flags = real.flags
+    if flags is None or not flags.own_program or flags.override_percent <= 0.0:
+        return 1.0
+    return min(1.0, max(flags.speed_percent / flags.override_percent, CRAWL))
+
+
+def _allowed_share(setup: Setup, guard: Guard, q: Joints, reached: Joints, asked: float) -> float:
+    """Return the part of the joints' largest speed from which it can stop before a zone ahead."""
+    share = _share(setup, reached)
+    if share < CRAWL:
+        return guard.share
+    cell = setup.config.cell
+    full = tuple(v / share for v in reached)
+    delay, duration = cell.slowing_delay_ms * 1e-3, braking_time(full, setup.braking)
+    # As far as it would come from the speed that its program asks for.
+    most = max(asked, share)
+    reach = most * delay + 0.5 * most * most * duration
+    end = tuple(p + v * reach for p, v in zip(q, full))
+    zones = widened(setup.keep_out, cell.keep_out_clearance_mm)
+    free = free_part(setup.points, zones, q, end)
+    if free >= 1.0:
+        return 1.0
+    allowed = fastest_share(free * reach, delay, duration)
+    if guard.share >= 1.0 and share < SLOW_FROM * allowed:
+        return 1.0
+    return allowed
 
 
 def _too_fast(cell: CellLimits, guard: Guard, speed: float, name: str, now: float) -> Guard:

@@ -14,7 +14,7 @@ from twin_controller.core.events import (
     TwinMotion,
 )
 from twin_controller.core.safety.divergence import DivergenceState, judge_divergence
-from twin_controller.core.safety.guard import Guard, judge_guard, planned_end, point_speed
+from twin_controller.core.safety.guard import Guard, Ways, judge_guard, known_ahead, point_speed
 from twin_controller.core.safety.separation import Distance, judge_separation
 from twin_controller.core.safety.sightings import Person, newest
 from twin_controller.core.safety.zones import Way, judge_way
@@ -87,8 +87,10 @@ def _watch_real(setup: Setup, safety: Safety, sides: Sides, task: Task) -> Safet
     separation = judge_separation(
         setup.points, safety.people, last.q, fastest[0], last.t, config, worst
     )
-    planned = planned_end(setup, sides) if task.streams and setup.keep_out else ()
-    guard = judge_guard(setup, safety.guard, real, fastest, task.led, planned)
+    ahead: Ways = ()
+    if task.streams and setup.keep_out:
+        ahead = known_ahead(setup, sides, safety.way)
+    guard = judge_guard(setup, safety.guard, real, fastest, task.led, ahead)
     return replace(safety, separation=separation, guard=guard)
 
 
@@ -107,4 +109,7 @@ def _judge_move(setup: Setup, way: Way, twin: TwinSide) -> Way:
     # The way is judged from where the move began: from here on only its rest would be.
     if motion.target == way.target:
         return way
-    return judge_way(setup.points, setup.keep_out, twin.last.q, motion.target, setup.velocity)
+    margin = setup.config.cell.keep_out_clearance_mm
+    return judge_way(
+        setup.points, setup.keep_out, twin.last.q, motion.target, setup.velocity, margin
+    )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 
 import msgspec
 import numpy as np
@@ -44,6 +45,7 @@ def judge_way(
     start: Joints,
     end: Joints,
     velocity: Joints,
+    margin_mm: float = 0.0,
 ) -> Way:
     r"""Judge the straight joint-space way from ``start`` to ``end``.
 
@@ -57,29 +59,75 @@ def judge_way(
         start: Joint positions, SI.
         end: Joint positions, SI.
         velocity: Largest joint speeds, SI.
+        margin_mm: How far the way has to stay away from each zone.
     """
-    first, last = np.array(start), np.array(end)
-    duration = float(np.max(np.abs(last - first) / np.array(velocity)))
-    paths, longest = _paths(points, first, last)
+    rows = np.array((start, end))
+    duration = float(np.max(np.abs(rows[1] - rows[0]) / np.array(velocity)))
+    paths, longest = _paths(points, rows)
     peak = longest * (paths.shape[1] - 1) / duration if duration > 0.0 else 0.0
-    return Way(end, _first_entered(points, paths, zones), peak)
+    violation = _first_entered(points, paths, zones)
+    if not violation and margin_mm > 0.0:
+        nearer = f"come nearer than {margin_mm:g} mm to"
+        violation = _first_entered(points, paths, widened(tuple(zones), margin_mm), nearer)
+    return Way(end, violation, peak)
 
 
-def heads_into(
-    points: Sequence[WatchedPoint], zones: Sequence[KeepOut], start: Joints, end: Joints
-) -> str:
-    """Return in words the zone that the straight joint-space way leads into.
+def heads_into(points: Sequence[WatchedPoint], zones: Sequence[KeepOut], *corners: Joints) -> str:
+    """Return in words the zone that the way leads into, straight from corner to corner.
 
     As :func:`judge_way`, but quick far from zones.
     """
-    if not points:
-        return ""
-    first, last = np.array(start), np.array(end)
-    rough = _cut(points, first, last, COARSE_STEPS)
+    rows = np.array(corners)
+    near = _points_near(points, zones, rows)
+    return _first_entered(near, _paths(near, rows)[0], zones) if near else ""
+
+
+def free_part(
+    points: Sequence[WatchedPoint], zones: Sequence[KeepOut], start: Joints, end: Joints
+) -> float:
+    """Return the part of the straight joint-space way before a zone; 1 if it enters none.
+
+    A way that begins in a zone is free until it comes into one from outside.
+    """
+    rows = np.array((start, end))
+    near = _points_near(points, zones, rows)
+    part = 1.0
+    if not near:
+        return part
+    for path in _paths(near, rows)[0]:
+        for zone in zones:
+            lower, upper = _corners(zone)
+            outside = np.any((path < lower) | (path > upper), axis=1)
+            begin = int(np.argmax(outside)) if outside.any() else len(path) - 1
+            hit = _hit_at(path[begin:], lower, upper)
+            if hit is not None:
+                part = min(part, (begin + hit) / (len(path) - 1))
+    return part
+
+
+@lru_cache(maxsize=8)
+def widened(zones: tuple[KeepOut, ...], margin_mm: float) -> tuple[KeepOut, ...]:
+    """Return the zones with all faces moved outwards by ``margin_mm``."""
+    return tuple(
+        KeepOut(
+            zone.name,
+            tuple(x - margin_mm for x in zone.lower_mm),  # type: ignore[arg-type]
+            tuple(x + margin_mm for x in zone.upper_mm),  # type: ignore[arg-type]
+        )
+        for zone in zones
+    )
+
+
+def _points_near(
+    points: Sequence[WatchedPoint], zones: Sequence[KeepOut], rows: FloatArray
+) -> list[WatchedPoint]:
+    """Return the points whose way may come into a zone, by a rough look."""
+    if not points or not zones:
+        return []
+    rough = _cut(points, rows, _fewest_steps(rows))
     chords = np.abs(np.diff(rough, axis=1))
     reach = chords.max(axis=1) + BULGE * chords.max(axis=(1, 2))[:, None]
-    near = [point for point, close in zip(points, _near(rough, zones, reach)) if close]
-    return _first_entered(near, _paths(near, first, last)[0], zones) if near else ""
+    return [point for point, close in zip(points, _near(rough, zones, reach)) if close]
 
 
 def _near(
@@ -92,44 +140,54 @@ def _near(
 
 
 def _first_entered(
-    points: Sequence[WatchedPoint], paths: FloatArray, zones: Sequence[KeepOut]
+    points: Sequence[WatchedPoint],
+    paths: FloatArray,
+    zones: Sequence[KeepOut],
+    does: str = "enter",
 ) -> str:
     near = zip(points, paths, _near(paths, zones))
-    found = (entered(point.name, path, zones) for point, path, close in near if close)
+    found = (entered(point.name, path, zones, does) for point, path, close in near if close)
     return next((violation for violation in found if violation), "")
 
 
-def _cut(
-    points: Sequence[WatchedPoint], first: FloatArray, last: FloatArray, steps: int
-) -> FloatArray:
-    """Return where the points pass, shape (p, steps + 1, 3) [m]."""
-    return all_positions(points, first + np.linspace(0.0, 1.0, steps + 1)[:, None] * (last - first))
+def _fewest_steps(rows: FloatArray) -> int:
+    """Return into how many steps a way is cut at least, the same number for each piece."""
+    pieces = len(rows) - 1
+    return pieces * math.ceil(COARSE_STEPS / pieces)
+
+
+def _cut(points: Sequence[WatchedPoint], rows: FloatArray, steps: int) -> FloatArray:
+    """Return where the points pass, shape (p, steps + 1, 3) [m]; ``steps`` fits the corners."""
+    each = steps // (len(rows) - 1)
+    part = (np.arange(steps) % each)[:, None] / each
+    begin = np.repeat(rows[:-1], each, axis=0)
+    between = begin + part * np.repeat(np.diff(rows, axis=0), each, axis=0)
+    return all_positions(points, np.vstack([between, rows[-1:]]))
 
 
 def _longest(paths: FloatArray) -> float:
     return float(np.max(np.linalg.norm(np.diff(paths, axis=1), axis=2), initial=0.0))
 
 
-def _paths(
-    points: Sequence[WatchedPoint], first: FloatArray, last: FloatArray
-) -> tuple[FloatArray, float]:
+def _paths(points: Sequence[WatchedPoint], rows: FloatArray) -> tuple[FloatArray, float]:
     """Return where the points pass, cut so finely that chords are the path, and the longest [m]."""
-    steps = COARSE_STEPS
+    pieces, steps = len(rows) - 1, _fewest_steps(rows)
     while True:
-        paths = _cut(points, first, last, steps)
+        paths = _cut(points, rows, steps)
         longest = _longest(paths)
         if not SPACING < longest < math.inf or steps >= MOST_STEPS:
             return paths, longest
-        steps = min(MOST_STEPS, math.ceil(FINER * steps * longest / SPACING))
+        wanted = min(MOST_STEPS, FINER * steps * longest / SPACING)
+        steps = pieces * math.ceil(wanted / pieces)
 
 
-def entered(name: str, path: FloatArray, zones: Sequence[KeepOut]) -> str:
-    """Return in words where a path (m, 3) [m] enters a zone; empty if nowhere.
+def entered(name: str, path: FloatArray, zones: Sequence[KeepOut], does: str = "enter") -> str:
+    """Return in words where a path (m, 3) [m] enters a zone (what it ``does``); empty if nowhere.
 
     A point that is in a zone already may leave it, but go no deeper, not in again, into no other.
     """
     for zone in zones:
-        lower, upper = np.array(zone.lower_mm) * 1e-3, np.array(zone.upper_mm) * 1e-3
+        lower, upper = _corners(zone)
         depth = np.min(np.minimum(path - lower, upper - path), axis=1)
         outside = np.flatnonzero(~(depth >= 0.0))
         # From the first point outside on, the path may not come in again.
@@ -142,8 +200,12 @@ def entered(name: str, path: FloatArray, zones: Sequence[KeepOut]) -> str:
             return f"the {name} would go deeper into keep-out zone {zone.name} at {place}"
         hit = first_hit(path[left:], lower, upper)
         if hit is not None:
-            return f"the {name} would enter keep-out zone {zone.name} at {_words(hit)}"
+            return f"the {name} would {does} keep-out zone {zone.name} at {_words(hit)}"
     return ""
+
+
+def _corners(zone: KeepOut) -> tuple[FloatArray, FloatArray]:
+    return np.array(zone.lower_mm) * 1e-3, np.array(zone.upper_mm) * 1e-3
 
 
 def _words(place: FloatArray) -> str:
@@ -161,6 +223,15 @@ def first_hit(path: FloatArray, lower: FloatArray, upper: FloatArray) -> FloatAr
         lower: Smallest corner of the box [m].
         upper: Largest corner of the box [m].
     """
+    at = _hit_at(path, lower, upper)
+    if at is None:
+        return None
+    k = min(int(at), len(path) - 2)
+    return np.asarray(path[k] + (at - k) * (path[k + 1] - path[k]))
+
+
+def _hit_at(path: FloatArray, lower: FloatArray, upper: FloatArray) -> float | None:
+    """Return the chord of the first hit plus the part of it before the hit; None without one."""
     begin, way = path[:-1], np.diff(path, axis=0)
     still = np.abs(way) < STILL
     between = (begin >= lower) & (begin <= upper)
@@ -175,39 +246,4 @@ def first_hit(path: FloatArray, lower: FloatArray, upper: FloatArray) -> FloatAr
     hits = np.flatnonzero(enters <= leaves)
     if not hits.size:
         return None
-    return np.asarray(begin[hits[0]] + enters[hits[0]] * way[hits[0]])
-
-
-def braking_way(
-    q: Joints, qdot: Joints, acceleration: Joints, delay: float, reached: Joints | None = None
-) -> Joints:
-    r"""Return where each joint stands at the earliest if it is stopped now, SI.
-
-    .. math:: q + \tfrac{1}{2} (\dot q + \dot q_d) t_d + \dot q_d |\dot q_d| / 2a
-
-    Args:
-        q: Joint positions.
-        qdot: Joint velocities now.
-        acceleration: With what each joint brakes.
-        delay: Until it begins to brake, :math:`t_d` [s].
-        reached: Joint velocities by then, :math:`\dot q_d`; as now if left out.
-    """
-    rows = zip(q, qdot, reached or qdot, acceleration)
-    return tuple(p + 0.5 * (v + w) * delay + w * abs(w) / (2.0 * a) for p, v, w, a in rows)
-
-
-def reached_speed(
-    before: Joints, after: Joints, dt: float, delay: float, velocity: Joints
-) -> Joints:
-    """Return the joint velocities in ``delay`` [s] if each joint gains as in the last ``dt`` [s].
-
-    What a joint loses does not count: it may stop losing it at any time.
-    """
-
-    def reached(v: float, w: float, limit: float) -> float:
-        gain = (w - v) * delay / dt
-        if gain * w <= 0.0:
-            return w
-        return math.copysign(max(abs(w), min(abs(w + gain), limit)), w)
-
-    return tuple(map(reached, before, after, velocity))
+    return float(hits[0] + enters[hits[0]])

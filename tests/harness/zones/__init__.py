@@ -1,0 +1,1 @@
+"""Random moves beside random zones, judged by the ground truth of both sides alone."""

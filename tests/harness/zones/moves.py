@@ -1,0 +1,218 @@
+"""A cell in which random moves pass random zones, and what became of each.
+
+Half of the zones lie on the way and half of them near it. Samples of both sides are stamped up to
+2 ms too early or too late, and packets of the twin come up to 2 ms later than others.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from random import Random
+
+import msgspec
+import numpy as np
+from fanuc_emulator.program import MoveStep, Program
+from scara_config import KeepOut
+from twin_controller.core.events import AnyEvent, RealMeasured, TwinMeasured
+
+from harness.virtual_cell.cell import VirtualCell
+from harness.virtual_cell.files import CellFiles, load_files
+from harness.virtual_cell.timing import Delays
+from harness.zones.truth import clearance, straight, watched
+
+ROBOT = "fanuc_sr6ia"
+JITTER_S = 2e-3
+NUMBERS = range(2, 9)
+"""RSR numbers of the programs."""
+SHORTEST = 0.25
+"""A way that is shorter [rad] is no trial."""
+NEAREST_START_M = 0.02
+LIMIT_S = 25.0
+LEADERS = ("program", "move_to", "operator")
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of one move."""
+
+    leader: str
+    speed_percent: float
+    # How near the whole way comes to the zone, and how near both sides came [m].
+    way: float
+    came: float
+    # KEEP_OUT was decided, or the move was refused for the zone.
+    stopped: bool
+    # The controller lowered the robot's override on the way.
+    slowed: bool
+    # Any other end than the target: its words.
+    other: str
+    words: str
+
+    @property
+    def missed(self) -> bool:
+        """Whether a watched point of a side was in the zone."""
+        return self.came < 0.0
+
+    def false(self, promised: float) -> bool:
+        """Whether the move was stopped although its way keeps the promised distance [m]."""
+        return self.stopped and self.way >= promised
+
+
+class ZoneCell(VirtualCell):
+    """A cell with seven random programs and zones that change from move to move."""
+
+    def __init__(self, seed: int) -> None:
+        """Connect."""
+        self.random = Random(seed)
+        files = load_files(ROBOT)
+        self.targets = {number: self._pose(files) for number in NUMBERS}
+        programs = {
+            number: Program(f"P{number}", number, (MoveStep(1, self._full(files, q), 100.0, True),))
+            for number, q in self.targets.items()
+        }
+        super().__init__(replace(files, programs=programs), Delays(jitter=JITTER_S), seed=seed)
+        self.setup.keep_out = ()
+        self.connect()
+
+    def put(self, event: AnyEvent) -> None:
+        """Stamp the samples of both sides wrongly by the jitter."""
+        if isinstance(event, RealMeasured):
+            late = self.random.randint(round(-JITTER_S * 1e3), round(JITTER_S * 1e3))
+            event = msgspec.structs.replace(event, clock_ms=event.clock_ms + late)
+        elif isinstance(event, TwinMeasured):
+            late_s = self.random.uniform(-JITTER_S, JITTER_S)
+            event = msgspec.structs.replace(event, stamp=event.stamp + late_s)
+        super().put(event)
+
+    def trial(self) -> Outcome:
+        """Make one random move beside one random zone."""
+        leader = self.random.choice(LEADERS)
+        speed = self.random.choice((10.0, 20.0, 40.0, 60.0, 80.0, 100.0))
+        start = self.real.truth[-1][1]
+        number, target = self._far_target(start)
+        way = watched(straight(start, target))
+        zone = self._zone(way)
+        self.setup.keep_out = (zone,)
+        begun, decided = self.schedule.now, len(self.decisions)
+        refused = self._begin(leader, number, target, speed)
+        if not refused:
+            self._end(leader)
+        self.setup.keep_out = ()
+        made = self.decisions[decided:]
+        stops = [decision.why for decision in made if decision.trigger == "KEEP_OUT"]
+        came = min(
+            clearance(watched(np.array([q for at, q, _ in side.truth if at >= begun])), *_box(zone))
+            for side in (self.real, self.twin)
+        )
+        stopped = bool(stops) or "keep-out zone" in refused
+        other = "" if stopped else refused or self._unexpected(made)
+        words = (stops or [refused])[0]
+        outcome = Outcome(
+            leader, speed, clearance(way, *_box(zone)), came, stopped, self._slowed, other, words
+        )
+        self._recover()
+        return outcome
+
+    def _begin(self, leader: str, number: int, target: Sequence[float], speed: float) -> str:
+        """Begin the move; return why it was refused."""
+        self._slowed, self._answers = False, []
+        if leader == "program":
+            self.real.pendant(speed, number)
+            self.schedule.run(0.1)
+            return ""
+        self.real.robot.write_override(100)
+        self.schedule.run(0.1)
+        if leader == "operator":
+            answer = self.operate("MOVE_JOINTS", target=tuple(target), speed_percent=speed)
+            return "" if answer.success else answer.message
+        both = target[0] + target[1]
+        point = tuple(watched(np.array([target]))[0, 0])
+        elbow = "righty" if math.sin(both - target[0]) > 0.0 else "lefty"
+        self.twin.move_to.begin(point, speed, elbow, lambda *answer: self._answers.append(answer))
+        return ""
+
+    def _end(self, leader: str) -> None:
+        """Wait until the move has ended, however it did."""
+        self.schedule.run(0.3)
+        end = self.schedule.now + LIMIT_S
+        override = self.real.robot.override
+        while self.schedule.now < end:
+            self.schedule.run(0.05)
+            self._slowed |= self.real.robot.override < override
+            busy = self.real.running or self.mode.endswith("LEADS")
+            if not busy and self.still_for() >= 0.3:
+                return
+
+    def _unexpected(self, made: Sequence[object]) -> str:
+        """Return what else ended the move; empty if it came to its end."""
+        if self.mode == "IDLE":
+            return ""
+        return f"{self.mode}: {self.why}"
+
+    def _recover(self) -> None:
+        """Be idle again, without a zone."""
+        self.wait_whatever(lambda: self.still_for() > 0.3, 10.0, "standstill")
+        if self.mode != "IDLE":
+            self.operate("STOP")
+            self.schedule.run(0.5)
+            self.operate("RESET")
+            self.schedule.run(0.5)
+            self.operate("ALIGN")
+        self.wait_whatever(lambda: self.mode == "IDLE" and self.still_for() > 0.3, 40.0, "IDLE")
+        self.schedule.run(0.5)
+        for side in (self.real, self.twin):
+            del side.truth[:-50]
+        self._seen = [len(self.real.truth), len(self.twin.truth)]
+
+    def _far_target(self, start: Sequence[float]) -> tuple[int, tuple[float, ...]]:
+        far = [
+            (number, q)
+            for number, q in self.targets.items()
+            if max(abs(a - b) for a, b in zip(q[:2], start)) > SHORTEST
+        ]
+        return self.random.choice(far)
+
+    def _zone(self, way: np.ndarray) -> KeepOut:
+        """Return a box on the way, near it, or before its end; the arm does not begin in it."""
+        while True:
+            kind = self.random.choice(("on", "near", "end", "end"))
+            point = self.random.choice((0, 0, 0, 1, 3, 6))
+            rows = way[point]
+            middle = rows[self.random.randrange(len(rows) // 4, len(rows))]
+            away = (0.0, 0.03) if kind == "on" else (0.0, 0.25)
+            if kind == "end":
+                # Behind the end of the way, in its direction.
+                ahead = rows[-1] - rows[-20]
+                length = np.linalg.norm(ahead)
+                if length < 1e-4:
+                    continue
+                middle, away = rows[-1] + ahead / length * self.random.uniform(0.02, 0.2), (0, 0.01)
+            shift = [self.random.choice((-1, 1)) * self.random.uniform(*away) for _ in range(3)]
+            half = [self.random.uniform(0.01, 0.12) for _ in range(3)]
+            lower = tuple(1e3 * (m + s - h) for m, s, h in zip(middle, shift, half))
+            upper = tuple(1e3 * (m + s + h) for m, s, h in zip(middle, shift, half))
+            zone = KeepOut("box", lower, upper)
+            near = clearance(way, *_box(zone))
+            if clearance(way[:, :1], *_box(zone)) < NEAREST_START_M:
+                continue
+            if kind == "on" or (near > 0.0 and near < 0.06):
+                return zone
+
+    def _pose(self, files: CellFiles) -> tuple[float, ...]:
+        joints = files.robot.twin_joints
+        return tuple(
+            self.random.uniform(0.8 * joint.lower, 0.8 * joint.upper)
+            if joint.screw_axis is not None
+            else 0.0
+            for joint in joints
+        )
+
+    def _full(self, files: CellFiles, q: Sequence[float]) -> tuple[float, ...]:
+        twin = iter(q)
+        return tuple(next(twin) if joint.twin else 0.0 for joint in files.robot.joints)
+
+
+def _box(zone: KeepOut) -> tuple[list[float], list[float]]:
+    return [1e-3 * x for x in zone.lower_mm], [1e-3 * x for x in zone.upper_mm]

@@ -1,0 +1,98 @@
+"""Random moves beside random zones in virtual time: no zone is entered, no free way is stopped.
+
+The real core, the real stand-in and the real twin; whoever leads; samples stamped up to 2 ms wrong.
+Judged by the ground truth of both sides, with kinematics of the tests' own. A few moves by default,
+2,000 with HYPOTHESIS_SEARCH=1, or as many as ZONE_MOVES says from the seed that ZONE_SEED says.
+"""
+
+from __future__ import annotations
+
+import os
+from collections import Counter
+from dataclasses import replace
+
+import pytest
+from fanuc_emulator.program import MoveStep, Program
+from harness.scenes.steps import ROBOT
+from harness.virtual_cell.cell import VirtualCell
+from harness.virtual_cell.files import load_files
+from harness.zones.moves import Outcome, ZoneCell
+
+FEW, MANY, EACH = 16, 2000, 8
+MOVES = int(os.environ.get("ZONE_MOVES", MANY if "HYPOTHESIS_SEARCH" in os.environ else FEW))
+SEED = int(os.environ.get("ZONE_SEED", 1))
+NUMBER = 7
+DEEPEST_MM = -12.0
+"""Straight down so far the tool stays 20 mm above the zone below the table."""
+
+
+def test_no_zone_is_entered_and_no_free_way_is_stopped() -> None:
+    """A way that keeps the configured clearance is never stopped; no point is ever in a zone."""
+    counts: Counter[str] = Counter()
+    wrong: list[tuple[int, int, Outcome]] = []
+    for seed in range(SEED, SEED + -(-MOVES // EACH)):
+        with ZoneCell(seed) as cell:
+            promised = cell.setup.config.cell.keep_out_clearance_mm * 1e-3
+            for number in range(EACH):
+                made = cell.trial()
+                false = made.false(promised)
+                passed = made.way < 0.0 and not made.stopped
+                counts.update({"moves": 1, made.leader: 1, "enter": made.way < 0.0})
+                counts.update({"stopped": made.stopped, "slowed": made.slowed})
+                counts.update({"false stops": false, "missed zones": made.missed or passed})
+                if false or made.missed or passed or made.other:
+                    wrong.append((seed, number, made))
+    print(f"seeds {SEED} to {seed}: {dict(counts)}")
+    assert not wrong, wrong
+    assert counts["enter"] > 0.2 * counts["moves"], "the zones are not on the ways"
+
+
+@pytest.mark.parametrize("leader", ["program", "operator"])
+@pytest.mark.parametrize("speed_percent", [40.0, 60.0, 80.0, 100.0])
+def test_straight_down_towards_a_zone_that_is_not_entered_goes_to_its_end(
+    leader: str, speed_percent: float
+) -> None:
+    """The zone below the table is 20 mm further; a robot that leads is slowed, not stopped."""
+    up = (0.0, 0.0, -0.02, 0.0)
+    down = (0.0, 0.0, -0.16 + DEEPEST_MM * 1e-3, 0.0)
+    step = MoveStep(1, (*down[:3], 0.0, 0.0), speed_percent, True)
+    files = replace(load_files(ROBOT), programs={NUMBER: Program("DOWN", NUMBER, (step,))})
+    with VirtualCell(files) as cell:
+        cell.connect()
+        cell.real.robot.write_override(100)
+        cell.schedule.run(0.3)
+        assert cell.operate("MOVE_JOINTS", target=up, speed_percent=50.0).success
+        cell.wait_still(0.5)
+        decided = len(cell.decisions)
+        if leader == "program":
+            cell.real.pendant(100.0, NUMBER)
+        else:
+            assert cell.operate("MOVE_JOINTS", target=down, speed_percent=speed_percent).success
+        cell.schedule.run(0.3)
+        cell.wait_still(0.5)
+        stops = [made.why for made in cell.decisions[decided:] if made.trigger == "KEEP_OUT"]
+        assert not stops, stops
+        assert cell.real.truth[-1][1] == pytest.approx(down, abs=1e-4)
+
+
+def test_a_jog_towards_a_zone_is_slowed_before_it_is_stopped() -> None:
+    """The cap on the twin's program speed falls as the zone comes nearer; neither side enters."""
+    with VirtualCell(ROBOT) as cell:
+        cell.connect()
+        cell.real.robot.write_override(100)
+        cell.schedule.run(0.3)
+        assert cell.operate("MOVE_JOINTS", target=(0.0, 0.0, -0.1, 0.0)).success
+        cell.wait_still(0.5)
+        begun, fastest = cell.schedule.now, 0.1 * cell.setup.velocity[2]
+        while cell.mode != "STOPPED" and cell.schedule.now < 20.0:
+            cell.twin.jog(["joint_3"], [-fastest])
+            cell.schedule.run(0.05)
+        assert cell.mode == "STOPPED" and "keep-out zone below_table" in cell.why
+        stopped = cell.decisions[-1].now - cell.clock() + cell.schedule.now
+        speeds = {at: abs(qdot[2]) for at, _, qdot in cell.twin.truth if at > begun}
+        assert max(speeds.values()) > 0.95 * fastest
+        assert max(v for at, v in speeds.items() if at >= stopped) < 0.7 * fastest
+        cell.schedule.run(0.5)
+        surface = cell.setup.keep_out[0].upper_mm[2] * 1e-3
+        for side in (cell.real, cell.twin):
+            assert min(0.16 + q[2] for _, q, _ in side.truth) > surface
