@@ -227,6 +227,17 @@ def test_page_loaded_again_keeps_control(desk: Desk, door: Door) -> None:
     assert door.asked == [("operator 1", "KEEP", False)]
 
 
+def test_page_whose_line_broke_after_it_was_loaded_again_keeps_its_seat(desk: Desk) -> None:
+    """Of its former self nothing comes back."""
+    desk.left("a")
+    for page in ("a2", "a3"):
+        desk.open(page, Role.OPERATOR)
+        desk.arrived(page, "tab a")
+        desk.left(page)
+    desk.arrived("a3", "tab a")
+    assert desk.name_of("a3") == "operator 1"
+
+
 def test_other_tab_does_not_inherit(desk: Desk) -> None:
     """It has to ask; nor does another person in the same tab."""
     desk.left("a")

@@ -102,14 +102,18 @@ class Desk:
     def arrived(self, page: str, tab: str) -> None:
         """Note that a page's live connection is open; a free control is taken."""
         session = self.sessions[page]
-        for old in self.sessions.values():
-            same = old.page != page and not old.there and tab and old.tab == tab
-            if same and old.seat.person == session.seat.person:
-                # It was loaded again: it goes on where it was, and keeps what it held.
-                session.seat, old.seat = old.seat, session.seat
+        if not session.tab:
+            self._inherit(session, tab)
         session.there, session.tab, session.seen = True, tab, time.monotonic()
         session.wants = session.role is Role.OPERATOR
         self._wake.set()
+
+    def _inherit(self, session: Session, tab: str) -> None:
+        """Give a page that was loaded again the seat of its former self, the last in this tab."""
+        for old in self.sessions.values():
+            same = old is not session and not old.there and tab and old.tab == tab
+            if same and old.seat.person == session.seat.person:
+                session.seat, old.seat = old.seat, session.seat
 
     def left(self, page: str) -> None:
         """Note that a page's live connection is gone; what it moves stops at once."""
