@@ -120,12 +120,12 @@ def panel(ros_module: Ros, stand_in: StandIn) -> Panel:
 
 @contextlib.contextmanager
 def in_control(panel: Panel, stand_in: StandIn) -> Iterator[ClientConnection]:
-    """Open a page with the token and wait until the twin controller is asked for control."""
+    """Open a page with the token and wait until it knows that it holds control: it keeps it."""
     stand_in.state.holder = ""
     before = len(stand_in.asked)
     with panel.live(panel.enter()) as live:
         wait_until(
-            lambda: "TAKE" in [action for _, action, _ in stand_in.asked[before:]], 20.0, "TAKE"
+            lambda: "KEEP" in [action for _, action, _ in stand_in.asked[before:]], 20.0, "KEEP"
         )
         yield live
 
