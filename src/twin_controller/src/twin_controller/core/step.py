@@ -10,7 +10,7 @@ import msgspec
 from twin_controller.core.actions import AnyAction
 from twin_controller.core.events import AnyEvent, ControlAsked, Operator, RealMeasured
 from twin_controller.core.follow.real import adapted_lag
-from twin_controller.core.lead.holder import hear_command, hear_control, let_time_pass
+from twin_controller.core.lead.commands.holder import hear_command, hear_control, let_time_pass
 from twin_controller.core.lead.modes import Mode
 from twin_controller.core.lead.reports import agree_when_stopped, note_ended, note_pauses
 from twin_controller.core.lead.sending import (

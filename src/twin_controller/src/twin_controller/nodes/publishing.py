@@ -20,7 +20,7 @@ from scara_msgs.msg import Decision as DecisionMessage
 from twin_controller.core.actions import Decided
 from twin_controller.core.authority.control import Control
 from twin_controller.core.events import RealMeasured
-from twin_controller.core.lead.allowed import refusals
+from twin_controller.core.lead.commands.allowed import refusals
 from twin_controller.core.setup import Setup
 from twin_controller.core.state import CoreState
 from twin_controller.nodes.input_publisher import InputPublisher

@@ -7,7 +7,7 @@ import re
 import pytest
 from harness.pair import SETUP, Pair
 from twin_controller.core.actions import MoveTwin
-from twin_controller.core.lead.allowed import refusals
+from twin_controller.core.lead.commands.allowed import refusals
 from twin_controller.core.lead.modes import Mode
 
 BELOW_TABLE = (0.4, 0.0, -0.045)
