@@ -5,7 +5,7 @@ from __future__ import annotations
 import msgspec
 import pytest
 from harness.pair import HOME, SETUP, Pair
-from twin_controller.core.lead.allowed import refusals
+from twin_controller.core.lead.commands.allowed import refusals
 from twin_controller.core.lead.modes import Mode, Trigger
 from twin_controller.core.lead.table import LEADING, look_up
 from twin_controller.core.lead.triggers import COMMANDS

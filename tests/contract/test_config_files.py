@@ -31,6 +31,7 @@ SINGLE: dict[str, str] = {
     "operator_panel.yaml": "operator_panel.config:load_panel",
     "palletise.yaml": "scara_config.palletise:load_palletise",
     "motion.yaml": "scara_control.config:load_motion",
+    "persons.yaml": "scara_ros.io.persons:load_persons",
     "robot.yaml": "scara_config.robot:load_robot",
 }
 WITH_ROBOT: dict[str, str] = {

@@ -16,6 +16,7 @@ PREFIX = "twin_controller.core."
 LAYERS: tuple[tuple[str, ...], ...] = (
     ("", "events"),
     ("actions",),
+    ("authority",),
     ("safety.points",),
     ("safety.fastest",),
     ("setup",),

@@ -28,6 +28,7 @@ from twin_controller.core.actions import (
 from twin_controller.core.events import (
     AnyEvent,
     ClockProbe,
+    ControlAsked,
     LinkChanged,
     MoveEnded,
     Operator,
@@ -114,6 +115,12 @@ class Pair(RealSide, TwinSide):
         """Send one command of the operator and return the answer."""
         number = len(self.replies) + 1
         self.feed(Operator(self.now, command, number, **arguments))  # type: ignore[arg-type]
+        return self.replies[number]
+
+    def control(self, action: str, person: str = "", **arguments: object) -> Reply:
+        """Let somebody take, ask for, hand over, deny, release or keep control."""
+        number = len(self.replies) + 1
+        self.feed(ControlAsked(self.now, action, number, person, **arguments))  # type: ignore[arg-type]
         return self.replies[number]
 
     def start_program(self, path: Path_) -> None:

@@ -19,7 +19,13 @@ from harness.workspace import ROOT
 DEADLINE = 5.0
 SHIPPED = load_gateway_config(ROOT / "config")
 TWIN_CONTROLLER = "twin-controller-of-the-tests-0123456789"
-TOKENS = {"look": "viewer", "drive": "operator", TWIN_CONTROLLER: "twin_controller"}
+TOKENS = {
+    "look": "viewer",
+    "drive": "operator",
+    TWIN_CONTROLLER: "twin_controller",
+    "annas-own": "operator",
+}
+PERSONS = {"annas-own": "anna"}
 
 
 class Call:
@@ -166,7 +172,7 @@ class Cell:
     def __init__(self, config: GatewayConfig) -> None:
         self.graph = Graph()
         self.log: list[str] = []
-        self.server = GatewayServer(config, self.graph, "/cell", TOKENS, self.log.append)
+        self.server = GatewayServer(config, self.graph, "/cell", TOKENS, self.log.append, PERSONS)
         self._clients: list[websocket.WebSocket] = []
 
     def client(self, path: str = "", **options: Any) -> Client:

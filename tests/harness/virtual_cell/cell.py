@@ -40,7 +40,7 @@ from twin_controller.core.events import (
     RealMeasured,
     Tick,
 )
-from twin_controller.core.lead.allowed import refusals
+from twin_controller.core.lead.commands.allowed import refusals
 from twin_controller.core.setup import Setup
 from twin_controller.core.state import initial_state
 from twin_controller.core.step import step

@@ -5,6 +5,7 @@ Who is let in, what reaches the cell, what pages are told.
 
 from __future__ import annotations
 
+import contextlib
 import json
 import re
 import signal
@@ -31,13 +32,30 @@ class StandIn:
         import rospy
 
         from scara_msgs.msg import TwinControllerState
-        from scara_msgs.srv import Shadow, ShadowResponse, TwinCommand, TwinCommandResponse
+        from scara_msgs.srv import (
+            Control,
+            ControlResponse,
+            Shadow,
+            ShadowResponse,
+            TwinCommand,
+            TwinCommandResponse,
+        )
 
         self.commands: list[tuple[str, float]] = []
+        self.asked: list[tuple[str, str, bool]] = []
+        """Seat, token and action, and whether the seat moves the twin."""
 
         def obey(request: Any) -> TwinCommandResponse:
             self.commands.append((request.command, request.speed_percent))
             return TwinCommandResponse(request.command != "HOME", f"{request.command} was heard")
+
+        def hand_out(request: Any) -> ControlResponse:
+            """Give control to whoever takes it last, as if the others were gone."""
+            seat = f"{request.person} {request.session}"
+            self.asked.append((f"{seat} {request.token}", request.action, request.moves))
+            if request.action == "TAKE":
+                self.state.holder = seat
+            return ControlResponse(True, "", self.state.holder)
 
         self.state = TwinControllerState(mode="IDLE", why="the positions are agreed")
         self.state.command = ["HOME", "ALIGN", "MOVE", "SPEED", "JOG", "RUN"]
@@ -48,7 +66,9 @@ class StandIn:
         )
         self.state.real_position, self.state.twin_position = [12.34, 0, -160, 0], [12.3, 0, -160, 0]
         self.state.deviation = [0.04, 0, 0, 0]
+        self.state.not_in_control = "nobody holds control: take control first"
         self._service = rospy.Service(ros.name("twin_controller/command"), TwinCommand, obey)
+        self._control = rospy.Service(ros.name("twin_controller/control"), Control, hand_out)
 
         def remember(request: Any) -> ShadowResponse:
             known = request.time > -60.0
@@ -75,6 +95,7 @@ class StandIn:
         self._timer.shutdown()
         self._publisher.unregister()
         self._service.shutdown()
+        self._control.shutdown()
         self._memory.shutdown()
 
 
@@ -97,10 +118,22 @@ def panel(ros_module: Ros, stand_in: StandIn) -> Panel:
     return made
 
 
-@pytest.fixture
-def operator(panel: Panel) -> Iterator[ClientConnection]:
-    """Give the live connection of an operator in control."""
+@contextlib.contextmanager
+def in_control(panel: Panel, stand_in: StandIn) -> Iterator[ClientConnection]:
+    """Open a page with the token and wait until it knows that it holds control: it keeps it."""
+    stand_in.state.holder = ""
+    before = len(stand_in.asked)
     with panel.live(panel.enter()) as live:
+        wait_until(
+            lambda: "KEEP" in [action for _, action, _ in stand_in.asked[before:]], 20.0, "KEEP"
+        )
+        yield live
+
+
+@pytest.fixture
+def operator(panel: Panel, stand_in: StandIn) -> Iterator[ClientConnection]:
+    """Give the live connection of an operator in control."""
+    with in_control(panel, stand_in) as live:
         yield live
 
 
@@ -118,6 +151,16 @@ def test_page_shows_what_the_controller_says(operator: ClientConnection) -> None
     text = heard(operator, "frame")["text"]
     assert (text["joint_1.real"], text["joint_1.deviation"]) == ("12.34", "+0.04")
     assert text["why"] == "The positions are agreed"
+
+
+def test_page_takes_control_with_its_persons_token_and_gives_signs_of_life(
+    operator: ClientConnection, stand_in: StandIn
+) -> None:
+    """The twin controller keeps the rules; a held button is told to it before a joint moves."""
+    seat = next(who for who, action, _ in reversed(stand_in.asked) if action == "TAKE")
+    assert re.fullmatch(rf"operator \d+ {TOKEN}", seat)
+    operator.send('{"hold": 1, "joint": "joint_1", "direction": 1, "percent": 3}')
+    wait_until(lambda: (seat, "KEEP", True) in stand_in.asked, 20.0, "a sign that it moves")
 
 
 def test_viewer_jogs_nothing(panel: Panel) -> None:
@@ -187,12 +230,12 @@ def test_jog_is_sent_while_signs_come_and_ends_with_a_zero(
     assert len(jogs) == count, "a late sign of the same press started the joint again"
 
 
-def test_lost_page_stops_its_joint(ros_module: Ros, panel: Panel) -> None:
+def test_lost_page_stops_its_joint(ros_module: Ros, panel: Panel, stand_in: StandIn) -> None:
     """The connection is the hand."""
     from control_msgs.msg import JointJog
 
     jogs = ros_module.collect("joint_vel_controller/command", JointJog)
-    with panel.live(panel.enter()) as live:
+    with in_control(panel, stand_in) as live:
 
         def hold() -> bool:
             live.send('{"hold": 1, "joint": "table_joint", "direction": 1, "percent": 2}')

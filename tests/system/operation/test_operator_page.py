@@ -44,7 +44,7 @@ PATIENCE: list[tuple[str, list[str | int], float]] = [
     ("motion.yaml", ["jog", "timeout"], 1.0),
     ("operator_panel.yaml", ["jog", "dead_man_ms"], 1000.0),
     ("operator_panel.yaml", ["silent_ms"], 5000.0),
-    ("operator_panel.yaml", ["control", "return_s"], 0.5),
+    ("twin_controller.yaml", ["control", "keep_ms"], 3000.0),
     ("operator_panel.yaml", ["call_timeout_s"], 15.0),
     ("operator_panel.yaml", ["program_timeout_s"], 40.0),
 ]
@@ -58,7 +58,9 @@ def patient_cell(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LiveCell]
     for file, path, value in PATIENCE:
         changed_yaml(config / file, config, path, value)
     try:
-        cell.wait_ready(cell.start(env={"SCARA_CONFIG_DIR": str(config)}))
+        # Page and controller know the same token of the person.
+        env = {"SCARA_CONFIG_DIR": str(config), "OPERATOR_PANEL_TOKEN": TOKEN}
+        cell.wait_ready(cell.start(env=env))
         yield cell
     finally:
         cell.close()

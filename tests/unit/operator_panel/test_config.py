@@ -39,6 +39,7 @@ def test_programs_positions_and_the_robots_address_come_from_the_other_rooms_fil
     assert "ARTICLE" in [program.name for program in around.programs]
     assert around.positions["P1"] == (0.65, 0.0, 0.0)
     assert around.real.port == 5020
+    assert around.keep_s == 5.0
 
 
 @pytest.mark.parametrize(
@@ -47,7 +48,6 @@ def test_programs_positions_and_the_robots_address_come_from_the_other_rooms_fil
         (["port"], 0, r"port = 0"),
         (["update_rate_hz"], 100, r"update_rate_hz = 100"),
         (["jog", "dead_man_ms"], 5000, r"dead_man_ms = 5000"),
-        (["control", "answer_s"], 0, r"answer_s = 0"),
         (["preview", "step_deg"], -1.0, r"step_deg"),
     ],
 )

@@ -6,7 +6,7 @@ import asyncio
 from typing import Any
 
 import pytest
-from scara_ros.io.page_guard import KNOWN, PageGuard
+from scara_ros.io.page_guard import KNOWN, PERSON, PageGuard
 from scara_ros.page_door import PageDoor
 
 TOKEN = "token-of-the-tests"
@@ -155,3 +155,24 @@ def test_start_and_end_of_the_server_pass() -> None:
 
     asyncio.run(PageGuard(server, DOOR)({"type": "lifespan"}, None, None))  # type: ignore[arg-type]
     assert passed == ["lifespan"]
+
+
+def test_each_person_is_known_by_their_own_token() -> None:
+    """Who came with Ben's address is Ben, with Anna's Anna, and with neither nobody."""
+    server = Server()
+    people: list[str] = []
+
+    async def told(scope: Any, receive: Any, send: Any) -> None:
+        people.append(scope[PERSON])
+        await server(scope, receive, send)
+
+    tokens = {"anna": "token-of-anna-0123", "ben": "token-of-ben-45678"}
+    doors = {name: PageDoor("page", "127.0.0.1", 8090, token) for name, token in tokens.items()}
+    door = Door()
+    door.guard = PageGuard(told, doors=doors, stranger=lambda _: "")
+    door.ask()
+    for token in tokens.values():
+        cookie = door.ask(query=f"token={token}")["named"]["set-cookie"]
+        door.ask(cookie=str(cookie).split(";")[0])
+    assert people == ["", "anna", "ben"] and server.known == [False, True, True]
+    assert door.ask(query="token=wrong")["status"] == 403

@@ -24,13 +24,6 @@ class Jog(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     speed_percent: SharePercent
 
 
-class Control(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Who may command [s]."""
-
-    answer_s: Seconds
-    return_s: Seconds
-
-
 class Preview(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """The step response shown before gains are set."""
 
@@ -51,7 +44,6 @@ class PanelConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     call_timeout_s: Seconds
     program_timeout_s: Seconds
     jog: Jog
-    control: Control
     preview: Preview
 
 
@@ -69,8 +61,13 @@ class Program(msgspec.Struct, frozen=True):
     comment: str = ""
 
 
+class _Control(msgspec.Struct, frozen=True):
+    keep_ms: Annotated[float, Meta(gt=0.0, le=600_000.0)]
+
+
 class _TwinController(msgspec.Struct, frozen=True):
     real: Door
+    control: _Control
 
 
 class _JogLimit(msgspec.Struct, frozen=True):
@@ -86,12 +83,14 @@ class Surroundings(msgspec.Struct, frozen=True):
 
     Attributes:
         real: The real robot's address, for the pendant.
+        keep_s: Who holds control and gives no sign of life for so long loses it [s].
         jog_limit_percent: What joint_vel_controller accepts, percent of the joint's speed.
         positions: Named tool positions (x, y, z) [m].
         programs: Programs of the real robot, by name.
     """
 
     real: Door
+    keep_s: float
     jog_limit_percent: float
     positions: dict[str, tuple[float, float, float]]
     programs: tuple[Program, ...]
@@ -115,8 +114,10 @@ def load_surroundings(robot: Robot, directory: Path | str | None = None) -> Surr
     programs = [
         load(file, Program) for file in sorted(locate("programs", directory).glob("*.yaml"))
     ]
+    controller = load(locate("twin_controller.yaml", directory), _TwinController)
     return Surroundings(
-        real=load(locate("twin_controller.yaml", directory), _TwinController).real,
+        real=controller.real,
+        keep_s=controller.control.keep_ms * 1e-3,
         jog_limit_percent=load(locate("motion.yaml", directory), _Motion).jog.speed_percent,
         positions=robot.positions_m,
         programs=tuple(sorted(programs, key=lambda program: program.name)),

@@ -24,6 +24,18 @@ class Answer(msgspec.Struct, frozen=True):
     values: Mapping[str, Any] = {}
 
 
+class Seat(msgspec.Struct, frozen=True):
+    """A person at one page: who commands. Viewers are nobody."""
+
+    person: str = ""
+    session: str = ""
+
+    @property
+    def name(self) -> str:
+        """As the twin controller names it."""
+        return f"{self.person} {self.session}".strip()
+
+
 class Gains(msgspec.Struct, frozen=True):
     """The parameters of one joint's tuning server.
 
@@ -54,10 +66,13 @@ class CellDoor(Protocol):
     def snapshot(self) -> Snapshot:
         """Return what is known now."""
 
-    async def command(self, command: str, **fields: Any) -> Answer:
-        """Send a command other than STOP and ESTOP to the twin controller."""
+    async def command(self, seat: Seat, command: str, **fields: Any) -> Answer:
+        """Send a command other than STOP and ESTOP of ``seat`` to the twin controller."""
 
-    def stop(self, command: str) -> Awaitable[Answer]:
+    async def control(self, seat: Seat, action: str, moves: bool) -> Answer:
+        """Take, ask for, give, deny, release or keep control; ``moves``: it moves the twin."""
+
+    def stop(self, seat: Seat, command: str) -> Awaitable[Answer]:
         """Send STOP or ESTOP now, not when it is awaited; values: confirmed.
 
         The answer always comes, maybe late.

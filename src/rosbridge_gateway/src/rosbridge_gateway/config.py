@@ -81,6 +81,7 @@ class GatewayConfig(Struct, frozen=True, forbid_unknown_fields=True):
     page_role: str
     roles: dict[str, Role]
     reserved: Reserved
+    person_services: list[str]
     guesses: GuessLimits
     ping_interval: Seconds
     ping_timeout: Seconds

@@ -220,6 +220,13 @@ class Shadow(Section, frozen=True):
     memory_s: Annotated[float, Meta(gt=0.0, le=3600.0)]
 
 
+class ControlTimes(Section, frozen=True):
+    """When who holds control, or asks for it, loses it."""
+
+    keep_ms: PositiveMs
+    answer_ms: PositiveMs
+
+
 class TwinControllerConfig(Section, frozen=True):
     """Everything in twin_controller.yaml."""
 
@@ -245,6 +252,8 @@ class TwinControllerConfig(Section, frozen=True):
     links: Literal["strict", "desk"] = "strict"
     desk: Desk | None = None
     own_gap: OwnGap = OwnGap(30.0, 100.0, 1000.0)
+    # Recordings from before control was held have none.
+    control: ControlTimes = ControlTimes(5000.0, 20_000.0)
 
 
 def with_links(config: TwinControllerConfig, links: str = "") -> TwinControllerConfig:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import msgspec
 from scara_ros.diagnosis import Level
 
 from twin_controller.core.actions import Decided
+from twin_controller.core.authority.control import NOBODY, Control, others_text
 from twin_controller.core.lead.modes import Mode
 from twin_controller.core.orders.gripper import gripper_text
 from twin_controller.core.setup import Setup
@@ -54,6 +57,12 @@ class StateView(msgspec.Struct, frozen=True):
     twin_gripper: str
     move_failed: str
     gripper_alarm: str
+    holder: str
+    held_since: float
+    holder_moves: bool
+    asker: str
+    answer_left: float
+    not_in_control: str
     links: list[LinkView]
 
 
@@ -97,8 +106,23 @@ def state_view(setup: Setup, state: CoreState, now: float) -> StateView:
         twin_gripper=gripper_text(sides.twin.gripper),
         move_failed=lead.move_failed,
         gripper_alarm=state.orders.grips.trouble,
+        **_control_fields(setup, lead.control, now),
         links=[_link_view("real", sides.real, now), _link_view("twin", sides.twin, now)],
     )
+
+
+def _control_fields(setup: Setup, control: Control, now: float) -> dict[str, Any]:
+    """Return the fields that tell who holds control; ``held_since`` on the controller's clock."""
+    asked = control.asker != NOBODY
+    left = control.asked + setup.config.control.answer_ms * 1e-3 - now
+    return {
+        "holder": control.holder.name,
+        "held_since": control.since,
+        "holder_moves": control.moves,
+        "asker": control.asker.name,
+        "answer_left": max(0.0, left) if asked else 0.0,
+        "not_in_control": others_text(control),
+    }
 
 
 def alarm_text(state: CoreState) -> str:
@@ -125,7 +149,8 @@ def alarm_text(state: CoreState) -> str:
 def decision_text(decision: Decided) -> str:
     """Return one decision as a line for a person."""
     modes = f"{decision.mode_before} -> {decision.mode_after}"
-    line = f"#{decision.seq} {decision.now:.3f} s {modes}: {decision.why}"
+    by = f" [by {decision.who}]" if decision.who else ""
+    line = f"#{decision.seq} {decision.now:.3f} s {modes}: {decision.why}{by}"
     if decision.onset_real is None and decision.onset_twin is None:
         return line
     shown = [

@@ -4,27 +4,28 @@ from __future__ import annotations
 
 import asyncio
 import math
-import time
 from collections.abc import Awaitable, Mapping
 from typing import Any
 
 import pytest
 from harness.workspace import ROOT
-from operator_panel.config import Control
-from operator_panel.control.authority import Role, passed
+from operator_panel.control.authority import Role
 from operator_panel.control.jog import DeadMan
-from operator_panel.door import Answer
+from operator_panel.door import Answer, Seat
 from operator_panel.io.desk import MOST_WATCHERS, Desk
 from operator_panel.view.snapshot import CellState, Snapshot
 from scara_config import load_robot
 
 ROBOT = load_robot(ROOT / "config")
+KEEP_S = 5.0
 
 
 class Door:
-    """A cell that obeys and remembers."""
+    """A cell that obeys who holds control and remembers; TAKE takes what nobody holds."""
 
     def __init__(self) -> None:
+        self.holder = self.asker = ""
+        self.asked: list[tuple[str, str, bool]] = []
         self.mode = "IDLE"
         self.commands: list[str] = []
         self.jogs: list[dict[str, float]] = []
@@ -32,15 +33,31 @@ class Door:
     def snapshot(self) -> Snapshot:
         """Return a state that is never silent."""
         refused = "" if self.mode in ("IDLE", "TWIN_LEADS") else "only while both stand ready"
-        state = CellState(self.mode, command=("JOG",), refused=(refused,))
+        state = CellState(
+            self.mode,
+            command=("JOG",),
+            refused=(refused,),
+            holder=self.holder,
+            asker=self.asker,
+            not_in_control=f"{self.holder or 'nobody'} holds control",
+        )
         return Snapshot(master=True, state=state, received=math.inf)
 
-    async def command(self, command: str, **_: Any) -> Answer:
-        """Remember."""
+    async def command(self, seat: Seat, command: str, **_: Any) -> Answer:
+        """Remember what the holder commands."""
+        if seat.name != self.holder and command != "PAUSE":
+            return Answer(False, f"{self.holder} holds control")
         self.commands.append(command)
         return Answer(True, "done")
 
-    def stop(self, command: str) -> Awaitable[Answer]:
+    async def control(self, seat: Seat, action: str, moves: bool) -> Answer:
+        """Remember; the rules are the twin controller's and are tested there."""
+        self.asked.append((seat.name, action, moves))
+        if action == "TAKE" and not self.holder:
+            self.holder = seat.name
+        return Answer(True, action)
+
+    def stop(self, seat: Seat, command: str) -> Awaitable[Answer]:
         """Remember."""
         self.commands.append(command)
 
@@ -63,11 +80,24 @@ def door() -> Door:
 @pytest.fixture
 def desk(door: Door) -> Desk:
     """Give a desk with two operators, a and b, and a viewer v; a is in control."""
-    made = Desk(door, DeadMan(ROBOT, 10.0, 0.25), Control(20.0, 5.0), 0.6, lambda _: None)  # type: ignore[arg-type]
+    made = Desk(door, DeadMan(ROBOT, 10.0, 0.25), KEEP_S, 0.6, lambda _: None)  # type: ignore[arg-type]
     for page, role in (("a", Role.OPERATOR), ("b", Role.OPERATOR), ("v", Role.VIEWER)):
         made.open(page, role)
         made.arrived(page, f"tab {page}")
+    signs(made)
     return made
+
+
+def signs(desk: Desk) -> None:
+    """Let all pages give their sign of life."""
+    asyncio.run(desk.give_signs())
+
+
+def hold(desk: Desk, press: int = 1, joint: str = "joint_1") -> str:
+    """Hold a jog button of page a until the twin controller knows and the joint may move."""
+    desk.hold("a", press, joint, 1, 3.0)
+    signs(desk)
+    return desk.hold("a", press, joint, 1, 3.0)
 
 
 def command(desk: Desk, page: str, name: str) -> Answer:
@@ -84,9 +114,10 @@ def stop(desk: Desk, page: str, name: str = "STOP") -> Answer:
     return asyncio.run(press())
 
 
-def test_first_operator_has_control_and_the_second_has_not(desk: Desk) -> None:
-    """Without a question asked."""
-    assert desk.state.holder == "a" and desk.name_of("b") == "operator 2"
+def test_first_operator_has_control_and_the_second_has_not(desk: Desk, door: Door) -> None:
+    """Without a question asked; a viewer says nothing at all."""
+    assert door.holder == "operator 1" and desk.name_of("b") == "operator 2"
+    assert door.asked == [("operator 1", "TAKE", False)]
 
 
 @pytest.mark.parametrize(
@@ -128,7 +159,7 @@ def test_stop_is_sent_before_anything_else_is_tried(desk: Desk, door: Door) -> N
     def fail(_: Mapping[str, float]) -> None:
         raise OSError("no space left on device")
 
-    desk.hold("a", 1, "joint_1", 1, 3.0)
+    hold(desk)
     door.jog = fail  # type: ignore[assignment]
     assert stop(desk, "v").success and door.commands == ["STOP"]
 
@@ -140,7 +171,7 @@ def test_unknown_page_is_told_to_load_again(desk: Desk) -> None:
 
 def test_stop_ends_a_held_jog(desk: Desk, door: Door) -> None:
     """The zero does not wait for the answer."""
-    assert desk.hold("a", 1, "joint_1", 1, 3.0) == ""
+    assert hold(desk) == ""
     desk.jog_tick()
     stop(desk, "b")
     assert door.jogs[-1] == {"joint_1": 0.0}
@@ -148,7 +179,7 @@ def test_stop_ends_a_held_jog(desk: Desk, door: Door) -> None:
 
 def test_lost_page_lets_go_of_its_joint(desk: Desk, door: Door) -> None:
     """A closed tab, a torn cable."""
-    desk.hold("a", 1, "joint_1", 1, 3.0)
+    hold(desk)
     desk.left("a")
     desk.jog_tick()
     assert door.jogs == [{"joint_1": 0.0}]
@@ -157,7 +188,7 @@ def test_lost_page_lets_go_of_its_joint(desk: Desk, door: Door) -> None:
 @pytest.mark.parametrize(
     ("page", "mode", "why"),
     [
-        ("b", "IDLE", "another operator"),
+        ("b", "IDLE", "operator 1 holds control"),
         ("v", "IDLE", "only watches"),
         ("a", "ESTOP", "stand ready"),
     ],
@@ -174,7 +205,7 @@ def test_jog_is_refused_to_others_and_in_other_modes(
 
 def test_mode_that_changes_under_a_held_button_releases_it(desk: Desk, door: Door) -> None:
     """An emergency stop on the other side, for example."""
-    desk.hold("a", 1, "joint_1", 1, 3.0)
+    hold(desk)
     door.mode = "ESTOP"
     assert desk.hold("a", 1, "joint_1", 1, 3.0)
     desk.jog_tick()
@@ -185,34 +216,97 @@ def test_mode_that_changes_under_a_held_button_releases_it(desk: Desk, door: Doo
     assert door.jogs == [{"joint_1": 0.0}], "the same press must not start again"
 
 
-def test_page_loaded_again_keeps_control(desk: Desk) -> None:
-    """Same browser tab, new id."""
+def test_page_loaded_again_keeps_control(desk: Desk, door: Door) -> None:
+    """Same browser tab, new id: the same seat, whose signs of life go on."""
     desk.left("a")
     desk.open("a2", Role.OPERATOR)
     desk.arrived("a2", "tab a")
-    assert desk.state.holder == "a2"
+    door.asked.clear()
+    signs(desk)
+    assert desk.name_of("a2") == "operator 1"
+    assert door.asked == [("operator 1", "KEEP", False)]
+
+
+def test_page_whose_line_broke_after_it_was_loaded_again_keeps_its_seat(desk: Desk) -> None:
+    """Of its former self nothing comes back."""
+    desk.left("a")
+    for page in ("a2", "a3"):
+        desk.open(page, Role.OPERATOR)
+        desk.arrived(page, "tab a")
+        desk.left(page)
+    desk.arrived("a3", "tab a")
+    assert desk.name_of("a3") == "operator 1"
 
 
 def test_other_tab_does_not_inherit(desk: Desk) -> None:
-    """It has to ask."""
+    """It has to ask; nor does another person in the same tab."""
     desk.left("a")
     desk.open("c", Role.OPERATOR)
     desk.arrived("c", "tab c")
-    assert desk.state.holder == "a"
+    desk.open("d", Role.OPERATOR, "ben")
+    desk.arrived("d", "tab a")
+    assert (desk.name_of("c"), desk.name_of("d")) == ("operator 3", "ben 4")
+    assert "operator 1 holds control" in command(desk, "c", "HOME").message
 
 
 def test_page_that_comes_while_the_holder_is_gone_gets_control_if_that_stays_away(
-    desk: Desk,
+    desk: Desk, door: Door
 ) -> None:
     """Nobody has to press a button for a free seat."""
     desk.left("a")
     desk.left("b")
     desk.open("c", Role.OPERATOR)
     desk.arrived("c", "tab c")
-    desk.state = passed(desk.state, time.monotonic() + 6.0, 20.0, 5.0)
-    assert desk.state.holder == "c"
+    signs(desk)
+    assert door.holder == "operator 1", "the twin controller waits for its sign of life"
+    door.holder = ""
+    signs(desk)
+    assert door.holder == "operator 3"
+
+
+def test_page_that_is_gone_gives_no_sign_of_life(desk: Desk, door: Door) -> None:
+    """By that alone the twin controller knows."""
+    desk.left("a")
+    door.asked.clear()
+    signs(desk)
+    assert door.asked == []
+
+
+def test_page_that_released_control_does_not_take_it_again_by_itself(
+    desk: Desk, door: Door
+) -> None:
+    """Somebody has to press a button; after a silence of its server it goes on by itself."""
+    door.holder = ""
+    signs(desk)
+    assert door.holder == "operator 1"
+    asyncio.run(desk.release("a"))
+    desk.sessions["b"].wants = False
+    door.holder = ""
+    signs(desk)
+    assert door.holder == ""
+
+
+def test_nothing_jogs_before_the_twin_controller_knows_whose_motion_it_is(
+    desk: Desk, door: Door
+) -> None:
+    """What it does not know it would stop."""
+    assert desk.hold("a", 1, "joint_1", 1, 3.0) == ""
+    desk.jog_tick()
+    assert door.jogs == []
+    signs(desk)
+    assert door.asked[-1] == ("operator 1", "KEEP", True)
+    desk.hold("a", 1, "joint_1", 1, 3.0)
+    desk.jog_tick()
+    assert len(door.jogs) == 1
+
+
+@pytest.mark.parametrize("page", ["a", "b", "v"])
+def test_whoever_sees_the_page_may_pause(desk: Desk, door: Door, page: str) -> None:
+    """It ends a motion, as STOP does; the button is not greyed by who holds control."""
+    assert desk.refusal(page, "PAUSE") == ""
+    assert command(desk, page, "PAUSE").success and door.commands == ["PAUSE"]
 
 
 def test_wrong_jog_of_a_browser_is_answered_in_words(desk: Desk) -> None:
     """Not by an exception in the server."""
-    assert "unknown joint" in desk.hold("a", 1, "joint_9", 1, 3.0)
+    assert "unknown joint" in hold(desk, joint="joint_9")

@@ -25,6 +25,7 @@ from twin_controller.core.actions import (
 from twin_controller.core.events import (
     AnyEvent,
     ClockProbe,
+    ControlAsked,
     Event,
     GripAnswered,
     LinkChanged,
@@ -39,6 +40,7 @@ from twin_controller.core.events import (
     TwinMotion,
     TwinPlan,
 )
+from twin_controller.core.lead.commands.holder import ACTIONS
 from twin_controller.core.step import step
 from twin_controller.twin.packets import MOTION_STATES
 from twin_controller.view import decision_text, state_view, statuses
@@ -95,6 +97,8 @@ def answers(draw: st.DrawFn) -> RealMeasured:
     )
 
 
+PERSON = st.sampled_from(["", "anna", "ben"])
+UNPROVEN = st.sampled_from(["", "", "", "wrong token"])
 COMMAND = st.sampled_from(
     [
         "STOP",
@@ -144,6 +148,19 @@ EVENTS: st.SearchStrategy[AnyEvent] = st.one_of(
         st.floats(allow_nan=True),
         st.lists(st.floats(allow_nan=True), max_size=5).map(tuple),
         TEXT,
+        PERSON,
+        PERSON,
+        UNPROVEN,
+    ),
+    st.builds(
+        ControlAsked,
+        NOW,
+        st.sampled_from([*ACTIONS, "NONSENSE", ""]),
+        st.integers(0, 9),
+        PERSON,
+        PERSON,
+        UNPROVEN,
+        FLAGS,
     ),
 )
 
@@ -160,6 +177,8 @@ def warm(leader: str) -> Pair:
         pair.run(0.6)
         pair.operate("PAUSE")
         pair.run(0.1)
+    elif leader == "held":
+        pair.control("TAKE", "anna")
     elif leader == "stopped":
         pair.operate("STOP")
         pair.run(0.6)
@@ -169,9 +188,9 @@ def warm(leader: str) -> Pair:
     return pair
 
 
-STARTS = {name: warm(name) for name in ("idle", "operator", "paused", "stopped", "emergency")} | {
-    "new": Pair()
-}
+STARTS = {
+    name: warm(name) for name in ("idle", "operator", "paused", "held", "stopped", "emergency")
+} | {"new": Pair()}
 
 
 def in_time(event: AnyEvent, now: float, pair: Pair) -> AnyEvent:
@@ -237,7 +256,7 @@ def test_any_sequence_of_inputs_is_survived(history: tuple[str, list[AnyEvent]])
             if isinstance(action, Decided):
                 assert decision_text(action)
         replies = [action for action in actions if isinstance(action, Reply)]
-        assert len(replies) == isinstance(event, Operator)
+        assert len(replies) == isinstance(event, Operator | ControlAsked)
         done = {action.command for action in actions if isinstance(action, Send)}
         if isinstance(event, Operator) and event.command == "STOP":
             assert {Command.STOP_REAL, Command.STOP_TWIN} <= done

@@ -1,7 +1,9 @@
-"""The desk where all open pages meet: who is there, who may command, whose button is held."""
+"""The desk where all open pages meet: who is there, who commands, whose button is held."""
 
 from __future__ import annotations
 
+import asyncio
+import contextlib
 import logging
 import threading
 import time
@@ -9,15 +11,18 @@ from collections.abc import Awaitable, Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from operator_panel.config import Control
 from operator_panel.control import authority, commands
-from operator_panel.control.authority import Authority, Role
+from operator_panel.control.authority import ENDING, Role
 from operator_panel.control.jog import DeadMan, JogError
-from operator_panel.door import Answer, CellDoor
+from operator_panel.door import Answer, CellDoor, Seat
+from operator_panel.view.snapshot import CellState
 
 LOG = logging.getLogger(__name__)
 MOST_WATCHERS = 32  # our choice: a page costs 1.4 MB, and whoever reaches the port may watch
 KEPT_S = 60.0  # as long as nicegui keeps a page that never connects
+SIGNS = 5  # our choice: so many signs of life in the time after which control is lost
+JOGS_S = 2.0  # our choice: so long after a jog the twin still runs out
+NOBODY = Seat()
 Say = Callable[[str], None]
 
 
@@ -28,41 +33,63 @@ class Session:
     Attributes:
         page: Its id.
         role: Operator or viewer.
-        name: For people.
+        seat: The person at it, as the twin controller knows it; empty for a viewer.
         tab: Id of the browser tab; stays when the page is loaded again.
         there: Whether its live connection is open.
+        seen: When it was opened or lost.
+        wants: It takes control while nobody holds it.
+        jogged: When a jog button of it was held last.
+        moves: The twin controller knows that this page moves the twin.
     """
 
     page: str
     role: Role
-    name: str
+    seat: Seat = NOBODY
     tab: str = ""
     there: bool = False
     seen: float = field(default_factory=time.monotonic)
+    wants: bool = False
+    jogged: float = float("-inf")
+    moves: bool = False
+
+    @property
+    def name(self) -> str:
+        """For people."""
+        return self.seat.name or "viewer"
 
 
 class Desk:
-    """Judges who may command; the twin controller judges what is commanded.
+    """Tells the twin controller who is at which page; that judges who may command.
 
     All but the jog runs in one thread.
     """
 
     def __init__(
-        self, door: CellDoor, dead_man: DeadMan, config: Control, silent_s: float, say: Say
+        self, door: CellDoor, dead_man: DeadMan, keep_s: float, silent_s: float, say: Say
     ) -> None:
-        """Start with nobody there. ``say`` logs what was commanded by whom."""
+        """Start with nobody there.
+
+        Args:
+            door: The cell.
+            dead_man: The rule of jogging.
+            keep_s: Without a sign of life for so long control is lost [s].
+            silent_s: The twin controller is silent after so long [s].
+            say: Logs what was commanded by whom.
+        """
         self.sessions: dict[str, Session] = {}
-        self.state = Authority()
-        self._door, self._dead_man, self._config, self._say = door, dead_man, config, say
+        self._door, self._dead_man, self._keep_s, self._say = door, dead_man, keep_s, say
         self._silent_s = silent_s
         self._count = 0
         self._lock = threading.Lock()
+        self._wake = asyncio.Event()
 
-    def open(self, page: str, role: Role) -> Session:
-        """Note a page that is being built."""
-        self._count += role is Role.OPERATOR
-        name = f"operator {self._count}" if role is Role.OPERATOR else "viewer"
-        self.sessions[page] = Session(page, role, name)
+    def open(self, page: str, role: Role, person: str = "") -> Session:
+        """Note a page that is being built; ``person`` has brought the token."""
+        seat = NOBODY
+        if role is Role.OPERATOR:
+            self._count += 1
+            seat = Seat(person or role.value, str(self._count))
+        self.sessions[page] = Session(page, role, seat)
         return self.sessions[page]
 
     def crowded(self) -> str:
@@ -75,82 +102,116 @@ class Desk:
     def arrived(self, page: str, tab: str) -> None:
         """Note that a page's live connection is open; a free control is taken."""
         session = self.sessions[page]
-        session.there, session.tab = True, tab
-        old = self.sessions.get(self.state.holder)
-        if (
-            old is not None
-            and old.page != page
-            and not old.there
-            and tab
-            and old.tab == tab
-            and session.role is Role.OPERATOR
-        ):
-            self.state = authority.inherited(self.state, old.page, page)
-        self.state = authority.returned(self.state, page)
-        if not self.state.holder or self.state.left is not None:
-            self.ask(
-                page
-            )  # of a page that is gone nobody answers: it gets control when that does not come back
+        if not session.tab:
+            self._inherit(session, tab)
+        session.there, session.tab, session.seen = True, tab, time.monotonic()
+        session.wants = session.role is Role.OPERATOR
+        self._wake.set()
+
+    def _inherit(self, session: Session, tab: str) -> None:
+        """Give a page that was loaded again the seat of its former self, the last in this tab."""
+        for old in self.sessions.values():
+            same = old is not session and not old.there and tab and old.tab == tab
+            if same and old.seat.person == session.seat.person:
+                session.seat, old.seat = old.seat, session.seat
 
     def left(self, page: str) -> None:
-        """Note that a page's live connection is gone; what it holds is released at once."""
+        """Note that a page's live connection is gone; what it moves stops at once."""
         with self._lock:
             self._dead_man.forget(page)
         if page in self.sessions:
-            self.sessions[page].there = False
-            self.sessions[page].seen = time.monotonic()
-            self.state = authority.lost(self.state, page, time.monotonic())
+            session = self.sessions[page]
+            session.there, session.wants, session.moves = False, False, False
+            session.seen = time.monotonic()
 
     def tick(self) -> None:
         """Let time pass."""
         now = time.monotonic()
-        self.state = authority.passed(self.state, now, self._config.answer_s, self._config.return_s)
-        gone = [
-            s.page
-            for s in self.sessions.values()
-            if not s.there and now - s.seen > KEPT_S and s.page != self.state.holder
-        ]
+        gone = [s.page for s in self.sessions.values() if not s.there and now - s.seen > KEPT_S]
         for page in gone:
             del self.sessions[page]
 
-    def ask(self, page: str) -> None:
-        """Ask for control."""
+    async def keep_control(self) -> None:
+        """Give the signs of life of all pages that are there, until cancelled."""
+        while True:
+            await self.give_signs()
+            with contextlib.suppress(TimeoutError):
+                await asyncio.wait_for(self._wake.wait(), self._keep_s / SIGNS)
+            self._wake.clear()
+
+    async def give_signs(self) -> None:
+        """Say for each page that is there that it is, or take what nobody holds."""
+        for session in list(self.sessions.values()):
+            action = self._due(session, self._door.snapshot().state, time.monotonic())
+            if action:
+                await self._ask(session, action)
+
+    def _due(self, session: Session, state: CellState | None, now: float) -> str:
+        """Return what a page has to say of control now, or an empty text."""
+        if state is None or not session.there or session.role is not Role.OPERATOR:
+            return ""
+        if session.name in (state.holder, state.asker):
+            return "KEEP"
+        if not state.holder:
+            return "TAKE" if session.wants else ""
+        # A holder that is gone loses control within this time; one that stays is asked.
+        session.wants = session.wants and now - session.seen < 2.0 * self._keep_s
+        return ""
+
+    async def _ask(self, session: Session, action: str) -> Answer:
+        """Send one action; with it goes whether this page moves the twin."""
+        moves = time.monotonic() - session.jogged < JOGS_S
+        # While the answer is on its way nothing counts on what was known before.
+        session.moves = session.moves and moves
+        answer = await self._door.control(session.seat, action, moves)
+        session.moves = moves and answer.success
+        return answer
+
+    async def ask(self, page: str) -> Answer:
+        """Take control if it is free, else ask its holder."""
         session = self.sessions[page]
-        before = self.state.holder
-        self.state = authority.ask(self.state, page, session.role, time.monotonic())
-        if self.state.holder != before:
-            self._say(f"{session.name} takes control")
+        session.wants = True
+        return await self._ask(session, "ASK")
 
-    def answer(self, page: str, granted: bool) -> None:
+    async def answer(self, page: str, granted: bool) -> Answer:
         """Grant or keep control."""
-        self.state = authority.answer(self.state, page, granted)
-        if granted:
-            self.stop_jog()
+        session = self.sessions[page]
+        if not granted:
+            return await self._ask(session, "DENY")
+        session.wants = False
+        self.stop_jog()
+        return await self._ask(session, "GIVE")
 
-    def release(self, page: str) -> None:
+    async def release(self, page: str) -> Answer:
         """Give control up."""
+        session = self.sessions[page]
+        session.wants = False
         with self._lock:
             self._dead_man.release(page)
-        self.state = authority.release(self.state, page)
+        return await self._ask(session, "RELEASE")
 
     def name_of(self, page: str) -> str:
         """Return the name of a page for people."""
         session = self.sessions.get(page)
         return session.name if session is not None else "nobody"
 
-    def refusal(self, page: str) -> str:
+    def refusal(self, page: str, command: str = "") -> str:
         """Return why ``page`` may not command, whatever the cell does; empty if it may."""
         session = self.sessions.get(page)
         if session is None:
             return "this page is not known any more: load it again"
-        return authority.refusal(self.state, page, session.role)
+        if command in ENDING:
+            return ""
+        return authority.refusal(session.role, session.name, self._door.snapshot().state)
 
     def stop(self, page: str, command: str) -> Awaitable[Answer]:
         """Send STOP or ESTOP of any page, and end a held jog; see :meth:`CellDoor.stop`.
 
         Whoever sees the page may end a motion; only the operator in control may begin one.
         """
-        answer = self._door.stop(command)  # before all else that could fail or take time
+        session = self.sessions.get(page)
+        seat = session.seat if session is not None else NOBODY
+        answer = self._door.stop(seat, command)  # before all else that could fail or take time
         try:
             self.stop_jog()
             self._say(f"{self.name_of(page)}: {command}")
@@ -161,15 +222,19 @@ class Desk:
         return answer
 
     async def command(self, page: str, command: str, **fields: Any) -> Answer:
-        """Send another command of ``page`` to the twin controller."""
-        refused = self.refusal(page)
-        if refused:
-            return Answer(False, refused)
-        self._say(f"{self.name_of(page)}: {command} {fields or ''}".rstrip())
-        return await self._door.command(command, **fields)
+        """Send another command of ``page``; whether its person may, the twin controller says."""
+        session = self.sessions.get(page)
+        if session is None or (session.role is Role.VIEWER and command not in ENDING):
+            return Answer(False, self.refusal(page))
+        self._say(f"{session.name}: {command} {fields or ''}".rstrip())
+        return await self._door.command(session.seat, command, **fields)
 
     def hold(self, page: str, press: int, joint: str, direction: int, speed_percent: float) -> str:
-        """Take a sign of a held jog button; return why it does not count, or an empty text."""
+        """Take a sign of a held jog button; return why it does not count, or an empty text.
+
+        The first sign tells the twin controller that the motion is this page's; what it does not
+        know by then it would stop. The signs that follow move the joint.
+        """
         snapshot, now = self._door.snapshot(), time.monotonic()
         refused = self.refusal(page) or commands.refusal(
             "JOG", snapshot.refused(), snapshot.is_silent(now, self._silent_s)
@@ -178,6 +243,11 @@ class Desk:
             if refused:
                 self._dead_man.release(page, press)
                 return refused
+            session = self.sessions[page]
+            session.jogged = now
+            if not session.moves:
+                self._wake.set()
+                return ""
             try:
                 self._dead_man.hold(page, press, joint, direction, speed_percent, now)
             except JogError as error:

@@ -73,8 +73,12 @@ class StopLine:
             return f"the connection was not tested for {untested:.0f} s"
         return ""
 
-    def send(self, command: str) -> Future[Answer]:
+    def send(self, command: str, **who: str) -> Future[Answer]:
         """Send ``command`` at once; the answer may come late, and always comes.
+
+        Args:
+            command: STOP or ESTOP.
+            who: Further fields of the request, which say who pressed; nothing depends on them.
 
         Raises:
             RuntimeError: The machine gives no thread.
@@ -89,17 +93,17 @@ class StopLine:
             self._waiting[command] += 1
         try:
             threading.Thread(
-                target=self._press, args=(command, answer), name=command, daemon=True
+                target=self._press, args=(command, answer, who), name=command, daemon=True
             ).start()
         except RuntimeError:
             self._answered(command)
             raise
         return answer
 
-    def _press(self, command: str, answer: Future[Answer]) -> None:
+    def _press(self, command: str, answer: Future[Answer], who: dict[str, str]) -> None:
         begun = time.monotonic()
         try:
-            response = self._send(command)
+            response = self._send(command, who)
         except ServiceTimeoutError as error:
             answer.set_result(not_confirmed(str(error)))
         except ServiceError as error:
@@ -117,9 +121,9 @@ class StopLine:
         with self._lock:
             self._waiting[command] -= 1
 
-    def _send(self, command: str) -> Any:
+    def _send(self, command: str, who: dict[str, str]) -> Any:
         """Send over the open connection; where that broke, over new ones: a STOP may come twice."""
-        payload = self._serialised(command)
+        payload = self._serialised(command, who)
         failure = ServiceError("no way was tried")
         for connect in (self._take, self._again, self._anew):
             try:
@@ -210,9 +214,9 @@ class StopLine:
         if before is not None:
             before.close()
 
-    def _serialised(self, command: str) -> bytes:
+    def _serialised(self, command: str, who: dict[str, str]) -> bytes:
         buffer = io.BytesIO()
-        self._kind._request_class(command=command).serialize(buffer)
+        self._kind._request_class(command=command, **who).serialize(buffer)
         return buffer.getvalue()
 
 

@@ -18,7 +18,7 @@ from scara_ros.nodes.service_client import look_up
 
 from control_msgs.msg import JointJog
 from operator_panel.config import PanelConfig, Surroundings
-from operator_panel.door import Answer, Gains, Picture
+from operator_panel.door import Answer, Gains, Picture, Seat
 from operator_panel.io.pendant import Pendant
 from operator_panel.io.stop_line import StopLine
 from operator_panel.nodes.calling import Lane, as_answer
@@ -26,7 +26,14 @@ from operator_panel.nodes.camera_link import CameraLink
 from operator_panel.nodes.listening import Listening
 from operator_panel.nodes.tuning_link import TuningLink
 from operator_panel.view.snapshot import Snapshot
-from scara_msgs.srv import JudgeMove, Shadow, StartRecording, StopRecording, TwinCommand
+from scara_msgs.srv import (
+    Control,
+    JudgeMove,
+    Shadow,
+    StartRecording,
+    StopRecording,
+    TwinCommand,
+)
 
 NODE, COMMAND = "operator_panel", "twin_controller/command"
 MASTER_PERIOD_S = 1.0
@@ -43,13 +50,20 @@ class CellLink:
     """
 
     def __init__(
-        self, robot: Robot, config: PanelConfig, around: Surroundings, config_dir: Path
+        self,
+        robot: Robot,
+        config: PanelConfig,
+        around: Surroundings,
+        config_dir: Path,
+        tokens: Mapping[str, str],
     ) -> None:
-        """Build everything that needs no ROS master."""
+        """Build everything that needs no ROS master; ``tokens`` prove the persons, by name."""
+        self._tokens = tokens
         self._listening = Listening(robot)
         self._pendant = Pendant(around.real, config_dir, config.program_timeout_s)
         timeout = config.call_timeout_s
         self._commands = Lane(COMMAND, TwinCommand, timeout)
+        self._control = Lane("twin_controller/control", Control, timeout)
         self._stops = StopLine(TwinCommand, rosgraph.names.make_caller_id(NODE), _find_command)
         self._judge = Lane("twin_controller/judge", JudgeMove, timeout)
         self._shadow = Lane("twin_controller/shadow", Shadow, timeout)
@@ -91,13 +105,24 @@ class CellLink:
         """Return what is known now."""
         return msgspec.structs.replace(self._listening.snapshot(), no_stop=self._stops.trouble())
 
-    async def command(self, command: str, **fields: Any) -> Answer:
+    async def command(self, seat: Seat, command: str, **fields: Any) -> Answer:
         """Send a command to the twin controller."""
-        return as_answer(await self._commands.call(command=command, **fields))
+        who = self._who(seat)
+        return as_answer(await self._commands.call(command=command, **who, **fields))
 
-    def stop(self, command: str) -> Awaitable[Answer]:
+    async def control(self, seat: Seat, action: str, moves: bool) -> Answer:
+        """Ask the twin controller who may move the pair."""
+        who = self._who(seat)
+        return as_answer(await self._control.call(action=action, moves=moves, **who))
+
+    def stop(self, seat: Seat, command: str) -> Awaitable[Answer]:
         """Send STOP or ESTOP now, over connections of its own."""
-        return asyncio.wrap_future(self._stops.send(command))
+        return asyncio.wrap_future(self._stops.send(command, **self._who(seat)))
+
+    def _who(self, seat: Seat) -> dict[str, str]:
+        """Return the fields of a request that say who asks, and prove it."""
+        token = self._tokens.get(seat.person, "")
+        return {"person": seat.person, "token": token, "session": seat.session}
 
     async def judge(self, x: float, y: float, z: float, elbow: str, speed: float) -> Answer:
         """Ask the twin controller, over a connection of its own: STOP never waits for it."""

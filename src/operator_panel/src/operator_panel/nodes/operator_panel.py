@@ -4,16 +4,17 @@ Parameters (``_name:=value`` on the command line, so that they hold without a RO
     ~config_dir: Folder with the YAML files; default: the package scara_config.
     ~host, ~port: Address of the page; default: operator_panel.yaml.
     ~runs_dir: Folder of recorded runs; default: runs of CELL_ROOT, else of the working folder.
-The operator's token: OPERATOR_PANEL_TOKEN of the environment, else the file operator_token in
-ROS_HOME, made if missing; never a parameter, which everybody on the machine can read.
+The persons and their tokens: persons.yaml. As shipped one person, operator: OPERATOR_PANEL_TOKEN of
+the environment, else the file operator_token in ROS_HOME, made if missing; never a parameter, which
+everybody on the machine can read.
 Subscribes: ``twin_controller/state``, ``twin_controller/decisions``, ``real/robot_data``,
 ``joint_vel_controller/state``, ``/diagnostics``, ``camera/image_raw`` (while a page shows it),
 ``twin/<joint>_position_controller/state``, ``twin/pid/<joint>/parameter_descriptions``,
 ``twin/pid/<joint>/parameter_updates``.
 Publishes: ``joint_vel_controller/command`` (control_msgs/JointJog) while a jog button is held.
-Calls: ``twin_controller/command``, ``twin_controller/shadow``, ``twin_controller/judge``,
-``recorder/start``, ``recorder/stop``, ``twin/pid/<joint>/set_parameters``; starts
-``rosrun fanuc_emulator pendant``.
+Calls: ``twin_controller/command``, ``twin_controller/control``, ``twin_controller/shadow``,
+``twin_controller/judge``, ``recorder/start``, ``recorder/stop``,
+``twin/pid/<joint>/set_parameters``; starts ``rosrun fanuc_emulator pendant``.
 """
 
 from __future__ import annotations
@@ -26,13 +27,16 @@ import sys
 import threading
 import time
 import traceback
+from collections.abc import Coroutine
 from pathlib import Path
+from typing import Any
 
 import rospkg
 from nicegui import app, background_tasks, ui
 from scara_config import ConfigError, config_directory, load_robot
 from scara_ros.io.page_guard import PageGuard
-from scara_ros.io.page_token import address, page_token, refuse_token_in, ros_home
+from scara_ros.io.page_token import address, refuse_token_in, ros_home
+from scara_ros.io.persons import load_persons, person_tokens
 from scara_ros.io.token_file import TokenError
 from scara_ros.page_door import PageDoor
 
@@ -91,17 +95,19 @@ def serve(private: dict[str, str]) -> None:
     host, port = private.get("host") or config.host, _port(private.get("port"), config.port)
     file = ros_home() / TOKEN_FILE
     refuse_token_in(sys.argv[1:], TOKEN_VARIABLE, file)
-    token = page_token(TOKEN_VARIABLE, file)
+    tokens = person_tokens(load_persons(folder))
+    if not tokens:
+        raise TokenError("persons.yaml: no person has a token: name a file or set the variable")
     runs = Path(
         private.get("runs_dir") or Path(os.environ.get("CELL_ROOT") or Path.cwd()) / "runs"
     ).resolve()
     model = _model(robot.description)
     _check_free(host, port)
     ended = threading.Event()
-    link = CellLink(robot, config, around, folder)
+    link = CellLink(robot, config, around, folder, tokens)
     silent_s = config.silent_ms * 1e-3
     dead_man = DeadMan(robot, around.jog_limit_percent, config.jog.dead_man_ms * 1e-3)
-    desk = Desk(link, dead_man, config.control, silent_s, link.say)
+    desk = Desk(link, dead_man, around.keep_s, silent_s, link.say)
     live = Live(link, desk, FrameMaker(robot, model, silent_s), config)
     offer_twin(link.shadow)
     offer_camera(link.picture)
@@ -118,25 +124,28 @@ def serve(private: dict[str, str]) -> None:
     )
     app.add_middleware(
         PageGuard,
-        door=PageDoor(NODE, host, port, token),
+        doors={name: PageDoor(NODE, host, port, token) for name, token in tokens.items()},
         stranger=lambda path: desk.crowded() if path == "/" else "",
         framed="/runs/",
     )
 
     @app.on_startup
     def start() -> None:
-        background_tasks.create(_live(live), name="live")
+        background_tasks.create(_ending_with(live.run()), name="live")
+        background_tasks.create(_ending_with(desk.keep_control()), name="control")
         threading.Thread(target=link.connect, args=(ended,), name="connect", daemon=True).start()
         threading.Thread(
             target=link.keep_stop, args=(ended,), name="keep stop", daemon=True
         ).start()
         threading.Thread(target=_jog, args=(desk, config, ended), name="jog", daemon=True).start()
         # A log file may be read by others: there the token stays in its own file.
-        shown = token if sys.stdout.isatty() else f"TOKEN, which is in {file} unless it was given"
-        text = (
-            f"operator_panel: {address(host, port, '')} to watch, "
-            f"{address(host, port, shown)} to operate"
-        )
+        hidden = f"TOKEN, which is in {file} unless it was given"
+        shown = {name: token if sys.stdout.isatty() else hidden for name, token in tokens.items()}
+        ways = [
+            f"{address(host, port, token)} to operate" + (f" as {name}" if len(shown) > 1 else "")
+            for name, token in shown.items()
+        ]
+        text = f"operator_panel: {address(host, port, '')} to watch, {', '.join(ways)}"
         background_tasks.create(_announce(host, port, text), name="announce")
 
     app.on_shutdown(ended.set)
@@ -174,10 +183,10 @@ async def _announce(host: str, port: int, text: str) -> None:
             return
 
 
-async def _live(live: Live) -> None:
-    """Send frames; pages that get none are no use, so an error ends the node."""
+async def _ending_with(task: Coroutine[Any, Any, None]) -> None:
+    """Run what the pages are no use without; an error ends the node."""
     try:
-        await live.run()
+        await task
     except Exception:
         traceback.print_exc()
         os._exit(1)

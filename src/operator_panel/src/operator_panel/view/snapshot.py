@@ -45,6 +45,10 @@ class CellState(msgspec.Struct, frozen=True):
     alarm: str = ""
     command: tuple[str, ...] = ()
     refused: tuple[str, ...] = ()
+    holder: str = ""
+    asker: str = ""
+    answer_left: float = 0.0
+    not_in_control: str = ""
     links: tuple[Link, ...] = ()
 
 

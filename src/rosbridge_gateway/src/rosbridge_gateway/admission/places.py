@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from rosbridge_gateway.config import Role
 
 
 @dataclass(frozen=True, slots=True)
 class Visitor:
-    """Who comes: the role, and whether it is a web page without a token."""
+    """Who comes: the role, whether it is a web page without a token, and the person, if known."""
 
     role: str
     is_page: bool
+    person: str = ""
+    token: str = field(default="", repr=False)
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,6 +22,7 @@ from rosbridge_gateway.protocol import packets, rosapi
 from rosbridge_gateway.protocol.conversion import ConversionError
 from rosbridge_gateway.protocol.latest import Outbox
 from rosbridge_gateway.protocol.packets import Packet
+from rosbridge_gateway.protocol.persons import with_person
 from rosbridge_gateway.protocol.roles import taken
 from rosbridge_gateway.protocol.session import Request, Session
 
@@ -38,6 +39,7 @@ class Shared(Protocol):
     namespace: str
     calls: int
     errors: int
+    person_services: frozenset[str]
     listeners: dict[str, set[Client]]
     log: Callable[[str], None]
 
@@ -56,7 +58,7 @@ class Client:
     ) -> None:
         self.owner = owner
         self.caller = caller
-        """Role and address, in whose name the client acts."""
+        """Role, person if known, and address, in whose name the client acts."""
         self.session = session
         self.outbox = Outbox(shared.config.limits.waiting_answers)
         self.drop_reason: str | None = None
@@ -244,7 +246,10 @@ class Client:
         timeout = min(
             packet.timeout or shared.config.service_timeout, shared.config.service_timeout_max
         )
-        call = shared.graph.service_call(name, packet.args, timeout, self.caller)
+        args = packet.args
+        if name in shared.person_services:
+            args = with_person(args, self._visitor.person, self._visitor.token, self.owner)
+        call = shared.graph.service_call(name, args, timeout, self.caller)
         task = self._loop.create_task(self._run_call(packet, name, call))
         shared.calls += 1
         self._calls[task] = call

@@ -37,8 +37,14 @@ class NotAdmittedError(RuntimeError):
 class Door:
     """Decides at a handshake who a client is."""
 
-    def __init__(self, config: GatewayConfig, tokens: Mapping[str, str]) -> None:
-        """Take roles and origins of gateway.yaml, and the role by token."""
+    def __init__(
+        self,
+        config: GatewayConfig,
+        tokens: Mapping[str, str],
+        persons: Mapping[str, str] | None = None,
+    ) -> None:
+        """Take roles and origins of gateway.yaml, the role by token, and the person by token."""
+        self._persons = dict(persons or {})
         self._loopback_role, self._page_role = config.loopback_role, config.page_role
         self._origins = origin_patterns(config)
         self._tokens = Tokens(tokens)
@@ -64,7 +70,9 @@ class Door:
             )
         token = _token(headers, path)
         if token is not None:
-            return Visitor(self._role_by(token, host, now), is_page=False)
+            role = self._role_by(token, host, now)
+            person = self._persons.get(token, "")
+            return Visitor(role, False, person, token if person else "")
         # Whatever page a browser shows: its user may have opened it without knowing what it does.
         role = self._page_role if origins else self._loopback_role
         if role and ipaddress.ip_address(host.partition("%")[0]).is_loopback:

@@ -28,6 +28,7 @@ from rosbridge_gateway.io.client import Client
 from rosbridge_gateway.io.door import Door, NotAdmittedError, bind, tls_context
 from rosbridge_gateway.io.graph import Graph
 from rosbridge_gateway.protocol.audit import Trail
+from rosbridge_gateway.protocol.names import resolve
 from rosbridge_gateway.protocol.roles import Roles
 from rosbridge_gateway.protocol.session import Session
 
@@ -61,6 +62,7 @@ class GatewayServer:
         namespace: str,
         tokens: Mapping[str, str],
         log: Callable[[str], None],
+        persons: Mapping[str, str] | None = None,
     ) -> None:
         """Bind the port.
 
@@ -70,6 +72,7 @@ class GatewayServer:
             namespace: Where names without a leading slash stand.
             tokens: Role by token.
             log: Takes one line for people.
+            persons: Person by token.
 
         Raises:
             GatewayError: The port is taken, or the TLS files cannot be read.
@@ -83,7 +86,10 @@ class GatewayServer:
         self.errors = 0
         self.graph_thread = ThreadPoolExecutor(1, "gateway_graph")
         self.call_threads = ThreadPoolExecutor(config.limits.calls, "gateway_call")
-        self._door = Door(config, tokens)
+        self.person_services = frozenset(
+            resolve(name, namespace) for name in config.person_services
+        )
+        self._door = Door(config, tokens, persons)
         self._roles = Roles(config.roles, config.reserved, namespace)
         self._tls = tls_context(config)
         self._socket = bind(config)
@@ -249,12 +255,13 @@ class GatewayServer:
         line.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         line.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, self.config.limits.send_buffer_bytes)
         role = visitor.role
+        owner = next(self._owners)
         session = Session(role, self._roles, self.namespace, self.config.limits, time.monotonic())
         peer = _peer(connection)
-        owner = next(self._owners)
-        client = Client(owner, visitor, f"{role}@{peer}", connection, session, self)
+        caller = f"{role}@{peer}" if not visitor.person else f"{role}:{visitor.person}@{peer}"
+        client = Client(owner, visitor, caller, connection, session, self)
         self._clients[client.owner] = client
-        self.log(f"client {peer} came as {role}")
+        self.log(f"client {peer} came as {role}{f', {visitor.person}' if visitor.person else ''}")
         try:
             await client.run()
         except Exception as error:

@@ -18,6 +18,7 @@ import msgspec
 import rospy
 from scara_config import ConfigError
 from scara_ros.diagnosis import Diagnosis, Level
+from scara_ros.io.persons import Person, load_persons, person_tokens
 from scara_ros.io.scheduling import go_first
 from scara_ros.io.token_file import TokenError, read_token
 from scara_ros.memory import keep_for_good
@@ -38,7 +39,8 @@ def main() -> None:
     try:
         become_node("gateway")
         config = _configuration()
-        tokens = _tokens(config)
+        folder = rospy.get_param("~config_dir", None)
+        tokens, persons = _tokens(config, load_persons(folder))
         graph = RosGraph()
         server = GatewayServer(
             config,
@@ -46,6 +48,7 @@ def main() -> None:
             rospy.get_namespace(),
             tokens,
             lambda line: rospy.loginfo("gateway: %s", line),
+            persons,
         )
     except (ConfigError, GatewayError, TokenError) as error:
         rospy.logfatal(str(error))
@@ -78,11 +81,13 @@ def _configuration() -> GatewayConfig:
         raise ConfigError(f"gateway: parameters {overrides}: {error}") from error
 
 
-def _tokens(config: GatewayConfig) -> dict[str, str]:
-    """Return the role by token.
+def _tokens(
+    config: GatewayConfig, persons: dict[str, Person]
+) -> tuple[dict[str, str], dict[str, str]]:
+    """Return the role by token, those of persons included, and the person by token.
 
     Raises:
-        ConfigError: Two roles have the same token.
+        ConfigError: Two roles have the same token, or a person's role is unknown.
         TokenError: A token's file cannot be used.
     """
     tokens: dict[str, str] = {}
@@ -95,7 +100,19 @@ def _tokens(config: GatewayConfig) -> dict[str, str]:
                 f"gateway: roles {tokens[token]} and {name} have the same token: give each its own"
             )
         tokens[token] = name
-    return tokens
+    known = {token: name for name, token in person_tokens(persons).items()}
+    for token, person in known.items():
+        given = persons[person].gateway_role
+        if given not in config.roles:
+            allowed = ", ".join(config.roles)
+            raise ConfigError(
+                f"persons.yaml: persons.{person}.gateway_role = {given!r}: allowed: {allowed}"
+            )
+        if tokens.setdefault(token, given) != given:
+            raise ConfigError(
+                f"gateway: {person} has the token of the role {tokens[token]}: give each its own"
+            )
+    return tokens, known
 
 
 def _watch(server: GatewayServer) -> None:

@@ -18,6 +18,7 @@ from rosbridge_gateway.protocol.packets import (
     ServiceResponse,
     Status,
 )
+from rosbridge_gateway.protocol.persons import without_token
 from rosbridge_gateway.protocol.rate import RateLimit
 from rosbridge_gateway.protocol.roles import Roles
 
@@ -187,7 +188,8 @@ class Session:
         details = (
             packet.msg if isinstance(packet, packets.Publish) else getattr(packet, "args", None)
         )
-        entry = self._trail.note(f"{_op(packet)} {name[:_NAME]}", details, success, outcome, now)
+        what = f"{_op(packet)} {name[:_NAME]}"
+        entry = self._trail.note(what, without_token(details), success, outcome, now)
         if entry is not None:
             self._entries.append(entry)
 

@@ -142,8 +142,11 @@ class TrajectoryServer:
             self._desk.hear_motion(message.state, message.message, message.speed_limit_percent)
 
     def _on_mode(self, message: TwinControllerState) -> None:
+        held = message.holder and not message.holder_moves
+        others_only = message.not_in_control if held else ""
+        why = message.alarm or message.why
         with self._lock:
-            self._desk.hear_mode(message.mode, message.alarm or message.why, self._clock.now())
+            self._desk.hear_mode(message.mode, why, self._clock.now(), others_only)
 
     def _on_command(self, message: MotionCommand) -> None:
         with self._lock:

@@ -82,6 +82,7 @@ class GoalQueue:
         self._measured: JointMotion | None = None
         self._state, self._message, self._limit = "", "", 100.0
         self._mode, self._why, self._mode_at = "", "", -float("inf")
+        self._others_only = ""
         self._quiet_until = -float("inf")
         self._running: _Running | None = None
         self._waiting: tuple[Hashable, Goal, float] | None = None
@@ -102,9 +103,16 @@ class GoalQueue:
         if running.followed and state != State.FOLLOWING and running.verdict is None:
             self._give_up(running, f"joint_pose_controller is {state}: {message}")
 
-    def hear_mode(self, mode: str, why: str, now: float) -> None:
-        """Take in the twin controller's mode."""
-        self._mode, self._why, self._mode_at = mode, why, now
+    def hear_mode(self, mode: str, why: str, now: float, others_only: str = "") -> None:
+        """Take in the twin controller's mode.
+
+        Args:
+            mode: Its mode.
+            why: Its reason.
+            now: When it was heard [s].
+            others_only: Why only somebody else may move the twin; empty: nobody else holds control.
+        """
+        self._mode, self._why, self._mode_at, self._others_only = mode, why, now, others_only
 
     def command(self, command: Command, reason: str = "") -> None:
         """Obey a motion command.
@@ -258,11 +266,15 @@ class GoalQueue:
         return Execution(self._joints, goal, self._config, measured, now)
 
     def _judge_mode(self, now: float) -> None:
-        """Refuse while the twin controller does something else, or stops everything."""
-        if now - self._mode_at <= self._config.trajectory.mode_timeout and self._mode in BLOCKING:
+        """Refuse while the twin controller does something else, or would stop the motion."""
+        if now - self._mode_at > self._config.trajectory.mode_timeout:
+            return
+        if self._mode in BLOCKING:
             raise GoalError(
                 Code.INVALID_GOAL, f"the twin controller is in {self._mode}{_reason(self._why)}"
             )
+        if self._others_only:
+            raise GoalError(Code.INVALID_GOAL, self._others_only)
 
     def _trouble(self, now: float) -> str:
         """Say why the running goal cannot go on."""

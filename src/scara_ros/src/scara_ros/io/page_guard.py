@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import secrets
 import time
-from collections.abc import Awaitable, Callable, MutableMapping
+from collections.abc import Awaitable, Callable, Mapping, MutableMapping
 from typing import Any
 from urllib.parse import parse_qs
 
@@ -17,30 +17,38 @@ Server = Callable[[Scope, Receive, Send], Awaitable[None]]
 Answer = tuple[int, str, list[tuple[bytes, bytes]]]
 
 KNOWN = "scara.known"
-"""Key of a request's scope: whether the visitor has brought the token."""
+"""Key of a request's scope: whether the visitor has brought a token."""
+PERSON = "scara.person"
+"""Key of a request's scope: whose token that was; empty for nobody's."""
 PRIVATE = "This page needs the address that was printed when it was started, the one with a token."
 WRONG = "The token in the address is wrong. The right one was printed when the page was started."
 
 
 class PageGuard:
-    """An ASGI middleware; it sets ``scope[KNOWN]`` for those it lets in."""
+    """An ASGI middleware; it sets ``KNOWN`` and ``PERSON`` in the scope of those it lets in."""
 
     def __init__(
         self,
         server: Server,
-        door: PageDoor,
+        door: PageDoor | None = None,
         stranger: Callable[[str], str] = lambda _: PRIVATE,
         framed: str = "",
+        doors: Mapping[str, PageDoor] | None = None,
     ) -> None:
         """Guard a server.
 
         Args:
             server: The next in line.
-            door: The rules.
+            door: The rules of a page with one token.
             stranger: Says why somebody without the token does not get a path, or an empty text.
             framed: Paths that start so may stand in a frame of the page itself.
+            doors: The rules of a page with a token for each person, by name; they differ by that.
         """
-        self._server, self._door, self._stranger, self._framed = server, door, stranger, framed
+        self._server, self._stranger, self._framed = server, stranger, framed
+        self._doors = dict(doors or {})
+        if door is not None:
+            self._doors[""] = door
+        self._door = next(iter(self._doors.values()))
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Serve a request, or refuse it."""
@@ -62,16 +70,19 @@ class PageGuard:
             return 403, why, []
         if visit.token is not None and (scope["type"], scope["path"]) == ("http", "/"):
             return self._entering(visit)
-        scope[KNOWN] = self._door.knows(visit, int(time.time()))
+        now = int(time.time())
+        known = [name for name, door in self._doors.items() if door.knows(visit, now)]
+        scope[KNOWN], scope[PERSON] = bool(known), known[0] if known else ""
         if not scope[KNOWN] and (why := self._stranger(scope["path"])):
             return 403, why, []
         return None
 
     def _entering(self, visit: Visit) -> Answer:
         """Put a cookie in the token's place, off the screen."""
-        if not self._door.brings_token(visit):
+        brought = [door for door in self._doors.values() if door.brings_token(visit)]
+        if not brought:
             return 403, WRONG, []
-        session = self._door.session(secrets.token_hex(16), int(time.time()))
+        session = brought[0].session(secrets.token_hex(16), int(time.time()))
         cookie = f"{self._door.cookie}={session}; Path=/; HttpOnly; SameSite=Strict"
         return 303, "", [(b"location", b"/"), (b"set-cookie", cookie.encode())]
 

@@ -99,7 +99,7 @@ class Reply(Action, frozen=True, tag="reply"):
 
 
 class Decided(Action, frozen=True, tag="decided"):
-    """One decision, for the log, the topic and ``why``."""
+    """One decision, for the log, the topic and ``why``; ``who`` is the person behind it."""
 
     seq: int
     now: float
@@ -112,6 +112,7 @@ class Decided(Action, frozen=True, tag="decided"):
     onset_real: float | None = None
     onset_twin: float | None = None
     onset_uncertainty: float = 0.0
+    who: str = ""
 
 
 AnyAction = (

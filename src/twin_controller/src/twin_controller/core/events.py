@@ -153,13 +153,40 @@ class MoveEnded(Event, frozen=True, tag="move_ended"):
 
 
 class Operator(Event, frozen=True, tag="operator"):
-    """A command of the operator; ``target`` is joint positions or a point (x, y, z) [m]."""
+    """A command of the operator.
+
+    Attributes:
+        target: Joint positions or a point (x, y, z) [m].
+        person: Who asks, a name; empty: a program of this machine.
+        session: Tells several pages or clients of one person apart.
+        unproven: Why the person is not known to be the one that is named; empty: known. Nobody's
+            token ever gets here.
+    """
 
     command: str
     id: int = 0
     speed_percent: float = 0.0
     target: tuple[float, ...] = ()
     elbow: str = ""
+    person: str = ""
+    session: str = ""
+    unproven: str = ""
+
+
+class ControlAsked(Event, frozen=True, tag="control"):
+    """Somebody takes, asks for, hands over, denies, releases or keeps control; as in Operator.
+
+    Attributes:
+        action: TAKE, ASK, GIVE, DENY, RELEASE or KEEP.
+        moves: The twin's own motion is that of this seat while it holds control.
+    """
+
+    action: str
+    id: int = 0
+    person: str = ""
+    session: str = ""
+    unproven: str = ""
+    moves: bool = False
 
 
 AnyEvent = (
@@ -176,4 +203,5 @@ AnyEvent = (
     | ClockProbe
     | MoveEnded
     | Operator
+    | ControlAsked
 )

@@ -8,10 +8,10 @@ from __future__ import annotations
 import msgspec
 
 from twin_controller.core.actions import AnyAction
-from twin_controller.core.events import AnyEvent, Operator, RealMeasured
+from twin_controller.core.events import AnyEvent, ControlAsked, Operator, RealMeasured
 from twin_controller.core.follow.real import adapted_lag
+from twin_controller.core.lead.commands.holder import hear_command, hear_control, let_time_pass
 from twin_controller.core.lead.modes import Mode
-from twin_controller.core.lead.operator import operate
 from twin_controller.core.lead.reports import agree_when_stopped, note_ended, note_pauses
 from twin_controller.core.lead.sending import (
     cap_both,
@@ -71,17 +71,22 @@ def step(setup: Setup, before: CoreState, event: AnyEvent) -> Result:
     state = CoreState(sides, lead, orders, safety, follow)
     trigger = find_trigger(setup, state, event)
 
-    # 5 Hear the operator: his command asks for a trigger too, but what has happened goes first.
+    # 5 Hear the operator: his command asks for a trigger too, but what has happened goes first. Who
+    # has been silent for too long no longer holds control by now.
+    state, actions = let_time_pass(setup, state, event)
     command = event if isinstance(event, Operator) else None
 
     # 6 Lead: the table says what follows from the trigger, then, in the mode after it, from the
     # command. Before all that is sent: a side that has lost the lead gets no more set points.
     if trigger is not None:
-        state, decided = transition(setup, state, trigger, now)
-        actions += decided
+        state, sent = transition(setup, state, trigger, now)
+        actions += sent
     if command is not None:
-        state, answer = operate(setup, state, command)
-        actions += answer
+        state, sent = hear_command(setup, state, command)
+        actions += sent
+    elif isinstance(event, ControlAsked):
+        state, sent = hear_control(setup, state, event)
+        actions += sent
 
     # 7 Follow: who follows now gets its set points, once for each new sample of the real robot.
     newest = state.sides.real.history[-1:]

@@ -26,6 +26,7 @@ from twin_controller.core.actions import (
 )
 from twin_controller.core.events import (
     AnyEvent,
+    ControlAsked,
     GripAnswered,
     LinkChanged,
     MoveEnded,
@@ -106,7 +107,11 @@ class Engine:
         self._inputs.put(event)
 
     def operate(self, command: str, timeout: float = 2.0, **arguments: Any) -> Reply:
-        """Hand one command of the operator over and wait for the answer.
+        """Hand one command of the operator over and wait for the answer; see :meth:`ask`."""
+        return self.ask(Operator(time.monotonic(), command, **arguments), timeout)
+
+    def ask(self, event: Operator | ControlAsked, timeout: float = 2.0) -> Reply:
+        """Hand one input over that is answered, under a number of its own, and wait for that.
 
         Raises:
             TimeoutError: The engine did not answer in time.
@@ -116,7 +121,7 @@ class Engine:
             self._number += 1
             number = self._number
             self._replies[number] = future
-        self.put(Operator(time.monotonic(), command, number, **arguments))
+        self.put(msgspec.structs.replace(event, id=number))
         try:
             return future.result(timeout)
         finally:

@@ -18,8 +18,9 @@ from sensor_msgs.msg import JointState
 from scara_msgs.msg import Audit, LinkState, RobotData, TwinControllerState
 from scara_msgs.msg import Decision as DecisionMessage
 from twin_controller.core.actions import Decided
+from twin_controller.core.authority.control import Control
 from twin_controller.core.events import RealMeasured
-from twin_controller.core.lead.allowed import refusals
+from twin_controller.core.lead.commands.allowed import refusals
 from twin_controller.core.setup import Setup
 from twin_controller.core.state import CoreState
 from twin_controller.nodes.input_publisher import InputPublisher
@@ -122,11 +123,13 @@ class Publishing:
             sides.real.gripper,
             sides.twin.gripper,
             orders.grips.trouble,
+            _hands(lead.control),
         )
         if not self._state_pace.is_due(now, shown):
             return
         fields = msgspec.structs.asdict(state_view(self._setup, state, now))
         fields["links"] = [self._link(link) for link in fields["links"]]
+        fields["held_since"] = _held_since(fields["holder"], now - fields["held_since"], stamp)
         if self._refused_pace.is_due(now, (lead.mode, lead.paused, lead.why, lead.must_align)):
             self._refused = refusals(self._setup, state, now)
         fields |= {"command": list(self._refused), "refused": list(self._refused.values())}
@@ -203,6 +206,16 @@ def _header(stamp: rospy.Time) -> rospy.Header:
     return rospy.Header(stamp=stamp)
 
 
+def _hands(control: Control) -> tuple[object, ...]:
+    """Return what is shown of control at once; signs of life are not."""
+    return control.holder, control.since, control.moves, control.asker
+
+
+def _held_since(holder: str, held: float, stamp: rospy.Time) -> rospy.Time:
+    """Return the ROS time since when control is held; 0 while nobody holds it."""
+    return rospy.Time.from_sec(max(0.0, stamp.to_sec() - held)) if holder else rospy.Time()
+
+
 def _decision(decision: Decided, stamp: rospy.Time) -> DecisionMessage:
     message = DecisionMessage(header=_header(stamp), seq=decision.seq)
     message.mode_before, message.event, message.mode_after = (
@@ -218,4 +231,5 @@ def _decision(decision: Decided, stamp: rospy.Time) -> DecisionMessage:
     message.onset_real = NAN if decision.onset_real is None else decision.onset_real
     message.onset_twin = NAN if decision.onset_twin is None else decision.onset_twin
     message.onset_uncertainty = decision.onset_uncertainty
+    message.who = decision.who
     return message

@@ -1,11 +1,11 @@
 """Node ``twin_controller``: the bridge between the real robot (Modbus) and its twin (web socket).
 
-Parameters: ``~config_dir`` (robot.yaml, twin_controller.yaml, modbus_map.yaml);
+Parameters: ``~config_dir`` (robot.yaml, twin_controller.yaml, modbus_map.yaml, persons.yaml);
 ``~modbus_host``, ``~modbus_port`` and ``~gateway_url`` override the end points of
 twin_controller.yaml, ``~links`` its choice of link limits (strict or desk).
-Services: ``twin_controller/command`` (scara_msgs/TwinCommand),
-``twin_controller/judge`` (scara_msgs/JudgeMove), ``twin_controller/why`` (scara_msgs/Why),
-``twin_controller/shadow`` (scara_msgs/Shadow).
+Services: ``twin_controller/command`` (scara_msgs/TwinCommand), ``twin_controller/control``
+(scara_msgs/Control), ``twin_controller/judge`` (scara_msgs/JudgeMove), ``twin_controller/why``
+(scara_msgs/Why), ``twin_controller/shadow`` (scara_msgs/Shadow).
 Subscribes: ``people/nearest`` (geometry_msgs/PointStamped in the base frame), for speed and
 separation monitoring.
 Publishes: ``twin_controller/state``, ``decisions``, ``inputs``, ``audit``, ``configuration``
@@ -26,6 +26,7 @@ import rospy
 from geometry_msgs.msg import PointStamped
 from scara_config import ConfigError, Robot, config_directory, files_in_force, load_robot
 from scara_config.modbus_map import ModbusMap, load_modbus_map
+from scara_ros.io.persons import Persons, load_persons
 from scara_ros.io.scheduling import go_first
 from scara_ros.memory import keep_for_good
 from scara_ros.nodes.diagnostics import PERIOD_S
@@ -33,14 +34,7 @@ from scara_ros.nodes.starting import become_node, until_shutdown
 from scara_ros.pacing import Pace
 from std_msgs.msg import String
 
-from scara_msgs.srv import (
-    JudgeMove,
-    JudgeMoveResponse,
-    TwinCommand,
-    TwinCommandResponse,
-    Why,
-    WhyResponse,
-)
+from scara_msgs.srv import Why, WhyResponse
 from twin_controller.config import (
     TwinControllerConfig,
     links_text,
@@ -48,8 +42,6 @@ from twin_controller.config import (
     recorded_links,
 )
 from twin_controller.core.events import Operator, PersonSeen
-from twin_controller.core.lead.allowed import refusals
-from twin_controller.core.lead.judging import judge_move
 from twin_controller.core.safety.sightings import SightingError, sighting_age
 from twin_controller.core.setup import Setup
 from twin_controller.io.engine import Engine
@@ -58,6 +50,7 @@ from twin_controller.io.modbus.settings import ModbusSettings
 from twin_controller.io.real_link import RealLink
 from twin_controller.io.rosbridge_access import Access, read_access
 from twin_controller.io.twin_link import TwinLink
+from twin_controller.nodes.command_services import CommandServices
 from twin_controller.nodes.publishing import Publishing
 from twin_controller.nodes.shadow_service import ShadowService
 from twin_controller.robot.link import RobotListener
@@ -79,6 +72,7 @@ class Node:
         configuration: str,
         url: str,
         access: Access,
+        persons: Persons,
     ) -> None:
         """Build everything; nothing connects before ``run``.
 
@@ -89,6 +83,7 @@ class Node:
             configuration: Identifies the files in force.
             url: Of the gateway.
             access: What the gateway asks of us.
+            persons: Who may hold control.
         """
         self._setup = Setup(robot, config)
         self._base_frame = robot.base_frame
@@ -97,6 +92,11 @@ class Node:
         self._real = self._real_link(robot, config, layout)
         self._twin = TwinLink(self._setup, self._put, self._changed, url, access)
         self._engine = Engine(self._setup, self._real, self._twin, self._publishing.thread)
+        if persons.trouble:
+            rospy.logerr("nobody can hold control: %s", persons.trouble)
+        self._commands = CommandServices(
+            self._setup, self._engine, persons, self._publishing.audit
+        )
 
     def _real_link(self, robot: Robot, config: TwinControllerConfig, layout: ModbusMap) -> RealLink:
         """Choose the robot's protocol; another one is another ``connect``."""
@@ -128,8 +128,7 @@ class Node:
             "people/nearest", PointStamped, self._person, queue_size=1, tcp_nodelay=True
         )
         services = [
-            rospy.Service("twin_controller/command", TwinCommand, self._command),
-            rospy.Service("twin_controller/judge", JudgeMove, self._judge),
+            *self._commands.offer(),
             rospy.Service("twin_controller/why", Why, self._why),
             self._shadow.offer(),
         ]
@@ -164,40 +163,6 @@ class Node:
         rospy.loginfo("link %s: %s", side, "connected" if connected else reason)
         self._engine.link_changed(side, connected, reason)
 
-    def _command(self, request: TwinCommand._request_class) -> TwinCommandResponse:
-        command, target = _asked(request)
-        try:
-            reply = self._engine.operate(
-                command, speed_percent=request.speed_percent, target=target, elbow=request.elbow
-            )
-            answer = TwinCommandResponse(reply.success, reply.message)
-        except TimeoutError:
-            answer = TwinCommandResponse(False, "the controller did not answer in time")
-        who = request._connection_header.get("callerid", "unknown")
-        what = (
-            f"{command} target {list(target)} speed {request.speed_percent:g} %"
-            if target
-            else f"{command} {request.speed_percent:g} %"
-        )
-        self._publishing.audit(who, what, answer.success, answer.message)
-        return answer
-
-    def _judge(self, request: JudgeMove._request_class) -> JudgeMoveResponse:
-        """Judge a move by the state as it is; the engine is not asked, so nothing waits for it."""
-        (command, target), now, state = _asked(request), time.monotonic(), self._engine.state
-        event = Operator(
-            now, command, 0, speed_percent=request.speed_percent, target=target, elbow=request.elbow
-        )
-        judged = judge_move(self._setup, state.sides.twin, event)
-        return JudgeMoveResponse(
-            success=not judged.refusal,
-            message=judged.refusal or "reachable",
-            refused_now=refusals(self._setup, state, now)["MOVE"],
-            name=list(self._setup.names),
-            target=list(judged.target),
-            elbow=judged.elbow,
-        )
-
     def _person(self, message: PointStamped) -> None:
         """Take a sighting; one that cannot be used does not count.
 
@@ -217,18 +182,6 @@ class Node:
     def _why(self, request: Why._request_class) -> WhyResponse:
         decisions = self._engine.state.lead.decisions[-(request.count or DEFAULT_DECISIONS) :]
         return WhyResponse([decision_text(decision) for decision in decisions])
-
-
-def _asked(
-    request: TwinCommand._request_class | JudgeMove._request_class,
-) -> tuple[str, tuple[float, ...]]:
-    """Return the command and its target."""
-    command = request.command.strip().upper()
-    if command == "MOVE":
-        return command, (request.x, request.y, request.z)
-    if command == "MOVE_JOINTS":
-        return command, tuple(request.joint_positions)
-    return command, ()
 
 
 def _publish_configuration(
@@ -256,12 +209,13 @@ def main() -> None:
         layout = load_modbus_map(folder)
         url = rospy.get_param("~gateway_url", config.twin.url)
         access = read_access(config.twin, url, os.environ)
+        persons = Persons(load_persons(folder))
     except ConfigError as error:
         rospy.logfatal("twin_controller: %s", error)
         sys.exit(2)
     rospy.loginfo(links_text(config))
     publisher, configuration = _publish_configuration(folder, config)
-    node = Node(robot, config, layout, configuration, url, access)
+    node = Node(robot, config, layout, configuration, url, access, persons)
     code = node.run()
     publisher.unregister()
     if code:

@@ -8,8 +8,8 @@ import pytest
 from harness.pair import SETUP, Pair
 from twin_controller.core.actions import MoveTwin
 from twin_controller.core.events import MoveEnded, Operator
-from twin_controller.core.lead.allowed import refusals
-from twin_controller.core.lead.judging import judge_move
+from twin_controller.core.lead.commands.allowed import refusals
+from twin_controller.core.lead.commands.judging import judge_move
 from twin_controller.core.lead.modes import Mode
 from twin_controller.view import state_view
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import time
+from collections.abc import Awaitable, Callable
 
 from nicegui import ui
 
+from operator_panel.door import Answer
 from operator_panel.io.page.view import PageView, live, plain
 from operator_panel.view.snapshot import Snapshot
 
@@ -88,61 +89,67 @@ def _theme() -> None:
 
 def _control(view: PageView) -> None:
     """Who is in control, and the buttons to take or leave it."""
+    page = view.session.page
     with ui.element("div").classes("bar-control"):
         text = ui.label("").classes("control-text").mark("control")
         if not view.is_operator:
             text.set_text("Watching only")
             return
-        ask = ui.button(
-            "Ask for control", on_click=lambda: view.desk.ask(view.session.page), color=None
-        )
-        leave = ui.button(
-            "Release", on_click=lambda: view.desk.release(view.session.page), color=None
-        )
-        for button, name in ((ask, "ask"), (leave, "release")):
-            button.props("unelevated no-caps dense").classes("button small").mark(name)
+        ask = _button(view, "Ask for control", "ask", lambda: view.desk.ask(page))
+        leave = _button(view, "Release", "release", lambda: view.desk.release(page))
 
-    def show(_: Snapshot, __: bool) -> None:
-        authority = view.authority
-        asked = authority.asker == view.session.page
-        if view.has_control:
-            words = f"{view.session.name.capitalize()}: in control"
+    def show(snapshot: Snapshot, _: bool) -> None:
+        state = snapshot.state
+        holder = state.holder if state is not None else ""
+        asked = state is not None and state.asker == view.name
+        if holder == view.name:
+            words = f"{view.name.capitalize()}: in control"
         elif asked:
-            words = f"Asked {view.desk.name_of(authority.holder)} for control"
+            words = f"Asked {holder} for control"
         else:
-            words = f"{view.desk.name_of(authority.holder).capitalize()} is in control"
+            words = f"{holder.capitalize() or 'Nobody'} is in control"
         text.set_text(words)
-        ask.set_text("Ask for control" if authority.holder else "Take control")
-        ask.set_visibility(not view.has_control and not asked)
-        leave.set_visibility(view.has_control)
+        ask.set_text("Ask for control" if holder else "Take control")
+        ask.set_visibility(holder != view.name and not asked)
+        leave.set_visibility(holder == view.name)
 
     view.after.append(show)
+
+
+def _button(
+    view: PageView, text: str, name: str, press: Callable[[], Awaitable[Answer]], style: str = ""
+) -> ui.button:
+    """Make a button about control; what the twin controller refuses is shown."""
+
+    async def send() -> None:
+        answer = await press()
+        if not answer.success:
+            view.tell(answer, text)
+
+    made = ui.button(text, on_click=send, color=None).props("unelevated no-caps dense")
+    return made.classes(f"button {style} small").mark(name)
 
 
 def _question(view: PageView) -> None:
     """What the holder is asked by another operator."""
     if not view.is_operator:
         return
+    page = view.session.page
     with ui.element("div").classes("banner banner-ask") as banner:
         text = ui.label("").mark("question")
-        ui.button(
-            "Hand over", on_click=lambda: view.desk.answer(view.session.page, True), color=None
-        ).props("unelevated no-caps dense").classes("button primary small").mark("grant")
-        ui.button(
-            "Keep", on_click=lambda: view.desk.answer(view.session.page, False), color=None
-        ).props("unelevated no-caps dense").classes("button small").mark("keep")
+        _button(view, "Hand over", "grant", lambda: view.desk.answer(page, True), "primary")
+        _button(view, "Keep", "keep", lambda: view.desk.answer(page, False))
     banner.set_visibility(False)
 
-    def show(_: Snapshot, __: bool) -> None:
-        asked = view.has_control and bool(view.authority.asker)
-        banner.set_visibility(asked)
-        if asked:
-            left = max(
-                0, round(view.config.control.answer_s - (time.monotonic() - view.authority.asked))
-            )
-            asker = view.desk.name_of(view.authority.asker).capitalize()
-            text.set_text(
-                f"{asker} asks for control. Without an answer it is handed over in {left} s."
-            )
+    def show(snapshot: Snapshot, _: bool) -> None:
+        state = snapshot.state
+        if state is None or state.holder != view.name or not state.asker:
+            banner.set_visibility(False)
+            return
+        banner.set_visibility(True)
+        text.set_text(
+            f"{state.asker.capitalize()} asks for control. "
+            f"Without an answer it is handed over in {state.answer_left:.0f} s."
+        )
 
     view.after.append(show)

@@ -9,7 +9,7 @@ from typing import Any
 
 from nicegui import Client, app, ui
 from scara_config import Robot
-from scara_ros.io.page_guard import KNOWN
+from scara_ros.io.page_guard import KNOWN, PERSON
 from starlette.requests import Request
 from starlette.responses import FileResponse, PlainTextResponse, Response
 
@@ -64,7 +64,7 @@ class Shell:
     def _page(self, client: Client, request: Request) -> None:
         """Build one page; the guard before this server knows who has brought the token."""
         role = Role.OPERATOR if request.scope[KNOWN] else Role.VIEWER
-        session = self._desk.open(client.id, role)
+        session = self._desk.open(client.id, role, request.scope[PERSON])
         view = PageView(
             self._robot, self._config, self._around, self._door, self._desk, session, client
         )

@@ -10,7 +10,7 @@ from scara_config import Robot
 
 from operator_panel.config import PanelConfig, Surroundings
 from operator_panel.control import commands
-from operator_panel.control.authority import Authority, Role
+from operator_panel.control.authority import Role
 from operator_panel.door import Answer, CellDoor
 from operator_panel.io.desk import Desk, Session
 from operator_panel.view.snapshot import Snapshot
@@ -53,14 +53,9 @@ class PageView:
         return self.session.role is Role.OPERATOR
 
     @property
-    def authority(self) -> Authority:
-        """Who holds control now."""
-        return self.desk.state
-
-    @property
-    def has_control(self) -> bool:
-        """Whether this page holds control."""
-        return self.authority.holder == self.session.page
+    def name(self) -> str:
+        """The person at this page, as the twin controller names the holder of control."""
+        return self.session.seat.name
 
     def guard(self, element: Any, command: str) -> Any:
         """Enable ``element`` only while ``command`` makes sense and this page may send it."""
@@ -105,11 +100,13 @@ class PageView:
     def refresh(self, snapshot: Snapshot, silent: bool) -> None:
         """Bring the buttons up to date; cheap while nothing has changed."""
         refused = snapshot.refused()
-        shown = (refused, silent, self.authority, self.session.role)
+        state = snapshot.state
+        hands = state and (state.holder, state.not_in_control)
+        shown = (refused, silent, hands, self.name)
         if shown != self._shown:
             self._shown = shown
             for element, command, title in self._guarded:
-                barred = self.desk.refusal(self.session.page) or commands.refusal(
+                barred = self.desk.refusal(self.session.page, command) or commands.refusal(
                     command, refused, silent
                 )
                 element.set_enabled(not barred)

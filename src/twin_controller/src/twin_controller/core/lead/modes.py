@@ -33,6 +33,7 @@ class Trigger(StrEnum):
     REAL_WAS_FIRST = "the real robot had moved before the twin"
     TWIN_MOVED = "the twin moved first"
     TWIN_MOVED_UNALIGNED = "the twin moved while it was not aligned"
+    TWIN_MOVED_UNASKED = "the twin moved, and who holds control did not move it"
     AT_REST = "both stand still and agree"
     UNSETTLED = "both stand still but do not agree"
     REAL_FAULT = "the real robot reports an alarm that stops it"

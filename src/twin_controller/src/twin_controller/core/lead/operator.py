@@ -7,7 +7,7 @@ import msgspec
 from twin_controller.core.actions import AnyAction, Reply
 from twin_controller.core.events import Operator
 from twin_controller.core.lead import triggers
-from twin_controller.core.lead.judging import invalid_target, judge_move
+from twin_controller.core.lead.commands.judging import invalid_target, judge_move
 from twin_controller.core.lead.modes import Trigger
 from twin_controller.core.lead.table import look_up
 from twin_controller.core.lead.transition import detail, transition

@@ -5,6 +5,7 @@ from __future__ import annotations
 import msgspec
 
 from twin_controller.core.actions import Decided
+from twin_controller.core.authority.control import Control
 from twin_controller.core.lead.modes import Mode, Trigger
 
 
@@ -42,6 +43,8 @@ class Lead(msgspec.Struct, frozen=True):
     move_pending: bool = False
     # Why the operator's last accepted move did not reach its target; until the next one begins.
     move_failed: str = ""
+    # Who may begin a motion by command or on the twin's side.
+    control: Control = Control()
 
 
 def record(lead: Lead, decision: Decided, history: int) -> Lead:
@@ -51,9 +54,15 @@ def record(lead: Lead, decision: Decided, history: int) -> Lead:
 
 
 def record_notice(
-    lead: Lead, trigger: str, why: str, actions: tuple[str, ...], history: int, now: float
+    lead: Lead,
+    trigger: str,
+    why: str,
+    actions: tuple[str, ...],
+    history: int,
+    now: float,
+    who: str = "",
 ) -> tuple[Lead, Decided]:
     """Record a decision that changes no mode."""
     mode = lead.mode.value
-    decision = Decided(lead.seq + 1, now, mode, trigger, mode, lead.leader, actions, why)
+    decision = Decided(lead.seq + 1, now, mode, trigger, mode, lead.leader, actions, why, who=who)
     return record(lead, decision, history), decision

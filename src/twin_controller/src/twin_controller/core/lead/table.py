@@ -55,6 +55,7 @@ DEFAULTS: dict[Trigger, Row] = {
     Trigger.REAL_WAS_FIRST: STAY,
     Trigger.TWIN_MOVED: STAY,
     Trigger.TWIN_MOVED_UNALIGNED: STAY,
+    Trigger.TWIN_MOVED_UNASKED: STAY,
     Trigger.AT_REST: STAY,
     Trigger.UNSETTLED: STAY,
     Trigger.REAL_FAULT: Row(
@@ -144,6 +145,7 @@ _NO_LEAD = Row(
     (Command.STOP_TWIN, Command.BEGIN_ALIGN),
     "it aligns first; send the command again afterwards",
 )
+_UNASKED = Row(Mode.STOPPED, BOTH_STOP, "it is stopped; ask for control, or wait until it is free")
 # Both sides are held whoever leads, and the stream ends: nothing that moves the twin, or comes
 # late, moves the robot.
 _PAUSE = Row(Mode.PAUSED, (Command.HOLD_REAL, Command.PAUSE_TWIN), "the target is kept")
@@ -253,6 +255,7 @@ ROWS: dict[Mode, dict[Trigger, Row]] = {
         Trigger.REAL_TOOK_OVER: _REAL_LEADS,
         Trigger.TWIN_MOVED: _TWIN_LEADS,
         Trigger.TWIN_MOVED_UNALIGNED: _NO_LEAD,
+        Trigger.TWIN_MOVED_UNASKED: _UNASKED,
         Trigger.ALIGN: _ALIGN,
         Trigger.MOVE: _OPERATOR_LEADS,
         Trigger.MOVE_UNALIGNED: _refuse("the twin is not aligned: ALIGN first"),
@@ -300,6 +303,7 @@ ROWS: dict[Mode, dict[Trigger, Row]] = {
         Trigger.REAL_TOOK_OVER: _REAL_LEADS,
         Trigger.TWIN_MOVED: _TWIN_LEADS,
         Trigger.TWIN_MOVED_UNALIGNED: _NO_LEAD,
+        Trigger.TWIN_MOVED_UNASKED: _UNASKED,
         Trigger.ALIGN: _ALIGN,
         Trigger.MOVE: _OPERATOR_LEADS,
         Trigger.MOVE_UNALIGNED: _refuse("the twin is not aligned: ALIGN first"),
@@ -376,6 +380,7 @@ ONSET_TRIGGERS = (
     Trigger.REAL_TOOK_OVER,
     Trigger.TWIN_MOVED,
     Trigger.TWIN_MOVED_UNALIGNED,
+    Trigger.TWIN_MOVED_UNASKED,
 )
 SAFETY_TRIGGERS = (Trigger.KEEP_OUT, Trigger.TOO_CLOSE, Trigger.TOO_FAST)
 RESUMING = (Trigger.RESUME, Trigger.REAL_RELEASED, Trigger.TWIN_RESUMED)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import msgspec
 
 from twin_controller.core.actions import AnyAction, Decided
+from twin_controller.core.authority.control import NOBODY, THIS_MACHINE, Control, Seat
 from twin_controller.core.events import Operator
 from twin_controller.core.lead import triggers
 from twin_controller.core.lead.effects import carry_out
@@ -27,6 +28,16 @@ from twin_controller.core.setup import Setup
 from twin_controller.core.sides.change import drop_baseline
 from twin_controller.core.sides.side import Sides
 from twin_controller.core.state import CoreState
+
+AT_ROBOT = (
+    Trigger.REAL_MOVED,
+    Trigger.REAL_TOOK_OVER,
+    Trigger.REAL_WAS_FIRST,
+    Trigger.REAL_HELD,
+    Trigger.REAL_RELEASED,
+    Trigger.REAL_STOPPED,
+)
+"""What somebody does at the robot itself. That needs no control: who stands there comes first."""
 
 replace = msgspec.structs.replace
 Result = tuple[CoreState, list[AnyAction]]
@@ -76,9 +87,20 @@ def transition(
         onset_real=seen.real,
         onset_twin=seen.twin,
         onset_uncertainty=seen.uncertainty,
+        who=_who(before.control, trigger, asked),
     )
     lead = record(replace(lead, why=why), decision, setup.config.decision_history)
     return replace(state, lead=lead), [decision, *actions]
+
+
+def _who(control: Control, trigger: Trigger, asked: Operator | None) -> str:
+    """Return the person behind a decision, as far as it is known; empty for nobody."""
+    if asked is not None:
+        name = Seat(asked.person, asked.session).name or THIS_MACHINE
+        return f"{name}, not proven" if asked.unproven else name
+    if trigger in AT_ROBOT:
+        return "at the robot"
+    return control.holder.name if trigger is Trigger.TWIN_MOVED else ""
 
 
 def reject(setup: Setup, state: CoreState, reason: str, now: float) -> Result:
@@ -123,6 +145,17 @@ def _words(state: CoreState, trigger: Trigger) -> str:
             return real.alarm
         case Trigger.REAL_DRIVES_OFF if real.flags is not None and real.flags.estop_pressed:
             return "the emergency stop at the robot is pressed"
+    return _control_words(state.lead.control, trigger)
+
+
+def _control_words(control: Control, trigger: Trigger) -> str:
+    """Tell the holder of control that somebody else moves the pair."""
+    if control.holder == NOBODY:
+        return ""
+    if trigger is Trigger.TWIN_MOVED_UNASKED:
+        return f"{control.holder.name} holds control"
+    if trigger in (Trigger.REAL_MOVED, Trigger.REAL_TOOK_OVER, Trigger.REAL_WAS_FIRST):
+        return f"who stands at the robot comes first; {control.holder.name} keeps control"
     return ""
 
 
@@ -178,6 +211,9 @@ def _forget_cause(setup: Setup, state: CoreState, trigger: Trigger, now: float) 
         lead = replace(lead, needs_acknowledge=False)
     if trigger in (Trigger.RESET_FAILED, Trigger.LINK_LOST):
         lead = replace(lead, reset_since=None)
+    if trigger is Trigger.TWIN_MOVED_UNASKED:
+        # The twin comes to rest elsewhere: it is stopped once, not at each sample from there.
+        state = replace(state, sides=_drop_baselines(state.sides))
     if trigger is Trigger.KEEP_OUT:
         # The target stays known: the same move is not judged, and stopped, a second time.
         safety = replace(safety, way=Way(safety.way.target))

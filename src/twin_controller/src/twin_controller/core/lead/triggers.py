@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import msgspec
 
+from twin_controller.core.authority.control import unasked
 from twin_controller.core.events import (
     AnyEvent,
     Operator,
@@ -165,7 +166,13 @@ def _may_be_first(side: Side, onset: float, wait: float) -> bool:
 
 
 def _twin_moved(setup: Setup, state: CoreState) -> Trigger:
-    """Return whether the twin may lead: only one whose agreed position is the real robot's."""
+    """Return whether the twin may lead.
+
+    It must be the motion of who holds control, if somebody does, and its agreed position that of
+    the real robot.
+    """
+    if unasked(state.lead.control):
+        return Trigger.TWIN_MOVED_UNASKED
     if pair_agreed(setup, state):
         return Trigger.TWIN_MOVED
     return Trigger.TWIN_MOVED_UNALIGNED

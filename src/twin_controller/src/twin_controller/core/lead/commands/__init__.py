@@ -1,0 +1,1 @@
+"""The operator's commands: which are allowed, and who may give them."""

@@ -1,0 +1,132 @@
+"""The services ``command``, ``control`` and ``judge`` of the twin controller: who asks for what.
+
+Tokens are judged here and go no further: the core gets the name, and why it is not proven.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import rospy
+from scara_ros.io.persons import LONGEST, Persons
+
+from scara_msgs.srv import (
+    Control,
+    ControlResponse,
+    JudgeMove,
+    JudgeMoveResponse,
+    TwinCommand,
+    TwinCommandResponse,
+)
+from twin_controller.core.actions import Reply
+from twin_controller.core.authority.control import ENDING, Seat
+from twin_controller.core.events import ControlAsked, Operator
+from twin_controller.core.lead.commands.allowed import refusals
+from twin_controller.core.lead.commands.judging import judge_move
+from twin_controller.core.setup import Setup
+from twin_controller.io.engine import Engine
+
+Audit = Callable[[str, str, bool, str], None]
+SILENT = "KEEP"
+"""A sign of life comes each second and is no entry of the audit."""
+
+
+class CommandServices:
+    """Judges who asks, hands the command to the engine, and tells the audit."""
+
+    def __init__(self, setup: Setup, engine: Engine, persons: Persons, audit: Audit) -> None:
+        """Remember who is asked; ``offer`` opens the services."""
+        self._setup = setup
+        self._engine, self._persons, self._audit = engine, persons, audit
+
+    def offer(self) -> list[rospy.Service]:
+        """Offer the services."""
+        return [
+            rospy.Service("twin_controller/command", TwinCommand, self._command),
+            rospy.Service("twin_controller/control", Control, self._control),
+            rospy.Service("twin_controller/judge", JudgeMove, self._judge),
+        ]
+
+    def _command(self, request: TwinCommand._request_class) -> TwinCommandResponse:
+        command = request.command.strip().upper()
+        target = _target(command, request)
+        event = Operator(
+            time.monotonic(),
+            command,
+            speed_percent=request.speed_percent,
+            target=target,
+            elbow=request.elbow,
+            # A stop waits for no disk: its person is compared with what is known.
+            **self._who(request, read=command not in ENDING),
+        )
+        answer = self._ask(event)
+        speed = f"speed {request.speed_percent:g} %" if target else f"{request.speed_percent:g} %"
+        what = f"{command} target {list(target)} {speed}" if target else f"{command} {speed}"
+        self._audit(_name(request, event), what, answer.success, answer.message)
+        return TwinCommandResponse(answer.success, answer.message)
+
+    def _control(self, request: Control._request_class) -> ControlResponse:
+        action = request.action.strip().upper()
+        event = ControlAsked(
+            time.monotonic(), action, moves=request.moves, **self._who(request, read=True)
+        )
+        answer = self._ask(event)
+        if action != SILENT:
+            self._audit(_name(request, event), action, answer.success, answer.message)
+        holder = self._engine.state.lead.control.holder.name
+        return ControlResponse(answer.success, answer.message, holder)
+
+    def _judge(self, request: JudgeMove._request_class) -> JudgeMoveResponse:
+        """Judge a move by the state as it is; the engine is not asked, so nothing waits for it."""
+        command, now, state = request.command.strip().upper(), time.monotonic(), self._engine.state
+        event = Operator(
+            now,
+            command,
+            speed_percent=request.speed_percent,
+            target=_target(command, request),
+            elbow=request.elbow,
+        )
+        judged = judge_move(self._setup, state.sides.twin, event)
+        return JudgeMoveResponse(
+            success=not judged.refusal,
+            message=judged.refusal or "reachable",
+            refused_now=refusals(self._setup, state, now)["MOVE"],
+            name=list(self._setup.names),
+            target=list(judged.target),
+            elbow=judged.elbow,
+        )
+
+    def _who(self, request: Any, read: bool) -> dict[str, Any]:
+        """Return the fields of an event that say who asks."""
+        return {
+            "person": request.person[:LONGEST],
+            "session": request.session[:LONGEST],
+            "unproven": self._persons.unproven(request.person, request.token, read),
+        }
+
+    def _ask(self, event: Operator | ControlAsked) -> Reply:
+        try:
+            return self._engine.ask(event)
+        except TimeoutError:
+            return Reply(0, False, "the controller did not answer in time")
+
+
+def _target(
+    command: str, request: TwinCommand._request_class | JudgeMove._request_class
+) -> tuple[float, ...]:
+    if command == "MOVE":
+        return (request.x, request.y, request.z)
+    if command == "MOVE_JOINTS":
+        return tuple(request.joint_positions)
+    return ()
+
+
+def _name(request: Any, event: Operator | ControlAsked) -> str:
+    """Return who asked for the audit: the person if proven, and the node that called."""
+    caller = request._connection_header.get("callerid", "unknown")
+    name = Seat(event.person, event.session).name
+    if not name:
+        return str(caller)
+    return f"{name}{', not proven' if event.unproven else ''} by {caller}"

@@ -1,0 +1,208 @@
+"""One seat holds control, the others ask for it; every (state, action) pair."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from twin_controller.core.authority.control import (
+    NOBODY,
+    Control,
+    Outcome,
+    Seat,
+    ask,
+    deny,
+    expire,
+    forgive,
+    give,
+    heard,
+    keep,
+    others_text,
+    refusal,
+    release,
+    take,
+    unasked,
+)
+
+KEEP_S, ANSWER_S, NOW = 5.0, 20.0, 110.0
+A, B, C = Seat("anna", "1"), Seat("ben", "2"), Seat("anna", "3")
+FREE = Control()
+HELD = Control(A, since=100.0, seen=109.0)
+ASKED = Control(A, since=100.0, seen=109.0, asker=B, asked=105.0, asker_seen=109.0)
+STATES = {"free": FREE, "held": HELD, "asked": ASKED}
+ACTIONS: dict[str, Callable[[Control, Seat], Outcome]] = {
+    "TAKE": lambda control, seat: take(control, seat, False, NOW),
+    "ASK": lambda control, seat: ask(control, seat, False, NOW),
+    "GIVE": lambda control, seat: give(control, seat, NOW),
+    "DENY": deny,
+    "RELEASE": lambda control, seat: release(control, seat, NOW),
+    "KEEP": lambda control, seat: keep(control, seat, False, NOW),
+}
+
+
+@pytest.mark.parametrize(
+    ("state", "action", "seat", "success", "holder", "asker"),
+    [
+        ("free", "TAKE", A, True, A, NOBODY),
+        ("free", "ASK", A, True, A, NOBODY),
+        ("free", "GIVE", A, False, NOBODY, NOBODY),
+        ("free", "DENY", A, False, NOBODY, NOBODY),
+        ("free", "RELEASE", A, False, NOBODY, NOBODY),
+        ("free", "KEEP", A, False, NOBODY, NOBODY),
+        ("held", "TAKE", A, True, A, NOBODY),
+        ("held", "ASK", A, True, A, NOBODY),
+        ("held", "GIVE", A, False, A, NOBODY),
+        ("held", "DENY", A, False, A, NOBODY),
+        ("held", "RELEASE", A, True, NOBODY, NOBODY),
+        ("held", "KEEP", A, True, A, NOBODY),
+        ("held", "TAKE", B, False, A, NOBODY),
+        ("held", "ASK", B, True, A, B),
+        ("held", "GIVE", B, False, A, NOBODY),
+        ("held", "DENY", B, False, A, NOBODY),
+        ("held", "RELEASE", B, False, A, NOBODY),
+        ("held", "KEEP", B, False, A, NOBODY),
+        ("asked", "TAKE", A, True, A, B),
+        ("asked", "ASK", A, True, A, B),
+        ("asked", "GIVE", A, True, B, NOBODY),
+        ("asked", "DENY", A, True, A, NOBODY),
+        ("asked", "RELEASE", A, True, B, NOBODY),
+        ("asked", "KEEP", A, True, A, B),
+        ("asked", "TAKE", B, False, A, B),
+        ("asked", "ASK", B, True, A, B),
+        ("asked", "GIVE", B, False, A, B),
+        ("asked", "DENY", B, False, A, B),
+        ("asked", "RELEASE", B, True, A, NOBODY),
+        ("asked", "KEEP", B, True, A, B),
+        ("asked", "TAKE", C, False, A, B),
+        ("asked", "ASK", C, False, A, B),
+        ("asked", "GIVE", C, False, A, B),
+        ("asked", "DENY", C, False, A, B),
+        ("asked", "RELEASE", C, False, A, B),
+        ("asked", "KEEP", C, False, A, B),
+    ],
+)
+def test_every_action_in_every_state(
+    state: str, action: str, seat: Seat, success: bool, holder: Seat, asker: Seat
+) -> None:
+    """Seat C is the person who holds control, at another page: it holds nothing."""
+    outcome = ACTIONS[action](STATES[state], seat)
+    after = outcome.control
+    assert (outcome.success, after.holder, after.asker) == (success, holder, asker)
+    assert outcome.text
+    changed = (holder, asker) != (STATES[state].holder, STATES[state].asker)
+    assert bool(outcome.happened) == changed, "what changes hands is a decision, nothing else is"
+
+
+def test_refused_take_says_who_holds_control_since_when_and_what_to_do() -> None:
+    """What happened, why, what next."""
+    text = take(HELD, B, False, NOW).text
+    assert text == (
+        "anna 1 holds control, for 10 s now: ask for it with twin_controller/control, action ASK"
+    )
+
+
+def test_asking_again_does_not_restart_the_clock() -> None:
+    """Nor can impatience push the answer away."""
+    assert ask(ASKED, B, False, NOW).control.asked == 105.0
+
+
+@pytest.mark.parametrize(
+    ("control", "now", "holder", "asker"),
+    [
+        (HELD, 109.0 + KEEP_S, A, NOBODY),
+        (HELD, 109.1 + KEEP_S, NOBODY, NOBODY),
+        (Control(A, 100.0, 109.0, asker=B, asked=105.0, asker_seen=114.0), 114.1, B, NOBODY),
+        (Control(A, 100.0, 109.0, asker=B, asked=105.0, asker_seen=103.0), 109.0, A, NOBODY),
+        (Control(A, 100.0, 125.0, asker=B, asked=105.0, asker_seen=125.0), 125.0, A, B),
+        (Control(A, 100.0, 125.0, asker=B, asked=105.0, asker_seen=125.0), 125.1, B, NOBODY),
+    ],
+    ids=["there", "gone", "gone, asked", "asker gone", "may still answer", "no answer"],
+)
+def test_silence_loses_control_after_its_time_and_not_before(
+    control: Control, now: float, holder: Seat, asker: Seat
+) -> None:
+    """A closed page and a forgotten one block nobody; who asked gets it."""
+    lost = expire(control, now, KEEP_S, ANSWER_S)
+    after = control if lost is None else lost.control
+    assert (after.holder, after.asker) == (holder, asker)
+    assert (lost is None) == (after == control)
+
+
+def test_own_standstill_of_the_controller_is_nobodys_silence() -> None:
+    """What was said meanwhile waits in its queue."""
+    later = NOW + 60.0
+    assert expire(HELD, later, KEEP_S, ANSWER_S) is not None
+    assert expire(forgive(HELD, 60.0), later, KEEP_S, ANSWER_S) is None
+
+
+def test_command_of_the_holder_is_a_sign_of_life_and_that_of_others_is_none() -> None:
+    """A program that commands needs no further thread for it."""
+    assert heard(HELD, A, NOW).seen == NOW
+    assert heard(HELD, B, NOW) == HELD
+    assert heard(FREE, NOBODY, NOW) == FREE
+
+
+@pytest.mark.parametrize(
+    ("control", "seat", "why"),
+    [
+        (FREE, NOBODY, ""),
+        (FREE, Seat("anna"), ""),
+        (FREE, A, "take control first"),
+        (HELD, A, ""),
+        (HELD, B, "anna 1 holds control"),
+        (HELD, C, "anna 1 holds control"),
+        (HELD, NOBODY, "anna 1 holds control"),
+    ],
+)
+def test_who_may_begin_a_motion(control: Control, seat: Seat, why: str) -> None:
+    """The holder; while there is nobody, whoever says no session."""
+    text = refusal(control, seat, NOW)
+    assert why in text and bool(text) == bool(why)
+
+
+def test_motion_of_the_twin_is_the_holders_only_if_they_say_so() -> None:
+    """The controller cannot see who called move_to."""
+    moves = keep(HELD, A, True, NOW).control
+    assert not unasked(FREE) and unasked(HELD) and not unasked(moves)
+    assert unasked(keep(moves, A, False, NOW).control)
+    handed = give(keep(ASKED, A, True, NOW).control, A, NOW).control
+    assert unasked(handed), "the next holder says it anew"
+
+
+def test_pages_are_told_why_without_a_text_that_changes_each_second() -> None:
+    """It is published with each state."""
+    assert others_text(HELD) == "anna 1 holds control: ask for it"
+    assert "take control first" in others_text(FREE)
+
+
+SEATS = st.sampled_from([A, B, C])
+STEPS = st.lists(st.tuples(st.sampled_from([*ACTIONS, "wait"]), SEATS, st.booleans()), max_size=40)
+
+
+@given(STEPS)
+def test_there_is_never_a_second_holder(steps: list[tuple[str, Seat, bool]]) -> None:
+    """Whatever is asked in whatever order, at most one seat may begin a motion."""
+    control, now = FREE, 0.0
+    for what, seat, flag in steps:
+        now += 4.0
+        if what == "wait":
+            lost = expire(control, now, KEEP_S, ANSWER_S)
+            control = control if lost is None else lost.control
+        elif what == "TAKE":
+            control = take(control, seat, flag, now).control
+        elif what == "ASK":
+            control = ask(control, seat, flag, now).control
+        elif what == "KEEP":
+            control = keep(control, seat, flag, now).control
+        elif what == "GIVE":
+            control = give(control, seat, now).control
+        elif what == "RELEASE":
+            control = release(control, seat, now).control
+        else:
+            control = deny(control, seat).control
+        assert sum(refusal(control, each, now) == "" for each in (A, B, C)) <= 1
+        assert control.asker == NOBODY or control.holder not in (NOBODY, control.asker)
+        if control.holder == NOBODY:
+            assert control == FREE, "nothing is left of who has gone"
