@@ -48,7 +48,7 @@ def read_decisions(bag: Bag) -> dict[tuple[int, int], RecordedDecision]:
     for _, message in bag.messages(DECISIONS):
         # Older messages say nothing of who it was.
         names = RecordedDecision.__struct_fields__
-        fields = {name: getattr(message, name, None) for name in names}
+        fields: dict[str, Any] = {name: getattr(message, name, None) for name in names}
         fields["actions"] = tuple(message.actions)
         found[_nanoseconds(message), message.seq] = RecordedDecision(**fields)
     return found
