@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
+from harness.processes import Process
 from harness.ros import Ros
+from harness.wires.operator_page import TOKEN, VARIABLE, Panel, heard
 from harness.yaml_files import changed_yaml, copy_configuration
 
 ANNA, BEN = "token-of-anna-0123", "token-of-ben-45678"
@@ -27,6 +30,18 @@ def configuration(folder: Path) -> Path:
     return changed_yaml(folder / "twin_controller.yaml", folder, ["control", "keep_ms"], 2000.0)
 
 
+def controller(ros: Ros, folder: Path, **env: str) -> Process:
+    """Start a twin controller that has neither side."""
+    return ros.run(
+        "twin_controller",
+        "twin_controller",
+        f"_config_dir:={folder}",
+        f"_modbus_port:={ros.free_port()}",
+        f"_gateway_url:=ws://127.0.0.1:{ros.free_port()}",
+        env=env,
+    )
+
+
 def test_two_persons_share_control_and_stop_needs_none(ros: Ros) -> None:
     """Held, refused, stopped, asked, given, lost; names and no token in audit, why and state."""
     from scara_msgs.msg import Audit, Decision, TwinControllerState
@@ -35,14 +50,7 @@ def test_two_persons_share_control_and_stop_needs_none(ros: Ros) -> None:
     audits = ros.collect("twin_controller/audit", Audit)
     states = ros.collect("twin_controller/state", TwinControllerState)
     decisions = ros.collect("twin_controller/decisions", Decision)
-    node = ros.run(
-        "twin_controller",
-        "twin_controller",
-        f"_config_dir:={configuration(ros.folder / 'config')}",
-        f"_modbus_port:={ros.free_port()}",
-        f"_gateway_url:=ws://127.0.0.1:{ros.free_port()}",
-        env={"TOKEN_anna": ANNA, "TOKEN_ben": BEN},
-    )
+    node = controller(ros, configuration(ros.folder / "config"), TOKEN_anna=ANNA, TOKEN_ben=BEN)
     control = ros.service("twin_controller/control", Control)
     command = ros.service("twin_controller/command", TwinCommand)
     why = ros.service("twin_controller/why", Why)
@@ -80,3 +88,36 @@ def test_two_persons_share_control_and_stop_needs_none(ros: Ros) -> None:
     told = " ".join(f"{audit.who} {audit.what} {audit.outcome}" for audit in audits)
     assert "anna 7 by /" in told and "nobody, not proven by /" in told
     assert ANNA not in told + node.output and BEN not in told + node.output
+
+
+def test_open_page_holds_control_until_it_is_closed(ros: Ros) -> None:
+    """It takes control with its person's token, and keeps it by signs of life; others wait."""
+    from scara_msgs.msg import TwinControllerState
+    from scara_msgs.srv import TwinCommand
+
+    folder = copy_configuration(ros.folder / "config")
+    changed_yaml(folder / "twin_controller.yaml", folder, ["control", "keep_ms"], 2000.0)
+    states = ros.collect("twin_controller/state", TwinControllerState)
+    controller(ros, folder, **{VARIABLE: TOKEN})
+    command = ros.service("twin_controller/command", TwinCommand)
+    panel = Panel(ros, f"_config_dir:={folder}")
+    with panel.live(panel.enter()) as live:
+        ros.wait_until(lambda: states[-1].holder == "operator 1", 20.0, "the page in control")
+        held = states[-1].held_since
+        ros.wait_until(
+            lambda: states[-1].header.stamp - held > rospy_duration(3.0), 20.0, "signs of life"
+        )
+        assert states[-1].holder == "operator 1"
+        assert abs((states[-1].held_since - held).to_sec()) < 0.5, "the same hold all the time"
+        assert "operator 1 holds control" in command(command="HOME").message
+        live.send('{"stop": "STOP", "press": 1}')
+        assert heard(live, "stopped")["confirmed"]
+    ros.wait_until(lambda: states[-1].holder == "", 20.0, "a closed page that holds nothing")
+    assert "holds control" not in command(command="HOME").message
+
+
+def rospy_duration(seconds: float) -> Any:
+    """Return a ROS duration."""
+    import rospy
+
+    return rospy.Duration(seconds)

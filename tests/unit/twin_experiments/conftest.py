@@ -198,6 +198,7 @@ def _say(maker: BagMaker, pair: Pair) -> None:
         1.0,
         np.nan,
         1e-3,
+        "at the robot",
     )
     maker.add(1.0, "twin_controller/decisions", "scara_msgs/msg/Decision", *decision)
     types = maker.store.types

@@ -85,6 +85,7 @@ def write_recording(
                 list(d.actions),
                 d.why,
                 *onsets,
+                d.who,
             )
             maker.add(at, "twin_controller/decisions", "scara_msgs/msg/Decision", header, *fields)
     change(maker)

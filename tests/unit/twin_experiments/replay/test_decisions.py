@@ -95,6 +95,7 @@ def test_an_input_that_was_different_is_found_by_the_next_state(kept: Kept) -> N
             "onset_uncertainty = ",
         ),
         (lambda d: msgspec.structs.replace(d, actions=(*d.actions, "DANCE")), "actions = "),
+        (lambda d: msgspec.structs.replace(d, who="somebody else"), "who = "),
     ],
 )
 def test_a_decision_that_was_recorded_otherwise_is_a_difference(
@@ -105,6 +106,12 @@ def test_a_decision_that_was_recorded_otherwise_is_a_difference(
     result = run(kept, decisions={**kept.decisions, key: change(kept.decisions[key])})
     assert len(result.differences) == 1
     assert text in result.differences[0] and f"decision #{key[1]}" in result.differences[0]
+
+
+def test_a_recording_from_before_persons_had_names_is_replayed_as_before(kept: Kept) -> None:
+    """What it does not say is no difference."""
+    old = {key: msgspec.structs.replace(each, who=None) for key, each in kept.decisions.items()}
+    assert run(kept, decisions=old).exact
 
 
 def test_a_decision_that_is_not_made_again_is_a_difference(kept: Kept) -> None:

@@ -90,7 +90,8 @@ class Listening:
 
     def _decision(self, message: Decision) -> None:
         clock = datetime.fromtimestamp(message.header.stamp.to_sec()).strftime(CLOCK)
-        line = DecisionLine(clock, message.mode_before, message.mode_after, message.why)
+        by = f" [by {message.who}]" if message.who else ""
+        line = DecisionLine(clock, message.mode_before, message.mode_after, message.why + by)
         self._change(decisions=(line, *self.snapshot().decisions)[:DECISIONS_KEPT])
 
     def _package(self, message: RobotData) -> None:

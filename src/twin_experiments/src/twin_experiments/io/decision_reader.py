@@ -46,7 +46,9 @@ def read_decisions(bag: Bag) -> dict[tuple[int, int], RecordedDecision]:
     """Return the recorded decisions by stamp [ns] and number."""
     found = {}
     for _, message in bag.messages(DECISIONS):
-        fields = {name: getattr(message, name) for name in RecordedDecision.__struct_fields__}
+        # Older messages say nothing of who it was.
+        names = RecordedDecision.__struct_fields__
+        fields: dict[str, Any] = {name: getattr(message, name, None) for name in names}
         fields["actions"] = tuple(message.actions)
         found[_nanoseconds(message), message.seq] = RecordedDecision(**fields)
     return found

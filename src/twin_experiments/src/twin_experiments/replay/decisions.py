@@ -58,7 +58,8 @@ class RecordedInput:
 class RecordedDecision(msgspec.Struct, frozen=True):
     """What ``twin_controller/decisions`` says of a decision.
 
-    Times [s] of the controller's clock, NaN for none.
+    Times [s] of the controller's clock, NaN for none; ``who`` is None in a recording from before
+    persons had names.
     """
 
     seq: int
@@ -71,6 +72,7 @@ class RecordedDecision(msgspec.Struct, frozen=True):
     onset_real: float
     onset_twin: float
     onset_uncertainty: float
+    who: str | None = None
 
     def difference(self, other: RecordedDecision) -> str:
         """Return the first field in which two decisions differ, with both values.
@@ -79,6 +81,8 @@ class RecordedDecision(msgspec.Struct, frozen=True):
         """
         for name in self.__struct_fields__:
             mine, theirs = getattr(self, name), getattr(other, name)
+            if name == "who" and None in (mine, theirs):
+                continue
             same = _bits(mine) == _bits(theirs) if isinstance(mine, float) else mine == theirs
             if not same:
                 return f"{name} = {theirs!r} instead of {mine!r}"
@@ -103,6 +107,7 @@ def as_recorded(decided: Decided) -> RecordedDecision:
         onset_real=NAN if decided.onset_real is None else decided.onset_real,
         onset_twin=NAN if decided.onset_twin is None else decided.onset_twin,
         onset_uncertainty=decided.onset_uncertainty,
+        who=decided.who,
     )
 
 
