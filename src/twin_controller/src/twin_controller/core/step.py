@@ -73,7 +73,8 @@ def step(setup: Setup, before: CoreState, event: AnyEvent) -> Result:
 
     # 5 Hear the operator: his command asks for a trigger too, but what has happened goes first. Who
     # has been silent for too long no longer holds control by now.
-    state, actions = let_time_pass(setup, state, event)
+    state, sent = let_time_pass(setup, state, event)
+    actions += sent
     command = event if isinstance(event, Operator) else None
 
     # 6 Lead: the table says what follows from the trigger, then, in the mode after it, from the

@@ -41,7 +41,7 @@ from twin_controller.config import (
     load_twin_controller,
     recorded_links,
 )
-from twin_controller.core.events import Operator, PersonSeen
+from twin_controller.core.events import PersonSeen
 from twin_controller.core.safety.sightings import SightingError, sighting_age
 from twin_controller.core.setup import Setup
 from twin_controller.io.engine import Engine
@@ -94,9 +94,7 @@ class Node:
         self._engine = Engine(self._setup, self._real, self._twin, self._publishing.thread)
         if persons.trouble:
             rospy.logerr("nobody can hold control: %s", persons.trouble)
-        self._commands = CommandServices(
-            self._setup, self._engine, persons, self._publishing.audit
-        )
+        self._commands = CommandServices(self._setup, self._engine, persons, self._publishing.audit)
 
     def _real_link(self, robot: Robot, config: TwinControllerConfig, layout: ModbusMap) -> RealLink:
         """Choose the robot's protocol; another one is another ``connect``."""
