@@ -49,7 +49,7 @@ from twin_controller.config import (
 )
 from twin_controller.core.events import Operator, PersonSeen
 from twin_controller.core.lead.allowed import refusals
-from twin_controller.core.lead.judging import judge_move
+from twin_controller.core.lead.operator import judge_move
 from twin_controller.core.safety.sightings import SightingError, sighting_age
 from twin_controller.core.setup import Setup
 from twin_controller.io.engine import Engine

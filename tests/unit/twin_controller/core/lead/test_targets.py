@@ -9,8 +9,8 @@ from harness.pair import SETUP, Pair
 from twin_controller.core.actions import MoveTwin
 from twin_controller.core.events import MoveEnded, Operator
 from twin_controller.core.lead.allowed import refusals
-from twin_controller.core.lead.judging import judge_move
 from twin_controller.core.lead.modes import Mode
+from twin_controller.core.lead.operator import judge_move
 from twin_controller.view import state_view
 
 BELOW_TABLE = (0.4, 0.0, -0.045)
