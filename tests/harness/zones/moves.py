@@ -29,7 +29,8 @@ NUMBERS = range(2, 9)
 SHORTEST = 0.25
 """A way that is shorter [rad] is no trial."""
 NEAREST_START_M = 0.02
-LIMIT_S = 25.0
+LIMIT_S = 90.0
+"""A way that grazes a zone's clearance is crept along."""
 LEADERS = ("program", "move_to", "operator")
 
 
