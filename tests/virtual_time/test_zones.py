@@ -91,7 +91,7 @@ def test_a_jog_towards_a_zone_is_slowed_before_it_is_stopped() -> None:
         stopped = cell.decisions[-1].now - cell.clock() + cell.schedule.now
         speeds = {at: abs(qdot[2]) for at, _, qdot in cell.twin.truth if at > begun}
         assert max(speeds.values()) > 0.95 * fastest
-        assert max(v for at, v in speeds.items() if at >= stopped) < 0.7 * fastest
+        assert max(v for at, v in speeds.items() if at >= stopped - 0.01) < 0.7 * fastest
         cell.schedule.run(0.5)
         surface = cell.setup.keep_out[0].upper_mm[2] * 1e-3
         for side in (cell.real, cell.twin):

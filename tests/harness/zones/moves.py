@@ -29,7 +29,8 @@ NUMBERS = range(2, 9)
 SHORTEST = 0.25
 """A way that is shorter [rad] is no trial."""
 NEAREST_START_M = 0.02
-LIMIT_S = 25.0
+LIMIT_S = 90.0
+"""A way that grazes a zone's clearance is crept along."""
 LEADERS = ("program", "move_to", "operator")
 
 
@@ -90,7 +91,8 @@ class ZoneCell(VirtualCell):
         """Make one random move beside one random zone."""
         leader = self.random.choice(LEADERS)
         speed = self.random.choice((10.0, 20.0, 40.0, 60.0, 80.0, 100.0))
-        start = self.real.truth[-1][1]
+        # The way of who leads: the sides agree to some hundredths of a degree.
+        start = (self.real if leader == "program" else self.twin).truth[-1][1]
         number, target = self._far_target(start)
         way = watched(straight(start, target))
         zone = self._zone(way)

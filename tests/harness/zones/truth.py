@@ -29,9 +29,13 @@ def watched(q: Rows) -> Rows:
 
 
 def clearance(points: Rows, lower: Sequence[float], upper: Sequence[float]) -> float:
-    """Return how near a point comes to a box [m]; less than 0 by how deep it is inside."""
+    """Return by how much a box may grow on all sides until a point is in it [m].
+
+    Less than 0 by how deep a point is inside. By faces, as the configured clearance counts: beside
+    an edge a point is a little farther away than this.
+    """
     outside = np.maximum(np.maximum(np.array(lower) - points, points - np.array(upper)), 0.0)
-    distance = np.linalg.norm(outside, axis=-1)
+    distance = np.max(outside, axis=-1)
     depth = np.min(np.minimum(points - np.array(lower), np.array(upper) - points), axis=-1)
     return float(np.min(np.where(depth > 0.0, -depth, distance)))
 

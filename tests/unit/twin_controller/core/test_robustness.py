@@ -81,7 +81,7 @@ def answers(draw: st.DrawFn) -> RealMeasured:
         st.one_of(st.integers(0, (1 << 31) - 1), st.just(round((now + 5000.0) * 1000) % (1 << 31)))
     )
     sent = now - draw(st.floats(0.0, 0.04))
-    flags = [draw(FLAGS) for _ in range(5)]
+    flags = [draw(FLAGS) for _ in range(7)]
     grip = (draw(st.one_of(st.none(), FLAGS)), draw(FLAGS))
     return RealMeasured(
         now,
