@@ -56,6 +56,7 @@ class JointLoop:
         "_path",
         "_path_time",
         "_queue",
+        "_speed_limit",
         "_target",
         "_velocity_command",
         "_velocity_until",
@@ -83,6 +84,7 @@ class JointLoop:
         self._model_based = model_based
         self.saturated_steps = 0
         self.limited_steps = 0
+        self._speed_limit = 100.0
         self.reset(position)
 
     def reset(self, position: float) -> None:
@@ -121,8 +123,10 @@ class JointLoop:
         """
         self._close_loop("position", holding=True)
         self._target, self._path_time = position, 0.0
-        self._path = self.model.plan(self._wanted, position) if self._model_based else None
-        if self._path is None:
+        self._path = None
+        if self._model_based:
+            self._path = self.model.plan(self._wanted, position, self._speed_limit)
+        else:
             self._wanted = position, 0.0, 0.0
 
     def command_velocity(self, velocity: float, until: float = math.inf) -> None:
@@ -133,6 +137,18 @@ class JointLoop:
         if self.mode != "velocity":
             self._close_loop("velocity", holding=False)
         self._velocity_command, self._velocity_until = velocity, until
+
+    def limit_speed(self, percent: float) -> None:
+        """Cap what direct commands may do, now and later [percent of the joint's velocity].
+
+        Set points with a time are capped by who sends them. A plain PID's step of the position
+        knows no speed.
+        """
+        if percent == self._speed_limit:
+            return
+        self._speed_limit = percent
+        if self.mode == "position" and self._path is not None:
+            self.command_position(self._target)
 
     def stop(self) -> None:
         """Come to rest within the joint's acceleration, and hold there.
@@ -265,6 +281,8 @@ class JointLoop:
         )
         lag = model.acceleration * _BRAKING_LAG
         allowed = math.sqrt(lag * lag + 2.0 * model.acceleration * max(0.0, room)) - lag
+        capped = model.velocity * self._speed_limit * 1e-2
+        wanted = min(max(wanted, -capped), capped)
         if abs(wanted) <= allowed:
             self._drive(wanted, q, qdot)
             return
