@@ -9,6 +9,7 @@ from itertools import pairwise
 
 import msgspec
 from scara_config import Robot
+from scara_simulation.simulation import Snapshot
 from twin_controller.config import load_twin_controller
 from twin_controller.core.actions import StreamReal
 from twin_controller.core.events import AnyEvent, RealMeasured, Tick, TwinMeasured
@@ -84,6 +85,23 @@ class TroubledCell(VirtualCell):
         group.step = lambda override, hold: go_on(override, True)  # type: ignore[method-assign]
         self.schedule.after(duration, lambda: delattr(group, "step"))
 
+    def stand_simulator(self, duration: float) -> None:
+        """Let the simulator stand still from now on; then it catches up as its node does."""
+        simulation, config = self.twin.simulation, self.files.simulation
+        go_on, stood = simulation.advance, 0
+
+        def advance(steps: int) -> list[Snapshot]:
+            nonlocal stood
+            stood += steps
+            if stood * config.dt < duration:
+                return []
+            del simulation.advance  # type: ignore[attr-defined]
+            made_up_for = min(stood, round(config.max_catch_up_ms * 1e-3 / config.dt))
+            simulation.skip((stood - made_up_for) * config.step_ns)
+            return go_on(made_up_for)
+
+        simulation.advance = advance  # type: ignore[method-assign]
+
     def _asked(self, event: AnyEvent) -> bool:
         """Return whether an answer of the robot waits: the next is not asked for before."""
         waits = any(isinstance(left, RealMeasured) for left in self._left)
@@ -96,7 +114,8 @@ class TroubledCell(VirtualCell):
         for action in late:
             self._write_setpoint(action)
         now = self.clock()
-        super().put(Tick(now, self.gaps.look(now)))
+        gap = self.gaps.look(now)
+        super().put(Tick(now, gap, self.gaps.stood))
         left, self._left = self._left, []
         for event in left:
             if isinstance(event, RealMeasured):
@@ -146,6 +165,16 @@ def fastest_percent(cell: VirtualCell, since: float) -> float:
         for a, b, limit in zip(q, p, limits):
             worst = max(worst, abs(b - a) / (later - t) / limit)
     return 100.0 * worst
+
+
+def fastest_twin_percent(cell: VirtualCell, since: float) -> float:
+    """Return the largest speed of the twin since then [percent of a joint's largest].
+
+    By its own true velocities: the steps after a stall are made at once.
+    """
+    limits = _velocities(cell.files.robot)
+    rows = [qdot for at, _, qdot in cell.twin.truth if at >= since]
+    return 100.0 * max(abs(v) / limit for row in rows for v, limit in zip(row, limits))
 
 
 def _velocities(robot: Robot) -> tuple[float, ...]:

@@ -17,6 +17,7 @@ from scara_control.joint_track import JointTrack
 from scara_control.motion.plan import Path
 from scara_control.pid import PidGains, compute_command, integral_for_effort, saturate
 
+from scara_simulation.catch_up import catch_up, has_jumped
 from scara_simulation.config import LoopGains
 from scara_simulation.joint_model import JointModel
 from scara_simulation.track_queue import TrackQueue
@@ -49,6 +50,7 @@ class JointLoop:
     """
 
     __slots__ = (
+        "_behind",
         "_integral",
         "_last_velocity",
         "_model_based",
@@ -97,6 +99,7 @@ class JointLoop:
         self._velocity_command = self._last_velocity = self._next_velocity = 0.0
         self._velocity_until = math.inf
         self._queue = TrackQueue()
+        self._behind = False
         self._target = position
         self._wanted: AxisMotion = (position, 0.0, 0.0)
         self._path: Path | None = None
@@ -178,7 +181,7 @@ class JointLoop:
         commanded one within the joint's acceleration.
         """
         if self.mode == "trajectory":
-            self._wanted = self._sample(t)
+            self._wanted = self._catch_up(self._sample(t), dt)
         elif self.mode == "velocity":
             if t > self._velocity_until:
                 self._velocity_command = 0.0
@@ -261,6 +264,20 @@ class JointLoop:
         if self._path_time >= self._path.duration:
             self._path = None
         return motion.q[0], motion.qdot[0], motion.qddot[0]
+
+    def _catch_up(self, wanted: AxisMotion, dt: float) -> AxisMotion:
+        """Return the set point that is due, or one on the way to it if it has jumped."""
+        model, last = self.model, self._wanted
+        if not self._model_based:
+            return wanted
+        if not self._behind and not has_jumped(last, wanted, model.velocity, dt):
+            return wanted
+        reached = catch_up(last, wanted, model.velocity, model.acceleration, dt)
+        self._behind = reached != wanted
+        position, velocity, acceleration = reached
+        if not model.lower <= position <= model.upper:
+            return min(max(position, model.lower), model.upper), 0.0, 0.0
+        return position, velocity, acceleration
 
     def _sample(self, t: float) -> AxisMotion:
         """Sample the set points that are due, kept inside the joint's limits."""
@@ -350,3 +367,4 @@ class JointLoop:
         self.mode = mode
         if mode != "trajectory":
             self._queue.clear()
+            self._behind = False
