@@ -20,8 +20,8 @@ JUMP = 1.5
 a newer set point corrects is far less."""
 
 COUNTED_ON = 0.7
-"""Part of the acceleration that closing the gap brakes with. Our choice: with half of it a pair whose
-simulator stood for 0.3 s came so far apart that it was paused."""
+"""Part of the acceleration that closing the gap brakes with. Our choice: with half of it a pair
+whose simulator stood for 0.3 s came so far apart that it was paused."""
 
 MOST = 2.0
 """The set point's velocity changes by at most so many times the acceleration: the motion's own and
