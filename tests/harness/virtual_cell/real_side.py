@@ -29,8 +29,6 @@ from harness.virtual_cell.timing import Delays
 
 PULSE = 0.03
 """How long a pulsed signal stays on [s]; as the Modbus link's."""
-STREAM_SPEED_MARGIN = 1.2
-"""R[2] above the speed of the set points; as the Modbus link's."""
 TRUTH_EVERY = 2
 """The ground truth is published at 250 Hz."""
 Row = tuple[float, ...]
@@ -172,9 +170,8 @@ class RealSide:
         twin = iter(action.q)
         joints = zip(self._files.robot.joints, self._idle)
         filled = [next(twin) if joint.twin else idle for joint, idle in joints]
-        ceiling = min(100.0, action.speed_percent * STREAM_SPEED_MARGIN)
         self._heartbeat = self._heartbeat % 32767 + 1
-        words = self._codec.encode_setpoint(filled, self._heartbeat, ceiling)
+        words = self._codec.encode_setpoint(filled, self._heartbeat, action.speed_percent)
         self._write.send(partial(self._take, words))
 
     def _take(self, words: list[int]) -> None:

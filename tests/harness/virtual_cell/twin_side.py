@@ -116,6 +116,7 @@ class TwinSide:
         """Cap the program speed."""
         self._pose.limit_speed(speed_percent)
         self._jogs.limit_speed(speed_percent)
+        self._topic.send(partial(self._desk.limit_speed, speed_percent))
         self._settle()
 
     def move(self, action: MoveTwin, ended: Ended) -> None:
@@ -169,6 +170,14 @@ class TwinSide:
         """Command one joint's velocity loop directly, past all motion nodes [rad/s or m/s]."""
         try:
             self._desk.velocity(name, velocity, self.simulation.now)
+        except CommandError as error:
+            self.refused.append(str(error))
+        self._tell_modes()
+
+    def command_position(self, name: str, position: float) -> None:
+        """Command one joint's position loop directly, past all motion nodes [rad or m]."""
+        try:
+            self._desk.position(name, position)
         except CommandError as error:
             self.refused.append(str(error))
         self._tell_modes()

@@ -131,13 +131,13 @@ def test_a_position_just_over_its_limit_is_read() -> None:
 def test_set_points_stand_low_word_first_in_degrees_and_millimetres() -> None:
     """PR[1], valid, R[1], R[2]: 90 deg is 0x42B40000, -160 mm is 0xC3200000.
 
-    A speed is rounded up to whole percent.
+    A speed is rounded down to whole percent: it is the most that is allowed.
     """
     words = CODEC.encode_setpoint((math.pi / 2, 0.0, -0.160, 0.0, 0.0), 4711, 79.2)
     assert words[0:2] == [0x0000, 0x42B4]
     assert words[4:6] == [0x0000, 0xC320]
     assert words[6:18] == [0] * 12
-    assert words[18:] == [1, 4711, 80]
+    assert words[18:] == [1, 4711, 79]
 
 
 @pytest.mark.parametrize(

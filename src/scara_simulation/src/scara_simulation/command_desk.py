@@ -60,6 +60,16 @@ class CommandDesk:
         track = self._gate.track(setpoints, now)
         self._control.command_track(setpoints.names, track)
 
+    def limit_speed(self, percent: float) -> None:
+        """Cap the speed of direct commands [percent]: the cap of all other motion of the twin.
+
+        Raises:
+            CommandError: Outside 1 to 100.
+        """
+        if not 1.0 <= percent <= 100.0:
+            raise CommandError(f"speed_limit_percent = {percent:g} is outside [1, 100]")
+        self._control.limit_speed(percent)
+
     def obey(self, command: Command, now: float) -> None:
         """Obey a motion command at ``now`` [s]; who paused or stopped ends his own motion too."""
         match command:

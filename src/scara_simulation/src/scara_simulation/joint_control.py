@@ -88,6 +88,11 @@ class JointControl:
         """Let one joint move with ``velocity`` [rad/s] or [m/s] until the time ``until`` [s]."""
         self.loops[self._index[name]].command_velocity(velocity, until)
 
+    def limit_speed(self, percent: float) -> None:
+        """Cap the speed of direct commands [percent of each joint's velocity]."""
+        for loop in self.loops:
+            loop.limit_speed(percent)
+
     def stop(self) -> None:
         """Let each joint that a direct command moves come to rest and hold there."""
         for loop in self.loops:

@@ -17,6 +17,7 @@ from scara_control.joint_track import JointTrack
 from scara_control.motion.plan import Path
 from scara_control.pid import PidGains, compute_command, integral_for_effort, saturate
 
+from scara_simulation.catch_up import catch_up, has_jumped
 from scara_simulation.config import LoopGains
 from scara_simulation.joint_model import JointModel
 from scara_simulation.track_queue import TrackQueue
@@ -49,6 +50,7 @@ class JointLoop:
     """
 
     __slots__ = (
+        "_behind",
         "_integral",
         "_last_velocity",
         "_model_based",
@@ -56,6 +58,7 @@ class JointLoop:
         "_path",
         "_path_time",
         "_queue",
+        "_speed_limit",
         "_target",
         "_velocity_command",
         "_velocity_until",
@@ -83,6 +86,7 @@ class JointLoop:
         self._model_based = model_based
         self.saturated_steps = 0
         self.limited_steps = 0
+        self._speed_limit = 100.0
         self.reset(position)
 
     def reset(self, position: float) -> None:
@@ -95,6 +99,7 @@ class JointLoop:
         self._velocity_command = self._last_velocity = self._next_velocity = 0.0
         self._velocity_until = math.inf
         self._queue = TrackQueue()
+        self._behind = False
         self._target = position
         self._wanted: AxisMotion = (position, 0.0, 0.0)
         self._path: Path | None = None
@@ -121,8 +126,10 @@ class JointLoop:
         """
         self._close_loop("position", holding=True)
         self._target, self._path_time = position, 0.0
-        self._path = self.model.plan(self._wanted, position) if self._model_based else None
-        if self._path is None:
+        self._path = None
+        if self._model_based:
+            self._path = self.model.plan(self._wanted, position, self._speed_limit)
+        else:
             self._wanted = position, 0.0, 0.0
 
     def command_velocity(self, velocity: float, until: float = math.inf) -> None:
@@ -133,6 +140,18 @@ class JointLoop:
         if self.mode != "velocity":
             self._close_loop("velocity", holding=False)
         self._velocity_command, self._velocity_until = velocity, until
+
+    def limit_speed(self, percent: float) -> None:
+        """Cap what direct commands may do, now and later [percent of the joint's velocity].
+
+        Set points with a time are capped by who sends them. A plain PID's step of the position
+        knows no speed.
+        """
+        if percent == self._speed_limit:
+            return
+        self._speed_limit = percent
+        if self.mode == "position" and self._path is not None:
+            self.command_position(self._target)
 
     def stop(self) -> None:
         """Come to rest within the joint's acceleration, and hold there.
@@ -162,7 +181,7 @@ class JointLoop:
         commanded one within the joint's acceleration.
         """
         if self.mode == "trajectory":
-            self._wanted = self._sample(t)
+            self._wanted = self._catch_up(self._sample(t), dt)
         elif self.mode == "velocity":
             if t > self._velocity_until:
                 self._velocity_command = 0.0
@@ -246,6 +265,20 @@ class JointLoop:
             self._path = None
         return motion.q[0], motion.qdot[0], motion.qddot[0]
 
+    def _catch_up(self, wanted: AxisMotion, dt: float) -> AxisMotion:
+        """Return the set point that is due, or one on the way to it if it has jumped."""
+        model, last = self.model, self._wanted
+        if not self._model_based:
+            return wanted
+        if not self._behind and not has_jumped(last, wanted, model.velocity, dt):
+            return wanted
+        reached = catch_up(last, wanted, model.velocity, model.acceleration, dt)
+        self._behind = reached != wanted
+        position, velocity, acceleration = reached
+        if not model.lower <= position <= model.upper:
+            return min(max(position, model.lower), model.upper), 0.0, 0.0
+        return position, velocity, acceleration
+
     def _sample(self, t: float) -> AxisMotion:
         """Sample the set points that are due, kept inside the joint's limits."""
         sample, model = self._queue.sample(t), self.model
@@ -265,6 +298,8 @@ class JointLoop:
         )
         lag = model.acceleration * _BRAKING_LAG
         allowed = math.sqrt(lag * lag + 2.0 * model.acceleration * max(0.0, room)) - lag
+        capped = model.velocity * self._speed_limit * 1e-2
+        wanted = min(max(wanted, -capped), capped)
         if abs(wanted) <= allowed:
             self._drive(wanted, q, qdot)
             return
@@ -332,3 +367,4 @@ class JointLoop:
         self.mode = mode
         if mode != "trajectory":
             self._queue.clear()
+            self._behind = False

@@ -60,15 +60,18 @@ class JointModel(msgspec.Struct, frozen=True):
             return self.damping * velocity + self.friction * moving
         return self.damping * velocity + (self.friction if velocity > 0.0 else -self.friction)
 
-    def plan(self, start: AxisMotion, target: float) -> Path:
+    def plan(self, start: AxisMotion, target: float, speed_percent: float = 100.0) -> Path:
         """Plan the way to ``target`` [rad] or [m] from a motion.
 
-        It keeps the joint's velocity, acceleration and jerk.
+        It keeps the joint's acceleration and jerk, and a share of its velocity.
         """
         joints: Any = (self,)  # has the limits by the names that plan_move reads
         position, velocity, acceleration = start
         return plan_move(
-            joints, JointMotion((position,), (velocity,), (acceleration,)), (target,), 100.0
+            joints,
+            JointMotion((position,), (velocity,), (acceleration,)),
+            (target,),
+            speed_percent,
         )
 
 

@@ -124,6 +124,8 @@ class Limit(Section, frozen=True):
     """The additional controller between twin and real robot."""
 
     speed_percent: SpeedPercent
+    told_percent: SpeedPercent
+    twin_percent: SpeedPercent
     step_margin: Annotated[float, Meta(ge=1.0, le=10.0)]
     override_margin: Annotated[float, Meta(ge=1.0, le=2.0)]
     source_age_ms: PositiveMs
@@ -337,6 +339,7 @@ def load_twin_controller(
                 f"{path}: stream.period_ms = {period:g}: "
                 f"Expected a multiple of real.sample_period_ms = {tick:g}, or null"
             )
+    _check_speeds(path, config)
     _check_watched(path, config, robot)
     low_ms, high_ms = config.real.follow_lag_range_ms
     if not low_ms <= config.real.follow_lag_ms <= high_ms:
@@ -345,6 +348,19 @@ def load_twin_controller(
             f"Expected {low_ms:g} to {high_ms:g}"
         )
     return config
+
+
+def _check_speeds(path: Path, config: TwinControllerConfig) -> None:
+    """Refuse set points faster than the robot may be, and a twin faster than its set points."""
+    limit = config.limit
+    for name, value, bound, most in (
+        ("told_percent", limit.told_percent, "speed_percent", limit.speed_percent),
+        ("twin_percent", limit.twin_percent, "told_percent", limit.told_percent),
+    ):
+        if value > most:
+            raise ConfigError(
+                f"{path}: limit.{name} = {value:g}: Expected at most limit.{bound} = {most:g}"
+            )
 
 
 def _check_watched(path: Path, config: TwinControllerConfig, robot: Robot) -> None:

@@ -153,7 +153,7 @@ class RegisterCodec:
         Args:
             positions: Joint positions in the order of robot.yaml [rad or m].
             heartbeat: R[1], 0..32767.
-            speed_percent: R[2]; rounded up to a whole percent, 1..100.
+            speed_percent: R[2]; rounded down to a whole percent, but 1 at least; 1..100.
 
         Raises:
             SetpointError: Wrong count, a value not finite or outside the joint's range, a speed
@@ -167,7 +167,7 @@ class RegisterCodec:
             "setpoint": axes,
             "setpoint_valid": [1.0],
             "heartbeat": [float(heartbeat & 0x7FFF)],
-            "stream_speed": [float(math.ceil(speed_percent))],
+            "stream_speed": [float(max(1, math.floor(speed_percent)))],
         }
         for name, given in values.items():
             begin = self._registers[name].offset - self.setpoint.offset

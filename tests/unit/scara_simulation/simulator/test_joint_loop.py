@@ -29,6 +29,10 @@ MODEL = JointModel(
 )
 
 
+QUICK = msgspec.structs.replace(MODEL, velocity=1e3)
+"""A joint for which no set point is a jump: what is due is met at once."""
+
+
 class Joint:
     """An inertia with a constant load and dry friction.
 
@@ -236,7 +240,7 @@ def test_trajectory_with_feed_forward_is_followed_without_error():
 
 def test_newer_track_takes_over_at_its_first_point():
     """A packet that begins later does not interrupt what is due before it."""
-    joint = Joint()
+    joint = Joint(model=QUICK)
     joint.loop.command_track(track([0.0], [(0.1, 0.0, 0.0)]), 0)
     joint.loop.command_track(track([0.5], [(0.3, 0.0, 0.0)]), 0)
     assert joint.loop.reference(0.4, 0.0, 0.0, DT)[0] == 0.1
@@ -245,7 +249,7 @@ def test_newer_track_takes_over_at_its_first_point():
 
 def test_newer_track_replaces_all_that_was_to_come_after_its_first_point():
     """A stop that is due now ends every motion announced for later."""
-    joint = Joint()
+    joint = Joint(model=QUICK)
     for start, q in ((0.0, 0.1), (0.5, 0.3), (0.2, 0.2)):
         joint.loop.command_track(track([start], [(q, 0.0, 0.0)]), 0)
     assert joint.loop.reference(0.4, 0.0, 0.0, DT)[0] == 0.2
@@ -254,7 +258,7 @@ def test_newer_track_replaces_all_that_was_to_come_after_its_first_point():
 
 def test_postponed_track_is_the_same_motion_later():
     """After a pause the motion goes on where it stood."""
-    joint = Joint()
+    joint = Joint(model=QUICK)
     joint.loop.command_track(track([0.0, 1.0], [(0.0, 0.5, 0.0), (0.5, 0.5, 0.0)]), 0)
     before = joint.loop.reference(0.4, 0.0, 0.0, DT)
     joint.loop.postpone(10.0)
@@ -263,7 +267,7 @@ def test_postponed_track_is_the_same_motion_later():
 
 def test_set_point_beyond_a_limit_is_kept_inside_and_counted():
     """An extrapolation must not drive the joint into its stop."""
-    joint = Joint(q=0.9)
+    joint = Joint(q=0.9, model=QUICK)
     joint.loop.command_track(track([0.0], [(0.95, 3.0, 0.0)]), 0)
     assert joint.loop.reference(0.04, 0.9, 0.0, DT) == (1.0, 0.0, 0.0)
     assert joint.loop.limited_steps == 1

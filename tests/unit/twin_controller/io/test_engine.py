@@ -68,12 +68,13 @@ class OneGap:
     """The third look came late."""
 
     def __init__(self, config: object) -> None:
-        self.looks = 0
+        self.looks, self.stood = 0, 0.0
 
     def look(self, now: float) -> float:
         """Take one look."""
         self.looks += 1
-        return 0.05 if self.looks == 3 else 0.0
+        self.stood = 0.05 if self.looks == 3 else 0.0
+        return self.stood
 
 
 def test_core_hears_of_the_engines_own_gap_before_what_has_waited(

@@ -8,7 +8,8 @@ for each physics step while somebody listens), ``twin/controller_modes``, ``/dia
 ``/clock`` on request; tuning: see tuning_ports; ``twin/parts``, ``twin/gripper``,
 ``twin/part_events`` and the service ``gripper`` if there is work (palletise.yaml): see parts_ports.
 Topics in: ``twin/joint_setpoints``, ``twin/<joint>_position_controller/command``,
-``twin/<joint>_velocity_controller/command`` (ends if nobody repeats it), ``motion_command``.
+``twin/<joint>_velocity_controller/command`` (ends if nobody repeats it), ``motion_command``,
+``joint_pose_controller/speed_limit_percent`` (the cap of all motion).
 Services: ``pause_physics``, ``unpause_physics``, ``reset_simulation``, ``step``; tuning: see
 tuning_ports.
 Exit codes: 0 after a signal, 1 when the simulation died, 2 when it cannot start.

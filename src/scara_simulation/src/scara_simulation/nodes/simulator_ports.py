@@ -141,6 +141,7 @@ class CommandPorts:
                 self._listen(topic, Float64, partial(take, name))
         self._listen("twin/joint_setpoints", JointTrajectory, self._setpoints)
         self._listen("motion_command", MotionCommand, self._obey)
+        self._listen("joint_pose_controller/speed_limit_percent", Float64, self._limit_speed)
         rospy.Service("pause_physics", Empty, partial(self._empty, clockwork.pause))
         rospy.Service("unpause_physics", Empty, partial(self._empty, clockwork.unpause))
         rospy.Service("reset_simulation", Empty, partial(self._empty, clockwork.reset))
@@ -170,6 +171,9 @@ class CommandPorts:
 
     def _velocity(self, name: str, message: Float64) -> None:
         self._desk.velocity(name, message.data, self._clockwork.simulation.now)
+
+    def _limit_speed(self, message: Float64) -> None:
+        self._desk.limit_speed(message.data)
 
     def _setpoints(self, message: JointTrajectory) -> None:
         simulation = self._clockwork.simulation

@@ -26,9 +26,11 @@ class Tick(Event, frozen=True, tag="tick"):
     Attributes:
         own_gap: For so long the controller itself did not run before ``now`` [s], and nobody's
             silence is meant by it. Recordings from before this field have none.
+        stood: How long it did not run before ``now`` in all [s], forgiven or not.
     """
 
     own_gap: float = 0.0
+    stood: float = 0.0
 
 
 class LinkChanged(Event, frozen=True, tag="link"):

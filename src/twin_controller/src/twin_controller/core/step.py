@@ -49,7 +49,8 @@ def step(setup: Setup, before: CoreState, event: AnyEvent) -> Result:
     heard = take_in(setup, before.sides, event)
     answered = isinstance(event, RealMeasured) and heard.real.flags is event
     follow = before.follow
-    if answered and lead.mode in FOLLOWS_TWIN:
+    # A robot that is slowed down is behind for another reason than its lag.
+    if answered and lead.mode in FOLLOWS_TWIN and not follow.slowed:
         follow = replace(follow, lag=adapted_lag(setup, follow.lag, heard))
 
     # 2 Drop what is stale: no decision may rest on it, no order may wait for a side that is lost.

@@ -53,56 +53,83 @@ def check_setpoint(q: Joints, bounds: Bounds) -> str:
     return ""
 
 
-def pass_setpoint(
+def judge_setpoint(
     q: Joints,
-    last: Joints | None,
+    before: Joints | None,
     dt: float,
+    slack: Joints,
     age: float,
-    speed_fraction: float,
     age_limit: float,
     bounds: Bounds,
-) -> Passed | Rejected:
-    """Judge one set point for the real robot.
+) -> Joints | Rejected:
+    """Judge what the twin asks for; what was sent of it before plays no part here.
 
     Args:
-        q: Set point, SI.
-        last: The one sent before, None if there is none.
-        dt: Time since then [s].
+        q: Set point that the twin asks for, SI.
+        before: The one that it asked for before; None: there is none.
+        dt: Time between the two [s].
+        slack: By how much the two may be off besides, since they are predictions.
         age: Age of the twin's data it was made of [s].
-        speed_fraction: Allowed part of each joint's largest speed, 0 .. 1.
         age_limit: Largest age [s].
         bounds: Limits of the robot.
 
     Returns:
-        What may be sent, or why nothing may.
+        The set point within the limits, or why it may not be sent.
     """
     invalid = check_setpoint(q, bounds)
     if invalid:
         return Rejected(invalid)
-    # Only what is beyond by less than the tolerance gets here.
-    q = tuple(
-        min(max(value, lower), upper) for value, lower, upper in zip(q, bounds.lower, bounds.upper)
-    )
     if age > age_limit:
         return Rejected(
             f"the twin's data are {age * 1e3:.0f} ms old, allowed are {age_limit * 1e3:.0f} ms"
         )
-    if last is None or dt <= 0.0:
+    # Only what is beyond by less than the tolerance gets here.
+    q = tuple(
+        min(max(value, lower), upper) for value, lower, upper in zip(q, bounds.lower, bounds.upper)
+    )
+    if before is None or dt <= 0.0:
+        return q
+    off = [abs(new - old) - extra for new, old, extra in zip(q, before, slack)]
+    steps = [step / (velocity * dt) for step, velocity in zip(off, bounds.velocity)]
+    worst = max(range(len(steps)), key=steps.__getitem__)
+    if steps[worst] <= bounds.step_margin:
+        return q
+    # No motion of the twin makes such a step: the data are wrong, and to limit them would hide it.
+    way = f"{abs(q[worst] - before[worst]):.4f} {bounds.units[worst]} in {dt * 1e3:.1f} ms"
+    margin = f"more than {bounds.step_margin:g} times its largest speed"
+    return Rejected(f"{bounds.names[worst]} would step {way}, {margin}")
+
+
+def slow_setpoint(
+    q: Joints, sent: Joints | None, dt: float, speed_fraction: float, bounds: Bounds
+) -> Passed:
+    """Go from what was sent before towards ``q``, as far as the speed allows.
+
+    What is left is made up for by the next set points, no faster than this one. All joints are
+    slowed alike: the set point stays on the way.
+
+    Args:
+        q: Set point that the twin asks for, SI.
+        sent: What the real robot was told before; None: nothing.
+        dt: Time that the robot has for the step [s].
+        speed_fraction: Allowed part of each joint's largest speed, 0 .. 1.
+        bounds: Limits of the robot.
+    """
+    if sent is None or dt <= 0.0:
         return Passed(q, False, "")
+    worst, step = _fastest(q, sent, dt, bounds)
+    if step <= speed_fraction:
+        return Passed(q, False, "")
+    part = speed_fraction / step
+    slowed = tuple(old + part * (new - old) for new, old in zip(q, sent))
+    share = f"{bounds.names[worst]} at {100.0 * step:.0f} % of its largest speed"
+    return Passed(slowed, True, f"{share}, allowed {100.0 * speed_fraction:.0f} %")
+
+
+def _fastest(q: Joints, before: Joints, dt: float, bounds: Bounds) -> tuple[int, float]:
+    """Return which joint moves fastest for its largest speed, and at which part of it."""
     steps = tuple(
-        abs(new - old) / (velocity * dt) for new, old, velocity in zip(q, last, bounds.velocity)
+        abs(new - old) / (velocity * dt) for new, old, velocity in zip(q, before, bounds.velocity)
     )
     worst = max(range(len(steps)), key=steps.__getitem__)
-    name, step = bounds.names[worst], steps[worst]
-    # No motion of the twin makes such a step: the data are wrong, and to limit them would hide it.
-    if step > bounds.step_margin:
-        way = f"{abs(q[worst] - last[worst]):.4f} {bounds.units[worst]} in {dt * 1e3:.1f} ms"
-        margin = f"more than {bounds.step_margin:g} times its largest speed"
-        return Rejected(f"{name} would step {way}, {margin}")
-    if step <= speed_fraction * bounds.step_margin:
-        return Passed(q, False, "")
-    # All joints are slowed alike: the set point stays on the way.
-    part = speed_fraction / step
-    slowed = tuple(old + part * (new - old) for new, old in zip(q, last))
-    allowed = f"allowed {100.0 * speed_fraction:.0f} %"
-    return Passed(slowed, True, f"{name} at {100.0 * step:.0f} % of its largest speed, {allowed}")
+    return worst, steps[worst]

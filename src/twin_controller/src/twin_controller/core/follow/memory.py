@@ -26,7 +26,9 @@ class RealFollows(msgspec.Struct, frozen=True):
     onset: float | None = None
     # What is left of the gap real - twin at the start; None until the first set point.
     blend: Blend | None = None
-    # The last set point and when the robot takes it; None before the first.
+    # What the twin asked for with the last set point; None before the first.
+    asked: Sample | None = None
+    # The last set point as it was sent, and when the robot takes it; None before the first.
     last: Sample | None = None
     # Why that set point was slowed down; empty if it was not.
     slowed: str = ""

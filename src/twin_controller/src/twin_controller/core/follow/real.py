@@ -10,13 +10,18 @@ from scara_control.joint_track import JointTrack
 from twin_controller.core.actions import StreamReal
 from twin_controller.core.events import Joints
 from twin_controller.core.follow.blend import sample_blend
-from twin_controller.core.follow.limit import Bounds, Rejected, pass_setpoint
+from twin_controller.core.follow.limit import (
+    Bounds,
+    Rejected,
+    judge_setpoint,
+    slow_setpoint,
+)
 from twin_controller.core.follow.memory import RealFollows
 from twin_controller.core.follow.schedule import SendSlot, next_slots
 from twin_controller.core.follow.twin import close_gap
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides.pairing import paired
-from twin_controller.core.sides.side import Sample, Sides, TwinSide
+from twin_controller.core.sides.side import RealSide, Sample, Sides, TwinSide
 
 replace = msgspec.structs.replace
 
@@ -93,10 +98,10 @@ def _decided_ahead(setup: Setup, twin: TwinSide, now: float) -> float:
 
     Until the next answer, and longer while a plan tells where the twin goes.
     """
-    config, plan = setup.config, twin.plan
+    config = setup.config
     spacing = (config.stream.period_ms or 0.0) * 1e-3
-    planned = plan is not None and plan.stamp + plan.times[-1] > twin.clock.to_remote(now)
-    return config.real.poll_period_ms * 1e-3 + (PLANNED if planned else UNPLANNED) * spacing
+    longer = PLANNED if planned(twin, now) else UNPLANNED
+    return config.real.poll_period_ms * 1e-3 + longer * spacing
 
 
 def _setpoint(
@@ -109,30 +114,81 @@ def _setpoint(
     now: float,
 ) -> tuple[RealFollows, StreamReal] | Rejected:
     """Aim one set point at the instant at which the robot gets there, and let it through or not."""
-    real, twin, limit = sides.real, sides.twin, setup.config.limit
-    target = twin_ahead(setup, twin, aim)
+    real, limit = sides.real, setup.config.limit
+    target = twin_ahead(setup, sides.twin, aim)
     blend = follows.blend
     if blend is None:
         offset = tuple(a - b for a, b in zip(real.last.q, target))
         blend = close_gap(setup, offset, aim)
     gap, _, _ = sample_blend(blend, aim)
     q = tuple(a + b for a, b in zip(target, gap))
+    asked = _judged(setup, follows, sides, slot, q, aim, now)
+    if isinstance(asked, Rejected):
+        return asked
     last, dt = None, 0.0
     if follows.last is not None:
-        last, dt = follows.last.q, slot.taken_at - follows.last.t
+        last, dt = follows.last.q, min(slot.taken_at - follows.last.t, _longest_step(setup))
+    told = min(limit.told_percent, cap) * 1e-2
+    passed = slow_setpoint(asked, last, dt, told, bounds_of(setup))
+    still = (0.0,) * len(q)
+    follows = replace(
+        follows,
+        blend=blend,
+        asked=Sample(slot.taken_at, asked, still),
+        last=Sample(slot.taken_at, passed.q, still),
+        slowed=passed.reason,
+    )
+    return follows, StreamReal(passed.q, _program_speed(setup, real, cap), slot.send_at)
+
+
+def _judged(
+    setup: Setup,
+    follows: RealFollows,
+    sides: Sides,
+    slot: SendSlot,
+    q: Joints,
+    aim: float,
+    now: float,
+) -> Joints | Rejected:
+    """Judge what the twin asks for against what it asked for before."""
+    before, dt = None, 0.0
+    slack = (0.0,) * len(q)
+    if follows.asked is not None:
+        before, dt = follows.asked.q, slot.taken_at - follows.asked.t
+        if not planned(sides.twin, sides.twin.seen or now):
+            # What is carried on at constant velocity is off by what the twin speeds up meanwhile,
+            # and its samples are up to a spacing older or younger than those before.
+            ahead = min(max(0.0, aim - sides.twin.last.t), LONGEST_AHEAD_S)
+            slack = tuple(2.0 * dt * ahead * most for most in setup.acceleration)
     # A twin that was never seen is as old as can be.
-    age = now - (twin.seen if twin.seen is not None else -1e9)
-    fraction = min(limit.speed_percent, cap) * 1e-2
-    age_limit = limit.source_age_ms * 1e-3
-    verdict = pass_setpoint(q, last, dt, age, fraction, age_limit, bounds_of(setup))
-    if isinstance(verdict, Rejected):
-        return verdict
-    sent = Sample(slot.taken_at, verdict.q, (0.0,) * len(q))
-    follows = replace(follows, blend=blend, last=sent, slowed=verdict.reason)
-    # The robot runs its program at its override: what it is told makes up for that.
+    age = now - (sides.twin.seen if sides.twin.seen is not None else -1e9)
+    age_limit = setup.config.limit.source_age_ms * 1e-3
+    return judge_setpoint(q, before, dt, slack, age, age_limit, bounds_of(setup))
+
+
+def _longest_step(setup: Setup) -> float:
+    """Return the longest time that one step of a set point may make use of [s].
+
+    Where set points were left out, the robot has stood for the rest: it catches up bit by bit.
+    """
+    period = setup.config.stream.period_ms or setup.config.real.poll_period_ms
+    return period * 1e-3
+
+
+def _program_speed(setup: Setup, real: RealSide, cap: float) -> float:
+    """Return the speed of the robot's stream program: no more than its set points have.
+
+    A robot that was late may not catch up faster either. It runs its program at its override: what
+    it is told makes up for that.
+    """
     override = real.flags.override_percent if real.flags is not None else 100.0
-    speed = min(100.0, 1e4 * fraction / max(override, 1.0))
-    return follows, StreamReal(verdict.q, speed, slot.send_at)
+    return min(100.0, 100.0 * min(setup.config.limit.told_percent, cap) / max(override, 1.0))
+
+
+def planned(twin: TwinSide, local: float) -> bool:
+    """Return whether the twin's plan reaches beyond local time ``local``."""
+    plan = twin.plan
+    return plan is not None and plan.stamp + plan.times[-1] > twin.clock.to_remote(local)
 
 
 def twin_ahead(setup: Setup, twin: TwinSide, local: float) -> Joints:
@@ -140,10 +196,8 @@ def twin_ahead(setup: Setup, twin: TwinSide, local: float) -> Joints:
 
     Its plan is used if it has one for now; else its last state is carried on at constant velocity.
     """
-    stamp = twin.clock.to_remote(local)
-    now = twin.clock.to_remote(twin.seen or local)
     plan = twin.plan
-    if plan is not None and plan.stamp + plan.times[-1] > now:
+    if plan is not None and planned(twin, twin.seen or local):
         track = JointTrack(
             plan.times,
             plan.q,
@@ -152,7 +206,7 @@ def twin_ahead(setup: Setup, twin: TwinSide, local: float) -> Joints:
             extrapolation_limit=0.0,
             stop_accelerations=setup.acceleration,
         )
-        q, _, _ = track.sample(stamp - plan.stamp)
+        q, _, _ = track.sample(twin.clock.to_remote(local) - plan.stamp)
         return tuple(q)
     last = twin.last
     ahead = max(0.0, min(local - last.t, LONGEST_AHEAD_S))

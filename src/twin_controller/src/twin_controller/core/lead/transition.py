@@ -26,6 +26,7 @@ from twin_controller.core.safety.divergence import DivergenceState
 from twin_controller.core.safety.zones import Way
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides.change import drop_baseline
+from twin_controller.core.sides.own_gap import stall_text
 from twin_controller.core.sides.side import Sides
 from twin_controller.core.state import CoreState
 
@@ -141,6 +142,8 @@ def _words(state: CoreState, trigger: Trigger) -> str:
         case Trigger.STOP_IGNORED if state.orders.stop is not None:
             stop = state.orders.stop
             return f"{stop.wanted.value}, sent {stop.attempts} times"
+        case Trigger.DIVERGED:
+            return stall_text(real.stall, max(real.seen or 0.0, twin.seen or 0.0))
         case Trigger.REAL_FAULT:
             return real.alarm
         case Trigger.REAL_DRIVES_OFF if real.flags is not None and real.flags.estop_pressed:

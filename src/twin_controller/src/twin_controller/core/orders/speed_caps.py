@@ -118,8 +118,9 @@ def _twin_cap(setup: Setup, speeds: Speeds, sides: Sides, safety: Safety) -> Cap
     caps = [Cap(speeds.cap, "the operator's SPEED")]
     if sides.real.connected and sides.real.flags is not None:
         override = max(sides.real.flags.override_percent, 1.0)
-        most = limit.speed_percent
-        caps.append(Cap(most, f"above {most:g} % the real robot gets that much"))
+        most = limit.twin_percent
+        held = f"the real robot gets at most {limit.speed_percent:g} %"
+        caps.append(Cap(most, f"{held}, and it needs some of that to keep up"))
         room = f"the real robot's override is {override:g} %, and it needs some of that to keep up"
         caps.append(Cap(override / limit.override_margin, room))
     if cartesian is not None:

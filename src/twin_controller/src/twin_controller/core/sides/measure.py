@@ -21,7 +21,7 @@ from twin_controller.core.events import (
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides import change, clock, echo
 from twin_controller.core.sides.clock import ClockEstimate, Patience
-from twin_controller.core.sides.own_gap import leave_out, silence
+from twin_controller.core.sides.own_gap import leave_out, note_stall, silence, stall_text
 from twin_controller.core.sides.side import (
     HISTORY,
     Gripper,
@@ -38,6 +38,8 @@ S = TypeVar("S", bound=Side)
 FUTURE_S = 0.1
 """A stamp so far ahead [s] shows that a clock jumped; a simulator may catch up by a little."""
 
+CLOCK_JUMPED = "its clock jumped"
+
 MEMORY_S = 1.0
 """Set points sent to a side are remembered for so long [s]; the echo looks back half of it."""
 
@@ -46,8 +48,9 @@ def take_in(setup: Setup, sides: Sides, event: AnyEvent) -> Sides:
     """Return both sides after one input; those that tell nothing of a side change nothing."""
     real, twin = sides.real, sides.twin
     match event:
-        case Tick(own_gap=gap) if gap:
-            return leave_out(sides, gap, event.now)
+        case Tick(own_gap=gap, stood=stood) if gap or stood:
+            sides = note_stall(sides, stood or gap, event.now)
+            return leave_out(sides, gap, event.now) if gap else sides
         case LinkChanged(side="real"):
             return replace(sides, real=real_lost(real, event.reason, event.connected))
         case LinkChanged():
@@ -67,8 +70,6 @@ def take_in(setup: Setup, sides: Sides, event: AnyEvent) -> Sides:
             return replace(sides, twin=replace(twin, gripper=shown))
         case ClockProbe():
             return replace(sides, twin=clock_probed(setup, twin, event))
-        case Tick(own_gap=gap) if gap > 0.0:
-            return leave_out(sides, gap, event.now)
     return sides
 
 
@@ -94,15 +95,22 @@ def drop_stale(setup: Setup, sides: Sides, now: float) -> Sides:
     """Forget a side that has been silent for too long."""
     real, twin, config = sides.real, sides.twin, setup.config
     if _silent(real, now, config.real.stale_ms):
-        real = real_lost(real, f"no fresh data for {config.real.stale_ms:g} ms")
+        real = real_lost(real, _named(real, f"no fresh data for {config.real.stale_ms:g} ms", now))
     if _silent(twin, now, config.twin.stale_ms):
-        twin = twin_lost(twin, f"no fresh data for {config.twin.stale_ms:g} ms")
+        twin = twin_lost(twin, _named(twin, f"no fresh data for {config.twin.stale_ms:g} ms", now))
     # Samples come from the simulator, the state of motion from the pose controller: either may die.
     limit = config.twin.stale_ms
     motion = twin.motion
     if motion is not None and silence(motion.now, now, twin.deaf) > limit * 1e-3:
-        twin = twin_lost(twin, f"its pose controller was silent for {limit:g} ms")
+        silent = f"its pose controller was silent for {limit:g} ms"
+        twin = twin_lost(twin, _named(twin, silent, now))
     return sides if real is sides.real and twin is sides.twin else Sides(real, twin)
+
+
+def _named(side: Side, what: str, now: float) -> str:
+    """Say first that this machine stood still, if that is why."""
+    cause = stall_text(side.stall, now)
+    return f"{cause}: {what}" if cause else what
 
 
 def _silent(side: Side, now: float, limit_ms: float) -> bool:
@@ -137,7 +145,8 @@ def _real_sampled(setup: Setup, real: RealSide, event: RealMeasured) -> RealSide
         Patience(config.clock_jump_ms * 1e-3, config.clock_conflicts),
     )
     if estimate.jumps != real.clock.jumps:
-        lost = real_lost(real, "its clock jumped")
+        cause = stall_text(real.stall, event.now)
+        lost = real_lost(real, f"{cause}: its old answers say little" if cause else CLOCK_JUMPED)
         return replace(lost, clock=ClockEstimate(jumps=estimate.jumps))
     sample = Sample(estimate.to_local(clock_ms * 1e-3), event.q, event.qdot)
     seen = min(event.received, sample.t + estimate.uncertainty)

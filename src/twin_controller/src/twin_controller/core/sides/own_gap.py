@@ -15,6 +15,9 @@ from msgspec.structs import replace
 from twin_controller.config import OwnGap
 from twin_controller.core.sides.side import Sides
 
+NAMED_S = 1.0
+"""A stall is named as the cause of what happens within this time of it [s]; our choice."""
+
 
 class OwnGaps:
     """Finds the controller's own gaps; knows no clock."""
@@ -24,6 +27,8 @@ class OwnGaps:
         self._notice = config.notice_ms * 1e-3
         self._forgive, self._window = config.forgive_ms * 1e-3, config.window_ms * 1e-3
         self._last: float | None = None
+        # What the last look has shown [s]: 0 if it came in time.
+        self.stood = 0.0
         self._forgiven: deque[tuple[float, float]] = deque()
 
     def look(self, now: float) -> float:
@@ -36,15 +41,30 @@ class OwnGaps:
             The gap [s]; 0 if the look came in time, or if the gap is too long to be forgiven.
         """
         last, self._last = self._last, now
+        self.stood = 0.0
         if last is None or now - last <= self._notice:
             return 0.0
         while self._forgiven and now - self._forgiven[0][0] > self._window:
             self._forgiven.popleft()
-        gap = now - last
+        gap = self.stood = now - last
         if gap + sum(before for _, before in self._forgiven) > self._forgive:
             return 0.0
         self._forgiven.append((now, gap))
         return gap
+
+
+def note_stall(sides: Sides, stood: float, now: float) -> Sides:
+    """Note that this machine stood still for ``stood`` [s] until ``now``."""
+    stall = (now, stood)
+    return Sides(replace(sides.real, stall=stall), replace(sides.twin, stall=stall))
+
+
+def stall_text(stall: tuple[float, float], now: float) -> str:
+    """Return that this machine stood still if that was a moment ago; else an empty text."""
+    ended, stood = stall
+    if stood > 0.0 and now - ended <= NAMED_S:
+        return f"this machine stood still for {stood:.2f} s"
+    return ""
 
 
 def leave_out(sides: Sides, gap: float, now: float) -> Sides:

@@ -53,6 +53,8 @@ class Side(msgspec.Struct, frozen=True):
     # From when to when the controller itself last stood still [s]: no silence of the side. Without
     # effect once something newer was heard.
     deaf: tuple[float, float] = (0.0, 0.0)
+    # When the last stall of this machine ended and how long it was [s]; only named.
+    stall: tuple[float, float] = (0.0, 0.0)
 
     @property
     def last(self) -> Sample:

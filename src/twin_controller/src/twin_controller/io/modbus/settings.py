@@ -18,8 +18,6 @@ class ModbusSettings:
         retry_first: Pause before the first new attempt, short enough for the robot's watchdog;
             doubled at each failure.
         retry_last: Longest pause.
-        stream_speed_margin: R[2] above the speed of the set points: right at the robot's own limit
-            they would be clipped and lag.
         command_retry: A numbered command that is not confirmed is written again after this.
         command_attempts: It is written at most this often.
         heartbeat: Keep the robot's watchdog awake.
@@ -33,7 +31,6 @@ class ModbusSettings:
     pulse: float = 0.03
     retry_first: float = 0.02
     retry_last: float = 2.0
-    stream_speed_margin: float = 1.2
     command_retry: float = 0.1
     command_attempts: int = 5
     heartbeat: bool = True

@@ -159,8 +159,7 @@ class Writer:
     def _write_setpoint(self, positions: tuple[float, ...], speed_percent: float) -> None:
         """Write PR[1] with the heartbeat in one request."""
         heartbeat = self._next_heartbeat() if self._settings.heartbeat else 0
-        ceiling = min(100.0, speed_percent * self._settings.stream_speed_margin)
-        words = self._codec.encode_setpoint(positions, heartbeat, ceiling)
+        words = self._codec.encode_setpoint(positions, heartbeat, speed_percent)
         self._port.write_words(self._codec.setpoint.offset, words)
         self._counters.setpoints += 1
         self._beaten()
