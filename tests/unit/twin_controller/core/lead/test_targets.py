@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+import numpy as np
 import pytest
 from harness.pair import SETUP, Pair
 from twin_controller.core.actions import MoveTwin
@@ -11,6 +12,7 @@ from twin_controller.core.events import MoveEnded, Operator
 from twin_controller.core.lead.commands.allowed import refusals
 from twin_controller.core.lead.commands.judging import judge_move
 from twin_controller.core.lead.modes import Mode
+from twin_controller.core.safety.points import positions
 from twin_controller.view import state_view
 
 BELOW_TABLE = (0.4, 0.0, -0.045)
@@ -80,6 +82,15 @@ def test_what_is_only_asked_about_gets_the_answer_of_the_move(
     assert answer.success is not bool(judged.refusal)
     if judged.refusal:
         assert answer.message == judged.refusal
+
+
+def test_what_is_asked_about_is_told_with_its_branch_and_joints(pair: Pair) -> None:
+    """The page draws the pose and names the elbow."""
+    event = Operator(pair.now, "MOVE", 7, 20.0, (0.51, 0.16, 0.10), "righty")
+    judged = judge_move(SETUP, pair.state.sides.twin, event)
+    assert judged.elbow == "righty" and f"{judged.elbow}" == "righty"
+    assert positions(SETUP.points[0], np.array([judged.target]))[0] == pytest.approx(event.target)
+    assert len(judged.target) == len(SETUP.names)
 
 
 def test_a_move_without_coordinates_is_refused_with_what_is_missing(pair: Pair) -> None:

@@ -104,4 +104,7 @@ def _destination(setup: Setup, start: Joints, event: Operator) -> tuple[Joints, 
     q = list(start)
     for column, position in zip(columns, answer.chosen.q):
         q[column] = position
-    return tuple(q), str(answer.chosen.elbow or "")
+    branch = answer.chosen.elbow
+    if branch is None:
+        return tuple(q), ""
+    return tuple(q), branch.value
