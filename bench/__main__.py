@@ -179,7 +179,7 @@ def main(
     if not chosen:
         raise typer.Exit(0 if measure(rows or [], _folder(False), console, as_json) else 1)
     try:
-        folder = _folder(continued)
+        folder = _folder(continued, "storm" if chosen == ["storm"] else "bench")
         options = Options(seeds, minutes, folder, console, first, scene)
         measured = [row for name in chosen for row in SECTIONS[name](options)]
     except JournalError as error:
@@ -195,9 +195,12 @@ def main(
     raise typer.Exit(1 if broken else 0)
 
 
-def _folder(continued: bool) -> Path:
-    """Return where results go: a new folder, or that of the campaign that is continued."""
-    runs = ROOT / "runs" / "bench"
+def _folder(continued: bool, kind: str = "bench") -> Path:
+    """Return where results go: a new folder, or that of the campaign that is continued.
+
+    Storms have a place of their own, so that none goes on in the folder of another campaign.
+    """
+    runs = ROOT / "runs" / kind
     if continued:
         return unfinished(runs)
     folder = runs / time.strftime("%Y-%m-%d_%H-%M-%S")

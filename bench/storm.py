@@ -11,6 +11,7 @@ from harness.faults.fault_cell import FaultCell
 from harness.faults.rows import Row
 from harness.ros import Ros
 from harness.storm.crew import Crew, crew
+from harness.storm.monitor import timeline
 from harness.storm.storm import STORM, Scene, Storm, summed
 from harness.workspace import ROOT
 from rich.console import Console
@@ -104,6 +105,8 @@ class _Storms:
 
     def _tell(self, scene: Scene) -> None:
         found = len(scene.violations) - len(scene.apart)
+        name = self._folder / f"seed_{scene.seed}_scene_{scene.number}.txt"
+        name.write_text("\n".join(timeline(scene.history)) + "\n", encoding="utf-8")
         self._console.print(
             f"seed {scene.seed}, scene {scene.number}: {len(scene.history.deeds)} deeds,"
             f" {len(scene.history.strikes)} faults, {found} violations,"

@@ -17,6 +17,7 @@ from harness.storm.pair import (
     two_leaders,
     without_author,
 )
+from harness.storm.reading import lives, motions
 from harness.storm.stops import moves_after_stop, moves_by_itself
 
 Rule = Callable[[History], Iterator[Violation]]
@@ -71,23 +72,43 @@ def stood_still(history: History, violation: Violation) -> float:
 
 def evidence(history: History, violation: Violation) -> list[str]:
     """Return what was sent and decided around a violation, and where both were, as lines."""
-    begin, end = violation.begin - SHOWN_S, violation.end + SHOWN_S
+    lines = _done(history)
+    for at in (violation.begin, violation.end):
+        lines += [(at, f"position  {_pose(history, side, at)}") for side in history.truth]
+    return _shown(history, lines, violation.begin - SHOWN_S, violation.end + SHOWN_S)
+
+
+def timeline(history: History) -> list[str]:
+    """Return what was sent, decided and moved in a whole scene, as lines."""
+    lines = _done(history)
+    for side in history.truth:
+        for life in lives(history, side):
+            for motion in motions(life, history.joints):
+                text = f"moves     {side}: {motion.joint} {motion.way:.2f} deg or mm"
+                lines.append((motion.begin, f"{text} in {motion.end - motion.begin:.2f} s"))
+    lines += [
+        (begin, f"machine   stood still for {end - begin:.3f} s") for begin, end in history.gaps
+    ]
+    return _shown(history, lines, history.begun, history.ended)
+
+
+def _done(history: History) -> list[tuple[float, str]]:
+    """Return when what was sent, answered, broken and decided."""
     lines: list[tuple[float, str]] = []
     for deed in history.deeds:
-        if begin <= deed.sent <= end:
-            lines.append((deed.sent, f"sent      {deed.name} ({deed.kind})"))
-        if deed.answered is not None and begin <= deed.answered <= end:
+        lines.append((deed.sent, f"sent      {deed.name} ({deed.kind})"))
+        if deed.answered is not None:
             answer = "yes" if deed.success else "no"
             lines.append((deed.answered, f"answered  {deed.name}: {answer}, {deed.said}"))
     for strike in history.strikes:
-        lines += [
-            (strike.begun, f"fault     {strike.name}"),
-            (strike.ended, f"over      {strike.name}"),
-        ]
+        lines.append((strike.begun, f"fault     {strike.name}"))
+        lines.append((strike.ended, f"over      {strike.name}"))
     for d in history.decisions:
         lines.append((d.at, f"decided   {d.before} + {d.event} -> {d.after}: {d.why}"))
-    for at in (violation.begin, violation.end):
-        lines += [(at, f"position  {_pose(history, side, at)}") for side in history.truth]
+    return lines
+
+
+def _shown(history: History, lines: list[tuple[float, str]], begin: float, end: float) -> list[str]:
     shown = sorted(line for line in lines if begin <= line[0] <= end)
     return [f"{at - history.begun:8.3f} s  {text}" for at, text in shown]
 
