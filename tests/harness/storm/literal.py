@@ -21,7 +21,8 @@ ENDS = 10.0
 
 def moving(*spans: tuple[float, float, float], ends: float = ENDS) -> list[Row]:
     """Return the truth of a side whose joint 1 moves in each span: begin, end, speed [deg/s]."""
-    q, rows = 0.0, []
+    q = 0.0
+    rows: list[Row] = []
     for k in range(round(ends / PERIOD_S)):
         at = k * PERIOD_S
         speed = sum(v for begin, end, v in spans if begin <= at < end) * DEG

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import contextlib
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
+from typing import Any
 
 import websocket
 from fanuc_emulator.io.pendant_link import PendantError
@@ -112,12 +113,14 @@ class Storm:
         )
         return Scene(seed, number, steps, history, judge(history))
 
-    def _due(self, pool: ThreadPoolExecutor, start: float, step: Step) -> Future[None]:
+    def _due(self, pool: ThreadPoolExecutor, start: float, step: Step) -> Future[Any]:
         """Wait until a step is due, and begin it beside the others."""
         time.sleep(max(0.0, start + step.at - time.monotonic()))
-        if step.name in KINDS:
-            return pool.submit(self._do, step.name, *step.arguments)
-        return pool.submit(self._crew.strikes.strike, step.name, *step.arguments)
+        do: Callable[..., Any] = self._do if step.name in KINDS else self._strike
+        return pool.submit(do, step.name, *step.arguments)
+
+    def _strike(self, name: str, *arguments: float | str) -> None:
+        self._crew.strikes.strike(name, *arguments)
 
     def _do(self, name: str, *arguments: float | str) -> Attempt:
         """Do one deed; one whose door is broken is noted as far as it came."""
