@@ -99,7 +99,7 @@ def joint_position(hands: Hands, attempt: Attempt, name: str, part: float, secon
     from std_msgs.msg import Float64
 
     at = joint(name)
-    goal = 0.5 * (at.lower + at.upper) + part * (at.upper - at.lower)
+    goal = 0.5 * (at.lower + at.upper) + 0.4 * part * (at.upper - at.lower)
     hands.publish(attempt, f"twin/{name}_position_controller/command", Float64(goal))
 
 

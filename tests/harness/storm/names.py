@@ -56,7 +56,7 @@ def _point(rng: Random) -> Arguments:
 
 def _jog(rng: Random) -> Arguments:
     """Draw a joint, a part of its greatest speed with its sign, and how long [s]."""
-    part = rng.choice((-0.3, -0.1, 0.02, 0.1, 0.3))
+    part = rng.choice((-0.9, -0.3, -0.1, 0.02, 0.1, 0.3, 1.0))
     return (rng.choice(JOINTS), part, round(rng.uniform(0.1, 1.0), 2))
 
 
@@ -135,6 +135,12 @@ LEADS_ON = (
     Name("twin's RESUME", "motion", _nothing),
     Name("RESET", "release", _nothing),
 )
+WAY_BACK = (
+    Name("release buttons", "release", _nothing),
+    Name("RESET", "release", _nothing),
+    Name("ALIGN", "motion", _nothing),
+)
+"""What an operator does before the pair shall move again."""
 OTHERS = (
     Name("SPEED", "other", _percent),
     Name("pendant override", "other", _percent),

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from random import Random
 
-from harness.storm.names import LEADS_ON, MOTIONS, OTHERS, RELEASES, STOPS, STRIKES, Name
+from harness.storm.names import LEADS_ON, MOTIONS, OTHERS, RELEASES, STOPS, STRIKES, WAY_BACK, Name
 
 SECONDS = 14.0
 """A scene lasts about so long, without what leads back to IDLE."""
@@ -42,14 +42,22 @@ def draw(seed: int, scene: int, seconds: float = SECONDS) -> list[Step]:
 
 
 def _phrase(rng: Random, at: float, steps: list[Step]) -> float:
-    """Append motion, fault, stop, silence and release from ``at`` on; return where it ends."""
+    """Append motion, fault, stop, silence and release from ``at`` on; return where it ends.
+
+    Most phrases begin with what leads back to IDLE, else most commands would be refused.
+    """
+    if steps and rng.random() < 0.7:
+        for name in WAY_BACK:
+            _add(rng, at, (name,), steps)
+            at += 0.3
+        at += rng.uniform(0.1, 1.0)
     for _ in range(rng.choice((1, 1, 1, 2, 2, 3))):
         _add(rng, at, MOTIONS, steps)
         at += rng.choice((0.0, 0.01, 0.1, 0.4)) * rng.random()
-    under_way = at + rng.uniform(0.1, 1.5)
+    under_way = at + 0.04 + rng.choice((0.05, 0.3, 1.5)) * rng.random()
     if rng.random() < 0.3:
         _add(rng, under_way, OTHERS, steps)
-    if rng.random() < 0.45:
+    if rng.random() < 0.6:
         _add(rng, rng.uniform(at, under_way + 0.5), STRIKES, steps)
     if rng.random() < 0.8:
         _add(rng, under_way, STOPS, steps)
