@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from harness.faults.fault_cell import ROBOT, FaultCell
+from harness.faults.fault_cell import PACKAGES, ROBOT, FaultCell
 from harness.processes import wait_until
 from harness.running.standstill import MACHINE
 from harness.storm.hands import Hands
@@ -82,6 +82,15 @@ class Crew:
             for node, process in self.cell.processes.items()
             if process.poll() is not None and node not in self.strikes.down
         ]
+
+    def start_the_dead(self) -> list[str]:
+        """Start again what has ended without us; return what it was."""
+        dead = [node for node, p in self.cell.processes.items() if p.poll() is not None]
+        found = self.deaths()
+        for node in dead:
+            if node in PACKAGES and node not in self.strikes.down:
+                self.cell.start(node)
+        return found
 
 
 @contextmanager

@@ -189,6 +189,7 @@ def gateway_jog(hands: Hands, attempt: Attempt, name: str, part: float, seconds:
 def page_stop(hands: Hands, attempt: Attempt) -> None:
     """Press STOP or E-STOP on the page."""
     press = hands.page.press()
+    hands.page.open()
     attempt.mark()
     hands.page.send(stop=attempt.name.removeprefix("page "), press=press)
     answer = hands.page.stopped(press)
@@ -200,6 +201,7 @@ def page_stop(hands: Hands, attempt: Attempt) -> None:
 def page_jog(hands: Hands, attempt: Attempt, name: str, part: float, seconds: float) -> None:
     """Hold a jog button of the page."""
     press = hands.page.press()
+    hands.page.open()
     fields = {"joint": name, "direction": 1 if part > 0.0 else -1, "percent": 100.0 * abs(part)}
     for _ in _repeated(seconds):
         attempt.mark()

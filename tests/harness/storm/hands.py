@@ -91,8 +91,8 @@ class Page:
             self._presses += 1
             return self._presses
 
-    def send(self, **packet: Any) -> None:
-        """Send a packet over the living connection.
+    def open(self) -> ClientConnection:
+        """Return the living connection; load the page again where it was lost.
 
         Raises:
             OSError, WebSocketException: The page cannot be reached.
@@ -101,8 +101,11 @@ class Page:
             if self._live is None:
                 self._live = self._panel.live(self._panel.enter())
                 threading.Thread(target=self._read, args=(self._live,), daemon=True).start()
-            live = self._live
-        live.send(json.dumps(packet))
+            return self._live
+
+    def send(self, **packet: Any) -> None:
+        """Send a packet over the living connection; it fails as :meth:`open` does."""
+        self.open().send(json.dumps(packet))
 
     def stopped(self, press: int) -> Any:
         """Return what the page was told of a stop, None if it was told nothing."""
@@ -142,6 +145,7 @@ class Hands:
             LISTENERS_S,
             "listeners on all command topics",
         )
+        self.page.open()
 
     def _publisher(self, topic: str, kind: type[Any]) -> Any:
         import rospy

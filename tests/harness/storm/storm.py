@@ -100,6 +100,7 @@ class Storm:
             running = [self._due(pool, start, step) for step in steps]
             struck = [f for f, step in zip(running, steps) if step.name not in KINDS]
             wait(struck, ENDS_S)
+            died = self._crew.start_the_dead()
             unrecovered = self._recover()
             wait(running, ENDS_S)
         time.sleep(WATCHED_S)
@@ -108,7 +109,7 @@ class Storm:
             deeds=[deed for a in list(self._attempts) if (deed := a.deed()) is not None],
             strikes=list(self._crew.strikes.done),
             births={side: list(at) for side, at in self._crew.strikes.births.items()},
-            deaths=self._crew.deaths(),
+            deaths=[*died, *self._crew.deaths()],
             unrecovered=unrecovered,
         )
         return Scene(seed, number, steps, history, judge(history))
@@ -147,8 +148,11 @@ class Storm:
                 self._do("SPEED", 100.0)
                 return ""
             time.sleep(STEP_S)
-        why = cell.states[-1].why if cell.states else "no state was ever heard"
-        return f"{cell.mode} after {RECOVERS_S:g} s: {why}"
+        if not cell.states:
+            return "no state was ever heard"
+        last = cell.states[-1]
+        age = time.time() - last.header.stamp.to_sec()
+        return f"{last.mode}, said {age:.1f} s ago, after {RECOVERS_S:g} s: {last.why}"
 
     def _released(self) -> bool:
         """Release the buttons at the robot, give it its speed back; return whether that is done."""

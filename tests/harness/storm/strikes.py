@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import queue
 import threading
 import time
 from collections.abc import Callable, Mapping
+from concurrent.futures import Future
 
 from harness.faults.fault_cell import FaultCell
 from harness.storm.history import Strike
@@ -31,6 +33,39 @@ GRACE: Mapping[str, Mapping[str, float]] = {
 """Which sides a stop cannot reach while a node stands still, and how much longer."""
 STARTS = {"emulator": "real", "simulator": "twin"}
 """Nodes whose end moves their side: a new one stands elsewhere."""
+
+
+class Starter:
+    """A thread that lives as long as this process, and starts nodes.
+
+    The kernel ends a node with the thread that has started it (processes.py asks for that).
+    """
+
+    def __init__(self) -> None:
+        """Begin without work."""
+        self._work: queue.SimpleQueue[tuple[Callable[[], object], Future[None]]]
+        self._work = queue.SimpleQueue()
+        threading.Thread(target=self._serve, name="starter", daemon=True).start()
+
+    def do(self, action: Callable[[], object]) -> None:
+        """Do something in the thread that stays, and wait for its end."""
+        done: Future[None] = Future()
+        self._work.put((action, done))
+        done.result()
+
+    def _serve(self) -> None:
+        while True:
+            action, done = self._work.get()
+            try:
+                action()
+            except BaseException as error:
+                done.set_exception(error)
+            else:
+                done.set_result(None)
+
+
+STARTER = Starter()
+"""The one of this process."""
 
 
 class Strikes:
@@ -83,7 +118,7 @@ class Strikes:
         if node in STARTS:
             self.births[STARTS[node]].append(time.time())
         time.sleep(seconds)
-        self._cell.start(node)
+        STARTER.do(lambda: self._cell.start(node))
         self.down.discard(node)
         return dict.fromkeys(GRACE.get(node, {}), STARTED_S)
 
