@@ -11,7 +11,7 @@ from harness.faults.fault_cell import FaultCell
 from harness.faults.rows import Row
 from harness.ros import Ros
 from harness.storm.crew import Crew, crew
-from harness.storm.monitor import timeline
+from harness.storm.rules.monitor import timeline
 from harness.storm.storm import STORM, Scene, Storm, summed
 from harness.workspace import ROOT
 from rich.console import Console

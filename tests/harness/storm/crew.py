@@ -13,7 +13,7 @@ from harness.faults.fault_cell import PACKAGES, ROBOT, FaultCell
 from harness.processes import wait_until
 from harness.running.standstill import MACHINE
 from harness.storm.hands import Hands
-from harness.storm.history import SIDES, Decided, Entry, History, Joint, Told
+from harness.storm.rules.history import SIDES, Decided, Entry, History, Joint, Told
 from harness.storm.strikes import Strikes
 
 EXTRA = ("motion_server", "kinematics_server", "joint_vel_controller", "trajectory_server")

@@ -18,8 +18,8 @@ from websockets.sync.client import ClientConnection
 
 from harness.faults.fault_cell import ROBOT, FaultCell
 from harness.processes import wait_until
-from harness.storm.history import SIDES, Deed
 from harness.storm.names import JOINTS, KINDS
+from harness.storm.rules.history import SIDES, Deed
 from harness.wires.operator_page import Panel
 from harness.wires.service_line import ServiceLine
 from harness.workspace import ROOT
@@ -83,6 +83,7 @@ class Page:
         self._presses = 0
         self._stopped: dict[int, Any] = {}
         self._live: ClientConnection | None = None
+        self._doors = contextlib.ExitStack()
         self._lock = threading.Lock()
 
     def press(self) -> int:
@@ -99,7 +100,8 @@ class Page:
         """
         with self._lock:
             if self._live is None:
-                self._live = self._panel.live(self._panel.enter())
+                live = self._panel.live(self._panel.enter())
+                self._live = self._doors.enter_context(live)
                 threading.Thread(target=self._read, args=(self._live,), daemon=True).start()
             return self._live
 
@@ -118,8 +120,7 @@ class Page:
 
     def close(self) -> None:
         """Leave the page."""
-        if self._live is not None:
-            self._live.close()
+        self._doors.close()
 
     def _read(self, live: ClientConnection) -> None:
         with contextlib.suppress(OSError, WebSocketException):

@@ -157,4 +157,4 @@ STRIKES = (
 )
 EVERY = (*MOTIONS, *STOPS, *RELEASES, *LEADS_ON, *OTHERS)
 KINDS = {name.text: name.kind for name in EVERY}
-"""What a deed may do: see :class:`harness.storm.history.Deed`."""
+"""What a deed may do: see :class:`harness.storm.rules.history.Deed`."""

@@ -17,9 +17,9 @@ from harness.faults.rows import Row
 from harness.storm.crew import Crew
 from harness.storm.deeds import DEEDS
 from harness.storm.hands import Attempt
-from harness.storm.history import History, Violation
-from harness.storm.monitor import NAMES, evidence, judge, stood_still
 from harness.storm.names import KINDS
+from harness.storm.rules.history import History, Violation
+from harness.storm.rules.monitor import NAMES, evidence, judge, stood_still
 from harness.storm.scenes import SECONDS, Step, draw
 
 THREADS = 24

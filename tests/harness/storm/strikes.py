@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 
 from harness.faults.fault_cell import FaultCell
-from harness.storm.history import Strike
+from harness.storm.rules.history import Strike
 from harness.wires.clock_step import ClockStep
 from harness.wires.damage import Delayed
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import pytest
-from harness.storm.history import Decided, Deed, Strike
-from harness.storm.limits import above_eighty, beyond_limits
-from harness.storm.literal import DEG, history, motion, moving
+from harness.storm.rules.history import Decided, Deed, Strike
+from harness.storm.rules.limits import above_eighty, beyond_limits
+from harness.storm.rules.literal import DEG, history, motion, moving
 
 LED = [
     Decided(1.0, "IDLE", "MOVE", "OPERATOR_LEADS", "operator"),

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import pytest
-from harness.storm.history import Decided, Entry, Strike
-from harness.storm.literal import history, motion, moving, states
-from harness.storm.pair import (
+from harness.storm.rules.history import Decided, Entry, Strike
+from harness.storm.rules.literal import history, motion, moving, states
+from harness.storm.rules.pair import (
     apart_while_idle,
     dead_node,
     not_idle_again,

@@ -5,9 +5,9 @@ from __future__ import annotations
 import dataclasses
 
 import pytest
-from harness.storm.history import Decided, History, Strike
-from harness.storm.literal import history, motion, moving, release, stop
-from harness.storm.stops import moves_after_stop, moves_by_itself
+from harness.storm.rules.history import Decided, History, Strike
+from harness.storm.rules.literal import history, motion, moving, release, stop
+from harness.storm.rules.stops import moves_after_stop, moves_by_itself
 
 
 def decided(at: float, before: str, after: str, leader: str = "") -> Decided:

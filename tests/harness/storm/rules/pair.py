@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 from harness.scenes.truth import Row, tool_and_elbow
-from harness.storm.history import SIDES, Decided, History, Told, Violation
-from harness.storm.reading import between, lives, motions
+from harness.storm.rules.history import SIDES, Decided, History, Told, Violation
+from harness.storm.rules.reading import between, lives, motions
 
 LEADERS = {"REAL_LEADS": "real", "TWIN_LEADS": "twin", "OPERATOR_LEADS": "operator"}
 FIGHT_S = 2.0

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from harness.scenes.truth import Row
-from harness.storm.history import History, Joint
+from harness.storm.rules.history import History, Joint
 
 STILL = 0.004
 """A joint slower than this part of its greatest speed stands."""

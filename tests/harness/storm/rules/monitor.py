@@ -8,17 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from harness.storm.history import History, Violation
-from harness.storm.limits import above_eighty, beyond_limits
-from harness.storm.pair import (
+from harness.storm.rules.history import History, Violation
+from harness.storm.rules.limits import above_eighty, beyond_limits
+from harness.storm.rules.pair import (
     apart_while_idle,
     dead_node,
     not_idle_again,
     two_leaders,
     without_author,
 )
-from harness.storm.reading import lives, motions
-from harness.storm.stops import moves_after_stop, moves_by_itself
+from harness.storm.rules.reading import lives, motions
+from harness.storm.rules.stops import moves_after_stop, moves_by_itself
 
 Rule = Callable[[History], Iterator[Violation]]
 RULES: tuple[Rule, ...] = (

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from harness.storm.history import SIDES, Deed, History, Violation
-from harness.storm.reading import (
+from harness.storm.rules.history import SIDES, Deed, History, Violation
+from harness.storm.rules.reading import (
     aligning,
     first_beyond,
     lives,

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from harness.scenes.truth import Row
-from harness.storm.history import Deed, History, Joint, Told
+from harness.storm.rules.history import Deed, History, Joint, Told
 
 DEG = math.radians(1.0)
 PERIOD_S = 0.01

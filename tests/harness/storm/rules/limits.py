@@ -7,8 +7,8 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
 from harness.scenes.truth import Row
-from harness.storm.history import SIDES, History, Joint, Violation
-from harness.storm.reading import REST_S, between, lives, share
+from harness.storm.rules.history import SIDES, History, Joint, Violation
+from harness.storm.rules.reading import REST_S, between, lives, share
 
 RANGE_DEG_MM = 0.15
 """What a joint may show beyond its range: a servo that settles at its end."""
