@@ -28,18 +28,29 @@ from bench.journal import JournalError, unfinished  # noqa: E402
 
 @dataclass(frozen=True)
 class Options:
-    """What the user asked for."""
+    """What the user asked for; None is the campaign's own choice."""
 
-    seeds: int
-    minutes: float
+    seeds: int | None
+    minutes: float | None
     folder: Path
     console: Console
+    first: int = 0
+    scene: int | None = None
 
 
 def _faults(options: Options) -> list[Row]:
     from bench.faults import run
 
-    return run(options.seeds, options.minutes, options.folder, options.console)
+    minutes = 60.0 if options.minutes is None else options.minutes
+    return run(_seeds(options), minutes, options.folder, options.console)
+
+
+def _storm(options: Options) -> list[Row]:
+    from bench.storm import Seeds, run
+
+    minutes = 6.0 if options.minutes is None else options.minutes
+    seeds = Seeds(_seeds(options, 10), minutes, options.first, options.scene)
+    return run(seeds, options.folder, options.console)
 
 
 def _variations(options: Options) -> list[Row]:
@@ -51,11 +62,16 @@ def _variations(options: Options) -> list[Row]:
 def _demos(options: Options) -> list[Row]:
     from bench.demos import run
 
-    return run(options.seeds, options.folder, options.console)
+    return run(_seeds(options), options.folder, options.console)
+
+
+def _seeds(options: Options, default: int = 20) -> int:
+    return default if options.seeds is None else options.seeds
 
 
 SECTIONS: dict[str, Callable[[Options], list[Row]]] = {
     "faults": _faults,
+    "storm": _storm,
     "variations": _variations,
     "demos": _demos,
 }
@@ -68,6 +84,12 @@ def main(
     faults: Annotated[
         bool, typer.Option("--faults", help="The long fault campaign instead.")
     ] = False,
+    storm: Annotated[
+        bool,
+        typer.Option(
+            "--storm", help="Random commands and faults at once, each seed for --minutes."
+        ),
+    ] = False,
     variations: Annotated[
         bool,
         typer.Option(
@@ -78,15 +100,28 @@ def main(
         bool, typer.Option("--demos", help="The demo, --seeds times; writes README's figures.")
     ] = False,
     seeds: Annotated[
-        int, typer.Option(help="Faults: how often each is done, each time otherwise.", min=0)
-    ] = 20,
+        int | None,
+        typer.Option(
+            help="Faults: how often each is done, each time otherwise (20). Storm: so many (10).",
+            min=0,
+        ),
+    ] = None,
     minutes: Annotated[
-        float,
-        typer.Option(help="Faults: minutes at random, and at most 10 of sensor noise.", min=0.0),
-    ] = 60.0,
+        float | None,
+        typer.Option(
+            help="Faults: of random faults, at most 10 of noise (60). Storm: of a seed (6).",
+            min=0.0,
+        ),
+    ] = None,
+    first: Annotated[int, typer.Option(help="Storm: the first seed.", min=0)] = 0,
+    scene: Annotated[
+        int | None, typer.Option(help="Storm: only this scene of the first seed.", min=0)
+    ] = None,
     continued: Annotated[
         bool,
-        typer.Option("--continue", help="Faults: go on with the last campaign that was ended."),
+        typer.Option(
+            "--continue", help="Faults, storm: go on with the last campaign that was ended."
+        ),
     ] = False,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print the result as JSON, progress to standard error.")
@@ -111,7 +146,12 @@ def main(
 
         measure_virtual(rows, renew, as_json)
     console = Console(stderr=as_json)
-    sections = (("faults", faults), ("variations", variations), ("demos", demos))
+    sections = (
+        ("faults", faults),
+        ("storm", storm),
+        ("variations", variations),
+        ("demos", demos),
+    )
     chosen = [name for name, wanted in sections if wanted]
     enter_workspace()
     if write:
@@ -119,8 +159,8 @@ def main(
 
         page.write(page.so_far())
         raise typer.Exit(0)
-    if continued and chosen != ["faults"]:
-        typer.echo("--continue: allowed with --faults alone", err=True)
+    if continued and chosen not in (["faults"], ["storm"]):
+        typer.echo("--continue: allowed with --faults or --storm alone", err=True)
         raise typer.Exit(2)
     if show or not chosen:
         from bench.rows import names
@@ -139,12 +179,9 @@ def main(
     if not chosen:
         raise typer.Exit(0 if measure(rows or [], _folder(False), console, as_json) else 1)
     try:
-        folder = _folder(continued)
-        measured = [
-            row
-            for name in chosen
-            for row in SECTIONS[name](Options(seeds, minutes, folder, console))
-        ]
+        folder = _folder(continued, "storm" if chosen == ["storm"] else "bench")
+        options = Options(seeds, minutes, folder, console, first, scene)
+        measured = [row for name in chosen for row in SECTIONS[name](options)]
     except JournalError as error:
         typer.echo(str(error), err=True)
         raise typer.Exit(2) from None
@@ -158,9 +195,12 @@ def main(
     raise typer.Exit(1 if broken else 0)
 
 
-def _folder(continued: bool) -> Path:
-    """Return where results go: a new folder, or that of the campaign that is continued."""
-    runs = ROOT / "runs" / "bench"
+def _folder(continued: bool, kind: str = "bench") -> Path:
+    """Return where results go: a new folder, or that of the campaign that is continued.
+
+    Storms have a place of their own, so that none goes on in the folder of another campaign.
+    """
+    runs = ROOT / "runs" / kind
     if continued:
         return unfinished(runs)
     folder = runs / time.strftime("%Y-%m-%d_%H-%M-%S")

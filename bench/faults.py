@@ -62,7 +62,7 @@ def run(seeds: int, minutes: float, folder: Path, console: Console) -> list[Row]
         campaign = Campaign(journal, part, progress)
         campaign.values(seeds)
         campaign.without_master(seeds)
-        with _master(part) as master:
+        with roscore_of_its_own(part) as master:
             campaign.people(master, seeds)
             with closing(Ros(master, part / "cell", "faults")) as ros, FaultCell(ros) as cell:
                 campaign.scenarios(cell, seeds)
@@ -233,7 +233,7 @@ def _mend(cell: FaultCell) -> None:
 
 
 @contextmanager
-def _master(folder: Path) -> Iterator[Master]:
+def roscore_of_its_own(folder: Path) -> Iterator[Master]:
     """Give a ROS master of its own, with this process as a node."""
     import rospy
 

@@ -32,6 +32,11 @@ PACKAGES = {
     "joint_pose_controller": "scara_control",
     "twin_controller": "twin_controller",
     "recorder": "cell_recorder",
+    # Started by a storm only.
+    "motion_server": "scara_control",
+    "kinematics_server": "scara_control",
+    "joint_vel_controller": "scara_control",
+    "trajectory_server": "scara_control",
 }
 THERE, BACK = (1.2, 1.0, -0.10, 0.8), (0.0, 0.0, -0.16, 0.0)
 

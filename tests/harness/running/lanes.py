@@ -16,6 +16,7 @@ SHARED = {
     "tests/system/faults/test_processes.py": "one breakable cell",
     "tests/system/faults/test_recording.py": "one breakable cell",
     "tests/system/faults/test_stops.py": "one breakable cell",
+    "tests/system/faults/test_storm.py": "one breakable cell",
     "tests/system/operation/test_cell.py": "one live cell",
     "tests/system/operation/test_trajectory.py": "one live cell",
     "tests/system/test_interfaces.py": "one live cell",

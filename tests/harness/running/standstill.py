@@ -34,6 +34,10 @@ class Gaps:
         found = [b - a for a, b in list(self._found) if b > begin and a < end]
         return max(found, default=0.0)
 
+    def since(self, begin: float) -> list[tuple[float, float]]:
+        """Return the gaps that ended after ``begin`` [s]."""
+        return [(a, b) for a, b in list(self._found) if b > begin]
+
 
 class Machine:
     """Looks at the machine from a thread of this process, from its first question on."""
@@ -55,6 +59,11 @@ class Machine:
         now = time.monotonic()
         time.sleep(2 * LOOK_S)  # a gap that ends just now is seen by the next look
         return self._gaps.longest(since, now)
+
+    def gaps(self, since: float) -> list[tuple[float, float]]:
+        """Return when the machine stood still since then, begin and end [s]."""
+        time.sleep(2 * LOOK_S)
+        return self._gaps.since(since)
 
     def _watch(self) -> None:
         while True:

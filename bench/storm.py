@@ -1,0 +1,119 @@
+"""A storm of our own: random commands and faults at once, judged from the truth of both sides."""
+
+from __future__ import annotations
+
+import time
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+
+from harness.faults.fault_cell import FaultCell
+from harness.faults.rows import Row
+from harness.ros import Ros
+from harness.storm.crew import Crew, crew
+from harness.storm.rules.monitor import timeline
+from harness.storm.storm import STORM, Scene, Storm, summed
+from harness.workspace import ROOT
+from rich.console import Console
+
+from bench.faults import roscore_of_its_own
+from bench.journal import Journal
+
+EVIDENCE = "violations.txt"
+
+
+@dataclass(frozen=True)
+class Seeds:
+    """Which scenes are played.
+
+    Attributes:
+        count: So many seeds, each for ``minutes``.
+        first: The first of them.
+        scene: Only this scene of the first seed; None: all.
+    """
+
+    count: int
+    minutes: float
+    first: int = 0
+    scene: int | None = None
+
+
+def run(seeds: Seeds, folder: Path, console: Console) -> list[Row]:
+    """Play the scenes; return how often each rule was broken.
+
+    Each violation is printed with its seed, its scene and its evidence, and written into the
+    folder. What a scene has found is in the folder's journal at once: a storm that is ended early
+    goes on where it was.
+
+    Raises:
+        JournalError: The folder's journal was written by another version.
+    """
+    journal = Journal(folder, ROOT)
+    part = folder / time.strftime("part_%H-%M-%S")
+    part.mkdir()
+    with (
+        roscore_of_its_own(part) as master,
+        closing(Ros(master, part / "cell", "storm")) as ros,
+        FaultCell(ros) as cell,
+        crew(cell) as made,
+    ):
+        storm = _Storms(made, journal, folder, console)
+        if seeds.scene is not None:
+            storm.scene(seeds.first, seeds.scene)
+        else:
+            for seed in range(seeds.first, seeds.first + seeds.count):
+                storm.seed(seed, 60.0 * seeds.minutes)
+    return storm.rows()
+
+
+class _Storms:
+    """Plays seeds, shows how far it is, and keeps what was found."""
+
+    def __init__(self, made: Crew, journal: Journal, folder: Path, console: Console) -> None:
+        self._storm = Storm(made)
+        self._journal, self._folder, self._console = journal, folder, console
+        self._rows: list[Row] = []
+
+    def seed(self, seed: int, seconds: float) -> None:
+        """Play the scenes of a seed until ``seconds`` are over, those of the journal included."""
+        past, number = 0.0, 0
+        while past < seconds:
+            past += self.scene(seed, number)
+            number += 1
+
+    def scene(self, seed: int, number: int) -> float:
+        """Play a scene unless it is known; return how long it took [s]."""
+        name = f"storm, seed {seed}, scene {number}"
+        known = self._journal.take(name)
+        if known is None:
+            begun = time.monotonic()
+            scene = self._storm.play(seed, number)
+            known = (scene.rows(), time.monotonic() - begun, [])
+            self._tell(scene)
+            self._journal.add(name, *known)
+        rows, seconds, _ = known
+        self._rows += rows
+        return seconds
+
+    def rows(self) -> list[Row]:
+        """Return how often each rule was broken in all scenes."""
+        played = sum(row.metric == "deeds sent" for row in self._rows)
+        return [
+            *summed(self._rows),
+            Row(STORM, "scenes played", 1.0, float(played), at_least=True),
+        ]
+
+    def _tell(self, scene: Scene) -> None:
+        found = len(scene.violations) - len(scene.apart)
+        name = self._folder / f"seed_{scene.seed}_scene_{scene.number}.txt"
+        name.write_text("\n".join(timeline(scene.history)) + "\n", encoding="utf-8")
+        self._console.print(
+            f"seed {scene.seed}, scene {scene.number}: {len(scene.history.deeds)} deeds,"
+            f" {len(scene.history.strikes)} faults, {found} violations,"
+            f" {len(scene.apart)} while the machine stood still",
+            markup=False,
+        )
+        if scene.violations:
+            self._console.print(scene.text(), markup=False)
+            with (self._folder / EVIDENCE).open("a", encoding="utf-8") as kept:
+                kept.write(scene.text() + "\n\n")

@@ -1,0 +1,1 @@
+"""Random commands on every interface and random faults, judged by what both sides really did."""

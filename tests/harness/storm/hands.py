@@ -1,0 +1,211 @@
+"""Whoever commands: open doors to every interface of the cell, and a note of each attempt."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import threading
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import websocket
+from fanuc_emulator.io.pendant_link import PendantLink
+from scara_config.modbus_map import load_modbus_map
+from websockets.exceptions import WebSocketException
+from websockets.sync.client import ClientConnection
+
+from harness.faults.fault_cell import ROBOT, FaultCell
+from harness.processes import wait_until
+from harness.storm.names import JOINTS, KINDS
+from harness.storm.rules.history import SIDES, Deed
+from harness.wires.operator_page import Panel
+from harness.wires.service_line import ServiceLine
+from harness.workspace import ROOT
+
+PERIOD_S = 0.05
+"""What must be repeated is repeated in this rhythm."""
+ANSWER_S = 25.0
+"""A move that answers at its end may take so long."""
+PAGE_ANSWER_S = 1.0
+LISTENERS_S = 20.0
+_MAP = load_modbus_map(ROOT / "config")
+
+
+@dataclass
+class Attempt:
+    """One deed while it is done; what was never sent is none."""
+
+    name: str
+    sides: tuple[str, ...] = SIDES
+    waits: bool = False
+    sent: float | None = None
+    until: float = 0.0
+    answered: float | None = None
+    success: bool = True
+    said: str = ""
+
+    def mark(self) -> None:
+        """Note that something leaves now."""
+        self.until = time.time()
+        self.sent = self.sent or self.until
+
+    def close(self, success: bool, said: str) -> None:
+        """Note the answer."""
+        self.answered, self.success, self.said = time.time(), success, said
+
+    def deed(self) -> Deed | None:
+        """Return what the monitor judges, None if nothing was sent."""
+        if self.sent is None:
+            return None
+        kind = KINDS[self.name]
+        return Deed(
+            self.name,
+            kind,
+            self.sent,
+            self.until,
+            self.answered,
+            self.success,
+            self.said,
+            self.sides,
+            self.waits,
+        )
+
+
+class Page:
+    """The operator's page with its live connection, which comes again when it is lost."""
+
+    def __init__(self, cell: FaultCell) -> None:
+        """Start the page's node and open it as its operator."""
+        self._panel = Panel(cell.ros)
+        cell.processes["operator_panel"] = self._panel.process
+        self._presses = 0
+        self._stopped: dict[int, Any] = {}
+        self._live: ClientConnection | None = None
+        self._doors = contextlib.ExitStack()
+        self._lock = threading.Lock()
+
+    def press(self) -> int:
+        """Return the number of the next press."""
+        with self._lock:
+            self._presses += 1
+            return self._presses
+
+    def open(self) -> ClientConnection:
+        """Return the living connection; load the page again where it was lost.
+
+        Raises:
+            OSError, WebSocketException: The page cannot be reached.
+        """
+        with self._lock:
+            if self._live is None:
+                live = self._panel.live(self._panel.enter())
+                self._live = self._doors.enter_context(live)
+                threading.Thread(target=self._read, args=(self._live,), daemon=True).start()
+            return self._live
+
+    def send(self, **packet: Any) -> None:
+        """Send a packet over the living connection; it fails as :meth:`open` does."""
+        self.open().send(json.dumps(packet))
+
+    def stopped(self, press: int) -> Any:
+        """Return what the page was told of a stop, None if it was told nothing."""
+        deadline = time.monotonic() + PAGE_ANSWER_S
+        while time.monotonic() < deadline:
+            if press in self._stopped:
+                return self._stopped[press]
+            time.sleep(0.01)
+        return None
+
+    def close(self) -> None:
+        """Leave the page."""
+        self._doors.close()
+
+    def _read(self, live: ClientConnection) -> None:
+        with contextlib.suppress(OSError, WebSocketException):
+            for text in live:
+                packet = json.loads(text)
+                if "stopped" in packet:
+                    self._stopped[packet["stopped"]["press"]] = packet["stopped"]
+        with self._lock:
+            if self._live is live:
+                self._live = None
+
+
+class Hands:
+    """Every door of the cell: services, topics, gateway, page, pendant."""
+
+    def __init__(self, cell: FaultCell) -> None:
+        """Open what stays open, and wait until somebody listens."""
+        self.cell = cell
+        self.page = Page(cell)
+        self._publishers = {name: self._publisher(name, kind) for name, kind in _topics().items()}
+        wait_until(
+            lambda: all(p.get_num_connections() for p in self._publishers.values()),
+            LISTENERS_S,
+            "listeners on all command topics",
+        )
+        self.page.open()
+
+    def _publisher(self, topic: str, kind: type[Any]) -> Any:
+        import rospy
+
+        return rospy.Publisher(self.cell.ros.name(topic), kind, queue_size=10, tcp_nodelay=True)
+
+    def publish(self, attempt: Attempt, topic: str, message: Any) -> None:
+        """Send one message."""
+        attempt.mark()
+        self._publishers[topic].publish(message)
+
+    def call(self, attempt: Attempt, service: str, kind: type[Any], **fields: Any) -> None:
+        """Call a service and note its answer."""
+        name = self.cell.ros.name(service)
+        with ServiceLine(self.cell.ros.master.uri, name, kind, "/storm") as line:
+            attempt.mark()
+            line.send(**fields)
+            answer = line.answer(ANSWER_S)
+        attempt.close(bool(answer.success), str(answer.message))
+
+    @contextlib.contextmanager
+    def gateway(self) -> Iterator[websocket.WebSocket]:
+        """Give a client's line to the gateway."""
+        address = f"ws://127.0.0.1:{self.cell.ports['gateway']}"
+        line = websocket.create_connection(address, timeout=ANSWER_S, suppress_origin=True)
+        with contextlib.closing(line):
+            yield line
+
+    def pendant(self) -> PendantLink:
+        """Return the robot's pendant, to be entered."""
+        return PendantLink("127.0.0.1", self.cell.ports["emulator"], _MAP)
+
+    def close(self) -> None:
+        """Close all doors."""
+        self.page.close()
+        for publisher in self._publishers.values():
+            publisher.unregister()
+
+
+def joint(name: str) -> Any:
+    """Return what robot.yaml says of a joint."""
+    return ROBOT.joint(name)
+
+
+def _topics() -> dict[str, type[Any]]:
+    """Return every topic that takes commands."""
+    from sensor_msgs.msg import JointState
+    from std_msgs.msg import Float64
+
+    from control_msgs.msg import FollowJointTrajectoryActionGoal, JointJog
+    from scara_msgs.msg import MotionCommand
+
+    found: dict[str, type[Any]] = {
+        "joint_pose_controller/target": JointState,
+        "joint_vel_controller/command": JointJog,
+        "joint_trajectory_action/goal": FollowJointTrajectoryActionGoal,
+        "motion_command": MotionCommand,
+    }
+    for name in JOINTS:
+        for loop in ("velocity", "position"):
+            found[f"twin/{name}_{loop}_controller/command"] = Float64
+    return found

@@ -1,0 +1,125 @@
+"""What happened in one scene of a storm: plain data, times in ROS time [s], positions in SI."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from harness.scenes.truth import Row
+
+SIDES = ("real", "twin")
+
+
+@dataclass(frozen=True)
+class Joint:
+    """What a joint may do, SI; ``scale`` leads from deg or mm to SI."""
+
+    name: str
+    lower: float
+    upper: float
+    velocity: float
+    acceleration: float
+    jerk: float
+    scale: float
+
+
+@dataclass(frozen=True)
+class Deed:
+    """One command that was sent.
+
+    Attributes: sent: When it left us. until: When its last part left us, for what is repeated.
+    answered: When it was answered, None if it never was. kind: "motion" may begin a motion; "stop"
+    ends it; "release" takes back what holds a side; "other" does none of these. success: Whether
+    the answer was yes. said: The answer. sides: Whom a stop must stop. waits: It is answered at the
+    end of its motion, so that nothing of it can begin afterwards.
+    """
+
+    name: str
+    kind: str
+    sent: float
+    until: float
+    answered: float | None = None
+    success: bool = True
+    said: str = ""
+    sides: tuple[str, ...] = SIDES
+    waits: bool = False
+
+    @property
+    def acknowledged(self) -> bool:
+        """Whether somebody said that it is done."""
+        return self.answered is not None and self.success
+
+
+@dataclass(frozen=True)
+class Strike:
+    """One fault: ``grace`` says for each side it touches how much longer [s] that may take."""
+
+    name: str
+    begun: float
+    ended: float
+    grace: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Decided:
+    """One decision of the twin controller."""
+
+    at: float
+    before: str
+    event: str
+    after: str
+    leader: str
+    why: str = ""
+
+
+@dataclass(frozen=True)
+class Told:
+    """One state of the twin controller."""
+
+    at: float
+    mode: str
+    leader: str = ""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One entry of the audit."""
+
+    at: float
+    who: str
+    what: str
+    success: bool
+
+
+@dataclass(frozen=True)
+class History:
+    """One scene.
+
+    Attributes: truth: For each side its ground truth. births: For each side when its process was
+    started again, so that it stands elsewhere. deaths: What ended without us. gaps: When the
+    machine stood still. unrecovered: Why the pair was not IDLE in the end, empty if it was.
+    """
+
+    begun: float
+    joints: Sequence[Joint]
+    truth: Mapping[str, Sequence[Row]]
+    births: Mapping[str, Sequence[float]] = field(default_factory=dict)
+    deeds: Sequence[Deed] = ()
+    strikes: Sequence[Strike] = ()
+    decisions: Sequence[Decided] = ()
+    states: Sequence[Told] = ()
+    audit: Sequence[Entry] = ()
+    deaths: Sequence[str] = ()
+    gaps: Sequence[tuple[float, float]] = ()
+    unrecovered: str = ""
+    ended: float = 0.0
+
+
+@dataclass(frozen=True)
+class Violation:
+    """A rule that was broken between ``begin`` and ``end``, and what shows it."""
+
+    rule: str
+    begin: float
+    end: float
+    evidence: str

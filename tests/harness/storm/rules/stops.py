@@ -1,0 +1,136 @@
+"""The rules of standing: nothing moves after a stop, and nothing moves that nobody has sent."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from harness.storm.rules.history import SIDES, Deed, History, Violation
+from harness.storm.rules.reading import (
+    aligning,
+    first_beyond,
+    lives,
+    motions,
+    ramp,
+    reached,
+    way,
+    without,
+)
+
+REACTION_S = {"real": 0.2, "twin": 0.3}
+"""So long a side may go on before its ramp begins, as in the battery of faults."""
+AMBIGUOUS_S = 0.03
+"""What was sent so shortly before a stop may have been heard after it."""
+SETTLES = 0.2
+"""A side that stands may still settle by this [deg or mm]."""
+COUNTS = 0.5
+"""A shorter way is no motion [deg or mm]."""
+LATE_S = 0.1
+"""What was sent so shortly before a decision to stop may have been heard after it."""
+BEGINS_S = 0.5
+"""What has been answered begins no motion later than this."""
+ENDED = ("OFFLINE", "STOPPED", "PAUSED", "ESTOP", "FAULT")
+"""Modes in which the controller says that both stand."""
+
+
+def moves_after_stop(history: History) -> Iterator[Violation]:
+    """No side moves later than its ramp after an acknowledged stop without a new command."""
+    for stop in history.deeds:
+        if stop.kind != "stop" or not stop.acknowledged:
+            continue
+        for side in stop.sides:
+            yield from _moves_after(history, stop, side)
+
+
+def _moves_after(history: History, stop: Deed, side: str) -> Iterator[Violation]:
+    assert stop.answered is not None
+    again = _next_command(history, stop)
+    since = reached(history, side, stop.answered)
+    holes = aligning(history) if side == "twin" else []
+    for life in lives(history, side):
+        allowed = since + REACTION_S[side] + ramp(life, since, history.joints)
+        for part in without(life, allowed, again, holes):
+            went, joint = way(part, history.joints)
+            if went <= SETTLES:
+                continue
+            seen = first_beyond(part, SETTLES, history.joints)
+            yield Violation(
+                "moves after an acknowledged stop",
+                stop.sent,
+                seen,
+                f"{side}: {joint} goes {went:.1f} deg or mm, seen {seen - stop.answered:.2f} s"
+                f" after {stop.name} was acknowledged ({stop.said})",
+            )
+
+
+def _next_command(history: History, stop: Deed) -> float:
+    """Return when something was sent that may move a side again, infinity if nothing was."""
+    since = stop.sent - AMBIGUOUS_S
+    sent = [
+        max(deed.sent, since)
+        for deed in history.deeds
+        if deed.kind == "motion" and deed.until >= since
+    ]
+    return min(sent, default=math.inf)
+
+
+def moves_by_itself(history: History) -> Iterator[Violation]:
+    """No motion begins without a command that is still in force.
+
+    So none begins on a release, a connection that comes back, or RESET.
+    """
+    aligned = aligning(history)
+    for side in SIDES:
+        for life in lives(history, side):
+            for motion in motions(life, history.joints):
+                begin = motion.begin
+                if motion.way <= COUNTS or begin - life[0][0] < BEGINS_S:
+                    continue
+                if side == "twin" and any(a <= begin <= b for a, b in aligned):
+                    continue
+                if any(in_force(history, deed, begin) for deed in history.deeds):
+                    continue
+                yield Violation(
+                    "moves by itself",
+                    begin - LATE_S,
+                    begin,
+                    f"{side}: {motion.joint} goes {motion.way:.1f} deg or mm within"
+                    f" {motion.end - begin:.2f} s; before it: {_last_before(history, begin)}",
+                )
+
+
+def in_force(history: History, deed: Deed, at: float) -> bool:
+    """Return whether a command may begin a motion at ``at``.
+
+    It was sent, not refused, has not come to its end, and nothing has ended it since.
+    """
+    if deed.kind != "motion" or deed.sent > at:
+        return False
+    over = deed.waits or not deed.success
+    if over and deed.answered is not None and at > deed.answered + BEGINS_S:
+        return False
+    stopped = any(
+        stop.kind == "stop"
+        and stop.acknowledged
+        and stop.sent > deed.until + AMBIGUOUS_S
+        and (stop.answered or at) < at
+        for stop in history.deeds
+    )
+    decided = any(
+        decision.after in ENDED
+        and decision.before != decision.after
+        and deed.until + LATE_S < decision.at < at
+        for decision in history.decisions
+    )
+    return not stopped and not decided
+
+
+def _last_before(history: History, at: float) -> str:
+    """Name the last that was done to the pair before ``at``."""
+    done = [(deed.sent, deed.name) for deed in history.deeds if deed.sent <= at]
+    done += [(strike.ended, f"end of {strike.name}") for strike in history.strikes]
+    done = [(when, name) for when, name in done if when <= at]
+    if not done:
+        return "nothing"
+    when, name = max(done)
+    return f"{name}, {at - when:.2f} s ago"

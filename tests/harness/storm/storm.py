@@ -1,0 +1,191 @@
+"""Play scenes of a storm in a live cell, lead it back to IDLE, and judge what happened."""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from dataclasses import dataclass
+from typing import Any
+
+import websocket
+from fanuc_emulator.io.pendant_link import PendantError
+from websockets.exceptions import WebSocketException
+
+from harness.faults.rows import Row
+from harness.storm.crew import Crew
+from harness.storm.deeds import DEEDS
+from harness.storm.hands import Attempt
+from harness.storm.names import KINDS
+from harness.storm.rules.history import History, Violation
+from harness.storm.rules.monitor import NAMES, evidence, judge, stood_still
+from harness.storm.scenes import SECONDS, Step, draw
+
+THREADS = 24
+RECOVERS_S = 60.0
+STEP_S = 0.3
+"""Between two commands that lead back to IDLE."""
+WATCHED_S = 1.0
+"""Whoever were to move at the end of a scene does so within this."""
+ENDS_S = 30.0
+"""A deed has ended so long after the pair is IDLE again."""
+FRESH_S = 0.5
+STORM, MACHINE = "storm", "storm, while the machine itself stood still"
+WAYS_OUT = {"FAULT": "RESET", "ESTOP": "RESET", "STOPPED": "ALIGN", "PAUSED": "STOP"}
+LOST = (OSError, AssertionError, PendantError, WebSocketException, websocket.WebSocketException)
+"""How a deed fails whose door is broken: that is no finding."""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """One scene that was played and judged."""
+
+    seed: int
+    number: int
+    steps: list[Step]
+    history: History
+    violations: list[Violation]
+
+    @property
+    def apart(self) -> list[Violation]:
+        """Return what was seen while the machine itself stood still."""
+        return [v for v in self.violations if stood_still(self.history, v)]
+
+    def rows(self) -> list[Row]:
+        """Return how often each rule was broken; apart, what the machine may have caused."""
+        broken = [v.rule for v in self.violations if v not in self.apart]
+        excused = [v.rule for v in self.apart]
+        rows = [
+            Row(STORM, f"{name} [times]", 0.0, float(broken.count(name)), always=True)
+            for name in NAMES
+        ]
+        rows += [
+            Row(MACHINE, f"{name} [times]", 0.0, float(excused.count(name)), at_least=True)
+            for name in NAMES
+            if name in excused
+        ]
+        sent = float(len(self.history.deeds))
+        return [*rows, Row(STORM, "deeds sent", 1.0, sent, at_least=True)]
+
+    def text(self) -> str:
+        """Return each violation with its seed, scene and evidence."""
+        lines = []
+        for violation in self.violations:
+            gap = stood_still(self.history, violation)
+            machine = f" (the machine stood still for {1e3 * gap:.0f} ms)" if gap else ""
+            lines.append(
+                f"seed {self.seed}, scene {self.number}: {violation.rule}{machine}:"
+                f" {violation.evidence}"
+            )
+            lines += [f"    {line}" for line in evidence(self.history, violation)]
+        return "\n".join(lines)
+
+
+class Storm:
+    """Plays scenes with a crew."""
+
+    def __init__(self, crew: Crew) -> None:
+        """Use a crew whose cell is IDLE."""
+        self._crew = crew
+        self._attempts: list[Attempt] = []
+
+    def play(self, seed: int, number: int, seconds: float = SECONDS) -> Scene:
+        """Play one scene, lead the pair back to IDLE, and judge all of it."""
+        self._attempts.clear()
+        self._crew.strikes.forget()
+        steps = draw(seed, number, seconds)
+        begun, start = time.time(), time.monotonic()
+        with ThreadPoolExecutor(THREADS, "storm") as pool:
+            running = [self._due(pool, start, step) for step in steps]
+            struck = [f for f, step in zip(running, steps) if step.name not in KINDS]
+            wait(struck, ENDS_S)
+            died = self._crew.start_the_dead()
+            unrecovered = self._recover()
+            wait(running, ENDS_S)
+        time.sleep(WATCHED_S)
+        history = self._crew.observer.history(
+            begun,
+            deeds=[deed for a in list(self._attempts) if (deed := a.deed()) is not None],
+            strikes=list(self._crew.strikes.done),
+            births={side: list(at) for side, at in self._crew.strikes.births.items()},
+            deaths=[*died, *self._crew.deaths()],
+            unrecovered=unrecovered,
+        )
+        return Scene(seed, number, steps, history, judge(history))
+
+    def _due(self, pool: ThreadPoolExecutor, start: float, step: Step) -> Future[Any]:
+        """Wait until a step is due, and begin it beside the others."""
+        time.sleep(max(0.0, start + step.at - time.monotonic()))
+        do: Callable[..., Any] = self._do if step.name in KINDS else self._strike
+        return pool.submit(do, step.name, *step.arguments)
+
+    def _strike(self, name: str, *arguments: float | str) -> None:
+        self._crew.strikes.strike(name, *arguments)
+
+    def _do(self, name: str, *arguments: float | str) -> Attempt:
+        """Do one deed; one whose door is broken is noted as far as it came."""
+        attempt = Attempt(name)
+        self._attempts.append(attempt)
+        if "emulator" in self._crew.strikes.down and name.startswith(("pendant", "press")):
+            return attempt  # a robot that stands still would do it long after it was pressed
+        with contextlib.suppress(*LOST):
+            DEEDS[name](self._crew.hands, attempt, *arguments)
+        return attempt
+
+    def _recover(self) -> str:
+        """Lead the pair back to IDLE as its operator would; return why that failed, or nothing."""
+        cell = self._crew.cell
+        cell.modbus.heal()
+        cell.web.heal()
+        for node in list(cell.processes):
+            cell.go_on(node)
+        deadline = time.monotonic() + RECOVERS_S
+        released = False
+        while time.monotonic() < deadline:
+            released = released or self._released()
+            if released and self._led_on():
+                self._do("SPEED", 100.0)
+                return ""
+            time.sleep(STEP_S)
+        if not cell.states:
+            return "no state was ever heard"
+        last = cell.states[-1]
+        age = time.time() - last.header.stamp.to_sec()
+        return f"{last.mode}, said {age:.1f} s ago, after {RECOVERS_S:g} s: {last.why}"
+
+    def _released(self) -> bool:
+        """Release the buttons at the robot, give it its speed back; return whether that is done."""
+        buttons = self._do("release buttons").answered
+        return None not in (buttons, self._do("pendant override", 100.0).answered)
+
+    def _led_on(self) -> bool:
+        """Give the command that leads on from the present mode; return whether it is IDLE."""
+        cell = self._crew.cell
+        if not cell.states or time.time() - cell.states[-1].header.stamp.to_sec() > FRESH_S:
+            return False
+        leads = "STOP" if cell.mode.endswith("_LEADS") else ""
+        command = WAYS_OUT.get(cell.mode, leads)
+        if command:
+            self._do(command)
+        return cell.mode == "IDLE"
+
+
+def scenes(crew: Crew, seed: int, seconds: float, first: int = 0) -> Iterator[Scene]:
+    """Play the scenes of a seed one after the other until ``seconds`` are over."""
+    storm, begun, number = Storm(crew), time.monotonic(), first
+    while time.monotonic() - begun < seconds:
+        yield storm.play(seed, number)
+        number += 1
+
+
+def summed(rows: list[Row]) -> list[Row]:
+    """Return the rows with the same name as one: what was counted is added up."""
+    found: dict[tuple[str, str], Row] = {}
+    for row in rows:
+        key = (row.fault, row.metric)
+        more = found[key].measured if key in found else 0.0
+        found[key] = Row(
+            row.fault, row.metric, row.limit, row.measured + more, row.at_least, row.always
+        )
+    return list(found.values())

@@ -1,0 +1,90 @@
+"""A service's line on a bare socket: who calls knows when the request really left.
+
+rospy looks up, connects and sends in one call; a node that stands still greets nobody, and a
+request that has not been sent cannot be held against it.
+"""
+
+from __future__ import annotations
+
+import io
+import socket
+import struct
+import xmlrpc.client
+from types import TracebackType
+from typing import Any, Self
+from urllib.parse import urlsplit
+
+CONNECT_S = 2.0
+
+
+class ServiceLine:
+    """One connection to a service; a context manager. :meth:`send`, then :meth:`answer`."""
+
+    def __init__(self, master: str, service: str, kind: type[Any], caller: str) -> None:
+        """Ask the master where the service is, connect, and wait for its greeting.
+
+        Raises:
+            OSError: It is not there, or does not greet.
+        """
+        self._kind: Any = kind
+        found: Any = xmlrpc.client.ServerProxy(master).lookupService(caller, service)
+        if found[0] != 1:
+            raise ConnectionError(f"{service}: {found[1]}")
+        where = urlsplit(found[2])
+        self._socket = socket.create_connection((where.hostname, where.port), CONNECT_S)
+        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        fields = {"callerid": caller, "service": service, "md5sum": self._kind._md5sum}
+        parts = [f"{key}={value}".encode() for key, value in fields.items()]
+        try:
+            self._socket.sendall(_sized(b"".join(_sized(part) for part in parts)))
+            self._block()
+        except OSError:
+            self._socket.close()
+            raise
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._socket.close()
+
+    def send(self, **fields: Any) -> None:
+        """Send the request."""
+        buffer = io.BytesIO()
+        self._kind._request_class(**fields).serialize(buffer)
+        self._socket.sendall(_sized(buffer.getvalue()))
+
+    def answer(self, timeout: float) -> Any:
+        """Return the answer.
+
+        Raises:
+            OSError: None came within ``timeout`` [s], or the service has failed.
+        """
+        self._socket.settimeout(timeout)
+        fine = self._take(1) == b"\x01"
+        body = self._block()
+        if not fine:
+            raise ConnectionError(body.decode(errors="replace"))
+        return self._kind._response_class().deserialize(body)
+
+    def _block(self) -> bytes:
+        (size,) = struct.unpack("<I", self._take(4))
+        return self._take(size)
+
+    def _take(self, size: int) -> bytes:
+        data = b""
+        while len(data) < size:
+            part = self._socket.recv(size - len(data))
+            if not part:
+                raise ConnectionError("the service has hung up")
+            data += part
+        return data
+
+
+def _sized(block: bytes) -> bytes:
+    return struct.pack("<I", len(block)) + block

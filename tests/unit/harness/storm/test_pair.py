@@ -1,0 +1,101 @@
+"""The storm's rules of the pair, on literal histories."""
+
+from __future__ import annotations
+
+import pytest
+from harness.storm.rules.history import Decided, Entry, Strike
+from harness.storm.rules.literal import history, motion, moving, states
+from harness.storm.rules.pair import (
+    apart_while_idle,
+    dead_node,
+    not_idle_again,
+    two_leaders,
+    without_author,
+)
+
+REAL, TWIN, REAL_AGAIN = (
+    Decided(2.0, "IDLE", "REAL_MOVED", "REAL_LEADS", "real"),
+    Decided(2.5, "IDLE", "TWIN_MOVED", "TWIN_LEADS", "twin"),
+    Decided(3.0, "IDLE", "REAL_MOVED", "REAL_LEADS", "real"),
+)
+MOVES = moving((2.0, 3.0, 30.0))
+
+
+def test_one_leader_after_the_other_keeps_the_rule() -> None:
+    """And so does a third that somebody has asked for."""
+    assert not list(two_leaders(history(decisions=[REAL, TWIN])))
+    asked = history(decisions=[REAL, TWIN, REAL_AGAIN], deeds=[motion(2.7)])
+    assert not list(two_leaders(asked))
+
+
+def test_sides_that_fight_for_the_lead_are_found() -> None:
+    """To and fro within two seconds, and nobody has sent anything."""
+    (found,) = two_leaders(history(decisions=[REAL, TWIN, REAL_AGAIN]))
+    assert "real, twin, real" in found.evidence
+
+
+def test_mode_that_names_another_leader_is_found() -> None:
+    """Exactly one leads."""
+    wrong = Decided(2.0, "IDLE", "REAL_MOVED", "REAL_LEADS", "twin")
+    assert list(two_leaders(history(decisions=[wrong])))
+
+
+def test_idle_pair_that_is_together_keeps_the_rule() -> None:
+    """Also for the moment before a decision."""
+    assert not list(apart_while_idle(history(MOVES, MOVES, states=states("IDLE"))))
+    seen = states("IDLE", end=2.2) + states("REAL_LEADS", "real", begin=2.2)
+    assert not list(apart_while_idle(history(MOVES, states=seen)))
+
+
+def test_pair_that_is_apart_while_idle_is_found() -> None:
+    """By where both really were."""
+    (found,) = apart_while_idle(history(MOVES, states=states("IDLE")))
+    assert "tools" in found.evidence and found.begin < 2.2
+
+
+def test_pair_that_says_stopped_may_be_apart() -> None:
+    """Only IDLE promises that it is together."""
+    assert not list(apart_while_idle(history(MOVES, states=states("STOPPED"))))
+
+
+@pytest.mark.parametrize(
+    "known",
+    [
+        {"states": states("IDLE", end=2.2) + states("REAL_LEADS", "real", begin=2.2)},
+        {"states": states("STOPPED"), "decisions": [REAL]},
+        {"states": states("STOPPED"), "audit": [Entry(1.9, "/operator", "MOVE_JOINTS", True)]},
+        {"states": states("OFFLINE")},
+        {"states": states("STOPPED"), "strikes": [Strike("line", 1.0, 1.5)]},
+    ],
+)
+def test_motion_with_an_author_or_unseen_keeps_the_rule(known: dict[str, object]) -> None:
+    """A leader, a decision, the audit; or nobody could see it."""
+    assert not list(without_author(history(MOVES, **known)))
+
+
+@pytest.mark.parametrize(
+    "known",
+    [
+        {},
+        {"audit": [Entry(1.9, "/operator", "MOVE_JOINTS", False)]},
+        {"audit": [Entry(1.9, "/operator", "STOP", True)]},
+        {"decisions": [Decided(2.1, "STOPPED", "RESET", "STOPPED", "")]},
+    ],
+)
+def test_motion_without_an_author_is_found(known: dict[str, object]) -> None:
+    """A refused command and a stop are none."""
+    (found,) = without_author(history(MOVES, states=states("STOPPED"), **known))
+    assert "in mode STOPPED" in found.evidence
+
+
+def test_pair_that_is_not_led_back_is_found() -> None:
+    """And one that is, is not."""
+    assert not list(not_idle_again(history()))
+    (found,) = not_idle_again(history(unrecovered="FAULT after 60 s: heartbeat lost"))
+    assert "heartbeat lost" in found.evidence
+
+
+def test_node_that_has_died_is_found() -> None:
+    """One violation for each."""
+    assert not list(dead_node(history()))
+    assert len(list(dead_node(history(deaths=["gateway ended with -6", "emulator ended"])))) == 2

@@ -1,0 +1,121 @@
+"""The storm's rules of standing, on literal histories."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import pytest
+from harness.storm.rules.history import Decided, History, Strike
+from harness.storm.rules.literal import history, motion, moving, release, stop
+from harness.storm.rules.stops import moves_after_stop, moves_by_itself
+
+
+def decided(at: float, before: str, after: str, leader: str = "") -> Decided:
+    """Return a decision."""
+    return Decided(at, before, "EVENT", after, leader)
+
+
+RAMPS = history(moving((1.0, 2.15, 100.0)), deeds=[motion(0.9), stop(2.0)])
+GOES_ON = history(moving((1.0, 4.0, 100.0)), deeds=[motion(0.9), stop(2.0)])
+QUEUED = history(moving((1.0, 2.1, 50.0), (3.0, 3.5, 50.0)), deeds=[motion(0.9), stop(2.0)])
+
+
+def test_side_that_ramps_down_after_a_stop_keeps_the_rule() -> None:
+    """Its reaction and its ramp are its own."""
+    assert not list(moves_after_stop(RAMPS))
+
+
+@pytest.mark.parametrize("broken", [GOES_ON, QUEUED])
+def test_motion_later_than_the_ramp_after_a_stop_is_found(broken: History) -> None:
+    """Whether it never ended, or something queued came out."""
+    (found,) = moves_after_stop(broken)
+    assert found.rule == "moves after an acknowledged stop" and "real: joint_1" in found.evidence
+
+
+def test_new_command_after_a_stop_may_move() -> None:
+    """Also one that was sent just before: the stop may have been heard first."""
+    for sent in (1.98, 2.5):
+        deeds = [motion(0.9), stop(2.0), motion(sent)]
+        assert not list(moves_after_stop(history(moving((2.6, 4.0, 50.0)), deeds=deeds)))
+
+
+def test_command_long_before_a_stop_is_no_new_one() -> None:
+    """It was heard before the stop."""
+    deeds = [stop(2.0), motion(1.9)]
+    assert list(moves_after_stop(history(moving((2.5, 4.0, 50.0)), deeds=deeds)))
+
+
+@pytest.mark.parametrize("answer", [{"answered": None}, {"success": False}])
+def test_stop_that_nobody_has_acknowledged_promises_nothing(answer: dict[str, object]) -> None:
+    """Neither does one that was refused."""
+    (sent, old) = GOES_ON.deeds
+    deeds = [sent, dataclasses.replace(old, **answer)]
+    assert not list(moves_after_stop(dataclasses.replace(GOES_ON, deeds=deeds)))
+
+
+def test_stop_counts_from_the_end_of_a_fault_that_keeps_it_away() -> None:
+    """The side must stand then."""
+    cut = Strike("line", 1.9, 3.5, {"real": 0.5})
+    assert not list(moves_after_stop(dataclasses.replace(GOES_ON, strikes=[cut])))
+    other = Strike("line", 1.9, 3.5, {"twin": 0.5})
+    assert list(moves_after_stop(dataclasses.replace(GOES_ON, strikes=[other])))
+
+
+def test_stop_of_the_robot_alone_does_not_judge_the_twin() -> None:
+    """Who presses a button at the robot is not answered by the twin."""
+    deeds = [motion(0.9), stop(2.0, sides=("real",))]
+    assert not list(moves_after_stop(history(twin=moving((1.0, 4.0, 50.0)), deeds=deeds)))
+
+
+def test_twin_may_align_after_a_stop_and_the_robot_may_not() -> None:
+    """A link that comes back leads to a slow alignment of the twin."""
+    decisions = [decided(4.0, "OFFLINE", "ALIGNING"), decided(6.0, "ALIGNING", "IDLE")]
+    way = moving((4.1, 5.9, 20.0))
+    deeds = [stop(2.0)]
+    assert not list(moves_after_stop(history(twin=way, deeds=deeds, decisions=decisions)))
+    assert list(moves_after_stop(history(real=way, deeds=deeds, decisions=decisions)))
+
+
+def test_motion_of_a_command_in_force_keeps_the_rule() -> None:
+    """Sent, not answered, not stopped."""
+    assert not list(moves_by_itself(history(moving((1.0, 2.0, 50.0)), deeds=[motion(0.9)])))
+
+
+@pytest.mark.parametrize("name", ["RESET", "release buttons", "pendant reset"])
+def test_motion_on_a_release_is_found(name: str) -> None:
+    """What was wanted before the stop does not come back."""
+    deeds = [motion(0.9), stop(2.0), release(4.0, name)]
+    (found,) = moves_by_itself(history(moving((1.0, 2.1, 50.0), (4.1, 5.0, 50.0)), deeds=deeds))
+    assert f"{name}, 0.10 s ago" in found.evidence
+
+
+def test_motion_on_a_connection_that_comes_back_is_found() -> None:
+    """The controller had said that both are stopped."""
+    decisions = [decided(2.0, "OPERATOR_LEADS", "OFFLINE")]
+    strikes = [Strike("line modbus cut", 2.0, 4.0, {"real": 0.5})]
+    real = moving((1.0, 2.1, 50.0), (4.1, 5.0, 50.0))
+    broken = history(real, deeds=[motion(0.9)], decisions=decisions, strikes=strikes)
+    (found,) = moves_by_itself(broken)
+    assert "end of line modbus cut" in found.evidence
+
+
+@pytest.mark.parametrize("over", [{"waits": True}, {"success": False}])
+def test_command_that_has_been_answered_at_its_end_moves_nothing_more(
+    over: dict[str, bool],
+) -> None:
+    """Neither does one that was refused."""
+    deed = motion(0.9, answered=2.1, **over)
+    assert list(moves_by_itself(history(moving((4.0, 5.0, 50.0)), deeds=[deed])))
+
+
+def test_side_that_settles_does_not_move() -> None:
+    """A drive comes to rest over some hundredths of a degree."""
+    assert not list(moves_by_itself(history(moving((4.0, 4.1, 2.0)))))
+
+
+def test_side_that_is_started_anew_has_not_moved() -> None:
+    """It stands elsewhere than the one before."""
+    real = [*moving(ends=4.0), *((at + 4.0, (1.0, *q[1:]), v) for at, q, v in moving(ends=4.0))]
+    anew = history(real, births={"real": [4.0]}, deeds=[stop(2.0)])
+    assert not list(moves_after_stop(anew))
+    assert list(moves_after_stop(dataclasses.replace(anew, births={})))
