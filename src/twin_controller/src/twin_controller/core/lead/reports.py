@@ -97,7 +97,7 @@ def side_triggers(setup: Setup, state: CoreState, now: float) -> list[Trigger]:
         found.append(Trigger.ESTOP_MISSED)
     if state.safety.divergence.alarm and config.divergence.pause and lead.mode in LEADING:
         found.append(Trigger.DIVERGED)
-    return found + _reset_reports(setup, lead, flags, now)
+    return found + _reset_reports(setup, state, flags, now)
 
 
 def resume_blocked(state: CoreState) -> bool:
@@ -108,12 +108,19 @@ def resume_blocked(state: CoreState) -> bool:
     return state.lead.needs_acknowledge or state.safety.separation.too_close
 
 
-def _reset_reports(setup: Setup, lead: Lead, flags: RealMeasured, now: float) -> list[Trigger]:
+def _reset_reports(
+    setup: Setup, state: CoreState, flags: RealMeasured, now: float
+) -> list[Trigger]:
     """Return how a reset that the operator asked for has ended."""
+    lead, stop = state.lead, state.orders.twin_stop
     if lead.reset_since is None or lead.mode not in (Mode.ESTOP, Mode.FAULT):
         return []
     waited, config = now - lead.reset_since, setup.config.reset
-    if flags.drives_on and not flags.fault and waited >= config.wait_ms * 1e-3:
+    ready = flags.drives_on and not flags.fault
+    # A twin that still does not obey a stop is a cause that persists.
+    if stop is not None and stop.defied:
+        ready = False
+    if ready and waited >= config.wait_ms * 1e-3:
         return [Trigger.RESET_DONE]
     if waited > config.timeout_ms * 1e-3:
         return [Trigger.RESET_FAILED]
