@@ -102,17 +102,19 @@ def test_release_of_a_hold_moves_nothing_after_stop(cell: VirtualCell, after: fl
     nothing_moves(cell, rested)
 
 
-class DeafTo:
+class DeafSimulator:
     """Makes the simulator deaf to motion commands, and drives one joint on past all nodes."""
 
     def __init__(self, cell: VirtualCell, monkeypatch: pytest.MonkeyPatch, seconds: float) -> None:
         """Let nothing reach the simulator's desk for so long [s]; somebody repeats a velocity."""
-        self._cell, self._monkeypatch = cell, monkeypatch
+        self._cell = cell
         desk = cell.twin._desk
         obey, until = desk.obey, cell.schedule.now + seconds
+        self.heard: list[Command] = []
 
         def obey_late(command: Command, now: float) -> None:
             if cell.schedule.now > until:
+                self.heard.append(command)
                 obey(command, now)
 
         monkeypatch.setattr(desk, "obey", obey_late)
@@ -130,7 +132,7 @@ def test_a_simulator_that_does_not_obey_is_a_fault_and_is_not_followed(
     cell: VirtualCell, monkeypatch: pytest.MonkeyPatch, command: str, mode: str
 ) -> None:
     """Its nodes report that they stopped; its joint moves on, and the robot stands."""
-    DeafTo(cell, monkeypatch, 10.0)
+    DeafSimulator(cell, monkeypatch, 10.0)
     cell.wait_whatever(lambda: cell.mode == "TWIN_LEADS", 5.0, "TWIN_LEADS")
     assert cell.operate(command).success
     cell.schedule.run(1.0)
@@ -148,11 +150,11 @@ def test_a_simulator_that_obeys_late_is_no_fault(
     cell: VirtualCell, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The stop is told again, and obeyed within its attempts."""
-    DeafTo(cell, monkeypatch, 2.0)
+    simulator = DeafSimulator(cell, monkeypatch, 2.0)
     cell.wait_whatever(lambda: cell.mode == "TWIN_LEADS", 5.0, "TWIN_LEADS")
     assert cell.operate("STOP").success
     stopped = cell.schedule.now
     assert both_stood(cell, stopped) - stopped > 1.0
     cell.schedule.run(4.0)
-    assert cell.mode == "STOPPED"
+    assert cell.mode == "STOPPED" and simulator.heard == [Command.STOP]
     assert not any(each.trigger == "TWIN_STOP_IGNORED" for each in cell.decisions)

@@ -120,6 +120,19 @@ def test_reset_waits_until_the_twin_stands(pair: Deaf) -> None:
     assert pair.state.lead.mode is Mode.STOPPED
 
 
+def test_resume_does_not_let_the_robot_follow_a_twin_that_moves_on(pair: Deaf) -> None:
+    """It does not stand where it was paused: the target is cleared."""
+    pair.deaf = True
+    assert pair.operate("PAUSE").success
+    pair.run(RETRY_S + 0.3)
+    rested = pair.real_q
+    reply = pair.operate("RESUME")
+    assert not reply.success and "no longer stands where it was paused" in reply.message
+    assert pair.state.lead.mode is Mode.STOPPED
+    pair.run(IGNORED_S)
+    assert pair.state.lead.mode is Mode.FAULT and pair.real_q == rested
+
+
 @pytest.mark.parametrize("side", ["real", "twin"])
 def test_a_lost_link_has_its_own_rules(pair: Deaf, side: str) -> None:
     """Nobody knows whether a lost twin moves; one that is still reached is judged."""

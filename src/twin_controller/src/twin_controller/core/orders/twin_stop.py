@@ -69,6 +69,11 @@ def strike_off(stop: TwinStop | None, twin: TwinSide, config: Change) -> TwinSto
     return stop
 
 
+def moves_on(stop: TwinStop | None) -> bool:
+    """Return whether the twin had to be told again: nobody may follow it then."""
+    return stop is not None and stop.order.attempts > 1
+
+
 def twin_disobeyed(stop: TwinStop | None, now: float) -> bool:
     """Return whether the twin, which answers, moves on after all attempts."""
     return stop is not None and bool(due([stop.order], now).failures)
