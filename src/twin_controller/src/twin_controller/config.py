@@ -167,11 +167,12 @@ class Reset(Section, frozen=True):
 
 
 class Stop(Section, frozen=True):
-    """How long the robot may take to show a stop, and how often it is told."""
+    """How long a side may take to show a stop, and how often it is told."""
 
     retry_ms: PositiveMs
     attempts: Count
     safety_retry_ms: PositiveMs
+    twin_retry_ms: PositiveMs
 
 
 class EStop(Section, frozen=True):

@@ -17,6 +17,7 @@ from twin_controller.core.lead.sending import (
     cap_both,
     order_grippers,
     order_real,
+    order_twin,
     send_setpoints,
 )
 from twin_controller.core.lead.table import FOLLOWS_TWIN, LEADING
@@ -65,7 +66,7 @@ def step(setup: Setup, before: CoreState, event: AnyEvent) -> Result:
 
     # 4 Find the trigger: the most urgent thing that has happened. What the sides show of our orders
     # is struck off before, or a stop that is obeyed just now would count as ignored.
-    orders = hear(orders, event, heard, safety.guard.moves)
+    orders = hear(setup.config.change, orders, event, heard, safety.guard.moves)
     lead, actions = note_ended(lead, event, setup.config.decision_history)
     lead = note_pauses(lead, sides)
     sides = agree_when_stopped(setup, lead, sides, now)
@@ -103,6 +104,8 @@ def step(setup: Setup, before: CoreState, event: AnyEvent) -> Result:
     if sampled:
         state, sent = order_real(setup, state, streamed, now)
         actions += sent
+    state, sent = order_twin(state, event)
+    actions += sent
     state, sent = order_grippers(setup, state, before.sides, event)
     actions += sent
 

@@ -127,6 +127,7 @@ MOTIONLESS = [
     Trigger.TWIN_STOPPED,
     Trigger.TWIN_PAUSED,
     Trigger.TWIN_ESTOPPED,
+    Trigger.TWIN_STOP_IGNORED,
     Trigger.ALIGN_FAILED,
     Trigger.STREAM_FAILED,
     Trigger.REJECTED,
@@ -160,6 +161,18 @@ def test_stops_reach_both_sides_in_every_mode(mode: Mode) -> None:
     assert set(BOTH_STOP) <= set(look_up(mode, Trigger.LINK_LOST).commands)
     assert {Command.ESTOP_REAL, Command.ESTOP_TWIN} <= set(look_up(mode, Trigger.ESTOP).commands)
     assert look_up(mode, Trigger.ESTOP).to in (Mode.ESTOP, None)
+
+
+@IN_EACH_MODE
+def test_a_twin_that_does_not_obey_is_a_fault_whoever_leads(mode: Mode) -> None:
+    """It is said in every mode.
+
+    A latched mode stays what it is; the twin is told on there, by its open order.
+    """
+    row = look_up(mode, Trigger.TWIN_STOP_IGNORED, Mode.TWIN_LEADS)
+    latched = mode in (Mode.ESTOP, Mode.FAULT)
+    assert (row.to, row.commands) == ((None, ()) if latched else (Mode.FAULT, BOTH_STOP))
+    assert not row.silent and "then RESET" in row.why
 
 
 @IN_EACH_MODE

@@ -13,6 +13,7 @@ from twin_controller.core.orders.order import tell
 from twin_controller.core.orders.state import OWN_COMMAND, told_twin
 from twin_controller.core.orders.stop import STOPPING, stop_patience
 from twin_controller.core.orders.stream import ask_for_stream, begin_stream
+from twin_controller.core.orders.twin_stop import MOVING_TWIN, STOPPING_TWIN, tell_twin_stop
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides.measure import agree
 from twin_controller.core.sides.side import Sides
@@ -90,6 +91,11 @@ def _note_order(
         orders = replace(orders, stop=tell(orders.stop, command, stop_patience(config.stop), now))
     elif command in (Command.RELEASE_REAL, Command.ESTOP_REAL):
         orders = replace(orders, stop=None)
+    if command in STOPPING_TWIN and state.sides.twin.usable:
+        stopped = tell_twin_stop(orders.twin_stop, command, config.stop, now)
+        orders = replace(orders, twin_stop=stopped)
+    elif command in MOVING_TWIN:
+        orders = replace(orders, twin_stop=None)
     return replace(state, orders=orders)
 
 

@@ -17,6 +17,7 @@ from twin_controller.core.orders.book import due
 from twin_controller.core.orders.estop import estop_missed
 from twin_controller.core.orders.state import OWN_COMMAND, is_old, pauses
 from twin_controller.core.orders.stream import StreamOrder, longest_wait
+from twin_controller.core.orders.twin_stop import moves_on
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides import change
 from twin_controller.core.sides.measure import agree_at_rest
@@ -97,7 +98,7 @@ def side_triggers(setup: Setup, state: CoreState, now: float) -> list[Trigger]:
         found.append(Trigger.ESTOP_MISSED)
     if state.safety.divergence.alarm and config.divergence.pause and lead.mode in LEADING:
         found.append(Trigger.DIVERGED)
-    return found + _reset_reports(setup, lead, flags, now)
+    return found + _reset_reports(setup, state, flags, now)
 
 
 def resume_blocked(state: CoreState) -> bool:
@@ -108,12 +109,19 @@ def resume_blocked(state: CoreState) -> bool:
     return state.lead.needs_acknowledge or state.safety.separation.too_close
 
 
-def _reset_reports(setup: Setup, lead: Lead, flags: RealMeasured, now: float) -> list[Trigger]:
+def _reset_reports(
+    setup: Setup, state: CoreState, flags: RealMeasured, now: float
+) -> list[Trigger]:
     """Return how a reset that the operator asked for has ended."""
+    lead, stop = state.lead, state.orders.twin_stop
     if lead.reset_since is None or lead.mode not in (Mode.ESTOP, Mode.FAULT):
         return []
     waited, config = now - lead.reset_since, setup.config.reset
-    if flags.drives_on and not flags.fault and waited >= config.wait_ms * 1e-3:
+    ready = flags.drives_on and not flags.fault
+    # A twin that still does not obey a stop is a cause that persists.
+    if stop is not None and stop.defied:
+        ready = False
+    if ready and waited >= config.wait_ms * 1e-3:
         return [Trigger.RESET_DONE]
     if waited > config.timeout_ms * 1e-3:
         return [Trigger.RESET_FAILED]
@@ -121,10 +129,11 @@ def _reset_reports(setup: Setup, lead: Lead, flags: RealMeasured, now: float) ->
 
 
 def moved_since_pause(setup: Setup, state: CoreState) -> bool:
-    """Return whether a side of a paused pair no longer stands where it came to rest."""
+    """Return whether a side of a paused pair does not stand where it came to rest."""
     sides = state.sides
     moved = (change.moved(side.change, setup.config.change) for side in (sides.real, sides.twin))
-    return state.lead.mode is Mode.PAUSED and any(moved)
+    defies = moves_on(state.orders.twin_stop)
+    return state.lead.mode is Mode.PAUSED and (defies or any(moved))
 
 
 def _twin_reports(setup: Setup, state: CoreState, motion: TwinMotion, now: float) -> list[Trigger]:
@@ -153,7 +162,8 @@ def _real_reports(setup: Setup, state: CoreState, flags: RealMeasured, now: floa
     """Return what the real robot's program says."""
     lead, follows, real = state.lead, state.follow.real, state.sides.real
     if lead.mode is Mode.PAUSED:
-        blocked = resume_blocked(state) or lead.paused_by is not Trigger.REAL_HELD
+        blocked = resume_blocked(state) or moves_on(state.orders.twin_stop)
+        blocked = blocked or lead.paused_by is not Trigger.REAL_HELD
         return _paused_real_reports(lead, flags, blocked)
     runs = flags.own_program and not flags.paused
     # A program that ran before a stop and is still reported is not a new one.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import msgspec
 
 from twin_controller.core.actions import AnyAction, Command
-from twin_controller.core.events import AnyEvent
+from twin_controller.core.events import AnyEvent, TwinMeasured
 from twin_controller.core.follow.blend import finished
 from twin_controller.core.follow.real import stream_real
 from twin_controller.core.follow.twin import follow_twin
@@ -15,9 +15,11 @@ from twin_controller.core.lead.state import record_notice
 from twin_controller.core.lead.table import FOLLOWS_TWIN
 from twin_controller.core.lead.transition import reject
 from twin_controller.core.orders.gripper import Notice, watch_grippers
+from twin_controller.core.orders.order import send
 from twin_controller.core.orders.speed_caps import Leader, cap_speeds
 from twin_controller.core.orders.stop import stop_again
 from twin_controller.core.orders.stream import start_stream
+from twin_controller.core.orders.twin_stop import twin_stop_again
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides.measure import remember
 from twin_controller.core.sides.side import Sides
@@ -77,6 +79,17 @@ def _resume_twin(state: CoreState, now: float) -> Result:
     follows = replace(follows, resumes=False)
     state = replace(state, follow=replace(state.follow, real=follows))
     return send_twin(state, Command.RESUME_TWIN, "the real robot has come to it", now)
+
+
+def order_twin(state: CoreState, event: AnyEvent) -> Result:
+    """Tell the twin again to stop, where its newest sample shows that it moves on."""
+    stop, now = state.orders.twin_stop, event.now
+    again = twin_stop_again(stop, now) if isinstance(event, TwinMeasured) else None
+    if stop is None or again is None:
+        return state, []
+    stop = replace(stop, order=send(stop.order, now))
+    state = replace(state, orders=replace(state.orders, twin_stop=stop))
+    return send_twin(state, again, "the twin moves on", now)
 
 
 def order_grippers(setup: Setup, state: CoreState, before: Sides, event: AnyEvent) -> Result:

@@ -81,6 +81,10 @@ DEFAULTS: dict[Trigger, Row] = {
         (Command.ESTOP_REAL, Command.ESTOP_TWIN),
         "its drives are switched off; RESET once the cause is gone",
     ),
+    # It has no drives to switch off; the real robot obeys and keeps its own.
+    Trigger.TWIN_STOP_IGNORED: Row(
+        Mode.FAULT, BOTH_STOP, "end the simulator or what commands it, then RESET"
+    ),
     Trigger.RELEASED_BLOCKED: STAY,
     Trigger.STREAM_FAILED: STAY,
     Trigger.REJECTED: STAY,
@@ -176,6 +180,7 @@ _RESET = Row(None, (Command.RESET_REAL,), "the real robot is asked to reset; not
 _RESET_DONE = Row(
     Mode.STOPPED, (Command.RESET_TWIN,), "nothing moves; ALIGN or a new command goes on"
 )
+_TWIN_DEFIES = Row(None, (), "end the simulator or what commands it, then RESET")
 _RESET_FAILED = Row(None, (), "its cause persists: remove it, then RESET again")
 
 # While the twin follows, and what a stream to the real robot adds.
@@ -315,6 +320,7 @@ ROWS: dict[Mode, dict[Trigger, Row]] = {
         Trigger.REAL_DRIVES_OFF: STAY,
         Trigger.TWIN_ESTOPPED: STAY,
         Trigger.STOP_IGNORED: STAY,
+        Trigger.TWIN_STOP_IGNORED: _TWIN_DEFIES,
         Trigger.ESTOP_MISSED: Row(None, (Command.ESTOP_REAL, Command.ESTOP_TWIN), "sent again"),
         Trigger.STOP: Row(None, BOTH_STOP, "the emergency stop stays latched"),
         Trigger.ESTOP: Row(
@@ -340,6 +346,7 @@ ROWS: dict[Mode, dict[Trigger, Row]] = {
         Trigger.TOO_CLOSE: _GUARDED,
         Trigger.TOO_FAST: _GUARDED,
         Trigger.REAL_FAULT: STAY,
+        Trigger.TWIN_STOP_IGNORED: _TWIN_DEFIES,
         Trigger.STOP: Row(None, BOTH_STOP, "the fault stays until RESET"),
         Trigger.RESET: _RESET,
         Trigger.RESET_BLOCKED: _OFFLINE,
@@ -357,20 +364,13 @@ ROWS: dict[Mode, dict[Trigger, Row]] = {
 }
 
 # Going on after PAUSE depends on who led; the mode that was paused comes back.
+_RESUME_STREAM = (Command.RELEASE_REAL, Command.BEGIN_STREAM, Command.RESUME_TWIN)
 RESUME_ROWS: dict[Mode, Row] = {
     Mode.REAL_LEADS: Row(
         Mode.REAL_LEADS, (Command.RELEASE_REAL, Command.RESUME_TWIN), "the same path goes on"
     ),
-    Mode.TWIN_LEADS: Row(
-        Mode.TWIN_LEADS,
-        (Command.RELEASE_REAL, Command.BEGIN_STREAM, Command.RESUME_TWIN),
-        "the same path goes on",
-    ),
-    Mode.OPERATOR_LEADS: Row(
-        Mode.OPERATOR_LEADS,
-        (Command.RELEASE_REAL, Command.BEGIN_STREAM, Command.RESUME_TWIN),
-        "the same path goes on",
-    ),
+    Mode.TWIN_LEADS: Row(Mode.TWIN_LEADS, _RESUME_STREAM, "the same path goes on"),
+    Mode.OPERATOR_LEADS: Row(Mode.OPERATOR_LEADS, _RESUME_STREAM, "the same path goes on"),
 }
 
 # Triggers that are decided by when each side moved: the decision tells these times.

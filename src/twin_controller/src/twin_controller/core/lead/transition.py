@@ -22,6 +22,7 @@ from twin_controller.core.lead.table import (
 )
 from twin_controller.core.orders.order import tell
 from twin_controller.core.orders.stop import safety_patience
+from twin_controller.core.orders.twin_stop import defied_text, defy
 from twin_controller.core.safety.divergence import DivergenceState
 from twin_controller.core.safety.zones import Way
 from twin_controller.core.setup import Setup
@@ -142,6 +143,8 @@ def _words(state: CoreState, trigger: Trigger) -> str:
         case Trigger.STOP_IGNORED if state.orders.stop is not None:
             stop = state.orders.stop
             return f"{stop.wanted.value}, sent {stop.attempts} times"
+        case Trigger.TWIN_STOP_IGNORED if state.orders.twin_stop is not None:
+            return defied_text(state.orders.twin_stop, twin)
         case Trigger.DIVERGED:
             return stall_text(real.stall, max(real.seen or 0.0, twin.seen or 0.0))
         case Trigger.REAL_FAULT:
@@ -217,6 +220,8 @@ def _forget_cause(setup: Setup, state: CoreState, trigger: Trigger, now: float) 
     if trigger is Trigger.TWIN_MOVED_UNASKED:
         # The twin comes to rest elsewhere: it is stopped once, not at each sample from there.
         state = replace(state, sides=_drop_baselines(state.sides))
+    if trigger is Trigger.TWIN_STOP_IGNORED:
+        orders = replace(orders, twin_stop=defy(orders.twin_stop))
     if trigger is Trigger.KEEP_OUT:
         # The target stays known: the same move is not judged, and stopped, a second time.
         safety = replace(safety, way=Way(safety.way.target))

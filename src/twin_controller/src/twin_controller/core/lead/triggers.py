@@ -19,6 +19,7 @@ from twin_controller.core.lead.reports import moved_since_pause, resume_blocked,
 from twin_controller.core.lead.table import LEADING, look_up
 from twin_controller.core.orders.order import fresh
 from twin_controller.core.orders.stop import disobeyed
+from twin_controller.core.orders.twin_stop import twin_disobeyed
 from twin_controller.core.safety.guard import Guard
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides import change
@@ -43,7 +44,9 @@ def find_trigger(setup: Setup, state: CoreState, event: AnyEvent) -> Trigger | N
     lead, now = state.lead, event.now
     # Without its links the pair cannot be judged: what a side reported before counts no more.
     found = link_triggers(setup, state) or side_triggers(setup, state, now)
-    # Only a robot that answers can ignore a stop.
+    # Only a side that answers can ignore a stop.
+    if isinstance(event, TwinMeasured) and twin_disobeyed(state.orders.twin_stop, now):
+        found = [Trigger.TWIN_STOP_IGNORED, *found]
     if isinstance(event, RealMeasured) and disobeyed(state.orders.stop, now):
         found = [Trigger.STOP_IGNORED, *found]
     if isinstance(event, RealMeasured | TwinMeasured | TwinPlan | TwinMotion):

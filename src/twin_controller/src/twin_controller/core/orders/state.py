@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import msgspec
 
-from twin_controller.core.events import AnyEvent, RealMeasured, TwinMotion
+from twin_controller.config import Change
+from twin_controller.core.events import AnyEvent, RealMeasured, TwinMeasured, TwinMotion
 from twin_controller.core.orders.estop import EStopOrder
 from twin_controller.core.orders.gripper import Grips
 from twin_controller.core.orders.order import Order
 from twin_controller.core.orders.speed import Speeds
 from twin_controller.core.orders.stop import StopOrder, shows_stop
 from twin_controller.core.orders.stream import StreamOrder, hear_stream
+from twin_controller.core.orders.twin_stop import TwinStop, strike_off
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides.side import Sides
 
@@ -37,6 +39,8 @@ class Orders(msgspec.Struct, frozen=True):
     stop: StopOrder | None = None
     # The last answer showed a program or a stream: while the link is down it may still run.
     real_busy: bool = False
+    # The stop, pause or emergency stop of the twin; ends when it stands, may move again or is lost.
+    twin_stop: TwinStop | None = None
     # Latched with the mode, ended by the reset.
     estop: EStopOrder | None = None
     # The stop for a zone, a person or the Cartesian limit; ends when the robot stands.
@@ -48,15 +52,18 @@ class Orders(msgspec.Struct, frozen=True):
     told: TwinTold = TwinTold()
 
 
-def hear(orders: Orders, event: AnyEvent, sides: Sides, moves: bool) -> Orders:
-    """Strike off what an answer of the real robot shows, before anybody judges what is late.
+def hear(config: Change, orders: Orders, event: AnyEvent, sides: Sides, moves: bool) -> Orders:
+    """Strike off what a side shows, before anybody judges what is late.
 
     Args:
+        config: What counts as standing still.
         orders: What is open.
         event: The input.
         sides: Both sides, as they were heard.
         moves: The real robot moves.
     """
+    if isinstance(event, TwinMeasured):
+        return replace(orders, twin_stop=strike_off(orders.twin_stop, sides.twin, config))
     if not isinstance(event, RealMeasured):
         return orders
     stop, stream, safety_stop = orders.stop, orders.stream, orders.safety_stop
@@ -73,16 +80,18 @@ def hear(orders: Orders, event: AnyEvent, sides: Sides, moves: bool) -> Orders:
 def forget_lost(orders: Orders, sides: Sides) -> Orders:
     """Drop orders to a side that is lost: they are not sent again after a reconnect.
 
-    A stop stays: a robot that moves on behind a lost link is stopped when it answers again.
+    A stop stays: a robot that moves on behind a lost link is stopped when it answers again. The
+    twin is stopped anew after a reconnect.
     """
     grips, speeds = orders.grips, orders.speeds
+    twin_stop = orders.twin_stop if sides.twin.usable else None
     if grips.real is not None and not sides.real.history:
         grips = replace(grips, real=None)
     if grips.twin is not None and not sides.twin.connected:
         grips = replace(grips, twin=None)
     if speeds.twin is not None and sides.twin.motion is None:
         speeds = replace(speeds, twin=None)
-    return replace(orders, grips=grips, speeds=speeds)
+    return replace(orders, grips=grips, speeds=speeds, twin_stop=twin_stop)
 
 
 def told_twin(orders: Orders, motion: TwinMotion | None, now: float) -> Orders:

@@ -1,0 +1,156 @@
+"""A twin that does not obey is a trigger like a robot that does not.
+
+It is told again while its samples show that it moves, and in the end the pair is at fault.
+"""
+
+from __future__ import annotations
+
+import pytest
+from harness.pair import HOME, SETUP, Pair, ramp, shifted
+from harness.watch import Watch
+from twin_controller.core.actions import Command, Send
+from twin_controller.core.lead.modes import Mode
+from twin_controller.core.orders.twin_stop import STOPPING_TWIN
+
+WAY = ramp(HOME, shifted(HOME, 80.0), 30.0)
+ATTEMPTS, RETRY_S = SETUP.config.stop.attempts, SETUP.config.stop.twin_retry_ms * 1e-3
+IGNORED_S = ATTEMPTS * RETRY_S + 0.1
+RESET_S = SETUP.config.reset.timeout_ms * 1e-3 + 0.1
+COMMANDS = ["STOP", "PAUSE", "ESTOP"]
+
+
+class Deaf(Pair):
+    """A pair whose twin reports that it obeys, and whose joint moves on all the same."""
+
+    deaf = False
+
+    def command_twin(self, do: Command, number: int, now: float) -> None:
+        """Obey; a twin that is deaf goes on with its jog."""
+        jog, begun = self.jog, self.jog_start
+        super().command_twin(do, number, now)
+        if self.deaf:
+            self.jog, self.jog_start = jog, begun
+        elif do in STOPPING_TWIN:
+            # The simulator ends on PAUSE too what drives a joint past its motion nodes.
+            self.jog = None
+
+
+@pytest.fixture
+def pair() -> Deaf:
+    """Return a watched pair whose twin leads, jogged past its pose controller."""
+    made = Deaf()
+    made.command_delay, made.report_delay = 0.01, 0.01
+    Watch(made)
+    made.connect()
+    made.jog_twin(WAY, made.now)
+    made.run_until(lambda: made.state.lead.mode is Mode.TWIN_LEADS, 2.0)
+    made.run(0.5)
+    return made
+
+
+def told(pair: Pair, since: int) -> list[Command]:
+    """Return the stops that the twin was sent since the given index of actions."""
+    sent = [action for action in pair.actions[since:] if isinstance(action, Send)]
+    return [action.command for action in sent if action.command in STOPPING_TWIN]
+
+
+def ignored(pair: Pair) -> list[str]:
+    """Return the reasons of all decisions that the twin does not obey."""
+    return [each.why for each in pair.decisions() if each.trigger == "TWIN_STOP_IGNORED"]
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_twin_that_obeys_is_told_once(pair: Deaf, command: str) -> None:
+    """Once it stands nothing is open any more."""
+    since = len(pair.actions)
+    assert pair.operate(command).success
+    pair.run(IGNORED_S + 1.0)
+    assert len(told(pair, since)) == 1
+    assert pair.state.orders.twin_stop is None and ignored(pair) == []
+
+
+@pytest.mark.parametrize(
+    ("command", "mode"), [("STOP", Mode.FAULT), ("PAUSE", Mode.FAULT), ("ESTOP", Mode.ESTOP)]
+)
+def test_a_twin_that_moves_on_is_a_fault(pair: Deaf, command: str, mode: Mode) -> None:
+    """After all attempts, once, with a reason that says what happened and what to do."""
+    pair.deaf = True
+    since, real = len(pair.actions), pair.real_q
+    assert pair.operate(command).success
+    pair.run(IGNORED_S - 0.2)
+    assert ignored(pair) == [] and told(pair, since).count(Command[f"{command}_TWIN"]) == ATTEMPTS
+    pair.run(0.3)
+    assert pair.state.lead.mode is mode and len(ignored(pair)) == 1
+    said = (
+        f"(it moved on {ATTEMPTS * RETRY_S:.1f} s after {command} was told {ATTEMPTS} times): "
+        "end the simulator or what commands it, then RESET"
+    )
+    assert ignored(pair) == [pair.state.lead.why] == [f"the twin does not obey a stop {said}"]
+    pair.run(2.0 * IGNORED_S)
+    assert len(ignored(pair)) == 1, "it is decided once"
+    assert pair.real_q == pytest.approx(real, abs=0.02), "the robot does not follow it"
+    assert pair.drives is (mode is Mode.FAULT)
+
+
+def test_a_twin_that_obeys_late_is_no_fault(pair: Deaf) -> None:
+    """Within the attempts it may be deaf."""
+    pair.deaf = True
+    since = len(pair.actions)
+    assert pair.operate("STOP").success
+    pair.run((ATTEMPTS - 2) * RETRY_S + 0.1)
+    pair.deaf = False
+    pair.run(IGNORED_S)
+    assert told(pair, since) == [Command.STOP_TWIN] * ATTEMPTS
+    assert pair.state.lead.mode is Mode.STOPPED and ignored(pair) == []
+
+
+def test_reset_waits_until_the_twin_stands(pair: Deaf) -> None:
+    """It is told on without end; a cause that persists ends no fault."""
+    pair.deaf = True
+    assert pair.operate("STOP").success
+    pair.run(IGNORED_S)
+    assert pair.operate("RESET").success
+    pair.run(RESET_S)
+    assert pair.state.lead.mode is Mode.FAULT and "its cause persists" in pair.state.lead.why
+    pair.deaf = False
+    pair.run(RETRY_S + 0.5)
+    assert pair.state.orders.twin_stop is None
+    assert pair.operate("RESET").success
+    pair.run(RESET_S)
+    assert pair.state.lead.mode is Mode.STOPPED
+
+
+def test_resume_does_not_let_the_robot_follow_a_twin_that_moves_on(pair: Deaf) -> None:
+    """It does not stand where it was paused: the target is cleared."""
+    pair.deaf = True
+    assert pair.operate("PAUSE").success
+    pair.run(RETRY_S + 0.3)
+    rested = pair.real_q
+    reply = pair.operate("RESUME")
+    assert not reply.success and "no longer stands where it was paused" in reply.message
+    assert pair.state.lead.mode is Mode.STOPPED
+    pair.run(IGNORED_S)
+    assert pair.state.lead.mode is Mode.FAULT and pair.real_q == rested
+
+
+@pytest.mark.parametrize("side", ["real", "twin"])
+def test_a_lost_link_has_its_own_rules(pair: Deaf, side: str) -> None:
+    """Nobody knows whether a lost twin moves; one that is still reached is judged."""
+    pair.deaf = True
+    assert pair.operate("STOP").success
+    pair.run(RETRY_S)
+    pair.link(side, False)
+    pair.run(2.0 * IGNORED_S)
+    lost = side == "twin"
+    assert pair.state.lead.mode is (Mode.OFFLINE if lost else Mode.FAULT)
+    assert len(ignored(pair)) == (0 if lost else 1)
+    assert (pair.state.orders.twin_stop is None) is lost
+
+
+def test_a_twin_that_may_move_again_is_not_judged_by_an_older_stop(pair: Deaf) -> None:
+    """A move as soon as one may begin after a STOP is not stopped by the repetition of that."""
+    assert pair.operate("STOP").success
+    pair.run_until(lambda: pair.operate("MOVE_JOINTS", target=shifted(HOME, 30.0)).success, 5.0)
+    since = len(pair.actions)
+    pair.run_until(lambda: pair.state.lead.mode is Mode.IDLE, 10.0)
+    assert told(pair, since) == [] and ignored(pair) == []
