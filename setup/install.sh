@@ -38,7 +38,13 @@ step_debian() {
     apt_install "${missing[@]}"
 }
 
+# Print the lines of requirements.txt that pins.txt does not hold.
+unpinned_requirements() {
+  grep -vixFf <(sed 's/ .*//' setup/pins.txt) <(sed -e 's/#.*//' -e 's/[[:space:]]*$//' -e '/^$/d' setup/requirements.txt)
+}
+
 make_venv() {
+  [ -z "$(unpinned_requirements)" ] || return 1
   # A venv knows its own path: one that was moved or copied here is made anew.
   if ! grep -qsF "VIRTUAL_ENV=$venv" "$venv/bin/activate" && ! grep -qsF "VIRTUAL_ENV=\"$venv\"" "$venv/bin/activate" ||
     ! "$venv/bin/python" -m pip --version; then
@@ -46,15 +52,33 @@ make_venv() {
     /usr/bin/python3 -m venv --system-site-packages "$venv" || return 1
   fi
   touch "$venv/CATKIN_IGNORE" # rospack and catkin shall not look inside
-  "$venv/bin/python" -m pip install --disable-pip-version-check --no-input -r setup/requirements.txt -c setup/constraints.txt
+  # Everything anew: a package that is there already would not be compared with its hash.
+  "$venv/bin/python" -m pip install --disable-pip-version-check --no-input --force-reinstall --no-deps \
+    --only-binary :all: --require-hashes -r setup/pins.txt
+}
+
+# Print what to do when the libraries could not be installed: log file.
+advise_python() {
+  local wrong unpinned
+  mapfile -t unpinned < <(unpinned_requirements)
+  wrong=$(sed -n '/DO NOT MATCH THE HASHES/,$ s/^ *\([^ ]*==[^ ]*\) from .*/\1/p' "$1" | head -n 1)
+  if [ ${#unpinned[@]} -gt 0 ]; then
+    echo "setup/requirements.txt asks for ${unpinned[*]}, which setup/pins.txt does not hold. Nothing was installed." \
+      "To pin it: /usr/bin/python3 setup/renew_pins.py"
+  elif [ -n "$wrong" ]; then
+    echo "The file that came for $wrong is not the one whose SHA-256 setup/pins.txt holds. Nothing was installed." \
+      "Was pins.txt edited (git diff setup/pins.txt)? Does a mirror (PIP_INDEX_URL) hold another file? Try without it." \
+      "If neither is so, do not install it: somebody may have changed the file."
+  else
+    echo "Is this machine online? A mirror is set with PIP_INDEX_URL. To start afresh: rm -rf .venv"
+  fi
 }
 
 step_python() {
   local stamp
-  stamp=$({ echo "$venv"; /usr/bin/python3 -V; cat setup/requirements.txt setup/constraints.txt; } | hash_of)
+  stamp=$({ echo "$venv"; /usr/bin/python3 -V; cat setup/requirements.txt setup/pins.txt; } | hash_of)
   [ -x "$venv/bin/python" ] && stamped "$venv/.cell-stamp" "$stamp" && return 0
-  run_step 2/3 "Python libraries in .venv" "$logs/pip.log" \
-    "Is this machine online? A mirror is set with PIP_INDEX_URL. To start afresh: rm -rf .venv" make_venv
+  run_step 2/3 "Python libraries in .venv" "$logs/pip.log" advise_python make_venv
   echo "$stamp" >"$venv/.cell-stamp"
 }
 

@@ -1,6 +1,7 @@
 # Sourced by ./cell: show one line for each step, with its time; when it fails, its last lines and what to do.
 
 # Run a step: number, title, log file, advice, command. The command's output goes to the log.
+# Advice is a text, or a function that reads the log and prints one.
 run_step() {
   local number=$1 title=$2 log=$3 advice=$4 start=$SECONDS
   shift 4
@@ -10,6 +11,7 @@ run_step() {
     return 0
   fi
   printf 'FAILED after %d s\n' $((SECONDS - start))
+  [ "$(type -t "$advice")" != function ] || advice=$("$advice" "$log")
   {
     echo
     echo "The last lines of $log:"

@@ -200,7 +200,7 @@ make_venv() { echo made >> made; mkdir -p .venv/bin; ln -sf /bin/true .venv/bin/
     [
         ("true", 1),
         ("echo x==1 >> setup/requirements.txt", 2),
-        ("echo x==1 >> setup/constraints.txt", 2),
+        ("echo x==1 >> setup/pins.txt", 2),
         ("rm -rf .venv", 2),
         ("rm .venv/bin/python", 2),
         ("cd ..; mv cell moved; cd moved; root=$PWD; logs=$root/logs; venv=$root/.venv", 2),
