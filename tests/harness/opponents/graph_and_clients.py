@@ -23,9 +23,9 @@ TOKENS = {
     "look": "viewer",
     "drive": "operator",
     TWIN_CONTROLLER: "twin_controller",
-    "annas-own": "operator",
+    "fitters-own": "operator",
 }
-PERSONS = {"annas-own": "anna"}
+PERSONS = {"fitters-own": "fitter"}
 
 
 class Call:

@@ -158,7 +158,7 @@ def test_start_and_end_of_the_server_pass() -> None:
 
 
 def test_each_person_is_known_by_their_own_token() -> None:
-    """Who came with Ben's address is Ben, with Anna's Anna, and with neither nobody."""
+    """Whose address it is says who came: the foreman's, the fitter's, or nobody's."""
     server = Server()
     people: list[str] = []
 
@@ -166,7 +166,7 @@ def test_each_person_is_known_by_their_own_token() -> None:
         people.append(scope[PERSON])
         await server(scope, receive, send)
 
-    tokens = {"anna": "token-of-anna-0123", "ben": "token-of-ben-45678"}
+    tokens = {"fitter": "token-of-fitter-0123", "foreman": "token-of-foreman-45678"}
     doors = {name: PageDoor("page", "127.0.0.1", 8090, token) for name, token in tokens.items()}
     door = Door()
     door.guard = PageGuard(told, doors=doors, stranger=lambda _: "")
@@ -174,5 +174,5 @@ def test_each_person_is_known_by_their_own_token() -> None:
     for token in tokens.values():
         cookie = door.ask(query=f"token={token}")["named"]["set-cookie"]
         door.ask(cookie=str(cookie).split(";")[0])
-    assert people == ["", "anna", "ben"] and server.known == [False, True, True]
+    assert people == ["", "fitter", "foreman"] and server.known == [False, True, True]
     assert door.ask(query="token=wrong")["status"] == 403

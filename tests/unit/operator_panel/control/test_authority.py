@@ -6,18 +6,18 @@ import pytest
 from operator_panel.control.authority import Role, refusal
 from operator_panel.view.snapshot import CellState
 
-STATE = CellState("IDLE", holder="anna 1", not_in_control="anna 1 holds control: ask for it")
+STATE = CellState("IDLE", holder="fitter 1", not_in_control="fitter 1 holds control: ask for it")
 FREE = CellState("IDLE", not_in_control="nobody holds control: take control first")
 
 
 @pytest.mark.parametrize(
     ("state", "name", "role", "why"),
     [
-        (STATE, "anna 1", Role.OPERATOR, ""),
-        (STATE, "anna 2", Role.OPERATOR, "anna 1 holds control: ask for it"),
-        (FREE, "anna 1", Role.OPERATOR, "take control first"),
+        (STATE, "fitter 1", Role.OPERATOR, ""),
+        (STATE, "fitter 2", Role.OPERATOR, "fitter 1 holds control: ask for it"),
+        (FREE, "fitter 1", Role.OPERATOR, "take control first"),
         (STATE, "viewer", Role.VIEWER, "only watches"),
-        (None, "anna 1", Role.OPERATOR, "silent"),
+        (None, "fitter 1", Role.OPERATOR, "silent"),
     ],
 )
 def test_who_may_command_is_what_the_twin_controller_says(

@@ -243,9 +243,9 @@ def test_other_tab_does_not_inherit(desk: Desk) -> None:
     desk.left("a")
     desk.open("c", Role.OPERATOR)
     desk.arrived("c", "tab c")
-    desk.open("d", Role.OPERATOR, "ben")
+    desk.open("d", Role.OPERATOR, "foreman")
     desk.arrived("d", "tab a")
-    assert (desk.name_of("c"), desk.name_of("d")) == ("operator 3", "ben 4")
+    assert (desk.name_of("c"), desk.name_of("d")) == ("operator 3", "foreman 4")
     assert "operator 1 holds control" in command(desk, "c", "HOME").message
 
 

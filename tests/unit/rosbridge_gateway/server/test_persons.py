@@ -9,7 +9,7 @@ from harness.opponents.graph_and_clients import DEADLINE, Cell
 from rosbridge_gateway.protocol.persons import with_person, without_token
 
 COMMAND = "twin_controller/command"
-PROOF = {"person": "anna", "token": "annas-own"}
+PROOF = {"person": "fitter", "token": "fitters-own"}
 
 
 def called(cell: Cell, path: str, service: str = COMMAND, **packet: Any) -> Any:
@@ -20,14 +20,15 @@ def called(cell: Cell, path: str, service: str = COMMAND, **packet: Any) -> Any:
 
 def test_command_of_a_person_carries_name_proof_and_client(cell: Cell) -> None:
     """The client says what it wants, the gateway who wants it."""
-    args = called(cell, "?token=annas-own", args={"command": "HOME"})
+    args = called(cell, "?token=fitters-own", args={"command": "HOME"})
     assert args == {"command": "HOME", **PROOF, "session": "gateway 1"}
-    again = called(cell, "?token=annas-own", "/cell/twin_controller/control")
+    again = called(cell, "?token=fitters-own", "/cell/twin_controller/control")
     assert again["session"] == "gateway 2", "two clients of one person are two"
 
 
 @pytest.mark.parametrize(
-    ("path", "service"), [("", COMMAND), ("?token=drive", COMMAND), ("?token=annas-own", "move_to")]
+    ("path", "service"),
+    [("", COMMAND), ("?token=drive", COMMAND), ("?token=fitters-own", "move_to")],
 )
 def test_nobody_else_is_told_of_a_person(cell: Cell, path: str, service: str) -> None:
     """Without a person's token, and for other services, a call is what the client says."""
@@ -36,10 +37,10 @@ def test_nobody_else_is_told_of_a_person(cell: Cell, path: str, service: str) ->
 
 def test_person_is_in_the_caller_and_in_the_log(cell: Cell) -> None:
     """Who reads the audit of the gateway sees the name."""
-    cell.client("?token=annas-own").say(op="call_service", service=COMMAND)
+    cell.client("?token=fitters-own").say(op="call_service", service=COMMAND)
     caller = cell.graph.calls.get(timeout=DEADLINE).caller
-    assert caller.startswith("operator:anna@127.0.0.1:")
-    assert any(line.endswith("came as operator, anna") for line in cell.log)
+    assert caller.startswith("operator:fitter@127.0.0.1:")
+    assert any(line.endswith("came as operator, fitter") for line in cell.log)
 
 
 def test_token_that_a_client_gives_itself_is_in_no_audit(cell: Cell) -> None:
@@ -51,7 +52,7 @@ def test_token_that_a_client_gives_itself_is_in_no_audit(cell: Cell) -> None:
     call.end.put({"success": True})
     client.hear()
     _, entry = cell.graph.audited.get(timeout=DEADLINE)
-    assert "annas-own" not in entry.what and '"token":"***"' in entry.what
+    assert "fitters-own" not in entry.what and '"token":"***"' in entry.what
 
 
 @pytest.mark.parametrize(
@@ -59,13 +60,13 @@ def test_token_that_a_client_gives_itself_is_in_no_audit(cell: Cell) -> None:
     [
         (None, {**PROOF, "session": "gateway 3"}),
         ({"session": "mine"}, {**PROOF, "session": "gateway 3"}),
-        ({"person": "ben", "token": "x"}, {"person": "ben", "token": "x"}),
+        ({"person": "foreman", "token": "x"}, {"person": "foreman", "token": "x"}),
         (["HOME"], ["HOME"]),
     ],
 )
 def test_what_a_call_of_a_person_becomes(args: Any, after: Any) -> None:
     """A client may prove another person itself; a list has no names to fill in."""
-    assert with_person(args, "anna", "annas-own", 3) == after
+    assert with_person(args, "fitter", "fitters-own", 3) == after
     assert with_person(args, "", "", 3) == args
 
 

@@ -254,8 +254,8 @@ def test_a_goal_is_rejected_while_the_twin_controller_does_something_else(
 
 def test_a_goal_is_rejected_while_somebody_else_holds_control(bench: Bench) -> None:
     """It would be stopped as soon as the twin moves: said before, and only while it is so."""
-    bench.desk.hear_mode("IDLE", "because", bench.now, "anna 1 holds control: ask for it")
-    with pytest.raises(GoalError, match="anna 1 holds control: ask for it"):
+    bench.desk.hear_mode("IDLE", "because", bench.now, "fitter 1 holds control: ask for it")
+    with pytest.raises(GoalError, match="fitter 1 holds control: ask for it"):
         bench.desk.accept("a", GOAL, bench.now)
     bench.desk.hear_mode("IDLE", "because", bench.now)
     assert bench.desk.accept("a", GOAL, bench.now)

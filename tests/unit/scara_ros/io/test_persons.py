@@ -10,15 +10,15 @@ from scara_config import ConfigError
 from scara_ros.io.persons import Person, Persons, load_persons, person_token, person_tokens
 from scara_ros.io.token_file import TokenError
 
-ANNA = Person("TOKEN_ANNA", "anna_token", "operator")
-BEN = Person("TOKEN_BEN", None, "operator")
-TOKEN = "token-of-anna-0123"
+FITTER = Person("TOKEN_FITTER", "fitter_token", "operator")
+FOREMAN = Person("TOKEN_FOREMAN", None, "operator")
+TOKEN = "token-of-fitter-0123"
 
 
 @pytest.fixture(autouse=True)
 def _home(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("ROS_HOME", str(tmp_path))
-    for person in (ANNA, BEN):
+    for person in (FITTER, FOREMAN):
         monkeypatch.delenv(person.token_environment, raising=False)
 
 
@@ -35,63 +35,63 @@ def test_token_is_that_of_the_environment_else_of_a_file_that_is_made(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     """Two nodes that start at once find the same one."""
-    made = person_token(ANNA)
-    assert (tmp_path / "anna_token").stat().st_mode & 0o777 == 0o600
-    assert Persons({"anna": ANNA}).unproven("anna", made) == ""
-    monkeypatch.setenv(ANNA.token_environment, TOKEN)
-    assert person_token(ANNA) == TOKEN
-    assert person_token(BEN) == ""
+    made = person_token(FITTER)
+    assert (tmp_path / "fitter_token").stat().st_mode & 0o777 == 0o600
+    assert Persons({"fitter": FITTER}).unproven("fitter", made) == ""
+    monkeypatch.setenv(FITTER.token_environment, TOKEN)
+    assert person_token(FITTER) == TOKEN
+    assert person_token(FOREMAN) == ""
 
 
 @pytest.mark.parametrize(
     ("name", "token", "why"),
     [
         ("", "", ""),
-        ("anna", TOKEN, ""),
+        ("fitter", TOKEN, ""),
         ("", TOKEN, "give the person's name"),
-        ("anna", "", "wrong token of anna: it stands in the environment variable TOKEN_ANNA"),
-        ("anna", "x" * 18, "wrong token of anna"),
-        ("ben", "", "no token of ben is known here"),
-        ("carl", TOKEN, "person 'carl' is not in persons.yaml: known are anna, ben"),
+        ("fitter", "", "wrong token of fitter: it stands in the environment variable TOKEN_FITTER"),
+        ("fitter", "x" * 18, "wrong token of fitter"),
+        ("foreman", "", "no token of foreman is known here"),
+        ("visitor", TOKEN, "person 'visitor' is not in persons.yaml: known are fitter, foreman"),
         ("x" * 1000, TOKEN, f"person '{'x' * 40}' is not in persons.yaml"),
     ],
 )
 def test_who_is_proven(monkeypatch: pytest.MonkeyPatch, name: str, token: str, why: str) -> None:
     """What happened and what to do; the token itself is never repeated."""
-    monkeypatch.setenv(ANNA.token_environment, TOKEN)
-    text = Persons({"anna": ANNA, "ben": BEN}).unproven(name, token)
+    monkeypatch.setenv(FITTER.token_environment, TOKEN)
+    text = Persons({"fitter": FITTER, "foreman": FOREMAN}).unproven(name, token)
     assert why in text and bool(text) == bool(why)
     assert not token or token not in text
 
 
 def test_token_that_was_made_anew_is_read_again_but_not_for_a_stop(tmp_path: Path) -> None:
     """A stop waits for no disk."""
-    file = tmp_path / "anna_token"
-    old = person_token(ANNA)
-    persons = Persons({"anna": ANNA})
+    file = tmp_path / "fitter_token"
+    old = person_token(FITTER)
+    persons = Persons({"fitter": FITTER})
     file.unlink()
-    new = person_token(ANNA)
+    new = person_token(FITTER)
     assert new != old
-    assert "wrong token" in persons.unproven("anna", new, read=False)
-    assert persons.unproven("anna", new) == ""
+    assert "wrong token" in persons.unproven("fitter", new, read=False)
+    assert persons.unproven("fitter", new) == ""
 
 
 def test_unusable_token_keeps_a_person_out_and_nobody_from_starting(tmp_path: Path) -> None:
     """The twin controller must run without any person: STOP needs none."""
-    file = tmp_path / "anna_token"
-    file.write_text("token-of-anna-0123")
+    file = tmp_path / "fitter_token"
+    file.write_text("token-of-fitter-0123")
     file.chmod(0o644)
-    persons = Persons({"anna": ANNA})
+    persons = Persons({"fitter": FITTER})
     assert "others can read it" in persons.trouble
-    assert "others can read it" in persons.unproven("anna", "token-of-anna-0123")
+    assert "others can read it" in persons.unproven("fitter", "token-of-fitter-0123")
 
 
 def test_two_persons_with_one_token_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nobody could tell them apart."""
-    for person in (ANNA, BEN):
+    for person in (FITTER, FOREMAN):
         monkeypatch.setenv(person.token_environment, TOKEN)
-    with pytest.raises(TokenError, match="ben has the token of somebody else"):
-        person_tokens({"anna": ANNA, "ben": BEN})
+    with pytest.raises(TokenError, match="foreman has the token of somebody else"):
+        person_tokens({"fitter": FITTER, "foreman": FOREMAN})
 
 
 @pytest.mark.parametrize(
@@ -99,7 +99,7 @@ def test_two_persons_with_one_token_are_refused(monkeypatch: pytest.MonkeyPatch)
     [
         ("persons: {}", "persons"),
         ("persons: {'2 words': {}}", "persons"),
-        ("persons: {anna: {token: secret}}", "token"),
+        ("persons: {fitter: {token: secret}}", "token"),
         ("people: {}", "people"),
     ],
 )

@@ -19,10 +19,10 @@ OTHER = shifted(HOME, 10.0, 5.0, 0.0)
 KEEP_S = SETUP.config.control.keep_ms * 1e-3
 STRANGERS = [
     {},
-    {"person": "ben"},
-    {"person": "anna", "session": "2"},
-    {"person": "nobody", "unproven": "person 'nobody' is not in persons.yaml: known are anna"},
-    {"person": "anna", "unproven": "wrong token of anna"},
+    {"person": "foreman"},
+    {"person": "fitter", "session": "2"},
+    {"person": "nobody", "unproven": "person 'nobody' is not in persons.yaml: known are fitter"},
+    {"person": "fitter", "unproven": "wrong token of fitter"},
 ]
 MOTIONS = [
     ("MOVE_JOINTS", {"target": OTHER}),
@@ -36,15 +36,15 @@ MOTIONS = [
 
 
 def held(moves: bool = False) -> Pair:
-    """Return an idle pair whose control anna holds."""
+    """Return an idle pair whose control fitter holds."""
     pair = Pair()
     pair.connect()
-    assert pair.control("TAKE", "anna", session="1", moves=moves).success
+    assert pair.control("TAKE", "fitter", session="1", moves=moves).success
     return pair
 
 
 def in_mode(mode: Mode) -> Pair:
-    """Return a pair in a mode, its control held by anna."""
+    """Return a pair in a mode, its control held by fitter."""
     pair = held()
     paused = Mode.TWIN_LEADS if mode is Mode.PAUSED else None
     lead = msgspec.structs.replace(pair.state.lead, mode=mode, paused=paused)
@@ -67,7 +67,7 @@ def test_ending_a_motion_never_needs_control(
     """Unknown persons and wrong tokens too: the answer is the holder's in every mode."""
     pair = in_mode(mode)
     by_stranger = answers(pair, Operator(pair.now, command, 99, **stranger))  # type: ignore[arg-type]
-    by_holder = answers(pair, Operator(pair.now, command, 99, person="anna", session="1"))
+    by_holder = answers(pair, Operator(pair.now, command, 99, person="fitter", session="1"))
     assert by_stranger == by_holder
     if command != "PAUSE":
         assert by_stranger.success
@@ -77,7 +77,7 @@ def test_ending_a_motion_never_needs_control(
 def test_stop_of_a_stranger_stops_the_holders_motion(command: str) -> None:
     """Accepted is not enough: both sides are told."""
     pair = held()
-    assert pair.operate("MOVE_JOINTS", target=OTHER, person="anna", session="1").success
+    assert pair.operate("MOVE_JOINTS", target=OTHER, person="fitter", session="1").success
     pair.run(0.3)
     assert pair.operate(command, person="nobody", unproven="not in persons.yaml").success
     assert pair.state.lead.mode == {"STOP": "STOPPED", "ESTOP": "ESTOP"}[command]
@@ -87,11 +87,11 @@ def test_stop_of_a_stranger_stops_the_holders_motion(command: str) -> None:
 def test_pause_of_a_stranger_pauses_the_holders_motion() -> None:
     """The third of the three."""
     pair = held()
-    assert pair.operate("MOVE_JOINTS", target=OTHER, person="anna", session="1").success
+    assert pair.operate("MOVE_JOINTS", target=OTHER, person="fitter", session="1").success
     pair.run(0.3)
     assert pair.operate("PAUSE").success and pair.state.lead.mode is Mode.PAUSED
     refused = pair.operate("RESUME")
-    assert not refused.success and "anna 1 holds control" in refused.message
+    assert not refused.success and "fitter 1 holds control" in refused.message
 
 
 @pytest.mark.parametrize(("command", "arguments"), MOTIONS)
@@ -103,7 +103,7 @@ def test_what_begins_a_motion_is_refused_to_others_while_control_is_held(
     pair = held()
     before = pair.state.lead
     answer = pair.operate(command, **arguments, **stranger)
-    why = stranger.get("unproven", "anna 1 holds control")
+    why = stranger.get("unproven", "fitter 1 holds control")
     assert not answer.success and why in answer.message
     assert pair.state.lead == before
 
@@ -111,10 +111,10 @@ def test_what_begins_a_motion_is_refused_to_others_while_control_is_held(
 def test_holder_moves_the_pair_and_is_named() -> None:
     """In the decision, in why, in the bag."""
     pair = held()
-    assert pair.operate("MOVE_JOINTS", target=OTHER, person="anna", session="1").success
+    assert pair.operate("MOVE_JOINTS", target=OTHER, person="fitter", session="1").success
     decision = pair.decisions()[-1]
-    assert (decision.trigger, decision.who) == ("MOVE", "anna 1")
-    assert decision_text(decision).endswith("[by anna 1]")
+    assert (decision.trigger, decision.who) == ("MOVE", "fitter 1")
+    assert decision_text(decision).endswith("[by fitter 1]")
 
 
 def test_program_without_a_person_moves_the_pair_while_nobody_holds_control() -> None:
@@ -134,7 +134,7 @@ def test_twin_that_the_holder_did_not_move_is_stopped_and_not_followed() -> None
     assert not any(isinstance(action, StreamReal) for action in pair.actions[before:])
     made = [each for each in pair.decisions() if each.trigger == "TWIN_MOVED_UNASKED"]
     assert len(made) == 1, "stopped once, not at each sample"
-    assert pair.state.lead.mode is Mode.STOPPED and "anna 1 holds control" in made[0].why
+    assert pair.state.lead.mode is Mode.STOPPED and "fitter 1 holds control" in made[0].why
     assert pair.real_q == pytest.approx(HOME)
 
 
@@ -154,8 +154,8 @@ def test_twin_that_the_holder_moves_leads_as_ever() -> None:
     pair = held(moves=True)
     pair.move_twin(ramp(HOME, OTHER, 2.0))
     pair.run_until(lambda: pair.state.lead.mode is Mode.TWIN_LEADS, 1.0)
-    assert pair.decisions()[-1].who == "anna 1"
-    pair.control("KEEP", "anna", session="1")
+    assert pair.decisions()[-1].who == "fitter 1"
+    pair.control("KEEP", "fitter", session="1")
     pair.run_until(lambda: pair.state.lead.mode is Mode.IDLE, 10.0)
     assert pair.real_q == pytest.approx(OTHER, abs=1e-3), "a motion that has begun goes on"
 
@@ -166,15 +166,15 @@ def test_program_at_the_robot_leads_whoever_holds_control() -> None:
     pair.start_program(ramp(HOME, OTHER, 1.0))
     pair.run_until(lambda: pair.state.lead.mode is Mode.REAL_LEADS, 1.0)
     decision = pair.decisions()[-1]
-    assert decision.who == "at the robot" and "anna 1 keeps control" in decision.why
-    assert pair.state.lead.control.holder == Seat("anna", "1")
+    assert decision.who == "at the robot" and "fitter 1 keeps control" in decision.why
+    assert pair.state.lead.control.holder == Seat("fitter", "1")
 
 
 def test_silent_holder_loses_control_by_time_alone() -> None:
     """The page was closed, the client is gone; a decision says so."""
     pair = held()
     pair.run(KEEP_S - 0.5)
-    assert pair.state.lead.control.holder == Seat("anna", "1")
+    assert pair.state.lead.control.holder == Seat("fitter", "1")
     pair.run(1.0)
     assert pair.state.lead.control == Control()
     assert pair.decisions()[-1].trigger == "CONTROL_LOST"
@@ -185,15 +185,15 @@ def test_standstill_of_the_controller_itself_costs_nobody_control() -> None:
     """What was said meanwhile waits behind the tick that tells of it."""
     pair = held()
     pair.state, _ = step(pair.setup, pair.state, Tick(pair.now + 60.0, own_gap=60.0))
-    assert pair.state.lead.control.holder == Seat("anna", "1")
+    assert pair.state.lead.control.holder == Seat("fitter", "1")
 
 
 @pytest.mark.parametrize(
     ("action", "arguments", "why"),
     [
         ("TAKE", {}, "give a name of persons.yaml"),
-        ("TAKE", {"person": "anna", "unproven": "wrong token of anna"}, "wrong token"),
-        ("GRAB", {"person": "anna"}, "allowed are TAKE, ASK, GIVE, DENY, RELEASE, KEEP"),
+        ("TAKE", {"person": "fitter", "unproven": "wrong token of fitter"}, "wrong token"),
+        ("GRAB", {"person": "fitter"}, "allowed are TAKE, ASK, GIVE, DENY, RELEASE, KEEP"),
     ],
 )
 def test_control_is_for_persons_who_prove_it(
@@ -209,29 +209,29 @@ def test_control_is_for_persons_who_prove_it(
 def test_hand_over_is_in_the_decisions_by_name_and_in_the_state() -> None:
     """Told to all: who asked, who gave, who holds control now."""
     pair = held()
-    assert pair.control("ASK", "ben", session="2").success
+    assert pair.control("ASK", "foreman", session="2").success
     view = state_view(SETUP, pair.state, pair.now)
-    assert (view.holder, view.asker) == ("anna 1", "ben 2")
+    assert (view.holder, view.asker) == ("fitter 1", "foreman 2")
     assert view.answer_left == pytest.approx(SETUP.config.control.answer_ms * 1e-3)
-    assert pair.control("GIVE", "anna", session="1").success
+    assert pair.control("GIVE", "fitter", session="1").success
     view = state_view(SETUP, pair.state, pair.now)
-    assert (view.holder, view.asker, view.answer_left) == ("ben 2", "", 0.0)
+    assert (view.holder, view.asker, view.answer_left) == ("foreman 2", "", 0.0)
     told = [(each.trigger, each.who) for each in pair.decisions()[-3:]]
     assert told == [
-        ("CONTROL_TAKEN", "anna 1"),
-        ("CONTROL_ASKED", "ben 2"),
-        ("CONTROL_GIVEN", "anna 1"),
+        ("CONTROL_TAKEN", "fitter 1"),
+        ("CONTROL_ASKED", "foreman 2"),
+        ("CONTROL_GIVEN", "fitter 1"),
     ]
 
 
 def test_control_changes_neither_mode_nor_motion() -> None:
     """Hands change while the pair moves, and it goes on."""
     pair = held()
-    pair.operate("MOVE_JOINTS", target=OTHER, person="anna", session="1")
+    pair.operate("MOVE_JOINTS", target=OTHER, person="fitter", session="1")
     pair.run(0.2)
     before = pair.state.lead.mode
-    pair.control("RELEASE", "anna", session="1")
-    pair.control("TAKE", "ben")
+    pair.control("RELEASE", "fitter", session="1")
+    pair.control("TAKE", "foreman")
     assert pair.state.lead.mode is before is Mode.OPERATOR_LEADS
 
 
@@ -241,13 +241,13 @@ def test_buttons_are_greyed_by_the_mode_and_not_by_who_holds_control() -> None:
     pair = Pair()
     pair.connect()
     before = free(pair)
-    pair.control("TAKE", "anna", session="1")
+    pair.control("TAKE", "fitter", session="1")
     assert free(pair) == before
 
 
 def test_decisions_are_numbered_without_a_gap() -> None:
     """Those about control are in the same row: a replay compares them all."""
     pair = held()
-    pair.control("RELEASE", "anna", session="1")
+    pair.control("RELEASE", "fitter", session="1")
     made: list[Decided] = pair.decisions()
     assert [each.seq for each in made] == list(range(1, len(made) + 1))

@@ -97,7 +97,7 @@ def answers(draw: st.DrawFn) -> RealMeasured:
     )
 
 
-PERSON = st.sampled_from(["", "anna", "ben"])
+PERSON = st.sampled_from(["", "fitter", "foreman"])
 UNPROVEN = st.sampled_from(["", "", "", "wrong token"])
 COMMAND = st.sampled_from(
     [
@@ -178,7 +178,7 @@ def warm(leader: str) -> Pair:
         pair.operate("PAUSE")
         pair.run(0.1)
     elif leader == "held":
-        pair.control("TAKE", "anna")
+        pair.control("TAKE", "fitter")
     elif leader == "stopped":
         pair.operate("STOP")
         pair.run(0.6)

@@ -27,7 +27,7 @@ from twin_controller.core.authority.control import (
 )
 
 KEEP_S, ANSWER_S, NOW = 5.0, 20.0, 110.0
-A, B, C = Seat("anna", "1"), Seat("ben", "2"), Seat("anna", "3")
+A, B, C = Seat("fitter", "1"), Seat("foreman", "2"), Seat("fitter", "3")
 FREE = Control()
 HELD = Control(A, since=100.0, seen=109.0)
 ASKED = Control(A, since=100.0, seen=109.0, asker=B, asked=105.0, asker_seen=109.0)
@@ -99,7 +99,7 @@ def test_refused_take_says_who_holds_control_since_when_and_what_to_do() -> None
     """What happened, why, what next."""
     text = take(HELD, B, False, NOW).text
     assert text == (
-        "anna 1 holds control, for 10 s now: ask for it with twin_controller/control, action ASK"
+        "fitter 1 holds control, for 10 s now: ask for it with twin_controller/control, action ASK"
     )
 
 
@@ -148,12 +148,12 @@ def test_command_of_the_holder_is_a_sign_of_life_and_that_of_others_is_none() ->
     ("control", "seat", "why"),
     [
         (FREE, NOBODY, ""),
-        (FREE, Seat("anna"), ""),
+        (FREE, Seat("fitter"), ""),
         (FREE, A, "take control first"),
         (HELD, A, ""),
-        (HELD, B, "anna 1 holds control"),
-        (HELD, C, "anna 1 holds control"),
-        (HELD, NOBODY, "anna 1 holds control"),
+        (HELD, B, "fitter 1 holds control"),
+        (HELD, C, "fitter 1 holds control"),
+        (HELD, NOBODY, "fitter 1 holds control"),
     ],
 )
 def test_who_may_begin_a_motion(control: Control, seat: Seat, why: str) -> None:
@@ -173,7 +173,7 @@ def test_motion_of_the_twin_is_the_holders_only_if_they_say_so() -> None:
 
 def test_pages_are_told_why_without_a_text_that_changes_each_second() -> None:
     """It is published with each state."""
-    assert others_text(HELD) == "anna 1 holds control: ask for it"
+    assert others_text(HELD) == "fitter 1 holds control: ask for it"
     assert "take control first" in others_text(FREE)
 
 
