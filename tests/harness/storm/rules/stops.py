@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
+from harness.scenes.truth import Row
 from harness.storm.rules.history import SIDES, Deed, History, Violation
 from harness.storm.rules.reading import (
+    STILL,
+    Motion,
     aligning,
+    between,
     first_beyond,
     lives,
     motions,
     ramp,
     reached,
+    share,
     way,
     without,
 )
@@ -29,6 +34,8 @@ LATE_S = 0.1
 """What was sent so shortly before a decision to stop may have been heard after it."""
 BEGINS_S = 0.5
 """What has been answered begins no motion later than this."""
+STANDS = {"real": ("stall", "halt emulator"), "twin": ("stall", "halt simulator")}
+"""Faults in which a side's own process stands still, and its joints with it."""
 ENDED = ("OFFLINE", "STOPPED", "PAUSED", "ESTOP", "FAULT")
 """Modes in which the controller says that both stand."""
 
@@ -90,6 +97,8 @@ def moves_by_itself(history: History) -> Iterator[Violation]:
                     continue
                 if any(in_force(history, deed, begin) for deed in history.deeds):
                     continue
+                if _is_rest_of_ramp(history, side, life, motion):
+                    continue
                 yield Violation(
                     "moves by itself",
                     begin - LATE_S,
@@ -97,6 +106,22 @@ def moves_by_itself(history: History) -> Iterator[Violation]:
                     f"{side}: {motion.joint} goes {motion.way:.1f} deg or mm within"
                     f" {motion.end - begin:.2f} s; before it: {_last_before(history, begin)}",
                 )
+
+
+def _is_rest_of_ramp(history: History, side: str, life: Sequence[Row], motion: Motion) -> bool:
+    """Return whether a motion is the rest of a ramp that a stall has cut in two.
+
+    The side's own process stood still while it moved; then it may move for a ramp and no longer.
+    """
+    for strike in history.strikes:
+        if not strike.name.startswith(STANDS[side]):
+            continue
+        if not strike.begun <= motion.begin <= strike.ended + AMBIGUOUS_S:
+            continue
+        before = between(life, strike.begun - LATE_S, strike.begun)
+        if before and share(before[-1], history.joints) > STILL:
+            return motion.end - motion.begin <= ramp(life, strike.begun, history.joints)
+    return False
 
 
 def in_force(history: History, deed: Deed, at: float) -> bool:

@@ -108,6 +108,28 @@ def test_command_that_has_been_answered_at_its_end_moves_nothing_more(
     assert list(moves_by_itself(history(moving((4.0, 5.0, 50.0)), deeds=[deed])))
 
 
+STALLED = [Strike("stall 0.4", 2.05, 2.45, {"real": 0.5, "twin": 2.5})]
+
+
+def test_ramp_that_a_stall_cuts_in_two_is_one_ramp() -> None:
+    """The side goes on to brake when its process goes on."""
+    real = moving((1.0, 2.06, 100.0), (2.45, 2.5, 50.0))
+    assert not list(moves_by_itself(history(real, deeds=[motion(0.9), stop(2.0)], strikes=STALLED)))
+
+
+@pytest.mark.parametrize(
+    "spans",
+    [((1.0, 2.06, 100.0), (2.45, 3.0, 50.0)), ((1.0, 1.9, 100.0), (2.45, 2.5, 50.0))],
+    ids=["longer than a ramp", "stood before"],
+)
+def test_motion_after_a_stall_that_is_no_rest_of_a_ramp_is_found(
+    spans: tuple[tuple[float, float, float], ...],
+) -> None:
+    """A stall excuses what was on its way to rest, and nothing else."""
+    deeds = [motion(0.9), stop(2.0)]
+    assert list(moves_by_itself(history(moving(*spans), deeds=deeds, strikes=STALLED)))
+
+
 def test_side_that_settles_does_not_move() -> None:
     """A drive comes to rest over some hundredths of a degree."""
     assert not list(moves_by_itself(history(moving((4.0, 4.1, 2.0)))))
