@@ -99,15 +99,16 @@ class Publishing:
                     self.audit("twin_controller", ", ".join(decision.actions), True, decision.why)
             for batch in batches:
                 self._publish_samples(batch)
+            # Of what is recorded, too: a replay cannot reach a state between two messages.
+            self._shadow.remember(state, now, stamp.to_sec())
             self.publish_state(state, now, stamp)
             self._status.publish(state, now, stamp)
 
     def _publish_samples(self, batch: Batch) -> None:
-        """Publish the real robot's samples of a batch, and let the shadow remember its state."""
+        """Publish the real robot's samples of a batch."""
         for event in batch.events:
             if isinstance(event, RealMeasured) and batch.state.sides.real.history:
                 self._publish_joints(event, batch.state, batch.now, batch.stamp)
-        self._shadow.remember(batch.state, batch.now, batch.stamp.to_sec())
 
     def publish_state(self, state: CoreState, now: float, stamp: rospy.Time) -> None:
         """Publish the state at its rate and at once when mode, reason or a link changes."""
