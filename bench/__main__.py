@@ -65,6 +65,13 @@ def _demos(options: Options) -> list[Row]:
     return run(_seeds(options), options.folder, options.console)
 
 
+def _day(options: Options) -> list[Row]:
+    from bench.recording_day import run
+
+    minutes = 1440.0 if options.minutes is None else options.minutes
+    return run(minutes / 60.0, options.folder, options.console)
+
+
 def _seeds(options: Options, default: int = 20) -> int:
     return default if options.seeds is None else options.seeds
 
@@ -74,6 +81,7 @@ SECTIONS: dict[str, Callable[[Options], list[Row]]] = {
     "storm": _storm,
     "variations": _variations,
     "demos": _demos,
+    "day": _day,
 }
 
 
@@ -99,6 +107,10 @@ def main(
     demos: Annotated[
         bool, typer.Option("--demos", help="The demo, --seeds times; writes README's figures.")
     ] = False,
+    day: Annotated[
+        bool,
+        typer.Option("--day", help="A day of recording in compressed time: the memory it takes."),
+    ] = False,
     seeds: Annotated[
         int | None,
         typer.Option(
@@ -109,7 +121,8 @@ def main(
     minutes: Annotated[
         float | None,
         typer.Option(
-            help="Faults: of random faults, at most 10 of noise (60). Storm: of a seed (6).",
+            help="Faults: of random faults, at most 10 of noise (60). Storm: of a seed (6). "
+            "Day: of recording (1440).",
             min=0.0,
         ),
     ] = None,
@@ -151,6 +164,7 @@ def main(
         ("storm", storm),
         ("variations", variations),
         ("demos", demos),
+        ("day", day),
     )
     chosen = [name for name, wanted in sections if wanted]
     enter_workspace()
