@@ -9,12 +9,16 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from harness.scenes.truth import Row
-from harness.storm.rules.history import History, Joint
+from harness.storm.rules.history import SIDES, Deed, History, Joint
 
 STILL = 0.004
 """A joint slower than this part of its greatest speed stands."""
 REST_S = 0.25
 """A side that stood for so long has come to rest: what follows is another motion."""
+ENDS_A_PROGRAM = ("pendant abort",)
+"""Stops that end what runs and do not stay."""
+JUST_BEFORE_S = 0.05
+"""A side that moved so shortly before an abort has been ended by it."""
 ALIGNED_S = 0.3
 """The twin comes to rest within this after its alignment has ended."""
 
@@ -95,6 +99,24 @@ def reached(history: History, side: str, at: float) -> float:
         if strike.begun <= at + REST_S and until > at:
             at = until
     return at
+
+
+def stops(history: History, deed: Deed) -> bool:
+    """Return whether a deed was a stop, acknowledged, with something to end.
+
+    An abort at the pendant ends the robot's program. While both sides stand there is none to end,
+    and the robot does as it will with the next one: hold and emergency stop stay, an abort does
+    not.
+    """
+    if deed.kind != "stop" or not deed.acknowledged or deed.answered is None:
+        return False
+    if deed.name not in ENDS_A_PROGRAM:
+        return True
+    return any(
+        share(row, history.joints) > STILL
+        for side in SIDES
+        for row in between(history.truth[side], deed.sent - JUST_BEFORE_S, deed.answered)
+    )
 
 
 def aligning(history: History) -> list[tuple[float, float]]:

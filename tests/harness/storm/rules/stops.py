@@ -18,6 +18,7 @@ from harness.storm.rules.reading import (
     ramp,
     reached,
     share,
+    stops,
     way,
     without,
 )
@@ -43,7 +44,7 @@ ENDED = ("OFFLINE", "STOPPED", "PAUSED", "ESTOP", "FAULT")
 def moves_after_stop(history: History) -> Iterator[Violation]:
     """No side moves later than its ramp after an acknowledged stop without a new command."""
     for stop in history.deeds:
-        if stop.kind != "stop" or not stop.acknowledged:
+        if not stops(history, stop):
             continue
         for side in stop.sides:
             yield from _moves_after(history, stop, side)
@@ -135,10 +136,7 @@ def in_force(history: History, deed: Deed, at: float) -> bool:
     if over and deed.answered is not None and at > deed.answered + BEGINS_S:
         return False
     stopped = any(
-        stop.kind == "stop"
-        and stop.acknowledged
-        and stop.sent > deed.until + AMBIGUOUS_S
-        and (stop.answered or at) < at
+        stop.sent > deed.until + AMBIGUOUS_S and (stop.answered or at) < at and stops(history, stop)
         for stop in history.deeds
     )
     decided = any(

@@ -45,6 +45,15 @@ def test_command_long_before_a_stop_is_no_new_one() -> None:
     assert list(moves_after_stop(history(moving((2.5, 4.0, 50.0)), deeds=deeds)))
 
 
+def test_abort_of_a_robot_that_stands_ends_nothing() -> None:
+    """There is no program to end; with a side in motion an abort is a stop like others."""
+    for first, found in (((2.5, 2.6), 0), ((1.0, 2.1), 2)):
+        deeds = [motion(0.9), dataclasses.replace(stop(2.0), name="pendant abort")]
+        made = history(moving((*first, 50.0), (3.0, 4.0, 50.0)), deeds=deeds)
+        broken = [*moves_after_stop(made), *moves_by_itself(made)]
+        assert len(broken) == found, broken
+
+
 @pytest.mark.parametrize("answer", [{"answered": None}, {"success": False}])
 def test_stop_that_nobody_has_acknowledged_promises_nothing(answer: dict[str, object]) -> None:
     """Neither does one that was refused."""
