@@ -40,7 +40,10 @@ VARIATIONS: dict[str, tuple[float, Changes]] = {
     "20 ms added delay": (
         100.0,
         {
-            "emulator.yaml": {("answer_delay_ms",): 20},
+            "plants/ideal.yaml": {
+                ("answers", "idle_ms"): [20, 20],
+                ("answers", "running_ms"): [20, 20],
+            },
             "twin_controller.yaml": {("real", "stale_ms"): 300},
         },
     ),

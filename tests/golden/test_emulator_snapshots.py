@@ -15,10 +15,11 @@ from pathlib import Path
 import msgspec
 import pytest
 from fanuc_emulator.config import load_emulator, load_programs
-from fanuc_emulator.controller import Controller, Snapshot
+from fanuc_emulator.controller import Controller
 from fanuc_emulator.gripping.cell_parts import CellParts
 from fanuc_emulator.program import ProgramState
 from fanuc_emulator.register_image import RegisterImage
+from fanuc_emulator.snapshot import Snapshot
 from ruamel.yaml import YAML
 from scara_config import load_robot
 from scara_config.modbus_map import load_modbus_map

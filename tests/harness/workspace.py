@@ -18,6 +18,7 @@ _OTHERS = (
     "CELL_TEST_MARK",
     "SCARA_CONFIG_DIR",
     "SCARA_ROBOT",
+    "SCARA_PLANT",
 )
 
 

@@ -18,6 +18,9 @@ CHOICE = "SCARA_ROBOT"
 DEFAULT = "fanuc_sr6ia"
 FOLDER = "robots"
 PROGRAMS = "programs"
+PLANTS = "plants"
+PLANT_CHOICE = "SCARA_PLANT"
+DEFAULT_PLANT = "ideal"
 
 
 def known_robots(directory: Path | str | None = None) -> list[str]:
@@ -76,7 +79,7 @@ def locate(name: str, directory: Path | str | None = None) -> Path:
 def files_in_force(directory: Path | str | None = None) -> dict[str, Path]:
     """Return every YAML file of the chosen robot's cell by its name.
 
-    ``programs/article.yaml`` is among them.
+    ``programs/article.yaml`` and ``plants/ideal.yaml`` are among them.
 
     Raises:
         ConfigError: There is no such robot.
@@ -87,9 +90,34 @@ def files_in_force(directory: Path | str | None = None) -> dict[str, Path]:
         for place in (folder, robot_folder(folder))
         for path in sorted(place.glob("*.yaml"))
     }
-    for path in sorted(locate(PROGRAMS, folder).glob("*.yaml")):
-        found[f"{PROGRAMS}/{path.name}"] = path
+    for kind in (PROGRAMS, PLANTS):
+        for path in sorted(locate(kind, folder).glob("*.yaml")):
+            found[f"{kind}/{path.name}"] = path
     return found
+
+
+def chosen_plant() -> str:
+    """Return the plant that ``SCARA_PLANT`` names, else ``ideal``."""
+    return os.environ.get(PLANT_CHOICE) or DEFAULT_PLANT
+
+
+def plant_path(directory: Path | str | None = None, name: str | None = None) -> Path:
+    """Return the file that says how the chosen robot's stand-in behaves.
+
+    Args:
+        directory: Folder with all YAML files; default: the package scara_config.
+        name: Of the plant; default: the chosen one.
+
+    Raises:
+        ConfigError: There is no such robot or plant; the text lists those that exist.
+    """
+    folder = locate(PLANTS, directory)
+    known = {path.stem: path for path in sorted(folder.glob("*.yaml"))}
+    wanted = name or chosen_plant()
+    if wanted not in known:
+        there = ", ".join(known) or "none"
+        raise ConfigError(f"unknown plant {wanted!r}: {folder} has {there}")
+    return known[wanted]
 
 
 def description_path(urdf: str) -> Path:

@@ -53,7 +53,7 @@ def test_the_doctor_finds_nothing_wrong_and_nothing_to_look_at(robot: Robot) -> 
 def test_the_stand_in_reads_its_files(robot: Robot) -> None:
     """Servo model, map and programs fit the robot."""
     assert load_modbus_map(CONFIG).device_id > 0
-    assert set(load_emulator(robot, CONFIG).axes) == {joint.name for joint in robot.joints}
+    assert set(load_emulator(robot, CONFIG).plant.axes) == {joint.name for joint in robot.joints}
 
 
 def test_each_experiments_program_is_there_and_visits_its_positions(robot: Robot) -> None:

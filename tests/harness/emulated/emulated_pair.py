@@ -9,8 +9,9 @@ import math
 from collections.abc import Callable
 
 from fanuc_emulator.config import load_emulator
-from fanuc_emulator.controller import Controller, ControlType
+from fanuc_emulator.controller import Controller
 from fanuc_emulator.program import MoveStep, Program, ProgramState
+from fanuc_emulator.snapshot import ControlType
 from twin_controller.core.actions import AnyAction, Command, OverrideReal, Send, StreamReal
 from twin_controller.core.events import RealMeasured
 from twin_controller.core.setup import Setup

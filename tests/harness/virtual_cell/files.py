@@ -12,7 +12,7 @@ from fanuc_emulator.config import EmulatorConfig, load_emulator, load_programs
 from fanuc_emulator.program import Program
 from scara_config import Robot, load_robot
 from scara_config.modbus_map import ModbusMap, load_modbus_map
-from scara_config.profile import CHOICE
+from scara_config.profile import CHOICE, DEFAULT_PLANT
 from scara_control.config import MotionConfig, load_motion
 from scara_simulation.config import LoopGains, SimulationConfig, load_gains, load_simulation
 from twin_controller.config import TwinControllerConfig, load_twin_controller
@@ -40,14 +40,14 @@ class CellFiles:
         return {program.name: number for number, program in self.programs.items()}[name]
 
 
-def load_files(robot: str, folder: Path = ROOT / "config") -> CellFiles:
-    """Read all files of the cell of ``robot``."""
+def load_files(robot: str, folder: Path = ROOT / "config", plant: str = DEFAULT_PLANT) -> CellFiles:
+    """Read all files of the cell of ``robot``, whose stand-in is a plant of it."""
     with _chosen(robot):
         profile = load_robot(folder)
         return CellFiles(
             profile,
             load_modbus_map(folder),
-            load_emulator(profile, folder),
+            load_emulator(profile, folder, plant),
             load_programs(profile, folder),
             load_simulation(profile, folder),
             load_gains(profile, folder),

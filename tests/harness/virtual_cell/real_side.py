@@ -6,7 +6,9 @@ from collections.abc import Callable
 from functools import partial
 
 import msgspec
+import numpy as np
 from fanuc_emulator.controller import Controller
+from fanuc_emulator.plant.answers import AnswerTimes
 from fanuc_emulator.program import ProgramState
 from fanuc_emulator.register_image import RegisterImage
 from twin_controller.core.actions import Command, StreamReal
@@ -29,6 +31,7 @@ from harness.virtual_cell.timing import Delays
 
 PULSE = 0.03
 """How long a pulsed signal stays on [s]; as the Modbus link's."""
+SEED = 1
 TRUTH_EVERY = 2
 """The ground truth is published at 250 Hz."""
 Row = tuple[float, ...]
@@ -57,8 +60,15 @@ class RealSide:
             put: Takes each sample when its decision begins.
         """
         self._schedule, self._files, self._delays = schedule, files, delays
+        self._answers = AnswerTimes(files.emulator.plant.answers, np.random.default_rng(SEED))
         self._write, self._clock, self._put = write, clock, put
-        self.robot = Controller(files.emulator, files.robot, files.programs, boot_seconds=0.0)
+        self.robot = Controller(
+            files.emulator,
+            files.robot,
+            files.programs,
+            boot_seconds=0.0,
+            random=np.random.default_rng(SEED),
+        )
         self.shown = self.robot.step()
         self._image = RegisterImage(files.layout, files.robot)
         self._codec = RegisterCodec(files.layout, files.robot)
@@ -68,7 +78,7 @@ class RealSide:
         self._paused = False
         self._heartbeat = 0
         self.truth: list[tuple[float, Row, Row]] = []
-        quartz = SideClock(schedule, 0.0, files.emulator.clock.drift_ppm)
+        quartz = SideClock(schedule, 0.0, files.emulator.plant.clock.drift_ppm)
         schedule.every(quartz.period(files.emulator.dt), self._servo, first=0.0007)
         schedule.every(files.controller.real.poll_period_ms * 1e-3, self._request, first=0.0101)
 
@@ -126,7 +136,9 @@ class RealSide:
         sent = self._clock()
         self._heartbeat = self._heartbeat % 32767 + 1
         self._write.send(partial(self.robot.write_heartbeat, self._heartbeat))
-        half = 0.5 * self._delays.request
+        # The network's part is that of the delays, the robot's own that of the plant.
+        busy = self.shown.program_state is ProgramState.RUNNING
+        half = 0.5 * (self._delays.request + self._answers.next(busy))
         self._schedule.after(half, lambda: self._schedule.after(half, self._answer(sent)))
 
     def _answer(self, sent: float) -> Callable[[], None]:

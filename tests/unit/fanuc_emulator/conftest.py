@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 from fanuc_emulator.config import EmulatorConfig, load_emulator, load_programs
-from fanuc_emulator.controller import Controller, Snapshot
+from fanuc_emulator.controller import Controller
 from fanuc_emulator.program import Program
+from fanuc_emulator.snapshot import Snapshot
 from scara_config import Robot, load_robot
 
 CONFIG = Path(__file__).resolve().parents[3] / "config"

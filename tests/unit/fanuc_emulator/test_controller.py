@@ -7,8 +7,8 @@ import statistics
 from typing import TYPE_CHECKING
 
 import pytest
-from fanuc_emulator.controller import ControlType
 from fanuc_emulator.program import ProgramState
+from fanuc_emulator.snapshot import ControlType
 from fanuc_emulator.watchdog import WatchdogState
 
 from fanuc_emulator import alarms
@@ -252,8 +252,8 @@ def test_stream_follows_set_points_after_the_start_delay(bench: Bench) -> None:
     bench.controller.write_input("rsr1", True)
     begin = bench.now.tick
     bench.run_until(lambda now: now.positions[0] != 0.0)
-    assert (bench.now.tick - begin) * bench.config.interpolation_period_ms == pytest.approx(
-        bench.config.start_delay_ms, abs=4
+    assert (bench.now.tick - begin) * bench.config.plant.servo_period_ms == pytest.approx(
+        bench.config.plant.start_delay_ms, abs=4
     )
     bench.run(0.3)
     assert bench.now.positions[0] == pytest.approx(0.01, abs=1e-12)
@@ -387,10 +387,11 @@ def test_snapshots_belong_together(bench: Bench) -> None:
     start_moving(bench)
     bench.run(0.1)
     for before, now in zip(bench.history, bench.history[1:]):
-        assert now.clock_ms - before.clock_ms == bench.config.interpolation_period_ms
+        assert now.clock_ms - before.clock_ms == bench.config.plant.servo_period_ms
         assert (
             now.clock_ms
-            == bench.config.clock.boot_offset_ms + now.tick * bench.config.interpolation_period_ms
+            == bench.config.plant.clock.boot_offset_ms
+            + now.tick * bench.config.plant.servo_period_ms
         )
         assert now.measured_positions == pytest.approx(now.positions, abs=1e-5)
 
@@ -399,7 +400,8 @@ def test_clock_wraps_to_zero(bench: Bench) -> None:
     """clock_ms is a positive int32 for ever."""
     import msgspec
 
-    clock = msgspec.structs.replace(bench.config.clock, boot_offset_ms=2**31 - 3)
-    late = type(bench)(msgspec.structs.replace(bench.config, clock=clock), bench.robot, {})
+    clock = msgspec.structs.replace(bench.config.plant.clock, boot_offset_ms=2**31 - 3)
+    plant = msgspec.structs.replace(bench.config.plant, clock=clock)
+    late = type(bench)(msgspec.structs.replace(bench.config, plant=plant), bench.robot, {})
     clocks = [late.run(0.002).clock_ms for _ in range(3)]
     assert clocks == [2**31 - 1, 1, 3]

@@ -13,10 +13,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
-from fanuc_emulator.controller import Controller, Snapshot
+from fanuc_emulator.controller import Controller
 from fanuc_emulator.io.modbus_server import PortError, RobotServer
 from fanuc_emulator.io.servo_loop import ServoLoop
 from fanuc_emulator.register_image import RegisterImage
+from fanuc_emulator.snapshot import Snapshot
 from harness.processes import free_port, wait_until
 from pymodbus.client import ModbusTcpClient
 from scara_config.modbus_map import load_modbus_map

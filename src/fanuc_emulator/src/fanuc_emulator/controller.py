@@ -7,17 +7,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from enum import IntEnum
 
-import msgspec
+import numpy as np
 from scara_config import Robot
 
 from fanuc_emulator import alarms
 from fanuc_emulator.alarms import Alarm, AlarmCode, AlarmList, Severity
-from fanuc_emulator.axis import Axis
-from fanuc_emulator.config import EmulatorConfig, axis_parameters, joint_positions
+from fanuc_emulator.config import EmulatorConfig, joint_positions
+from fanuc_emulator.drives.axis import Axis
+from fanuc_emulator.drives.group import MotionGroup
 from fanuc_emulator.gripping.cell_parts import CellParts
-from fanuc_emulator.motion import MotionGroup
+from fanuc_emulator.plant.config import axis_parameters, zero_offset
+from fanuc_emulator.plant.interpreter import interpreter_of
+from fanuc_emulator.plant.late_signals import LateSignals
+from fanuc_emulator.plant.readings import Readings
 from fanuc_emulator.program import (
     Executor,
     GripperStep,
@@ -26,55 +29,23 @@ from fanuc_emulator.program import (
     ProgramState,
     StreamStep,
 )
+from fanuc_emulator.snapshot import ControlType, Snapshot
 from fanuc_emulator.uop import NORMALLY_ON, Inputs, Outputs, Request
 from fanuc_emulator.watchdog import Watchdog, WatchdogState
 
 _CLOCK_WRAP = 2**31
 
 
-class ControlType(IntEnum):
-    """What the register ``control_type`` says."""
-
-    NONE = 0
-    PROGRAM = 1
-    STREAM = 2
-
-
-class Snapshot(msgspec.Struct, frozen=True):
-    """Everything a client can read, true at one instant.
-
-    Positions in the order of robot.yaml [rad or m].
-    """
-
-    tick: int
-    clock_ms: int
-    measured_positions: tuple[float, ...]
-    measured_velocities: tuple[float, ...]
-    positions: tuple[float, ...]
-    velocities: tuple[float, ...]
-    control_type: ControlType
-    program_speed: int
-    override: int
-    general_override: int
-    heartbeat: int
-    watchdog_state: WatchdogState
-    program_name: str
-    program_line: int
-    program_state: ProgramState
-    alarm: Alarm | None
-    outputs: Outputs
-    inputs: frozenset[str]
-
-
 class Controller:
     """Take writes, step, give snapshots.
 
     Args:
-        config: emulator.yaml.
+        config: emulator.yaml and the plant.
         robot: robot.yaml.
         programs: By RSR number, from 2 up; RSR1 is the stream program.
         boot_seconds: UTC at tick 0, for the dates of alarms [s].
         parts: What the gripper can hold; None: there is nothing.
+        random: Draws what the plant leaves to chance; None: it leaves nothing to it.
     """
 
     def __init__(
@@ -84,6 +55,7 @@ class Controller:
         programs: Mapping[int, Program],
         boot_seconds: float,
         parts: CellParts | None = None,
+        random: np.random.Generator | None = None,
     ) -> None:
         self.parts = parts
         self._gripper = False
@@ -93,19 +65,28 @@ class Controller:
         self._boot_seconds = boot_seconds
         self._dt = config.dt
         self._home = joint_positions(config.start_position, robot, lambda _: "start_position")
+        plant = config.plant
         self._motion = MotionGroup(
             [
                 Axis(
-                    axis_parameters(config, joint),
-                    config.filter_lengths,
+                    axis_parameters(plant, joint),
+                    plant.filter_lengths,
                     position,
-                    config.dt,
-                    config.servo_substeps,
+                    plant.dt,
+                    plant.servo_substeps,
                 )
                 for joint, position in zip(robot.joints, self._home)
             ],
-            config.dt,
+            plant.dt,
+            plant.interpolation_period_ms // plant.servo_period_ms,
+            interpreter_of(plant, robot.joints),
         )
+        self._readings = Readings(plant, robot.joints, random)
+        late = plant.shown_after_ms
+        self._late = LateSignals(late, plant.servo_period_ms) if late else None
+        # What late signals show; None: everything is shown at once.
+        self._shown: tuple[Outputs, Alarm | None] | None = None
+        self._zero = [zero_offset(plant, joint) for joint in robot.joints]
         self._tolerances = tuple(axis.parameters.tolerance for axis in self._motion.axes)
         self._programs = {**programs, 1: Program(config.stream_program, 1, (StreamStep(1),))}
         self._executor = Executor()
@@ -119,6 +100,7 @@ class Controller:
         self._stream_speed = 100
         self._aborting = False
         self._tick = 0
+        self._show()
 
     @property
     def override(self) -> int:
@@ -176,7 +158,7 @@ class Controller:
             self._alarms.drop(alarms.HEARTBEAT_SILENT)
 
     def step(self) -> Snapshot:
-        """Go on for one interpolation period."""
+        """Go on for one servo period."""
         self._tick += 1
         if self._watchdog.expires(self._now_ms):
             self._lose_heartbeat()
@@ -184,12 +166,28 @@ class Controller:
             self._execute()
         self._motion.step(self.override / 100.0, self._executor.state is not ProgramState.RUNNING)
         if self.parts is not None:
-            self.parts.step(self._motion.positions, self._gripper, self._dt)
+            self.parts.step(self._true_positions(), self._gripper, self._dt)
         if self._aborting and self._motion.standing:
             self._motion.clear()
             self._executor.abort()
             self._aborting = False
+        self._show()
         return self.snapshot()
+
+    def _show(self) -> None:
+        """Bring what a client can read up to date."""
+        motion = self._motion
+        self._reading = self._readings.read(
+            self._tick, motion.measured_positions, motion.measured_velocities, self._now_ms
+        )
+        if self._late is not None:
+            self._shown = self._late.step(self._outputs(), self._alarms.shown)
+
+    def _true_positions(self) -> tuple[float, ...]:
+        """Return where the joints are: what the encoders say, and how far their zero is off."""
+        if not any(self._zero):
+            return self._motion.positions
+        return tuple([q + zero for q, zero in zip(self._motion.positions, self._zero)])
 
     def _lose_heartbeat(self) -> None:
         """Stop the program that runs, and latch it.
@@ -207,12 +205,14 @@ class Controller:
         """Return what can be read now."""
         motion = self._motion
         program = self._executor.program
+        outputs, alarm = self._shown or (self._outputs(), self._alarms.shown)
         return Snapshot(
             tick=self._tick,
-            clock_ms=(self._config.clock.boot_offset_ms + self._now_ms) % _CLOCK_WRAP,
-            measured_positions=motion.measured_positions,
-            measured_velocities=motion.measured_velocities,
-            positions=motion.positions,
+            clock_ms=(self._config.plant.clock.boot_offset_ms + self._reading.clock_ms)
+            % _CLOCK_WRAP,
+            measured_positions=self._reading.positions,
+            measured_velocities=self._reading.velocities,
+            positions=self._true_positions(),
             velocities=motion.velocities,
             control_type=self._control_type,
             program_speed=self._program_speed,
@@ -223,15 +223,15 @@ class Controller:
             program_name=program.name if program else "",
             program_line=self._executor.line,
             program_state=self._executor.state,
-            alarm=self._alarms.shown,
-            outputs=self._outputs(),
+            alarm=alarm,
+            outputs=outputs,
             inputs=self._inputs.lit,
         )
 
     @property
     def _now_ms(self) -> int:
         """Milliseconds of the own clock since boot."""
-        return self._tick * self._config.interpolation_period_ms
+        return self._tick * self._config.plant.servo_period_ms
 
     @property
     def _vacuum(self) -> bool:
@@ -387,7 +387,7 @@ class Controller:
             self._raise(alarms.START_REFUSED, reason or "")
             return
         self._setpoint_checked = False
-        self._executor.start(program, self._config.start_delay_ms / 1000.0)
+        self._executor.start(program, self._config.plant.start_delay_ms / 1000.0)
 
     def _start_obstacle(self) -> str | None:
         """Say why nothing may start now, or None."""

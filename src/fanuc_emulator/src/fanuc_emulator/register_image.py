@@ -7,8 +7,9 @@ from collections.abc import Sequence
 from scara_config import Robot
 from scara_config.modbus_map import TABLES, ModbusMap, Register, Table
 
-from fanuc_emulator.controller import Controller, Snapshot
+from fanuc_emulator.controller import Controller
 from fanuc_emulator.registers import RegisterError, Value, decode, encode
+from fanuc_emulator.snapshot import Snapshot
 
 # Registers of one number, and what of a snapshot they show.
 _NUMBERS = {

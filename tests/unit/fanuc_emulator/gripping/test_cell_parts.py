@@ -10,9 +10,10 @@ from pathlib import Path
 
 import pytest
 from fanuc_emulator.config import load_emulator, load_programs
-from fanuc_emulator.controller import Controller, Snapshot
+from fanuc_emulator.controller import Controller
 from fanuc_emulator.gripping.cell_parts import CellParts
 from fanuc_emulator.program import GripperStep, Program, ProgramState
+from fanuc_emulator.snapshot import Snapshot
 from scara_config import load_robot
 from scara_config.palletise import load_palletise
 

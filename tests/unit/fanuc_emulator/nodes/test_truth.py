@@ -83,6 +83,7 @@ def bench(monkeypatch: pytest.MonkeyPatch) -> Bench:
     bench.run(0.1)
     assert bench.take() == {
         "real/ground_truth": 0,
+        "real/plant": 1,
         "real/parts": 1,
         "real/gripper": 1,
         "real/part_events": 0,

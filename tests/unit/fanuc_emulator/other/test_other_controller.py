@@ -48,7 +48,7 @@ def port(profile: tuple[Robot, ModbusMap], monkeypatch: pytest.MonkeyPatch) -> I
     loop = ServoLoop(
         Controller(config, robot, load_programs(robot, CONFIG), 1.7e9),
         config.dt,
-        config.clock.drift_ppm,
+        config.plant.clock.drift_ppm,
     )
     chosen = free_port()
     with loop, RobotServer("127.0.0.1", chosen, layout, RegisterImage(layout, robot), loop):

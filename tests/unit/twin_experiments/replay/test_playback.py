@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from fanuc_emulator.config import load_emulator
-from fanuc_emulator.controller import ControlType
+from fanuc_emulator.snapshot import ControlType
 from harness.workspace import ROOT
 from scara_config import load_robot
 from twin_experiments.metrics.series import Motion
@@ -134,7 +134,7 @@ def test_the_played_robot_shows_its_rows_one_after_the_other() -> None:
     assert (
         shown[-1].measured_velocities == (0.0,) * 5 and shown[-1].control_type is ControlType.NONE
     )
-    assert np.diff([s.clock_ms for s in shown]).tolist() == [EMULATOR.interpolation_period_ms] * (
+    assert np.diff([s.clock_ms for s in shown]).tolist() == [EMULATOR.plant.servo_period_ms] * (
         len(shown) - 1
     )
 

@@ -21,10 +21,13 @@ from pymodbus.server import ModbusTcpServer
 from pymodbus.simulator import DataType, SimData, SimDevice
 from scara_config.modbus_map import Bit, ModbusMap, Register
 
-from fanuc_emulator.controller import Controller, Snapshot
+from fanuc_emulator.controller import Controller
 from fanuc_emulator.io.servo_loop import ServoLoop
+from fanuc_emulator.plant.answers import AnswerTimes
+from fanuc_emulator.program import ProgramState
 from fanuc_emulator.register_image import RegisterImage
 from fanuc_emulator.registers import RegisterError
+from fanuc_emulator.snapshot import Snapshot
 
 _Arguments = TypeVarTuple("_Arguments")
 _READ_COILS, _READ_DISCRETE, _READ_INPUT, _WRITE_COIL, _WRITE_COILS = 1, 2, 4, 5, 15
@@ -66,7 +69,7 @@ class RobotServer:
         layout: modbus_map.yaml.
         image: Words of the registers; used by the server's thread only.
         loop: Gives snapshots, takes writes.
-        delay: How long a request and its answer are under way together [s], to try a slow network.
+        answers: How long each takes; None: no time.
     """
 
     def __init__(
@@ -76,13 +79,13 @@ class RobotServer:
         layout: ModbusMap,
         image: RegisterImage,
         loop: ServoLoop,
-        delay: float = 0.0,
+        answers: AnswerTimes | None = None,
     ) -> None:
         self._address = (host, port)
         self._layout = layout
         self._image = image
         self._servo = loop
-        self._delay = delay
+        self._answers = answers
         self._coils = {bit.offset: name for name, bit in layout.coils.items()}
         self._asyncio: asyncio.AbstractEventLoop | None = None
         self._server: ModbusTcpServer | None = None
@@ -160,11 +163,13 @@ class RobotServer:
 
         ``current`` is pymodbus' memory of the whole block, from ``start``.
         """
-        if not self._delay:
+        if self._answers is None or self._answers.at_once:
             return self._answer(function, start, address, current, values)
-        await asyncio.sleep(0.5 * self._delay)
+        running = self._servo.snapshot.program_state is ProgramState.RUNNING
+        half = 0.5 * self._answers.next(running)
+        await asyncio.sleep(half)
         answer = self._answer(function, start, address, current, values)
-        await asyncio.sleep(0.5 * self._delay)
+        await asyncio.sleep(half)
         return answer
 
     def _answer(

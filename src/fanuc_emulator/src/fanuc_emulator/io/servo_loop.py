@@ -10,7 +10,8 @@ import time
 from collections import deque
 from collections.abc import Callable
 
-from fanuc_emulator.controller import Controller, Snapshot
+from fanuc_emulator.controller import Controller
+from fanuc_emulator.snapshot import Snapshot
 
 Change = Callable[[Controller], None]
 Observer = Callable[[Snapshot, float], None]

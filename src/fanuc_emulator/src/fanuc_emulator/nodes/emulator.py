@@ -6,6 +6,7 @@ there is a roscore:
 Parameters (as ``_name:=value`` on the command line, so that they hold without roscore too):
     ~config_dir: Folder with the YAML files; default: the package scara_config.
     ~host, ~port: Address to listen on.
+    ~plant: How the robot behaves, a file of plants/; default: ``SCARA_PLANT``, else ``ideal``.
     ~links: ``desk`` for the patience of emulator.yaml with a client on the same machine;
         default: strict.
 
@@ -13,6 +14,8 @@ Topics:
     real/ground_truth (sensor_msgs/JointState, out, 250 Hz while somebody listens): True joint
         positions and speeds, stamped with the nominal time of their servo step. For the report;
         nothing that controls the robot may read it.
+    real/plant (std_msgs/String, out, latched): The plant as JSON, with its name: for the report,
+        which says by it what its figures are of; nothing that controls the robot may read it.
     real/parts, real/gripper, real/part_events: see :mod:`fanuc_emulator.nodes.parts_truth`.
 """
 
@@ -25,20 +28,27 @@ import time
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from scara_config import ConfigError, Robot, load_robot
 from scara_config.modbus_map import load_modbus_map
 from scara_config.palletise import find_palletise
+from scara_config.profile import chosen_plant
 from scara_ros.io.scheduling import go_first
 
 from fanuc_emulator.config import load_emulator, load_programs, on_a_desk
-from fanuc_emulator.controller import Controller, Snapshot
+from fanuc_emulator.controller import Controller
 from fanuc_emulator.gripping.cell_parts import CellParts
 from fanuc_emulator.io.modbus_server import PortError, RobotServer
 from fanuc_emulator.io.servo_loop import ServoLoop
 from fanuc_emulator.nodes.parts_truth import PartsTruth
+from fanuc_emulator.plant.answers import AnswerTimes
+from fanuc_emulator.plant.config import plant_text
 from fanuc_emulator.register_image import RegisterImage
+from fanuc_emulator.snapshot import Snapshot
 
 _GROUND_TRUTH_PERIOD = 0.004
+SEED = 1
+"""Of what a plant leaves to chance: the stand-in does the same each time."""
 
 
 class GroundTruth:
@@ -49,12 +59,19 @@ class GroundTruth:
         every: Publish each ``every``-th snapshot.
         stop: Set when the node ends; rospy's own end sets it too.
         parts: The truth about the parts, published beside it.
+        plant: The text of ``real/plant``.
     """
 
     def __init__(
-        self, robot: Robot, every: int, stop: threading.Event, parts: PartsTruth | None = None
+        self,
+        robot: Robot,
+        every: int,
+        stop: threading.Event,
+        parts: PartsTruth | None = None,
+        plant: str = "",
     ) -> None:
-        self._parts = parts
+        self._parts, self._plant_text = parts, plant
+        self._plant: Any = None
         self._names = [joint.name for joint in robot.joints]
         self._every = every
         self._stop = stop
@@ -118,10 +135,13 @@ class GroundTruth:
         """Publish from now on; this process is a node."""
         import rospy
         from sensor_msgs.msg import JointState
+        from std_msgs.msg import String
 
         self._message, self._time = JointState, rospy.Time.from_sec
         if self._parts is not None:
             self._parts.advertise()
+        self._plant = rospy.Publisher("real/plant", String, queue_size=1, latch=True)
+        self._plant.publish(String(self._plant_text))
         self._publisher = rospy.Publisher(
             "real/ground_truth", JointState, queue_size=100, tcp_nodelay=True
         )
@@ -148,14 +168,18 @@ def main() -> None:
         if key.startswith("_")
     }
     try:
-        sys.exit(run(*map(private.get, ("config_dir", "host", "port", "links"))))
+        sys.exit(run(*map(private.get, ("config_dir", "host", "port", "links", "plant"))))
     except (ConfigError, PortError) as error:
         print(f"emulator: {error}", file=sys.stderr, flush=True)
         sys.exit(2)
 
 
 def run(
-    config_dir: str | None, host: str | None, port: str | None, links: str | None = None
+    config_dir: str | None,
+    host: str | None,
+    port: str | None,
+    links: str | None = None,
+    plant: str | None = None,
 ) -> int:
     """Run the stand-in until it is told to end and return the exit code.
 
@@ -165,7 +189,7 @@ def run(
     """
     directory = Path(config_dir) if config_dir else None
     robot, layout = load_robot(directory), load_modbus_map(directory)
-    config, programs = load_emulator(robot, directory), load_programs(robot, directory)
+    config, programs = load_emulator(robot, directory, plant), load_programs(robot, directory)
     if port is not None and not (port.isdigit() and 1 <= int(port) <= 65535):
         raise ConfigError(f"~port = {port}: allowed is 1..65535")
     if links not in (None, "strict", "desk"):
@@ -178,15 +202,22 @@ def run(
     work = find_palletise(directory)
     parts = CellParts(work, robot) if work else None
     shown = PartsTruth(parts, work, robot.base_frame) if parts and work else None
-    truth = GroundTruth(robot, max(1, round(_GROUND_TRUTH_PERIOD / config.dt)), stop, shown)
-    controller = Controller(config, robot, programs, time.time(), parts)
+    named = plant or chosen_plant()
+    truth = GroundTruth(
+        robot,
+        max(1, round(_GROUND_TRUTH_PERIOD / config.dt)),
+        stop,
+        shown,
+        plant_text(named, config.plant),
+    )
+    chance = np.random.default_rng(SEED)
+    controller = Controller(config, robot, programs, time.time(), parts, chance)
+    answers = AnswerTimes(config.plant.answers, np.random.default_rng(SEED))
     go_first()
-    loop = ServoLoop(controller, config.dt, config.clock.drift_ppm, truth.observe)
+    loop = ServoLoop(controller, config.dt, config.plant.clock.drift_ppm, truth.observe)
     with (
         loop,
-        RobotServer(
-            *address, layout, RegisterImage(layout, robot), loop, config.answer_delay_ms * 1e-3
-        ),
+        RobotServer(*address, layout, RegisterImage(layout, robot), loop, answers),
     ):
         started = {1: config.stream_program} | {
             number: program.name for number, program in sorted(programs.items())
@@ -194,7 +225,7 @@ def run(
         listed = ", ".join(f"RSR{number} {name}" for number, name in started.items())
         print(
             f"emulator: Modbus TCP on {address[0]}:{address[1]}, device {layout.device_id}; "
-            f"{listed}",
+            f"{listed}; plant {named}: {config.plant.description}",
             flush=True,
         )
         threading.Thread(target=truth.serve, name="ground_truth", daemon=True).start()

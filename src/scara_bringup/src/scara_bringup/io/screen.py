@@ -10,7 +10,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 from scara_config import load_robot
-from scara_config.profile import CHOICE
+from scara_config.profile import CHOICE, PLANT_CHOICE
 
 from scara_bringup.config import Doors
 from scara_bringup.plan import PANEL, NodePlan
@@ -97,6 +97,7 @@ def _settings(master_uri: str) -> list[str]:
     """Return the exports without which another shell would not meet this very cell."""
     wanted = {"ROS_MASTER_URI": master_uri if master_uri != DEFAULT_MASTER else ""}
     wanted |= {
-        name: os.environ.get(name, "") for name in ("ROS_NAMESPACE", "SCARA_CONFIG_DIR", CHOICE)
+        name: os.environ.get(name, "")
+        for name in ("ROS_NAMESPACE", "SCARA_CONFIG_DIR", CHOICE, PLANT_CHOICE)
     }
     return [f"export {name}={value}" for name, value in wanted.items() if value]

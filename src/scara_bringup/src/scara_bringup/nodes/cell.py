@@ -14,7 +14,7 @@ from typing import Annotated
 
 import typer
 from scara_config import ConfigError, config_directory, load_robot
-from scara_config.profile import CHOICE
+from scara_config.profile import CHOICE, PLANT_CHOICE, plant_path
 from scara_ros.io.hardening import harden_process
 
 from scara_bringup.config import load_bringup, load_doors
@@ -33,6 +33,12 @@ app = typer.Typer(
 
 RobotName = Annotated[
     str | None, typer.Option("--robot", help="Its folder in config/robots. Default: fanuc_sr6ia.")
+]
+PlantName = Annotated[
+    str | None,
+    typer.Option(
+        "--plant", help="How the robot's stand-in behaves: ideal or field. Default: ideal."
+    ),
 ]
 Output = Annotated[
     Path | None,
@@ -72,6 +78,7 @@ GatewayPort = Annotated[
 @app.command()
 def up(
     robot: RobotName = None,
+    plant: PlantName = None,
     output: Output = None,
     runs: Runs = None,
     without: Without = None,
@@ -84,6 +91,7 @@ def up(
     """Start the cell and keep it until Ctrl-C."""
     choose_address(network)
     choose_robot(robot)
+    choose_plant(plant)
     folder = prepare(output)
     raise typer.Exit(
         run(
@@ -103,6 +111,7 @@ def up(
 @app.command()
 def demo(
     robot: RobotName = None,
+    plant: PlantName = None,
     output: Output = None,
     speed: Annotated[
         float | None, typer.Option(help="Program speed in percent. Default: experiments.yaml.")
@@ -116,6 +125,7 @@ def demo(
     """Start the cell, run the article's two experiments, write the report, end the cell."""
     choose_address(network)
     choose_robot(robot)
+    choose_plant(plant)
     folder = prepare(output)
     if output is None:
         link_latest(folder)
@@ -179,6 +189,17 @@ def choose_robot(name: str | None) -> None:
         held = load_robot().name
         if name not in (None, held):
             raise ConfigError(f"--robot {name}: {config_directory()} holds {held} only")
+    except ConfigError as error:
+        screen.complain(str(error))
+        raise typer.Exit(2) from error
+
+
+def choose_plant(name: str | None) -> None:
+    """Choose how the robot's stand-in behaves, or end with the reason why not."""
+    try:
+        if name is not None:
+            os.environ[PLANT_CHOICE] = name
+        plant_path()
     except ConfigError as error:
         screen.complain(str(error))
         raise typer.Exit(2) from error

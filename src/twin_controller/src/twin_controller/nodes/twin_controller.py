@@ -26,6 +26,7 @@ import rospy
 from geometry_msgs.msg import PointStamped
 from scara_config import ConfigError, Robot, config_directory, files_in_force, load_robot
 from scara_config.modbus_map import ModbusMap, load_modbus_map
+from scara_config.profile import PLANTS
 from scara_ros.io.persons import Persons, load_persons
 from scara_ros.io.scheduling import go_first
 from scara_ros.memory import keep_for_good
@@ -185,10 +186,14 @@ class Node:
 def _publish_configuration(
     folder: Path, config: TwinControllerConfig
 ) -> tuple[rospy.Publisher, str]:
-    """Latch all YAML files in force as one JSON object, for the bag; return their digest too."""
+    """Latch all YAML files in force as one JSON object, for the bag; return their digest too.
+
+    Not the plants: how the robot behaves is measured here, and the stand-in says it of itself.
+    """
     files = {
         name: path.read_text(encoding="utf-8")
         for name, path in sorted(files_in_force(folder).items())
+        if not name.startswith(f"{PLANTS}/")
     }
     files[CONFIG_FILE] = recorded_links(files[CONFIG_FILE], config)
     text = msgspec.json.encode(files)

@@ -7,10 +7,10 @@ from types import TracebackType
 from typing import Self
 
 from fanuc_emulator.config import load_emulator
-from fanuc_emulator.controller import Snapshot
 from fanuc_emulator.io.modbus_server import RobotServer
 from fanuc_emulator.io.servo_loop import ServoLoop
 from fanuc_emulator.register_image import RegisterImage
+from fanuc_emulator.snapshot import Snapshot
 from scara_config import Robot
 from scara_config.modbus_map import load_modbus_map
 

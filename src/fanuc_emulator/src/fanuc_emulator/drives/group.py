@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from fanuc_emulator.axis import Axis
-from fanuc_emulator.interpolator import JointMove
+from fanuc_emulator.drives.axis import Axis
+from fanuc_emulator.drives.interpolator import JointMove
+from fanuc_emulator.plant.interpreter import StreamInterpreter
 
 
 class MotionGroup:
@@ -13,7 +14,9 @@ class MotionGroup:
 
     Args:
         axes: In the order of robot.yaml.
-        dt: Interpolation period [s].
+        dt: Servo period [s].
+        every: Servo periods in an interpolation period; the drives go straight between two points.
+        interpreter: Carries out the stream; None: each set point counts at once.
 
     Attributes:
         positions: True joint positions [rad or m], shape ``(n,)``.
@@ -22,13 +25,24 @@ class MotionGroup:
         measured_velocities: In whole counts per servo period.
     """
 
-    def __init__(self, axes: Sequence[Axis], dt: float) -> None:
+    def __init__(
+        self,
+        axes: Sequence[Axis],
+        dt: float,
+        every: int = 1,
+        interpreter: StreamInterpreter | None = None,
+    ) -> None:
         self.axes = tuple(axes)
         self.powered = True
-        self._dt = dt
+        self._dt, self._every, self._interpreter = dt, every, interpreter
         self._targets: tuple[float, ...] = tuple(axis.command for axis in axes)
         self._move: JointMove | None = None
         self._stream_speed: float | None = None
+        # PR[1] as the stream program sees it; None while it is not valid.
+        self._wanted: tuple[float, ...] | None = None
+        # How many servo periods of the interpolation period are over, and where it began.
+        self._phase = 0
+        self._from = self._targets
         self._look()
 
     @property
@@ -43,7 +57,7 @@ class MotionGroup:
     @property
     def path_done(self) -> bool:
         """No planned move is unfinished (filters and motors may still come after)."""
-        return self._move is None or self._move.done
+        return self._move is None or (self._move.done and not self._phase)
 
     @property
     def arrived(self) -> bool:
@@ -70,7 +84,7 @@ class MotionGroup:
         limits = [axis.parameters for axis in self.axes]
         velocities = [p.velocity for p in limits]
         accelerations = [p.program_acceleration for p in limits]
-        self._stream_speed = None
+        self._end_stream()
         self._move = JointMove(self._targets, target, speed, velocities, accelerations)
 
     def stream(self, target: Sequence[float] | None, speed: float) -> None:
@@ -79,23 +93,25 @@ class MotionGroup:
         ``target`` is the latest one (None: stay), ``speed`` the fraction of the greatest speed.
         """
         self._move = None
+        if self._stream_speed is None and self._interpreter is not None:
+            self._interpreter.reset(self._targets)
         self._stream_speed = speed
-        if target is not None:
-            self._targets = tuple(target)
+        self._wanted = tuple(target) if target is not None else None
 
     def clear(self) -> None:
         """Give up what was planned and stay where the axes stand; for use at standstill."""
         for axis in self.axes:
             axis.rest()
-        self._targets = tuple(axis.command for axis in self.axes)
+        self._targets = self._from = tuple(axis.command for axis in self.axes)
+        self._phase = 0
         self._move = None
-        self._stream_speed = None
+        self._end_stream()
 
     def power_off(self) -> None:
         """Cut the drives: each axis brakes by itself, what was planned is gone."""
         self.powered = False
         self._move = None
-        self._stream_speed = None
+        self._end_stream()
 
     def power_on(self) -> None:
         """Hold the axes where they stand."""
@@ -103,7 +119,7 @@ class MotionGroup:
         self.clear()
 
     def step(self, override: float, hold: bool) -> None:
-        """Go on for one interpolation period.
+        """Go on for one servo period.
 
         Args:
             override: Fraction 0..1 of every programmed speed.
@@ -115,13 +131,34 @@ class MotionGroup:
                 self._look()
             return
         factor = 0.0 if hold else override
-        limit = 1.0
-        if self._move is not None:
-            self._targets = self._move.advance(factor, self._dt)
-        elif self._stream_speed is not None:
-            limit = factor * self._stream_speed
-        if not all([axis.step(target, limit) for axis, target in zip(self.axes, self._targets)]):
+        limit = 1.0 if self._stream_speed is None else factor * self._stream_speed
+        if self._phase == 0:
+            self._from = self._targets
+            self._interpolate(factor)
+        self._phase = (self._phase + 1) % self._every
+        if not all([axis.step(at, limit) for axis, at in zip(self.axes, self._references())]):
             self._look()
+
+    def _interpolate(self, factor: float) -> None:
+        """Find where the axes should be at the end of this interpolation period."""
+        if self._move is not None:
+            self._targets = self._move.advance(factor, self._dt * self._every)
+        elif self._stream_speed is None:
+            return
+        elif self._interpreter is not None:
+            self._targets = self._interpreter.step(self._wanted, factor * self._stream_speed)
+        elif self._wanted is not None:
+            self._targets = self._wanted
+
+    def _references(self) -> tuple[float, ...]:
+        """Return what the drives are told now: a point between the last two."""
+        if self._phase == 0:
+            return self._targets
+        part = self._phase / self._every
+        return tuple([a + part * (b - a) for a, b in zip(self._from, self._targets)])
+
+    def _end_stream(self) -> None:
+        self._stream_speed = self._wanted = None
 
     def _look(self) -> None:
         """Note where the axes are: several ask for it in each period, and it seldom changes."""

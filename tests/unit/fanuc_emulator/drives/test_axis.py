@@ -6,8 +6,9 @@ import random
 import numpy as np
 import pytest
 import ruckig
-from fanuc_emulator.axis import Axis, AxisParameters, CommandLimiter, MovingAverage
-from fanuc_emulator.config import EmulatorConfig, axis_parameters
+from fanuc_emulator.config import EmulatorConfig
+from fanuc_emulator.drives.axis import Axis, AxisParameters, CommandLimiter, MovingAverage
+from fanuc_emulator.plant.config import axis_parameters
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scara_config import Robot
@@ -181,11 +182,11 @@ def test_streamed_set_points_come_out_with_a_constant_lag(
     """An 80 % motion streamed at 100 Hz comes out to 0.05 deg, one constant lag aside."""
     joint = robot.joint(joint_name)
     axis = Axis(
-        axis_parameters(config, joint),
-        config.filter_lengths,
+        axis_parameters(config.plant, joint),
+        config.plant.filter_lengths,
         -0.9,
         config.dt,
-        config.servo_substeps,
+        config.plant.servo_substeps,
     )
     plan, wanted = ruckig.InputParameter(1), ruckig.Trajectory(1)
     plan.current_position, plan.target_position = [-0.9], [0.9]
@@ -217,9 +218,13 @@ def test_random_streams_with_random_arrival_stay_in_range(
     """Every shipped axis keeps its range under noise of the size of its range."""
     random_numbers = random.Random(3)
     for joint in robot.joints:
-        parameters = axis_parameters(config, joint)
+        parameters = axis_parameters(config.plant, joint)
         axis = Axis(
-            parameters, config.filter_lengths, parameters.upper, config.dt, config.servo_substeps
+            parameters,
+            config.plant.filter_lengths,
+            parameters.upper,
+            config.dt,
+            config.plant.servo_substeps,
         )
         target = parameters.upper
         for _ in range(3000):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from fanuc_emulator.interpolator import JointMove, stopping_speed
+from fanuc_emulator.drives.interpolator import JointMove, stopping_speed
 from hypothesis import given, settings
 from hypothesis import strategies as st
 

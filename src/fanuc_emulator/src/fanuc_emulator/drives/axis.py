@@ -11,10 +11,37 @@ from collections.abc import Sequence
 
 import msgspec
 
-from fanuc_emulator.interpolator import stopping_speed
+from fanuc_emulator.drives.interpolator import stopping_speed
 
 _REST_POSITION = 1e-9
 _REST_VELOCITY = 1e-7
+
+
+class Friction(msgspec.Struct, frozen=True):
+    r"""What brakes an axis, as an acceleration; u is rad or m.
+
+    .. math:: f(v) = c + (s - c) e^{-(v / v_s)^2} + b |v|
+
+    Attributes:
+        static: s, holds the axis at rest [u/s^2].
+        coulomb: c [u/s^2], at most ``static``.
+        viscous: b [1/s].
+        stribeck: v_s [u/s].
+
+    Source:
+        Stribeck curve as in Bittencourt & Gunnarsson, Static friction in a robot joint (2012).
+    """
+
+    static: float
+    coulomb: float
+    viscous: float
+    stribeck: float
+
+    def at(self, speed: float) -> float:
+        """Return the friction at a speed that is not negative [u/s]."""
+        ratio = speed / self.stribeck
+        boundary = (self.static - self.coulomb) * math.exp(-ratio * ratio)
+        return self.coulomb + boundary + self.viscous * speed
 
 
 class AxisParameters(msgspec.Struct, frozen=True, kw_only=True):
@@ -32,6 +59,7 @@ class AxisParameters(msgspec.Struct, frozen=True, kw_only=True):
     velocity_feedforward: float
     resolution: float
     tolerance: float
+    friction: Friction | None = None
 
 
 class MovingAverage:
@@ -239,7 +267,7 @@ class Axis:
         """
         p, h = self.parameters, self._h
         stiffness, friction = self._stiffness, self._friction
-        limit, fastest = p.servo_acceleration, p.velocity
+        limit, fastest, rubs = p.servo_acceleration, p.velocity, p.friction
         command, command_velocity = self._limiter.position, self._limiter.velocity
         increment = (command - before) / len(self._substeps)
         feed = p.velocity_feedforward * command_velocity
@@ -253,7 +281,10 @@ class Axis:
                 acceleration = limit
             elif acceleration < -limit:
                 acceleration = -limit
-            velocity += acceleration * h
+            if rubs is None:
+                velocity += acceleration * h
+            else:
+                velocity = _rubbed(rubs, velocity, acceleration, h)
             if velocity > fastest:
                 velocity = fastest
             elif velocity < -fastest:
@@ -274,3 +305,14 @@ class Axis:
         if not p.lower <= self.position <= p.upper:
             self.position = min(max(self.position, p.lower), p.upper)
             self.velocity = 0.0
+
+
+def _rubbed(friction: Friction, velocity: float, acceleration: float, h: float) -> float:
+    """Return the speed after ``h`` [s]; friction never moves anything, it only ends motion."""
+    brake = friction.at(abs(velocity))
+    if velocity == 0.0:
+        if abs(acceleration) <= brake:
+            return 0.0
+        return (acceleration - math.copysign(brake, acceleration)) * h
+    after = velocity + (acceleration - math.copysign(brake, velocity)) * h
+    return after if after * velocity > 0.0 else 0.0

@@ -1,0 +1,1 @@
+"""The axes of the robot, what moves each, and the paths that they follow together."""

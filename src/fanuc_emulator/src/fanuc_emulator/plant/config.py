@@ -1,0 +1,278 @@
+"""Read a plant: config/robots/ROBOT/plants/PLANT.yaml, checked against robot.yaml.
+
+Nothing of it is told to the twin controller: with a real robot nobody knows these numbers.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Annotated
+
+import msgspec
+from msgspec import Meta
+from scara_config import ConfigError, Joint, Robot, load
+from scara_config.percent import AccelerationPercent
+from scara_config.profile import plant_path
+
+from fanuc_emulator.drives.axis import AxisParameters, Friction
+from fanuc_emulator.uop import Outputs
+
+Positive = Annotated[float, Meta(gt=0.0, le=1e9)]
+Percent = Annotated[float, Meta(ge=0.0, le=100.0)]
+Milliseconds = Annotated[float, Meta(ge=0.0, le=1000.0)]
+Period = Annotated[int, Meta(ge=1, le=40)]
+Range = tuple[Milliseconds, Milliseconds]
+Row = tuple[float, float, float, float]
+ALARM = "alarm"
+"""Beside the outputs of :class:`Outputs`: the register of the active alarm."""
+
+
+class ClockFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The controller's own clock.
+
+    ``error_ms``: positions and clock are read so far apart at most, either way.
+    """
+
+    boot_offset_ms: Annotated[int, Meta(ge=0, lt=2**31)]
+    drift_ppm: Annotated[float, Meta(ge=-500.0, le=500.0)]
+    error_ms: Annotated[int, Meta(ge=0, le=20)]
+
+
+class AnswerFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """From a request to its answer: shortest and longest, evenly drawn."""
+
+    idle_ms: Range
+    running_ms: Range
+
+
+class MeasuringFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What the position registers show.
+
+    ``period_ms``: between two readings. ``decimals``: of a position [deg or mm]; null: whole
+    encoder counts. Noise: Gaussian, rms.
+    """
+
+    period_ms: Period
+    decimals: Annotated[int, Meta(ge=0, le=6)] | None
+    noise_deg: Annotated[float, Meta(ge=0.0, le=1.0)]
+    noise_mm: Annotated[float, Meta(ge=0.0, le=1.0)]
+
+
+class StreamFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """How ``J PR[1] R[2]% CNT100; JMP`` moves.
+
+    With ``look_ahead`` each new PR[1] counts at once. Without it each motion is planned when the
+    one before it ends, and begins ``lag_ms`` later; each motion that begins at rest adds
+    ``lag_step_ms`` up to ``lag_largest_ms``, and ``rest_s`` of rest bring the first lag back.
+    """
+
+    look_ahead: bool
+    lag_ms: Milliseconds
+    lag_step_ms: Milliseconds
+    lag_largest_ms: Milliseconds
+    rest_s: Annotated[float, Meta(ge=0.0, le=3600.0)]
+
+
+class FrictionFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Friction of one axis; percent of the acceleration in robot.yaml.
+
+    ``static`` holds it at rest, ``coulomb`` brakes it at any speed, ``viscous`` adds as much at its
+    largest speed, ``load`` as much for the payload. ``stribeck_percent``: of the largest speed,
+    where static friction has fallen to a third of what it is above coulomb's.
+    """
+
+    static_percent: Percent
+    coulomb_percent: Percent
+    viscous_percent: Percent
+    stribeck_percent: Positive
+    load_percent: Percent
+
+
+class AxisFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Servo model of one axis; percent of the acceleration in robot.yaml.
+
+    ``payload_inertia_percent``: of the arm's own; the drive accelerates both. ``zero_offset``: the
+    joint is so much further than its encoder says.
+    """
+
+    program_acceleration_percent: AccelerationPercent
+    command_acceleration_percent: AccelerationPercent
+    servo_acceleration_percent: AccelerationPercent
+    estop_deceleration_percent: AccelerationPercent
+    natural_frequency_hz: Annotated[float, Meta(gt=0.0, le=100.0)]
+    damping: Annotated[float, Meta(gt=0.0, le=5.0)]
+    velocity_feedforward: Annotated[float, Meta(ge=0.0, le=1.0)]
+    encoder_counts_per_turn: Annotated[int, Meta(ge=1, le=2**26)]
+    travel_per_turn_deg: Positive | None = None
+    travel_per_turn_mm: Positive | None = None
+    payload_inertia_percent: Annotated[float, Meta(ge=0.0, le=1000.0)] = 0.0
+    friction: FrictionFile | None = None
+    zero_offset_deg: Annotated[float, Meta(ge=-1.0, le=1.0)] = 0.0
+    zero_offset_mm: Annotated[float, Meta(ge=-1.0, le=1.0)] = 0.0
+
+
+class GeometryFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The arm as it was made: what differs from robot.yaml.
+
+    Screw axes ``(omega, v)`` by joint and the tool's home pose, as there.
+    """
+
+    screw_axes: dict[str, tuple[float, float, float, float, float, float]]
+    home_pose: tuple[Row, Row, Row, Row]
+
+
+class Plant(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """One plant's file.
+
+    ``description`` stands beside each figure. ``payload_kg`` is what the tool carries.
+    ``shown_after_ms`` names outputs, or ``alarm``, that are shown later than they are true.
+    """
+
+    description: Annotated[str, Meta(min_length=1, max_length=100)]
+    clock: ClockFile
+    servo_period_ms: Annotated[int, Meta(ge=1, le=10)]
+    servo_substeps: Annotated[int, Meta(ge=1, le=16)]
+    interpolation_period_ms: Period
+    filter_ms: Annotated[
+        list[Annotated[int, Meta(ge=10, le=500, multiple_of=10)]], Meta(min_length=1, max_length=4)
+    ]
+    start_delay_ms: Annotated[int, Meta(ge=0, le=1000)]
+    answers: AnswerFile
+    measuring: MeasuringFile
+    stream: StreamFile
+    shown_after_ms: dict[str, Milliseconds]
+    fine_tolerance_deg: Positive
+    fine_tolerance_mm: Positive
+    payload_kg: Annotated[float, Meta(ge=0.0, le=1000.0)]
+    geometry: GeometryFile | None
+    axes: dict[str, AxisFile]
+
+    @property
+    def dt(self) -> float:
+        """Servo period: the stand-in's step [s]."""
+        return self.servo_period_ms / 1000.0
+
+    @property
+    def filter_lengths(self) -> tuple[int, ...]:
+        """Moving averages in servo periods."""
+        return tuple(length // self.servo_period_ms for length in self.filter_ms)
+
+
+def load_plant(robot: Robot, directory: Path | str | None = None, name: str | None = None) -> Plant:
+    """Read a plant of ``directory`` (default: the package scara_config).
+
+    Args:
+        robot: robot.yaml.
+        directory: Folder with all YAML files.
+        name: Of the plant; default: what ``SCARA_PLANT`` says, else ``ideal``.
+
+    Raises:
+        ConfigError: There is no such plant or it is wrong, an axis is missing or unknown, a period
+            does not divide another.
+    """
+    path = plant_path(directory, name)
+    plant = load(path, Plant)
+    _check_periods(path, plant)
+    _check_axes(path, plant, robot)
+    names = [joint.name for joint in robot.joints]
+    for joint_name in plant.geometry.screw_axes if plant.geometry else ():
+        if joint_name not in names:
+            raise ConfigError(
+                f"{path}: geometry.screw_axes.{joint_name}: is no joint of robot.yaml "
+                f"({', '.join(names)})"
+            )
+    shown = (*Outputs.__struct_fields__, ALARM)
+    for output in plant.shown_after_ms:
+        if output not in shown:
+            raise ConfigError(
+                f"{path}: shown_after_ms.{output}: unknown, allowed are {', '.join(shown)}"
+            )
+    return plant
+
+
+def _check_periods(path: Path, plant: Plant) -> None:
+    if 10 % plant.servo_period_ms:
+        raise ConfigError(f"{path}: servo_period_ms = {plant.servo_period_ms}: must divide 10")
+    for key, period in (
+        ("interpolation_period_ms", plant.interpolation_period_ms),
+        ("measuring.period_ms", plant.measuring.period_ms),
+    ):
+        if period % plant.servo_period_ms:
+            raise ConfigError(
+                f"{path}: {key} = {period}: must be a multiple of servo_period_ms = "
+                f"{plant.servo_period_ms}"
+            )
+    for key, (shortest, longest) in (
+        ("answers.idle_ms", plant.answers.idle_ms),
+        ("answers.running_ms", plant.answers.running_ms),
+        ("stream.lag_ms", (plant.stream.lag_ms, plant.stream.lag_largest_ms)),
+    ):
+        if shortest > longest:
+            raise ConfigError(
+                f"{path}: {key} = {shortest:g}: must not be above the largest, {longest:g}"
+            )
+
+
+def _check_axes(path: Path, plant: Plant, robot: Robot) -> None:
+    names = [joint.name for joint in robot.joints]
+    for name in sorted(set(names) ^ set(plant.axes)):
+        what = "is missing" if name in names else f"is no joint of robot.yaml ({', '.join(names)})"
+        raise ConfigError(f"{path}: axes.{name}: {what}")
+    for joint in robot.joints:
+        axis, other = plant.axes[joint.name], "mm" if joint.unit == "deg" else "deg"
+        wanted, wrong = f"travel_per_turn_{joint.unit}", f"travel_per_turn_{other}"
+        if getattr(axis, wanted) is None or getattr(axis, wrong) is not None:
+            raise ConfigError(f"{path}: axes.{joint.name}: needs {wanted} and not {wrong}")
+        if getattr(axis, f"zero_offset_{other}"):
+            raise ConfigError(
+                f"{path}: axes.{joint.name}.zero_offset_{other}: {joint.name} is counted in "
+                f"{joint.unit}"
+            )
+
+
+def axis_parameters(plant: Plant, joint: Joint) -> AxisParameters:
+    """Return one axis' limits and dynamics in SI."""
+    axis = plant.axes[joint.name]
+    percent = joint.acceleration / 100.0
+    # The drive's force is the same, and it moves the payload too.
+    share = 1.0 / (1.0 + axis.payload_inertia_percent / 100.0)
+    return AxisParameters(
+        lower=joint.lower,
+        upper=joint.upper,
+        velocity=joint.velocity,
+        program_acceleration=axis.program_acceleration_percent * percent,
+        command_acceleration=axis.command_acceleration_percent * percent,
+        servo_acceleration=axis.servo_acceleration_percent * percent * share,
+        estop_deceleration=axis.estop_deceleration_percent * percent * share,
+        natural_frequency=2.0 * math.pi * axis.natural_frequency_hz * math.sqrt(share),
+        damping=axis.damping,
+        velocity_feedforward=axis.velocity_feedforward,
+        resolution=getattr(axis, f"travel_per_turn_{joint.unit}")
+        * joint.scale
+        / axis.encoder_counts_per_turn,
+        tolerance=getattr(plant, f"fine_tolerance_{joint.unit}") * joint.scale,
+        friction=_friction(axis.friction, joint, percent * share),
+    )
+
+
+def plant_text(name: str, plant: Plant) -> str:
+    """Return a plant as one JSON object, its name among its keys."""
+    return msgspec.json.encode({"name": name, **msgspec.structs.asdict(plant)}).decode()
+
+
+def zero_offset(plant: Plant, joint: Joint) -> float:
+    """Return by how much a joint is further than its encoder says [rad or m]."""
+    return float(getattr(plant.axes[joint.name], f"zero_offset_{joint.unit}")) * joint.scale
+
+
+def _friction(file: FrictionFile | None, joint: Joint, percent: float) -> Friction | None:
+    if file is None:
+        return None
+    coulomb = (file.coulomb_percent + file.load_percent) * percent
+    return Friction(
+        static=max((file.static_percent + file.load_percent) * percent, coulomb),
+        coulomb=coulomb,
+        viscous=file.viscous_percent * percent / joint.velocity,
+        stribeck=file.stribeck_percent / 100.0 * joint.velocity,
+    )

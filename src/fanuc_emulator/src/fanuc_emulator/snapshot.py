@@ -1,0 +1,46 @@
+"""What can be read of the robot at one instant."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+import msgspec
+
+from fanuc_emulator.alarms import Alarm
+from fanuc_emulator.program import ProgramState
+from fanuc_emulator.uop import Outputs
+from fanuc_emulator.watchdog import WatchdogState
+
+
+class ControlType(IntEnum):
+    """What the register ``control_type`` says."""
+
+    NONE = 0
+    PROGRAM = 1
+    STREAM = 2
+
+
+class Snapshot(msgspec.Struct, frozen=True):
+    """Everything a client can read, true at one instant.
+
+    Positions in the order of robot.yaml [rad or m].
+    """
+
+    tick: int
+    clock_ms: int
+    measured_positions: tuple[float, ...]
+    measured_velocities: tuple[float, ...]
+    positions: tuple[float, ...]
+    velocities: tuple[float, ...]
+    control_type: ControlType
+    program_speed: int
+    override: int
+    general_override: int
+    heartbeat: int
+    watchdog_state: WatchdogState
+    program_name: str
+    program_line: int
+    program_state: ProgramState
+    alarm: Alarm | None
+    outputs: Outputs
+    inputs: frozenset[str]

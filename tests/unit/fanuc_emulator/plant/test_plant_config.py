@@ -1,0 +1,104 @@
+"""The plants: each robot has both, and what is wrong in one is refused by file, key and value."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from fanuc_emulator.config import load_emulator
+from fanuc_emulator.plant.config import load_plant
+from harness.yaml_files import REMOVED, changed_yaml, copy_configuration, shipped
+from scara_config import ConfigError, Robot, load_robot
+from scara_config.profile import CHOICE, PLANT_CHOICE, known_robots
+
+CONFIG = Path(__file__).resolve().parents[4] / "config"
+
+
+@pytest.mark.parametrize("plant", ["ideal", "field"])
+@pytest.mark.parametrize("robot_name", known_robots(CONFIG))
+def test_each_robot_has_both_plants(
+    robot_name: str, plant: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They load for its joints."""
+    monkeypatch.setenv(CHOICE, robot_name)
+    robot = load_robot(CONFIG)
+    assert set(load_plant(robot, CONFIG, plant).axes) == {joint.name for joint in robot.joints}
+
+
+def test_the_field_plants_differ_from_robot_to_robot(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One number for all three would be tuned to, not coped with."""
+    plants = []
+    for name in known_robots(CONFIG):
+        monkeypatch.setenv(CHOICE, name)
+        plants.append(load_plant(load_robot(CONFIG), CONFIG, "field"))
+    lags = [(plant.stream.lag_ms, plant.axes["joint_1"].natural_frequency_hz) for plant in plants]
+    assert len(set(lags)) == len(lags) == 3
+
+
+def test_a_plant_is_chosen_by_name_or_by_the_environment(
+    robot: Robot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A name beats SCARA_PLANT, and without both it is the ideal one."""
+    monkeypatch.delenv(PLANT_CHOICE, raising=False)
+    ideal = load_plant(robot, CONFIG, "ideal")
+    assert load_plant(robot, CONFIG) == ideal == load_emulator(robot, CONFIG).plant
+    monkeypatch.setenv(PLANT_CHOICE, "field")
+    field = load_plant(robot, CONFIG)
+    assert field != ideal
+    assert load_plant(robot, CONFIG, "ideal") == ideal
+    assert load_emulator(robot, CONFIG).plant == field
+
+
+def test_an_unknown_plant_is_refused_with_those_that_exist(robot: Robot) -> None:
+    """A typing error starts nothing."""
+    with pytest.raises(ConfigError, match=r"unknown plant 'feild': .*plants has field, ideal"):
+        load_plant(robot, CONFIG, "feild")
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "text"),
+    [
+        (["axes", "joint_9"], {}, r"axes.joint_9 = .*missing required field|joint_9.*no joint"),
+        (["axes", "joint_2"], REMOVED, r"axes.joint_2: is missing"),
+        (["axes", "joint_1", "damping"], -1.0, r"axes.joint_1.damping = -1.0: Expected"),
+        (
+            ["axes", "joint_3", "travel_per_turn_mm"],
+            REMOVED,
+            r"axes.joint_3: needs travel_per_turn_mm and not travel_per_turn_deg",
+        ),
+        (
+            ["axes", "joint_3", "zero_offset_deg"],
+            0.1,
+            r"axes.joint_3.zero_offset_deg: joint_3 is counted in mm",
+        ),
+        (["filter_ms"], [15], r"filter_ms.*multiple"),
+        (["servo_period_ms"], 3, r"servo_period_ms = 3: must divide 10"),
+        (
+            ["interpolation_period_ms"],
+            7,
+            r"interpolation_period_ms = 7: must be a multiple of servo_period_ms = 2",
+        ),
+        (["measuring", "period_ms"], 5, r"measuring.period_ms = 5: must be a multiple of"),
+        (["answers", "idle_ms"], [8, 2], r"answers.idle_ms = 8: must not be above the largest, 2"),
+        (["stream", "lag_ms"], 500, r"stream.lag_ms = 500: must not be above the largest"),
+        (
+            ["shown_after_ms"],
+            {"busi": 20},
+            r"shown_after_ms.busi: unknown, allowed are cmdenbl, .*, alarm",
+        ),
+        (
+            ["geometry"],
+            {"screw_axes": {"joint_7": [0] * 6}, "home_pose": [[0] * 4] * 4},
+            r"geometry.screw_axes.joint_7: is no joint of robot.yaml",
+        ),
+    ],
+)
+def test_a_wrong_plant_is_refused(
+    tmp_path: Path, robot: Robot, path: list[str | int], value: Any, text: str
+) -> None:
+    """The text names file, key, value and what is allowed."""
+    copy_configuration(tmp_path)
+    changed_yaml(shipped("plants/ideal.yaml"), tmp_path / "plants", path, value)
+    with pytest.raises(ConfigError, match=rf"plants/ideal.yaml: {text}"):
+        load_plant(robot, tmp_path, "ideal")
