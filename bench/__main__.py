@@ -72,6 +72,12 @@ def _day(options: Options) -> list[Row]:
     return run(minutes / 60.0, options.folder, options.console)
 
 
+def _plants(options: Options) -> list[Row]:
+    from bench.plants import run
+
+    return run(options.folder, options.console)
+
+
 def _seeds(options: Options, default: int = 20) -> int:
     return default if options.seeds is None else options.seeds
 
@@ -82,6 +88,7 @@ SECTIONS: dict[str, Callable[[Options], list[Row]]] = {
     "variations": _variations,
     "demos": _demos,
     "day": _day,
+    "plants": _plants,
 }
 
 
@@ -110,6 +117,10 @@ def main(
     day: Annotated[
         bool,
         typer.Option("--day", help="A day of recording in compressed time: the memory it takes."),
+    ] = False,
+    plants: Annotated[
+        bool,
+        typer.Option("--plants", help="The experiments on robots that were made different."),
     ] = False,
     seeds: Annotated[
         int | None,
@@ -165,6 +176,7 @@ def main(
         ("variations", variations),
         ("demos", demos),
         ("day", day),
+        ("plants", plants),
     )
     chosen = [name for name, wanted in sections if wanted]
     enter_workspace()

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from bench.plant_tables import tables
 from bench.readme import with_figures
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -93,7 +94,7 @@ def document(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
     here = machine()
     kept = json.loads(RESULTS.read_text(encoding="utf-8")) if RESULTS.is_file() else {}
     own = {"versions": here["versions"], "peers": here["peers"], "rows": list(rows)}
-    return {**({"demos": kept["demos"]} if "demos" in kept else {}), **own}
+    return {**{key: kept[key] for key in ("demos", "plants") if key in kept}, **own}
 
 
 def merged(rows: Sequence[dict[str, Any]], order: Sequence[str]) -> list[dict[str, Any]]:
@@ -143,7 +144,9 @@ def page(content: dict[str, Any], notes: str) -> str:
         f"{_occasions(rows)}\n"
         f"Ours: {content['versions']}. Peers: {content['peers']}.\n"
     )
-    parts = [head, _table(rows), "## What each row compares\n", *(_entry(row) for row in rows)]
+    plants = tables(content["plants"]) if "plants" in content else []
+    parts = [head, _table(rows), *plants]
+    parts += ["## What each row compares\n", *(_entry(row) for row in rows)]
     return notes.replace("<!-- table -->", "\n".join(parts))
 
 

@@ -7,6 +7,8 @@ import statistics
 from collections.abc import Mapping
 from typing import Any
 
+from bench.plant_tables import first_table
+
 BLOCK = re.compile(r"(<!-- figures: [^>]* -->\n).*?(<!-- end of figures -->)", re.DOTALL)
 EXPERIMENTS = {"real_leads": "the real robot leads", "twin_leads": "the twin leads"}
 
@@ -23,7 +25,8 @@ def with_figures(text: str, content: Mapping[str, Any]) -> str:
     """
     demos = [*_demos(content["demos"]), ""] if "demos" in content else []
     virtual = [*_virtual(content["virtual"]), ""] if "virtual" in content else []
-    block = "\n".join([*demos, *virtual, *_rows(content["rows"])]) + "\n"
+    plants = [*first_table(content["plants"]), ""] if "plants" in content else []
+    block = "\n".join([*demos, *plants, *virtual, *_rows(content["rows"])]) + "\n"
     replaced, count = BLOCK.subn(lambda found: found[1] + block + found[2], text)
     if count != 1:
         raise ValueError(f"README.md has {count} blocks of figures, expected 1")

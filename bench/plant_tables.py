@@ -1,0 +1,81 @@
+"""Tables of the experiments on robots that were made different, from results.json."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+SPEEDS = (50.0, 100.0)
+ARTICLE_PATH, ARTICLE_REST = 5.0, 2.0
+WORDS = {"real_leads": "real leads", "twin_leads": "twin leads"}
+SHOWN = {"as it is": "ideal", "field plant": "field"}
+"""Variants of README.md, and their plants."""
+
+
+def tables(measured: Mapping[str, Any]) -> list[str]:
+    """Return the section of docs/benchmarks.md: Markdown lines.
+
+    Args:
+        measured: ``plants`` of results.json.
+    """
+    trials = measured["trials"]
+    lines = ["## Robots that were made different", ""]
+    for robot in dict.fromkeys(trial["robot"] for trial in trials):
+        lines += [f"{robot}: path error max and lag of the follower, at rest.", ""]
+        lines += [f"| robot | {_columns()} |", "|---|" + "---|" * (len(SPEEDS) * len(WORDS))]
+        of_it = [trial for trial in trials if trial["robot"] == robot]
+        for variant in dict.fromkeys(trial["variant"] for trial in of_it):
+            cells = [_cell(of_it, variant, leader, v) for v in SPEEDS for leader in WORDS]
+            lines.append(f"| {variant} | {' | '.join(cells)} |")
+        lines.append("")
+    return [
+        *lines,
+        "Percent of reach, in virtual time: real core, stand-in and simulator in one process, the "
+        "first move included, lag not removed. The speed is that of the programs, in percent of "
+        "the joints' largest speed; the twin is held to 76 %. Each variant but the last changes "
+        f"one thing of the ideal plant. {measured['date']}, commit {measured['commit']}; "
+        "`./cell bench --plants`.",
+        "",
+    ]
+
+
+def _columns() -> str:
+    return " | ".join(f"{WORDS[name]}, {speed:g} %" for speed in SPEEDS for name in WORDS)
+
+
+def _cell(trials: Sequence[Mapping[str, Any]], variant: str, leader: str, speed: float) -> str:
+    for trial in trials:
+        if (trial["variant"], trial["leader"], trial["speed_percent"]) == (variant, leader, speed):
+            if trial["ended"]:
+                return f"**ended** ({trial['ended'].partition(':')[0]})"
+            bad = trial["path_percent"] > ARTICLE_PATH
+            path = f"{trial['path_percent']:.2f} %"
+            return (
+                f"{f'**{path}**' if bad else path}, {abs(trial['lag_ms']):.0f} ms; "
+                f"{trial['rest_percent']:.3f} %"
+            )
+    return "-"
+
+
+def first_table(measured: Mapping[str, Any]) -> list[str]:
+    """Return the table of README.md: both plants of each robot, at both speeds."""
+    lines = [
+        "| robot, plant | " + _columns() + " |",
+        "|---|" + "---|" * (len(SPEEDS) * len(WORDS)),
+        "| the article | " + " | ".join(["up to 5 %; 2 %"] * (len(SPEEDS) * len(WORDS))) + " |",
+    ]
+    trials = measured["trials"]
+    for robot in dict.fromkeys(trial["robot"] for trial in trials):
+        of_it = [trial for trial in trials if trial["robot"] == robot]
+        for variant, plant in SHOWN.items():
+            cells = [_cell(of_it, variant, leader, v) for v in SPEEDS for leader in WORDS]
+            lines.append(f"| {robot}, {plant} | {' | '.join(cells)} |")
+    return [
+        *lines,
+        "",
+        "Largest distance of both tools at the same instant, the follower's lag, and the largest "
+        "distance at rest; percent of reach, the first move included. In virtual time: real core, "
+        "stand-in and simulator in one process that is never late. The speed is that of the "
+        "programs, in percent of the joints' largest speed; the twin is held to 76 %. "
+        f"{measured['date']}, commit {measured['commit']}.",
+    ]

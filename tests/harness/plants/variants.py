@@ -1,0 +1,100 @@
+"""What differs from one real robot to another, one change of the ideal stand-in at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import msgspec
+from fanuc_emulator.plant.config import AxisFile, Plant, load_plant
+
+from harness.virtual_cell.files import CellFiles
+from harness.workspace import ROOT
+
+Change = Callable[[Plant], Plant]
+
+
+@dataclass(frozen=True)
+class Variant:
+    """One robot that was made different.
+
+    Attributes:
+        name: For tables.
+        change: From the ideal plant to its own.
+        clock_jitter: Largest error of each stamp of either side [s].
+        pause: The twin controller's process stands still so long, once a second [s].
+    """
+
+    name: str
+    change: Change = lambda plant: plant
+    clock_jitter: float = 0.0
+    pause: float = 0.0
+
+    def files(self, files: CellFiles) -> CellFiles:
+        """Return a cell with this robot."""
+        plant = self.change(files.emulator.plant)
+        return replace(files, emulator=msgspec.structs.replace(files.emulator, plant=plant))
+
+
+def _plant(**fields: Any) -> Change:
+    return lambda plant: msgspec.structs.replace(plant, **fields)
+
+
+def _measuring(**fields: Any) -> Change:
+    return lambda plant: msgspec.structs.replace(
+        plant, measuring=msgspec.structs.replace(plant.measuring, **fields)
+    )
+
+
+def _axes(change: Callable[[int, AxisFile], Mapping[str, Any]]) -> Change:
+    """Change each axis by its place."""
+
+    def changed(plant: Plant) -> Plant:
+        axes = {
+            name: msgspec.structs.replace(axis, **change(place, axis))
+            for place, (name, axis) in enumerate(plant.axes.items())
+        }
+        return msgspec.structs.replace(plant, axes=axes)
+
+    return changed
+
+
+def _half_as_strong(_: int, axis: AxisFile) -> dict[str, float]:
+    names = ("program", "command", "servo")
+    return {
+        f"{name}_acceleration_percent": 0.5 * getattr(axis, f"{name}_acceleration_percent")
+        for name in names
+    }
+
+
+FREQUENCIES = (14.0, 22.0, 35.0)
+IDEAL = Variant("as it is")
+FIELD = Variant("field plant")
+VARIANTS = (
+    IDEAL,
+    # Filters alone: half of their sum is lag, and 3 ms are the servo's.
+    Variant("lag 88 ms", _plant(filter_ms=[80, 90])),
+    Variant("lag 148 ms", _plant(filter_ms=[140, 150])),
+    Variant(
+        "lag of each axis its own (14, 22, 35 Hz)",
+        _axes(lambda place, _: {"natural_frequency_hz": FREQUENCIES[place % 3]}),
+    ),
+    Variant("servo without feed-forward", _axes(lambda *_: {"velocity_feedforward": 0.0})),
+    Variant("clocks read wrongly by up to 1 ms", clock_jitter=1e-3),
+    Variant("clocks read wrongly by up to 5 ms", clock_jitter=5e-3),
+    Variant("encoder noise 0.01 deg rms", _measuring(noise_deg=0.01, noise_mm=0.01)),
+    Variant("half the acceleration", _axes(_half_as_strong)),
+    Variant("readings each 8 ms", _measuring(period_ms=8)),
+    Variant("controller pauses for 20 ms each second", pause=0.02),
+    Variant("controller pauses for 50 ms each second", pause=0.05),
+    FIELD,
+)
+
+
+def cell_files(variant: Variant, files: CellFiles) -> CellFiles:
+    """Return the cell of a variant; the field plant is a file of its own."""
+    if variant is not FIELD:
+        return variant.files(files)
+    plant = load_plant(files.robot, ROOT / "config" / "robots" / files.robot.name, "field")
+    return replace(files, emulator=msgspec.structs.replace(files.emulator, plant=plant))

@@ -1,0 +1,57 @@
+"""Robots that were made different, in virtual time: what the article's limits hold for.
+
+``./cell bench --plants`` measures all of them, those too that are beyond the limits.
+"""
+
+from __future__ import annotations
+
+import pytest
+from harness.plants.trials import run_trial
+from harness.plants.variants import FIELD, VARIANTS
+
+PATH_PERCENT, REST_PERCENT = 5.0, 2.0
+"""The article's errors, percent of reach."""
+BY_NAME = {variant.name: variant for variant in VARIANTS}
+HELD = [
+    ("real_leads", "lag 148 ms"),
+    ("real_leads", "clocks read wrongly by up to 5 ms"),
+    ("real_leads", "encoder noise 0.01 deg rms"),
+    ("real_leads", "controller pauses for 50 ms each second"),
+    ("twin_leads", "lag of each axis its own (14, 22, 35 Hz)"),
+    ("twin_leads", "servo without feed-forward"),
+    ("twin_leads", "clocks read wrongly by up to 5 ms"),
+    ("twin_leads", "readings each 8 ms"),
+    ("twin_leads", "controller pauses for 20 ms each second"),
+]
+
+
+@pytest.mark.parametrize(("leader", "name"), HELD)
+def test_the_articles_limits_hold_on_a_robot_made_different(leader: str, name: str) -> None:
+    """At 50 % speed, the first move included, without removing any lag."""
+    trial = run_trial("fanuc_sr6ia", BY_NAME[name], leader, 50.0)
+    assert not trial.ended, trial
+    assert trial.path_percent is not None and trial.path_percent <= PATH_PERCENT, trial
+    assert trial.rest_percent is not None and trial.rest_percent <= REST_PERCENT, trial
+
+
+@pytest.mark.parametrize("robot", ["fanuc_sr6ia", "fanuc_sr3ia", "articulated_six"])
+def test_a_field_robot_that_leads_is_followed_within_the_articles_limits(robot: str) -> None:
+    """The twin follows by position, speed and time of each reading, however late they are."""
+    trial = run_trial(robot, FIELD, "real_leads", 50.0)
+    assert not trial.ended, trial
+    assert trial.path_percent is not None and trial.path_percent <= PATH_PERCENT, trial
+    assert trial.rest_percent is not None and trial.rest_percent <= REST_PERCENT, trial
+
+
+def test_a_field_robot_that_follows_comes_to_rest_where_the_twin_is() -> None:
+    """It is late, by more than the article allows; it is not elsewhere, and nothing is stopped."""
+    trial = run_trial("fanuc_sr6ia", FIELD, "twin_leads", 50.0)
+    assert not trial.ended, trial
+    assert trial.rest_percent is not None and trial.rest_percent <= REST_PERCENT, trial
+
+
+def test_a_trial_that_ends_early_says_why() -> None:
+    """A robot with half the acceleration comes apart from the twin at 50 % speed."""
+    trial = run_trial("fanuc_sr6ia", BY_NAME["half the acceleration"], "twin_leads", 50.0)
+    assert trial.path_percent is None
+    assert trial.ended.startswith("PAUSED: the pair came apart")
