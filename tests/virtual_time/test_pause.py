@@ -12,9 +12,10 @@ from dataclasses import replace
 import msgspec
 import pytest
 from harness.scenes.steps import AT_REST_DEG_MM, AWAY, ROBOT, both_stood, go, run_program
-from harness.scenes.truth import travel
+from harness.scenes.truth import standstill_since, travel
 from harness.virtual_cell.cell import VirtualCell
 from harness.virtual_cell.files import load_files
+from scara_control.motion.commands import Command
 from twin_controller.core.events import PersonSeen
 
 JOG_S = 2.0
@@ -109,6 +110,52 @@ def test_a_twin_that_moves_during_a_pause_is_not_followed_and_the_path_is_gone(
     assert cell.mode == "STOPPED"
     cell.schedule.run(1.5)
     assert cell.real_went(rested) < AT_REST_DEG_MM
+
+
+def led_by_the_robot_and_paused(cell: PausedCell) -> float:
+    """Pause a pair whose robot led, so that the twin's nodes have nothing to pause; return when."""
+    run_program(cell)
+    cell.schedule.run(0.3)
+    assert cell.operate("PAUSE").success
+    both_stood(cell, cell.schedule.now)
+    cell.schedule.run(0.5)
+    return cell.schedule.now
+
+
+def held_again(cell: PausedCell) -> None:
+    """Say that the twin was held once more, once, and the pair is paused as before."""
+    (held,) = [made for made in cell.decisions if made.trigger == "TWIN_MOVED_PAUSED"]
+    assert held.why == "the twin moved although the pair is paused: it is held again"
+    assert cell.mode == "PAUSED"
+
+
+def test_a_twin_that_somebody_lets_go_during_a_pause_is_held_again(cell: PausedCell) -> None:
+    """A program of the twin's side resumes it and commands a joint: that ends, and is said.
+
+    It still follows the robot, so it goes back to where that one stands.
+    """
+    rested = led_by_the_robot_and_paused(cell)
+    cell.twin.told(Command.RESUME)
+    for _ in range(20):
+        cell.twin.command_velocity("joint_1", 0.25)
+        cell.schedule.run(0.05)
+    assert travel(cell.twin.truth, rested) < 3.0, "held within 0.2 s"
+    assert "the twin is paused" in cell.twin.refused[-1]
+    assert cell.real_went(rested) < AT_REST_DEG_MM
+    held_again(cell)
+
+
+def test_a_move_that_begins_on_the_twin_during_a_pause_is_held(cell: PausedCell) -> None:
+    """Its pose controller had nothing to pause, so it took the move."""
+    rested = led_by_the_robot_and_paused(cell)
+    cell.twin.lose_stream()
+    cell.twin.move_to.begin((0.51, 0.16, 0.10), 50.0, "", lambda *_: None)
+    cell.schedule.run(2.0)
+    assert standstill_since(cell.twin.truth, rested) < rested + 0.5
+    assert cell.real_went(rested) < AT_REST_DEG_MM
+    held_again(cell)
+    answer = cell.operate("RESUME")
+    assert not answer.success and "no longer stands where it was paused" in answer.message
 
 
 @pytest.mark.parametrize("led_by", ["operator", "real"])

@@ -112,6 +112,18 @@ class TwinSide:
             self._topic.send(partial(self._obey, command))
         self._settle()
 
+    def told(self, command: Command) -> None:
+        """Obey a motion command that another program of the twin's side publishes."""
+        self._pose.command(command, "another program", self._now())
+        self._jogs.obey(command, "another program", self._now())
+        self._topic.send(partial(self._obey, command))
+        self._settle()
+
+    def lose_stream(self) -> None:
+        """End the stream of set points as its time-out does, when none comes any more."""
+        self._pose.end_follow()
+        self._settle()
+
     def cap(self, speed_percent: float) -> None:
         """Cap the program speed."""
         self._pose.limit_speed(speed_percent)

@@ -327,3 +327,23 @@ def test_the_wrap_of_the_robots_clock_is_nothing_special() -> None:
     pair.end_program()
     pair.run(1.0)
     assert triggers(pair, since) == ["REAL_TOOK_OVER", "AT_REST"]
+
+
+def test_a_program_that_a_person_starts_during_a_fault_is_said_once_and_not_followed() -> None:
+    """The robot has an author for its motion; the twin stands until RESET."""
+    pair = Pair()
+    Watch(pair)
+    pair.connect()
+    pair.alarm("a test")
+    pair.run(0.5)
+    pair.fault = False
+    pair.run(0.5)
+    assert pair.state.lead.mode is Mode.FAULT
+    since, place = len(pair.decisions()), pair.twin_q
+    pair.start_program(ramp(pair.real_q, shifted(HOME, 20.0), 2.0))
+    pair.run(3.0)
+    (told,) = pair.decisions()[since:]
+    assert (told.trigger, told.mode_after) == ("REAL_TOOK_OVER", "FAULT")
+    assert told.why.startswith("the real robot moves on its own")
+    assert told.why.endswith("the twin does not follow it before RESET")
+    assert pair.twin_q == place

@@ -34,6 +34,7 @@ class Trigger(StrEnum):
     TWIN_MOVED = "the twin moved first"
     TWIN_MOVED_UNALIGNED = "the twin moved while it was not aligned"
     TWIN_MOVED_UNASKED = "the twin moved, and who holds control did not move it"
+    TWIN_MOVED_PAUSED = "the twin moved although the pair is paused"
     AT_REST = "both stand still and agree"
     UNSETTLED = "both stand still but do not agree"
     REAL_FAULT = "the real robot reports an alarm that stops it"
@@ -71,3 +72,15 @@ class Trigger(StrEnum):
     MOVE = "a move by the operator"
     MOVE_UNALIGNED = "a move by the operator while the twin is not aligned"
     ACKNOWLEDGE = "ACKNOWLEDGE by the operator"
+
+
+# Triggers that are decided by when each side moved: the decision tells these times.
+ONSET_TRIGGERS = (
+    Trigger.REAL_MOVED,
+    Trigger.REAL_WAS_FIRST,
+    Trigger.REAL_TOOK_OVER,
+    Trigger.TWIN_MOVED,
+    Trigger.TWIN_MOVED_UNALIGNED,
+    Trigger.TWIN_MOVED_UNASKED,
+)
+SAFETY_TRIGGERS = (Trigger.KEEP_OUT, Trigger.TOO_CLOSE, Trigger.TOO_FAST)

@@ -155,7 +155,21 @@ def _twin_reports(setup: Setup, state: CoreState, motion: TwinMotion, now: float
     if lead.mode is Mode.PAUSED and lead.paused_seen[1] and moves:
         may = lead.paused_by is Trigger.TWIN_PAUSED and not resume_blocked(state)
         return [Trigger.TWIN_RESUMED if may else Trigger.RELEASED_BLOCKED]
+    if _moved_in_pause(setup, state, now):
+        return [Trigger.TWIN_MOVED_PAUSED]
     return []
+
+
+def _moved_in_pause(setup: Setup, state: CoreState, now: float) -> bool:
+    """Return whether a twin that had come to rest in a pause moves, and was not told to stand.
+
+    What its nodes report does not count: a joint may be commanded past all of them, and a move may
+    begin where there was none to be paused.
+    """
+    lead, twin, config = state.lead, state.sides.twin, setup.config.change
+    if lead.mode is not Mode.PAUSED or state.orders.twin_stop is not None:
+        return False
+    return change.moved(twin.change, config) and not change.stands_still(twin.change, now, config)
 
 
 def _real_reports(setup: Setup, state: CoreState, flags: RealMeasured, now: float) -> list[Trigger]:

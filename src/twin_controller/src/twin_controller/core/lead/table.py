@@ -86,6 +86,7 @@ DEFAULTS: dict[Trigger, Row] = {
         Mode.FAULT, BOTH_STOP, "end the simulator or what commands it, then RESET"
     ),
     Trigger.RELEASED_BLOCKED: STAY,
+    Trigger.TWIN_MOVED_PAUSED: STAY,
     Trigger.STREAM_FAILED: STAY,
     Trigger.REJECTED: STAY,
     Trigger.DIVERGED: STAY,
@@ -287,6 +288,8 @@ ROWS: dict[Mode, dict[Trigger, Row]] = {
         Trigger.REAL_STOPPED: _STOPPED,
         Trigger.REAL_TOOK_OVER: _TAKE_OVER,
         Trigger.RELEASED_BLOCKED: _STOPPED,
+        # Not stopped: after a stop the next command of whoever moves it would lead.
+        Trigger.TWIN_MOVED_PAUSED: Row(None, (Command.PAUSE_TWIN,), "it is held again"),
         Trigger.REJECTED: _STOPPED,
         Trigger.PAUSE: Row(None, (), "already paused"),
         Trigger.ACKNOWLEDGE: Row(None, (), "RESUME is possible again"),
@@ -345,6 +348,7 @@ ROWS: dict[Mode, dict[Trigger, Row]] = {
         Trigger.KEEP_OUT: _GUARDED,
         Trigger.TOO_CLOSE: _GUARDED,
         Trigger.TOO_FAST: _GUARDED,
+        Trigger.REAL_TOOK_OVER: Row(None, (), "the twin does not follow it before RESET"),
         Trigger.REAL_FAULT: STAY,
         Trigger.TWIN_STOP_IGNORED: _TWIN_DEFIES,
         Trigger.STOP: Row(None, BOTH_STOP, "the fault stays until RESET"),
@@ -373,16 +377,6 @@ RESUME_ROWS: dict[Mode, Row] = {
     Mode.OPERATOR_LEADS: Row(Mode.OPERATOR_LEADS, _RESUME_STREAM, "the same path goes on"),
 }
 
-# Triggers that are decided by when each side moved: the decision tells these times.
-ONSET_TRIGGERS = (
-    Trigger.REAL_MOVED,
-    Trigger.REAL_WAS_FIRST,
-    Trigger.REAL_TOOK_OVER,
-    Trigger.TWIN_MOVED,
-    Trigger.TWIN_MOVED_UNALIGNED,
-    Trigger.TWIN_MOVED_UNASKED,
-)
-SAFETY_TRIGGERS = (Trigger.KEEP_OUT, Trigger.TOO_CLOSE, Trigger.TOO_FAST)
 RESUMING = (Trigger.RESUME, Trigger.REAL_RELEASED, Trigger.TWIN_RESUMED)
 
 

@@ -9,14 +9,12 @@ from twin_controller.core.authority.control import NOBODY, THIS_MACHINE, Control
 from twin_controller.core.events import Operator
 from twin_controller.core.lead import triggers
 from twin_controller.core.lead.effects import carry_out
-from twin_controller.core.lead.modes import Mode, Trigger
+from twin_controller.core.lead.modes import ONSET_TRIGGERS, SAFETY_TRIGGERS, Mode, Trigger
 from twin_controller.core.lead.state import record
 from twin_controller.core.lead.table import (
     FOLLOWS_TWIN,
     LEADERS,
-    ONSET_TRIGGERS,
     RESUMING,
-    SAFETY_TRIGGERS,
     Row,
     look_up,
 )
@@ -215,6 +213,9 @@ def _forget_cause(setup: Setup, state: CoreState, trigger: Trigger, now: float) 
     lead, safety, orders = state.lead, state.safety, state.orders
     if trigger is Trigger.ACKNOWLEDGE:
         lead = replace(lead, needs_acknowledge=False)
+    if trigger is Trigger.REAL_TOOK_OVER:
+        # Where the mode stays it is told once, and not at each sample of that program.
+        lead = replace(lead, program_was_off=False)
     if trigger in (Trigger.RESET_FAILED, Trigger.LINK_LOST):
         lead = replace(lead, reset_since=None)
     if trigger is Trigger.TWIN_MOVED_UNASKED:
