@@ -108,14 +108,14 @@ def stops(history: History, deed: Deed) -> bool:
     and the robot does as it will with the next one: hold and emergency stop stay, an abort does
     not.
     """
-    if deed.kind != "stop" or not deed.acknowledged or deed.answered is None:
+    if deed.kind != "stop" or not deed.acknowledged:
         return False
     if deed.name not in ENDS_A_PROGRAM:
         return True
     return any(
         share(row, history.joints) > STILL
         for side in SIDES
-        for row in between(history.truth[side], deed.sent - JUST_BEFORE_S, deed.answered)
+        for row in between(history.truth[side], deed.sent - JUST_BEFORE_S, deed.sent)
     )
 
 

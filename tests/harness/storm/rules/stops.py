@@ -110,9 +110,10 @@ def moves_by_itself(history: History) -> Iterator[Violation]:
 
 
 def _is_rest_of_ramp(history: History, side: str, life: Sequence[Row], motion: Motion) -> bool:
-    """Return whether a motion is the rest of a ramp that a stall has cut in two.
+    """Return whether a motion begins as the rest of a ramp that a stall has cut in two.
 
-    The side's own process stood still while it moved; then it may move for a ramp and no longer.
+    The side's own process stood still while it moved; then it may go on until it has heard of the
+    stop, and for a ramp. What moves it after that must be in force, as for any other motion.
     """
     for strike in history.strikes:
         if not strike.name.startswith(STANDS[side]):
@@ -120,8 +121,12 @@ def _is_rest_of_ramp(history: History, side: str, life: Sequence[Row], motion: M
         if not strike.begun <= motion.begin <= strike.ended + AMBIGUOUS_S:
             continue
         before = between(life, strike.begun - LATE_S, strike.begun)
-        if before and share(before[-1], history.joints) > STILL:
-            return motion.end - motion.begin <= ramp(life, strike.begun, history.joints)
+        if not before or share(before[-1], history.joints) <= STILL:
+            continue
+        stands = strike.ended + REACTION_S[side] + ramp(life, strike.begun, history.joints)
+        if motion.end <= stands or any(in_force(history, deed, stands) for deed in history.deeds):
+            return True
+        return side == "twin" and any(a <= stands <= b for a, b in aligning(history))
     return False
 
 

@@ -128,8 +128,8 @@ def test_ramp_that_a_stall_cuts_in_two_is_one_ramp() -> None:
 
 @pytest.mark.parametrize(
     "spans",
-    [((1.0, 2.06, 100.0), (2.45, 3.0, 50.0)), ((1.0, 1.9, 100.0), (2.45, 2.5, 50.0))],
-    ids=["longer than a ramp", "stood before"],
+    [((1.0, 2.06, 100.0), (2.45, 2.9, 50.0)), ((1.0, 1.9, 100.0), (2.45, 2.5, 50.0))],
+    ids=["longer than hearing of the stop and a ramp", "stood before"],
 )
 def test_motion_after_a_stall_that_is_no_rest_of_a_ramp_is_found(
     spans: tuple[tuple[float, float, float], ...],
@@ -137,6 +137,16 @@ def test_motion_after_a_stall_that_is_no_rest_of_a_ramp_is_found(
     """A stall excuses what was on its way to rest, and nothing else."""
     deeds = [motion(0.9), stop(2.0)]
     assert list(moves_by_itself(history(moving(*spans), deeds=deeds, strikes=STALLED)))
+
+
+@pytest.mark.parametrize(("sent", "found"), [(2.6, 0), (None, 1)])
+def test_rest_of_a_ramp_goes_over_into_a_motion_only_by_a_command(
+    sent: float | None, found: int
+) -> None:
+    """Somebody moves the side again before it has come to rest."""
+    deeds = [motion(0.9), stop(2.0), *([motion(sent)] if sent else [])]
+    real = moving((1.0, 2.06, 100.0), (2.45, 4.0, 50.0))
+    assert len(list(moves_by_itself(history(real, deeds=deeds, strikes=STALLED)))) == found
 
 
 def test_side_that_settles_does_not_move() -> None:
