@@ -5,9 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-SPEEDS = (50.0, 100.0)
+SPEEDS = {50.0: "article's moves", 100.0: "long moves"}
 ARTICLE_PATH, ARTICLE_REST = 5.0, 2.0
 WORDS = {"real_leads": "real leads", "twin_leads": "twin leads"}
+LABEL = (
+    "Percent of reach, in virtual time: real core, stand-in and simulator in one process that is "
+    "never late; the first move included, lag not removed. In brackets: what the leader's fastest "
+    "joint reached, in percent of its largest speed; a twin that leads is held to 76 %."
+)
 SHOWN = {"as it is": "ideal", "field plant": "field"}
 """Variants of README.md, and their plants."""
 
@@ -21,7 +26,7 @@ def tables(measured: Mapping[str, Any]) -> list[str]:
     trials = measured["trials"]
     lines = ["## Robots that were made different", ""]
     for robot in dict.fromkeys(trial["robot"] for trial in trials):
-        lines += [f"{robot}: path error max and lag of the follower, at rest.", ""]
+        lines += [f"{robot}: path error max (at that speed), lag of the follower; at rest.", ""]
         lines += [f"| robot | {_columns()} |", "|---|" + "---|" * (len(SPEEDS) * len(WORDS))]
         of_it = [trial for trial in trials if trial["robot"] == robot]
         for variant in dict.fromkeys(trial["variant"] for trial in of_it):
@@ -30,17 +35,14 @@ def tables(measured: Mapping[str, Any]) -> list[str]:
         lines.append("")
     return [
         *lines,
-        "Percent of reach, in virtual time: real core, stand-in and simulator in one process, the "
-        "first move included, lag not removed. The speed is that of the programs, in percent of "
-        "the joints' largest speed; the twin is held to 76 %. Each variant but the last changes "
-        f"one thing of the ideal plant. {measured['date']}, commit {measured['commit']}; "
-        "`./cell bench --plants`.",
+        f"{LABEL} Each variant but the last changes one thing of the ideal plant. "
+        f"{measured['date']}, commit {measured['commit']}; `./cell bench --plants`.",
         "",
     ]
 
 
 def _columns() -> str:
-    return " | ".join(f"{WORDS[name]}, {speed:g} %" for speed in SPEEDS for name in WORDS)
+    return " | ".join(f"{WORDS[name]}, {moves}" for moves in SPEEDS.values() for name in WORDS)
 
 
 def _cell(trials: Sequence[Mapping[str, Any]], variant: str, leader: str, speed: float) -> str:
@@ -51,8 +53,8 @@ def _cell(trials: Sequence[Mapping[str, Any]], variant: str, leader: str, speed:
             bad = trial["path_percent"] > ARTICLE_PATH
             path = f"{trial['path_percent']:.2f} %"
             return (
-                f"{f'**{path}**' if bad else path}, {abs(trial['lag_ms']):.0f} ms; "
-                f"{trial['rest_percent']:.3f} %"
+                f"{f'**{path}**' if bad else path} ({trial['fastest_percent']:.0f} %), "
+                f"{abs(trial['lag_ms']):.0f} ms; {trial['rest_percent']:.3f} %"
             )
     return "-"
 
@@ -73,9 +75,7 @@ def first_table(measured: Mapping[str, Any]) -> list[str]:
     return [
         *lines,
         "",
-        "Largest distance of both tools at the same instant, the follower's lag, and the largest "
-        "distance at rest; percent of reach, the first move included. In virtual time: real core, "
-        "stand-in and simulator in one process that is never late. The speed is that of the "
-        "programs, in percent of the joints' largest speed; the twin is held to 76 %. "
+        "Largest distance of both tools at the same instant (speed), the follower's lag; the "
+        f"largest distance at rest. {LABEL} "
         f"{measured['date']}, commit {measured['commit']}.",
     ]

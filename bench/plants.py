@@ -53,7 +53,10 @@ def _planned() -> list[tuple[str, Variant, str, float]]:
 
 
 def _words(trial: Trial) -> str:
-    figures = f"path {trial.path_percent} %, lag {trial.lag_ms} ms, at rest {trial.rest_percent} %"
+    figures = (
+        f"path {trial.path_percent} % at {trial.fastest_percent} % speed, lag {trial.lag_ms} ms, "
+        f"at rest {trial.rest_percent} %"
+    )
     return (
         f"{trial.robot}, {trial.variant}, {WORDS[trial.leader]}, {trial.speed_percent:g} %: "
         f"{trial.ended or figures}"

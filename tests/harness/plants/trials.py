@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import msgspec
-from fanuc_emulator.program import MoveStep, Program
+import numpy as np
+from fanuc_emulator.program import MoveStep, Program, WaitStep
+from scara_control.kinematics.screws import ScrewModel, tool_positions
 
 from harness.plants.variants import Variant, cell_files
 from harness.scenes.troubled import TroubledCell
@@ -13,6 +15,18 @@ from harness.virtual_cell.cell import CellError
 from harness.virtual_cell.experiments import run_experiments
 from harness.virtual_cell.files import CellFiles, load_files
 
+ARTICLE_PERCENT = 50.0
+"""The speed of the article's moves; they are too short for much more."""
+SWING = 0.7
+"""Long moves go so far of joint_1's range to either side."""
+BENT = 0.7
+"""A SCARA's arm that is stretched at home is bent by this [rad]: nobody moves at the edge of reach.
+
+An upper arm that leans forward at home is upright: clear of what stands around the robot.
+"""
+ABOVE_M = 0.1
+"""So far above its home a joint that slides stays: clear of the table."""
+WAIT_S = 0.7
 PAUSES_S = 1.0
 """From one pause of the controller to the next."""
 LEADERS = ("real_leads", "twin_leads")
@@ -26,7 +40,9 @@ class Trial:
         robot: Its profile.
         variant: Its name.
         leader: ``real_leads`` or ``twin_leads``.
-        speed_percent: Of the joints' largest speed.
+        speed_percent: What the programs ask for, of the joints' largest speed: the article's moves
+            for ``ARTICLE_PERCENT``, else long ones, which are long enough to reach it.
+        fastest_percent: What the leader's fastest joint reached, of its largest speed.
         path_percent: Largest distance of both tools at the same instant [percent of reach], from
             the first move on.
         lag_ms: By how much the follower is behind.
@@ -38,6 +54,7 @@ class Trial:
     variant: str
     leader: str
     speed_percent: float
+    fastest_percent: float | None = None
     path_percent: float | None = None
     lag_ms: float | None = None
     rest_percent: float | None = None
@@ -47,13 +64,16 @@ class Trial:
 def run_trial(robot: str, variant: Variant, leader: str, speed_percent: float) -> Trial:
     """Run one experiment on a new cell."""
     trial = Trial(robot, variant.name, leader, speed_percent)
-    files = _at_speed(cell_files(variant, load_files(robot)), speed_percent)
+    files = cell_files(variant, load_files(robot))
+    if speed_percent != ARTICLE_PERCENT:
+        files = long_moves(files, speed_percent)
     with TroubledCell(files, clock_jitter=variant.clock_jitter, seed=1) as cell:
         try:
             cell.connect()
             # As somebody at the pendant leaves it for a run: a robot begins with 10 %.
             cell.real.robot.write_override(100)
             cell.schedule.run(0.5)
+            begun = cell.schedule.now
             if variant.pause:
                 _pause_again_and_again(cell, variant.pause)
             result = run_experiments(cell, [leader])[leader]
@@ -65,35 +85,64 @@ def run_trial(robot: str, variant: Variant, leader: str, speed_percent: float) -
     reach = files.robot.reach_mm
     return replace(
         trial,
+        fastest_percent=round(_fastest(cell, leader, begun), 1),
         path_percent=round(100.0 * found.path.max_mm / reach, 3),
         lag_ms=round(1e3 * (found.lag_s or 0.0), 1),
         rest_percent=round(100.0 * (found.positioning_max_mm or 0.0) / reach, 4),
     )
 
 
-def _at_speed(files: CellFiles, speed_percent: float) -> CellFiles:
-    """Let the robot's program, whose moves have 50 %, and the twin's moves go at a speed."""
-    programs = {
-        number: Program(
-            program.name,
-            program.rsr,
-            tuple(
-                msgspec.structs.replace(step, speed_percent=speed_percent)
-                if isinstance(step, MoveStep)
-                else step
-                for step in program.steps
-            ),
-        )
-        for number, program in files.programs.items()
-    }
-    experiments = dict(files.experiments.experiments)
-    experiments["twin_leads"] = msgspec.structs.replace(
-        experiments["twin_leads"], speed_percent=speed_percent
+def long_moves(files: CellFiles, speed_percent: float) -> CellFiles:
+    """Return a cell whose experiments swing joint_1 to and fro over most of its range."""
+    poses = [_swung(files, side) for side in (-1.0, 1.0)]
+    arm = [k for k, joint in enumerate(files.robot.twin_joints) if joint.screw_axis is not None]
+    tool = tool_positions(ScrewModel.from_robot(files.robot), np.array(poses)[:, arm])
+    robot = msgspec.structs.replace(
+        files.robot, positions_m={f"P{k}": tuple(map(float, at)) for k, at in enumerate(tool, 1)}
     )
+    visits = ["P1", "P2", "P1", "P2", "P1"]
+    steps: list[MoveStep | WaitStep] = []
+    for line, visit in enumerate(visits, 1):
+        twin = iter(poses[int(visit[1]) - 1])
+        full = tuple(next(twin) if joint.twin else 0.0 for joint in robot.joints)
+        steps += [MoveStep(line, full, speed_percent, True), WaitStep(line, WAIT_S)]
+    experiments = {
+        "real_leads": msgspec.structs.replace(
+            files.experiments.experiments["real_leads"], visits=visits
+        ),
+        "twin_leads": msgspec.structs.replace(
+            files.experiments.experiments["twin_leads"],
+            visits=visits,
+            speed_percent=speed_percent,
+        ),
+    }
+    number = files.program_number("ARTICLE")
     return replace(
         files,
-        programs=programs,
+        robot=robot,
+        programs={**files.programs, number: Program("ARTICLE", number, tuple(steps))},
         experiments=msgspec.structs.replace(files.experiments, experiments=experiments),
+    )
+
+
+def _swung(files: CellFiles, side: float) -> list[float]:
+    """Return a pose of the twin's joints with joint_1 far to one side."""
+    joints = files.robot.twin_joints
+    pose = list(files.robot.home_positions)
+    pose[0] = SWING * (joints[0].upper if side > 0.0 else joints[0].lower)
+    pose[1] = BENT if pose[1] == 0.0 else 0.0
+    return [q + ABOVE_M if joint.unit == "mm" else q for q, joint in zip(pose, joints, strict=True)]
+
+
+def _fastest(cell: TroubledCell, leader: str, begun: float) -> float:
+    """Return the leader's largest joint speed, percent of that joint's largest."""
+    side = cell.real if leader == "real_leads" else cell.twin
+    largest = [joint.velocity for joint in cell.files.robot.twin_joints]
+    return max(
+        100.0 * abs(speed) / most
+        for at, _, qdot in side.truth
+        if at >= begun
+        for speed, most in zip(qdot, largest)
     )
 
 

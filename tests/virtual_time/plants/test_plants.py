@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import pytest
 from harness.plants.trials import run_trial
-from harness.plants.variants import FIELD, VARIANTS
+from harness.plants.variants import FIELD, IDEAL, VARIANTS
 
 PATH_PERCENT, REST_PERCENT = 5.0, 2.0
 """The article's errors, percent of reach."""
@@ -48,6 +48,14 @@ def test_a_field_robot_that_follows_comes_to_rest_where_the_twin_is() -> None:
     trial = run_trial("fanuc_sr6ia", FIELD, "twin_leads", 50.0)
     assert not trial.ended, trial
     assert trial.rest_percent is not None and trial.rest_percent <= REST_PERCENT, trial
+
+
+@pytest.mark.parametrize(("leader", "reached"), [("real_leads", 100.0), ("twin_leads", 76.0)])
+def test_long_moves_reach_the_speed_that_they_are_named_after(leader: str, reached: float) -> None:
+    """A label is part of a figure: the article's moves are too short for 100 %."""
+    trial = run_trial("fanuc_sr6ia", IDEAL, leader, 100.0)
+    assert trial.fastest_percent == pytest.approx(reached, abs=0.5)
+    assert trial.path_percent is not None and trial.path_percent <= 0.5, trial
 
 
 def test_a_trial_that_ends_early_says_why() -> None:
