@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import io
 import json
 import re
 from collections.abc import Callable
@@ -11,10 +13,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from rich.console import Console
 from scara_config import ConfigError
 from twin_experiments.document import report_document
 from twin_experiments.io.bag_reader import BagError
 from twin_experiments.io.report import Report, analyse_bag, write_report
+from twin_experiments.nodes.live.terminal import print_report
 from twin_experiments.record import RecordError
 
 CONFIG = Path(__file__).resolve().parents[3] / "config"
@@ -52,7 +56,7 @@ def test_report_json_is_as_designed(written: Report) -> None:
     document = json.loads((written.folder / "report.json").read_text())
     assert written.passed
     assert document["paper"] == {"path_error_percent": 5.0, "positioning_error_percent": 2.0}
-    assert list(document) == ["experiments", "paper"]
+    assert list(document) == ["experiments", "paper", "made_with"]
     assert [(e["name"], e["leader"], e["verdict"]) for e in document["experiments"]] == [
         ("real_leads", "real", "pass"),
         ("twin_leads", "twin", "pass"),
@@ -60,6 +64,75 @@ def test_report_json_is_as_designed(written: Report) -> None:
     for experiment in document["experiments"]:
         assert set(experiment) >= DESIGNED
         assert experiment["held"] == ["P1", "P2", "P3", "P1", "P2", "P3", "P1"]
+
+
+def test_a_report_says_what_its_figures_were_made_with(
+    make_bag: MakeBag, recorded_configuration: str, fastest_joint_percent: float
+) -> None:
+    """Robot, plant, speed, configuration and time come from the bag, the rest from this machine."""
+    plant = {"name": "soft", "description": "as <soft> as can be", "payload_kg": 1.5}
+    bag = make_bag(plant=json.dumps(plant), configuration=recorded_configuration)
+    made_with = (written := write_report(bag, bag.parent / "out", CONFIG)).made_with.document()
+    document = json.loads((written.folder / "report.json").read_text())
+    assert document["made_with"] == made_with
+    assert (made_with["robot"], made_with["plant"]) == ("fanuc_sr6ia", plant)
+    assert made_with["speed_percent"] == pytest.approx(
+        {"real_leads": fastest_joint_percent, "twin_leads": fastest_joint_percent}, abs=0.1
+    )
+    digest = hashlib.sha256(recorded_configuration.encode()).hexdigest()[:12]
+    assert made_with["configuration"] == digest
+    assert made_with["date"] == "2030-03-17T17:46:40+00:00"
+    page = (written.folder / "report.html").read_text()
+    for text in ("soft: as &lt;soft&gt; as can be; payload 1.5 kg", digest, made_with["commit"]):
+        assert text in page
+
+
+def test_the_page_begins_with_a_sentence_for_each_experiment(written: Report) -> None:
+    """Good or bad comes before all figures, and the label right after it."""
+    page = (written.folder / "report.html").read_text()
+    order = [
+        page.index(text)
+        for text in (
+            "real_leads is good: while moving",
+            "twin_leads is good: while moving",
+            "<th>plant</th><td>not recorded</td>",
+            "reach 650 mm, recorded",
+            "path error max",
+        )
+    ]
+    assert order == sorted(order)
+
+
+@pytest.mark.parametrize(
+    ("text", "error"),
+    [
+        ("{", "real/plant: Input data was truncated"),
+        ('{"name": "soft", "payload_kg": 1}', "real/plant: .* required field `description`"),
+        (
+            '{"name": "soft", "description": "", "payload_kg": "1"}',
+            r"real/plant: Expected `float`, got `str` - at `\$.payload_kg`",
+        ),
+    ],
+)
+def test_a_plant_that_is_not_understood_is_named(make_bag: MakeBag, text: str, error: str) -> None:
+    """A figure without its label is no figure."""
+    with pytest.raises(BagError, match=f"run.bag: {error}"):
+        analyse(make_bag(plant=text))
+
+
+def test_the_terminal_names_plant_and_speed(
+    make_bag: MakeBag, fastest_joint_percent: float
+) -> None:
+    """A table that is copied from there keeps its label."""
+    plant = {"name": "soft", "description": "a [soft] robot", "payload_kg": 1.5}
+    for options, words in (({"plant": json.dumps(plant)}, "soft: a [soft] robot"), ({}, "not")):
+        bag = make_bag(**options)
+        console = Console(record=True, width=120, file=io.StringIO())
+        print_report(write_report(bag, bag.parent / "out", CONFIG), console)
+        printed = console.export_text()
+        assert f"plant {words}" in printed
+        (speed,) = [line for line in printed.splitlines() if "speed" in line]
+        assert speed.count(f"{fastest_joint_percent:.0f} %") == 2
 
 
 @pytest.mark.parametrize("lag_s", [0.0, 0.007, 0.03])

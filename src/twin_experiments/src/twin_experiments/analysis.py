@@ -30,6 +30,20 @@ class AgeSummary:
 
 
 @dataclass(frozen=True)
+class Excess:
+    """An error beyond its limit, both in percent of reach."""
+
+    what: str
+    percent: float
+    limit: float
+
+    @property
+    def text(self) -> str:
+        """Say it as a reason to fail."""
+        return f"{self.what} {self.percent:.3f} % of reach, limit {self.limit:g} %"
+
+
+@dataclass(frozen=True)
 class Result:
     """One experiment: what was found and whether it passes. ``reasons`` is empty if it does.
 
@@ -43,6 +57,8 @@ class Result:
         ages: Per topic.
         reasons: Why it fails.
         parts: What became of the parts, for each side; empty if it handles none.
+        speed_percent: The leader's fastest joint, in percent of that joint's largest speed; None if
+            the data could not be compared.
     """
 
     span: Span
@@ -54,6 +70,7 @@ class Result:
     ages: Mapping[str, AgeSummary]
     reasons: tuple[str, ...]
     parts: tuple[SideOutcome, ...] = ()
+    speed_percent: float | None = None
 
     @property
     def passed(self) -> bool:
@@ -90,10 +107,12 @@ def analyse(
         )
     positions = {name: np.array(place) for name, place in robot.positions_m.items()}
     columns = [run.joint_names.index(joint.name) for joint in robot.arm_joints]
+    largest = np.array([robot.joint(name).velocity for name in run.joint_names])
 
     def analysed(span: Span) -> Result:
         visited = {name: positions[name] for name in config.known[span.name].visits}
         result = _analyse_span(run, span, config, visited, settings, columns, tool)
+        result = _with_speed(result, largest)
         return _with_parts(result, run, work) if span.name in config.palletising else result
 
     return tuple(analysed(span) for span in run.spans)
@@ -134,6 +153,15 @@ def _analyse_span(
     return Result(span, experiment.leader, visits, held, comparison, motions, ages, reasons)
 
 
+def _with_speed(result: Result, largest: Array) -> Result:
+    """Add how fast the leader was; ``largest``: of each joint [rad/s or m/s]."""
+    if result.motions is None:
+        return result
+    real, twin = result.motions
+    leader = real if result.leader == "real" else twin
+    return replace(result, speed_percent=float(100.0 * (np.abs(leader.velocities) / largest).max()))
+
+
 def _with_parts(result: Result, run: Run, work: Palletise | None) -> Result:
     """Add what became of the parts, and what speaks against it."""
     if work is None:
@@ -166,21 +194,7 @@ def judge(
     reasons = []
     if not span.finished:
         reasons.append("the recording ends before the experiment does")
-    if comparison.path.max_percent > limits.path_error_percent:
-        reasons.append(
-            f"path error {comparison.path.max_percent:.3f} % of reach, limit "
-            f"{limits.path_error_percent:g} %"
-        )
-    positioning = comparison.positioning_max_mm
-    if (
-        positioning is not None
-        and 100.0 * positioning / reach_mm > limits.positioning_error_percent
-    ):
-        percent = 100.0 * positioning / reach_mm
-        reasons.append(
-            f"positioning error {percent:.3f} % of reach, limit "
-            f"{limits.positioning_error_percent:g} %"
-        )
+    reasons += [excess.text for excess in exceeded(comparison, reach_mm, limits)]
     wanted = tuple(name for name, _ in groupby(experiment.visits))
     if held[-len(wanted) :] != wanted:
         reasons.append(
@@ -193,6 +207,16 @@ def judge(
             f"{excluded:.1f} % of the time has no samples, limit {limits.excluded_percent:g} %"
         )
     return tuple(reasons)
+
+
+def exceeded(comparison: Comparison, reach_mm: float, limits: Limits) -> tuple[Excess, ...]:
+    """Return the errors that are beyond their limits."""
+    positioning = comparison.positioning_max_mm
+    found = [Excess("path error", comparison.path.max_percent, limits.path_error_percent)]
+    if positioning is not None:
+        percent = 100.0 * positioning / reach_mm
+        found.append(Excess("positioning error", percent, limits.positioning_error_percent))
+    return tuple(excess for excess in found if excess.percent > excess.limit)
 
 
 def summarize_age(age: Age, span: Span) -> AgeSummary | None:

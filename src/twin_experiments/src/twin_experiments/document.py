@@ -123,6 +123,7 @@ HEADINGS = (
     "of travelled",
     "lag",
     "positioning max",
+    "speed",
     "verdict",
 )
 
@@ -142,8 +143,12 @@ def paper_rows(limits: Limits, paper: PaperFigures) -> list[tuple[str, ...]]:
 
 def _compared_row(name: str, path_percent: float, positioning_percent: float) -> tuple[str, ...]:
     """Return a row that holds only the two figures the article gives."""
-    cells = {0: name, 2: f"{path_percent:g} %", 7: f"{positioning_percent:g} %"}
-    return tuple(cells.get(i, "") for i in range(len(HEADINGS)))
+    cells = {
+        "experiment": name,
+        "path error max": f"{path_percent:g} %",
+        "positioning max": f"{positioning_percent:g} %",
+    }
+    return tuple(cells.get(heading, "") for heading in HEADINGS)
 
 
 def _row(result: Result, reach_mm: float) -> tuple[str, ...]:
@@ -166,6 +171,7 @@ def _row(result: Result, reach_mm: float) -> tuple[str, ...]:
         "-" if travelled is None else f"{travelled:.2f} %",
         "-" if lag is None else f"{1e3 * lag:+.1f} ms",
         "-" if positioning is None else _length(positioning, reach_mm),
+        "-" if result.speed_percent is None else f"{result.speed_percent:.0f} %",
         verdict,
     )
 

@@ -33,6 +33,8 @@ th, td { text-align: left; padding: 0.3rem 0.9rem 0.3rem 0; vertical-align: top;
   border-bottom: 1px solid var(--line); }
 th { color: var(--soft); font-weight: 600; } td.mid { white-space: nowrap; }
 .pass { color: var(--good); font-weight: 700; } .FAIL { color: var(--bad); font-weight: 700; }
+.sentence { margin: 0.6rem 0; border-left: 0.3rem solid; padding-left: 0.8rem; }
+.label { margin: 1rem 0; } .label th { width: 8rem; } .label td { overflow-wrap: anywhere; }
 figure { margin: 1rem 0; } img { width: 100%; height: auto; display: block; }
 details { margin: 0.6rem 0; } summary { cursor: pointer; }
 pre { overflow-x: auto; font-size: 13px; }
@@ -50,6 +52,11 @@ pre { overflow-x: auto; font-size: 13px; }
 {% endfor %}</table></div>
 {% endmacro %}
 <h1>{{ title }}</h1>
+{% for verdict, text in sentences %}<p class="sentence {{ verdict }}">{{ text }}</p>
+{% endfor %}
+{% if label %}<table class="label">
+{% for name, text in label %}<tr><th>{{ name }}</th><td>{{ text }}</td></tr>
+{% endfor %}</table>{% endif %}
 <p class="soft">{{ subtitle }}</p>
 {{ table(headings, rows) }}
 <p class="soft">{{ legend }}</p>

@@ -175,6 +175,8 @@ def _page(written: WrittenComparison) -> str:
             "title": "Recordings held against each other",
             "subtitle": f"{len(written.labels)} recordings; joints {', '.join(mechanism.names)}; "
             f"distances are of {place}",
+            "sentences": [],
+            "label": [],
             "headings": ("experiment", *PAIR_HEADINGS),
             "rows": [
                 (experiment.name, *row)
