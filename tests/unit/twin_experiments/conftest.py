@@ -128,6 +128,8 @@ class Pair(NamedTuple):
     ``without`` names topics that are missing; ``silent`` is a topic and the experiment during which
     nothing came on it; ``hole`` is a topic and the times [s] within each experiment between which
     nothing came; after ``frozen_after`` [s] nothing moves; ``plant`` is the text of real/plant.
+    Within ``pause`` [s] of each experiment nothing at all was received; ``kick`` says from when to
+    when [s] the follower's joint_3 is how much higher [m].
     """
 
     lag_s: float = 0.005
@@ -139,6 +141,8 @@ class Pair(NamedTuple):
     hole: tuple[str, float, float] = ("", 0.0, 0.0)
     frozen_after: float = 1e9
     plant: str | None = None
+    pause: tuple[float, float] = (0.0, 0.0)
+    kick: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 def imitate(
@@ -164,6 +168,8 @@ def imitate(
                 + np.array(pair.offset) * delayed
                 + generator.normal(0.0, 1.0, positions.shape) * pair.noise
             )
+            kicked = (times > pair.kick[0]) & (times < pair.kick[1]) & delayed
+            positions[:, 2] += kicked * pair.kick[2]
             if (topic, name) == pair.silent:
                 continue
             names = list(JOINTS)
@@ -177,6 +183,13 @@ def imitate(
         maker.marker(start + DURATION_S, f"end {name}")
         start += DURATION_S + 1.0
     _say(maker, pair)
+    for number in range(len(experiments)):
+        begun = 0.5 + number * (DURATION_S + 1.0)
+        maker.samples = [
+            sample
+            for sample in maker.samples
+            if not pair.pause[0] < sample.at - begun < pair.pause[1]
+        ]
     maker.samples = [sample for sample in maker.samples if sample.topic not in pair.without]
 
 

@@ -135,6 +135,53 @@ def test_the_terminal_names_plant_and_speed(
         assert speed.count(f"{fastest_joint_percent:.0f} %") == 2
 
 
+def test_a_pause_of_the_machine_is_told_and_its_error_is_given_apart(make_bag: MakeBag) -> None:
+    """The last message comes 0.997 s, the next one 1.041 s after the start of each experiment.
+
+    The follower is 6.5 mm too high in the pause and 0.1 s after it: 1 % of 650 mm.
+    """
+    bag = make_bag(lag_s=0.0, pause=(1.0, 1.04), kick=(1.0, 1.14, 0.0065))
+    written = write_report(bag, bag.parent / "out", CONFIG)
+    document = json.loads((written.folder / "report.json").read_text())
+    for experiment in document["experiments"]:
+        assert experiment["pauses"] == 1
+        assert experiment["longest_pause_ms"] == pytest.approx(44.0, abs=0.01)
+        assert experiment["path_error_max_percent"] == pytest.approx(1.0, abs=0.01)
+        assert experiment["path_error_max_undisturbed_percent"] < 0.01
+    page = (written.folder / "report.html").read_text()
+    assert "1 pause of the machine, or of the recorder; the longest took 44 ms." in page
+    assert "without the pauses and the 0.2 s after each: 0.00" in page
+    console = Console(record=True, width=120, file=io.StringIO())
+    print_report(written, console)
+    assert "real_leads: 1 pause of the machine, or of the recorder" in console.export_text()
+
+
+def test_a_pause_is_a_grey_band_in_the_figure_of_errors(make_bag: MakeBag) -> None:
+    """One in each of its two plots, and none without a pause."""
+    from matplotlib.image import imread
+
+    def grey(**options: Any) -> int:
+        bag = make_bag(**options)
+        write_report(bag, bag.parent / "out", CONFIG)
+        image = imread(bag.parent / "out" / "real_leads_errors.png")[..., :3]
+        band = np.abs(image - np.array([0x9C, 0xA3, 0xAF]) / 255.0).max(axis=2) < 0.01
+        columns = band.sum(axis=0)
+        return int((columns > 300).sum())
+
+    assert grey(pause=(1.0, 1.04)) >= 1 + grey()
+
+
+def test_a_run_without_pauses_says_so(written: Report) -> None:
+    """The quiet between two experiments belongs to neither."""
+    document = json.loads((written.folder / "report.json").read_text())
+    for experiment in document["experiments"]:
+        assert (experiment["pauses"], experiment["longest_pause_ms"]) == (0, 0.0)
+        undisturbed = experiment["path_error_max_undisturbed_percent"]
+        assert undisturbed == experiment["path_error_max_percent"]
+    page = (written.folder / "report.html").read_text()
+    assert "there was never more than 30 ms without any message" in page
+
+
 @pytest.mark.parametrize("lag_s", [0.0, 0.007, 0.03])
 def test_the_lag_of_the_follower_is_found_whoever_leads(make_bag: MakeBag, lag_s: float) -> None:
     """Sub-millisecond, with sides sampled at 250 and 200 Hz and a micrometre of noise."""

@@ -11,7 +11,15 @@ from scara_config import Robot
 from scara_config.palletise import Palletise
 
 from twin_experiments.config import Experiment, ExperimentsFile, Limits
-from twin_experiments.metrics.errors import Comparison, MetricsSettings, ToolFunction, compare
+from twin_experiments.metrics.errors import (
+    Comparison,
+    ErrorSummary,
+    MetricsSettings,
+    ToolFunction,
+    compare,
+    summarize,
+)
+from twin_experiments.metrics.pauses import Pause, pauses_within, undisturbed
 from twin_experiments.metrics.series import Array, Gap, MetricsError, Motion
 from twin_experiments.palletising.outcome import SIDES, Handled, SideOutcome, outcome, shortcomings
 from twin_experiments.record import Age, RecordError, Run, Span, cut, pick
@@ -59,6 +67,9 @@ class Result:
         parts: What became of the parts, for each side; empty if it handles none.
         speed_percent: The leader's fastest joint, in percent of that joint's largest speed; None if
             the data could not be compared.
+        pauses: When the machine, or the recorder, stood still.
+        path_undisturbed: Path error without the pauses and what follows them; None if it is not
+            known.
     """
 
     span: Span
@@ -71,6 +82,8 @@ class Result:
     reasons: tuple[str, ...]
     parts: tuple[SideOutcome, ...] = ()
     speed_percent: float | None = None
+    pauses: tuple[Pause, ...] = ()
+    path_undisturbed: ErrorSummary | None = None
 
     @property
     def passed(self) -> bool:
@@ -112,7 +125,7 @@ def analyse(
     def analysed(span: Span) -> Result:
         visited = {name: positions[name] for name in config.known[span.name].visits}
         result = _analyse_span(run, span, config, visited, settings, columns, tool)
-        result = _with_speed(result, largest)
+        result = _with_pauses(_with_speed(result, largest), run.pauses, robot.reach_mm)
         return _with_parts(result, run, work) if span.name in config.palletising else result
 
     return tuple(analysed(span) for span in run.spans)
@@ -160,6 +173,18 @@ def _with_speed(result: Result, largest: Array) -> Result:
     real, twin = result.motions
     leader = real if result.leader == "real" else twin
     return replace(result, speed_percent=float(100.0 * (np.abs(leader.velocities) / largest).max()))
+
+
+def _with_pauses(result: Result, pauses: tuple[Pause, ...], reach_mm: float) -> Result:
+    """Add the pauses of the machine, and the path error without the moments that they disturbed."""
+    result = replace(result, pauses=pauses_within(pauses, result.span.start, result.span.end))
+    if result.comparison is None:
+        return result
+    seen = result.comparison.trace
+    counted = seen.moving & undisturbed(seen.aligned.instants, pauses)
+    if not counted.any():
+        return result
+    return replace(result, path_undisturbed=summarize(seen.deviation_mm[counted], reach_mm))
 
 
 def _with_parts(result: Result, run: Run, work: Palletise | None) -> Result:

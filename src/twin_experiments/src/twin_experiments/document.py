@@ -8,6 +8,7 @@ from typing import Any
 from twin_experiments.analysis import Result
 from twin_experiments.config import Limits, PaperFigures
 from twin_experiments.metrics.errors import Comparison, ErrorSummary, Rest
+from twin_experiments.metrics.pauses import longest_ms
 from twin_experiments.palletising.outcome import as_document
 from twin_experiments.repeats import summarize_repeats
 
@@ -50,6 +51,7 @@ def _experiment(result: Result, reach_mm: float) -> dict[str, Any]:
         "name": result.span.name,
         "leader": result.leader,
         **figures,
+        **_pauses(result),
         "verdict": "pass" if result.passed else "fail",
         "repeat": result.span.repeat,
         "reasons": list(result.reasons),
@@ -91,6 +93,18 @@ def _figures(comparison: Comparison, reach_mm: float, start: float) -> dict[str,
             {"side": gap.side, "start_s": gap.start - start, "duration_s": gap.duration}
             for gap in aligned.gaps
         ],
+    }
+
+
+def _pauses(result: Result) -> dict[str, Any]:
+    """Return the pauses of the machine during an experiment, and the path error without them."""
+    undisturbed = result.path_undisturbed
+    return {
+        "pauses": len(result.pauses),
+        "longest_pause_ms": longest_ms(result.pauses),
+        "path_error_max_undisturbed_percent": None
+        if undisturbed is None
+        else undisturbed.max_percent,
     }
 
 

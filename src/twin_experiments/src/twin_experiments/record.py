@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from twin_experiments.label.plant import RecordedPlant
+from twin_experiments.metrics.pauses import Pause
 from twin_experiments.metrics.series import FEWEST_SAMPLES, Array, Motion
 from twin_experiments.palletising.outcome import Handled
 
@@ -90,6 +91,7 @@ class Run:
     handled: Mapping[str, Handled] = field(default_factory=dict)
     plant: RecordedPlant | None = None
     configuration_digest: str = ""
+    pauses: tuple[Pause, ...] = ()
 
 
 def find_spans(markers: list[tuple[float, str]], end: float) -> tuple[Span, ...]:

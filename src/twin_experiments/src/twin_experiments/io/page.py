@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import base64
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from jinja2 import Environment, StrictUndefined
 
+NUMBER_AND_UNIT = re.compile(r"(?<=\d) (?=(mm|ms|s|%)(\s|$))")
+NO_BREAK = "\u00a0"
 TEMPLATE = """<!DOCTYPE html>
 <html lang="en">
 <head>
@@ -47,7 +50,8 @@ pre { overflow-x: auto; font-size: 13px; }
 <tr>{% for heading in headings %}<th>{{ heading }}</th>{% endfor %}</tr>
 {% for row in rows %}<tr>
 {% for cell in row %}
-<td{% if cell in ("pass", "FAIL") %} class="{{ cell }}"{% endif %}>{{ cell }}</td>{% endfor %}
+<td{% if cell in ("pass", "FAIL") %} class="{{ cell }}"{% endif %}>
+{{- cell | with_units }}</td>{% endfor %}
 </tr>
 {% endfor %}</table></div>
 {% endmacro %}
@@ -66,6 +70,8 @@ pre { overflow-x: auto; font-size: 13px; }
 {% if experiment.reasons %}<ul>
 {% for reason in experiment.reasons %}<li>{{ reason }}</li>{% endfor %}
 </ul>{% endif %}
+{% for note in experiment.notes %}<p>{{ note }}</p>
+{% endfor %}
 {% for caption, data in experiment.figures %}<figure><figcaption>{{ caption }}</figcaption>
 <img alt="{{ caption }}" src="data:image/png;base64,{{ data }}"></figure>{% endfor %}
 {% for name, part in experiment.tables %}{% if part.rows %}<h3>{{ name }}</h3>
@@ -95,8 +101,11 @@ def table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> Mapping[str
 
 def render(content: Mapping[str, Any]) -> str:
     """Fill the page; a name that the template uses and ``content`` lacks is an error."""
-    return (
-        Environment(autoescape=True, undefined=StrictUndefined)
-        .from_string(TEMPLATE)
-        .render(content)
-    )
+    environment = Environment(autoescape=True, undefined=StrictUndefined)
+    environment.filters["with_units"] = with_units
+    return environment.from_string(TEMPLATE).render(content)
+
+
+def with_units(cell: str) -> str:
+    """Return the text of a cell, in which no line ends between a number and its unit."""
+    return NUMBER_AND_UNIT.sub(NO_BREAK, cell)

@@ -27,6 +27,7 @@ from twin_experiments.io.page import embedded, render, table
 from twin_experiments.io.palletising.parts_reader import read_work
 from twin_experiments.io.run_reader import read_configuration, read_run
 from twin_experiments.label.made_with import MadeWith
+from twin_experiments.label.notes import notes
 from twin_experiments.label.sentence import sentence
 from twin_experiments.palletising.outcome import SUMMARY, error_rows
 from twin_experiments.palletising.outcome import summary_rows as summary_of_parts
@@ -204,6 +205,7 @@ def _experiment(result: Result, entry: dict[str, Any], report: Report) -> dict[s
         "name": result.span.label,
         "verdict": "pass" if result.passed else "FAIL",
         "reasons": result.reasons,
+        "notes": notes(result),
         "figures": [(CAPTIONS[kind], embedded(file)) for kind, file in drawn.items()],
         "tables": [
             ("Parts", table(SUMMARY, summary_of_parts(result.parts))),
@@ -231,6 +233,10 @@ def _experiment(result: Result, entry: dict[str, Any], report: Report) -> dict[s
             (
                 "Age of samples on receipt",
                 table(("topic", "median ms", "95 % ms", "max ms"), _ages(entry)),
+            ),
+            (
+                "Pauses of the machine",
+                table(("start s", "duration ms"), _pauses(result)),
             ),
             (
                 "Holes",
@@ -275,6 +281,14 @@ def _rests(result: Result) -> list[tuple[str, ...]]:
             *map(_cell, (rest.deviation_mm, rest.real_error_mm, rest.twin_error_mm)),
         )
         for rest in rests
+    ]
+
+
+def _pauses(result: Result) -> list[tuple[str, ...]]:
+    """Return one row for each pause of the machine."""
+    return [
+        (f"{pause.start - result.span.start:.2f}", f"{1e3 * pause.duration:.0f}")
+        for pause in result.pauses
     ]
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from twin_experiments.io.bag_reader import Bag, BagError
 from twin_experiments.io.palletising.parts_reader import read_handled
 from twin_experiments.label.plant import PLANT, PlantError, RecordedPlant, parse_plant
+from twin_experiments.metrics.pauses import Pause, find_pauses
 from twin_experiments.record import Age, Event, RecordError, Run, Side, build_side, find_spans
 
 MARKER = "experiment/marker"
@@ -57,7 +58,19 @@ def read_run(bag: Bag, joint_names: list[str]) -> Run:
         handled=read_handled(bag),
         plant=read_plant(bag),
         configuration_digest=read_configuration_digest(bag),
+        pauses=read_pauses(bag),
     )
+
+
+def read_pauses(bag: Bag) -> tuple[Pause, ...]:
+    """Return when nothing at all was recorded, counted from the start of the recording."""
+    found: list[Pause] = []
+    last = np.zeros(0)
+    for times in bag.arrivals():
+        found += find_pauses(np.concatenate((last, times - bag.start)))
+        # A pause may lie between two parts.
+        last = times[-1:] - bag.start if len(times) else last
+    return tuple(found)
 
 
 def _seconds(stamp: Any, origin: float) -> float:

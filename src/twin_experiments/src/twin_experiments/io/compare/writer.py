@@ -213,6 +213,7 @@ def _experiment(experiment: ExperimentComparison, written: WrittenComparison) ->
         "name": experiment.name,
         "verdict": "",
         "reasons": experiment.reasons,
+        "notes": [],
         "figures": [(CAPTIONS[kind], embedded(file)) for kind, file in drawn.items()],
         "tables": [
             (

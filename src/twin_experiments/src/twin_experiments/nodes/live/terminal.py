@@ -8,6 +8,7 @@ from rich.table import Table
 
 from twin_experiments.document import HEADINGS, paper_rows, report_document, summary_rows
 from twin_experiments.io.report import Report
+from twin_experiments.label.notes import pause_note
 from twin_experiments.label.plant import plant_label
 from twin_experiments.palletising.outcome import SUMMARY
 from twin_experiments.palletising.outcome import summary_rows as summary_of_parts
@@ -43,8 +44,9 @@ def print_report(report: Report, console: Console) -> None:
                 parts.add_row(*row)
             console.print(parts)
     for result in report.results:
-        for reason in result.reasons:
-            console.print(f"{result.span.label}: {reason}", markup=False, soft_wrap=True)
+        pauses = [pause_note(result)] if result.pauses else []
+        for text in (*result.reasons, *pauses):
+            console.print(f"{result.span.label}: {text}", markup=False, soft_wrap=True)
     console.print(f"report: {report.folder / 'report.html'}", soft_wrap=True)
 
 
