@@ -174,10 +174,8 @@ def _errors(result: Result, reach_mm: float, path_limit_percent: float) -> Figur
                 largest_of_bins(seen.deviation_mm, thin.step),
                 **line,
             )
-    shades = "shaded: a side moves" + ("; grey: the machine paused" if result.pauses else "")
-    upper.set(
-        ylabel="|real - twin| [mm]", title=f"distance of the tools at the same instant ({shades})"
-    )
+    shades = "shaded: a side moves" + ("; grey: a pause" if result.pauses else "")
+    upper.set(ylabel="|real - twin| [mm]", title=f"distance of the tools ({shades})")
     upper.legend(**ABOVE)
     upper.set_ylim(bottom=0.0)
     _percent_axis(upper, reach_mm)

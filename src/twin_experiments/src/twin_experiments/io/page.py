@@ -10,7 +10,7 @@ from typing import Any
 
 from jinja2 import Environment, StrictUndefined
 
-NUMBER_AND_UNIT = re.compile(r"(?<=\d) (?=(mm|ms|s|%)(\s|$))")
+NUMBER_AND_UNIT = re.compile(r"(?<=\d) (?=(mm|ms|s|%)(?!\w))")
 NO_BREAK = "\u00a0"
 TEMPLATE = """<!DOCTYPE html>
 <html lang="en">
@@ -56,7 +56,7 @@ pre { overflow-x: auto; font-size: 13px; }
 {% endfor %}</table></div>
 {% endmacro %}
 <h1>{{ title }}</h1>
-{% for verdict, text in sentences %}<p class="sentence {{ verdict }}">{{ text }}</p>
+{% for verdict, text in sentences %}<p class="sentence {{ verdict }}">{{ text | with_units }}</p>
 {% endfor %}
 {% if label %}<table class="label">
 {% for name, text in label %}<tr><th>{{ name }}</th><td>{{ text }}</td></tr>
@@ -70,7 +70,7 @@ pre { overflow-x: auto; font-size: 13px; }
 {% if experiment.reasons %}<ul>
 {% for reason in experiment.reasons %}<li>{{ reason }}</li>{% endfor %}
 </ul>{% endif %}
-{% for note in experiment.notes %}<p>{{ note }}</p>
+{% for note in experiment.notes %}<p>{{ note | with_units }}</p>
 {% endfor %}
 {% for caption, data in experiment.figures %}<figure><figcaption>{{ caption }}</figcaption>
 <img alt="{{ caption }}" src="data:image/png;base64,{{ data }}"></figure>{% endfor %}
@@ -106,6 +106,6 @@ def render(content: Mapping[str, Any]) -> str:
     return environment.from_string(TEMPLATE).render(content)
 
 
-def with_units(cell: str) -> str:
-    """Return the text of a cell, in which no line ends between a number and its unit."""
-    return NUMBER_AND_UNIT.sub(NO_BREAK, cell)
+def with_units(text: str) -> str:
+    """Return a text in which no line ends between a number and its unit."""
+    return NUMBER_AND_UNIT.sub(NO_BREAK, text)
