@@ -21,6 +21,7 @@ from twin_experiments.metrics.errors import (
 )
 from twin_experiments.metrics.pauses import Pause, pauses_within, undisturbed
 from twin_experiments.metrics.series import Array, Gap, MetricsError, Motion
+from twin_experiments.metrics.true_positions import TrueArm, TruePositioning, true_positioning
 from twin_experiments.palletising.outcome import SIDES, Handled, SideOutcome, outcome, shortcomings
 from twin_experiments.record import Age, RecordError, Run, Span, cut, pick
 
@@ -70,6 +71,7 @@ class Result:
         pauses: When the machine, or the recorder, stood still.
         path_undisturbed: Path error without the pauses and what follows them; None if it is not
             known.
+        true_positioning: Error at rest against the robot's true geometry; None if it is not known.
     """
 
     span: Span
@@ -84,6 +86,7 @@ class Result:
     speed_percent: float | None = None
     pauses: tuple[Pause, ...] = ()
     path_undisturbed: ErrorSummary | None = None
+    true_positioning: TruePositioning | None = None
 
     @property
     def passed(self) -> bool:
@@ -98,6 +101,7 @@ def analyse(
     settings: MetricsSettings,
     tool: ToolFunction,
     work: Palletise | None = None,
+    arm: TrueArm | None = None,
 ) -> tuple[Result, ...]:
     """Analyse every experiment of a run.
 
@@ -108,6 +112,7 @@ def analyse(
         settings: Thresholds of the errors, for the joints that move the tool.
         tool: Forward kinematics of the joints that move the tool, in robot.yaml's order.
         work: palletise.yaml, if the robot has one.
+        arm: The robot as it was made, if that is known.
 
     Raises:
         RecordError: An experiment of the run is not in ``config``.
@@ -126,6 +131,9 @@ def analyse(
         visited = {name: positions[name] for name in config.known[span.name].visits}
         result = _analyse_span(run, span, config, visited, settings, columns, tool)
         result = _with_pauses(_with_speed(result, largest), run.pauses, robot.reach_mm)
+        if arm is not None and result.comparison is not None:
+            found = true_positioning(result.comparison, tool, arm, visited, settings)
+            result = replace(result, true_positioning=found)
         return _with_parts(result, run, work) if span.name in config.palletising else result
 
     return tuple(analysed(span) for span in run.spans)

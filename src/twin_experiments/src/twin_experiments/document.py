@@ -51,6 +51,7 @@ def _experiment(result: Result, reach_mm: float) -> dict[str, Any]:
         "name": result.span.name,
         "leader": result.leader,
         **figures,
+        **_true_positioning(result, reach_mm),
         **_pauses(result),
         "verdict": "pass" if result.passed else "fail",
         "repeat": result.span.repeat,
@@ -93,6 +94,18 @@ def _figures(comparison: Comparison, reach_mm: float, start: float) -> dict[str,
             {"side": gap.side, "start_s": gap.start - start, "duration_s": gap.duration}
             for gap in aligned.gaps
         ],
+    }
+
+
+def _true_positioning(result: Result, reach_mm: float) -> dict[str, Any]:
+    """Return the error at rest against the robot's true geometry."""
+    found = result.true_positioning
+    return {
+        "true_positioning_error_max_mm": None if found is None else found.max_mm,
+        "true_positioning_error_max_percent": None
+        if found is None
+        else 100.0 * found.max_mm / reach_mm,
+        "calibrated_positioning_error_max_mm": None if found is None else found.calibrated_mm,
     }
 
 

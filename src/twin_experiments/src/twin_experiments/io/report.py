@@ -29,6 +29,7 @@ from twin_experiments.io.run_reader import read_configuration, read_run
 from twin_experiments.label.made_with import MadeWith
 from twin_experiments.label.notes import notes
 from twin_experiments.label.sentence import sentence
+from twin_experiments.label.true_arm import true_arm
 from twin_experiments.palletising.outcome import SUMMARY, error_rows
 from twin_experiments.palletising.outcome import summary_rows as summary_of_parts
 from twin_experiments.record import Event, Run
@@ -98,11 +99,8 @@ def analyse_bag(
         run = read_run(opened, [joint.name for joint in robot.twin_joints])
     work = read_work(run.configuration, config_directory)
     tool = partial(tool_positions, ScrewModel.from_robot(robot))
-    return (
-        run,
-        chosen,
-        analyse(run, config, robot, metrics_settings(config.metrics, robot), tool, work),
-    )
+    settings, arm = metrics_settings(config.metrics, robot), true_arm(run.plant, robot)
+    return run, chosen, analyse(run, config, robot, settings, tool, work, arm)
 
 
 def write_report(bag: Path, folder: Path, config_directory: Path | None = None) -> Report:
@@ -205,7 +203,7 @@ def _experiment(result: Result, entry: dict[str, Any], report: Report) -> dict[s
         "name": result.span.label,
         "verdict": "pass" if result.passed else "FAIL",
         "reasons": result.reasons,
-        "notes": notes(result),
+        "notes": notes(result, robot.reach_mm),
         "figures": [(CAPTIONS[kind], embedded(file)) for kind, file in drawn.items()],
         "tables": [
             ("Parts", table(SUMMARY, summary_of_parts(result.parts))),

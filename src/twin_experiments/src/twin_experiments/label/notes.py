@@ -8,9 +8,24 @@ from twin_experiments.metrics.pauses import AFTERMATH_S, LONGEST_SILENCE_S, long
 MS = 1e3
 
 
-def notes(result: Result) -> list[str]:
+def notes(result: Result, reach_mm: float) -> list[str]:
     """Return what a reader must know before taking the figures of an experiment for granted."""
-    return [pause_note(result)]
+    return [positioning_note(result, reach_mm), pause_note(result)]
+
+
+def positioning_note(result: Result, reach_mm: float) -> str:
+    """Say how far the tool is off at rest, and what of it calibration would remove."""
+    found = result.true_positioning
+    if found is None:
+        return "At rest, against the robot's true geometry: not known."
+    removable = "none of it"
+    if found.removable_mm > 0.0:
+        removable = f"{found.removable_mm:.3f} mm of it"
+    return (
+        f"At rest, against the robot's true geometry: max {found.max_mm:.3f} mm, "
+        f"{100.0 * found.max_mm / reach_mm:.3f} % of reach. Calibration of lengths and zero "
+        f"offsets would remove {removable} and leave {found.calibrated_mm:.3f} mm."
+    )
 
 
 def pause_note(result: Result) -> str:
