@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import subprocess
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +24,6 @@ ROOT = Path(__file__).resolve().parents[1]
 DEADLINE_S = 300.0
 PATH_PERCENT, REST_PERCENT = 5.0, 2.0
 """The article's errors, percent of reach."""
-PLANT = "ideal stand-in, 18 ms of lag"
 
 
 def run(repeats: int, folder: Path, console: Console) -> list[Row]:
@@ -36,15 +36,21 @@ def run(repeats: int, folder: Path, console: Console) -> list[Row]:
 
     Returns:
         The worst figure of each experiment against the article's.
+
+    Raises:
+        ValueError: See :func:`label`.
     """
-    load, runs, failed = os.getloadavg()[0], [], 0
+    load, failed = os.getloadavg()[0], 0
+    runs: list[dict[str, dict[str, float]]] = []
+    labels: list[dict[str, Any]] = []
     for number in range(1, repeats + 1):
-        figures = _demo(folder / f"demo_{number}")
+        report = _demo(folder / f"demo_{number}")
+        figures = None if report is None else _figures(report, folder / f"demo_{number}")
         console.print(f"[{number}/{repeats}] {figures or 'no report'}", markup=False)
         failed += figures is None
         runs += [figures] if figures else []
-    robot = load_robot(ROOT / "config").name
-    entry = {"robot": robot, "plant": PLANT, "failed": failed, "runs": runs}
+        labels += [report["made_with"]] if report else []
+    entry = {**label(labels), "failed": failed, "runs": runs}
     content = page.so_far()
     page.write({**content, "demos": page.measured(entry, load)})
     return [
@@ -57,8 +63,33 @@ def run(repeats: int, folder: Path, console: Console) -> list[Row]:
     ]
 
 
-def _demo(folder: Path) -> dict[str, dict[str, float]] | None:
-    """Run one demo on ports of its own; return its figures by experiment, None without a report."""
+def label(made_with: Sequence[dict[str, Any]]) -> dict[str, str]:
+    """Return robot and plant of all runs, as their reports say; figures of two are not mixed.
+
+    Args:
+        made_with: The section of that name of each report.json.
+
+    Raises:
+        ValueError: There is no report, or two reports name another robot or plant.
+    """
+    found = {(each["robot"], _plant(each["plant"])) for each in made_with}
+    if not found:
+        raise ValueError("no demo ended with a report")
+    if len(found) > 1:
+        told = ", ".join(f"{robot} with {plant}" for robot, plant in sorted(found))
+        raise ValueError(f"the demos are of one robot and one plant, but their reports say {told}")
+    ((robot, plant),) = found
+    return {"robot": robot, "plant": plant}
+
+
+def _plant(plant: dict[str, Any] | None) -> str:
+    return (
+        "plant not recorded" if plant is None else f"plant {plant['name']}: {plant['description']}"
+    )
+
+
+def _demo(folder: Path) -> dict[str, Any] | None:
+    """Run one demo on ports of its own; return its report.json, None without a report."""
     config = folder / "config_in_use"
     copy_with_ports(ROOT / "config", config, None, None)
     ports = [f"--{kind}-port={free_port()}" for kind in ("master", "modbus", "gateway")]
@@ -71,6 +102,12 @@ def _demo(folder: Path) -> dict[str, dict[str, float]] | None:
     report = folder / "run" / "report.json"
     if not report.is_file():
         return None
+    read: dict[str, Any] = json.loads(report.read_text(encoding="utf-8"))
+    return read
+
+
+def _figures(report: dict[str, Any], folder: Path) -> dict[str, dict[str, float]]:
+    """Return the figures of one demo by experiment."""
     speeds = _speeds(folder / "run" / "run.bag")
     return {
         entry["name"]: {
@@ -78,7 +115,7 @@ def _demo(folder: Path) -> dict[str, dict[str, float]] | None:
             "positioning_percent": entry["positioning_error_max_percent"],
             "speed_percent": speeds[entry["name"]],
         }
-        for entry in json.loads(report.read_text(encoding="utf-8"))["experiments"]
+        for entry in report["experiments"]
     }
 
 

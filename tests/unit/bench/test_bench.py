@@ -6,6 +6,7 @@ import io
 import json
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 from harness.workspace import ROOT
@@ -14,7 +15,7 @@ from rich.console import Console
 if str(ROOT) not in sys.path:
     sys.path.append(str(ROOT))
 
-from bench import page, run
+from bench import demos, page, run
 from bench.readme import with_figures
 from bench.record import Beside, Goal, Record, interleaved, median, p99, spread_percent
 from bench.rows import GROUPS, names
@@ -118,6 +119,33 @@ def test_demos_are_shown_with_median_worst_speed_and_plant() -> None:
     assert line in text and "old" not in text and text.endswith("after\n")
     assert "3 runs" in text and "1 more ended without a report" in text
     assert all(word in text for word in ("a robot", "ideal", *told.values()))
+
+
+IDEAL = {"name": "ideal", "description": "a perfect robot", "payload_kg": 0.0}
+
+
+def test_demos_take_their_label_from_their_reports() -> None:
+    """What the bag says of robot and plant, not what somebody once wrote down."""
+    made_with = {"robot": "a robot", "plant": IDEAL}
+    expected = {"robot": "a robot", "plant": "plant ideal: a perfect robot"}
+    assert demos.label([made_with, made_with]) == expected
+    assert demos.label([{"robot": "r", "plant": None}])["plant"] == "plant not recorded"
+
+
+@pytest.mark.parametrize(
+    ("made_with", "text"),
+    [
+        ([], "no demo ended with a report"),
+        (
+            [{"robot": "r", "plant": IDEAL}, {"robot": "r", "plant": None}],
+            "their reports say r with plant ideal: a perfect robot, r with plant not recorded",
+        ),
+    ],
+)
+def test_demos_of_two_plants_are_not_mixed(made_with: list[Any], text: str) -> None:
+    """A figure of two plants has no label."""
+    with pytest.raises(ValueError, match=text):
+        demos.label(made_with)
 
 
 def test_a_readme_without_its_block_is_refused() -> None:

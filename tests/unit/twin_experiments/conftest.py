@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from rosbags.rosbag1 import Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
-from scara_config import files_in_force
+from scara_config import files_in_force, load_robot
 from twin_experiments.metrics.series import Array
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -127,7 +127,9 @@ class Pair(NamedTuple):
 
     ``without`` names topics that are missing; ``silent`` is a topic and the experiment during which
     nothing came on it; ``hole`` is a topic and the times [s] within each experiment between which
-    nothing came; after ``frozen_after`` [s] nothing moves.
+    nothing came; after ``frozen_after`` [s] nothing moves; ``plant`` is the text of real/plant.
+    Within ``pause`` [s] of each experiment nothing at all was received; ``kick`` says from when to
+    when [s] the follower's joint_3 is how much higher [m].
     """
 
     lag_s: float = 0.005
@@ -138,6 +140,9 @@ class Pair(NamedTuple):
     silent: tuple[str, str] = ("", "")
     hole: tuple[str, float, float] = ("", 0.0, 0.0)
     frozen_after: float = 1e9
+    plant: str | None = None
+    pause: tuple[float, float] = (0.0, 0.0)
+    kick: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 def imitate(
@@ -163,6 +168,8 @@ def imitate(
                 + np.array(pair.offset) * delayed
                 + generator.normal(0.0, 1.0, positions.shape) * pair.noise
             )
+            kicked = (times > pair.kick[0]) & (times < pair.kick[1]) & delayed
+            positions[:, 2] += kicked * pair.kick[2]
             if (topic, name) == pair.silent:
                 continue
             names = list(JOINTS)
@@ -176,6 +183,13 @@ def imitate(
         maker.marker(start + DURATION_S, f"end {name}")
         start += DURATION_S + 1.0
     _say(maker, pair)
+    for number in range(len(experiments)):
+        begun = 0.5 + number * (DURATION_S + 1.0)
+        maker.samples = [
+            sample
+            for sample in maker.samples
+            if not pair.pause[0] < sample.at - begun < pair.pause[1]
+        ]
     maker.samples = [sample for sample in maker.samples if sample.topic not in pair.without]
 
 
@@ -184,6 +198,8 @@ def _say(maker: BagMaker, pair: Pair) -> None:
 
     The set points are received 2 ms after their time.
     """
+    if pair.plant is not None:
+        maker.text(0.0, "real/plant", pair.plant)
     if pair.configuration is not None:
         maker.text(0.0, "twin_controller/configuration", pair.configuration)
     decision: tuple[Any, ...] = (
@@ -251,6 +267,21 @@ def recorded_configuration() -> str:
     """Return the shipped configuration as the twin controller publishes it."""
     files = {name: path.read_text() for name, path in files_in_force(ROOT / "config").items()}
     return json.dumps(files)
+
+
+@pytest.fixture
+def fastest_joint_percent() -> float:
+    """Return the fastest joint of the imitated run in percent of its largest speed in robot.yaml.
+
+    A quintic's largest speed is 15/8 of its mean: joint_1 and joint_2 turn by up to 1.214750 rad
+    within 0.6 s, joint_3 goes 0.16 m.
+    """
+    joints = {joint.name: joint.velocity for joint in load_robot(ROOT / "config").joints}
+    return max(
+        187.5 * abs(there[i] - here[i]) / MOVE_S / joints[name]
+        for here, there in pairwise(CYCLE)
+        for i, name in enumerate(JOINTS)
+    )
 
 
 @pytest.fixture

@@ -6,12 +6,14 @@ import shutil
 import struct
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 import rosbag
 from cell_recorder.io.bag_writer import BagWriter
 from cell_recorder.recording import RecorderSettings
 from twin_experiments.io.bag_reader import BagError, open_bag
+from twin_experiments.io.run_reader import read_pauses
 
 FLOAT64 = {
     "type": "std_msgs/Float64",
@@ -196,6 +198,23 @@ def test_an_unfinished_bag_without_a_message_is_refused(tmp_path: Path) -> None:
         open_bag(path),
     ):
         pass
+
+
+def test_arrivals_are_those_of_all_topics_in_all_parts(
+    tmp_path: Path, bag_maker: type[Any]
+) -> None:
+    """Sorted within a part; a pause may lie between two parts."""
+    for name, parts in (("run.bag", (0.02, 0.0)), ("run.part0002.bag", (0.1, 0.11))):
+        maker = bag_maker()
+        for topic, at in zip(("one", "other"), parts):
+            maker.text(at, topic, "text")
+        maker.write(tmp_path / name)
+    with open_bag(tmp_path / "run.bag") as bag:
+        arrivals = [list(part - bag.start) for part in bag.arrivals()]
+        pauses = read_pauses(bag)
+    assert arrivals == [pytest.approx([0.0, 0.02], abs=1e-6), pytest.approx([0.1, 0.11], abs=1e-6)]
+    (pause,) = pauses
+    assert (pause.start, pause.duration) == pytest.approx((0.02, 0.08), abs=1e-6)
 
 
 def test_nothing_temporary_is_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

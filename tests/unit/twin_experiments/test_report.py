@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import io
 import json
 import re
 from collections.abc import Callable
@@ -11,10 +13,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from rich.console import Console
 from scara_config import ConfigError
 from twin_experiments.document import report_document
 from twin_experiments.io.bag_reader import BagError
 from twin_experiments.io.report import Report, analyse_bag, write_report
+from twin_experiments.nodes.live.terminal import print_report
 from twin_experiments.record import RecordError
 
 CONFIG = Path(__file__).resolve().parents[3] / "config"
@@ -40,6 +44,11 @@ def analyse(bag: Path) -> dict[str, Any]:
     return report_document(results, chosen.robot.reach_mm, chosen.experiments.paper)
 
 
+def page_of(written: Report) -> str:
+    """Return the page as it is read: a space that keeps a unit beside its number is a space."""
+    return (written.folder / "report.html").read_text().replace("\u00a0", " ")
+
+
 @pytest.fixture(scope="module")
 def written(make_bag: MakeBag) -> Report:
     """Write the report of an imitated run once."""
@@ -52,7 +61,7 @@ def test_report_json_is_as_designed(written: Report) -> None:
     document = json.loads((written.folder / "report.json").read_text())
     assert written.passed
     assert document["paper"] == {"path_error_percent": 5.0, "positioning_error_percent": 2.0}
-    assert list(document) == ["experiments", "paper"]
+    assert list(document) == ["experiments", "paper", "made_with"]
     assert [(e["name"], e["leader"], e["verdict"]) for e in document["experiments"]] == [
         ("real_leads", "real", "pass"),
         ("twin_leads", "twin", "pass"),
@@ -60,6 +69,159 @@ def test_report_json_is_as_designed(written: Report) -> None:
     for experiment in document["experiments"]:
         assert set(experiment) >= DESIGNED
         assert experiment["held"] == ["P1", "P2", "P3", "P1", "P2", "P3", "P1"]
+
+
+def test_a_report_says_what_its_figures_were_made_with(
+    make_bag: MakeBag, recorded_configuration: str, fastest_joint_percent: float
+) -> None:
+    """Robot, plant, speed, configuration and time come from the bag, the rest from this machine."""
+    plant = {"name": "soft", "description": "as <soft> as can be", "payload_kg": 1.5}
+    bag = make_bag(plant=json.dumps(plant), configuration=recorded_configuration)
+    made_with = (written := write_report(bag, bag.parent / "out", CONFIG)).made_with.document()
+    document = json.loads((written.folder / "report.json").read_text())
+    assert document["made_with"] == made_with
+    assert (made_with["robot"], made_with["plant"]) == ("fanuc_sr6ia", plant)
+    assert made_with["speed_percent"] == pytest.approx(
+        {"real_leads": fastest_joint_percent, "twin_leads": fastest_joint_percent}, abs=0.1
+    )
+    digest = hashlib.sha256(recorded_configuration.encode()).hexdigest()[:12]
+    assert made_with["configuration"] == digest
+    assert made_with["date"] == "2030-03-17T17:46:40+00:00"
+    page = (written.folder / "report.html").read_text()
+    for text in ("soft: as &lt;soft&gt; as can be; payload 1.5 kg", digest, made_with["commit"]):
+        assert text in page
+
+
+def test_the_page_begins_with_a_sentence_for_each_experiment(written: Report) -> None:
+    """Good or bad comes before all figures, and the label right after it."""
+    page = (written.folder / "report.html").read_text()
+    order = [
+        page.index(text)
+        for text in (
+            "real_leads is good: while moving",
+            "twin_leads is good: while moving",
+            "<th>plant</th><td>not recorded</td>",
+            "reach 650 mm, recorded",
+            "path error max",
+        )
+    ]
+    assert order == sorted(order)
+
+
+@pytest.mark.parametrize(
+    ("text", "error"),
+    [
+        ("{", "real/plant: Input data was truncated"),
+        ('{"name": "soft", "payload_kg": 1}', "real/plant: .* required field `description`"),
+        (
+            '{"name": "soft", "description": "", "payload_kg": "1"}',
+            r"real/plant: Expected `float`, got `str` - at `\$.payload_kg`",
+        ),
+    ],
+)
+def test_a_plant_that_is_not_understood_is_named(make_bag: MakeBag, text: str, error: str) -> None:
+    """A figure without its label is no figure."""
+    with pytest.raises(BagError, match=f"run.bag: {error}"):
+        analyse(make_bag(plant=text))
+
+
+def test_the_terminal_names_plant_and_speed(
+    make_bag: MakeBag, fastest_joint_percent: float
+) -> None:
+    """A table that is copied from there keeps its label."""
+    plant = {"name": "soft", "description": "a [soft] robot", "payload_kg": 1.5}
+    for options, words in (({"plant": json.dumps(plant)}, "soft: a [soft] robot"), ({}, "not")):
+        bag = make_bag(**options)
+        console = Console(record=True, width=120, file=io.StringIO())
+        print_report(write_report(bag, bag.parent / "out", CONFIG), console)
+        printed = console.export_text()
+        assert f"plant {words}" in printed
+        (speed,) = [line for line in printed.splitlines() if "speed" in line]
+        assert speed.count(f"{fastest_joint_percent:.0f} %") == 2
+
+
+def test_a_pause_of_the_machine_is_told_and_its_error_is_given_apart(make_bag: MakeBag) -> None:
+    """The last message comes 0.997 s, the next one 1.041 s after the start of each experiment.
+
+    The follower is 6.5 mm too high in the pause and 0.1 s after it: 1 % of 650 mm.
+    """
+    bag = make_bag(lag_s=0.0, pause=(1.0, 1.04), kick=(1.0, 1.14, 0.0065))
+    written = write_report(bag, bag.parent / "out", CONFIG)
+    document = json.loads((written.folder / "report.json").read_text())
+    for experiment in document["experiments"]:
+        assert experiment["pauses"] == 1
+        assert experiment["longest_pause_ms"] == pytest.approx(44.0, abs=0.01)
+        assert experiment["path_error_max_percent"] == pytest.approx(1.0, abs=0.01)
+        assert experiment["path_error_max_undisturbed_percent"] < 0.01
+    page = page_of(written)
+    assert "1 pause of the machine, or of the recorder; the longest took 44 ms." in page
+    assert "without the pauses and the 0.2 s after each: 0.00" in page
+    console = Console(record=True, width=120, file=io.StringIO())
+    print_report(written, console)
+    assert "real_leads: 1 pause of the machine, or of the recorder" in console.export_text()
+
+
+def test_a_pause_is_a_grey_band_in_the_figure_of_errors(make_bag: MakeBag) -> None:
+    """One in each of its two plots, and none without a pause."""
+    from matplotlib.image import imread
+
+    def grey(**options: Any) -> int:
+        bag = make_bag(**options)
+        write_report(bag, bag.parent / "out", CONFIG)
+        image = imread(bag.parent / "out" / "real_leads_errors.png")[..., :3]
+        band = np.abs(image - np.array([0x9C, 0xA3, 0xAF]) / 255.0).max(axis=2) < 0.01
+        columns = band.sum(axis=0)
+        return int((columns > 300).sum())
+
+    assert grey(pause=(1.0, 1.04)) >= 1 + grey()
+
+
+def test_a_run_without_pauses_says_so(written: Report) -> None:
+    """The quiet between two experiments belongs to neither."""
+    document = json.loads((written.folder / "report.json").read_text())
+    for experiment in document["experiments"]:
+        assert (experiment["pauses"], experiment["longest_pause_ms"]) == (0, 0.0)
+        undisturbed = experiment["path_error_max_undisturbed_percent"]
+        assert undisturbed == experiment["path_error_max_percent"]
+    page = page_of(written)
+    assert "there was never more than 30 ms without any message" in page
+
+
+def test_positions_at_rest_are_held_against_the_true_geometry_too(make_bag: MakeBag) -> None:
+    """A tool that is 0.13 mm too high: 0.02 % of 650 mm; the error as defined does not see it.
+
+    0.03 mm of the sliding joint are its zero offset, by which it stands higher than the twin.
+    """
+    home = [[0, -1, 0, 0.65], [-1, 0, 0, 0], [0, 0, -1, 0.16013], [0, 0, 0, 1]]
+    plant = {
+        "name": "made",
+        "description": "as it was made",
+        "payload_kg": 0.0,
+        "geometry": {"screw_axes": {}, "home_pose": home},
+        "axes": {"joint_3": {"zero_offset_mm": 0.03}},
+    }
+    bag = make_bag(lag_s=0.0, offset=(0.0, 0.0, 0.00003, 0.0), plant=json.dumps(plant))
+    written = write_report(bag, bag.parent / "out", CONFIG)
+    document = json.loads((written.folder / "report.json").read_text())
+    second = document["experiments"][1]
+    assert second["positioning_error_max_mm"] == pytest.approx(0.03, abs=1e-3)
+    assert second["true_positioning_error_max_mm"] == pytest.approx(0.16, abs=1e-3)
+    assert second["true_positioning_error_max_percent"] == pytest.approx(0.0246, abs=2e-4)
+    assert second["calibrated_positioning_error_max_mm"] == pytest.approx(0.0, abs=1e-3)
+    assert (
+        "At rest, against the robot&#39;s true geometry: max 0.160 mm, 0.025 % of reach. "
+        "Calibration of lengths and zero offsets would remove 0.160 mm of it and leave 0.000 mm."
+    ) in page_of(written)
+
+
+def test_without_a_true_geometry_its_figures_are_null(written: Report) -> None:
+    """Nobody knows how a robot was made unless it is said."""
+    document = json.loads((written.folder / "report.json").read_text())
+    for experiment in document["experiments"]:
+        assert experiment["true_positioning_error_max_mm"] is None
+        assert experiment["true_positioning_error_max_percent"] is None
+        assert experiment["calibrated_positioning_error_max_mm"] is None
+    assert "true geometry: not known." in (written.folder / "report.html").read_text()
 
 
 @pytest.mark.parametrize("lag_s", [0.0, 0.007, 0.03])

@@ -11,8 +11,17 @@ from scara_config import Robot
 from scara_config.palletise import Palletise
 
 from twin_experiments.config import Experiment, ExperimentsFile, Limits
-from twin_experiments.metrics.errors import Comparison, MetricsSettings, ToolFunction, compare
+from twin_experiments.metrics.errors import (
+    Comparison,
+    ErrorSummary,
+    MetricsSettings,
+    ToolFunction,
+    compare,
+    summarize,
+)
+from twin_experiments.metrics.pauses import Pause, pauses_within, undisturbed
 from twin_experiments.metrics.series import Array, Gap, MetricsError, Motion
+from twin_experiments.metrics.true_positions import TrueArm, TruePositioning, true_positioning
 from twin_experiments.palletising.outcome import SIDES, Handled, SideOutcome, outcome, shortcomings
 from twin_experiments.record import Age, RecordError, Run, Span, cut, pick
 
@@ -30,6 +39,20 @@ class AgeSummary:
 
 
 @dataclass(frozen=True)
+class Excess:
+    """An error beyond its limit, both in percent of reach."""
+
+    what: str
+    percent: float
+    limit: float
+
+    @property
+    def text(self) -> str:
+        """Say it as a reason to fail."""
+        return f"{self.what} {self.percent:.3f} % of reach, limit {self.limit:g} %"
+
+
+@dataclass(frozen=True)
 class Result:
     """One experiment: what was found and whether it passes. ``reasons`` is empty if it does.
 
@@ -43,6 +66,12 @@ class Result:
         ages: Per topic.
         reasons: Why it fails.
         parts: What became of the parts, for each side; empty if it handles none.
+        speed_percent: The leader's fastest joint, in percent of that joint's largest speed; None if
+            the data could not be compared.
+        pauses: When the machine, or the recorder, stood still.
+        path_undisturbed: Path error without the pauses and what follows them; None if it is not
+            known.
+        true_positioning: Error at rest against the robot's true geometry; None if it is not known.
     """
 
     span: Span
@@ -54,6 +83,10 @@ class Result:
     ages: Mapping[str, AgeSummary]
     reasons: tuple[str, ...]
     parts: tuple[SideOutcome, ...] = ()
+    speed_percent: float | None = None
+    pauses: tuple[Pause, ...] = ()
+    path_undisturbed: ErrorSummary | None = None
+    true_positioning: TruePositioning | None = None
 
     @property
     def passed(self) -> bool:
@@ -68,6 +101,7 @@ def analyse(
     settings: MetricsSettings,
     tool: ToolFunction,
     work: Palletise | None = None,
+    arm: TrueArm | None = None,
 ) -> tuple[Result, ...]:
     """Analyse every experiment of a run.
 
@@ -78,6 +112,7 @@ def analyse(
         settings: Thresholds of the errors, for the joints that move the tool.
         tool: Forward kinematics of the joints that move the tool, in robot.yaml's order.
         work: palletise.yaml, if the robot has one.
+        arm: The robot as it was made, if that is known.
 
     Raises:
         RecordError: An experiment of the run is not in ``config``.
@@ -90,10 +125,15 @@ def analyse(
         )
     positions = {name: np.array(place) for name, place in robot.positions_m.items()}
     columns = [run.joint_names.index(joint.name) for joint in robot.arm_joints]
+    largest = np.array([robot.joint(name).velocity for name in run.joint_names])
 
     def analysed(span: Span) -> Result:
         visited = {name: positions[name] for name in config.known[span.name].visits}
         result = _analyse_span(run, span, config, visited, settings, columns, tool)
+        result = _with_pauses(_with_speed(result, largest), run.pauses, robot.reach_mm)
+        if arm is not None and result.comparison is not None:
+            found = true_positioning(result.comparison, tool, arm, visited, settings)
+            result = replace(result, true_positioning=found)
         return _with_parts(result, run, work) if span.name in config.palletising else result
 
     return tuple(analysed(span) for span in run.spans)
@@ -134,6 +174,27 @@ def _analyse_span(
     return Result(span, experiment.leader, visits, held, comparison, motions, ages, reasons)
 
 
+def _with_speed(result: Result, largest: Array) -> Result:
+    """Add how fast the leader was; ``largest``: of each joint [rad/s or m/s]."""
+    if result.motions is None:
+        return result
+    real, twin = result.motions
+    leader = real if result.leader == "real" else twin
+    return replace(result, speed_percent=float(100.0 * (np.abs(leader.velocities) / largest).max()))
+
+
+def _with_pauses(result: Result, pauses: tuple[Pause, ...], reach_mm: float) -> Result:
+    """Add the pauses of the machine, and the path error without the moments that they disturbed."""
+    result = replace(result, pauses=pauses_within(pauses, result.span.start, result.span.end))
+    if result.comparison is None:
+        return result
+    seen = result.comparison.trace
+    counted = seen.moving & undisturbed(seen.aligned.instants, pauses)
+    if not counted.any():
+        return result
+    return replace(result, path_undisturbed=summarize(seen.deviation_mm[counted], reach_mm))
+
+
 def _with_parts(result: Result, run: Run, work: Palletise | None) -> Result:
     """Add what became of the parts, and what speaks against it."""
     if work is None:
@@ -166,21 +227,7 @@ def judge(
     reasons = []
     if not span.finished:
         reasons.append("the recording ends before the experiment does")
-    if comparison.path.max_percent > limits.path_error_percent:
-        reasons.append(
-            f"path error {comparison.path.max_percent:.3f} % of reach, limit "
-            f"{limits.path_error_percent:g} %"
-        )
-    positioning = comparison.positioning_max_mm
-    if (
-        positioning is not None
-        and 100.0 * positioning / reach_mm > limits.positioning_error_percent
-    ):
-        percent = 100.0 * positioning / reach_mm
-        reasons.append(
-            f"positioning error {percent:.3f} % of reach, limit "
-            f"{limits.positioning_error_percent:g} %"
-        )
+    reasons += [excess.text for excess in exceeded(comparison, reach_mm, limits)]
     wanted = tuple(name for name, _ in groupby(experiment.visits))
     if held[-len(wanted) :] != wanted:
         reasons.append(
@@ -193,6 +240,16 @@ def judge(
             f"{excluded:.1f} % of the time has no samples, limit {limits.excluded_percent:g} %"
         )
     return tuple(reasons)
+
+
+def exceeded(comparison: Comparison, reach_mm: float, limits: Limits) -> tuple[Excess, ...]:
+    """Return the errors that are beyond their limits."""
+    positioning = comparison.positioning_max_mm
+    found = [Excess("path error", comparison.path.max_percent, limits.path_error_percent)]
+    if positioning is not None:
+        percent = 100.0 * positioning / reach_mm
+        found.append(Excess("positioning error", percent, limits.positioning_error_percent))
+    return tuple(excess for excess in found if excess.percent > excess.limit)
 
 
 def summarize_age(age: Age, span: Span) -> AgeSummary | None:

@@ -8,6 +8,7 @@ from typing import Any
 from twin_experiments.analysis import Result
 from twin_experiments.config import Limits, PaperFigures
 from twin_experiments.metrics.errors import Comparison, ErrorSummary, Rest
+from twin_experiments.metrics.pauses import longest_ms
 from twin_experiments.palletising.outcome import as_document
 from twin_experiments.repeats import summarize_repeats
 
@@ -50,6 +51,8 @@ def _experiment(result: Result, reach_mm: float) -> dict[str, Any]:
         "name": result.span.name,
         "leader": result.leader,
         **figures,
+        **_true_positioning(result, reach_mm),
+        **_pauses(result),
         "verdict": "pass" if result.passed else "fail",
         "repeat": result.span.repeat,
         "reasons": list(result.reasons),
@@ -94,6 +97,30 @@ def _figures(comparison: Comparison, reach_mm: float, start: float) -> dict[str,
     }
 
 
+def _true_positioning(result: Result, reach_mm: float) -> dict[str, Any]:
+    """Return the error at rest against the robot's true geometry."""
+    found = result.true_positioning
+    return {
+        "true_positioning_error_max_mm": None if found is None else found.max_mm,
+        "true_positioning_error_max_percent": None
+        if found is None
+        else 100.0 * found.max_mm / reach_mm,
+        "calibrated_positioning_error_max_mm": None if found is None else found.calibrated_mm,
+    }
+
+
+def _pauses(result: Result) -> dict[str, Any]:
+    """Return the pauses of the machine during an experiment, and the path error without them."""
+    undisturbed = result.path_undisturbed
+    return {
+        "pauses": len(result.pauses),
+        "longest_pause_ms": longest_ms(result.pauses),
+        "path_error_max_undisturbed_percent": None
+        if undisturbed is None
+        else undisturbed.max_percent,
+    }
+
+
 def _rest(rest: Rest, start: float) -> dict[str, Any]:
     """Return one rest of report.json."""
     return {
@@ -123,6 +150,7 @@ HEADINGS = (
     "of travelled",
     "lag",
     "positioning max",
+    "speed",
     "verdict",
 )
 
@@ -142,8 +170,12 @@ def paper_rows(limits: Limits, paper: PaperFigures) -> list[tuple[str, ...]]:
 
 def _compared_row(name: str, path_percent: float, positioning_percent: float) -> tuple[str, ...]:
     """Return a row that holds only the two figures the article gives."""
-    cells = {0: name, 2: f"{path_percent:g} %", 7: f"{positioning_percent:g} %"}
-    return tuple(cells.get(i, "") for i in range(len(HEADINGS)))
+    cells = {
+        "experiment": name,
+        "path error max": f"{path_percent:g} %",
+        "positioning max": f"{positioning_percent:g} %",
+    }
+    return tuple(cells.get(heading, "") for heading in HEADINGS)
 
 
 def _row(result: Result, reach_mm: float) -> tuple[str, ...]:
@@ -166,6 +198,7 @@ def _row(result: Result, reach_mm: float) -> tuple[str, ...]:
         "-" if travelled is None else f"{travelled:.2f} %",
         "-" if lag is None else f"{1e3 * lag:+.1f} ms",
         "-" if positioning is None else _length(positioning, reach_mm),
+        "-" if result.speed_percent is None else f"{result.speed_percent:.0f} %",
         verdict,
     )
 

@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from twin_experiments.label.plant import RecordedPlant
+from twin_experiments.metrics.pauses import Pause
 from twin_experiments.metrics.series import FEWEST_SAMPLES, Array, Motion
 from twin_experiments.palletising.outcome import Handled
 
@@ -67,7 +69,11 @@ class Event:
 
 @dataclass(frozen=True)
 class Run:
-    """All of a bag that the report uses; ``configuration`` is empty if the bag holds none."""
+    """All of a bag that the report uses.
+
+    ``configuration`` and its digest are empty if the bag holds none; ``plant`` is None if no
+    stand-in said it.
+    """
 
     path: str
     origin: float
@@ -83,6 +89,9 @@ class Run:
     configuration: Mapping[str, Any] = field(default_factory=dict)
     topics: Mapping[str, int] = field(default_factory=dict)
     handled: Mapping[str, Handled] = field(default_factory=dict)
+    plant: RecordedPlant | None = None
+    configuration_digest: str = ""
+    pauses: tuple[Pause, ...] = ()
 
 
 def find_spans(markers: list[tuple[float, str]], end: float) -> tuple[Span, ...]:

@@ -7,6 +7,8 @@ from collections import Counter
 from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
 from rosbags.interfaces import Connection
 from rosbags.rosbag1 import Reader
 
@@ -53,6 +55,14 @@ class Parts:
                             continue
                         earlier.add(bytes(data))
                     yield connection, stamp, data
+
+    def arrivals(self) -> Iterator[NDArray[np.int64]]:
+        """Yield the times of receipt [ns] of all messages, sorted, one part after another."""
+        for file in self.files:
+            opened = contextlib.nullcontext(self._only) if self._only else Reader(file)
+            with opened as reader:
+                times = [entry.time for index in reader.indexes.values() for entry in index]
+            yield np.sort(np.array(times, dtype=np.int64))
 
     def close(self) -> None:
         """Close the file that is still open."""

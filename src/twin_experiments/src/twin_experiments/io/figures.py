@@ -20,6 +20,7 @@ from twin_experiments.metrics.errors import Comparison
 from twin_experiments.metrics.series import Array, Motion
 
 BLUE, ORANGE, GREY, RED = "#1667c2", "#ff9a1f", "#6b7280", "#c81e3a"
+PAUSE_GREY = "#9ca3af"
 REAL_LINE: dict[str, Any] = {
     "color": BLUE,
     "linewidth": 3.0,
@@ -155,6 +156,10 @@ def _errors(result: Result, reach_mm: float, path_limit_percent: float) -> Figur
             axis.axvspan(
                 gap.start - start, gap.start + gap.duration - start, color="#fde2e2", linewidth=0
             )
+        for pause in result.pauses:
+            left = max(pause.start, result.span.start)
+            right = min(pause.end, result.span.end)
+            axis.axvspan(left - start, right - start, color=PAUSE_GREY, linewidth=0)
     for seen, line in (
         (
             comparison.trace_after_lag,
@@ -169,10 +174,8 @@ def _errors(result: Result, reach_mm: float, path_limit_percent: float) -> Figur
                 largest_of_bins(seen.deviation_mm, thin.step),
                 **line,
             )
-    upper.set(
-        ylabel="|real - twin| [mm]",
-        title="distance of the tools at the same instant (shaded: a side moves)",
-    )
+    shades = "shaded: a side moves" + ("; grey: a pause" if result.pauses else "")
+    upper.set(ylabel="|real - twin| [mm]", title=f"distance of the tools ({shades})")
     upper.legend(**ABOVE)
     upper.set_ylim(bottom=0.0)
     _percent_axis(upper, reach_mm)

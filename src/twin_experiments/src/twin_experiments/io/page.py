@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import base64
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from jinja2 import Environment, StrictUndefined
 
+NUMBER_AND_UNIT = re.compile(r"(?<=\d) (?=(mm|ms|s|%)(?!\w))")
+NO_BREAK = "\u00a0"
 TEMPLATE = """<!DOCTYPE html>
 <html lang="en">
 <head>
@@ -33,6 +36,8 @@ th, td { text-align: left; padding: 0.3rem 0.9rem 0.3rem 0; vertical-align: top;
   border-bottom: 1px solid var(--line); }
 th { color: var(--soft); font-weight: 600; } td.mid { white-space: nowrap; }
 .pass { color: var(--good); font-weight: 700; } .FAIL { color: var(--bad); font-weight: 700; }
+.sentence { margin: 0.6rem 0; border-left: 0.3rem solid; padding-left: 0.8rem; }
+.label { margin: 1rem 0; } .label th { width: 8rem; } .label td { overflow-wrap: anywhere; }
 figure { margin: 1rem 0; } img { width: 100%; height: auto; display: block; }
 details { margin: 0.6rem 0; } summary { cursor: pointer; }
 pre { overflow-x: auto; font-size: 13px; }
@@ -45,11 +50,17 @@ pre { overflow-x: auto; font-size: 13px; }
 <tr>{% for heading in headings %}<th>{{ heading }}</th>{% endfor %}</tr>
 {% for row in rows %}<tr>
 {% for cell in row %}
-<td{% if cell in ("pass", "FAIL") %} class="{{ cell }}"{% endif %}>{{ cell }}</td>{% endfor %}
+<td{% if cell in ("pass", "FAIL") %} class="{{ cell }}"{% endif %}>
+{{- cell | with_units }}</td>{% endfor %}
 </tr>
 {% endfor %}</table></div>
 {% endmacro %}
 <h1>{{ title }}</h1>
+{% for verdict, text in sentences %}<p class="sentence {{ verdict }}">{{ text | with_units }}</p>
+{% endfor %}
+{% if label %}<table class="label">
+{% for name, text in label %}<tr><th>{{ name }}</th><td>{{ text }}</td></tr>
+{% endfor %}</table>{% endif %}
 <p class="soft">{{ subtitle }}</p>
 {{ table(headings, rows) }}
 <p class="soft">{{ legend }}</p>
@@ -59,6 +70,8 @@ pre { overflow-x: auto; font-size: 13px; }
 {% if experiment.reasons %}<ul>
 {% for reason in experiment.reasons %}<li>{{ reason }}</li>{% endfor %}
 </ul>{% endif %}
+{% for note in experiment.notes %}<p>{{ note | with_units }}</p>
+{% endfor %}
 {% for caption, data in experiment.figures %}<figure><figcaption>{{ caption }}</figcaption>
 <img alt="{{ caption }}" src="data:image/png;base64,{{ data }}"></figure>{% endfor %}
 {% for name, part in experiment.tables %}{% if part.rows %}<h3>{{ name }}</h3>
@@ -88,8 +101,11 @@ def table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> Mapping[str
 
 def render(content: Mapping[str, Any]) -> str:
     """Fill the page; a name that the template uses and ``content`` lacks is an error."""
-    return (
-        Environment(autoescape=True, undefined=StrictUndefined)
-        .from_string(TEMPLATE)
-        .render(content)
-    )
+    environment = Environment(autoescape=True, undefined=StrictUndefined)
+    environment.filters["with_units"] = with_units
+    return environment.from_string(TEMPLATE).render(content)
+
+
+def with_units(text: str) -> str:
+    """Return a text in which no line ends between a number and its unit."""
+    return NUMBER_AND_UNIT.sub(NO_BREAK, text)

@@ -6,7 +6,7 @@ import json
 import platform
 from collections.abc import Sequence
 from dataclasses import dataclass
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
@@ -22,9 +22,14 @@ from twin_experiments.configuration import Configuration, choose
 from twin_experiments.document import HEADINGS, paper_rows, report_document, summary_rows
 from twin_experiments.io.bag_reader import open_bag
 from twin_experiments.io.figures import draw
+from twin_experiments.io.label.workspace import this_workspace
 from twin_experiments.io.page import embedded, render, table
 from twin_experiments.io.palletising.parts_reader import read_work
 from twin_experiments.io.run_reader import read_configuration, read_run
+from twin_experiments.label.made_with import MadeWith
+from twin_experiments.label.notes import notes
+from twin_experiments.label.sentence import sentence
+from twin_experiments.label.true_arm import true_arm
 from twin_experiments.palletising.outcome import SUMMARY, error_rows
 from twin_experiments.palletising.outcome import summary_rows as summary_of_parts
 from twin_experiments.record import Event, Run
@@ -64,6 +69,7 @@ class Report:
     results: tuple[Result, ...]
     configuration: Configuration
     folder: Path
+    made_with: MadeWith
 
     @property
     def passed(self) -> bool:
@@ -93,11 +99,8 @@ def analyse_bag(
         run = read_run(opened, [joint.name for joint in robot.twin_joints])
     work = read_work(run.configuration, config_directory)
     tool = partial(tool_positions, ScrewModel.from_robot(robot))
-    return (
-        run,
-        chosen,
-        analyse(run, config, robot, metrics_settings(config.metrics, robot), tool, work),
-    )
+    settings, arm = metrics_settings(config.metrics, robot), true_arm(run.plant, robot)
+    return run, chosen, analyse(run, config, robot, settings, tool, work, arm)
 
 
 def write_report(bag: Path, folder: Path, config_directory: Path | None = None) -> Report:
@@ -108,11 +111,27 @@ def write_report(bag: Path, folder: Path, config_directory: Path | None = None) 
     """
     run, chosen, results = analyse_bag(bag, config_directory)
     folder.mkdir(parents=True, exist_ok=True)
-    report = Report(results, chosen, folder)
-    document = report_document(results, chosen.robot.reach_mm, chosen.experiments.paper)
+    report = Report(results, chosen, folder, _made_with(run, chosen, results))
+    document = {
+        **report_document(results, chosen.robot.reach_mm, chosen.experiments.paper),
+        "made_with": report.made_with.document(),
+    }
     (folder / "report.html").write_text(_page(run, report, document), encoding="utf-8")
     (folder / "report.json").write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
     return report
+
+
+def _made_with(run: Run, chosen: Configuration, results: Sequence[Result]) -> MadeWith:
+    """Return the label of a run's figures."""
+    begun = datetime.fromtimestamp(run.origin, UTC)
+    return MadeWith(
+        robot=chosen.robot.name,
+        plant=run.plant,
+        speed_percent={result.span.label: result.speed_percent for result in results},
+        configuration=run.configuration_digest,
+        recorded=(begun, begun + timedelta(seconds=run.duration)),
+        workspace=this_workspace(),
+    )
 
 
 def _page(run: Run, report: Report, document: dict[str, Any]) -> str:
@@ -125,6 +144,14 @@ def _page(run: Run, report: Report, document: dict[str, Any]) -> str:
             "title": "How well real robot and twin move as one",
             "subtitle": f"{robot.name}, reach {robot.reach_mm:g} mm, recorded {recorded}, "
             f"{run.duration:.1f} s{repaired}",
+            "sentences": [
+                (
+                    "pass" if result.passed else "FAIL",
+                    sentence(result, robot.reach_mm, config.limits),
+                )
+                for result in report.results
+            ],
+            "label": report.made_with.rows(),
             "headings": HEADINGS,
             "rows": [
                 *summary_rows(report.results, robot.reach_mm),
@@ -176,6 +203,7 @@ def _experiment(result: Result, entry: dict[str, Any], report: Report) -> dict[s
         "name": result.span.label,
         "verdict": "pass" if result.passed else "FAIL",
         "reasons": result.reasons,
+        "notes": notes(result, robot.reach_mm),
         "figures": [(CAPTIONS[kind], embedded(file)) for kind, file in drawn.items()],
         "tables": [
             ("Parts", table(SUMMARY, summary_of_parts(result.parts))),
@@ -203,6 +231,10 @@ def _experiment(result: Result, entry: dict[str, Any], report: Report) -> dict[s
             (
                 "Age of samples on receipt",
                 table(("topic", "median ms", "95 % ms", "max ms"), _ages(entry)),
+            ),
+            (
+                "Pauses of the machine",
+                table(("start s", "duration ms"), _pauses(result)),
             ),
             (
                 "Holes",
@@ -247,6 +279,14 @@ def _rests(result: Result) -> list[tuple[str, ...]]:
             *map(_cell, (rest.deviation_mm, rest.real_error_mm, rest.twin_error_mm)),
         )
         for rest in rests
+    ]
+
+
+def _pauses(result: Result) -> list[tuple[str, ...]]:
+    """Return one row for each pause of the machine."""
+    return [
+        (f"{pause.start - result.span.start:.2f}", f"{1e3 * pause.duration:.0f}")
+        for pause in result.pauses
     ]
 
 

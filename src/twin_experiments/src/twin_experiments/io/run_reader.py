@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from typing import Any
 
@@ -9,6 +10,8 @@ import numpy as np
 
 from twin_experiments.io.bag_reader import Bag, BagError
 from twin_experiments.io.palletising.parts_reader import read_handled
+from twin_experiments.label.plant import PLANT, PlantError, RecordedPlant, parse_plant
+from twin_experiments.metrics.pauses import Pause, find_pauses
 from twin_experiments.record import Age, Event, RecordError, Run, Side, build_side, find_spans
 
 MARKER = "experiment/marker"
@@ -30,7 +33,8 @@ def read_run(bag: Bag, joint_names: list[str]) -> Run:
         joint_names: Joints of both sides that are compared.
 
     Raises:
-        BagError: A needed topic has no messages, or a message cannot be read.
+        BagError: A needed topic has no messages, a message cannot be read, or the plant is not
+            understood.
         RecordError: A joint or a velocity is missing, or no experiment was started.
     """
     bag.require(NEEDED)
@@ -52,7 +56,21 @@ def read_run(bag: Bag, joint_names: list[str]) -> Run:
         configuration=read_configuration(bag),
         topics=bag.topics,
         handled=read_handled(bag),
+        plant=read_plant(bag),
+        configuration_digest=read_configuration_digest(bag),
+        pauses=read_pauses(bag),
     )
+
+
+def read_pauses(bag: Bag) -> tuple[Pause, ...]:
+    """Return when nothing at all was recorded, counted from the start of the recording."""
+    found: list[Pause] = []
+    last = np.zeros(0)
+    for times in bag.arrivals():
+        found += find_pauses(np.concatenate((last, times - bag.start)))
+        # A pause may lie between two parts.
+        last = times[-1:] - bag.start if len(times) else last
+    return tuple(found)
 
 
 def _seconds(stamp: Any, origin: float) -> float:
@@ -148,11 +166,36 @@ def read_configuration(bag: Bag) -> dict[str, Any]:
     Raises:
         BagError: It is no JSON.
     """
-    texts = [message.data for _, message in bag.messages(CONFIGURATION)]
-    if not texts:
+    text = _newest_text(bag, CONFIGURATION)
+    if text is None:
         return {}
     try:
-        tree = json.loads(texts[-1])
+        tree = json.loads(text)
     except ValueError as error:
         raise BagError(f"{bag.path}: {CONFIGURATION} is no JSON: {error}") from error
     return tree if isinstance(tree, dict) else {}
+
+
+def read_configuration_digest(bag: Bag) -> str:
+    """Return the digest that the twin controller gives the configuration, empty without one."""
+    text = _newest_text(bag, CONFIGURATION)
+    return "" if text is None else hashlib.sha256(text.encode()).hexdigest()[:12]
+
+
+def read_plant(bag: Bag) -> RecordedPlant | None:
+    """Return the plant of a recording; None if no stand-in said it: an older bag or a real robot.
+
+    Raises:
+        BagError: The text is not understood.
+    """
+    text = _newest_text(bag, PLANT)
+    try:
+        return None if text is None else parse_plant(text)
+    except PlantError as error:
+        raise BagError(f"{bag.path}: {error}") from error
+
+
+def _newest_text(bag: Bag, topic: str) -> str | None:
+    """Return the last string of a topic, None if there is none."""
+    texts = [str(message.data) for _, message in bag.messages(topic)]
+    return texts[-1] if texts else None

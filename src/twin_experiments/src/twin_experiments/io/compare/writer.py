@@ -175,6 +175,8 @@ def _page(written: WrittenComparison) -> str:
             "title": "Recordings held against each other",
             "subtitle": f"{len(written.labels)} recordings; joints {', '.join(mechanism.names)}; "
             f"distances are of {place}",
+            "sentences": [],
+            "label": [],
             "headings": ("experiment", *PAIR_HEADINGS),
             "rows": [
                 (experiment.name, *row)
@@ -211,6 +213,7 @@ def _experiment(experiment: ExperimentComparison, written: WrittenComparison) ->
         "name": experiment.name,
         "verdict": "",
         "reasons": experiment.reasons,
+        "notes": [],
         "figures": [(CAPTIONS[kind], embedded(file)) for kind, file in drawn.items()],
         "tables": [
             (

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from twin_experiments.document import HEADINGS, paper_rows, report_document, summary_rows
 from twin_experiments.io.report import Report
+from twin_experiments.label.notes import pause_note
+from twin_experiments.label.plant import plant_label
 from twin_experiments.palletising.outcome import SUMMARY
 from twin_experiments.palletising.outcome import summary_rows as summary_of_parts
 from twin_experiments.repeats import HEADINGS as REPEAT_HEADINGS
@@ -26,7 +29,8 @@ def print_report(report: Report, console: Console) -> None:
         *summary_rows(report.results, reach_mm),
         *paper_rows(config.limits, config.paper),
     ]
-    table = Table(title="real robot and twin, errors in mm and percent of reach")
+    plant = escape(plant_label(report.made_with.plant))
+    table = Table(title=f"real robot and twin, errors in mm and percent of reach\nplant {plant}")
     for column in columns:
         table.add_column(column[0])
     for cells in list(zip(*columns))[1:]:
@@ -40,8 +44,9 @@ def print_report(report: Report, console: Console) -> None:
                 parts.add_row(*row)
             console.print(parts)
     for result in report.results:
-        for reason in result.reasons:
-            console.print(f"{result.span.label}: {reason}", markup=False, soft_wrap=True)
+        pauses = [pause_note(result)] if result.pauses else []
+        for text in (*result.reasons, *pauses):
+            console.print(f"{result.span.label}: {text}", markup=False, soft_wrap=True)
     console.print(f"report: {report.folder / 'report.html'}", soft_wrap=True)
 
 

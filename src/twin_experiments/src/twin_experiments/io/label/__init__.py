@@ -1,0 +1,1 @@
+"""What the reporting machine and its workspace say of themselves."""
