@@ -94,13 +94,14 @@ def run_trial(robot: str, variant: Variant, leader: str, speed_percent: float) -
 
 def long_moves(files: CellFiles, speed_percent: float) -> CellFiles:
     """Return a cell whose experiments swing joint_1 to and fro over most of its range."""
-    poses = [_swung(files, side) for side in (-1.0, 1.0)]
+    poses = [_swung(files, side) for side in (0.0, -1.0, 1.0)]
     arm = [k for k, joint in enumerate(files.robot.twin_joints) if joint.screw_axis is not None]
     tool = tool_positions(ScrewModel.from_robot(files.robot), np.array(poses)[:, arm])
     robot = msgspec.structs.replace(
         files.robot, positions_m={f"P{k}": tuple(map(float, at)) for k, at in enumerate(tool, 1)}
     )
-    visits = ["P1", "P2", "P1", "P2", "P1"]
+    # First up, clear of what stands around the robot's home.
+    visits = ["P1", "P2", "P3", "P2", "P3", "P2"]
     steps: list[MoveStep | WaitStep] = []
     for line, visit in enumerate(visits, 1):
         twin = iter(poses[int(visit[1]) - 1])
@@ -126,10 +127,10 @@ def long_moves(files: CellFiles, speed_percent: float) -> CellFiles:
 
 
 def _swung(files: CellFiles, side: float) -> list[float]:
-    """Return a pose of the twin's joints with joint_1 far to one side."""
+    """Return a pose of the twin's joints with joint_1 far to one side, or in the middle for 0."""
     joints = files.robot.twin_joints
     pose = list(files.robot.home_positions)
-    pose[0] = SWING * (joints[0].upper if side > 0.0 else joints[0].lower)
+    pose[0] = SWING * abs(side) * (joints[0].upper if side > 0.0 else joints[0].lower)
     pose[1] = BENT if pose[1] == 0.0 else 0.0
     return [q + ABOVE_M if joint.unit == "mm" else q for q, joint in zip(pose, joints, strict=True)]
 
