@@ -128,6 +128,12 @@ def cell(running):
     running.ros.wait_until(
         lambda: running.jog_states[-1].data.startswith("idle"), 5.0, "the jog controller to be idle"
     )
+    # The move may be answered before its last packet, which has one point, is heard here.
+    running.ros.wait_until(
+        lambda: not running.setpoints or len(running.setpoints[-1].points) == 1,
+        5.0,
+        "the last packet of the way home",
+    )
     del running.setpoints[:]
     yield running
     assert [process.poll() for process in running.processes] == [None] * 5
