@@ -96,7 +96,7 @@ def moves_by_itself(history: History) -> Iterator[Violation]:
                     continue
                 if side == "twin" and any(a <= begin <= b for a, b in aligned):
                     continue
-                if any(in_force(history, deed, begin) for deed in history.deeds):
+                if any(in_force(history, deed, side, begin) for deed in history.deeds):
                     continue
                 if _is_rest_of_ramp(history, side, life, motion):
                     continue
@@ -124,16 +124,19 @@ def _is_rest_of_ramp(history: History, side: str, life: Sequence[Row], motion: M
         if not before or share(before[-1], history.joints) <= STILL:
             continue
         stands = strike.ended + REACTION_S[side] + ramp(life, strike.begun, history.joints)
-        if motion.end <= stands or any(in_force(history, deed, stands) for deed in history.deeds):
+        if motion.end <= stands or any(
+            in_force(history, deed, side, stands) for deed in history.deeds
+        ):
             return True
         return side == "twin" and any(a <= stands <= b for a, b in aligning(history))
     return False
 
 
-def in_force(history: History, deed: Deed, at: float) -> bool:
-    """Return whether a command may begin a motion at ``at``.
+def in_force(history: History, deed: Deed, side: str, at: float) -> bool:
+    """Return whether a command may begin a motion of a side at ``at``.
 
-    It was sent, not refused, has not come to its end, and nothing has ended it since.
+    It was sent, not refused, has not come to its end, and nothing that can have reached the side
+    has ended it since. A robot without its link stops by itself, a twin does not.
     """
     if deed.kind != "motion" or deed.sent > at:
         return False
@@ -147,7 +150,8 @@ def in_force(history: History, deed: Deed, at: float) -> bool:
     decided = any(
         decision.after in ENDED
         and decision.before != decision.after
-        and deed.until + LATE_S < decision.at < at
+        and deed.until + LATE_S < decision.at
+        and (decision.at if side == "real" else reached(history, side, decision.at)) < at
         for decision in history.decisions
     )
     return not stopped and not decided

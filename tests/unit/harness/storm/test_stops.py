@@ -98,6 +98,20 @@ def test_motion_on_a_release_is_found(name: str) -> None:
     assert f"{name}, 0.10 s ago" in found.evidence
 
 
+def test_command_is_in_force_until_a_stop_can_have_reached_the_side() -> None:
+    """A twin whose line is cut goes on with what it was told before; then it is stopped."""
+    lost = [decided(2.5, "IDLE", "OFFLINE")]
+    cut = Strike("line web refuse 0.5", 2.4, 2.9, {"twin": 0.5})
+    for begins, found in ((3.0, 0), (4.0, 1)):
+        made = history(
+            twin=moving((begins, begins + 0.4, 50.0)),
+            deeds=[motion(2.0)],
+            decisions=lost,
+            strikes=[cut],
+        )
+        assert len(list(moves_by_itself(made))) == found, begins
+
+
 def test_motion_on_a_connection_that_comes_back_is_found() -> None:
     """The controller had said that both are stopped."""
     decisions = [decided(2.0, "OPERATOR_LEADS", "OFFLINE")]
