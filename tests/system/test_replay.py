@@ -21,12 +21,8 @@ from twin_experiments.io.decision_reader import read_inputs, read_setups
 from twin_experiments.replay.history import shadow_at
 
 ANSWER_S = 10.0
-LOOKED_AT_S = 0.4
-"""Between two documents that are compared."""
-FURTHEST_S = 40.0
-"""So far back a document of the second move is looked for."""
-MOVING = 4
-"""So many documents of the pair in motion are compared, and all younger ones."""
+COMPARED = 12
+"""So many documents are compared, spread over the second move and the time after it."""
 
 
 def test_a_recorded_run_replays_without_a_difference(live_cell: LiveCell) -> None:
@@ -34,14 +30,13 @@ def test_a_recorded_run_replays_without_a_difference(live_cell: LiveCell) -> Non
     # A new folder each time: the scene may be played again, and nothing is written over.
     bag = Path(tempfile.mkdtemp(dir=live_cell.folder)) / "run.bag"
     with _recording(live_cell, bag):
-        for point in (
-            "{x: 0.55, y: 0.10, z: 0.10, speed_percent: 30}",
-            "{x: 0.65, y: 0.0, z: 0.0, speed_percent: 30}",
-        ):
-            answer = live_cell.call("/move_to", point)
-            assert answer["success"], answer
+        answer = live_cell.call("/move_to", "{x: 0.55, y: 0.10, z: 0.10, speed_percent: 30}")
+        assert answer["success"], answer
+        begun = _shadow_then(live_cell, -1e-3)["stamp"]
+        answer = live_cell.call("/move_to", "{x: 0.65, y: 0.0, z: 0.0, speed_percent: 30}")
+        assert answer["success"], answer
         assert not live_cell.call("/twin_controller/command", "{command: RESUME}")["success"]
-        documents = _documents(live_cell)
+        documents = _documents(live_cell, begun)
 
     said = live_cell.tool("rosrun", "twin_experiments", "replay_decisions", str(bag), timeout=120.0)
     assert ": 0 differences" in said, said
@@ -70,14 +65,12 @@ def _recording(cell: LiveCell, bag: Path) -> Iterator[None]:
     assert stopped["success"], stopped
 
 
-def _documents(cell: LiveCell) -> list[dict[str, Any]]:
-    """Return the controller's own documents from its newest back into the last motion."""
-    found = [_shadow_then(cell, -1e-3)]
-    newest = found[0]["stamp"]
-    while sum(not each["real"]["standing_still"] for each in found) < MOVING:
-        before = len(found) * LOOKED_AT_S
-        assert before < FURTHEST_S, "the real robot did not move"
-        found.append(_shadow_then(cell, newest - before))
+def _documents(cell: LiveCell, begun: float) -> list[dict[str, Any]]:
+    """Return the controller's own documents from ``begun`` [s, ROS time] until now, evenly."""
+    newest = _shadow_then(cell, -1e-3)["stamp"]
+    step = (newest - begun) / COMPARED
+    found = [_shadow_then(cell, begun + k * step) for k in range(1, COMPARED + 1)]
+    assert any(not each["real"]["standing_still"] for each in found), "the robot did not move"
     return found
 
 
