@@ -6,11 +6,12 @@ import importlib.metadata
 import json
 import os
 import platform
-import subprocess
 import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
+
+from twin_experiments.io.label.workspace import PROCESSORS, UNKNOWN, commit_of, processor_of
 
 from bench.plant_tables import tables
 from bench.readme import with_figures
@@ -37,20 +38,12 @@ OURS = (
 
 def machine() -> dict[str, str]:
     """Say what the figures were measured on and with."""
-    model = next(
-        (
-            line.split(":")[1].strip()
-            for line in Path("/proc/cpuinfo").read_text().splitlines()
-            if "model name" in line
-        ),
-        "",
-    )
     memory = int(Path("/proc/meminfo").read_text().split()[1]) / 2**20
     release = platform.freedesktop_os_release()["PRETTY_NAME"]
     return {
         "date": time.strftime("%Y-%m-%d"),
-        "machine": f"{model}, {os.cpu_count()} cores, {memory:.0f} GB, {release}, "
-        f"Linux {platform.release()}",
+        "machine": f"{processor_of(PROCESSORS)}, {os.cpu_count()} cores, {memory:.0f} GB, "
+        f"{release}, Linux {platform.release()}",
         "versions": ", ".join(f"{name} {importlib.metadata.version(name)}" for name in OURS)
         + f", Python {platform.python_version()}",
         "peers": ", ".join(
@@ -63,18 +56,8 @@ def machine() -> dict[str, str]:
 
 def commit() -> str:
     """Return the commit that is measured, with a plus if files differ; empty outside a clone."""
-    words = [
-        "git",
-        "-C",
-        str(ROOT),
-        "describe",
-        "--always",
-        "--dirty=+",
-        "--abbrev=7",
-        "--exclude=*",
-    ]
-    told = subprocess.run(words, capture_output=True, text=True, check=False)
-    return told.stdout.strip()
+    told = commit_of(ROOT)
+    return "" if told == UNKNOWN else told
 
 
 def measured(row: dict[str, Any], load: float) -> dict[str, Any]:

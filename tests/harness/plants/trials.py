@@ -9,11 +9,11 @@ import numpy as np
 from fanuc_emulator.program import MoveStep, Program, WaitStep
 from scara_control.kinematics.screws import ScrewModel, tool_positions
 
-from harness.plants.variants import Variant, cell_files
+from harness.plants.variants import Variant
 from harness.scenes.troubled import TroubledCell
 from harness.virtual_cell.cell import CellError
 from harness.virtual_cell.experiments import run_experiments
-from harness.virtual_cell.files import CellFiles, load_files
+from harness.virtual_cell.files import CellFiles
 
 ARTICLE_PERCENT = 50.0
 """The speed of the article's moves; they are too short for much more."""
@@ -64,7 +64,7 @@ class Trial:
 def run_trial(robot: str, variant: Variant, leader: str, speed_percent: float) -> Trial:
     """Run one experiment on a new cell."""
     trial = Trial(robot, variant.name, leader, speed_percent)
-    files = cell_files(variant, load_files(robot))
+    files = variant.files(robot)
     if speed_percent != ARTICLE_PERCENT:
         files = long_moves(files, speed_percent)
     with TroubledCell(files, clock_jitter=variant.clock_jitter, seed=1) as cell:

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import msgspec
-from fanuc_emulator.plant.config import AxisFile, Plant, load_plant
+from fanuc_emulator.plant.config import AxisFile, Plant
+from scara_config.profile import DEFAULT_PLANT
 
-from harness.virtual_cell.files import CellFiles
-from harness.workspace import ROOT
+from harness.virtual_cell.files import CellFiles, load_files
 
 Change = Callable[[Plant], Plant]
 
@@ -21,18 +21,21 @@ class Variant:
 
     Attributes:
         name: For tables.
-        change: From the ideal plant to its own.
+        change: From the plant of the file to its own.
+        plant: The file.
         clock_jitter: Largest error of each stamp of either side [s].
         pause: The twin controller's process stands still so long, once a second [s].
     """
 
     name: str
     change: Change = lambda plant: plant
+    plant: str = DEFAULT_PLANT
     clock_jitter: float = 0.0
     pause: float = 0.0
 
-    def files(self, files: CellFiles) -> CellFiles:
-        """Return a cell with this robot."""
+    def files(self, robot: str) -> CellFiles:
+        """Return the cell of a profile with this robot."""
+        files = load_files(robot, plant=self.plant)
         plant = self.change(files.emulator.plant)
         return replace(files, emulator=msgspec.structs.replace(files.emulator, plant=plant))
 
@@ -70,7 +73,7 @@ def _half_as_strong(_: int, axis: AxisFile) -> dict[str, float]:
 
 FREQUENCIES = (14.0, 22.0, 35.0)
 IDEAL = Variant("as it is")
-FIELD = Variant("field plant")
+FIELD = Variant("field plant", plant="field")
 VARIANTS = (
     IDEAL,
     # Filters alone: half of their sum is lag, and 3 ms are the servo's.
@@ -90,11 +93,3 @@ VARIANTS = (
     Variant("controller pauses for 50 ms each second", pause=0.05),
     FIELD,
 )
-
-
-def cell_files(variant: Variant, files: CellFiles) -> CellFiles:
-    """Return the cell of a variant; the field plant is a file of its own."""
-    if variant is not FIELD:
-        return variant.files(files)
-    plant = load_plant(files.robot, ROOT / "config" / "robots" / files.robot.name, "field")
-    return replace(files, emulator=msgspec.structs.replace(files.emulator, plant=plant))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 from fanuc_emulator.config import load_emulator, load_programs
@@ -163,7 +164,7 @@ def test_friction_has_the_shape_of_stribecks_curve() -> None:
 
 def test_a_step_below_what_friction_holds_moves_nothing() -> None:
     """The drive's acceleration is stiffness times error: 2 / 100^2 = 0.2 mrad are held."""
-    parameters = AxisParameters(**{**_fields(RUBBING), "velocity_feedforward": 0.0})
+    parameters = msgspec.structs.replace(RUBBING, velocity_feedforward=0.0)
     for step, moves in ((1.9e-4, False), (2.5e-4, True)):
         axis = Axis(parameters, (5,), 0.0, 0.002, 2)
         for _ in range(500):
@@ -176,7 +177,7 @@ def test_a_step_below_what_friction_holds_moves_nothing() -> None:
 def test_a_moving_axis_lags_by_what_friction_takes() -> None:
     """At 1 rad/s: friction over stiffness, beside the lag that velocity feed-forward leaves."""
     lags = []
-    for parameters in (RUBBING, AxisParameters(**{**_fields(RUBBING), "friction": None})):
+    for parameters in (RUBBING, msgspec.structs.replace(RUBBING, friction=None)):
         axis = Axis(parameters, (5,), 0.0, 0.002, 2)
         for tick in range(500):
             axis.step(0.002 * (tick + 1), 1.0)
@@ -184,7 +185,3 @@ def test_a_moving_axis_lags_by_what_friction_takes() -> None:
     friction = RUBBING.friction
     assert friction is not None
     assert lags[0] - lags[1] == pytest.approx(friction.at(1.0) / 100.0**2, rel=0.02)
-
-
-def _fields(parameters: AxisParameters) -> dict[str, object]:
-    return {name: getattr(parameters, name) for name in parameters.__struct_fields__}
