@@ -83,12 +83,14 @@ class Proxy:
         """Listen on ``port`` (0: any) for clients of the server on ``target``."""
         self.target, self.fault = target, passed
         self._units = units
+        # A connection that is being made while another thread cuts is cut too.
+        self._lock, self._cuts = threading.Lock(), 0
         self._lines: list[_Line] = []
         self._moving = threading.Event()
         self._moving.set()
-        self._listener = _listen(port)
-        self.port: int = self._listener.getsockname()[1]
-        threading.Thread(target=self._accept, args=(self._listener,), daemon=True).start()
+        self._listener: socket.socket | None = None
+        self.port = port
+        self._listen()
 
     fault: Fault
 
@@ -106,17 +108,22 @@ class Proxy:
     def cut(self, reset: bool = False) -> float:
         """End all connections; ``reset`` without a farewell. Return when (monotonic)."""
         now = time.monotonic()
-        while self._lines:
-            self._lines.pop().close(reset)
+        with self._lock:
+            self._cuts += 1
+            lines, self._lines = self._lines, []
+        for line in lines:
+            line.close(reset)
         return now
 
     def refuse(self, on: bool) -> float:
         """Stop listening and cut, or listen again on the same port."""
-        _end(self._listener)
+        with self._lock:
+            listener, self._listener = self._listener, None
+        if listener is not None:
+            _end(listener)
         if on:
             return self.cut()
-        self._listener = _listen(self.port)
-        threading.Thread(target=self._accept, args=(self._listener,), daemon=True).start()
+        self._listen()
         return time.monotonic()
 
     def freeze(self, on: bool) -> float:
@@ -138,14 +145,21 @@ class Proxy:
         self._moving.set()
         self.refuse(True)
 
+    def _listen(self) -> None:
+        listener = socket.create_server(("127.0.0.1", self.port), backlog=64)
+        self.port = listener.getsockname()[1]
+        self._listener = listener
+        threading.Thread(target=self._accept, args=(listener,), daemon=True).start()
+
     def _accept(self, listener: socket.socket) -> None:
         with contextlib.suppress(OSError):
             while True:
                 client, _ = listener.accept()
                 client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-                threading.Thread(target=self._connect, args=(client,), daemon=True).start()
+                made = (client, listener, self._cuts)
+                threading.Thread(target=self._connect, args=made, daemon=True).start()
 
-    def _connect(self, client: socket.socket) -> None:
+    def _connect(self, client: socket.socket, listener: socket.socket, cuts: int) -> None:
         self._moving.wait()
         try:
             server = socket.create_connection(("127.0.0.1", self.target))
@@ -153,8 +167,16 @@ class Proxy:
             _end(client)
             return
         server.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        self._lines[:] = [line for line in self._lines if line.open]
-        self._lines.append(_Line(self, client, server))
+        line = _Line(self, client, server)
+        with self._lock:
+            stands = self._listener is listener and self._cuts == cuts
+            self._lines = [old for old in self._lines if old.open]
+            if stands:
+                self._lines.append(line)
+        if stands:
+            line.start()
+        else:
+            line.close(reset=False)
 
     def carry(
         self, source: socket.socket, put: Callable[[list[Piece]], None], answers: bool
@@ -182,8 +204,12 @@ class _Line:
 
     def __init__(self, proxy: Proxy, client: socket.socket, server: socket.socket) -> None:
         self._proxy, self._sockets, self.open = proxy, (client, server), True
+
+    def start(self) -> None:
+        """Relay in both directions."""
+        client, server = self._sockets
         for source, sink, answers in ((client, server, False), (server, client, True)):
-            outbox = _Outbox(proxy, sink)
+            outbox = _Outbox(self._proxy, sink)
             threading.Thread(target=self._read, args=(source, outbox, answers), daemon=True).start()
             threading.Thread(target=outbox.write, daemon=True).start()
 
@@ -240,10 +266,6 @@ class _Outbox:
                 if left is not None and left <= 0.0:
                     return heapq.heappop(self._due)[2]
                 self._changed.wait(left)
-
-
-def _listen(port: int) -> socket.socket:
-    return socket.create_server(("127.0.0.1", port), backlog=64)
 
 
 def _end(line: socket.socket, shutdown: bool = True) -> None:
