@@ -8,7 +8,6 @@ import threading
 from collections.abc import Iterator
 
 import pytest
-
 from harness.wires.proxy import Proxy, _Line
 
 DEADLINE = 5.0
