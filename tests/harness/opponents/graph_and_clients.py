@@ -14,6 +14,7 @@ from rosbridge_gateway.io.graph import Ask, GraphError
 from rosbridge_gateway.io.server import GatewayServer
 from rosbridge_gateway.protocol.audit import Entry
 
+from harness.processes import wait_until
 from harness.workspace import ROOT
 
 DEADLINE = 5.0
@@ -182,6 +183,10 @@ class Cell:
         line = websocket.create_connection(url, timeout=DEADLINE, **options)
         self._clients.append(line)
         return Client(line)
+
+    def wait_logged(self, text: str) -> None:
+        """Wait for a line of the log that holds ``text``: a farewell comes behind its deed."""
+        wait_until(lambda: any(text in line for line in self.log), DEADLINE, f"log: {text}")
 
     def close(self) -> None:
         """End clients and gateway."""

@@ -67,7 +67,7 @@ def test_stalled_reader_is_dropped(make_cell: MakeCell) -> None:
     reader = cell.client()
     for _ in range(200):
         cell.server.deliver("/cell/big", b'{"data":"' + b"x" * 100_000 + b'"}', 1)
-    wait_until(lambda: any("left: took nothing for 0.5 s" in line for line in cell.log), DEADLINE)
+    cell.wait_logged("left: took nothing for 0.5 s")
     assert reader.time()["result"]
 
 
@@ -81,19 +81,14 @@ def test_client_that_takes_no_answers_is_dropped(make_cell: MakeCell) -> None:
     with pytest.raises((OSError, websocket.WebSocketException)):
         for _ in range(20_000):
             client.say(op="dance", id="x" * 1000)
-    wait_until(
-        lambda: any("left: 100 answers wait and are not taken" in line for line in cell.log),
-        DEADLINE,
-    )
+    cell.wait_logged("left: 100 answers wait and are not taken")
 
 
 def test_silent_client_is_found(make_cell: MakeCell) -> None:
     """A client that answers no ping is dropped after ping_interval + ping_timeout."""
     cell = make_cell(ping_interval=0.1, ping_timeout=0.1)
     cell.client()
-    wait_until(
-        lambda: any("left: no answer to a ping within 0.1 s" in line for line in cell.log), DEADLINE
-    )
+    cell.wait_logged("left: no answer to a ping within 0.1 s")
 
 
 def test_client_that_only_sends_is_not_silent(make_cell: MakeCell) -> None:

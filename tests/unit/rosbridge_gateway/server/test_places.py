@@ -38,7 +38,7 @@ def test_idle_sockets_do_not_lock_the_twin_controller_out_after_a_lost_line(cell
         again.say(op="subscribe", topic="twin/joint_states", type="T")
         assert again.time()["result"]
     assert has_gone(first.line)
-    assert any("left: made room for another twin_controller" in line for line in cell.log)
+    cell.wait_logged("left: made room for another twin_controller")
     own = cell.server.config.roles["twin_controller"].places
 
     def all_places_taken() -> bool:
@@ -60,7 +60,7 @@ def test_idle_sockets_keep_no_program_out(make_cell: MakeCell) -> None:
     fresh = cell.client()
     assert fresh.time()["result"] and listener.time()["result"] and other.time()["result"]
     assert has_gone(oldest.line)
-    assert any("left: made room for another operator" in line for line in cell.log)
+    cell.wait_logged("left: made room for another operator")
 
 
 def test_many_idle_sockets_cost_a_newcomer_nothing(cell: Cell) -> None:
