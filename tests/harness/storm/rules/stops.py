@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 
 from harness.scenes.truth import Row
-from harness.storm.rules.history import SIDES, Deed, History, Violation
+from harness.storm.rules.history import SIDES, Decided, Deed, History, Violation
 from harness.storm.rules.reading import (
     STILL,
     Motion,
@@ -100,6 +100,8 @@ def moves_by_itself(history: History) -> Iterator[Violation]:
                     continue
                 if _is_rest_of_ramp(history, side, life, motion):
                     continue
+                if _began_before_it_was_heard(history, side, life, motion):
+                    continue
                 yield Violation(
                     "moves by itself",
                     begin - LATE_S,
@@ -124,12 +126,40 @@ def _is_rest_of_ramp(history: History, side: str, life: Sequence[Row], motion: M
         if not before or share(before[-1], history.joints) <= STILL:
             continue
         stands = strike.ended + REACTION_S[side] + ramp(life, strike.begun, history.joints)
-        if motion.end <= stands or any(
-            in_force(history, deed, side, stands) for deed in history.deeds
-        ):
-            return True
-        return side == "twin" and any(a <= stands <= b for a, b in aligning(history))
+        return _ends_by(history, side, motion, stands)
     return False
+
+
+def _began_before_it_was_heard(
+    history: History, side: str, life: Sequence[Row], motion: Motion
+) -> bool:
+    """Return whether a motion was due when the controller decided that both stand.
+
+    A move that was announced begins all the same until its side has heard of the decision; then it
+    is on its ramp.
+    """
+    for decision in history.decisions:
+        if not _ends_motion(decision) or not 0.0 <= motion.begin - decision.at <= AMBIGUOUS_S:
+            continue
+        if not any(in_force(history, deed, side, decision.at) for deed in history.deeds):
+            continue
+        heard = decision.at + REACTION_S[side]
+        under_way = between(life, motion.begin, heard)
+        slows = max((ramp(life, row[0], history.joints) for row in under_way), default=0.0)
+        return _ends_by(history, side, motion, heard + slows)
+    return False
+
+
+def _ends_by(history: History, side: str, motion: Motion, stands: float) -> bool:
+    """Return whether a motion ends by ``stands``, or goes over into one that is in force then."""
+    if motion.end <= stands or any(in_force(history, deed, side, stands) for deed in history.deeds):
+        return True
+    return side == "twin" and any(a <= stands <= b for a, b in aligning(history))
+
+
+def _ends_motion(decision: Decided) -> bool:
+    """Return whether the controller says with it that both stand from now on."""
+    return decision.after in ENDED and decision.before != decision.after
 
 
 def in_force(history: History, deed: Deed, side: str, at: float) -> bool:
@@ -148,8 +178,7 @@ def in_force(history: History, deed: Deed, side: str, at: float) -> bool:
         for stop in history.deeds
     )
     decided = any(
-        decision.after in ENDED
-        and decision.before != decision.after
+        _ends_motion(decision)
         and deed.until + LATE_S < decision.at
         and (decision.at if side == "real" else reached(history, side, decision.at)) < at
         for decision in history.decisions

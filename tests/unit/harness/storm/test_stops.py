@@ -163,6 +163,23 @@ def test_rest_of_a_ramp_goes_over_into_a_motion_only_by_a_command(
     assert len(list(moves_by_itself(history(real, deeds=deeds, strikes=STALLED)))) == found
 
 
+@pytest.mark.parametrize(
+    ("begins", "lasts", "sent", "found"),
+    [(2.01, 0.3, 1.8, 0), (2.01, 1.5, 1.8, 1), (2.2, 0.3, 1.8, 1), (2.01, 0.3, None, 1)],
+    ids=["on its ramp", "goes on", "begins later", "nobody has sent it"],
+)
+def test_announced_motion_begins_until_its_side_has_heard_of_the_stop(
+    begins: float, lasts: float, sent: float | None, found: int
+) -> None:
+    """A robot is held a moment before the twin begins what it was told, and is paused then."""
+    made = history(
+        twin=moving((begins, begins + lasts, 50.0)),
+        deeds=[motion(sent)] if sent else [],
+        decisions=[decided(2.0, "OPERATOR_LEADS", "PAUSED")],
+    )
+    assert len(list(moves_by_itself(made))) == found
+
+
 def test_side_that_settles_does_not_move() -> None:
     """A drive comes to rest over some hundredths of a degree."""
     assert not list(moves_by_itself(history(moving((4.0, 4.1, 2.0)))))
