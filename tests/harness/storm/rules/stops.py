@@ -31,6 +31,9 @@ SETTLES = 0.2
 """A side that stands may still settle by this [deg or mm]."""
 COUNTS = 0.5
 """A shorter way is no motion [deg or mm]."""
+STAMPS_S = 0.005
+"""A motion is stamped by the clock of its side, a command by that of who sends it: they agree to
+this, and a motion may seem to begin before what moves it."""
 LATE_S = 0.1
 """What was sent so shortly before a decision to stop may have been heard after it."""
 BEGINS_S = 0.5
@@ -168,7 +171,7 @@ def in_force(history: History, deed: Deed, side: str, at: float) -> bool:
     It was sent, not refused, has not come to its end, and nothing that can have reached the side
     has ended it since. A robot without its link stops by itself, a twin does not.
     """
-    if deed.kind != "motion" or deed.sent > at:
+    if deed.kind != "motion" or deed.sent > at + STAMPS_S:
         return False
     over = deed.waits or not deed.success
     if over and deed.answered is not None and at > deed.answered + BEGINS_S:

@@ -90,6 +90,14 @@ def test_motion_of_a_command_in_force_keeps_the_rule() -> None:
     assert not list(moves_by_itself(history(moving((1.0, 2.0, 50.0)), deeds=[motion(0.9)])))
 
 
+@pytest.mark.parametrize(("sent", "found"), [(1.002, 0), (1.01, 1)])
+def test_two_clocks_may_show_a_motion_just_before_its_command(sent: float, found: int) -> None:
+    """By some milliseconds, not by more."""
+    assert len(list(moves_by_itself(history(moving((1.0, 2.0, 50.0)), deeds=[motion(sent)])))) == (
+        found
+    )
+
+
 @pytest.mark.parametrize("name", ["RESET", "release buttons", "pendant reset"])
 def test_motion_on_a_release_is_found(name: str) -> None:
     """What was wanted before the stop does not come back."""
