@@ -93,9 +93,8 @@ def test_motion_of_a_command_in_force_keeps_the_rule() -> None:
 @pytest.mark.parametrize(("sent", "found"), [(1.002, 0), (1.01, 1)])
 def test_two_clocks_may_show_a_motion_just_before_its_command(sent: float, found: int) -> None:
     """By some milliseconds, not by more."""
-    assert len(list(moves_by_itself(history(moving((1.0, 2.0, 50.0)), deeds=[motion(sent)])))) == (
-        found
-    )
+    made = history(moving((1.0, 2.0, 50.0)), deeds=[motion(sent)])
+    assert len(list(moves_by_itself(made))) == found
 
 
 @pytest.mark.parametrize("name", ["RESET", "release buttons", "pendant reset"])
