@@ -144,3 +144,13 @@ def test_a_new_scale_is_reached_without_running_past_it(wanted):
         scales.index(wanted) * DT
         <= (1.0 - wanted) / BOUNDS.ramp + BOUNDS.ramp / BOUNDS.jerk + 3 * DT
     )
+
+
+@pytest.mark.parametrize("rate", [0.3688175487262424, 0.39, 0.4])
+def test_a_pause_never_creeps_on(rate):
+    """Where the scale is r^2 / 2 j the rate changed its sign with each step, for ever."""
+    slow = plan_move(JOINTS, JointMotion.at_rest(START), TARGET, 20.0)
+    base = TimeBase(0.3, rate**2 / (2.0 * BOUNDS.jerk), -rate)
+    for _ in range(20):
+        base = advance(slow, base, 0.0, BOUNDS, JOINTS, DT)
+    assert (base.scale, base.rate) == (0.0, 0.0)

@@ -17,9 +17,13 @@ from scara_config import Joint
 from scara_control.joint_motion import JointMotion
 from scara_control.motion.plan import Path
 
-_THERE = 0.1
-"""Nearer than this share of the step that the jerk makes in one period, the scale is what is wanted
-(our choice)."""
+_THERE = 0.13
+"""Nearer than this share of the step that the jerk makes in one period, the scale is what is
+wanted. Above 1/8: up to there, at :math:`e = r^2 / 2 j`, the rate could change its sign with each
+step for ever, and a pause would creep on."""
+
+
+_SAME_TIME = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +47,36 @@ class ScaleBounds:
 
     ramp: float
     jerk: float
+
+
+class SpeedCap:
+    """The caps that were given, and from when on each holds.
+
+    A robot that follows was sent where the path leads up to its delay from now. A cap that changed
+    the path before that would find the robot ahead of it.
+    """
+
+    def __init__(self, percent: float = 100.0) -> None:
+        """Begin with a cap that holds."""
+        self._rows = [(-math.inf, percent)]
+
+    @property
+    def newest(self) -> float:
+        """The cap that was given last [percent]."""
+        return self._rows[-1][1]
+
+    def set(self, percent: float, due: float) -> None:
+        """Let a cap [percent] hold from ``due`` [s] on, whatever was to come after that."""
+        self._rows = [*(row for row in self._rows if row[0] < due), (due, percent)]
+
+    def at(self, time: float) -> float:
+        """Return the cap that holds at ``time`` [s], in percent."""
+        return next(percent for due, percent in reversed(self._rows) if due <= time + _SAME_TIME)
+
+    def forget(self, before: float) -> None:
+        """Forget what does not hold any more at ``before`` [s]."""
+        while len(self._rows) > 1 and self._rows[1][0] <= before:
+            del self._rows[0]
 
 
 def motion_at(path: Path, base: TimeBase) -> JointMotion:
