@@ -201,7 +201,7 @@ def test_move_refuses_wrong_requests(cell, fields, text):
 
 
 def test_a_move_is_announced_on_time_and_looks_ahead(cell):
-    """The first packet comes 0.1 s before the first motion; each looks 0.15 s ahead.
+    """The first packet comes 0.08 s before the first motion; each looks 0.13 s ahead.
 
     The last one is at rest.
     """
@@ -210,12 +210,30 @@ def test_a_move_is_announced_on_time_and_looks_ahead(cell):
     packets = list(cell.setpoints)
     first = packets[0].header.stamp.to_sec()
     moving = next(p for p in packets if any(p.points[0].velocities))
-    assert 0.08 < moving.header.stamp.to_sec() - first < 0.15
-    assert packets[0].points[-1].time_from_start.to_sec() == pytest.approx(0.15)
+    assert 0.06 < moving.header.stamp.to_sec() - first < 0.13
+    assert packets[0].points[-1].time_from_start.to_sec() == pytest.approx(0.13)
     assert any(packets[0].points[-1].velocities) and not any(packets[-1].points[0].velocities)
     assert packets[-1].points[0].positions == pytest.approx(FAR) and packets[0].joint_names == NAMES
     stamps = [packet.header.stamp.to_sec() for packet in packets]
     assert all(after > before for before, after in pairwise(stamps))
+
+
+def test_a_move_is_announced_as_early_as_the_real_robot_is_late(cell):
+    """What the twin controller has measured is heard in its state."""
+    from scara_msgs.msg import TwinControllerState
+
+    states = cell.ros.publisher("twin_controller/state", TwinControllerState)
+    states.publish(TwinControllerState(follower_lag=0.15))
+
+    def horizon():
+        """Return how far the first packet of a new move looks ahead [s]."""
+        del cell.setpoints[:]
+        assert cell.move(joint_positions=HOME if cell.q()[0] > 0.1 else FAR).success
+        return cell.setpoints[0].points[-1].time_from_start.to_sec()
+
+    cell.ros.wait_until(lambda: horizon() == pytest.approx(0.28), 20.0, "a longer look ahead")
+    states.publish(TwinControllerState(follower_lag=0.0))
+    cell.ros.wait_until(lambda: horizon() == pytest.approx(0.13), 20.0, "the shorter one again")
 
 
 def test_the_target_topic_moves_without_an_answer(cell):

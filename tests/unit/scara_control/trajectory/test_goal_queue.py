@@ -63,7 +63,7 @@ class Bench:
         self.pose.measure(measured)
         packet = self.pose.tick(self.now)
         report = self.pose.report(self.now)
-        self.desk.hear_motion(report.state, report.message, report.speed_limit_percent)
+        self.desk.hear_motion(report.state, report.message, report.speed_limit_percent, self.now)
         if self.mode:
             self.desk.hear_mode(self.mode, "because", self.now)
         turn = self.desk.tick(self.now)
@@ -147,7 +147,7 @@ def test_the_cap_stretches_the_time_base(bench: Bench) -> None:
         )
         * 100.0
     )
-    bench.pose.limit_speed(max(1.0, 0.25 * peak))
+    bench.pose.limit_speed(max(1.0, 0.25 * peak), bench.now)
     begin = bench.now
     bench.until_ended()
     taken = bench.now - begin
@@ -345,7 +345,7 @@ def test_joint_states_that_fail_to_come_abort_the_goal(bench: Bench) -> None:
     bench.run(0.3)
     late = bench.now + CONFIG.state_timeout + 0.1
     assert bench.desk.tick(late).end_stream
-    bench.desk.hear_motion("idle", "", 100.0)
+    bench.desk.hear_motion("idle", "", 100.0, late)
     assert (
         bench.desk.tick(late + 0.01).ended[0][1].text == "aborted: twin/joint_states fails to come"
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from scara_config import Joint
@@ -14,6 +14,16 @@ from scara_control.motion.plan import Path
 from scara_control.motion.time_scaling import ScaleBounds, TimeBase, advance, motion_at
 
 _SAME_TIME = 1e-6
+_LONGEST_DELAY = 0.5
+"""No follower is believed to be later [s]: its set points would look ahead for ever."""
+
+Scale = Callable[[float], float]
+"""How fast a path shall be driven at a time [s]: a part of its speed."""
+
+
+def believed(follower_delay: float) -> float:
+    """Return how late a follower is, as far as that is believed [s]."""
+    return min(max(follower_delay, 0.0), _LONGEST_DELAY) if math.isfinite(follower_delay) else 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,11 +81,17 @@ class PathDriver:
         """Start without a drive, the grid at ``now``."""
         self._joints = tuple(joints)
         self._period = config.period
-        self._horizon = round(config.move.horizon / config.period)
-        self._announce = config.move.announce
+        self._move = config.move
         self._bounds = ScaleBounds(config.move.time_scale_ramp, config.move.time_scale_jerk)
         self.time = now
         self.drive: Drive | None = None
+        # How late a follower does what it is told [s]: its set points look so much further ahead.
+        self.follower_delay = 0.0
+
+    @property
+    def _horizon(self) -> int:
+        """How far set points look ahead, in periods."""
+        return round((self.follower_delay + self._move.horizon) / self._period)
 
     def start(self, path: Path, go_at: float, scale: float) -> None:
         """Drive a new path from now on."""
@@ -83,24 +99,21 @@ class PathDriver:
 
     def announced(self, now: float) -> float:
         """Return the first time of the grid at which a move asked for at ``now`` may begin."""
-        return (
-            self.time
-            + math.ceil((now + self._announce - self.time) / self._period - _SAME_TIME)
-            * self._period
-        )
+        after = now + self.follower_delay + self._move.announce - self.time
+        return self.time + math.ceil(after / self._period - _SAME_TIME) * self._period
 
     def went_back(self, now: float) -> bool:
         """Say whether the clock went back."""
         return now < self.time - self._period
 
-    def advance(self, now: float, scale: float) -> None:
+    def advance(self, now: float, scale: Scale) -> None:
         """Go on to ``now``.
 
         A stall longer than the horizon delays the drive, so that the joints do not jump.
         """
         steps = max(math.floor((now - self.time) / self._period + _SAME_TIME), 0)
         for _ in range(min(steps, self._horizon)):
-            self.drive = self.drive and self._step(self.drive, scale)
+            self.drive = self.drive and self._step(self.drive, scale(self.drive.time))
         late = max(steps - self._horizon, 0) * self._period
         if late and self.drive is not None:
             self.drive = replace(
@@ -108,11 +121,11 @@ class PathDriver:
             )
         self.time += steps * self._period
 
-    def ahead(self, drive: Drive, scale: float) -> list[Drive]:
+    def ahead(self, drive: Drive, scale: Scale) -> list[Drive]:
         """Return the drive at each time of the grid from now to the horizon, or to its end."""
         drives = [drive]
         while len(drives) <= self._horizon and not drives[-1].done:
-            drives.append(self._step(drives[-1], scale))
+            drives.append(self._step(drives[-1], scale(drives[-1].time)))
         return drives
 
     def _step(self, drive: Drive, scale: float) -> Drive:

@@ -16,12 +16,13 @@ from scara_config import Robot
 from scara_control.config import MotionConfig
 from scara_control.joint_motion import JointMotion, Setpoints, Vector
 from scara_control.motion.commands import Command, MotionRefusedError, Ownership, taken_text
-from scara_control.motion.drive import Drive, PathDriver
+from scara_control.motion.drive import Drive, PathDriver, believed
 from scara_control.motion.feedback import Feedback
 from scara_control.motion.following.stream import Stream
 from scara_control.motion.plan import plan_move, plan_stop
 from scara_control.motion.requests import MoveLedger, Outcome, PoseReport, check_move
 from scara_control.motion.states import State
+from scara_control.motion.time_scaling import SpeedCap
 
 _LATCHED = "emergency stop is latched: RESET first"
 
@@ -43,7 +44,7 @@ class PoseController:
         self._commanded = self.names
         self._stopping = self._paused = self._estopped = False
         self._parked = False
-        self._requested, self._limit = config.move.default_speed_percent, 100.0
+        self._requested, self._cap = config.move.default_speed_percent, SpeedCap()
         self._message = ""
 
     def measure(self, measured: JointMotion) -> None:
@@ -112,8 +113,10 @@ class PoseController:
         elif self._driver.drive is not None and not self._stopping:
             self._paused = True
 
-    def limit_speed(self, percent: float) -> None:
+    def limit_speed(self, percent: float, now: float) -> None:
         """Cap the program speed of this and all coming moves.
+
+        A move that runs slows down where the follower has not been sent yet.
 
         Raises:
             MotionRefusedError: Outside 1 to 100.
@@ -121,7 +124,11 @@ class PoseController:
         if not (math.isfinite(percent) and 1.0 <= percent <= 100.0):
             self._message = f"speed_limit_percent = {percent:g} is outside [1, 100]"
             raise MotionRefusedError(self._message)
-        self._limit = float(percent)
+        self._cap.set(float(percent), now + self._driver.follower_delay)
+
+    def look_ahead(self, follower_delay: float) -> None:
+        """Announce set points for a follower that does them so late [s]."""
+        self._driver.follower_delay = believed(follower_delay)
 
     def update_modes(self, modes: Mapping[str, str]) -> None:
         """Take in which controller each joint obeys.
@@ -143,7 +150,8 @@ class PoseController:
         """Go on to ``now``; return the set points to publish, if anything moves."""
         if self._driver.went_back(now):
             self._restart(now)
-        self._driver.advance(now, self._wanted_scale())
+        self._driver.advance(now, self._wanted_scale)
+        self._cap.forget(self._driver.time)
         self._watch(now)
         return self._setpoints()
 
@@ -165,7 +173,7 @@ class PoseController:
             speed_applied_percent=self._requested * drive.base.scale
             if drive is not None and moving
             else 0.0,
-            speed_limit_percent=self._limit,
+            speed_limit_percent=self._cap.newest,
             standing_still=self._standing_still(now),
             message=self._message,
         )
@@ -195,7 +203,7 @@ class PoseController:
         self._end_move(f"aborted: replaced by move {self._ledger.move_id + 1}")
         self._begin(self.names, now, is_move=True)
         self._requested = request.speed_percent
-        scale = 1.0 if any(start.qdot) or any(start.qddot) else self._wanted_scale()
+        scale = 1.0 if any(start.qdot) or any(start.qddot) else self._wanted_scale(go_at)
         self._driver.start(path, go_at, scale)
         return self._ledger.move_id
 
@@ -262,11 +270,11 @@ class PoseController:
             return ""
         return "still stopping" if self._stopping else "a move is running: STOP it first"
 
-    def _wanted_scale(self) -> float:
-        """Return how fast the path shall be driven."""
+    def _wanted_scale(self, at: float) -> float:
+        """Return how fast the path shall be driven at a time [s]."""
         if self._stopping:
             return 1.0
-        return 0.0 if self._paused else min(1.0, self._limit / self._requested)
+        return 0.0 if self._paused else min(1.0, self._cap.at(at) / self._requested)
 
     def _watch(self, now: float) -> None:
         """Stop when the stream or the measurements fail to come.
@@ -317,7 +325,7 @@ class PoseController:
             self._parked = True
         else:
             self._parked = False
-            ahead = self._driver.ahead(drive, self._wanted_scale())
+            ahead = self._driver.ahead(drive, self._wanted_scale)
         packet = Setpoints(self.names, tuple(d.time for d in ahead), tuple(d.motion for d in ahead))
         return packet if self._commanded == self.names else packet.select(self._commanded)
 

@@ -4,7 +4,8 @@ Parameters: ``~config_dir`` (robot.yaml, motion.yaml; default: the package scara
 Services: ``joint_pose_controller/move`` (scara_msgs/MoveJoints).
 Subscribes: ``joint_pose_controller/target`` (JointState), ``joint_pose_controller/follow``
 (JointTrajectory), ``joint_pose_controller/speed_limit_percent`` (Float64), ``motion_command``,
-``twin/joint_states``, ``twin/controller_modes``.
+``twin/joint_states``, ``twin/controller_modes``, ``twin_controller/state`` (how late the real robot
+follows, if there is a twin controller).
 Publishes: ``twin/joint_setpoints`` (JointTrajectory), ``joint_pose_controller/state``
 (scara_msgs/MotionState).
 """
@@ -41,7 +42,7 @@ from scara_control.nodes.wiring import (
     start_node,
     subscribe,
 )
-from scara_msgs.msg import MotionCommand, MotionState
+from scara_msgs.msg import MotionCommand, MotionState, TwinControllerState
 from scara_msgs.srv import MoveJoints, MoveJointsResponse
 
 _LOG_PERIOD = 1.0
@@ -81,6 +82,7 @@ class JointPoseController:
             guard,
             queue_size=10,
         )
+        subscribe("twin_controller/state", TwinControllerState, self._on_mode, guard)
         offer("joint_pose_controller/move", MoveJoints, self._on_move)
 
     def run(self) -> None:
@@ -141,10 +143,14 @@ class JointPoseController:
     def _on_speed_limit(self, message: Float64) -> None:
         with self._lock:
             try:
-                self._core.limit_speed(message.data)
+                self._core.limit_speed(message.data, self._clock.now())
             except ScaraControlError as error:
                 rospy.logwarn("%s", error)
             self._settle(self._clock.now())
+
+    def _on_mode(self, message: TwinControllerState) -> None:
+        with self._lock:
+            self._core.look_ahead(message.follower_lag)
 
     def _on_target(self, message: JointState) -> None:
         speed = message.velocity[0] if message.velocity else 0.0

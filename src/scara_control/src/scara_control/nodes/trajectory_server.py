@@ -139,13 +139,16 @@ class TrajectoryServer:
 
     def _on_motion_state(self, message: MotionState) -> None:
         with self._lock:
-            self._desk.hear_motion(message.state, message.message, message.speed_limit_percent)
+            self._desk.hear_motion(
+                message.state, message.message, message.speed_limit_percent, self._clock.now()
+            )
 
     def _on_mode(self, message: TwinControllerState) -> None:
         held = message.holder and not message.holder_moves
         others_only = message.not_in_control if held else ""
         why = message.alarm or message.why
         with self._lock:
+            self._desk.look_ahead(message.follower_lag)
             self._desk.hear_mode(message.mode, why, self._clock.now(), others_only)
 
     def _on_command(self, message: MotionCommand) -> None:

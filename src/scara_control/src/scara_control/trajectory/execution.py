@@ -13,7 +13,7 @@ from scara_config import Joint
 from scara_control.config import MotionConfig, in_si
 from scara_control.joint_motion import JointMotion, Setpoints
 from scara_control.motion.drive import Drive
-from scara_control.motion.time_scaling import ScaleBounds, TimeBase
+from scara_control.motion.time_scaling import ScaleBounds, SpeedCap, TimeBase
 from scara_control.trajectory.goal import (
     Code,
     Goal,
@@ -59,6 +59,7 @@ class Execution:
         config: MotionConfig,
         measured: JointMotion,
         now: float,
+        follower_delay: float = 0.0,
     ) -> None:
         """Check the goal and plan it.
 
@@ -68,6 +69,7 @@ class Execution:
             config: motion.yaml.
             measured: All joints, fresh.
             now: [s]
+            follower_delay: How late a follower does what it is told [s].
 
         Raises:
             GoalError: It cannot be followed; the text says why.
@@ -97,6 +99,7 @@ class Execution:
         )
         self._late = goal.goal_time_tolerance or own.goal_time_tolerance
         self._check_start(there)
+        self._follower_delay = follower_delay
         begin = self._begin(goal, now)
         self._drive = Drive(self._path, now, begin, TimeBase(0.0, 1.0))
         self._bounds = ScaleBounds(config.move.time_scale_ramp, config.move.time_scale_jerk)
@@ -104,7 +107,7 @@ class Execution:
         self._arrived: float | None = None
         self._ending: Ended | None = None
         self.paused = False
-        self.limit_percent = 100.0
+        self._cap = SpeedCap()
 
     @property
     def scale(self) -> float:
@@ -120,6 +123,11 @@ class Execution:
         """Ramp down on the path; the first reason counts."""
         self._ending = self._ending or ended
 
+    def limit_speed(self, percent: float, now: float) -> None:
+        """Cap the program speed [percent], where the follower has not been sent yet."""
+        if percent != self._cap.newest:
+            self._cap.set(percent, now + self._follower_delay)
+
     def tick(self, measured: JointMotion, now: float) -> tuple[Setpoints | None, Ended | None]:
         """Go on to ``now``.
 
@@ -133,6 +141,7 @@ class Execution:
         period = self._config.period
         while self._drive.time <= now - 0.5 * period:
             self._drive = self._step(self._drive)
+        self._cap.forget(now)
         if self._ending is None:
             self._watch(measured)
         if self._ending is not None and (
@@ -142,7 +151,8 @@ class Execution:
         if self._drive.done:
             return self._settle(measured, now)
         ahead = [self._drive]
-        while len(ahead) <= round(self._config.move.horizon / period) and not ahead[-1].done:
+        horizon = self._follower_delay + self._config.move.horizon
+        while len(ahead) <= round(horizon / period) and not ahead[-1].done:
             ahead.append(self._step(ahead[-1]))
         return Setpoints(
             self.names, tuple(d.time for d in ahead), tuple(d.motion for d in ahead)
@@ -168,7 +178,7 @@ class Execution:
         if self._ending is not None or self.paused:
             wanted = 0.0
         else:
-            wanted = min(1.0, self.limit_percent / max(self.peak_percent, 1e-9))
+            wanted = min(1.0, self._cap.at(drive.time) / max(self.peak_percent, 1e-9))
         return drive.step(self._config.period, wanted, self._bounds, self._joints)
 
     def _begin(self, goal: Goal, now: float) -> float:
@@ -176,7 +186,7 @@ class Execution:
 
         That is as asked for, but not before followers could take aim.
         """
-        earliest = now + self._config.move.announce
+        earliest = now + self._follower_delay + self._config.move.announce
         if goal.start is None:
             return earliest
         age = now - goal.start
