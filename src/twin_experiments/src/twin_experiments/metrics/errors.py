@@ -29,6 +29,9 @@ ToolFunction: TypeAlias = Callable[[Array], Array]
 
 MM = 1e3
 MERGE_PAUSE_S = 0.1  # our choice: a shorter standstill does not end a move
+STIRS, STIRS_S = 0.1, 0.5
+"""A move that begins slowly is traced back to where the twin had this part of the moving speed, for
+so long at most [s]: the robot's readings are too noisy for that. Our choice."""
 
 
 @dataclass(frozen=True)
@@ -110,6 +113,7 @@ class Trace:
     twin_tool: Array
     deviation_mm: Array
     moving: Mask
+    stirring: Mask
 
 
 @dataclass(frozen=True)
@@ -172,7 +176,11 @@ def trace(real: Motion, twin: Motion, tool: ToolFunction, settings: MetricsSetti
     speeds = np.maximum(np.abs(aligned.real_velocities), np.abs(aligned.twin_velocities))
     real_tool, twin_tool = tool(aligned.real_positions), tool(aligned.twin_positions)
     moving = np.asarray((speeds >= settings.moving_speeds).any(axis=1))
-    return Trace(aligned, real_tool, twin_tool, deviation_mm(real_tool, twin_tool), moving)
+    stirring = np.asarray(
+        (np.abs(aligned.twin_velocities) >= STIRS * settings.moving_speeds).any(axis=1)
+    )
+    deviation = deviation_mm(real_tool, twin_tool)
+    return Trace(aligned, real_tool, twin_tool, deviation, moving, stirring)
 
 
 def find_moves(seen: Trace, leader_tool: Array, settings: MetricsSettings) -> tuple[Move, ...]:
@@ -220,11 +228,22 @@ def find_rests(
     )
     rests = []
     for first, last in true_runs(~seen.moving, seen.aligned.segments):
+        last = _before_it_stirs(seen, first, last, round(STIRS_S * settings.rate_hz))
         if last - first > settle + margin:
             rests.append(
                 _measure_rest(seen, slice(first + settle, last - margin), set_positions, settings)
             )
     return tuple(rests)
+
+
+def _before_it_stirs(seen: Trace, first: int, last: int, most: int) -> int:
+    """Return the end of a rest without the slow beginning of the move that follows, if one does."""
+    if last >= len(seen.moving) or not seen.moving[last]:
+        return last
+    least = max(first, last - most)
+    while last > least and seen.stirring[last - 1]:
+        last -= 1
+    return last
 
 
 def _measure_rest(
