@@ -37,7 +37,7 @@ ROOMS: dict[str, set[str]] = {
 """For each room the others that it may import. scara_bringup reaches nodes by rosrun only."""
 
 OUR = set(ROOMS)
-LINKS = ("config", "registers", "robot_sample", "io")
+LINKS = ("config", "registers", "robot_sample", "estimation", "io")
 """What robot_doctor may use of twin_controller: what talks to the two sides, and its settings."""
 
 

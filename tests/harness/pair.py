@@ -12,7 +12,7 @@ from functools import partial
 from itertools import count
 
 import msgspec
-from twin_controller.config import load_twin_controller
+from twin_controller.config import MeasuredJoint, TwinControllerConfig, load_twin_controller
 from twin_controller.core.actions import (
     AnyAction,
     CapTwin,
@@ -48,7 +48,20 @@ from harness.workspace import ROOT
 
 __all__ = ["HOME", "ROBOT", "SETUP", "Pair", "ramp", "shifted"]
 
-SETUP = Setup(ROBOT, load_twin_controller(ROBOT, ROOT / "config"))
+REAL_PERIOD_S = 0.002
+"""How often the ideal real robot renews its readings."""
+REAL_DELAY_MS = 18.3
+"""How late the ideal real robot does its set points; the core has measured it beforehand."""
+
+
+def _measured(config: TwinControllerConfig) -> TwinControllerConfig:
+    """Return a configuration that knows the ideal robot, and that it keeps up."""
+    joints = {joint.name: MeasuredJoint(REAL_DELAY_MS) for joint in ROBOT.twin_joints}
+    response = msgspec.structs.replace(config.response, measured=joints, first_percent=100.0)
+    return msgspec.structs.replace(config, response=response)
+
+
+SETUP = Setup(ROBOT, _measured(load_twin_controller(ROBOT, ROOT / "config")))
 HOME = SETUP.home
 PLAN_ROWS = 16
 
@@ -69,9 +82,9 @@ class Pair(RealSide, TwinSide):
         The clocks are the offsets of their clocks from the controller's [s].
         """
         self.setup = setup
-        RealSide.__init__(self, real, SETUP.config.real.follow_lag_ms * 1e-3)
+        RealSide.__init__(self, real, REAL_DELAY_MS * 1e-3)
         TwinSide.__init__(self, twin)
-        self.state = initial_state(setup.config)
+        self.state = initial_state(setup)
         self.now = 100.0
         self.real_clock, self.twin_clock = real_clock, twin_clock
         self.real_drift = self.twin_drift = 0.0
@@ -81,6 +94,7 @@ class Pair(RealSide, TwinSide):
         self.replies: dict[int, Reply] = {}
         self.inputs: list[AnyEvent] = []
         self.watch: Callable[[AnyEvent, list[AnyAction]], None] = lambda event, actions: None
+        self._poll_due: float | None = None
         self._due: list[tuple[float, int, Callable[[], object]]] = []
         self._order = count()
 
@@ -174,8 +188,11 @@ class Pair(RealSide, TwinSide):
             heapq.heappop(self._due)[2]()
         self.move_real(self.now)
         self.move_simulated(self.now, self.now + self.twin_clock)
-        if self.real_up and tick % 10 == 3:
-            self._report_real()
+        if self._poll_due is None or self.now >= self._poll_due:
+            # Each 9.7 ms, so that the polls scan the phase of the robot's readings.
+            self._poll_due = (self._poll_due or self.now) + 0.0097
+            if self.real_up:
+                self._report_real()
         if self.twin_up and tick % 10 == 7:
             self._report_twin()
         if self.twin_up and tick % 20 == 8:

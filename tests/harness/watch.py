@@ -17,7 +17,7 @@ from twin_controller.core.lead.modes import Mode
 from twin_controller.core.sides.side import HISTORY, Side
 from twin_controller.core.state import CoreState
 
-from harness.pair import SETUP, Pair
+from harness.pair import REAL_PERIOD_S, SETUP, Pair
 
 LEADERS = {Mode.REAL_LEADS: "real", Mode.TWIN_LEADS: "twin", Mode.OPERATOR_LEADS: "operator"}
 TWIN_FOLLOWS = (Mode.ALIGNING, Mode.REAL_LEADS)
@@ -123,7 +123,7 @@ class Watch:
                 last = self.streamed
                 # Sent in the robot's rhythm, which may drift by a tick.
                 share = 1e-2 * SETUP.config.limit.told_percent
-                passed = action.send_at - last.send_at + 1e-3 * SETUP.config.real.sample_period_ms
+                passed = action.send_at - last.send_at + REAL_PERIOD_S
                 for a, b, v in zip(action.q, last.q, SETUP.velocity):
                     allowed = v * passed * share
                     assert abs(a - b) <= allowed + TOLERANCE, "no step is faster than allowed"

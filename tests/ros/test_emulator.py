@@ -5,6 +5,7 @@ With and without a roscore, read by mbpoll, stopped by its watchdog.
 
 from __future__ import annotations
 
+import re
 import signal
 import subprocess
 from collections.abc import Iterator
@@ -15,6 +16,7 @@ import pytest
 from harness.processes import Process, free_port, wait_until
 from harness.ros import Ros
 from pymodbus.client import ModbusTcpClient
+from ruamel.yaml import YAML
 from scara_config import load_robot
 from scara_config.modbus_map import load_modbus_map
 from sensor_msgs.msg import JointState
@@ -27,10 +29,12 @@ NAMES = ["joint_1", "joint_2", "joint_3", "joint_4", "table_joint"]
 class Cell:
     """A running emulator on a port of its own."""
 
-    def __init__(self, ros: Ros) -> None:
+    def __init__(self, ros: Ros, *parameters: str) -> None:
         self.ros = ros
         self.port = free_port()
-        self.process: Process = ros.run("fanuc_emulator", "emulator", f"_port:={self.port}")
+        self.process: Process = ros.run(
+            "fanuc_emulator", "emulator", f"_port:={self.port}", *parameters
+        )
         self.client: Any = ModbusTcpClient("127.0.0.1", port=self.port, timeout=2.0, retries=0)
         wait_until(self._answers, 20.0, "the emulator's Modbus server")
 
@@ -225,3 +229,27 @@ def test_it_runs_without_a_roscore_and_ends_at_once(ros: Ros, number: signal.Sig
     client.close()
     process.signal(number)
     assert process.wait(3.0) == 0
+
+
+@pytest.mark.parametrize(
+    ("plant", "least", "most"), [("ideal", 17.0, 24.0), ("field", 70.0, 200.0)]
+)
+def test_the_doctor_measures_how_late_each_joint_is(
+    ros: Ros, plant: str, least: float, most: float
+) -> None:
+    """And prints what twin_controller.yaml wants: it loads, and knows the robot."""
+    cell = Cell(ros, f"_plant:={plant}")
+    cell.client.close()
+    doctor = ros.stage.start("rosrun", "robot_doctor", "doctor", "--port", str(cell.port), "--move")
+    doctor.wait(60.0)
+    found = re.findall(r"(\w+): does its set points ([\d.]+) ms late", doctor.output)
+    assert [name for name, _ in found] == [name for name in NAMES if name != "joint_4"], (
+        doctor.output
+    )
+    assert all(least < float(late) < most for _, late in found), found
+    line = re.search(r"response\.measured: (\{.*\})", doctor.output)
+    assert line is not None, doctor.output
+    measured = YAML(typ="safe").load(line.group(1))
+    assert {name: entry["delay_ms"] for name, entry in measured.items()} == {
+        name: float(late) for name, late in found
+    }

@@ -56,6 +56,15 @@ class LatePair(EmulatedPair):
         self._report_real()
         self._report_twin()
 
+    def together_again(self) -> None:
+        """Wait for the end of the motion; a pair that has come apart is stopped and aligned."""
+        self.run_until(lambda: self.state.lead.mode in (Mode.IDLE, Mode.PAUSED), 20.0)
+        if self.state.lead.mode is Mode.PAUSED:
+            assert self.operate("STOP").success
+            self.run(1.0)
+            assert self.operate("ALIGN").success
+            self.run_until(lambda: self.state.lead.mode is Mode.IDLE, 20.0)
+
 
 def under_way(setup: Setup) -> LatePair:
     """Give a pair whose real robot leads by its program."""
@@ -82,12 +91,7 @@ def test_a_late_process_of_a_side_costs_no_link(links: str, side: str, late: flo
     """
     pair = under_way(SETUPS[links])
     pair.late_side(side, late)
-    pair.run_until(lambda: pair.state.lead.mode in (Mode.IDLE, Mode.PAUSED), 20.0)
-    if pair.state.lead.mode is Mode.PAUSED:
-        assert pair.operate("STOP").success
-        pair.run(1.0)
-        assert pair.operate("ALIGN").success
-        pair.run_until(lambda: pair.state.lead.mode is Mode.IDLE, 20.0)
+    pair.together_again()
     pair.late_side(side, late)
     pair.run(1.0)
     assert pair.state.lead.mode is Mode.IDLE and pair.lost() == []
@@ -113,12 +117,15 @@ def test_a_silent_side_is_found_in_time(links: str, side: str, limit: float) -> 
 
 @pytest.mark.parametrize("late", [0.04, 0.07, 0.099])
 def test_a_late_controller_loses_no_side(late: float) -> None:
-    """With the strict limits, once a second: what it did not hear was said all the same."""
+    """With the strict limits, once a second: what it did not hear was said all the same.
+
+    A twin that has heard nothing for 0.1 s has ended its stream: that pair has paused.
+    """
     pair = under_way(STRICT)
     while pair.state.lead.mode is Mode.REAL_LEADS:
         pair.late_controller(late)
         pair.run(1.0)
-    pair.run_until(lambda: pair.state.lead.mode is Mode.IDLE, 10.0)
+    pair.together_again()
     assert pair.lost() == []
 
 

@@ -75,7 +75,7 @@ def run_trial(robot: str, variant: Variant, leader: str, speed_percent: float) -
             cell.schedule.run(0.5)
             begun = cell.schedule.now
             if variant.pause:
-                _pause_again_and_again(cell, variant.pause)
+                _pause_again_and_again(cell, variant.pause, variant.first_pause)
             result = run_experiments(cell, [leader])[leader]
         except CellError as error:
             return replace(trial, ended=_mode_of(cell, str(error)))
@@ -147,12 +147,12 @@ def _fastest(cell: TroubledCell, leader: str, begun: float) -> float:
     )
 
 
-def _pause_again_and_again(cell: TroubledCell, pause: float) -> None:
+def _pause_again_and_again(cell: TroubledCell, pause: float, first: float) -> None:
     def stand() -> None:
         cell.stand_controller(pause)
         cell.schedule.after(PAUSES_S, stand)
 
-    cell.schedule.after(PAUSES_S, stand)
+    cell.schedule.after(first, stand)
 
 
 def _mode_of(cell: TroubledCell, words: str) -> str:

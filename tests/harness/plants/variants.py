@@ -25,6 +25,7 @@ class Variant:
         plant: The file.
         clock_jitter: Largest error of each stamp of either side [s].
         pause: The twin controller's process stands still so long, once a second [s].
+        first_pause: So long after the beginning for the first time [s].
     """
 
     name: str
@@ -32,6 +33,7 @@ class Variant:
     plant: str = DEFAULT_PLANT
     clock_jitter: float = 0.0
     pause: float = 0.0
+    first_pause: float = 1.0
 
     def files(self, robot: str) -> CellFiles:
         """Return the cell of a profile with this robot."""

@@ -17,16 +17,19 @@ from twin_controller.core.sides.own_gap import OwnGaps
 from twin_controller.robot_sample import RobotSample
 
 from harness.virtual_cell.cell import VirtualCell
-from harness.virtual_cell.files import CellFiles, load_files
+from harness.virtual_cell.files import CellFiles, knowing, load_files
 from harness.virtual_cell.timing import SHIPPED, Delays
 from harness.workspace import ROOT
 
 
 def desk_files(robot: str) -> CellFiles:
-    """Return a cell whose links forgive what a busy machine does, as `./cell up` starts it."""
+    """Return a cell whose links forgive what a busy machine does, as `./cell up` starts it.
+
+    Its controller knows its robot.
+    """
     files = load_files(robot)
     controller = load_twin_controller(files.robot, ROOT / "config", "desk")
-    return replace(files, controller=controller)
+    return knowing(replace(files, controller=controller))
 
 
 class TroubledCell(VirtualCell):

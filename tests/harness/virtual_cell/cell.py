@@ -86,7 +86,7 @@ class VirtualCell:
         self.setup = Setup(self.files.robot, self.files.controller)
         self.schedule = Schedule()
         self._clocks, self._tamper = clocks, tamper
-        self._state = initial_state(self.setup.config)
+        self._state = initial_state(self.setup)
         self.decisions: list[Decided] = []
         self.replies: dict[int, Reply] = {}
         self.mode, self.why = "OFFLINE", "started"
@@ -113,6 +113,8 @@ class VirtualCell:
             self.put,
         )
         self.schedule.every(TICK, lambda: self.put(Tick(self.clock())), first=0.001)
+        said = 1.0 / self.setup.config.state_rate_hz
+        self.schedule.every(said, self._say_state, first=0.002)
         self._seen = [0, 0]
         self._activities = [Activity(), Activity()]
         share = self.files.experiments.metrics.moving_speed_percent * 1e-2
@@ -255,6 +257,10 @@ class VirtualCell:
                 self._to_twin.send(partial(self.twin.move, action, self._move_ended))
             case Reply():
                 self.replies[action.id] = action
+
+    def _say_state(self) -> None:
+        """Publish the part of the controller's state that the twin's nodes need."""
+        self.twin.look_ahead(self._state.follow.response.longest)
 
     def _move_ended(self, success: bool, message: str) -> None:
         self.put(MoveEnded(self.clock(), success, message))

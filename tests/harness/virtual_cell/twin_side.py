@@ -126,10 +126,14 @@ class TwinSide:
 
     def cap(self, speed_percent: float) -> None:
         """Cap the program speed."""
-        self._pose.limit_speed(speed_percent)
+        self._pose.limit_speed(speed_percent, self._now())
         self._jogs.limit_speed(speed_percent)
         self._topic.send(partial(self._desk.limit_speed, speed_percent))
         self._settle()
+
+    def look_ahead(self, follower_delay: float) -> None:
+        """Take in how late the real robot follows [s], as the controller's state says it."""
+        self._topic.send(partial(self._pose.look_ahead, follower_delay))
 
     def move(self, action: MoveTwin, ended: Ended) -> None:
         """Start a move; ``ended`` is told how it ended."""

@@ -17,6 +17,7 @@ from twin_controller.config import links_text, load_twin_controller, recorded_li
 
 SHIPPED = ROOT / "config"
 ROBOT = load_robot(SHIPPED)
+NAMES = [joint.name for joint in ROBOT.twin_joints]
 
 
 def test_the_shipped_file_loads() -> None:
@@ -32,8 +33,8 @@ def test_the_shipped_file_loads() -> None:
         (["limit", "speed_percent"], 100),
         (["divergence", "pause"], False),
         (["change", "confirm"], 3),
-        (["real", "follow_lag_ms"], 0.0),
-        (["real", "follow_lag_range_ms"], [0, 600]),
+        (["response", "first_ms"], 400.0),
+        (["response", "measured"], {name: {"delay_ms": 0} for name in NAMES}),
         (["home", "speed_percent"], 100.0),
         (["real", "port"], 502),
     ],
@@ -68,17 +69,22 @@ def test_other_values_are_accepted(tmp_path: Path, path: list[str | int], value:
             1.0,
             r"divergence\.release_ratio = 1\.0: Expected `float` < 1",
         ),
-        (["real", "follow_lag_ms"], 151, r"real\.follow_lag_ms = 151: Expected 0 to 150"),
         (
-            ["stream", "period_ms"],
-            9.0,
-            r"stream\.period_ms = 9: Expected a multiple of real\.sample_period_ms = 2, or null",
+            ["response", "first_ms"],
+            401,
+            r"response\.first_ms = 401: Expected at most response\.longest_ms = 400",
         ),
         (
-            ["stream", "period_ms"],
-            0.000001,
-            r"stream\.period_ms = 1e-06: Expected a multiple of real\.sample_period_ms = 2",
+            ["response", "measured"],
+            {"joint_1": {"delay_ms": 20}},
+            r"response\.measured has joint_1: Expected joint_1, joint_2, joint_3, table_joint",
         ),
+        (
+            ["response", "measured"],
+            {name: {"delay_ms": 100 * k + 110} for k, name in enumerate(NAMES)},
+            r"response\.measured\.table_joint\.delay_ms = 410: Expected at most response",
+        ),
+        (["response", "known_ms"], 0, r"response\.known_ms = 0: Expected `float` > 0"),
         (["home", "speed_percent"], 0.0, r"home\.speed_percent = 0\.0: Expected `float` >= 1"),
         (["state_rate_hz"], 0.5, r"state_rate_hz = 0\.5: Expected `float` >= 1"),
         (["decision_history"], 5, r"decision_history = 5: Expected `int` >= 10"),

@@ -88,7 +88,7 @@ def test_who_leads_and_what_is_limited_is_shown(pair: Pair) -> None:
     assert view.speed_limited and view.speed_applied_percent < view.speed_requested_percent
     assert view.speed_reason
     assert not view.twin_standing_still
-    assert view.follower_lag == pair.state.follow.lag
+    assert view.follower_lag == max(pair.state.follow.response.delay)
 
 
 def mode(state: CoreState, name: Mode, **changes: object) -> CoreState:

@@ -13,6 +13,7 @@ import msgspec
 from scara_config import ConfigError, Joint, Robot
 from scara_config.modbus_map import ModbusMap
 from twin_controller.config import TwinControllerConfig
+from twin_controller.estimation.rhythm import Rhythm, heard
 from twin_controller.registers import RegisterCodec
 from twin_controller.robot_sample import RobotSample, SampleError
 
@@ -167,7 +168,7 @@ def _check_clock(
         )
         return
     yield _offset(samples, answers, rate)
-    yield _period(samples, config)
+    yield _period(samples, answers, config)
 
 
 def _offset(samples: Sequence[RobotSample], answers: Sequence[Answer], rate: float) -> Finding:
@@ -182,7 +183,9 @@ def _offset(samples: Sequence[RobotSample], answers: Sequence[Answer], rate: flo
     )
 
 
-def _period(samples: Sequence[RobotSample], config: TwinControllerConfig) -> Finding:
+def _period(
+    samples: Sequence[RobotSample], answers: Sequence[Answer], config: TwinControllerConfig
+) -> Finding:
     """Return how often the robot renews its reading, as far as polling can see."""
     clocks = sorted({sample.clock_ms for sample in samples})
     steps = sorted(after - before for before, after in pairwise(clocks))
@@ -192,17 +195,21 @@ def _period(samples: Sequence[RobotSample], config: TwinControllerConfig) -> Fin
             f"{len(clocks)} readings in {len(samples)} answers",
             "the robot must renew position and clock",
         )
-    middle, allowed = (
-        statistics.median(steps),
-        2.0 * max(config.real.sample_period_ms, config.real.poll_period_ms),
-    )
+    middle = statistics.median(steps)
+    rhythm, seen = Rhythm(), None
+    for sample, answer in zip(samples, answers):
+        if sample.clock_ms != seen:
+            rhythm = heard(rhythm, sample.clock_ms, 0.5 * (answer.sent + answer.received))
+            seen = sample.clock_ms
     text = f"a new reading each {middle:g} ms or faster"
-    if middle > allowed:
+    if rhythm.known:
+        period, jitter = rhythm.period * 1e3, rhythm.jitter * 1e3
+        text = f"a new reading each {period:g} ms, stamped to {jitter:.1f} ms"
+    if middle > 2.0 * config.real.poll_period_ms:
         return note(
             Group.LINKS,
             text,
-            f"set real.sample_period_ms = {middle:g} in twin_controller.yaml; a faster renewal is "
-            "better",
+            "the twin is led by older positions: let the robot renew them each 8 ms or faster",
         )
     return fine(Group.LINKS, text)
 

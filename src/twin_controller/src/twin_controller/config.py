@@ -27,18 +27,36 @@ class Real(Section, frozen=True):
     host: str
     port: Annotated[int, Meta(ge=1, le=65535)]
     poll_period_ms: PositiveMs
-    sample_period_ms: PositiveMs
     sample_latency_ms: Ms
     samples: Count
     timeout_ms: PositiveMs
     stale_ms: PositiveMs
     clock_drift_ppm: Positive
-    follow_lag_ms: Ms
-    follow_lag_range_ms: tuple[Ms, Ms]
     command_retry_ms: PositiveMs
     command_attempts: Count
     clock_jump_ms: PositiveMs = 100.0
     clock_conflicts: Count = 50
+
+
+class MeasuredJoint(Section, frozen=True):
+    """How one joint of the real robot answered when it was measured."""
+
+    delay_ms: Ms
+    smoothing_ms2: Annotated[float, Meta(ge=0.0, le=10_000.0)] = 0.0
+
+
+class ResponseConfig(Section, frozen=True):
+    """How the real robot's answer to its set points is measured, and what is assumed of it."""
+
+    first_ms: PositiveMs
+    first_percent: SpeedPercent
+    careful_percent: SpeedPercent
+    known_ms: PositiveMs
+    longest_ms: PositiveMs
+    window_ms: PositiveMs
+    behind_ms: PositiveMs
+    change_percent: Annotated[float, Meta(gt=0.0, le=100.0)]
+    measured: dict[str, MeasuredJoint] | None = None
 
 
 class Twin(Section, frozen=True):
@@ -234,6 +252,7 @@ class TwinControllerConfig(Section, frozen=True):
     """Everything in twin_controller.yaml."""
 
     real: Real
+    response: ResponseConfig
     twin: Twin
     change: Change
     align: Align
@@ -332,23 +351,30 @@ def load_twin_controller(
             raise ConfigError(
                 f"{path}: {section}.confirm = {low}: Expected at most {section}.window = {high}"
             )
-    period = config.stream.period_ms
-    if period is not None:
-        tick = config.real.sample_period_ms
-        if period < 0.5 * tick or abs(period / tick - round(period / tick)) > 1e-6:
-            raise ConfigError(
-                f"{path}: stream.period_ms = {period:g}: "
-                f"Expected a multiple of real.sample_period_ms = {tick:g}, or null"
-            )
     _check_speeds(path, config)
     _check_watched(path, config, robot)
-    low_ms, high_ms = config.real.follow_lag_range_ms
-    if not low_ms <= config.real.follow_lag_ms <= high_ms:
-        raise ConfigError(
-            f"{path}: real.follow_lag_ms = {config.real.follow_lag_ms:g}: "
-            f"Expected {low_ms:g} to {high_ms:g}"
-        )
+    _check_response(path, config.response, robot)
     return config
+
+
+def _check_response(path: Path, response: ResponseConfig, robot: Robot) -> None:
+    """Refuse delays longer than what is looked for, and joints that were left out or mistyped."""
+    delays = {"first_ms": response.first_ms}
+    if response.measured is not None:
+        names = [joint.name for joint in robot.twin_joints]
+        if sorted(response.measured) != sorted(names):
+            raise ConfigError(
+                f"{path}: response.measured has {', '.join(response.measured)}: "
+                f"Expected {', '.join(names)}"
+            )
+        for name, joint in response.measured.items():
+            delays[f"measured.{name}.delay_ms"] = joint.delay_ms
+    for name, delay in delays.items():
+        if delay > response.longest_ms:
+            raise ConfigError(
+                f"{path}: response.{name} = {delay:g}: "
+                f"Expected at most response.longest_ms = {response.longest_ms:g}"
+            )
 
 
 def _check_speeds(path: Path, config: TwinControllerConfig) -> None:
@@ -366,11 +392,7 @@ def _check_speeds(path: Path, config: TwinControllerConfig) -> None:
 
 def _check_watched(path: Path, config: TwinControllerConfig, robot: Robot) -> None:
     """Refuse to watch people or the Cartesian speed where no point of the robot is watched."""
-    if (
-        config.separation.enabled or config.cell.cartesian_speed_mm_s is not None
-    ) and not robot.watched_points:
-        text = (
-            "separation and cell.cartesian_speed_mm_s need watched_points in robot.yaml: "
-            "Expected at least one"
-        )
-        raise ConfigError(f"{path}: {text}")
+    watches = config.separation.enabled or config.cell.cartesian_speed_mm_s is not None
+    if watches and not robot.watched_points:
+        text = "separation and cell.cartesian_speed_mm_s need watched_points in robot.yaml"
+        raise ConfigError(f"{path}: {text}: Expected at least one")

@@ -97,7 +97,7 @@ def state_view(setup: Setup, state: CoreState, now: float) -> StateView:
         speed_limited=speeds.limited,
         speed_reason=speeds.reason,
         deviation_mm=state.safety.divergence.distance_mm,
-        follower_lag=state.follow.lag,
+        follower_lag=state.follow.response.longest,
         diverged=state.safety.divergence.alarm,
         real_standing_still=change.stands_still(sides.real.change, now, setup.config.change),
         twin_standing_still=change.stands_still(sides.twin.change, now, setup.config.change),

@@ -219,7 +219,7 @@ def far(pair: Pair) -> float:
 
 def replayed(events: list[AnyEvent]) -> list[AnyAction]:
     """Return the core's actions on recorded inputs."""
-    state, actions = initial_state(SETUP.config), []
+    state, actions = initial_state(SETUP), []
     for event in events:
         state, done = step(SETUP, state, event)
         actions += done

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 from collections.abc import Iterator
@@ -9,6 +10,7 @@ from collections.abc import Iterator
 from scara_config import Joint, Robot
 from scara_config.modbus_map import ModbusMap
 from twin_controller.config import TwinControllerConfig
+from twin_controller.estimation.delay import Fit
 from twin_controller.io.modbus.link import ModbusLink, ModbusSettings
 from twin_controller.io.modbus.port import ModbusPort
 from twin_controller.registers import RegisterCodec
@@ -20,10 +22,15 @@ from twin_controller.robot_sample import (
     WatchdogState,
 )
 
+from robot_doctor.delay_checks import Stretch, check_delays
 from robot_doctor.finding import Finding, Group, wrong
 from robot_doctor.link_checks import Answer, Nudge, check_nudge
 
 HAIR = {"deg": 0.5, "mm": 1.0}
+SWING, SWING_S, LISTEN_S = {"deg": 10.0, "mm": 20.0}, 0.8, 0.5
+SWING_PERCENT, KEEPS_UP = 20.0, 0.8
+PEAK = 1.875
+"""Largest speed of a swing over its mean speed."""
 RAMP_S = 0.5
 SETTLE_S = 3.0
 CLOSE = 0.1
@@ -90,7 +97,9 @@ class Mover:
         )
         self._joints = robot.twin_joints
         self._columns = [k for k, joint in enumerate(robot.joints) if joint.twin]
+        self._config = config
         self._newest: RobotSample | None = None
+        self._stretch: Stretch | None = None
         self._came = threading.Event()
         self._alarm = ""
         self._link = ModbusLink(
@@ -110,7 +119,7 @@ class Mover:
         self._link.close()
 
     def nudge_all(self) -> Iterator[Finding]:
-        """Send each joint of the twin a hair away and back.
+        """Send each joint of the twin a hair away and back, then swing it to see how late it is.
 
         End at the first that cannot be moved.
         """
@@ -136,9 +145,15 @@ class Mover:
                 )
                 return
             yield check_nudge(nudge, self._joints)
+        yield from check_delays(
+            [(joint, self._measure(k, joint)) for k, joint in enumerate(self._joints)],
+            self._config,
+        )
 
     def _take(self, sample: RobotSample, sent: float, received: float) -> None:
         self._newest = sample
+        if self._stretch is not None:
+            self._stretch.take(sample, sent, received)
         self._came.set()
 
     def _told(self, program: ProgramStatus, alarm: AlarmStatus) -> None:
@@ -185,11 +200,7 @@ class Mover:
     def _nudge(self, index: int, joint: Joint) -> Nudge:
         """Send one joint away from its nearer limit and back."""
         start = self._positions()
-        asked = (
-            HAIR[joint.unit]
-            * joint.scale
-            * (1.0 if start[index] < 0.5 * (joint.lower + joint.upper) else -1.0)
-        )
+        asked = HAIR[joint.unit] * joint.scale * self._inwards(start, index, joint)
         away = tuple(q + asked * (k == index) for k, q in enumerate(start))
         speed = self._go(start, away, index)
         there = self._positions()
@@ -197,6 +208,34 @@ class Mover:
         return Nudge(
             joint.name, asked, {j.name: b - a for j, a, b in zip(self._joints, start, there)}, speed
         )
+
+    def _measure(self, index: int, joint: Joint) -> Fit | None:
+        """Swing one joint smoothly away and back; return how late it was on its way there."""
+        start = self._positions()
+        way = math.copysign(SWING[joint.unit] * joint.scale, self._inwards(start, index, joint))
+        # A robot runs its program at its override; a swing at its limit would be late for that.
+        override = max(float(self._sample.override), 1.0)
+        fastest = 1e-2 * min(SWING_PERCENT, override) * joint.velocity
+        duration = max(SWING_S, PEAK * abs(way) / (KEEPS_UP * fastest))
+        percent = min(100.0, 100.0 * SWING_PERCENT / override)
+        stretch = Stretch(joint, self._columns[index], self._config)
+        self._stretch = stretch
+        begun = time.monotonic()
+        while (passed := time.monotonic() - begun) < duration + LISTEN_S:
+            share = min(passed / duration, 1.0)
+            q = list(start)
+            q[index] += way * share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
+            sent = time.monotonic()
+            self._link.write_setpoint(q, percent)
+            stretch.tell(sent, q[index])
+            time.sleep(PERIOD_S)
+        self._stretch = None
+        self._go(tuple(q), start, index)
+        return stretch.fit()
+
+    def _inwards(self, start: tuple[float, ...], index: int, joint: Joint) -> float:
+        """Return the sign of the way from the nearer limit."""
+        return 1.0 if start[index] < 0.5 * (joint.lower + joint.upper) else -1.0
 
     def _go(self, begin: tuple[float, ...], end: tuple[float, ...], index: int) -> float:
         """Stream from one pose to another, wait until the robot stands there or the time is over.

@@ -54,7 +54,7 @@ def doctor(
         str | None, typer.Option(help="The twin's web socket; default: twin_controller.yaml.")
     ] = None,
     move: Annotated[
-        bool, typer.Option("--move", help="Send each joint a hair away and back.")
+        bool, typer.Option("--move", help="Send each joint a hair away and back, and swing it.")
     ] = False,
     offline: Annotated[bool, typer.Option("--offline", help="Look at the files only.")] = False,
     config_dir: Annotated[
@@ -177,7 +177,8 @@ def _robot(
         yield note(
             Group.LINKS,
             "nothing was moved",
-            "--move sends each joint a hair away and back; keep clear of the robot",
+            "--move sends each joint a hair away and back, swings it by 10 degrees or 20 mm, and "
+            "says how late it is; keep clear of the robot",
         )
 
 

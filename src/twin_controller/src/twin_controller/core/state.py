@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import msgspec
 
-from twin_controller.config import TwinControllerConfig
 from twin_controller.core.follow.memory import Follow
+from twin_controller.core.follow.response import assumed
 from twin_controller.core.lead.state import Lead
 from twin_controller.core.orders.state import Orders
 from twin_controller.core.safety.watch import Safety
+from twin_controller.core.setup import Setup
 from twin_controller.core.sides.side import Sides
 
 
@@ -30,7 +31,7 @@ class CoreState(msgspec.Struct, frozen=True):
     follow: Follow
 
 
-def initial_state(config: TwinControllerConfig) -> CoreState:
+def initial_state(setup: Setup) -> CoreState:
     """Return the state before the first input."""
-    lag = config.real.follow_lag_ms * 1e-3
-    return CoreState(Sides(), Lead(), Orders(), Safety(), Follow(lag))
+    response = assumed(setup.config.response, setup.names)
+    return CoreState(Sides(), Lead(), Orders(), Safety(), Follow(response))

@@ -9,7 +9,7 @@ import msgspec
 
 from twin_controller.core.actions import AnyAction
 from twin_controller.core.events import AnyEvent, ControlAsked, Operator, RealMeasured
-from twin_controller.core.follow.real import adapted_lag
+from twin_controller.core.follow.response import measured
 from twin_controller.core.lead.commands.holder import hear_command, hear_control, let_time_pass
 from twin_controller.core.lead.modes import Mode
 from twin_controller.core.lead.reports import agree_when_stopped, note_ended, note_pauses
@@ -50,9 +50,10 @@ def step(setup: Setup, before: CoreState, event: AnyEvent) -> Result:
     heard = take_in(setup, before.sides, event)
     answered = isinstance(event, RealMeasured) and heard.real.flags is event
     follow = before.follow
-    # A robot that is slowed down is behind for another reason than its lag.
-    if answered and lead.mode in FOLLOWS_TWIN and not follow.slowed:
-        follow = replace(follow, lag=adapted_lag(setup, follow.lag, heard))
+    if answered and lead.mode in FOLLOWS_TWIN:
+        held = bool(follow.slowed)
+        response = measured(setup, follow.response, heard.real, held)
+        follow = replace(follow, response=response)
 
     # 2 Drop what is stale: no decision may rest on it, no order may wait for a side that is lost.
     sides = drop_stale(setup, heard, now)

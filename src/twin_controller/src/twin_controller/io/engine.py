@@ -72,7 +72,7 @@ class Engine:
         self._replies: dict[int, Future[Reply]] = {}
         self._replies_lock = threading.Lock()
         self._number = 0
-        self.state = initial_state(setup.config)
+        self.state = initial_state(setup)
         self._thread = threading.Thread(target=self._run, name="engine", daemon=True)
         self.failure: BaseException | None = None
         self._looped = float("-inf")

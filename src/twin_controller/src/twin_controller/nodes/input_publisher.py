@@ -8,8 +8,8 @@ import rospy
 from scara_ros.pacing import Pace
 
 from scara_msgs.msg import CoreInput
-from twin_controller.config import TwinControllerConfig
 from twin_controller.core.events import AnyEvent
+from twin_controller.core.setup import Setup
 from twin_controller.core.state import CoreState, initial_state
 from twin_controller.reporting.snapshots import encode_events, encode_state
 
@@ -24,10 +24,10 @@ class InputPublisher(rospy.SubscribeListener):  # type: ignore[misc]  # rospy ha
     A new subscriber, such as a recorder, gets a state with the next batch.
     """
 
-    def __init__(self, config: TwinControllerConfig) -> None:
+    def __init__(self, setup: Setup) -> None:
         """Advertise."""
         super().__init__()
-        self._before = initial_state(config)
+        self._before = initial_state(setup)
         self._seq = 0
         self._life = f"{time.time():.6f}"
         self._pace = Pace(SNAPSHOT_PERIOD_S)

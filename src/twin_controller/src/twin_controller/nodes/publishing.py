@@ -48,7 +48,7 @@ class Publishing:
         self._decisions = rospy.Publisher(
             "twin_controller/decisions", DecisionMessage, queue_size=100, tcp_nodelay=True
         )
-        self._inputs = InputPublisher(setup.config)
+        self._inputs = InputPublisher(setup)
         self._status = StatusPublisher(setup)
         self._joints = rospy.Publisher(
             "real/joint_states", JointState, queue_size=2, tcp_nodelay=True

@@ -20,7 +20,7 @@ class SnapshotError(ValueError):
 
 
 OLD_STATE = (
-    "state: recorded by an older version (b804ada or before): its states cannot be read; "
+    "state: recorded by an older version: its states cannot be read; "
     "replay the recording with that version, or record again with this one"
 )
 
@@ -56,7 +56,7 @@ def decode_state(data: bytes) -> CoreState:
     """Return the state in ``data``.
 
     Raises:
-        SnapshotError: It holds something else, or a state of before the core had its five parts.
+        SnapshotError: It holds something else, or a state of an older version.
     """
     try:
         return _STATE.decode(data)
@@ -67,10 +67,11 @@ def decode_state(data: bytes) -> CoreState:
 
 
 def _is_old(data: bytes) -> bool:
-    """Return whether the bytes are a state as it was recorded when it had no parts."""
+    """Return whether an older version recorded the bytes: without parts, or with one lag."""
     try:
-        return "mode_since" in msgspec.msgpack.decode(data)
-    except (msgspec.DecodeError, TypeError):
+        state = msgspec.msgpack.decode(data)
+        return "mode_since" in state or "lag" in state["follow"]
+    except (msgspec.DecodeError, TypeError, KeyError):
         return False
 
 

@@ -10,8 +10,21 @@ import random
 
 import pytest
 from twin_controller.core.follow.schedule import PREPARED_S, SendSlot, next_slots
+from twin_controller.estimation.rhythm import Rhythm, heard
 
 TICK, SPACING, WAY, POLL = 0.002, 0.010, 0.0001, 0.0097
+
+
+def ticking(period_ms: int, errors: list[int]) -> Rhythm:
+    """Return what a robot has shown that ticks so, and whose stamps are wrong by these [ms]."""
+    rhythm = Rhythm()
+    for k in range(300):
+        stamp = 7919 * k // period_ms * period_ms + errors[k % len(errors)]
+        rhythm = heard(rhythm, stamp, 7.919 * k)
+    return rhythm
+
+
+RHYTHM = ticking(2, [0])
 
 
 def decide(
@@ -30,7 +43,7 @@ def decide(
             for slot in next_slots(
                 now,
                 tick,
-                TICK,
+                RHYTHM,
                 SPACING,
                 poll + 0.5 * SPACING,
                 WAY,
@@ -93,5 +106,5 @@ def test_an_answer_that_comes_late_leaves_its_place_empty_and_keeps_the_rhythm()
 
 def test_without_a_spacing_each_is_sent_at_once() -> None:
     """One for each new time."""
-    assert next_slots(5.0, 4.9, TICK, None, POLL, WAY, None) == [SendSlot(5.0, 5.0)]
-    assert next_slots(5.0, 4.9, TICK, None, POLL, WAY, 5.0) == []
+    assert next_slots(5.0, 4.9, RHYTHM, None, POLL, WAY, None) == [SendSlot(5.0, 5.0)]
+    assert next_slots(5.0, 4.9, RHYTHM, None, POLL, WAY, 5.0) == []

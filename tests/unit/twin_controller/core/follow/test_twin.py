@@ -67,7 +67,7 @@ def test_the_twins_plan_tells_where_it_is_going_to_be() -> None:
     """Within the plan's horizon the aim is where the path goes, not an extrapolation."""
     pair, start = moving_pair()
     for ahead in (0.0, 0.03, 0.08):
-        q = twin_ahead(SETUP, pair.state.sides.twin, pair.now + ahead)
+        q, _, _ = twin_ahead(SETUP, pair.state.sides.twin, pair.now + ahead)
         path = ramp(HOME, shifted(HOME, 40.0), 1.0)(pair.now + ahead - start)
         assert q == pytest.approx(path, abs=2e-4)
 
@@ -78,7 +78,7 @@ def test_without_a_plan_the_twins_last_state_is_carried_on_but_not_far() -> None
     twin = replace(pair.state.sides.twin, plan=None)
     last = twin.last
     for local, ahead in ((last.t + 0.05, 0.05), (last.t + 5.0, 0.2), (last.t - 1.0, 0.0)):
-        q = twin_ahead(SETUP, twin, local)
+        q, _, _ = twin_ahead(SETUP, twin, local)
         assert q == pytest.approx(tuple(a + v * ahead for a, v in zip(last.q, last.qdot)))
 
 
@@ -104,7 +104,7 @@ def test_the_robots_own_limit_is_the_gates_whatever_its_override() -> None:
     for override, expected in ((100.0, 79.0), (90.0, 790.0 / 9.0), (30.0, 100.0)):
         follow = pair.state.follow
         sides = changed(pair.state.sides, real__flags__override_percent=override)
-        streamed = stream_real(SETUP, follow.real, sides, follow.lag, 100.0, pair.now + 0.02)
+        streamed = stream_real(SETUP, follow.real, sides, follow.response, 100.0, pair.now + 0.02)
         assert streamed.rejected == ""
         sent = {setpoint.speed_percent for setpoint in streamed.setpoints}
         assert len(sent) == 1 and sent.pop() == pytest.approx(expected)

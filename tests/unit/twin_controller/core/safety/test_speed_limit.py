@@ -5,6 +5,8 @@ The operator's SPEED is not undone.
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from harness.emulated.emulated_pair import EmulatedPair, moves
@@ -149,7 +151,9 @@ def test_speed_given_beside_a_person_counts_when_the_person_has_gone() -> None:
     begun = len(cell.pair.actions)
     reply = cell.pair.operate("SPEED", speed_percent=87.0)
     cell.see(2.2, 0.5)
-    assert reply.success and "87 %" in reply.message and f"gets {beside:g} %" in reply.message
+    said = re.search(r"capped at 87 %; the real robot gets (\d+) % for now", reply.message)
+    # An override that rises a little is not given back at once.
+    assert reply.success and said is not None and abs(float(said.group(1)) - beside) <= 1.0
     sent = [
         action.speed_percent
         for action in cell.pair.actions[begun:]

@@ -12,7 +12,6 @@ from harness.pair import HOME, SETUP, Pair, shifted
 from hypothesis import given
 from hypothesis import strategies as st
 from twin_controller.core.events import ClockProbe, LinkChanged, RealMeasured, TwinMeasured
-from twin_controller.core.follow.real import adapted_lag
 from twin_controller.core.sides.measure import (
     clock_probed,
     real_measured,
@@ -68,7 +67,7 @@ def test_a_sample_of_the_real_robot_is_dated_by_its_own_clock() -> None:
         side = real_measured(SETUP, side, real_answer(1.0 + 0.01 * k))
     real = SETUP.config.real
     age = side.last.t - (1.19 - 1e-3 * real.sample_latency_ms)
-    assert abs(age) <= side.clock.uncertainty + 1e-9 <= 0.0015 + 0.5e-3 * real.sample_period_ms
+    assert abs(age) <= side.clock.uncertainty + 1e-9 <= 0.0015 + 0.5 * side.rhythm.period
     assert (side.seen, side.clock_ms) == (pytest.approx(1.19, abs=2e-3), 51190)
 
 
@@ -141,43 +140,6 @@ def test_a_lost_side_keeps_its_connection_and_its_count_of_jumps() -> None:
     """Data that cannot be used are no broken link."""
     side = twin_lost(TwinSide(connected=True, clock=replace(known_twin().clock, jumps=3)), "silent")
     assert (side.connected, side.reason, side.clock.jumps) == (True, "silent", 3)
-
-
-def streaming(behind: float, lag: float, speed: float) -> float:
-    """Return the lag after a twin at constant speed and a robot ``behind`` [s] were measured."""
-    qdot = tuple(speed * v for v in SETUP.velocity)
-
-    def at(t: float) -> tuple[float, ...]:
-        return tuple(a + v * (t - 1.0) for a, v in zip(HOME, qdot))
-
-    twin = known_twin()
-    for t in (0.98, 1.0, 1.02):
-        twin = twin_measured(SETUP, twin, TwinMeasured(t, t + twin.clock.offset, at(t), qdot))
-    real = real_measured(SETUP, RealSide(), real_answer(1.01, q=at(1.01 - behind), qdot=qdot))
-    return adapted_lag(SETUP, lag, Sides(real, twin))
-
-
-@pytest.mark.parametrize("behind", [0.02, -0.02, 0.0])
-@pytest.mark.parametrize("speed", [0.2, 1.0, -0.6])
-def test_the_lag_is_corrected_by_what_remains_of_it(behind: float, speed: float) -> None:
-    """A fiftieth of what remains is corrected, whatever the speed.
-
-    The robot is ``behind`` seconds late at constant speed.
-    """
-    assert streaming(behind, 0.05, speed) - 0.05 == pytest.approx(behind / 50.0, abs=0.002 / 50.0)
-
-
-def test_the_lag_is_not_learned_from_a_pair_at_rest() -> None:
-    """Dividing by no speed tells nothing."""
-    assert streaming(0.02, 0.05, 0.01) == 0.05
-
-
-@pytest.mark.parametrize(("behind", "bound"), [(10.0, 1), (-10.0, 0)])
-def test_the_lag_stays_within_its_bounds(behind: float, bound: int) -> None:
-    """Whatever is measured."""
-    assert streaming(behind, 0.05, 1.0) == pytest.approx(
-        SETUP.config.real.follow_lag_range_ms[bound] * 1e-3
-    )
 
 
 def test_pairs_are_of_one_instant() -> None:

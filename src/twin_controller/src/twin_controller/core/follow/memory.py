@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import msgspec
 
+from twin_controller.core.events import Joints
 from twin_controller.core.follow.blend import Blend
+from twin_controller.core.follow.response import Response
 from twin_controller.core.sides.side import Sample
 
 
@@ -30,6 +32,10 @@ class RealFollows(msgspec.Struct, frozen=True):
     asked: Sample | None = None
     # The last set point as it was sent, and when the robot takes it; None before the first.
     last: Sample | None = None
+    # Delay [s] and smoothing [s^2] of each joint that the last set point reckoned with: they follow
+    # what is measured bit by bit, or the set points would jump.
+    delay: Joints = ()
+    smoothing: Joints = ()
     # Why that set point was slowed down; empty if it was not.
     slowed: str = ""
     # After a pause: the twin goes on once the robot has come to where it stands.
@@ -39,8 +45,8 @@ class RealFollows(msgspec.Struct, frozen=True):
 class Follow(msgspec.Struct, frozen=True):
     """Who follows whom, and how; at most one side does."""
 
-    # How far the real robot follows behind its set points [s], measured while it does.
-    lag: float
+    # How the real robot answers its set points, measured while it follows.
+    response: Response
     # Each ends with the lead that it belongs to; a pause keeps it.
     twin: TwinFollows | None = None
     real: RealFollows | None = None

@@ -16,11 +16,11 @@ from twin_controller.core.follow.limit import (
     judge_setpoint,
     slow_setpoint,
 )
-from twin_controller.core.follow.memory import RealFollows
+from twin_controller.core.follow.memory import Follow, RealFollows
+from twin_controller.core.follow.response import Response, known
 from twin_controller.core.follow.schedule import SendSlot, next_slots
 from twin_controller.core.follow.twin import close_gap
 from twin_controller.core.setup import Setup
-from twin_controller.core.sides.pairing import paired
 from twin_controller.core.sides.side import RealSide, Sample, Sides, TwinSide
 
 replace = msgspec.structs.replace
@@ -31,8 +31,8 @@ PLANNED, UNPLANNED = 2.0, 0.5
 LONGEST_AHEAD_S = 0.2
 """The twin's last state is carried on at constant velocity for so long at most [s]."""
 
-LAG_GAIN = 0.02
-LAG_SPEED = 0.1
+SMOOTHING_RATE = 2e-3
+"""The smoothing that is reckoned with changes by so much at most [s^2/s]; our choice."""
 
 
 class Streamed(NamedTuple):
@@ -47,7 +47,7 @@ def stream_real(
     setup: Setup,
     follows: RealFollows | None,
     sides: Sides,
-    lag: float,
+    response: Response,
     cap: float,
     now: float,
 ) -> Streamed:
@@ -57,7 +57,7 @@ def stream_real(
         setup: Profile and numbers.
         follows: What is remembered of the stream.
         sides: Both sides.
-        lag: How far the robot follows behind its set points [s].
+        response: How the robot answers its set points.
         cap: The operator's cap of the program speed [percent].
         now: Time [s].
     """
@@ -65,8 +65,8 @@ def stream_real(
     if follows is None or not sides.known:
         return Streamed(follows, setpoints, "")
     for slot in _slots(setup, follows, sides, now):
-        aim = slot.taken_at + lag
-        made = _setpoint(setup, follows, sides, slot, aim, cap, now)
+        follows = _reckon(setup, follows, slot, response)
+        made = _setpoint(setup, follows, sides, slot, cap, now)
         if isinstance(made, Rejected):
             return Streamed(follows, setpoints, made.reason)
         follows, setpoint = made
@@ -76,31 +76,37 @@ def stream_real(
 
 def _slots(setup: Setup, follows: RealFollows, sides: Sides, now: float) -> list[SendSlot]:
     """Return when the set points are sent that are decided now."""
-    config = setup.config
-    spacing, last = None, None
-    if config.stream.period_ms is not None:
-        spacing = config.stream.period_ms * 1e-3
+    last = None
+    spacing = _spacing(setup, sides.real)
     if follows.last is not None:
         last = follows.last.t
     return next_slots(
         now,
         sides.real.last.t,
-        config.real.sample_period_ms * 1e-3,
+        sides.real.rhythm,
         spacing,
-        _decided_ahead(setup, sides.twin, now),
+        _decided_ahead(setup, sides, now),
         0.5 * sides.real.clock.best_trip,
         last,
     )
 
 
-def _decided_ahead(setup: Setup, twin: TwinSide, now: float) -> float:
+def _spacing(setup: Setup, real: RealSide) -> float | None:
+    """Return the time between two set points [s]: of the robot's periods, as near as can be."""
+    wanted, period = setup.config.stream.period_ms, real.rhythm.period
+    if wanted is None:
+        return None
+    return max(1, round(1e-3 * wanted / period)) * period
+
+
+def _decided_ahead(setup: Setup, sides: Sides, now: float) -> float:
     """Return how far ahead set points are decided [s].
 
     Until the next answer, and longer while a plan tells where the twin goes.
     """
     config = setup.config
-    spacing = (config.stream.period_ms or 0.0) * 1e-3
-    longer = PLANNED if planned(twin, now) else UNPLANNED
+    spacing = _spacing(setup, sides.real) or 0.0
+    longer = PLANNED if planned(sides.twin, now) else UNPLANNED
     return config.real.poll_period_ms * 1e-3 + longer * spacing
 
 
@@ -109,13 +115,14 @@ def _setpoint(
     follows: RealFollows,
     sides: Sides,
     slot: SendSlot,
-    aim: float,
     cap: float,
     now: float,
 ) -> tuple[RealFollows, StreamReal] | Rejected:
     """Aim one set point at the instant at which the robot gets there, and let it through or not."""
     real, limit = sides.real, setup.config.limit
-    target = twin_ahead(setup, sides.twin, aim)
+    # The slowest joint's instant: the gap and what is judged need one for all.
+    aim = slot.send_at + max(follows.delay)
+    target = _target(setup, sides.twin, slot, follows)
     blend = follows.blend
     if blend is None:
         offset = tuple(a - b for a, b in zip(real.last.q, target))
@@ -127,7 +134,7 @@ def _setpoint(
         return asked
     last, dt = None, 0.0
     if follows.last is not None:
-        last, dt = follows.last.q, min(slot.taken_at - follows.last.t, _longest_step(setup))
+        last, dt = follows.last.q, min(slot.taken_at - follows.last.t, _longest_step(setup, real))
     told = min(limit.told_percent, cap) * 1e-2
     passed = slow_setpoint(asked, last, dt, told, bounds_of(setup))
     still = (0.0,) * len(q)
@@ -139,6 +146,39 @@ def _setpoint(
         slowed=passed.reason,
     )
     return follows, StreamReal(passed.q, _program_speed(setup, real, cap), slot.send_at)
+
+
+def _reckon(setup: Setup, follows: RealFollows, slot: SendSlot, response: Response) -> RealFollows:
+    """Let the delays that a set point reckons with follow what was measured, bit by bit."""
+    if follows.last is None or not follows.delay:
+        return replace(follows, delay=response.delay, smoothing=response.smoothing)
+    passed = max(0.0, slot.taken_at - follows.last.t)
+    most = setup.config.response.change_percent * 1e-2 * passed
+    rounding = SMOOTHING_RATE * passed
+    return replace(
+        follows,
+        delay=tuple(_toward(a, b, most) for a, b in zip(follows.delay, response.delay)),
+        smoothing=tuple(
+            _toward(a, b, rounding) for a, b in zip(follows.smoothing, response.smoothing)
+        ),
+    )
+
+
+def _toward(value: float, wanted: float, most: float) -> float:
+    return value + min(max(wanted - value, -most), most)
+
+
+def _target(setup: Setup, twin: TwinSide, slot: SendSlot, follows: RealFollows) -> Joints:
+    """Return what each joint is told, so that it is with the twin once it does it.
+
+    The inverse of what its filters do to slow motion, within its range.
+    """
+    target = []
+    for k, (delay, smoothing) in enumerate(zip(follows.delay, follows.smoothing)):
+        q, _, qddot = twin_ahead(setup, twin, slot.send_at + delay)
+        ahead = q[k] - smoothing * qddot[k]
+        target.append(min(max(ahead, min(q[k], setup.lower[k])), max(q[k], setup.upper[k])))
+    return tuple(target)
 
 
 def _judged(
@@ -166,13 +206,12 @@ def _judged(
     return judge_setpoint(q, before, dt, slack, age, age_limit, bounds_of(setup))
 
 
-def _longest_step(setup: Setup) -> float:
+def _longest_step(setup: Setup, real: RealSide) -> float:
     """Return the longest time that one step of a set point may make use of [s].
 
     Where set points were left out, the robot has stood for the rest: it catches up bit by bit.
     """
-    period = setup.config.stream.period_ms or setup.config.real.poll_period_ms
-    return period * 1e-3
+    return _spacing(setup, real) or setup.config.real.poll_period_ms * 1e-3
 
 
 def _program_speed(setup: Setup, real: RealSide, cap: float) -> float:
@@ -185,14 +224,29 @@ def _program_speed(setup: Setup, real: RealSide, cap: float) -> float:
     return min(100.0, 100.0 * min(setup.config.limit.told_percent, cap) / max(override, 1.0))
 
 
+def follower_pace(setup: Setup, follow: Follow) -> tuple[float, str]:
+    """Return with what speed the real robot can be led [percent], and why with no more."""
+    config, response = setup.config.response, follow.response
+    if not known(response, config):
+        return config.careful_percent, "how late the real robot follows is being measured"
+    off = 0.0
+    if follow.real is not None and follow.real.delay:
+        off = max(abs(a - b) for a, b in zip(follow.real.delay, response.delay))
+    if off > config.behind_ms * 1e-3:
+        return config.careful_percent, "the set points are being aimed at the real robot's delay"
+    if response.behind_at < 100.0:
+        return response.pace, f"the real robot falls behind at {response.behind_at:.0f} %"
+    return response.pace, "the real robot has not shown yet that it keeps up with more"
+
+
 def planned(twin: TwinSide, local: float) -> bool:
     """Return whether the twin's plan reaches beyond local time ``local``."""
     plan = twin.plan
     return plan is not None and plan.stamp + plan.times[-1] > twin.clock.to_remote(local)
 
 
-def twin_ahead(setup: Setup, twin: TwinSide, local: float) -> Joints:
-    """Return where the twin is going to be at local time ``local``.
+def twin_ahead(setup: Setup, twin: TwinSide, local: float) -> tuple[Joints, Joints, Joints]:
+    """Return position, velocity and acceleration of the twin at local time ``local``.
 
     Its plan is used if it has one for now; else its last state is carried on at constant velocity.
     """
@@ -206,11 +260,12 @@ def twin_ahead(setup: Setup, twin: TwinSide, local: float) -> Joints:
             extrapolation_limit=0.0,
             stop_accelerations=setup.acceleration,
         )
-        q, _, _ = track.sample(twin.clock.to_remote(local) - plan.stamp)
-        return tuple(q)
+        q, qdot, qddot = track.sample(twin.clock.to_remote(local) - plan.stamp)
+        return tuple(q), tuple(qdot), tuple(qddot)
     last = twin.last
     ahead = max(0.0, min(local - last.t, LONGEST_AHEAD_S))
-    return tuple(p + v * ahead for p, v in zip(last.q, last.qdot))
+    carried = tuple(p + v * ahead for p, v in zip(last.q, last.qdot))
+    return carried, last.qdot, (0.0,) * len(carried)
 
 
 def bounds_of(setup: Setup) -> Bounds:
@@ -225,23 +280,3 @@ def bounds_of(setup: Setup) -> Bounds:
         tolerance=tuple(config.position_tolerance * scale for scale in setup.scale),
         step_margin=config.step_margin,
     )
-
-
-def adapted_lag(setup: Setup, lag: float, sides: Sides) -> float:
-    r"""Correct the real robot's lag by what remains while it follows.
-
-    .. math:: \delta = \sum \dot q (q_{twin} - q_{real}) / \sum \dot q^2
-    """
-    pair = paired(sides)
-    if pair is None:
-        return lag
-    real, twin = pair
-    speed = [v / limit for v, limit in zip(twin.qdot, setup.velocity)]
-    energy = sum(v * v for v in speed)
-    # At a crawl the position error is noise, and the quotient means nothing.
-    if energy < LAG_SPEED**2:
-        return lag
-    rows = zip(speed, twin.q, real.q, setup.velocity)
-    behind = sum(v * (a - b) / limit for v, a, b, limit in rows) / energy
-    low, high = (bound * 1e-3 for bound in setup.config.real.follow_lag_range_ms)
-    return min(max(lag + LAG_GAIN * behind, low), high)

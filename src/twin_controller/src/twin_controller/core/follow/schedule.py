@@ -19,11 +19,17 @@ import math
 
 import msgspec
 
+from twin_controller.estimation.rhythm import Rhythm
+
 PREPARED_S = 0.0004
 """From a decision to its request [s]; measured: 0.1 ms median, 0.5 ms in the worst per cent."""
 
-AFTER = 0.15
-"""Part of a period by which a set point arrives behind a tick: for the clocks' uncertainty."""
+AFTER, ROUGHLY = 0.15, 3.0
+"""A set point arrives behind a tick by this part of a period, or by so many standard deviations of
+the stamps that tell of the ticks, but not beyond the middle of a period."""
+
+TICK_GAIN = 0.05
+"""Part by which a set point goes towards its tick: a stamp may be read wrongly, a rhythm stays."""
 
 
 class SendSlot(msgspec.Struct, frozen=True):
@@ -36,7 +42,7 @@ class SendSlot(msgspec.Struct, frozen=True):
 def next_slots(
     now: float,
     tick: float,
-    tick_period: float,
+    rhythm: Rhythm,
     spacing: float | None,
     ahead: float,
     travel_time: float,
@@ -49,7 +55,7 @@ def next_slots(
     Args:
         now: Time of the decision [s].
         tick: A tick of the robot [s], near ``now``.
-        tick_period: Between two ticks [s].
+        rhythm: How often the robot ticks, and how roughly it says when.
         spacing: Between two set points [s], a multiple of the period; None: one at once for each
             decision.
         ahead: All set points are decided that are sent within this time [s]: longer than until the
@@ -65,22 +71,25 @@ def next_slots(
         if due:
             return [SendSlot(now, now)]
         return []
-    lead = travel_time + (1.0 - AFTER) * tick_period
+    tick_period = rhythm.period
+    after = min(max(AFTER * tick_period, ROUGHLY * rhythm.jitter), 0.5 * tick_period)
+    lead = travel_time + tick_period - after
     # The first tick that can still be reached ...
     first = tick + math.ceil((now + PREPARED_S + lead - tick) / tick_period) * tick_period
     taken = first
     if last is not None:
         # ... but in the rhythm of the set point before: spacings that were missed are left out.
         missed = max(0, math.ceil((first - last - 0.5 * tick_period) / spacing) - 1)
-        taken = _nearest(tick, tick_period, last + (1 + missed) * spacing)
+        taken = _toward_tick(tick, tick_period, last + (1 + missed) * spacing)
     slots = []
     while taken - lead <= now + ahead:
         slots.append(SendSlot(taken - lead, taken))
         # Rounding to a tick follows the drift of the robot's clock.
-        taken = _nearest(tick, tick_period, taken + spacing)
+        taken = _toward_tick(tick, tick_period, taken + spacing)
     return slots
 
 
-def _nearest(tick: float, tick_period: float, time: float) -> float:
-    """Return the tick next to ``time``."""
-    return tick + round((time - tick) / tick_period) * tick_period
+def _toward_tick(tick: float, tick_period: float, time: float) -> float:
+    """Return ``time``, a little nearer to the tick next to it."""
+    nearest = tick + round((time - tick) / tick_period) * tick_period
+    return time + TICK_GAIN * (nearest - time)

@@ -7,7 +7,7 @@ import msgspec
 from twin_controller.core.actions import AnyAction, Command
 from twin_controller.core.events import AnyEvent, TwinMeasured
 from twin_controller.core.follow.blend import finished
-from twin_controller.core.follow.real import stream_real
+from twin_controller.core.follow.real import follower_pace, stream_real
 from twin_controller.core.follow.twin import follow_twin
 from twin_controller.core.lead.effects import send_twin
 from twin_controller.core.lead.modes import Mode
@@ -43,7 +43,7 @@ def send_setpoints(
     # A pause ends the stream; RESUME begins it anew where the robot stands.
     paused = state.lead.mode is Mode.PAUSED
     follows = None if paused else follow.real
-    streamed = stream_real(setup, follows, sides, follow.lag, cap, now)
+    streamed = stream_real(setup, follows, sides, follow.response, cap, now)
     for sent in streamed.setpoints:
         sides = replace(sides, real=remember(setup, sides.real, sent.send_at, sent.q))
         actions.append(sent)
@@ -116,6 +116,14 @@ def cap_both(setup: Setup, state: CoreState, now: float) -> Result:
     """Keep the speed caps, and remember whether both sides are usable for the next step's edge."""
     orders, lead = state.orders, state.lead
     leader = Leader(lead.leader, state.follow.slowed)
-    speeds, sent = cap_speeds(setup, orders.speeds, state.sides, state.safety, leader, now)
+    speeds, sent = cap_speeds(
+        setup,
+        orders.speeds,
+        state.sides,
+        state.safety,
+        leader,
+        follower_pace(setup, state.follow),
+        now,
+    )
     lead = replace(lead, links_up=state.sides.usable)
     return replace(state, lead=lead, orders=replace(orders, speeds=speeds)), sent

@@ -36,7 +36,13 @@ class Leader(NamedTuple):
 
 
 def cap_speeds(
-    setup: Setup, speeds: Speeds, sides: Sides, safety: Safety, leader: Leader, now: float
+    setup: Setup,
+    speeds: Speeds,
+    sides: Sides,
+    safety: Safety,
+    leader: Leader,
+    pace: tuple[float, str],
+    now: float,
 ) -> tuple[Speeds, list[AnyAction]]:
     """Send what is due, and say what was requested, what is applied, and why.
 
@@ -46,6 +52,7 @@ def cap_speeds(
         sides: Both sides.
         safety: What is judged of the pair.
         leader: Who leads.
+        pace: With what speed the real robot can be led [percent], and why with no more.
         now: Time [s].
     """
     actions: list[AnyAction] = []
@@ -55,7 +62,7 @@ def cap_speeds(
         speeds, actions = _override_real(setup, speeds, flags, allowed, now)
     if motion is None or not sides.twin.connected:
         return speeds, actions
-    cap = _twin_cap(setup, speeds, sides, safety)
+    cap = _twin_cap(setup, speeds, sides, safety, Cap(*pace))
     speeds = _judged(setup, speeds, sides, safety, leader, cap)
     speeds, sent = _cap_twin(setup, speeds, motion, cap.percent, now)
     return speeds, [*actions, *sent]
@@ -112,7 +119,7 @@ def _cap_twin(
     return replace(speeds, twin=order), [CapTwin(cap)]
 
 
-def _twin_cap(setup: Setup, speeds: Speeds, sides: Sides, safety: Safety) -> Cap:
+def _twin_cap(setup: Setup, speeds: Speeds, sides: Sides, safety: Safety, pace: Cap) -> Cap:
     """Return the lowest cap of the twin's program speed."""
     limit, cartesian = setup.config.limit, setup.config.cell.cartesian_speed_mm_s
     caps = [Cap(speeds.cap, "the operator's SPEED")]
@@ -121,6 +128,7 @@ def _twin_cap(setup: Setup, speeds: Speeds, sides: Sides, safety: Safety) -> Cap
         most = limit.twin_percent
         held = f"the real robot gets at most {limit.speed_percent:g} %"
         caps.append(Cap(most, f"{held}, and it needs some of that to keep up"))
+        caps.append(pace)
         room = f"the real robot's override is {override:g} %, and it needs some of that to keep up"
         caps.append(Cap(override / limit.override_margin, room))
     if cartesian is not None:

@@ -92,6 +92,7 @@ def observe(
     drift_ppm: float,
     period: float = 0.0,
     latency: float = 0.0,
+    jitter: float = 0.0,
     patience: Patience = STRICT,
 ) -> ClockEstimate:
     """Intersect the estimate with one more observation.
@@ -104,12 +105,14 @@ def observe(
         drift_ppm: Largest drift between the two clocks.
         period: How often the remote renews its reading [s].
         latency: Age of a reading when it becomes visible [s].
+        jitter: How far a reading's stamp may be from its instant [s].
         patience: What counts as a late reading, not as a jump.
 
     Returns:
         The narrower estimate; a fresh one if the clock jumped.
     """
-    lower, upper = remote + latency - received, remote + latency + period - sent
+    lower = remote - jitter + latency - received
+    upper = remote + jitter + latency + period - sent
     trip = received - sent
     if estimate.known:
         widened = abs(received - estimate.at) * drift_ppm * 1e-6

@@ -31,12 +31,16 @@ from twin_controller.core.sides.side import (
     Sides,
     TwinSide,
 )
+from twin_controller.estimation.rhythm import heard
 
 replace = msgspec.structs.replace
 S = TypeVar("S", bound=Side)
 
 FUTURE_S = 0.1
 """A stamp so far ahead [s] shows that a clock jumped; a simulator may catch up by a little."""
+
+JITTERS = 1.75
+"""Nearly all stamps are within so many standard deviations; those of an even jitter all are."""
 
 CLOCK_JUMPED = "its clock jumped"
 
@@ -81,7 +85,8 @@ def real_lost(real: RealSide, reason: str, connected: bool = True) -> RealSide:
         reason: Why its data cannot be used.
         connected: Its link stands all the same.
     """
-    return RealSide(connected, reason, clock=ClockEstimate(jumps=real.clock.jumps))
+    fresh = ClockEstimate(jumps=real.clock.jumps)
+    return RealSide(connected, reason, clock=fresh, rhythm=real.rhythm)
 
 
 def twin_lost(twin: TwinSide, reason: str, connected: bool = True) -> TwinSide:
@@ -134,14 +139,16 @@ def _real_sampled(setup: Setup, real: RealSide, event: RealMeasured) -> RealSide
     # The robot latches less often than it is asked: the same clock is the same sample.
     if clock_ms == real.clock_ms:
         return real
+    rhythm = heard(real.rhythm, clock_ms, 0.5 * (event.sent + event.received))
     estimate = clock.observe(
         real.clock,
         clock_ms * 1e-3,
         event.sent,
         event.received,
         config.clock_drift_ppm,
-        config.sample_period_ms * 1e-3,
+        rhythm.period,
         config.sample_latency_ms * 1e-3,
+        JITTERS * rhythm.jitter,
         Patience(config.clock_jump_ms * 1e-3, config.clock_conflicts),
     )
     if estimate.jumps != real.clock.jumps:
@@ -150,7 +157,7 @@ def _real_sampled(setup: Setup, real: RealSide, event: RealMeasured) -> RealSide
         return replace(lost, clock=ClockEstimate(jumps=estimate.jumps))
     sample = Sample(estimate.to_local(clock_ms * 1e-3), event.q, event.qdot)
     seen = min(event.received, sample.t + estimate.uncertainty)
-    real = replace(real, clock=estimate, seen=seen, flags=event, clock_ms=clock_ms)
+    real = replace(real, clock=estimate, rhythm=rhythm, seen=seen, flags=event, clock_ms=clock_ms)
     return _sampled(setup, real, sample)
 
 

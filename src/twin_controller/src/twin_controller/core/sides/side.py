@@ -8,6 +8,7 @@ from twin_controller.core.events import Joints, RealMeasured, TwinMotion, TwinPl
 from twin_controller.core.sides.change import ChangeState
 from twin_controller.core.sides.clock import ClockEstimate
 from twin_controller.core.sides.echo import EchoTube
+from twin_controller.estimation.rhythm import Rhythm
 
 HISTORY = 48
 """So many samples are kept of each side: the divergence and the lag look about 0.4 s back."""
@@ -74,6 +75,8 @@ class RealSide(Side, frozen=True):
     flags: RealMeasured | None = None
     # Its clock, unwrapped. An answer with the same clock holds no new sample.
     clock_ms: int | None = None
+    # How often it renews its readings; a property of the robot, so it outlives a loss.
+    rhythm: Rhythm = Rhythm()
     # Text of its active alarm. The robot says when it ends.
     alarm: str = ""
 

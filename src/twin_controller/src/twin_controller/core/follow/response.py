@@ -1,0 +1,188 @@
+"""How the real robot answers its set points: measured from what it was told and what it did.
+
+Delay and smoothing of each joint (:mod:`twin_controller.estimation.delay`), each measurement
+weighed against what was known, and with what speed the robot keeps up.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import msgspec
+import numpy as np
+
+from twin_controller.config import ResponseConfig
+from twin_controller.core.events import Joints
+from twin_controller.core.setup import Setup
+from twin_controller.core.sides.side import RealSide
+from twin_controller.estimation.delay import Array, Fit, fit_joint
+
+replace = msgspec.structs.replace
+
+EVERY_S = 0.05
+"""Between two measurements [s]: each takes about a millisecond."""
+MOVED, TOLD, LASTED = 0.1, 0.3, 10
+"""A joint is measured that has been away by so much for so many readings, and was told to move so
+far, border units: how a motion begins says little of its delay."""
+LEAST_DEVIATION_S = 0.0005
+"""No delay is known better [s]."""
+JUMPED = 4.0
+"""A measurement so many standard deviations away is a delay that has changed."""
+HELD_S = 0.03
+"""Set points that were slowed down for so long have taken a robot to its limit [s]."""
+JUMP_GAIN, SMOOTHING_GAIN = 0.3, 0.1
+"""So much of what was measured counts at once, of a delay that has changed and of a smoothing."""
+SLOWER, FASTER, NEARLY = 0.9, 1.1, 0.9
+"""A robot that falls behind is led so much slower, one that keeps up so much faster. Our choice."""
+
+
+class Response(msgspec.Struct, frozen=True):
+    """How the real robot answers its set points; one entry a joint."""
+
+    # Mean of the filters' weights [s]: by so much each joint is late.
+    delay: Joints
+    # Half of their variance [s^2]: an acceleration is rounded off by so much.
+    smoothing: Joints
+    # Standard deviation of each delay [s].
+    doubt: Joints
+    # The speed with which the robot has kept up so far [percent of the joints' largest].
+    pace: float
+    # The least speed with which it has fallen behind [percent].
+    behind_at: float = 100.0
+    # When its set points were held back last [s]: a robot at its limit is late for that reason.
+    held_at: float = -1e9
+    # Since when without a break [s]; None while they are not: a single one makes no robot late.
+    held_since: float | None = None
+    # When it was measured last [s].
+    at: float = -1e9
+
+    @property
+    def longest(self) -> float:
+        """Delay of the slowest joint [s]."""
+        return max(self.delay)
+
+
+def assumed(config: ResponseConfig, names: Sequence[str]) -> Response:
+    """Return what is known of the robot before it has followed.
+
+    Args:
+        config: Numbers, and what was measured beforehand, if anything.
+        names: The joints.
+    """
+    pace = config.first_percent
+    if config.measured is None:
+        first, count = config.first_ms * 1e-3, len(names)
+        return Response((first,) * count, (0.0,) * count, (first,) * count, pace)
+    before = [config.measured[name] for name in names]
+    return Response(
+        tuple(joint.delay_ms * 1e-3 for joint in before),
+        tuple(joint.smoothing_ms2 * 1e-6 for joint in before),
+        (config.known_ms * 1e-3,) * len(before),
+        pace,
+    )
+
+
+def known(response: Response, config: ResponseConfig) -> bool:
+    """Return whether the delay of a joint, and so about that of all, has been measured."""
+    return min(response.doubt) <= config.known_ms * 1e-3
+
+
+def measured(setup: Setup, response: Response, real: RealSide, held: bool = False) -> Response:
+    """Take the newest readings of a robot that follows in.
+
+    Args:
+        setup: Profile and numbers.
+        response: What is known so far.
+        real: Its readings, and what it was told.
+        held: Its set points are being slowed down.
+    """
+    config = setup.config.response
+    if not real.history or not real.tube.commands:
+        return response
+    response = _held(response, real.last.t, held)
+    due = max(response.at + EVERY_S, response.held_at + config.window_ms * 1e-3)
+    if real.last.t < due:
+        return response
+    begin = real.last.t - config.window_ms * 1e-3
+    rows = [sample for sample in real.history if sample.t > begin]
+    told_at = np.array([t for t, _ in real.tube.commands])
+    told = np.array([q for _, q in real.tube.commands])
+    seen_at = np.array([sample.t for sample in rows])
+    seen = np.array([setup.to_border(sample.q) for sample in rows])
+    longest = config.longest_ms * 1e-3
+    fits: dict[int, Fit] = {}
+    for k in range(len(response.delay)):
+        moving = int(np.sum(np.abs(seen[:, k] - seen[0, k]) > MOVED))
+        if moving < LASTED or np.ptp(told[:, k]) < TOLD:
+            continue
+        fit = fit_joint(told_at, told[:, k], seen_at, seen[:, k], response.smoothing[k], longest)
+        if fit is not None and fit.doubt <= config.known_ms * 1e-3:
+            fits[k] = fit
+    if not fits:
+        return response
+    # What it did in the newer half of the window it was told by its delay before.
+    end = real.last.t - response.longest
+    speed = _speed(setup, told_at, told, end - 0.5 * config.window_ms * 1e-3, end)
+    paced = _paced(response, fits, speed, config)
+    return replace(_joined(paced, fits, config), at=real.last.t)
+
+
+def _held(response: Response, now: float, held: bool) -> Response:
+    """Remember when its set points were held back for longer than for a moment."""
+    if not held:
+        return replace(response, held_since=None) if response.held_since is not None else response
+    since = now if response.held_since is None else response.held_since
+    held_at = now if now - since >= HELD_S else response.held_at
+    return replace(response, held_at=held_at, held_since=since)
+
+
+def _joined(response: Response, fits: dict[int, Fit], config: ResponseConfig) -> Response:
+    """Weigh what was measured against what was known."""
+    delay, smoothing, doubt = list(response.delay), list(response.smoothing), list(response.doubt)
+    for k, fit in fits.items():
+        gain = doubt[k] ** 2 / (doubt[k] ** 2 + fit.doubt**2)
+        if abs(fit.delay - delay[k]) > JUMPED * (doubt[k] + fit.doubt):
+            gain = max(gain, JUMP_GAIN)
+        delay[k] += gain * (fit.delay - delay[k])
+        smoothing[k] += SMOOTHING_GAIN * (min(max(fit.smoothing, 0.0), 1e-3) - smoothing[k])
+        doubt[k] = max((1.0 - gain) ** 0.5 * doubt[k], LEAST_DEVIATION_S)
+    # A joint that was not seen yet is as late as the others, about.
+    others = [delay[k] for k in fits]
+    rounded = [smoothing[k] for k in fits]
+    for k in range(len(delay)):
+        if doubt[k] > config.known_ms * 1e-3:
+            delay[k], doubt[k] = sum(others) / len(others), config.known_ms * 1e-3
+            smoothing[k] = sum(rounded) / len(rounded)
+    return replace(response, delay=tuple(delay), smoothing=tuple(smoothing), doubt=tuple(doubt))
+
+
+def _paced(
+    response: Response, fits: dict[int, Fit], speed: float, config: ResponseConfig
+) -> Response:
+    """Find the speed with which the robot keeps up.
+
+    Args:
+        response: What was known before.
+        fits: What was measured.
+        speed: How fast it was led meanwhile [percent of the joints' largest].
+        config: Numbers.
+    """
+    if not known(response, config):
+        return response
+    late = max(fit.delay - response.delay[k] for k, fit in fits.items())
+    if late > config.behind_ms * 1e-3 and speed > 0.5 * response.pace:
+        pace = max(SLOWER * min(speed, response.pace), config.careful_percent)
+        return replace(response, pace=pace, behind_at=max(min(speed, response.behind_at), pace))
+    if late < 0.5 * config.behind_ms * 1e-3 and speed >= NEARLY * response.pace:
+        most = 100.0 if response.behind_at >= 100.0 else NEARLY * response.behind_at
+        return replace(response, pace=max(response.pace, min(FASTER * response.pace, most)))
+    return response
+
+
+def _speed(setup: Setup, told_at: Array, told: Array, begin: float, end: float) -> float:
+    """Return the mean speed that the fastest joint was told [percent of its largest]."""
+    after, before = (
+        np.array([np.interp(t, told_at, column) for column in told.T]) for t in (end, begin)
+    )
+    largest = np.array(setup.to_border(setup.velocity))
+    return float(100.0 * np.max(np.abs(after - before) / largest) / (end - begin))

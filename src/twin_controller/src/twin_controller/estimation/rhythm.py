@@ -1,0 +1,109 @@
+r"""How often a robot renews its readings, and how roughly it stamps them: from its clock alone.
+
+Readings are renewed on a grid of the robot's own clock. With the right period all of them have the
+same phase, whatever was asked when:
+
+.. math:: R_p = \left|\overline{e^{2\pi i\,c / p}}\right|
+
+is 1 for the period itself and each part of it, and near 0 for all others. The longest period that
+the readings keep is the one; how far R is from 1 tells how far a stamp is from its reading (Mardia
+and Jupp, *Directional Statistics*, sec. 2.3). Stamps that are too rough for that keep no period:
+then what their distance from our own clock varies by tells how rough they are.
+"""
+
+from __future__ import annotations
+
+import math
+
+import msgspec
+
+PERIODS_MS = range(1, 21)
+"""Periods that are looked for [ms]; interpolation periods are 2 to 8 ms, some robots give 10."""
+KEPT = 0.25
+"""R of a period that is kept: by chance 1 of 100,000 gets there with ENOUGH readings."""
+ASSUMED_MS = 8
+"""Most robots are no slower than this [ms]."""
+ENOUGH = 200
+"""So many readings tell the period."""
+FEW, EXACT = 20, 1.0 - 1e-9
+"""So few do if all of them have the same phase: of 2 ms by chance one in a million."""
+FORGET, SPREAD_FORGET = 1000, 100
+"""A robot may be set up anew, and its clock drifts: about so many readings count."""
+ROUGH_MS = 0.7
+"""Less than this is not told from readings that are of some age."""
+
+
+class Rhythm(msgspec.Struct, frozen=True):
+    """What the stamps of a robot's readings have shown so far."""
+
+    # Readings seen, at most FORGET.
+    count: int = 0
+    # Mean cosine and sine of 2 pi c / p for each of PERIODS_MS.
+    phases: tuple[tuple[float, float], ...] = ((0.0, 0.0),) * len(PERIODS_MS)
+    # Mean and variance of how far its clock is ahead of ours [ms], [ms^2]: of the last ones.
+    ahead: float = 0.0
+    variance: float = 0.0
+
+    @property
+    def known(self) -> bool:
+        """Whether enough readings have come."""
+        return self.count >= ENOUGH or (self.count >= FEW and self._longest(EXACT) > PERIODS_MS[0])
+
+    @property
+    def period(self) -> float:
+        """The time between two readings [s]; a long one is assumed while unknown."""
+        return self._period_ms * 1e-3
+
+    @property
+    def jitter(self) -> float:
+        """Standard deviation of a stamp from its reading [s]; 0 while unknown."""
+        if not self.known:
+            return 0.0
+        period = self._period_ms
+        if period == PERIODS_MS[0]:
+            # Each reading is of any age up to the period.
+            excess = self.variance - period**2 / 12.0
+            return 1e-3 * math.sqrt(excess) if excess > ROUGH_MS**2 else 0.0
+        kept = min(math.hypot(*self.phases[period - PERIODS_MS[0]]), 1.0)
+        # The stamps are whole milliseconds: what rounding leaves of R = 1 is no jitter.
+        if kept > EXACT:
+            return 0.0
+        return period * 1e-3 * math.sqrt(-2.0 * math.log(max(kept, 1e-9))) / (2.0 * math.pi)
+
+    @property
+    def _period_ms(self) -> int:
+        if not self.known:
+            return ASSUMED_MS
+        return self._longest(KEPT if self.count >= ENOUGH else EXACT)
+
+    def _longest(self, least: float) -> int:
+        """Return the longest period whose R is at least so much [ms]."""
+        kept = (p for p, phase in zip(PERIODS_MS, self.phases) if math.hypot(*phase) >= least)
+        return max(kept, default=PERIODS_MS[0])
+
+
+def heard(rhythm: Rhythm, clock_ms: int, at: float) -> Rhythm:
+    """Take the stamp of one new reading in.
+
+    Args:
+        rhythm: What is known so far.
+        clock_ms: The stamp [ms of the robot's clock].
+        at: Our time half-way between question and answer [s].
+    """
+    count = min(rhythm.count + 1, FORGET)
+    phases = []
+    for period, (cosine, sine) in zip(PERIODS_MS, rhythm.phases):
+        angle = 2.0 * math.pi * (clock_ms % period) / period
+        phases.append(
+            (
+                cosine + (math.cos(angle) - cosine) / count,
+                sine + (math.sin(angle) - sine) / count,
+            )
+        )
+    ahead = clock_ms - 1e3 * at
+    if not rhythm.count:
+        return Rhythm(count, tuple(phases), ahead)
+    part = 1.0 / min(count, SPREAD_FORGET)
+    off = ahead - rhythm.ahead
+    variance = (1.0 - part) * (rhythm.variance + part * off * off)
+    return Rhythm(count, tuple(phases), rhythm.ahead + part * off, variance)

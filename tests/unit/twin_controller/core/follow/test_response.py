@@ -1,0 +1,142 @@
+"""How late the real robot does its set points, and how fast it can be led."""
+
+from __future__ import annotations
+
+import msgspec
+import numpy as np
+import pytest
+from harness.pair import HOME, ROBOT, SETUP
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from twin_controller.config import MeasuredJoint, load_twin_controller
+from twin_controller.core.follow.response import Response, assumed, known, measured
+from twin_controller.core.setup import Setup
+from twin_controller.core.sides.echo import EchoTube
+from twin_controller.core.sides.side import RealSide, Sample
+from twin_controller.estimation.delay import fit_joint
+
+replace = msgspec.structs.replace
+CONFIG = load_twin_controller(ROBOT)
+UNKNOWN = Setup(ROBOT, CONFIG)
+NUMBERS = CONFIG.response
+SENT_S, READ_S = 0.010, 0.0097
+LENGTH, DURATION = 60.0, 1.0
+
+
+def told(t: float, length: float = LENGTH, duration: float = DURATION) -> float:
+    """Return where a smooth move is at ``t`` [s], border units; at rest before and after it."""
+    u = min(max(t / duration, 0.0), 1.0)
+    return length * u**3 * (10 - 15 * u + 6 * u * u)
+
+
+def answer(t: float, delay: float, smoothing: float, length: float = LENGTH) -> float:
+    """Return where a robot is that does it ``delay`` late, through a filter of that variance."""
+    # The mean of two taps that lie a standard deviation to both sides.
+    spread = (2.0 * smoothing) ** 0.5
+    return 0.5 * (told(t - delay - spread, length) + told(t - delay + spread, length))
+
+
+def side(
+    end: float, delays: dict[int, float], smoothing: float = 0.0, noise: float = 0.0, seed: int = 0
+) -> RealSide:
+    """Return a robot at ``end`` [s] of a move that some of its joints make."""
+    random = np.random.default_rng(seed)
+    commands = tuple(
+        (float(t), tuple(told(t) if k in delays else 0.0 for k in range(len(HOME))))
+        for t in np.arange(end - 0.5, end, SENT_S)
+    )
+    history = []
+    for t in np.arange(end, end - 48 * READ_S, -READ_S)[::-1]:
+        q = [
+            (answer(t, delays[k], smoothing) if k in delays else 0.0) + random.normal(0.0, noise)
+            for k in range(len(HOME))
+        ]
+        si = tuple(value * scale for value, scale in zip(q, SETUP.scale))
+        history.append(Sample(float(t), si, (0.0,) * len(HOME)))
+    return replace(RealSide(), history=tuple(history), tube=EchoTube(commands))
+
+
+def after_move(delays: dict[int, float], start: Response, length: float = DURATION) -> Response:
+    """Return what is known after a move, measured as often as the controller does."""
+    response = replace(start, at=-1e9)
+    for end in np.arange(0.1, length + 0.1, 0.05):
+        response = measured(UNKNOWN, response, side(float(end), delays, noise=0.003))
+    return response
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    delay=st.floats(0.01, 0.25),
+    smoothing=st.floats(0.0, 300e-6),
+    end=st.floats(0.5, 0.8),
+    seed=st.integers(0, 1000),
+)
+def test_delay_and_smoothing_are_found(
+    delay: float, smoothing: float, end: float, seed: int
+) -> None:
+    """Wherever in the move, with noise of 0.003 deg: within 2 ms, and as sure as it says."""
+    real = side(end + delay, {0: delay}, smoothing, 0.003, seed)
+    rows = [sample for sample in real.history if sample.t > end + delay - 0.3]
+    fit = fit_joint(
+        np.array([t for t, _ in real.tube.commands]),
+        np.array([q[0] for _, q in real.tube.commands]),
+        np.array([sample.t for sample in rows]),
+        np.array([sample.q[0] / SETUP.scale[0] for sample in rows]),
+        0.0,
+        0.4,
+    )
+    assert fit is not None
+    assert fit.delay == pytest.approx(delay, abs=0.002)
+    assert abs(fit.delay - delay) < 4.0 * fit.doubt < 0.05
+
+
+def test_nothing_is_known_before_the_robot_has_followed() -> None:
+    """The longest usual delay is assumed, and that it is not known is."""
+    response = assumed(NUMBERS, SETUP.names)
+    assert response.longest == NUMBERS.first_ms * 1e-3 and not known(response, NUMBERS)
+    assert measured(UNKNOWN, response, RealSide()) == response
+    still = side(5.0, {0: 0.1})
+    assert measured(UNKNOWN, response, still) == response
+
+
+def test_what_was_measured_beforehand_is_known() -> None:
+    """As the file says it, joint by joint."""
+    before = {name: MeasuredJoint(20.0 + k, 50.0) for k, name in enumerate(SETUP.names)}
+    response = assumed(replace(NUMBERS, measured=before), SETUP.names)
+    assert known(response, NUMBERS)
+    assert response.delay == pytest.approx((0.020, 0.021, 0.022, 0.023))
+    assert response.smoothing == pytest.approx((50e-6,) * 4)
+
+
+@pytest.mark.parametrize("delay", [0.018, 0.084, 0.148, 0.18])
+def test_a_robot_is_known_after_its_first_move(delay: float) -> None:
+    """And a joint that has not moved yet is taken for as late as the others."""
+    response = after_move({0: delay, 1: delay + 0.01}, assumed(NUMBERS, SETUP.names))
+    assert known(response, NUMBERS)
+    assert response.delay[:2] == pytest.approx((delay, delay + 0.01), abs=0.003)
+    assert response.delay[2] == pytest.approx(delay + 0.005, abs=0.01)
+
+
+@pytest.mark.parametrize("change", [0.05, -0.05])
+def test_a_delay_that_jumps_is_found_in_one_move(change: float) -> None:
+    """By 50 ms in either direction, within a second of motion."""
+    before = after_move({0: 0.1}, assumed(NUMBERS, SETUP.names))
+    after = after_move({0: 0.1 + change}, before)
+    assert after.delay[0] == pytest.approx(0.1 + change, abs=0.005)
+
+
+def test_a_robot_that_keeps_up_is_led_faster() -> None:
+    """Only while it is led with nearly as much as it has shown: slow motion proves nothing."""
+    start = replace(after_move({0: 0.1}, assumed(NUMBERS, SETUP.names)), pace=20.0)
+    faster = after_move({0: 0.1}, start)
+    assert 20.0 < faster.pace <= 100.0 and faster.behind_at == 100.0
+    slow = after_move({0: 0.1}, replace(start, pace=90.0))
+    assert slow.pace == 90.0
+
+
+def test_a_robot_that_falls_behind_is_led_more_slowly() -> None:
+    """By a tenth of the speed at which it did, and never faster than that again."""
+    start = replace(after_move({0: 0.1}, assumed(NUMBERS, SETUP.names)), pace=30.0)
+    late = measured(UNKNOWN, replace(start, at=-1e9), side(0.75, {0: 0.13}, noise=0.003))
+    assert late.pace < 30.0 and late.behind_at < 100.0
+    assert after_move({0: late.delay[0]}, late).pace <= 0.9 * late.behind_at + 1e-9
