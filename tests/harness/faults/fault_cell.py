@@ -22,6 +22,7 @@ from harness.wires.motion import Motion
 from harness.wires.proxy import modbus_units, websocket_units
 from harness.wires.relay import Relay
 from harness.workspace import ROOT
+from harness.yaml_files import CONFIG_CHOICE, known_robot
 
 ROBOT = load_robot(ROOT / "config")
 NODES = ("emulator", "simulator", "gateway", "joint_pose_controller", "twin_controller", "recorder")
@@ -54,9 +55,13 @@ class FaultCell:
     """
 
     def __init__(self, ros: Ros, environment: Mapping[str, str] | None = None) -> None:
-        """Choose ports; ``start`` starts the nodes, with ``environment`` beside that of ``ros``."""
+        """Choose ports; ``start`` starts the nodes, with ``environment`` beside that of ``ros``.
+
+        Without one its twin controller knows the robot: its first move is as fast as the others.
+        """
         self.ros = ros
-        self.environment = dict(environment or {})
+        config = ros.folder / "known_robot"
+        self.environment = dict(environment or {CONFIG_CHOICE: str(known_robot(config))})
         self.ports = {"emulator": free_port(), "gateway": free_port()}
         self.modbus = Relay(self.ports["emulator"], modbus_units)
         self.web = Relay(self.ports["gateway"], websocket_units)

@@ -18,7 +18,7 @@ from harness.faults.rows import Row
 from harness.opponents.person import FAR, PERIOD_S, WALK_M_S, Person
 from harness.processes import wait_until
 from harness.scenes.truth import tool_and_elbow, tool_speed
-from harness.yaml_files import changed_yaml, copy_configuration
+from harness.yaml_files import CONFIG_CHOICE, changed_yaml, known_robot
 
 KEPT_MM = 310.0
 """What the formula keeps of the distance when the robot has come to rest.
@@ -36,10 +36,9 @@ def monitored(folder: Path) -> dict[str, str]:
 
     Its configuration is a copy in ``folder``.
     """
-    folder.mkdir(parents=True)
-    copy_configuration(folder)
+    known_robot(folder)
     changed_yaml(folder / "twin_controller.yaml", folder, ["separation", "enabled"], True)
-    return {"SCARA_CONFIG_DIR": str(folder)}
+    return {CONFIG_CHOICE: str(folder)}
 
 
 def scenarios(cell: FaultCell, person: Person, rng: Random) -> dict[str, Callable[[], list[Row]]]:

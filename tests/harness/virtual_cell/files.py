@@ -20,6 +20,7 @@ from twin_controller.config import MeasuredJoint, TwinControllerConfig, load_twi
 from twin_experiments.config import ExperimentsFile, load_experiments
 
 from harness.workspace import ROOT
+from harness.yaml_files import IDEAL_DELAY_MS
 
 
 @dataclass(frozen=True)
@@ -56,10 +57,6 @@ def load_files(robot: str, folder: Path = ROOT / "config", plant: str = DEFAULT_
             load_twin_controller(profile, folder),
             load_experiments(profile, folder),
         )
-
-
-IDEAL_DELAY_MS = 20.5
-"""How late the ideal plants follow; all three of them, as the controller measures it."""
 
 
 def knowing(files: CellFiles) -> CellFiles:

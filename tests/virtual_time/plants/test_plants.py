@@ -11,6 +11,7 @@ from statistics import median
 import pytest
 from harness.plants.trials import run_trial
 from harness.plants.variants import FIELD, IDEAL, VARIANTS
+from harness.virtual_cell.cell import VirtualCell
 
 PATH_PERCENT, REST_PERCENT = 5.0, 2.0
 """The article's errors, percent of reach."""
@@ -73,6 +74,15 @@ def test_a_robot_that_is_late_is_measured_and_stays_within_the_goal() -> None:
     trial = run_trial("fanuc_sr6ia", BY_NAME["lag 88 ms"], "twin_leads", 50.0)
     assert not trial.ended, trial
     assert trial.path_percent is not None and trial.path_percent <= 2.5, trial
+
+
+def test_noise_alone_makes_nobody_lead() -> None:
+    """Readings of 0.01 deg rms at rest: the thresholds follow from the noise that is measured."""
+    with VirtualCell(BY_NAME["encoder noise 0.01 deg rms"].files("fanuc_sr6ia")) as cell:
+        cell.connect()
+        begun = len(cell.decisions)
+        cell.schedule.run(60.0)
+        assert cell.decisions[begun:] == []
 
 
 @pytest.mark.parametrize(("leader", "reached"), [("real_leads", 100.0), ("twin_leads", 76.0)])

@@ -221,6 +221,7 @@ class Divergence(Section, frozen=True):
 
     path_mm: Positive
     rest_mm: Positive
+    delay_mm: Positive
     release_ratio: Annotated[float, Meta(gt=0.0, lt=1.0)]
     confirm: Count
     window: Count

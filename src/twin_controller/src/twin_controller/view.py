@@ -146,6 +146,18 @@ def alarm_text(state: CoreState) -> str:
     return state.orders.grips.trouble
 
 
+def delay_text(state: CoreState) -> str:
+    """Say who is behind, by how much time and how far; empty if nobody is."""
+    delay = state.safety.delay
+    if not delay.judged.alarm:
+        return ""
+    behind, ahead = "real robot", "twin"
+    if state.lead.leader == "real":
+        behind, ahead = ahead, behind
+    apart = f"their tools are {delay.judged.distance_mm:.0f} mm apart at the same instant"
+    return f"the {behind} is {1e3 * delay.late:.0f} ms behind the {ahead}: {apart}"
+
+
 def decision_text(decision: Decided) -> str:
     """Return one decision as a line for a person."""
     modes = f"{decision.mode_before} -> {decision.mode_after}"
@@ -225,6 +237,18 @@ def statuses(
             {
                 "deviation_mm": f"{view.deviation_mm:.3f}",
                 "joint_deviation": f"{deviation(setup, state.sides):.3f}",
+            },
+        )
+    )
+    late = delay_text(state)
+    found.append(
+        Status(
+            Level.WARN if late else Level.OK,
+            "twin_controller: delay",
+            late or "both at the same place at the same time",
+            {
+                "apart_mm": f"{state.safety.delay.judged.distance_mm:.3f}",
+                "follower_delay_ms": f"{1e3 * view.follower_lag:.1f}",
             },
         )
     )

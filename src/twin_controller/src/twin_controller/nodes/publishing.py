@@ -119,6 +119,7 @@ class Publishing:
             lead.links_up,
             lead.move_failed,
             state.safety.divergence.alarm,
+            state.safety.delay.judged.alarm,
             orders.speeds,
             sides.real.alarm,
             sides.real.gripper,

@@ -12,8 +12,10 @@ from harness.pair import HOME, SETUP, Pair, shifted
 from hypothesis import given
 from hypothesis import strategies as st
 from twin_controller.core.events import ClockProbe, LinkChanged, RealMeasured, TwinMeasured
+from twin_controller.core.sides import change
 from twin_controller.core.sides.measure import (
     clock_probed,
+    real_lost,
     real_measured,
     take_in,
     twin_lost,
@@ -149,3 +151,23 @@ def test_pairs_are_of_one_instant() -> None:
     found = paired(pair.state.sides)
     assert found is not None and found[0].t == found[1].t
     assert paired(FRESH) is None
+
+
+@pytest.mark.parametrize(("noise", "widened"), [(0.0, False), (0.003, False), (0.01, True)])
+def test_the_noise_of_a_side_at_rest_is_measured(noise: float, widened: bool) -> None:
+    """The thresholds are five of its standard deviations, and never less than the file's."""
+    random, side = np.random.default_rng(1), RealSide()
+    for k in range(300):
+        q = tuple(random.normal(0.0, noise, len(HOME)))
+        side = real_measured(SETUP, side, real_answer(1.0 + 0.0097 * k, q=shifted(HOME, *q)))
+    assert side.noise == pytest.approx(noise, rel=0.3, abs=1e-9)
+    config = change.widened(SETUP.config.change, side.noise)
+    assert (config.hysteresis > SETUP.config.change.hysteresis) == widened
+    if widened:
+        assert config.hysteresis == pytest.approx(5.0 * side.noise) == config.still_tolerance
+
+
+def test_the_noise_of_a_side_outlives_its_loss() -> None:
+    """It belongs to the robot; what moved meanwhile does not."""
+    lost = real_lost(replace(RealSide(), noise=0.01), "silent")
+    assert lost.noise == 0.01 and lost.history == ()

@@ -228,7 +228,10 @@ def follower_pace(setup: Setup, follow: Follow) -> tuple[float, str]:
     """Return with what speed the real robot can be led [percent], and why with no more."""
     config, response = setup.config.response, follow.response
     if not known(response, config):
-        return config.careful_percent, "how late the real robot follows is being measured"
+        return (
+            config.careful_percent,
+            "how late the real robot follows is not known yet: it is measured",
+        )
     off = 0.0
     if follow.real is not None and follow.real.delay:
         off = max(abs(a - b) for a, b in zip(follow.real.delay, response.delay))

@@ -21,7 +21,7 @@ from twin_controller.core.lead.table import (
 from twin_controller.core.orders.order import tell
 from twin_controller.core.orders.stop import safety_patience
 from twin_controller.core.orders.twin_stop import defied_text, defy
-from twin_controller.core.safety.divergence import DivergenceState
+from twin_controller.core.safety.divergence import DelayState, DivergenceState
 from twin_controller.core.safety.zones import Way
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides.change import drop_baseline
@@ -202,7 +202,8 @@ def _enter(setup: Setup, state: CoreState, row: Row, trigger: Trigger, now: floa
         state = replace(state, sides=sides)
     # A pair that was moved apart while it was paused, or aligns, is measured anew.
     if trigger in RESUMING or mode is Mode.ALIGNING:
-        state = replace(state, safety=replace(state.safety, divergence=DivergenceState()))
+        safety = replace(state.safety, divergence=DivergenceState(), delay=DelayState())
+        state = replace(state, safety=safety)
     if mode is not Mode.ESTOP:
         state = replace(state, orders=replace(state.orders, estop=None))
     return replace(state, lead=new)

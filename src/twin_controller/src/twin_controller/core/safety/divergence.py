@@ -1,7 +1,8 @@
-"""The alarm when real robot and twin come apart, with the lag removed.
+"""The alarms when real robot and twin come apart: beside each other's path, or late on it.
 
 While moving, the distance of the real tool from the twin's recent path counts: a follower that is
-late but on the path does not diverge. At rest, the plain distance counts.
+late but on the path does not diverge. At rest, the plain distance counts. How far the tools are
+apart at the same instant has a limit of its own, which only tells.
 """
 
 from __future__ import annotations
@@ -18,7 +19,11 @@ from twin_controller.config import Divergence
 from twin_controller.core.events import Joints
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides import change
+from twin_controller.core.sides.pairing import paired
 from twin_controller.core.sides.side import Sides
+
+SLOWEST_M_S = 0.05
+"""A tool slower than this is not late by a time [m/s]; our choice."""
 
 
 class DivergenceState(msgspec.Struct, frozen=True):
@@ -27,6 +32,14 @@ class DivergenceState(msgspec.Struct, frozen=True):
     recent: tuple[bool, ...] = ()
     alarm: bool = False
     distance_mm: float = 0.0
+
+
+class DelayState(msgspec.Struct, frozen=True):
+    """How far the tools are apart at the same instant, lag and all."""
+
+    judged: DivergenceState = DivergenceState()
+    # How late that is at the twin's speed [s], when it was beyond its limit last.
+    late: float = 0.0
 
 
 def path_distance(point: Point, path: Sequence[Point]) -> float:
@@ -103,3 +116,25 @@ def judge_divergence(
         return judge(state, math.dist(tool(real.q), tool(newest)), config.rest_mm, config)
     distance = path_distance(tool(real.q), [tool(q) for q in rows])
     return judge(state, distance, config.path_mm, config)
+
+
+def judge_delay(setup: Setup, state: DelayState, sides: Sides) -> DelayState:
+    """Compare the tools at the same instant, once for each sample of the twin.
+
+    Args:
+        setup: Profile and numbers.
+        state: The last checks.
+        sides: Both sides.
+    """
+    config, pair = setup.config.divergence, paired(sides)
+    if pair is None:
+        return state
+    real, twin = (_tool(setup.arm, setup.arm_columns, side.q) for side in pair)
+    judged = judge(state.judged, math.dist(real, twin), config.delay_mm, config)
+    if not judged.recent[-1]:
+        return DelayState(judged, state.late)
+    first, last = sides.twin.history[0], sides.twin.history[-1]
+    way = math.dist(*(_tool(setup.arm, setup.arm_columns, side.q) for side in (first, last)))
+    speed = way / max(last.t - first.t, 1e-9)
+    late = math.dist(real, twin) / speed if speed > SLOWEST_M_S else state.late
+    return DelayState(judged, late)

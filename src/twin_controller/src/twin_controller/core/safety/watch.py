@@ -13,7 +13,12 @@ from twin_controller.core.events import (
     TwinMeasured,
     TwinMotion,
 )
-from twin_controller.core.safety.divergence import DivergenceState, judge_divergence
+from twin_controller.core.safety.divergence import (
+    DelayState,
+    DivergenceState,
+    judge_delay,
+    judge_divergence,
+)
 from twin_controller.core.safety.guard import Guard, Ways, judge_guard, known_ahead, point_speed
 from twin_controller.core.safety.separation import Distance, judge_separation
 from twin_controller.core.safety.sightings import Person, newest
@@ -51,6 +56,8 @@ class Safety(msgspec.Struct, frozen=True):
     separation: Distance = Distance()
     # How far the tools are apart; begins anew when the pair aligns or goes on after a pause.
     divergence: DivergenceState = DivergenceState()
+    # How far at the same instant; begins anew likewise.
+    delay: DelayState = DelayState()
 
 
 def watch(setup: Setup, safety: Safety, sides: Sides, event: AnyEvent, task: Task) -> Safety:
@@ -73,7 +80,8 @@ def watch(setup: Setup, safety: Safety, sides: Sides, event: AnyEvent, task: Tas
             return replace(safety, way=_judge_move(setup, safety.way, sides.twin))
         case TwinMeasured() if task.together and not (task.catches_up and _obeys(setup, sides)):
             judged = judge_divergence(setup, safety.divergence, sides, task.streams)
-            return replace(safety, divergence=judged)
+            delay = judge_delay(setup, safety.delay, sides)
+            return replace(safety, divergence=judged, delay=delay)
     return safety
 
 

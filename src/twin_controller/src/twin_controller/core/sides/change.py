@@ -11,6 +11,9 @@ import msgspec
 from twin_controller.config import Change
 from twin_controller.core.events import Joints
 
+NOISES = 5.0
+"""A reading may be so many standard deviations off without a motion; our choice."""
+
 
 class ChangeState(msgspec.Struct, frozen=True):
     """One side's agreed position and what has happened since; positions in border units."""
@@ -33,6 +36,18 @@ class ChangeState(msgspec.Struct, frozen=True):
     count: int = 0
     # Since when each joint stays within the tolerance of one position [s].
     still_since: float = 0.0
+
+
+def widened(config: Change, noise: float) -> Change:
+    """Return the thresholds for readings with this noise (border units): no less than the file's.
+
+    Noise alone passes five standard deviations less than once in a week.
+    """
+    return msgspec.structs.replace(
+        config,
+        hysteresis=max(config.hysteresis, NOISES * noise),
+        still_tolerance=max(config.still_tolerance, NOISES * noise),
+    )
 
 
 def take_baseline(state: ChangeState, t: float, q: Joints, config: Change) -> ChangeState:

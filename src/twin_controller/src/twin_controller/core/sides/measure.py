@@ -31,6 +31,7 @@ from twin_controller.core.sides.side import (
     Sides,
     TwinSide,
 )
+from twin_controller.estimation.noise import noise_at_rest
 from twin_controller.estimation.rhythm import heard
 
 replace = msgspec.structs.replace
@@ -41,6 +42,9 @@ FUTURE_S = 0.1
 
 JITTERS = 1.75
 """Nearly all stamps are within so many standard deviations; those of an even jitter all are."""
+
+NOISE_EVERY_S, NOISE_GAIN = 0.5, 0.5
+"""How often the noise of a side is looked for [s], and how much of what is found counts."""
 
 CLOCK_JUMPED = "its clock jumped"
 
@@ -86,14 +90,14 @@ def real_lost(real: RealSide, reason: str, connected: bool = True) -> RealSide:
         connected: Its link stands all the same.
     """
     fresh = ClockEstimate(jumps=real.clock.jumps)
-    return RealSide(connected, reason, clock=fresh, rhythm=real.rhythm)
+    return RealSide(connected, reason, clock=fresh, rhythm=real.rhythm, noise=real.noise)
 
 
 def twin_lost(twin: TwinSide, reason: str, connected: bool = True) -> TwinSide:
     """Forget the twin, likewise; its gripper is told on change only, so it outlives a silence."""
     gripper = twin.gripper if connected else Gripper()
     fresh = ClockEstimate(jumps=twin.clock.jumps)
-    return TwinSide(connected, reason, clock=fresh, gripper=gripper)
+    return TwinSide(connected, reason, clock=fresh, gripper=gripper, noise=twin.noise)
 
 
 def drop_stale(setup: Setup, sides: Sides, now: float) -> Sides:
@@ -195,9 +199,10 @@ def clock_probed(setup: Setup, twin: TwinSide, event: ClockProbe) -> TwinSide:
 
 def _sampled(setup: Setup, side: S, sample: Sample) -> S:
     """Append a sample and judge whether the side moved."""
-    config, settle = setup.config.change, setup.config.settle
     if side.history and sample.t <= side.last.t:
         return side
+    side = _noise_found(setup, side, sample.t)
+    config, settle = change.widened(setup.config.change, side.noise), setup.config.settle
     border = setup.to_border(sample.q)
     own = answers(setup, side, sample)
     # A side that counts as standing may still move by its tolerance.
@@ -211,9 +216,18 @@ def _sampled(setup: Setup, side: S, sample: Sample) -> S:
     )
 
 
+def _noise_found(setup: Setup, side: S, now: float) -> S:
+    """Find how noisy a side is, now and then, while it is at rest."""
+    if len(side.history) < HISTORY or now < side.noise_at + NOISE_EVERY_S:
+        return side
+    found = noise_at_rest([setup.to_border(sample.q) for sample in side.history])
+    noise = side.noise if found is None else side.noise + NOISE_GAIN * (found - side.noise)
+    return replace(side, noise=noise, noise_at=now)
+
+
 def answers(setup: Setup, side: Side, sample: Sample) -> bool:
     """Return whether a sample is the side's answer to our own set points."""
-    config = setup.config.change
+    config = change.widened(setup.config.change, side.noise)
     rest = config.hysteresis + 0.5 * 10.0**-config.decimals
     memory = config.echo_memory_ms * 1e-3
     border = setup.to_border(sample.q)

@@ -51,6 +51,10 @@ class Side(msgspec.Struct, frozen=True):
     # Its clock against ours.
     clock: ClockEstimate = ClockEstimate()
     gripper: Gripper = Gripper()
+    # How noisy its readings are at rest, of the noisiest joint, border units, and when that was
+    # found [s]; a property of the side, so it outlives a loss.
+    noise: float = 0.0
+    noise_at: float = -1e9
     # From when to when the controller itself last stood still [s]: no silence of the side. Without
     # effect once something newer was heard.
     deaf: tuple[float, float] = (0.0, 0.0)
