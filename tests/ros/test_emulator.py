@@ -231,14 +231,9 @@ def test_it_runs_without_a_roscore_and_ends_at_once(ros: Ros, number: signal.Sig
     assert process.wait(3.0) == 0
 
 
-@pytest.mark.parametrize(
-    ("plant", "least", "most"), [("ideal", 17.0, 24.0), ("field", 70.0, 200.0)]
-)
-def test_the_doctor_measures_how_late_each_joint_is(
-    ros: Ros, plant: str, least: float, most: float
-) -> None:
+def test_the_doctor_measures_how_late_each_joint_is(ros: Ros) -> None:
     """And prints what twin_controller.yaml wants: it loads, and knows the robot."""
-    cell = Cell(ros, f"_plant:={plant}")
+    cell = Cell(ros, "_plant:=field")
     cell.client.close()
     doctor = ros.stage.start("rosrun", "robot_doctor", "doctor", "--port", str(cell.port), "--move")
     doctor.wait(60.0)
@@ -246,7 +241,7 @@ def test_the_doctor_measures_how_late_each_joint_is(
     assert [name for name, _ in found] == [name for name in NAMES if name != "joint_4"], (
         doctor.output
     )
-    assert all(least < float(late) < most for _, late in found), found
+    assert all(70.0 < float(late) < 200.0 for _, late in found), found
     line = re.search(r"response\.measured: (\{.*\})", doctor.output)
     assert line is not None, doctor.output
     measured = YAML(typ="safe").load(line.group(1))
