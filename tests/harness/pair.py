@@ -12,7 +12,7 @@ from functools import partial
 from itertools import count
 
 import msgspec
-from twin_controller.config import MeasuredJoint, TwinControllerConfig, load_twin_controller
+from twin_controller.config import load_twin_controller
 from twin_controller.core.actions import (
     AnyAction,
     CapTwin,
@@ -43,6 +43,7 @@ from twin_controller.core.setup import Setup
 from twin_controller.core.state import initial_state
 from twin_controller.core.step import step
 
+from harness.plants.known_robot import knowing
 from harness.sides import ROBOT, Joints, Path_, RealSide, TwinSide, ramp
 from harness.workspace import ROOT
 
@@ -54,14 +55,7 @@ REAL_DELAY_MS = 18.3
 """How late the ideal real robot does its set points; the core has measured it beforehand."""
 
 
-def _measured(config: TwinControllerConfig) -> TwinControllerConfig:
-    """Return a configuration that knows the ideal robot, and that it keeps up."""
-    joints = {joint.name: MeasuredJoint(REAL_DELAY_MS) for joint in ROBOT.twin_joints}
-    response = msgspec.structs.replace(config.response, measured=joints, first_percent=100.0)
-    return msgspec.structs.replace(config, response=response)
-
-
-SETUP = Setup(ROBOT, _measured(load_twin_controller(ROBOT, ROOT / "config")))
+SETUP = Setup(ROBOT, knowing(load_twin_controller(ROBOT, ROOT / "config"), ROBOT, REAL_DELAY_MS))
 HOME = SETUP.home
 PLAN_ROWS = 16
 

@@ -7,17 +7,12 @@ from pathlib import Path
 from typing import Any
 
 from ruamel.yaml import YAML
-from scara_config import files_in_force, load_robot, locate
+from scara_config import files_in_force, locate
 
 from harness.workspace import ROOT
 
 REMOVED = object()
 CONFIG = ROOT / "config"
-CONFIG_CHOICE = "SCARA_CONFIG_DIR"
-"""Environment variable that names the folder with the YAML files."""
-
-IDEAL_DELAY_MS = 20.5
-"""How late the ideal plants follow; all three of them, as the controller measures it."""
 
 
 def shipped(name: str) -> Path:
@@ -37,19 +32,6 @@ def copy_configuration(folder: Path) -> Path:
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(file, folder / name)
     return folder
-
-
-def known_robot(folder: Path) -> Path:
-    """Copy the configuration into ``folder`` as it is once the ideal robot was measured.
-
-    Its first move is as fast as its later ones. Return the folder.
-    """
-    folder.mkdir(parents=True)
-    copy_configuration(folder)
-    file, delay = folder / "twin_controller.yaml", {"delay_ms": IDEAL_DELAY_MS}
-    names = [joint.name for joint in load_robot(CONFIG).twin_joints]
-    changed_yaml(file, folder, ["response", "measured"], {name: delay for name in names})
-    return changed_yaml(file, folder, ["response", "first_percent"], 100.0)
 
 
 def changed_yaml(source: Path, folder: Path, path: list[str | int], value: Any) -> Path:

@@ -15,14 +15,15 @@ from pathlib import Path
 from typing import Any
 
 from scara_config import load_robot
+from scara_config.loader import OVERRIDE
 
+from harness.plants.known_robot import known_robot
 from harness.processes import Process, Stage, free_port, wait_until
 from harness.ros import Ros
 from harness.wires.motion import Motion
 from harness.wires.proxy import modbus_units, websocket_units
 from harness.wires.relay import Relay
 from harness.workspace import ROOT
-from harness.yaml_files import CONFIG_CHOICE, known_robot
 
 ROBOT = load_robot(ROOT / "config")
 NODES = ("emulator", "simulator", "gateway", "joint_pose_controller", "twin_controller", "recorder")
@@ -61,7 +62,7 @@ class FaultCell:
         """
         self.ros = ros
         config = ros.folder / "known_robot"
-        self.environment = dict(environment or {CONFIG_CHOICE: str(known_robot(config))})
+        self.environment = dict(environment or {OVERRIDE: str(known_robot(config))})
         self.ports = {"emulator": free_port(), "gateway": free_port()}
         self.modbus = Relay(self.ports["emulator"], modbus_units)
         self.web = Relay(self.ports["gateway"], websocket_units)

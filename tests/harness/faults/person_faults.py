@@ -11,14 +11,17 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from random import Random
 
+from scara_config.loader import OVERRIDE
+
 from harness.faults.fault_cell import ROBOT, FaultCell
 from harness.faults.link_faults import REACTION_S, reaction, still_row
 from harness.faults.process_faults import twin_stops
 from harness.faults.rows import Row
 from harness.opponents.person import FAR, PERIOD_S, WALK_M_S, Person
+from harness.plants.known_robot import known_robot
 from harness.processes import wait_until
 from harness.scenes.truth import tool_and_elbow, tool_speed
-from harness.yaml_files import CONFIG_CHOICE, changed_yaml, known_robot
+from harness.yaml_files import changed_yaml
 
 KEPT_MM = 310.0
 """What the formula keeps of the distance when the robot has come to rest.
@@ -38,7 +41,7 @@ def monitored(folder: Path) -> dict[str, str]:
     """
     known_robot(folder)
     changed_yaml(folder / "twin_controller.yaml", folder, ["separation", "enabled"], True)
-    return {CONFIG_CHOICE: str(folder)}
+    return {OVERRIDE: str(folder)}
 
 
 def scenarios(cell: FaultCell, person: Person, rng: Random) -> dict[str, Callable[[], list[Row]]]:

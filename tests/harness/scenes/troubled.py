@@ -16,8 +16,9 @@ from twin_controller.core.events import AnyEvent, RealMeasured, Tick, TwinMeasur
 from twin_controller.core.sides.own_gap import OwnGaps
 from twin_controller.robot_sample import RobotSample
 
+from harness.plants.known_robot import knowing
 from harness.virtual_cell.cell import VirtualCell
-from harness.virtual_cell.files import CellFiles, knowing, load_files
+from harness.virtual_cell.files import CellFiles, load_files
 from harness.virtual_cell.timing import SHIPPED, Delays
 from harness.workspace import ROOT
 
@@ -29,7 +30,7 @@ def desk_files(robot: str) -> CellFiles:
     """
     files = load_files(robot)
     controller = load_twin_controller(files.robot, ROOT / "config", "desk")
-    return knowing(replace(files, controller=controller))
+    return replace(files, controller=knowing(controller, files.robot))
 
 
 class TroubledCell(VirtualCell):

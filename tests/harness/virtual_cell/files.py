@@ -5,10 +5,9 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
-import msgspec
 from fanuc_emulator.config import EmulatorConfig, load_emulator, load_programs
 from fanuc_emulator.program import Program
 from scara_config import Robot, load_robot
@@ -16,11 +15,10 @@ from scara_config.modbus_map import ModbusMap, load_modbus_map
 from scara_config.profile import CHOICE, DEFAULT_PLANT
 from scara_control.config import MotionConfig, load_motion
 from scara_simulation.config import LoopGains, SimulationConfig, load_gains, load_simulation
-from twin_controller.config import MeasuredJoint, TwinControllerConfig, load_twin_controller
+from twin_controller.config import TwinControllerConfig, load_twin_controller
 from twin_experiments.config import ExperimentsFile, load_experiments
 
 from harness.workspace import ROOT
-from harness.yaml_files import IDEAL_DELAY_MS
 
 
 @dataclass(frozen=True)
@@ -57,19 +55,6 @@ def load_files(robot: str, folder: Path = ROOT / "config", plant: str = DEFAULT_
             load_twin_controller(profile, folder),
             load_experiments(profile, folder),
         )
-
-
-def knowing(files: CellFiles) -> CellFiles:
-    """Return a cell whose controller has measured its robot beforehand, and what it keeps up with.
-
-    Its first move is as fast as its later ones.
-    """
-    response = msgspec.structs.replace(
-        files.controller.response,
-        measured={joint.name: MeasuredJoint(IDEAL_DELAY_MS) for joint in files.robot.twin_joints},
-        first_percent=100.0,
-    )
-    return replace(files, controller=msgspec.structs.replace(files.controller, response=response))
 
 
 @contextmanager

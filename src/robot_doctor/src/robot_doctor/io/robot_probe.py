@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import threading
 import time
 from collections.abc import Iterator
@@ -212,7 +211,7 @@ class Mover:
     def _measure(self, index: int, joint: Joint) -> Fit | None:
         """Swing one joint smoothly away and back; return how late it was on its way there."""
         start = self._positions()
-        way = math.copysign(SWING[joint.unit] * joint.scale, self._inwards(start, index, joint))
+        way = SWING[joint.unit] * joint.scale * self._inwards(start, index, joint)
         # A robot runs its program at its override; a swing at its limit would be late for that.
         override = max(float(self._sample.override), 1.0)
         fastest = 1e-2 * min(SWING_PERCENT, override) * joint.velocity

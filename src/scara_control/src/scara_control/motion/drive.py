@@ -11,9 +11,8 @@ from scara_config import Joint
 from scara_control.config import MotionConfig
 from scara_control.joint_motion import JointMotion
 from scara_control.motion.plan import Path
-from scara_control.motion.time_scaling import ScaleBounds, TimeBase, advance, motion_at
+from scara_control.motion.time_scaling import SAME_TIME, ScaleBounds, TimeBase, advance, motion_at
 
-_SAME_TIME = 1e-6
 _LONGEST_DELAY = 0.5
 """No follower is believed to be later [s]: its set points would look ahead for ever."""
 
@@ -52,7 +51,7 @@ class Drive:
     @property
     def announcing(self) -> bool:
         """Whether it waits for ``go_at``."""
-        return self.time < self.go_at - _SAME_TIME
+        return self.time < self.go_at - SAME_TIME
 
     @property
     def done(self) -> bool:
@@ -100,7 +99,7 @@ class PathDriver:
     def announced(self, now: float) -> float:
         """Return the first time of the grid at which a move asked for at ``now`` may begin."""
         after = now + self.follower_delay + self._move.announce - self.time
-        return self.time + math.ceil(after / self._period - _SAME_TIME) * self._period
+        return self.time + math.ceil(after / self._period - SAME_TIME) * self._period
 
     def went_back(self, now: float) -> bool:
         """Say whether the clock went back."""
@@ -111,7 +110,7 @@ class PathDriver:
 
         A stall longer than the horizon delays the drive, so that the joints do not jump.
         """
-        steps = max(math.floor((now - self.time) / self._period + _SAME_TIME), 0)
+        steps = max(math.floor((now - self.time) / self._period + SAME_TIME), 0)
         for _ in range(min(steps, self._horizon)):
             self.drive = self.drive and self._step(self.drive, scale(self.drive.time))
         late = max(steps - self._horizon, 0) * self._period

@@ -22,8 +22,8 @@ _THERE = 0.13
 wanted. Above 1/8: up to there, at :math:`e = r^2 / 2 j`, the rate could change its sign with each
 step for ever, and a pause would creep on."""
 
-
-_SAME_TIME = 1e-6
+SAME_TIME = 1e-6
+"""Times of the grid that are no further apart are the same, in seconds and in periods."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +71,7 @@ class SpeedCap:
 
     def at(self, time: float) -> float:
         """Return the cap that holds at ``time`` [s], in percent."""
-        return next(percent for due, percent in reversed(self._rows) if due <= time + _SAME_TIME)
+        return next(percent for due, percent in reversed(self._rows) if due <= time + SAME_TIME)
 
     def forget(self, before: float) -> None:
         """Forget what does not hold any more at ``before`` [s]."""

@@ -9,7 +9,7 @@ from harness.pair import HOME, SETUP, Pair, ramp, shifted
 from harness.parts import changed
 from hypothesis import given
 from hypothesis import strategies as st
-from twin_controller.core.follow.real import stream_real, twin_ahead
+from twin_controller.core.follow.real import stream_real, twin_course
 from twin_controller.core.follow.twin import close_gap, estimate_acceleration
 from twin_controller.core.sides.side import Sample
 
@@ -67,7 +67,7 @@ def test_the_twins_plan_tells_where_it_is_going_to_be() -> None:
     """Within the plan's horizon the aim is where the path goes, not an extrapolation."""
     pair, start = moving_pair()
     for ahead in (0.0, 0.03, 0.08):
-        q, _, _ = twin_ahead(SETUP, pair.state.sides.twin, pair.now + ahead)
+        q, _, _ = twin_course(SETUP, pair.state.sides.twin, pair.now)(pair.now + ahead)
         path = ramp(HOME, shifted(HOME, 40.0), 1.0)(pair.now + ahead - start)
         assert q == pytest.approx(path, abs=2e-4)
 
@@ -78,7 +78,7 @@ def test_without_a_plan_the_twins_last_state_is_carried_on_but_not_far() -> None
     twin = replace(pair.state.sides.twin, plan=None)
     last = twin.last
     for local, ahead in ((last.t + 0.05, 0.05), (last.t + 5.0, 0.2), (last.t - 1.0, 0.0)):
-        q, _, _ = twin_ahead(SETUP, twin, local)
+        q, _, _ = twin_course(SETUP, twin, local)(local)
         assert q == pytest.approx(tuple(a + v * ahead for a, v in zip(last.q, last.qdot)))
 
 
@@ -89,7 +89,9 @@ def test_a_plan_that_is_over_is_not_used() -> None:
     assert twin.plan is not None
     over = replace(twin, plan=replace(twin.plan, stamp=twin.plan.stamp - 1.0))
     none = replace(twin, plan=None)
-    assert twin_ahead(SETUP, over, pair.now) == twin_ahead(SETUP, none, pair.now)
+    assert twin_course(SETUP, over, pair.now)(pair.now) == twin_course(SETUP, none, pair.now)(
+        pair.now
+    )
 
 
 def test_the_robots_own_limit_is_the_gates_whatever_its_override() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import msgspec
@@ -35,6 +36,10 @@ SMOOTHING_RATE = 2e-3
 """The smoothing that is reckoned with changes by so much at most [s^2/s]; our choice."""
 
 
+Course = Callable[[float], tuple[Sequence[float], Sequence[float], Sequence[float]]]
+"""Position, velocity and acceleration of all joints at a local time [s], SI."""
+
+
 class Streamed(NamedTuple):
     """What is remembered of the stream, what is sent now, and why the next is not."""
 
@@ -64,9 +69,11 @@ def stream_real(
     setpoints: list[StreamReal] = []
     if follows is None or not sides.known:
         return Streamed(follows, setpoints, "")
+    course = twin_course(setup, sides.twin, now)
     for slot in _slots(setup, follows, sides, now):
         follows = _reckon(setup, follows, slot, response)
-        made = _setpoint(setup, follows, sides, slot, cap, now)
+        target = _target(setup, course, slot, follows)
+        made = _setpoint(setup, follows, sides, slot, target, cap, now)
         if isinstance(made, Rejected):
             return Streamed(follows, setpoints, made.reason)
         follows, setpoint = made
@@ -85,7 +92,7 @@ def _slots(setup: Setup, follows: RealFollows, sides: Sides, now: float) -> list
         sides.real.last.t,
         sides.real.rhythm,
         spacing,
-        _decided_ahead(setup, sides, now),
+        _decided_ahead(setup, sides.twin, spacing or 0.0, now),
         0.5 * sides.real.clock.best_trip,
         last,
     )
@@ -99,15 +106,13 @@ def _spacing(setup: Setup, real: RealSide) -> float | None:
     return max(1, round(1e-3 * wanted / period)) * period
 
 
-def _decided_ahead(setup: Setup, sides: Sides, now: float) -> float:
+def _decided_ahead(setup: Setup, twin: TwinSide, spacing: float, now: float) -> float:
     """Return how far ahead set points are decided [s].
 
     Until the next answer, and longer while a plan tells where the twin goes.
     """
-    config = setup.config
-    spacing = _spacing(setup, sides.real) or 0.0
-    longer = PLANNED if planned(sides.twin, now) else UNPLANNED
-    return config.real.poll_period_ms * 1e-3 + longer * spacing
+    longer = PLANNED if planned(twin, now) else UNPLANNED
+    return setup.config.real.poll_period_ms * 1e-3 + longer * spacing
 
 
 def _setpoint(
@@ -115,6 +120,7 @@ def _setpoint(
     follows: RealFollows,
     sides: Sides,
     slot: SendSlot,
+    target: Joints,
     cap: float,
     now: float,
 ) -> tuple[RealFollows, StreamReal] | Rejected:
@@ -122,7 +128,6 @@ def _setpoint(
     real, limit = sides.real, setup.config.limit
     # The slowest joint's instant: the gap and what is judged need one for all.
     aim = slot.send_at + max(follows.delay)
-    target = _target(setup, sides.twin, slot, follows)
     blend = follows.blend
     if blend is None:
         offset = tuple(a - b for a, b in zip(real.last.q, target))
@@ -168,14 +173,14 @@ def _toward(value: float, wanted: float, most: float) -> float:
     return value + min(max(wanted - value, -most), most)
 
 
-def _target(setup: Setup, twin: TwinSide, slot: SendSlot, follows: RealFollows) -> Joints:
+def _target(setup: Setup, course: Course, slot: SendSlot, follows: RealFollows) -> Joints:
     """Return what each joint is told, so that it is with the twin once it does it.
 
     The inverse of what its filters do to slow motion, within its range.
     """
     target = []
     for k, (delay, smoothing) in enumerate(zip(follows.delay, follows.smoothing)):
-        q, _, qddot = twin_ahead(setup, twin, slot.send_at + delay)
+        q, _, qddot = course(slot.send_at + delay)
         ahead = q[k] - smoothing * qddot[k]
         target.append(min(max(ahead, min(q[k], setup.lower[k])), max(q[k], setup.upper[k])))
     return tuple(target)
@@ -248,13 +253,20 @@ def planned(twin: TwinSide, local: float) -> bool:
     return plan is not None and plan.stamp + plan.times[-1] > twin.clock.to_remote(local)
 
 
-def twin_ahead(setup: Setup, twin: TwinSide, local: float) -> tuple[Joints, Joints, Joints]:
-    """Return position, velocity and acceleration of the twin at local time ``local``.
+def twin_course(setup: Setup, twin: TwinSide, now: float) -> Course:
+    """Return where the twin is going to be.
 
     Its plan is used if it has one for now; else its last state is carried on at constant velocity.
+
+    Args:
+        setup: Profile and numbers.
+        twin: What is known of it.
+        now: Local time, for a twin that was never seen [s].
     """
     plan = twin.plan
-    if plan is not None and planned(twin, twin.seen or local):
+    if plan is not None and planned(twin, twin.seen or now):
+        stamp = plan.stamp
+        # Checking a plan takes far longer than reading it: once for all joints and set points.
         track = JointTrack(
             plan.times,
             plan.q,
@@ -263,12 +275,14 @@ def twin_ahead(setup: Setup, twin: TwinSide, local: float) -> tuple[Joints, Join
             extrapolation_limit=0.0,
             stop_accelerations=setup.acceleration,
         )
-        q, qdot, qddot = track.sample(twin.clock.to_remote(local) - plan.stamp)
-        return tuple(q), tuple(qdot), tuple(qddot)
-    last = twin.last
-    ahead = max(0.0, min(local - last.t, LONGEST_AHEAD_S))
-    carried = tuple(p + v * ahead for p, v in zip(last.q, last.qdot))
-    return carried, last.qdot, (0.0,) * len(carried)
+        return lambda local: track.sample(twin.clock.to_remote(local) - stamp)
+    last, still = twin.last, (0.0,) * len(twin.last.q)
+
+    def carried(local: float) -> tuple[Joints, Joints, Joints]:
+        ahead = max(0.0, min(local - last.t, LONGEST_AHEAD_S))
+        return tuple(p + v * ahead for p, v in zip(last.q, last.qdot)), last.qdot, still
+
+    return carried
 
 
 def bounds_of(setup: Setup) -> Bounds:

@@ -130,11 +130,12 @@ def judge_delay(setup: Setup, state: DelayState, sides: Sides) -> DelayState:
     if pair is None:
         return state
     real, twin = (_tool(setup.arm, setup.arm_columns, side.q) for side in pair)
-    judged = judge(state.judged, math.dist(real, twin), config.delay_mm, config)
+    apart = math.dist(real, twin)
+    judged = judge(state.judged, apart, config.delay_mm, config)
     if not judged.recent[-1]:
         return DelayState(judged, state.late)
     first, last = sides.twin.history[0], sides.twin.history[-1]
     way = math.dist(*(_tool(setup.arm, setup.arm_columns, side.q) for side in (first, last)))
     speed = way / max(last.t - first.t, 1e-9)
-    late = math.dist(real, twin) / speed if speed > SLOWEST_M_S else state.late
+    late = apart / speed if speed > SLOWEST_M_S else state.late
     return DelayState(judged, late)

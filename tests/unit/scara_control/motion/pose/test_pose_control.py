@@ -82,46 +82,6 @@ def test_the_cap_stretches_running_and_coming_moves():
     assert smooth(bench.setpoints)
 
 
-def test_set_points_look_ahead_by_the_delay_of_the_follower():
-    """A robot that is 0.15 s late is announced a move 0.15 s earlier, and told as much more."""
-    bench = Bench()
-    bench.core.look_ahead(0.15)
-    bench.move()
-    bench.tick(23)
-    assert set(bench.states[1:-1]) == {"announcing"}
-    bench.tick()
-    assert bench.states[-1] == "moving"
-    assert len(bench.packets[0].points) == round((CONFIG.move.horizon + 0.15) / DT) + 1
-
-
-@pytest.mark.parametrize(("said", "believed"), [(math.nan, 0.0), (-1.0, 0.0), (7.0, 0.5)])
-def test_a_follower_that_cannot_be_is_not_believed(said, believed):
-    """No move waits for ever."""
-    bench = Bench()
-    bench.core.look_ahead(said)
-    bench.move()
-    bench.tick()
-    assert len(bench.packets[-1].points) == round((CONFIG.move.horizon + believed) / DT) + 1
-
-
-def test_a_cap_keeps_what_a_late_follower_was_promised():
-    """Whatever was promised for the time of its delay comes; then the move is slower."""
-    bench = Bench()
-    bench.core.look_ahead(0.15)
-    bench.move(percent=100.0)
-    bench.tick(30)
-    promised = dict(zip(bench.packets[-1].times, bench.packets[-1].points))
-    capped = bench.now
-    bench.core.limit_speed(20.0, capped)
-    bench.tick(40)
-    come = {packet.times[0]: packet.points[0] for packet in bench.packets}
-    kept = [time for time in promised if time <= capped + 0.15 - DT]
-    assert len(kept) >= 14
-    for time in kept:
-        assert come[min(come, key=lambda at: abs(at - time))].q == pytest.approx(promised[time].q)
-    assert bench.report.speed_applied_percent == pytest.approx(20.0)
-
-
 def test_a_move_slower_than_the_cap_is_not_stretched():
     """The cap is a cap."""
     bench = Bench()
