@@ -23,6 +23,7 @@ from twin_controller.core.actions import (
     OverrideReal,
     Reply,
     Send,
+    StreamAhead,
     StreamReal,
 )
 from twin_controller.core.events import (
@@ -70,14 +71,17 @@ class Pair(RealSide, TwinSide):
         real_clock: float = 5000.0,
         twin_clock: float = 1.7e9,
         setup: Setup = SETUP,
+        places: int = 0,
     ) -> None:
         """Place both sides.
 
-        The clocks are the offsets of their clocks from the controller's [s].
+        The clocks are the offsets of their clocks from the controller's [s]; ``places``: how many
+        set points the real robot takes ahead of their time.
         """
         self.setup = setup
         RealSide.__init__(self, real, REAL_DELAY_MS * 1e-3)
         TwinSide.__init__(self, twin)
+        self.places = places
         self.state = initial_state(setup)
         self.now = 100.0
         self.real_clock, self.twin_clock = real_clock, twin_clock
@@ -214,6 +218,8 @@ class Pair(RealSide, TwinSide):
             fault=self.fault,
             speed_percent=100.0,
             override_percent=self.override,
+            ring_places=self.places,
+            ring_read=self.ring_read,
         )
         self._report(event, lambda: self.real_up)
 
@@ -281,6 +287,12 @@ class Pair(RealSide, TwinSide):
                 self._later(
                     action.send_at - self.now, lambda: self.setpoints.append((self.now, action.q))
                 )
+            case StreamAhead() if self.real_up:
+                points = {
+                    point.number: (point.clock_ms * 1e-3 - self.real_clock, point.q)
+                    for point in action.points
+                }
+                self.give_ahead(points, action.newest)
             case OverrideReal() if self.real_up:
                 self.override = float(round(action.speed_percent))
             case CapTwin() if self.twin_up:

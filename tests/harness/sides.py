@@ -65,6 +65,10 @@ class RealSide:
         self.real_path: Path_ | None = None
         self.real_path_start = 0.0
         self.setpoints: deque[tuple[float, Joints]] = deque()
+        # How many set points it takes ahead of their time, and their numbers; 0: none.
+        self.places = 0
+        self.ring_read = 0
+        self.ahead: dict[int, tuple[float, Joints]] = {}
         self.stream_lag = stream_lag
 
     def run_program(self, path: Path_, now: float) -> None:
@@ -93,9 +97,10 @@ class RealSide:
         if do is Command.STOP_REAL:
             self.streaming = self.paused = False
             self.end_program()
-            self.setpoints.clear()
+            self._forget_setpoints()
         elif do is Command.HOLD_REAL:
             self.paused = True
+            self.ahead = {}
         elif do is Command.RELEASE_REAL:
             self.paused = False
         elif do is Command.ESTOP_REAL:
@@ -121,8 +126,24 @@ class RealSide:
         elif self.real_path:
             self.real_q = self.real_path(now - self.real_path_start)
         elif self.streaming:
+            self._take_ahead(now - self.stream_lag)
             while self.setpoints and self.setpoints[0][0] <= now - self.stream_lag:
                 self.real_q = self.setpoints.popleft()[1]
+
+    def give_ahead(self, points: dict[int, tuple[float, Joints]], newest: int) -> None:
+        """Take set points ahead of their time; nothing behind ``newest`` counts any longer."""
+        self.ahead |= points
+        self.ahead = {
+            number: point
+            for number, point in self.ahead.items()
+            if (newest - number) % 32760 < self.places
+        }
+
+    def _take_ahead(self, now: float) -> None:
+        due = [(point, number) for number, point in self.ahead.items() if point[0] <= now]
+        for (_, q), number in sorted(due):
+            self.real_q, self.ring_read = q, number
+            del self.ahead[number]
 
     def real_at(self, t: float) -> tuple[Joints, Joints]:
         """Return position and velocity at ``t``, at most 2 ms ago."""
@@ -134,7 +155,11 @@ class RealSide:
     def _drives_off(self) -> None:
         self.drives = self.streaming = self.paused = False
         self.end_program()
+        self._forget_setpoints()
+
+    def _forget_setpoints(self) -> None:
         self.setpoints.clear()
+        self.ahead = {}
 
 
 class TwinSide:

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 from twin_controller.core.actions import (
     AnyAction,
     Command,
     Decided,
     FollowTwin,
     MoveTwin,
+    PointAhead,
     Reply,
     Send,
+    StreamAhead,
     StreamReal,
 )
 from twin_controller.core.events import AnyEvent, Operator
@@ -34,6 +38,7 @@ class Watch:
         self.pair = pair
         self.before = pair.state
         self.streamed: StreamReal | None = None
+        self.ahead: dict[int, PointAhead] = {}
         self.reset_asked = False
         pair.watch = self.check
 
@@ -44,6 +49,7 @@ class Watch:
         self._leader(after)
         self._commands_to_move(event, before, after, actions)
         self._stream(after, actions)
+        self._stream_ahead(after, actions)
         self._stops(event, actions)
         self._emergency_stop(event, before, after, actions)
         self._bounded(after)
@@ -75,7 +81,7 @@ class Watch:
     ) -> None:
         active = after.lead.paused or after.lead.mode
         for action in actions:
-            moves = isinstance(action, FollowTwin | StreamReal | MoveTwin)
+            moves = isinstance(action, FollowTwin | StreamReal | StreamAhead | MoveTwin)
             if not moves and not (isinstance(action, Send) and action.command in MOVING):
                 continue
             for side, stale_ms in (
@@ -89,7 +95,7 @@ class Watch:
                 assert active in TWIN_FOLLOWS, (
                     "the twin gets set points only while it follows or aligns"
                 )
-            elif isinstance(action, StreamReal) or (
+            elif isinstance(action, StreamReal | StreamAhead) or (
                 isinstance(action, Send) and action.command is Command.START_STREAM
             ):
                 assert active in REAL_FOLLOWS, (
@@ -128,6 +134,40 @@ class Watch:
                     allowed = v * passed * share
                     assert abs(a - b) <= allowed + TOLERANCE, "no step is faster than allowed"
             self.streamed = action
+
+    def _stream_ahead(self, after: CoreState, actions: list[AnyAction]) -> None:
+        if after.follow.real is None:
+            self.ahead = {}
+        for action in actions:
+            if not isinstance(action, StreamAhead):
+                continue
+            flags, clock = after.sides.real.flags, after.sides.real.clock
+            assert flags is not None and flags.ring_places, "only a robot with a ring gets these"
+            effective = action.speed_percent * max(flags.override_percent, 1.0) * 1e-2
+            assert effective <= SETUP.config.limit.told_percent + TOLERANCE, (
+                "program speed times override is limited"
+            )
+            self.ahead |= {point.number: point for point in action.points}
+            kept = {
+                number: point
+                for number, point in self.ahead.items()
+                if (action.newest - number) % 32760 < flags.ring_places
+            }
+            self.ahead = kept
+            coming = [p for p in kept.values() if clock.to_local(p.clock_ms * 1e-3) > self.pair.now]
+            assert len(coming) <= flags.ring_places - 1, "no place that still counts is overwritten"
+            self._steps(sorted(kept.values(), key=lambda point: point.clock_ms))
+
+    def _steps(self, points: list[PointAhead]) -> None:
+        share = 1e-2 * SETUP.config.limit.told_percent
+        for point in points:
+            for name, value, low, high in zip(SETUP.names, point.q, SETUP.lower, SETUP.upper):
+                assert low <= value <= high, f"{name} = {value} is outside [{low}, {high}]"
+        for before, after in pairwise(points):
+            passed = 1e-3 * (after.clock_ms - before.clock_ms)
+            assert passed > 0.0, "times go up with the numbers"
+            for a, b, v in zip(after.q, before.q, SETUP.velocity):
+                assert abs(a - b) <= v * passed * share + TOLERANCE, "no step is too fast"
 
     def _stops(self, event: AnyEvent, actions: list[AnyAction]) -> None:
         done = {action.command for action in actions if isinstance(action, Send)}

@@ -28,7 +28,7 @@ from harness.virtual_cell.cell import CellError, VirtualCell
 from harness.virtual_cell.experiments import Figures, measure
 from harness.virtual_cell.files import load_files
 from harness.virtual_cell.timing import CLOCKS, Delays
-from twin_controller.core.actions import AnyAction, FollowTwin, StreamReal
+from twin_controller.core.actions import AnyAction, FollowTwin, StreamAhead, StreamReal
 
 ROBOTS = ("fanuc_sr6ia", "fanuc_sr3ia", "articulated_six")
 Tamper = Callable[[AnyAction], AnyAction]
@@ -101,6 +101,12 @@ def beside(action: AnyAction) -> AnyAction:
     """Send the robot a third of a milliradian beside: an even delay would be measured."""
     if isinstance(action, StreamReal):
         return msgspec.structs.replace(action, q=(action.q[0] + 3.3e-4, *action.q[1:]))
+    if isinstance(action, StreamAhead):
+        points = tuple(
+            msgspec.structs.replace(point, q=(point.q[0] + 3.3e-4, *point.q[1:]))
+            for point in action.points
+        )
+        return msgspec.structs.replace(action, points=points)
     return action
 
 

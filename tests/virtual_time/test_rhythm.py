@@ -9,6 +9,7 @@ from itertools import pairwise
 import msgspec
 import numpy as np
 import pytest
+from harness.plants.variants import without_ring
 from harness.virtual_cell.cell import VirtualCell
 from harness.virtual_cell.files import load_files
 from twin_controller.core.actions import AnyAction, StreamReal
@@ -28,7 +29,7 @@ def streamed() -> tuple[list[float], list[float], list[float]]:
             decided.append(cell.clock())
         return action
 
-    with VirtualCell("fanuc_sr6ia", tamper=note) as cell:
+    with VirtualCell(without_ring(load_files("fanuc_sr6ia")), tamper=note) as cell:
         cell.connect()
         cell.move_to(cell.files.robot.positions_m["P2"], 50.0)
         ticks = [at + cell.clock() - cell.schedule.now for at, _, _ in cell.real.truth]
@@ -61,7 +62,7 @@ def test_set_points_are_decided_before_they_are_sent() -> None:
 
 def test_without_the_spacing_each_set_point_is_sent_at_once() -> None:
     """The test of the tests: with ``stream.period_ms: null`` they come as the polls do."""
-    files = load_files("fanuc_sr6ia")
+    files = without_ring(load_files("fanuc_sr6ia"))
     stream = msgspec.structs.replace(files.controller.stream, period_ms=None)
     controller = msgspec.structs.replace(files.controller, stream=stream)
     sent: list[float] = []

@@ -47,6 +47,13 @@ _OPTIONAL: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(("program_caller", "alarm_cause", "alarm_severity_text"), ("string",)),
     **dict.fromkeys(("alarm_severity", "alarm_time"), _WHOLE),
 }
+# A robot may take set points ahead of their time: then it has all of these, else none. Those that
+# tell of all places hold one value, or one set point, for each.
+RING = ("ring_setpoint", "ring_clock_ms", "ring_write", "ring_read", "ring_underruns")
+RING_NUMBERS = 32760
+"""Set points ahead are numbered 1..32760, then from 1 again; number n stands in place (n - 1)
+modulo the number of places."""
+_RING_WRITTEN = ("ring_setpoint", "ring_clock_ms", "ring_write")
 _WRITTEN = ("setpoint", "setpoint_valid", "heartbeat", "stream_speed", "override")
 INPUTS = (
     ("imstp", "hold", "sfspd", "cstopi", "fault_reset", "start", "home", "enbl")
@@ -85,7 +92,7 @@ class Register(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     type: Literal["int16", "int32", "float32", "string"]
     unit: str
     meaning: str
-    count: Annotated[int, Meta(ge=1, le=125)] = 1
+    count: Annotated[int, Meta(ge=1, le=512)] = 1
     scale: Annotated[float, Meta(ge=1e-9, le=1e9)] = 1.0
     write: bool = False
 
@@ -179,6 +186,12 @@ class ModbusMap(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only
         return self.holding_registers.get(name) or self.input_registers.get(name)
 
     @property
+    def ring_places(self) -> int:
+        """How many set points ahead of their time the robot takes; 0: none."""
+        times = self.find("ring_clock_ms")
+        return times.count if times is not None else 0
+
+    @property
     def has_gripper(self) -> bool:
         """The robot has a suction gripper."""
         return self._has_any((*GRIPPER_INPUTS, *GRIPPER_OUTPUTS))
@@ -220,6 +233,7 @@ def problems(layout: ModbusMap) -> Iterator[str]:
         if len(set(addresses)) != len(addresses):
             yield f"{kind}: an address occurs more than once"
     yield from _wrong_registers(layout)
+    yield from _wrong_ring(layout)
     yield from _wrong_outputs(layout)
     yield from _wrong_inputs(layout)
 
@@ -257,6 +271,39 @@ def _wrong_registers(layout: ModbusMap) -> Iterator[str]:
         yield (
             f"{', '.join(counts)} = {', '.join(map(str, counts.values()))} values: must be as "
             "many each"
+        )
+
+
+def _wrong_ring(layout: ModbusMap) -> Iterator[str]:
+    """Yield what is wrong with the ring of set points ahead, if the map has one."""
+    found = {name: register for name in RING if (register := layout.find(name)) is not None}
+    if not found:
+        return
+    for name in (name for name in RING if name not in found):
+        yield f"holding_registers.{name}: is missing, but {next(iter(found))} is there"
+    for name, register in found.items():
+        table = layout.table_of(name)
+        if name != "ring_setpoint" and register.type not in _WHOLE:
+            yield f"{table}.{name} = {register.type}: must be int16 or int32"
+        if name in _RING_WRITTEN and (table != "holding_registers" or not register.write):
+            yield f"{table}.{name}: must be a holding register with write: true"
+    one, all_of, times = (layout.find(name) for name in ("setpoint", "ring_setpoint", RING[1]))
+    if one is None or all_of is None or times is None:
+        return
+    if (all_of.type, all_of.scale) != (one.type, one.scale):
+        yield (
+            f"holding_registers.ring_setpoint = {all_of.type}, scale {all_of.scale:g}: must be as "
+            f"setpoint, {one.type}, scale {one.scale:g}"
+        )
+    if all_of.count != times.count * one.count:
+        yield (
+            f"holding_registers.ring_setpoint.count = {all_of.count}: must be {one.count} for each"
+            f" of ring_clock_ms's {times.count} places, {times.count * one.count}"
+        )
+    if times.type != "int32" or not 2 <= times.count <= 40 or RING_NUMBERS % times.count:
+        yield (
+            f"holding_registers.ring_clock_ms = {times.type}, count {times.count}: must be int32,"
+            f" count 2 to 40 and a divisor of {RING_NUMBERS}"
         )
 
 

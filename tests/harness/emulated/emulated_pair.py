@@ -15,7 +15,7 @@ from fanuc_emulator.snapshot import ControlType
 from twin_controller.core.actions import AnyAction, Command, OverrideReal, Send, StreamReal
 from twin_controller.core.events import RealMeasured
 from twin_controller.core.setup import Setup
-from twin_controller.robot.signals import UI_SIGNALS, Number, Pulse, Signal, steps
+from twin_controller.robot.signals import UI_SIGNALS, Number, Pulse, Signal, TakeBack, steps
 
 from harness.pair import ROBOT, SETUP, Pair
 from harness.sides import Joints
@@ -131,6 +131,8 @@ class EmulatedPair(Pair):
                     self.robot.write_input(step.name, step.level)
                 case Pulse():
                     self._pulse(step.name)
+                case TakeBack():
+                    self.robot.write_setpoint_valid(False)
                 case Number():
                     getattr(self.robot, f"write_{step.name}")(step.value)
 

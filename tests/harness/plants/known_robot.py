@@ -11,7 +11,7 @@ from twin_controller.config import MeasuredJoint, TwinControllerConfig
 from harness.workspace import ROOT
 from harness.yaml_files import changed_yaml, copy_configuration
 
-IDEAL_DELAY_MS = 20.5
+IDEAL_DELAY_MS = 14.6
 """How late the ideal plants follow; all three of them, as the controller measures it."""
 FASTEST_PERCENT = 100.0
 """It has kept up with any speed."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import cycle
 
 import msgspec
 import numpy as np
@@ -27,8 +28,6 @@ An upper arm that leans forward at home is upright: clear of what stands around 
 ABOVE_M = 0.1
 """So far above its home a joint that slides stays: clear of the table."""
 WAIT_S = 0.7
-PAUSES_S = 1.0
-"""From one pause of the controller to the next."""
 LEADERS = ("real_leads", "twin_leads")
 
 
@@ -74,8 +73,8 @@ def run_trial(robot: str, variant: Variant, leader: str, speed_percent: float) -
             cell.real.robot.write_override(100)
             cell.schedule.run(0.5)
             begun = cell.schedule.now
-            if variant.pause:
-                _pause_again_and_again(cell, variant.pause, variant.first_pause)
+            if variant.pauses:
+                _pause_again_and_again(cell, variant)
             result = run_experiments(cell, [leader])[leader]
         except CellError as error:
             return replace(trial, ended=_mode_of(cell, str(error)))
@@ -147,12 +146,14 @@ def _fastest(cell: TroubledCell, leader: str, begun: float) -> float:
     )
 
 
-def _pause_again_and_again(cell: TroubledCell, pause: float, first: float) -> None:
-    def stand() -> None:
-        cell.stand_controller(pause)
-        cell.schedule.after(PAUSES_S, stand)
+def _pause_again_and_again(cell: TroubledCell, variant: Variant) -> None:
+    lengths = cycle(variant.pauses)
 
-    cell.schedule.after(first, stand)
+    def stand() -> None:
+        cell.stand_controller(next(lengths))
+        cell.schedule.after(variant.pause_every, stand)
+
+    cell.schedule.after(variant.first_pause, stand)
 
 
 def _mode_of(cell: TroubledCell, words: str) -> str:

@@ -8,6 +8,7 @@ from typing import Any
 
 import msgspec
 from fanuc_emulator.plant.config import AxisFile, Plant
+from scara_config.modbus_map import RING, TABLES
 from scara_config.profile import DEFAULT_PLANT
 
 from harness.virtual_cell.files import CellFiles, load_files
@@ -24,22 +25,37 @@ class Variant:
         change: From the plant of the file to its own.
         plant: The file.
         clock_jitter: Largest error of each stamp of either side [s].
-        pause: The twin controller's process stands still so long, once a second [s].
+        pauses: The twin controller's process stands still so long [s], one length after the other
+            and again from the first.
         first_pause: So long after the beginning for the first time [s].
+        pause_every: From one pause to the next [s].
+        ahead: The robot takes set points ahead of their time.
     """
 
     name: str
     change: Change = lambda plant: plant
     plant: str = DEFAULT_PLANT
     clock_jitter: float = 0.0
-    pause: float = 0.0
+    pauses: tuple[float, ...] = ()
     first_pause: float = 1.0
+    pause_every: float = 1.0
+    ahead: bool = True
 
     def files(self, robot: str) -> CellFiles:
         """Return the cell of a profile with this robot."""
         files = load_files(robot, plant=self.plant)
         plant = self.change(files.emulator.plant)
-        return replace(files, emulator=msgspec.structs.replace(files.emulator, plant=plant))
+        files = replace(files, emulator=msgspec.structs.replace(files.emulator, plant=plant))
+        return files if self.ahead else without_ring(files)
+
+
+def without_ring(files: CellFiles) -> CellFiles:
+    """Return a cell whose robot takes no set points ahead of their time."""
+    tables = {
+        table: {k: v for k, v in getattr(files.layout, table).items() if k not in RING}
+        for table in TABLES
+    }
+    return replace(files, layout=msgspec.structs.replace(files.layout, **tables))
 
 
 def _plant(**fields: Any) -> Change:
@@ -76,6 +92,10 @@ def _half_as_strong(_: int, axis: AxisFile) -> dict[str, float]:
 FREQUENCIES = (14.0, 22.0, 35.0)
 IDEAL = Variant("as it is")
 FIELD = Variant("field plant", plant="field")
+ONE_BY_ONE = (
+    Variant("no set points ahead", ahead=False),
+    Variant("field plant, no set points ahead", plant="field", ahead=False),
+)
 VARIANTS = (
     IDEAL,
     # Filters alone: half of their sum is lag, and 3 ms are the servo's.
@@ -91,7 +111,7 @@ VARIANTS = (
     Variant("encoder noise 0.01 deg rms", _measuring(noise_deg=0.01, noise_mm=0.01)),
     Variant("half the acceleration", _axes(_half_as_strong)),
     Variant("readings each 8 ms", _measuring(period_ms=8)),
-    Variant("controller pauses for 20 ms each second", pause=0.02),
-    Variant("controller pauses for 50 ms each second", pause=0.05),
+    Variant("controller pauses for 20 ms each second", pauses=(0.02,)),
+    Variant("controller pauses for 50 ms each second", pauses=(0.05,)),
     FIELD,
 )

@@ -11,7 +11,7 @@ import msgspec
 from scara_config import Robot
 from scara_simulation.simulation import Snapshot
 from twin_controller.config import load_twin_controller
-from twin_controller.core.actions import StreamReal
+from twin_controller.core.actions import StreamAhead, StreamReal
 from twin_controller.core.events import AnyEvent, RealMeasured, Tick, TwinMeasured
 from twin_controller.core.sides.own_gap import OwnGaps
 from twin_controller.robot_sample import RobotSample
@@ -65,6 +65,10 @@ class TroubledCell(VirtualCell):
         self.gaps = OwnGaps(files.controller.own_gap)
         self._write_setpoint: Callable[[StreamReal], None] = self.real._due
         self.real._due = self._due  # type: ignore[method-assign]
+        self._write_ahead: Callable[[StreamAhead], None] = self.real.stream_ahead
+        self._write_at = 0.0
+        if late_write:
+            self.real.stream_ahead = self._write_late  # type: ignore[method-assign]
         self._answered: Callable[..., None] = self.real._hand_over
         self.real._hand_over = self._hand_over  # type: ignore[method-assign]
 
@@ -125,6 +129,12 @@ class TroubledCell(VirtualCell):
             if isinstance(event, RealMeasured):
                 event = msgspec.structs.replace(event, now=now)
             super().put(event)
+
+    def _write_late(self, action: StreamAhead) -> None:
+        """Write set points ahead late, too; those behind them wait for their turn on the line."""
+        late = self._source.random() * self._late_write
+        self._write_at = max(self._write_at, self.schedule.now + late)
+        self.schedule.after(self._write_at - self.schedule.now, lambda: self._write_ahead(action))
 
     def _due(self, action: StreamReal) -> None:
         if self._frozen:

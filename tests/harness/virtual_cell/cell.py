@@ -30,6 +30,7 @@ from twin_controller.core.actions import (
     OverrideReal,
     Reply,
     Send,
+    StreamAhead,
     StreamReal,
 )
 from twin_controller.core.events import (
@@ -40,6 +41,7 @@ from twin_controller.core.events import (
     RealMeasured,
     Tick,
 )
+from twin_controller.core.follow.ahead import reaches_ahead
 from twin_controller.core.lead.commands.allowed import refusals
 from twin_controller.core.setup import Setup
 from twin_controller.core.state import initial_state
@@ -245,6 +247,8 @@ class VirtualCell:
                 self._to_twin.send(partial(self.twin.follow, action))
             case StreamReal():
                 self.real.stream(action)
+            case StreamAhead():
+                self.real.stream_ahead(action)
             case Send(command=command) if command.name.endswith("_TWIN"):
                 self._to_twin.send(partial(self.twin.perform, action))
             case Send(command=command):
@@ -260,7 +264,8 @@ class VirtualCell:
 
     def _say_state(self) -> None:
         """Publish the part of the controller's state that the twin's nodes need."""
-        self.twin.look_ahead(self._state.follow.response.longest)
+        ahead = reaches_ahead(self.setup, self._state.sides.real)
+        self.twin.look_ahead(self._state.follow.response.longest, ahead)
 
     def _move_ended(self, success: bool, message: str) -> None:
         self.put(MoveEnded(self.clock(), success, message))

@@ -11,16 +11,19 @@ from fanuc_emulator.controller import Controller
 from fanuc_emulator.plant.answers import AnswerTimes
 from fanuc_emulator.program import ProgramState
 from fanuc_emulator.register_image import RegisterImage
-from twin_controller.core.actions import Command, StreamReal
+from twin_controller.core.actions import Command, StreamAhead, StreamReal
 from twin_controller.core.events import RealMeasured
+from twin_controller.modbus.ring import RingCodec
 from twin_controller.registers import RegisterCodec
 from twin_controller.robot.intake import measured
+from twin_controller.robot.link import Ahead, SetpointAhead
 from twin_controller.robot.signals import (
     UI_SIGNALS,
     DropSetpoints,
     Number,
     Pulse,
     Signal,
+    TakeBack,
     steps,
 )
 from twin_controller.robot_sample import ControlType, RobotSample
@@ -68,10 +71,12 @@ class RealSide:
             files.programs,
             boot_seconds=0.0,
             random=np.random.default_rng(SEED),
+            ring_places=files.layout.ring_places,
         )
         self.shown = self.robot.step()
         self._image = RegisterImage(files.layout, files.robot)
         self._codec = RegisterCodec(files.layout, files.robot)
+        self._ring = RingCodec(files.layout, self._codec)
         self._columns = [k for k, joint in enumerate(files.robot.joints) if joint.twin]
         self._waiting: list[StreamReal] = []
         self._idle: Row = ()
@@ -99,12 +104,28 @@ class RealSide:
         self._waiting.append(action)
         self._schedule.after(action.send_at - self._clock(), partial(self._due, action))
 
+    def stream_ahead(self, action: StreamAhead) -> None:
+        """Write set points ahead of their time at once, in the link's own requests."""
+        points = tuple(
+            SetpointAhead(self._filled(point.q), point.number, point.clock_ms)
+            for point in action.points
+        )
+        ahead = Ahead(points, action.newest, action.speed_percent)
+        for offset, words in self._ring.setpoints(ahead):
+            self._write.send(partial(self._take, offset, words))
+        self._heartbeat = self._heartbeat % 32767 + 1
+        self._write.send(partial(self._take, *self._ring.times(ahead, self._heartbeat)))
+
     def perform(self, command: Command) -> None:
         """Carry out one command by the product's own table, as RealLink does."""
         for step in steps(UI_SIGNALS, command, self._paused):
             match step:
                 case DropSetpoints():
                     self._waiting = []
+                case TakeBack():
+                    self._ring.empty()
+                    self._write.send(partial(self.robot.write_setpoint_valid, False))
+                    self._write.send(partial(self.robot.source.ring.write_newest, 0))
                 case Signal():
                     self._write.send(partial(self.signal, step.name, step.level))
                 case Pulse():
@@ -179,16 +200,20 @@ class RealSide:
         if not any(left is action for left in self._waiting):
             return
         self._waiting = [left for left in self._waiting if left.send_at > action.send_at]
-        twin = iter(action.q)
-        joints = zip(self._files.robot.joints, self._idle)
-        filled = [next(twin) if joint.twin else idle for joint, idle in joints]
         self._heartbeat = self._heartbeat % 32767 + 1
+        filled = self._filled(action.q)
         words = self._codec.encode_setpoint(filled, self._heartbeat, action.speed_percent)
-        self._write.send(partial(self._take, words))
+        self._write.send(partial(self._take, self._codec.setpoint.offset, words))
 
-    def _take(self, words: list[int]) -> None:
+    def _filled(self, q: Row) -> Row:
+        """Return all joints of the robot; those without a twin stay where they were."""
+        twin = iter(q)
+        joints = zip(self._files.robot.joints, self._idle)
+        return tuple([next(twin) if joint.twin else idle for joint, idle in joints])
+
+    def _take(self, offset: int, words: list[int]) -> None:
         """Let the robot take a written block."""
-        touched = self._image.take(self._codec.setpoint.offset, words)
+        touched = self._image.take(offset, words)
         self._image.apply(self.robot, touched)
 
     def signal(self, name: str, level: bool | None) -> None:

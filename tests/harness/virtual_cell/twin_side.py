@@ -131,9 +131,9 @@ class TwinSide:
         self._topic.send(partial(self._desk.limit_speed, speed_percent))
         self._settle()
 
-    def look_ahead(self, follower_delay: float) -> None:
+    def look_ahead(self, follower_delay: float, ahead: float) -> None:
         """Take in how late the real robot follows [s], as the controller's state says it."""
-        self._topic.send(partial(self._pose.look_ahead, follower_delay))
+        self._topic.send(partial(self._pose.look_ahead, follower_delay, ahead))
 
     def move(self, action: MoveTwin, ended: Ended) -> None:
         """Start a move; ``ended`` is told how it ended."""

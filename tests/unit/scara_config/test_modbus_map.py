@@ -125,6 +125,32 @@ def test_width_follows_from_type_and_count(kind: Any, count: int, words: int) ->
             6,
             r"position, velocity, setpoint = 9, 9, 6 values: must be as many each",
         ),
+        (["holding_registers", "ring_read"], REMOVED, r"ring_read: is missing, but ring_setpoint"),
+        (
+            ["holding_registers", "ring_write", "write"],
+            False,
+            r"ring_write: must be a holding register with write: true",
+        ),
+        (
+            ["holding_registers", "ring_underruns", "type"],
+            "float32",
+            r"ring_underruns = float32: must be int16 or int32",
+        ),
+        (
+            ["holding_registers", "ring_setpoint", "count"],
+            81,
+            r"ring_setpoint\.count = 81: must be 9 for each of ring_clock_ms's 10 places, 90",
+        ),
+        (
+            ["holding_registers", "ring_setpoint", "scale"],
+            0.5,
+            r"ring_setpoint = float32, scale 0\.5: must be as setpoint, float32, scale 1",
+        ),
+        (
+            ["holding_registers", "ring_clock_ms", "type"],
+            "int16",
+            r"ring_clock_ms = int16, count 10: must be int32, count 2 to 40",
+        ),
         (["coils", "rsr3"], REMOVED, r"coils\.rsr3: is missing"),
         (
             ["coils", "rsr9"],

@@ -39,7 +39,7 @@ def low_first(*values: float) -> list[int]:
 def state_words(
     position: tuple[float, ...] = (10.0, 20.0, -160.0, 30.0, -40.0), **changed: int
 ) -> list[int]:
-    """Return an answer to the state block: 44 words from 1001 on."""
+    """Return an answer to the state block: 46 words from 1001 on."""
     words = low_first(*position, 0.0, 0.0, 0.0, 0.0) + [changed.get("valid", 1)]
     words += [0x5678, changed.get("clock_high", 0x1234)] + low_first(
         1.0, 2.0, 3.0, 4.0, 5.0, 0.0, 0.0, 0.0, 0.0
@@ -50,17 +50,20 @@ def state_words(
         77,
         changed.get("watchdog", 1),
         changed.get("override", 100),
+        changed.get("ring_read", 12345),
+        changed.get("underruns", 3),
     ]
     return words
 
 
 def test_one_read_covers_the_state_and_one_write_the_set_point() -> None:
-    """1001-1044 is read, 1051-1071 written, UO[1..10] and the gripper read, each by one request.
+    """1001-1046 is read, 1051-1071 written, UO[1..10] and the gripper read, each by one request.
 
     PDU addresses are one less.
     """
-    assert CODEC.state == Block(1000, 44)
+    assert CODEC.state == Block(1000, 46)
     assert CODEC.setpoint == Block(1050, 21)
+    assert CODEC.ring == Block(1069, 23)
     assert CODEC.outputs == Block(6000, 24)
     assert CODEC.program.count <= 125 and CODEC.alarm.count <= 125
 
@@ -76,14 +79,15 @@ def test_a_state_block_is_decoded_in_si_in_the_order_of_the_profile() -> None:
     assert sample.clock_ms == 0x12345678
     assert (sample.control_type, sample.watchdog_state) == (ControlType.STREAM, WatchdogState.ARMED)
     assert (sample.program_speed, sample.override, sample.heartbeat_echo) == (50, 100, 77)
+    assert (sample.ring_places, sample.ring_read, sample.ring_underruns) == (10, 12345, 3)
     assert sample.outputs == {"cmdenbl", "sysrdy", "progrun", "busy"}
 
 
 @pytest.mark.parametrize(
     ("words", "signals", "text"),
     [
-        (state_words()[:-1], SIGNALS, "43 words instead of 44"),
-        (state_words() + [0], SIGNALS, "45 words instead of 44"),
+        (state_words()[:-1], SIGNALS, "45 words instead of 46"),
+        (state_words() + [0], SIGNALS, "47 words instead of 46"),
         (state_words(), SIGNALS[:9], "9 signals instead of 24"),
         (state_words(valid=0), SIGNALS, "position is not valid"),
         (state_words((math.nan, 0.0, 0.0, 0.0, 0.0)), SIGNALS, "joint_1 = nan deg is outside"),

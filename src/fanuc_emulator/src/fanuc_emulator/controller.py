@@ -5,7 +5,6 @@ Signals, override, alarms, watchdog, programs and motion, stepped once per inter
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -14,10 +13,9 @@ from scara_config import Robot
 from fanuc_emulator import alarms
 from fanuc_emulator.alarms import Alarm, AlarmCode, AlarmList, Severity
 from fanuc_emulator.config import EmulatorConfig, joint_positions
-from fanuc_emulator.drives.axis import Axis
 from fanuc_emulator.drives.group import MotionGroup
 from fanuc_emulator.gripping.cell_parts import CellParts
-from fanuc_emulator.plant.config import axis_parameters, zero_offset
+from fanuc_emulator.plant.config import axes_of, zero_offset
 from fanuc_emulator.plant.interpreter import interpreter_of
 from fanuc_emulator.plant.late_signals import LateSignals
 from fanuc_emulator.plant.readings import Readings
@@ -30,6 +28,7 @@ from fanuc_emulator.program import (
     StreamStep,
 )
 from fanuc_emulator.snapshot import ControlType, Snapshot
+from fanuc_emulator.streaming.source import SetpointRefusedError, StreamSource
 from fanuc_emulator.uop import NORMALLY_ON, Inputs, Outputs, Request
 from fanuc_emulator.watchdog import Watchdog, WatchdogState
 
@@ -46,6 +45,10 @@ class Controller:
         boot_seconds: UTC at tick 0, for the dates of alarms [s].
         parts: What the gripper can hold; None: there is nothing.
         random: Draws what the plant leaves to chance; None: it leaves nothing to it.
+        ring_places: Of the ring of set points ahead; 0: the robot has none.
+
+    Attributes:
+        source: Set points of the stream program, PR[1] and those ahead.
     """
 
     def __init__(
@@ -56,6 +59,7 @@ class Controller:
         boot_seconds: float,
         parts: CellParts | None = None,
         random: np.random.Generator | None = None,
+        ring_places: int = 0,
     ) -> None:
         self.parts = parts
         self._gripper = False
@@ -67,16 +71,7 @@ class Controller:
         self._home = joint_positions(config.start_position, robot, lambda _: "start_position")
         plant = config.plant
         self._motion = MotionGroup(
-            [
-                Axis(
-                    axis_parameters(plant, joint),
-                    plant.filter_lengths,
-                    position,
-                    plant.dt,
-                    plant.servo_substeps,
-                )
-                for joint, position in zip(robot.joints, self._home)
-            ],
+            axes_of(plant, robot.joints, self._home),
             plant.dt,
             plant.interpolation_period_ms // plant.servo_period_ms,
             interpreter_of(plant, robot.joints),
@@ -94,10 +89,7 @@ class Controller:
         self._alarms = AlarmList()
         self._watchdog = Watchdog(config.heartbeat_timeout_ms)
         self._override = config.cold_start_override_percent
-        self._setpoint: tuple[float, ...] = self._home
-        self._setpoint_valid = False
-        self._setpoint_checked = False
-        self._stream_speed = 100
+        self.source = StreamSource(robot.joints, self._home, ring_places)
         self._aborting = False
         self._tick = 0
         self._show()
@@ -121,7 +113,7 @@ class Controller:
                 self._motion.power_off()
                 self._raise(alarms.POWER_OFF[name], "the input was switched off")
             case Request.HOLD:
-                self._executor.pause()
+                self._pause()
             case Request.END:
                 self._abort()
             case Request.RESET:
@@ -140,16 +132,15 @@ class Controller:
 
         Judged when a program uses it.
         """
-        self._setpoint = tuple(positions)
-        self._setpoint_checked = False
+        self.source.write(positions)
 
     def write_setpoint_valid(self, valid: bool) -> None:
         """Say whether PR[1] is complete; an incomplete one is not used."""
-        self._setpoint_valid = valid
+        self.source.valid = valid
 
     def write_stream_speed(self, percent: int) -> None:
         """Set R[2], the speed of the stream program, 1..100."""
-        self._stream_speed = percent
+        self.source.speed_percent = percent
 
     def write_heartbeat(self, heartbeat: int) -> None:
         """Set R[1]."""
@@ -208,8 +199,7 @@ class Controller:
         outputs, alarm = self._shown or (self._outputs(), self._alarms.shown)
         return Snapshot(
             tick=self._tick,
-            clock_ms=(self._config.plant.clock.boot_offset_ms + self._reading.clock_ms)
-            % _CLOCK_WRAP,
+            clock_ms=self._clock_at(self._reading.clock_ms),
             measured_positions=self._reading.positions,
             measured_velocities=self._reading.velocities,
             positions=self._true_positions(),
@@ -226,12 +216,18 @@ class Controller:
             alarm=alarm,
             outputs=outputs,
             inputs=self._inputs.lit,
+            ring_read=self.source.ring.read,
+            ring_underruns=self.source.ring.underruns,
         )
 
     @property
     def _now_ms(self) -> int:
         """Milliseconds of the own clock since boot."""
         return self._tick * self._config.plant.servo_period_ms
+
+    def _clock_at(self, now_ms: int) -> int:
+        """Return what the robot's clock shows so many milliseconds after boot."""
+        return (self._config.plant.clock.boot_offset_ms + now_ms) % _CLOCK_WRAP
 
     @property
     def _vacuum(self) -> bool:
@@ -250,7 +246,7 @@ class Controller:
         """Programmed speed of the running motion [percent]."""
         step = self._executor.step
         if isinstance(step, StreamStep):
-            return self._stream_speed
+            return self.source.speed_percent
         return round(step.speed_percent) if isinstance(step, MoveStep) else 0
 
     @property
@@ -298,10 +294,17 @@ class Controller:
             self._gripper, self._gripper_wait = step.on, 0.0
         elif isinstance(self._executor.step, GripperStep):
             self._wait_for_vacuum(self._executor.step)
-        elif isinstance(self._executor.step, StreamStep) and self._setpoint_acceptable():
-            motion.stream(
-                self._setpoint if self._setpoint_valid else None, self._stream_speed / 100.0
-            )
+        elif isinstance(self._executor.step, StreamStep):
+            self._stream()
+
+    def _stream(self) -> None:
+        """Hand the stream program its set point; raise an alarm if the robot cannot go there."""
+        try:
+            wanted = self.source.wanted(self._clock_at(self._now_ms))
+        except SetpointRefusedError as refused:
+            self._raise(refused.code, str(refused))
+        else:
+            self._motion.stream(wanted, self.source.speed_percent / 100.0)
 
     def _wait_for_vacuum(self, step: GripperStep) -> None:
         """Pause the program when the gripper has not answered in time; START waits again."""
@@ -312,34 +315,24 @@ class Controller:
                 alarms.NO_VACUUM, f"RI[1] is not {'ON' if step.on else 'OFF'} in line {step.line}"
             )
 
-    def _setpoint_acceptable(self) -> bool:
-        """Check PR[1] once after each write; raise an alarm if the robot cannot go there."""
-        if self._setpoint_checked or not self._setpoint_valid:
-            return True
-        for joint, position in zip(self._robot.joints, self._setpoint):
-            shown = f"J{joint.axis_number} = {position / joint.scale:.3f} {joint.unit}"
-            if not math.isfinite(position):
-                self._raise(alarms.POSITION_INVALID, shown)
-                return False
-            if not joint.lower - 1e-6 <= position <= joint.upper + 1e-6:
-                self._raise(alarms.POSITION_LIMIT, shown)
-                return False
-        self._setpoint_checked = True
-        return True
-
     def _raise(self, code: AlarmCode, cause: str) -> None:
         """Make an alarm active and do what its severity asks for."""
         self._alarms.add(Alarm(code, cause, self._boot_seconds + self._tick * self._dt))
         if code.severity in (Severity.PAUSE, Severity.STOP):
-            self._executor.pause()
+            self._pause()
         elif code.severity >= Severity.SERVO:
             self._abort()
 
+    def _pause(self) -> None:
+        """Hold the program; no set point that was given before counts after it."""
+        self.source.ring.empty()
+        self._executor.pause()
+
     def _abort(self) -> None:
         """Decelerate along the path; the program is paused meanwhile and ended at standstill."""
+        self._pause()
         if self._executor.state is ProgramState.ABORTED:
             return
-        self._executor.pause()
         self._aborting = True
         if not self._motion.powered:
             self._executor.abort()
@@ -386,7 +379,7 @@ class Controller:
         if reason or program is None:
             self._raise(alarms.START_REFUSED, reason or "")
             return
-        self._setpoint_checked = False
+        self.source.check_again()
         self._executor.start(program, self._config.plant.start_delay_ms / 1000.0)
 
     def _start_obstacle(self) -> str | None:

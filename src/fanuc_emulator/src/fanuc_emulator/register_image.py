@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from scara_config import Robot
-from scara_config.modbus_map import TABLES, ModbusMap, Register, Table
+from scara_config.modbus_map import RING_NUMBERS, TABLES, ModbusMap, Register, Table
 
 from fanuc_emulator.controller import Controller
 from fanuc_emulator.registers import RegisterError, Value, decode, encode
@@ -22,12 +22,15 @@ _NUMBERS = {
     "program_line": "program_line",
     "program_state": "program_state",
     "override": "general_override",
+    "ring_read": "ring_read",
+    "ring_underruns": "ring_underruns",
 }
 _RANGES = {
     "override": (1, 100),
     "stream_speed": (1, 100),
     "setpoint_valid": (0, 1),
     "heartbeat": (0, 32767),
+    "ring_write": (0, RING_NUMBERS),
 }
 
 
@@ -122,22 +125,38 @@ class RegisterImage:
 
     def apply(self, controller: Controller, values: Sequence[tuple[str, Value]]) -> None:
         """Hand registers that one request wrote to the controller."""
+        newest: int | None = None
         for name, value in values:
-            if name == "setpoint":
-                controller.write_setpoint(self.joint_positions(value))  # type: ignore[arg-type]
-            elif name == "setpoint_valid":
-                controller.write_setpoint_valid(bool(value[0]))
-            elif name == "heartbeat":
-                controller.write_heartbeat(int(value[0]))
-            elif name == "stream_speed":
-                controller.write_stream_speed(round(float(value[0])))
-            elif name == "override":
-                controller.write_override(round(float(value[0])))
+            match name:
+                case "setpoint":
+                    controller.write_setpoint(self.joint_positions(value))  # type: ignore[arg-type]
+                case "setpoint_valid":
+                    controller.write_setpoint_valid(bool(value[0]))
+                case "heartbeat":
+                    controller.write_heartbeat(int(value[0]))
+                case "stream_speed":
+                    controller.write_stream_speed(round(float(value[0])))
+                case "override":
+                    controller.write_override(round(float(value[0])))
+                case "ring_setpoint":
+                    controller.source.ring.write_rows(self._rows(value))  # type: ignore[arg-type]
+                case "ring_clock_ms":
+                    controller.source.ring.write_times([int(time) for time in value])
+                case "ring_write":
+                    newest = int(value[0])
+        # Behind what it says is there, wherever it stands in the request.
+        if newest is not None:
+            controller.source.ring.write_newest(newest)
         word, written = self._layout.command_word, dict(values)
         if word is not None and word.sequence in written:
             self._command(
                 controller, int(written[word.register][0]), int(written[word.sequence][0])
             )
+
+    def _rows(self, values: Sequence[float]) -> list[tuple[float, ...]]:
+        """Return the set points of the ring, one after the other [SI]."""
+        axes = self._registers["setpoint"].count
+        return [self.joint_positions(values[at : at + axes]) for at in range(0, len(values), axes)]
 
     def _command(self, controller: Controller, code: int, sequence: int) -> None:
         """Obey a numbered command once; a code that nobody knows is confirmed and does nothing."""

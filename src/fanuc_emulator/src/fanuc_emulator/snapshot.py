@@ -44,3 +44,5 @@ class Snapshot(msgspec.Struct, frozen=True):
     alarm: Alarm | None
     outputs: Outputs
     inputs: frozenset[str]
+    ring_read: int = 0
+    ring_underruns: int = 0

@@ -15,10 +15,14 @@ from robot_doctor.finding import Finding, Group, fine, note
 
 
 class Stretch:
-    """What one joint was told on a stretch of its way, and what it did; times are ours [s]."""
+    """What one joint was told on a stretch of its way, and what it did.
+
+    Times of what it was told are ours [s], or the robot's where it takes set points ahead.
+    """
 
     def __init__(self, joint: Joint, index: int, config: TwinControllerConfig) -> None:
         """Begin with nothing; ``index`` is the joint's place in a sample."""
+        self._by_its_clock = False
         self.joint, self._index, self._config = joint, index, config
         self._told: list[tuple[float, float]] = []
         self._seen: list[tuple[float, float]] = []
@@ -30,6 +34,11 @@ class Stretch:
     def tell(self, at: float, position: float) -> None:
         """Take in a set point as it was sent [rad or m]."""
         self._told.append((at, position / self.joint.scale))
+
+    def tell_ahead(self, clock_ms: int, position: float) -> None:
+        """Take in a set point that counts when the robot's clock shows ``clock_ms`` [rad or m]."""
+        self._by_its_clock = True
+        self.tell(1e-3 * clock_ms, position)
 
     def take(self, sample: RobotSample, sent: float, received: float) -> None:
         """Take in an answer."""
@@ -48,6 +57,7 @@ class Stretch:
             return None
         # A reading is of any age up to its period.
         ahead = 0.5 * (max(self._least) + min(self._most) + self._rhythm.period)
+        ahead = 0.0 if self._by_its_clock else ahead
         told, seen = np.array(self._told), np.array(self._seen)
         longest = self._config.response.longest_ms * 1e-3
         return fit_joint(told[:, 0], told[:, 1], seen[:, 0] - ahead, seen[:, 1], 0.0, longest)

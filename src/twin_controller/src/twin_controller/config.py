@@ -212,6 +212,7 @@ class Stream(Section, frozen=True):
     """How the robot's stream program is fed and started."""
 
     period_ms: PositiveMs | None
+    ahead_period_ms: Annotated[int, msgspec.Meta(ge=2, le=100)]
     retry_ms: PositiveMs
     attempts: Count
 

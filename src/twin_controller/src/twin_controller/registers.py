@@ -7,7 +7,7 @@ whole or refused.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from scara_config import Robot
 from scara_config.modbus_map import ModbusMap, Register
@@ -19,6 +19,7 @@ from twin_controller.modbus.blocks import (
     check_axes,
     outputs_block,
     program_block,
+    ring_block,
     setpoint_block,
     state_block,
 )
@@ -46,6 +47,7 @@ class RegisterCodec:
     Attributes:
         state: Read in each cycle.
         setpoint: Written in each cycle of a stream.
+        ring: Written behind set points ahead; None: the robot takes none.
         program: Read when it may have changed.
         alarm: Read when it may have changed.
         outputs: Signals, read in each cycle; None if they stand in a word of ``state``.
@@ -64,6 +66,8 @@ class RegisterCodec:
         self._command = layout.command_word
         self.state = state_block(layout)
         self.setpoint = setpoint_block(layout)
+        self.ring = ring_block(layout)
+        self._places = layout.ring_places
         self.program = program_block(layout)
         self.alarm = alarm_block(layout)
         check_axes(layout, robot)
@@ -103,6 +107,9 @@ class RegisterCodec:
             watchdog_state=watchdog,
             outputs=self._signals(words, bits),
             command_echo=self._number(self._command.echo, words) if self._command else 0,
+            ring_places=self._places,
+            ring_read=self._number("ring_read", words) if self._places else 0,
+            ring_underruns=self._number("ring_underruns", words) if self._places else 0,
         )
 
     def clock_of(self, words: Sequence[int]) -> int:
@@ -162,18 +169,46 @@ class RegisterCodec:
         axes = axes_of(positions, self._joints, self._registers["setpoint"].count)
         if not 0.0 < speed_percent <= 100.0:
             raise SetpointError(f"set point: speed_percent = {speed_percent} is outside (0, 100]")
-        words = [0] * self.setpoint.count
         values = {
             "setpoint": axes,
             "setpoint_valid": [1.0],
             "heartbeat": [float(heartbeat & 0x7FFF)],
             "stream_speed": [float(max(1, math.floor(speed_percent)))],
         }
-        for name, given in values.items():
-            begin = self._registers[name].offset - self.setpoint.offset
-            encoded = [word for value in given for word in self._encode(name, value)]
-            words[begin : begin + len(encoded)] = encoded
-        return words
+        return self._block(self.setpoint, values)
+
+    def encode_positions(self, positions: Sequence[float]) -> list[int]:
+        """Return the words of one set point [rad or m], as it stands in a place of the ring.
+
+        Raises:
+            SetpointError: Wrong count, a value not finite or outside the joint's range.
+        """
+        axes = axes_of(positions, self._joints, self._registers["setpoint"].count)
+        return [word for value in axes for word in self._encode("setpoint", value)]
+
+    def place_offset(self, place: int) -> int:
+        """Return the PDU address of a place of the ring, counted from 0."""
+        return self._registers["ring_setpoint"].offset + place * self._registers["setpoint"].words
+
+    def encode_ring(
+        self, heartbeat: int, speed_percent: int, newest: int, times: Sequence[int]
+    ) -> tuple[int, list[int]]:
+        """Return PDU address and words of ``ring``.
+
+        Args:
+            heartbeat: R[1], 0..32767.
+            speed_percent: R[2], 1..100.
+            newest: Number of the last set point that is given.
+            times: Of each place [ms of the robot's clock]; -1: none.
+        """
+        assert self.ring is not None
+        values = {
+            "heartbeat": [float(heartbeat & 0x7FFF)],
+            "stream_speed": [float(speed_percent)],
+            "ring_write": [float(newest)],
+            "ring_clock_ms": [float(time) for time in times],
+        }
+        return self.ring.offset, self._block(self.ring, values)
 
     def encode_int(self, name: str, value: int) -> list[int]:
         """Return the words of one integer register.
@@ -187,6 +222,15 @@ class RegisterCodec:
         """Return PDU address and words of a numbered command, which go in one request."""
         assert self._command is not None
         return self._registers[self._command.register].offset, [code, sequence]
+
+    def _block(self, block: Block, values: Mapping[str, Sequence[float]]) -> list[int]:
+        """Return the words of all registers of a block."""
+        words = [0] * block.count
+        for name, given in values.items():
+            begin = self._registers[name].offset - block.offset
+            encoded = [word for value in given for word in self._encode(name, value)]
+            words[begin : begin + len(encoded)] = encoded
+        return words
 
     def _expect(self, block: Block, words: Sequence[int]) -> None:
         if len(words) != block.count:

@@ -50,6 +50,9 @@ class RobotSample(msgspec.Struct, frozen=True):
         override: Override in force [percent].
         outputs: Names of the UO signals that are on.
         command_echo: Sequence number of the last command that the robot took; 0 if it has none.
+        ring_places: How many set points the robot takes ahead of their time; 0: none.
+        ring_read: Number of the one that it took last, 1..32760; 0 before the first.
+        ring_underruns: So often it had none left.
     """
 
     positions: tuple[float, ...]
@@ -62,6 +65,9 @@ class RobotSample(msgspec.Struct, frozen=True):
     watchdog_state: WatchdogState
     outputs: frozenset[str]
     command_echo: int = 0
+    ring_places: int = 0
+    ring_read: int = 0
+    ring_underruns: int = 0
 
     @property
     def moved_by(self) -> ControlType:

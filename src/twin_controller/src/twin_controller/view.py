@@ -9,6 +9,7 @@ from scara_ros.diagnosis import Level
 
 from twin_controller.core.actions import Decided
 from twin_controller.core.authority.control import NOBODY, Control, others_text
+from twin_controller.core.follow.ahead import reaches_ahead
 from twin_controller.core.lead.modes import Mode
 from twin_controller.core.orders.gripper import gripper_text
 from twin_controller.core.setup import Setup
@@ -49,6 +50,7 @@ class StateView(msgspec.Struct, frozen=True):
     speed_reason: str
     deviation_mm: float
     follower_lag: float
+    setpoints_ahead: float
     diverged: bool
     real_standing_still: bool
     twin_standing_still: bool
@@ -98,6 +100,7 @@ def state_view(setup: Setup, state: CoreState, now: float) -> StateView:
         speed_reason=speeds.reason,
         deviation_mm=state.safety.divergence.distance_mm,
         follower_lag=state.follow.response.longest,
+        setpoints_ahead=reaches_ahead(setup, sides.real),
         diverged=state.safety.divergence.alarm,
         real_standing_still=change.stands_still(sides.real.change, now, setup.config.change),
         twin_standing_still=change.stands_still(sides.twin.change, now, setup.config.change),
@@ -249,10 +252,18 @@ def statuses(
             {
                 "apart_mm": f"{state.safety.delay.judged.distance_mm:.3f}",
                 "follower_delay_ms": f"{1e3 * view.follower_lag:.1f}",
+                "setpoints_ahead_ms": f"{1e3 * view.setpoints_ahead:.0f}",
+                "setpoints_underruns": str(_underruns(state)),
             },
         )
     )
     return found
+
+
+def _underruns(state: CoreState) -> int:
+    """Return how often the real robot had no set point ahead left, as it counts."""
+    flags = state.sides.real.flags
+    return flags.ring_underruns if flags is not None else 0
 
 
 def _rounded(setup: Setup, side: Side) -> list[float]:

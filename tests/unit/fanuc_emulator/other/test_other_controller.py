@@ -88,17 +88,17 @@ def test_a_command_counts_once_when_its_number_changes(client: ModbusTcpClient) 
     def echo() -> int:
         return int(client.read_input_registers(133, count=1, device_id=17).registers[0])
 
-    client.write_registers(30, [3, 11], device_id=17)
+    client.write_registers(60, [3, 11], device_id=17)
     wait_until(lambda: held() and echo() == 11, 5.0)
-    client.write_registers(30, [4, 11], device_id=17)
+    client.write_registers(60, [4, 11], device_id=17)
     client.write_registers(
-        20, [500], device_id=17
+        50, [500], device_id=17
     )  # a later write, to see that the one before was looked at
     wait_until(
         lambda: client.read_input_registers(131, count=1, device_id=17).registers == [500], 5.0
     )
     assert held()
-    client.write_registers(30, [4, 12], device_id=17)
+    client.write_registers(60, [4, 12], device_id=17)
     wait_until(lambda: not held() and echo() == 12, 5.0)
 
 

@@ -52,10 +52,17 @@ NORMAL_CLOCKS = {"real": 5000.0, "twin": 1.7e9}
 class Cell(RuleBasedStateMachine):
     """A pair, everything that can happen to it, and the rules it is held against."""
 
-    @initialize(delays=st.sampled_from([(0.0, 0.0), (0.03, 0.02)]), off=st.booleans())
-    def start(self, delays: tuple[float, float], off: bool) -> None:
-        """Connect a pair, its commands and reports at once or late, its twin at home or away."""
-        self.pair = Pair(twin=shifted(HOME, 5.0) if off else HOME)
+    @initialize(
+        delays=st.sampled_from([(0.0, 0.0), (0.03, 0.02)]),
+        off=st.booleans(),
+        places=st.sampled_from([0, 10]),
+    )
+    def start(self, delays: tuple[float, float], off: bool, places: int) -> None:
+        """Connect a pair, its commands and reports at once or late, its twin at home or away.
+
+        Its real robot takes set points ahead of their time, or not.
+        """
+        self.pair = Pair(twin=shifted(HOME, 5.0) if off else HOME, places=places)
         self.pair.command_delay, self.pair.report_delay = delays
         Watch(self.pair)
         self.pair.connect()

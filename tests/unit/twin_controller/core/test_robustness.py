@@ -20,6 +20,7 @@ from twin_controller.core.actions import (
     OverrideReal,
     Reply,
     Send,
+    StreamAhead,
     StreamReal,
 )
 from twin_controller.core.events import (
@@ -68,6 +69,10 @@ def plans(draw: st.DrawFn) -> TwinPlan:
     return TwinPlan(draw(NOW), draw(STAMP), tuple(times), row[0], row[1], row[2])
 
 
+RINGS = st.sampled_from([(0, 0, 0), (10, 0, 0), (10, 32755, 3), (2, 7, 0)])
+"""Places, what was taken last, underruns."""
+
+
 @st.composite
 def answers(draw: st.DrawFn) -> RealMeasured:
     """Return an answer of the real robot.
@@ -94,6 +99,7 @@ def answers(draw: st.DrawFn) -> RealMeasured:
         draw(st.floats(0, 100)),
         draw(st.floats(0, 100)),
         *grip,
+        *draw(RINGS),
     )
 
 
@@ -233,6 +239,13 @@ def check(action: AnyAction, override: float) -> None:
             action.speed_percent * max(override, 1.0) * 1e-2
             <= SETUP.config.limit.speed_percent + 1e-9
         )
+    elif isinstance(action, StreamAhead):
+        assert 0.0 < action.speed_percent <= 100.0 and 1 <= action.newest <= 32760
+        for point in action.points:
+            assert 1 <= point.number <= 32760 and len(point.q) == len(SETUP.names)
+            assert all(
+                low <= value <= high for value, low, high in zip(point.q, SETUP.lower, SETUP.upper)
+            )
     elif isinstance(action, FollowTwin):
         assert all(map(math.isfinite, (action.stamp, *action.q, *action.qdot, *action.qddot)))
     elif isinstance(action, OverrideReal):
@@ -268,7 +281,7 @@ def test_every_kind_of_input_is_tried() -> None:
     """The strategy knows all events."""
     found: set[type[Event]] = set()
 
-    @settings(max_examples=300, deadline=None, database=None, derandomize=True)
+    @settings(max_examples=600, deadline=None, database=None, derandomize=True)
     @given(EVENTS)
     def look(event: AnyEvent) -> None:
         found.add(type(event))

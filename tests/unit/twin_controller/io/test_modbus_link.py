@@ -248,7 +248,7 @@ def test_what_the_map_does_not_mark_is_never_written(owner: Owner, call: str, na
     ("fault", "text"),
     [
         ("silent", "did not answer in time"),
-        ("short", "answered 43 words instead of 44"),
+        ("short", "answered 45 words instead of 46"),
         ("exception", r"refused to read (1001|6001): exception 2"),
         ("transaction", "did not answer in time"),
         ("device", "did not answer in time"),

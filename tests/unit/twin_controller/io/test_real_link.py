@@ -55,11 +55,7 @@ def test_a_stop_ends_the_program_and_its_set_points(
     made, line = pair
     made.perform(do)
     assert line.asked[0] == ("drop_setpoints",)
-    assert ("pulse", "cstopi") in line.asked and (
-        "write_integer",
-        "setpoint_valid",
-        0,
-    ) in line.asked
+    assert ("pulse", "cstopi") in line.asked and ("take_back_setpoints",) in line.asked
     assert (("set_signal", "imstp", False) in line.asked) is (do is Command.ESTOP_REAL)
 
 
@@ -70,7 +66,7 @@ def test_a_hold_keeps_the_program(pair: tuple[RealLink, Line]) -> None:
     assert line.asked == [
         ("drop_setpoints",),
         ("set_signal", "hold", False),
-        ("write_integer", "setpoint_valid", 0),
+        ("take_back_setpoints",),
     ]
 
 
@@ -175,7 +171,7 @@ def test_the_end_stops_a_stream_of_ours_and_no_program_of_the_robot(
         ]
         assert believed[-1]
     assert (("pulse", "cstopi") in line.asked) is stopped
-    assert (("write_integer", "setpoint_valid", 0) in line.asked) is stopped
+    assert (("take_back_setpoints",) in line.asked) is stopped
     assert line.asked[-1][0] == "close"
     made.stream((0.0,) * 4, 50.0, 0.0)
     assert line.asked[-1][0] == "close", "nothing is streamed after the end"

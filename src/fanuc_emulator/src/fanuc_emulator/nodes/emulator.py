@@ -211,7 +211,7 @@ def run(
         plant_text(named, config.plant),
     )
     chance = np.random.default_rng(SEED)
-    controller = Controller(config, robot, programs, time.time(), parts, chance)
+    controller = Controller(config, robot, programs, time.time(), parts, chance, layout.ring_places)
     answers = AnswerTimes(config.plant.answers, np.random.default_rng(SEED))
     go_first()
     loop = ServoLoop(controller, config.dt, config.plant.clock.drift_ppm, truth.observe)

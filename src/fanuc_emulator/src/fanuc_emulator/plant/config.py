@@ -6,6 +6,7 @@ Nothing of it is told to the twin controller: with a real robot nobody knows the
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -15,7 +16,7 @@ from scara_config import ConfigError, Joint, Robot, load
 from scara_config.percent import AccelerationPercent
 from scara_config.profile import plant_path
 
-from fanuc_emulator.drives.axis import AxisParameters, Friction
+from fanuc_emulator.drives.axis import Axis, AxisParameters, Friction
 from fanuc_emulator.uop import Outputs
 
 Positive = Annotated[float, Meta(gt=0.0, le=1e9)]
@@ -254,6 +255,20 @@ def axis_parameters(plant: Plant, joint: Joint) -> AxisParameters:
         tolerance=getattr(plant, f"fine_tolerance_{joint.unit}") * joint.scale,
         friction=_friction(axis.friction, joint, percent * share),
     )
+
+
+def axes_of(plant: Plant, joints: Sequence[Joint], positions: Sequence[float]) -> list[Axis]:
+    """Return the axes of a robot that stands at ``positions`` [rad or m]."""
+    return [
+        Axis(
+            axis_parameters(plant, joint),
+            plant.filter_lengths,
+            position,
+            plant.dt,
+            plant.servo_substeps,
+        )
+        for joint, position in zip(joints, positions)
+    ]
 
 
 def plant_text(name: str, plant: Plant) -> str:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from scara_config import Joint, Robot
-from scara_config.modbus_map import ModbusMap
+from scara_config.modbus_map import RING_NUMBERS, ModbusMap
 from twin_controller.config import TwinControllerConfig
 from twin_controller.estimation.delay import Fit
 from twin_controller.io.modbus.link import ModbusLink, ModbusSettings
@@ -35,6 +35,8 @@ SETTLE_S = 3.0
 CLOSE = 0.1
 PERIOD_S = 0.01
 FIRST_S = 3.0
+AHEAD_S = 0.04
+"""So far ahead of their time set points are sent to a robot that takes them so; our choice."""
 SPEED_PERCENT = 10.0
 
 
@@ -97,7 +99,10 @@ class Mover:
         self._joints = robot.twin_joints
         self._columns = [k for k, joint in enumerate(robot.joints) if joint.twin]
         self._config = config
-        self._newest: RobotSample | None = None
+        # The newest answer, and when it came [s].
+        self._newest: tuple[RobotSample, float] | None = None
+        # Of the last set point ahead of its time; 0 before the first.
+        self._number = 0
         self._stretch: Stretch | None = None
         self._came = threading.Event()
         self._alarm = ""
@@ -113,7 +118,7 @@ class Mover:
     def __exit__(self, *_: object) -> None:
         """Let the robot decelerate and end the stream, then disconnect."""
         self._link.pulse("cstopi")
-        self._link.write_integer("setpoint_valid", 0)
+        self._link.take_back_setpoints()
         time.sleep(0.3)
         self._link.close()
 
@@ -150,7 +155,7 @@ class Mover:
         )
 
     def _take(self, sample: RobotSample, sent: float, received: float) -> None:
-        self._newest = sample
+        self._newest = sample, received
         if self._stretch is not None:
             self._stretch.take(sample, sent, received)
         self._came.set()
@@ -161,9 +166,13 @@ class Mover:
         )
 
     @property
-    def _sample(self) -> RobotSample:
+    def _heard(self) -> tuple[RobotSample, float]:
         assert self._newest is not None
         return self._newest
+
+    @property
+    def _sample(self) -> RobotSample:
+        return self._heard[0]
 
     def _positions(self) -> tuple[float, ...]:
         return tuple(self._sample.positions[k] for k in self._columns)
@@ -188,13 +197,30 @@ class Mover:
         self._link.pulse("rsr1")
         end = time.monotonic() + FIRST_S
         while self._sample.control_type is not ControlType.STREAM and time.monotonic() < end:
-            self._link.write_setpoint(start, SPEED_PERCENT)
+            self._tell(start, SPEED_PERCENT)
             time.sleep(PERIOD_S)
         return (
             ""
             if self._sample.control_type is ControlType.STREAM
             else "its stream program does not start"
         )
+
+    def _tell(self, positions: Sequence[float], speed_percent: float) -> int | None:
+        """Send one set point [rad or m].
+
+        Returns:
+            When it counts, on the robot's clock without its wrap [ms]; None: as soon as it comes.
+        """
+        sample, received = self._heard
+        if not sample.ring_places:
+            self._link.write_setpoint(positions, speed_percent)
+            return None
+        if not self._number:
+            self._number = sample.ring_read
+        self._number = self._number % RING_NUMBERS + 1
+        clock_ms = sample.clock_ms + round(1e3 * (time.monotonic() - received + AHEAD_S))
+        self._link.write_at(positions, speed_percent, self._number, clock_ms)
+        return clock_ms
 
     def _nudge(self, index: int, joint: Joint) -> Nudge:
         """Send one joint away from its nearer limit and back."""
@@ -225,8 +251,11 @@ class Mover:
             q = list(start)
             q[index] += way * share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
             sent = time.monotonic()
-            self._link.write_setpoint(q, percent)
-            stretch.tell(sent, q[index])
+            clock_ms = self._tell(q, percent)
+            if clock_ms is None:
+                stretch.tell(sent, q[index])
+            else:
+                stretch.tell_ahead(clock_ms, q[index])
             time.sleep(PERIOD_S)
         self._stretch = None
         self._go(tuple(q), start, index)
@@ -244,9 +273,7 @@ class Mover:
         speed, started = 0.0, time.monotonic()
         while (passed := time.monotonic() - started) < SETTLE_S:
             share = min(passed / RAMP_S, 1.0)
-            self._link.write_setpoint(
-                [a + share * (b - a) for a, b in zip(begin, end)], SPEED_PERCENT
-            )
+            self._tell([a + share * (b - a) for a, b in zip(begin, end)], SPEED_PERCENT)
             here = self._sample.velocities[self._columns[index]]
             speed = here if abs(here) > abs(speed) else speed
             rest = abs(self._positions()[index] - end[index])

@@ -13,16 +13,37 @@ from scara_control.joint_motion import JointMotion
 from scara_control.motion.plan import Path
 from scara_control.motion.time_scaling import SAME_TIME, ScaleBounds, TimeBase, advance, motion_at
 
-_LONGEST_DELAY = 0.5
-"""No follower is believed to be later [s]: its set points would look ahead for ever."""
+_LONGEST_DELAY, _LONGEST_AHEAD = 0.5, 0.5
+"""No follower is believed to be later, or to take set points further ahead [s]: they would look
+ahead for ever."""
 
 Scale = Callable[[float], float]
 """How fast a path shall be driven at a time [s]: a part of its speed."""
 
 
-def believed(follower_delay: float) -> float:
-    """Return how late a follower is, as far as that is believed [s]."""
-    return min(max(follower_delay, 0.0), _LONGEST_DELAY) if math.isfinite(follower_delay) else 0.0
+@dataclass(frozen=True, slots=True)
+class Follower:
+    """Who does what the joints do, as well as it can.
+
+    Attributes:
+        delay: So late it does what it is told [s].
+        ahead: So far ahead of their time it takes what it is told [s].
+    """
+
+    delay: float = 0.0
+    ahead: float = 0.0
+
+
+ALONE = Follower()
+
+
+def believed(delay: float, ahead: float) -> Follower:
+    """Return the follower as far as what is said of it is believed [s]."""
+    return Follower(_within(delay, _LONGEST_DELAY), _within(ahead, _LONGEST_AHEAD))
+
+
+def _within(value: float, most: float) -> float:
+    return min(max(value, 0.0), most) if math.isfinite(value) else 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,13 +105,14 @@ class PathDriver:
         self._bounds = ScaleBounds(config.move.time_scale_ramp, config.move.time_scale_jerk)
         self.time = now
         self.drive: Drive | None = None
-        # How late a follower does what it is told [s]: its set points look so much further ahead.
-        self.follower_delay = 0.0
+        # Set points look ahead as far as it needs to be told them.
+        self.follower = ALONE
 
     @property
     def _horizon(self) -> int:
         """How far set points look ahead, in periods."""
-        return round((self.follower_delay + self._move.horizon) / self._period)
+        needed = self.follower.delay + self.follower.ahead
+        return round((needed + self._move.horizon) / self._period)
 
     def start(self, path: Path, go_at: float, scale: float) -> None:
         """Drive a new path from now on."""
@@ -98,7 +120,7 @@ class PathDriver:
 
     def announced(self, now: float) -> float:
         """Return the first time of the grid at which a move asked for at ``now`` may begin."""
-        after = now + self.follower_delay + self._move.announce - self.time
+        after = now + self.follower.delay + self._move.announce - self.time
         return self.time + math.ceil(after / self._period - SAME_TIME) * self._period
 
     def went_back(self, now: float) -> bool:

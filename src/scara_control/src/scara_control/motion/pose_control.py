@@ -124,11 +124,11 @@ class PoseController:
         if not (math.isfinite(percent) and 1.0 <= percent <= 100.0):
             self._message = f"speed_limit_percent = {percent:g} is outside [1, 100]"
             raise MotionRefusedError(self._message)
-        self._cap.set(float(percent), now + self._driver.follower_delay)
+        self._cap.set(float(percent), now + self._driver.follower.delay)
 
-    def look_ahead(self, follower_delay: float) -> None:
-        """Announce set points for a follower that does them so late [s]."""
-        self._driver.follower_delay = believed(follower_delay)
+    def look_ahead(self, delay: float, ahead: float = 0.0) -> None:
+        """Announce set points for a follower; see :class:`scara_control.motion.drive.Follower`."""
+        self._driver.follower = believed(delay, ahead)
 
     def update_modes(self, modes: Mapping[str, str]) -> None:
         """Take in which controller each joint obeys.

@@ -150,7 +150,7 @@ class JointPoseController:
 
     def _on_mode(self, message: TwinControllerState) -> None:
         with self._lock:
-            self._core.look_ahead(message.follower_lag)
+            self._core.look_ahead(message.follower_lag, message.setpoints_ahead)
 
     def _on_target(self, message: JointState) -> None:
         speed = message.velocity[0] if message.velocity else 0.0

@@ -148,7 +148,7 @@ class TrajectoryServer:
         others_only = message.not_in_control if held else ""
         why = message.alarm or message.why
         with self._lock:
-            self._desk.look_ahead(message.follower_lag)
+            self._desk.look_ahead(message.follower_lag, message.setpoints_ahead)
             self._desk.hear_mode(message.mode, why, self._clock.now(), others_only)
 
     def _on_command(self, message: MotionCommand) -> None:

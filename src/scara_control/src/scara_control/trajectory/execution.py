@@ -12,7 +12,7 @@ from scara_config import Joint
 
 from scara_control.config import MotionConfig, in_si
 from scara_control.joint_motion import JointMotion, Setpoints
-from scara_control.motion.drive import Drive
+from scara_control.motion.drive import ALONE, Drive, Follower
 from scara_control.motion.time_scaling import ScaleBounds, SpeedCap, TimeBase
 from scara_control.trajectory.goal import (
     Code,
@@ -59,7 +59,7 @@ class Execution:
         config: MotionConfig,
         measured: JointMotion,
         now: float,
-        follower_delay: float = 0.0,
+        follower: Follower = ALONE,
     ) -> None:
         """Check the goal and plan it.
 
@@ -69,7 +69,7 @@ class Execution:
             config: motion.yaml.
             measured: All joints, fresh.
             now: [s]
-            follower_delay: How late a follower does what it is told [s].
+            follower: Who is to do the same.
 
         Raises:
             GoalError: It cannot be followed; the text says why.
@@ -99,7 +99,7 @@ class Execution:
         )
         self._late = goal.goal_time_tolerance or own.goal_time_tolerance
         self._check_start(there)
-        self._follower_delay = follower_delay
+        self._follower = follower
         begin = self._begin(goal, now)
         self._drive = Drive(self._path, now, begin, TimeBase(0.0, 1.0))
         self._bounds = ScaleBounds(config.move.time_scale_ramp, config.move.time_scale_jerk)
@@ -126,7 +126,7 @@ class Execution:
     def limit_speed(self, percent: float, now: float) -> None:
         """Cap the program speed [percent], where the follower has not been sent yet."""
         if percent != self._cap.newest:
-            self._cap.set(percent, now + self._follower_delay)
+            self._cap.set(percent, now + self._follower.delay)
 
     def tick(self, measured: JointMotion, now: float) -> tuple[Setpoints | None, Ended | None]:
         """Go on to ``now``.
@@ -151,7 +151,7 @@ class Execution:
         if self._drive.done:
             return self._settle(measured, now)
         ahead = [self._drive]
-        horizon = self._follower_delay + self._config.move.horizon
+        horizon = self._follower.delay + self._follower.ahead + self._config.move.horizon
         while len(ahead) <= round(horizon / period) and not ahead[-1].done:
             ahead.append(self._step(ahead[-1]))
         return Setpoints(
@@ -186,7 +186,7 @@ class Execution:
 
         That is as asked for, but not before followers could take aim.
         """
-        earliest = now + self._follower_delay + self._config.move.announce
+        earliest = now + self._follower.delay + self._config.move.announce
         if goal.start is None:
             return earliest
         age = now - goal.start

@@ -13,7 +13,7 @@ from scara_config import Joint
 from scara_control.config import MotionConfig
 from scara_control.joint_motion import JointMotion, Setpoints
 from scara_control.motion.commands import Command
-from scara_control.motion.drive import believed
+from scara_control.motion.drive import Follower, believed
 from scara_control.motion.epoch import ENDING
 from scara_control.motion.states import State
 from scara_control.trajectory.execution import Ended, Execution, Feedback
@@ -84,7 +84,7 @@ class GoalQueue:
         self._state, self._message, self._limit = "", "", 100.0
         self._mode, self._why, self._mode_at = "", "", -float("inf")
         self._others_only = ""
-        self._follower_delay = 0.0
+        self._follower = Follower()
         self._quiet_until = -float("inf")
         self._running: _Running | None = None
         self._waiting: tuple[Hashable, Goal, float] | None = None
@@ -105,9 +105,12 @@ class GoalQueue:
         if running.followed and state != State.FOLLOWING and running.verdict is None:
             self._give_up(running, f"joint_pose_controller is {state}: {message}")
 
-    def look_ahead(self, follower_delay: float) -> None:
-        """Announce coming goals to a follower that does what it is told so late [s]."""
-        self._follower_delay = believed(follower_delay)
+    def look_ahead(self, delay: float, ahead: float = 0.0) -> None:
+        """Announce coming goals to a follower.
+
+        See :class:`scara_control.motion.drive.Follower`.
+        """
+        self._follower = believed(delay, ahead)
 
     def hear_mode(self, mode: str, why: str, now: float, others_only: str = "") -> None:
         """Take in the twin controller's mode.
@@ -260,7 +263,7 @@ class GoalQueue:
     def _begin(self, key: Hashable, goal: Goal, now: float) -> None:
         execution = self._plan(goal, now)
         # Nothing of it was sent to anybody yet: this cap holds at once.
-        execution.limit_speed(self._limit, now - self._follower_delay)
+        execution.limit_speed(self._limit, now - self._follower.delay)
         self._running = _Running(key, execution, now)
 
     def _plan(self, goal: Goal, now: float) -> Execution:
@@ -270,7 +273,7 @@ class GoalQueue:
             raise GoalError(
                 Code.INVALID_GOAL, "no fresh twin/joint_states: where the joints are is not known"
             )
-        return Execution(self._joints, goal, self._config, measured, now, self._follower_delay)
+        return Execution(self._joints, goal, self._config, measured, now, self._follower)
 
     def _judge_mode(self, now: float) -> None:
         """Refuse while the twin controller does something else, or would stop the motion."""

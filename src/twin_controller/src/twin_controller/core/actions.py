@@ -62,6 +62,25 @@ class StreamReal(Action, frozen=True, tag="stream_real"):
     send_at: float
 
 
+class PointAhead(msgspec.Struct, frozen=True):
+    """One set point ahead of its time: the robot takes it when its clock shows ``clock_ms``."""
+
+    q: Joints
+    number: int
+    clock_ms: int
+
+
+class StreamAhead(Action, frozen=True, tag="stream_ahead"):
+    """Set points for the robot's ring; what stood under their numbers no longer counts.
+
+    Nothing behind number ``newest`` counts any longer.
+    """
+
+    points: tuple[PointAhead, ...]
+    newest: int
+    speed_percent: float
+
+
 class MoveTwin(Action, frozen=True, tag="move_twin"):
     """Ask the twin to move; ``target`` as in the operator's command."""
 
@@ -116,5 +135,14 @@ class Decided(Action, frozen=True, tag="decided"):
 
 
 AnyAction = (
-    Send | FollowTwin | StreamReal | MoveTwin | CapTwin | OverrideReal | Grip | Reply | Decided
+    Send
+    | FollowTwin
+    | StreamReal
+    | StreamAhead
+    | MoveTwin
+    | CapTwin
+    | OverrideReal
+    | Grip
+    | Reply
+    | Decided
 )

@@ -58,6 +58,9 @@ class RealMeasured(Event, frozen=True, tag="real"):
         speed_percent: Override times programmed speed.
         gripper: The suction is on; None: the robot has no gripper.
         vacuum: It holds a part.
+        ring_places: How many set points it takes ahead of their time; 0: none.
+        ring_read: Number of the one that it took last, 1..32760; 0 before the first.
+        ring_underruns: So often it had none left.
     """
 
     sent: float
@@ -76,6 +79,9 @@ class RealMeasured(Event, frozen=True, tag="real"):
     override_percent: float = 0.0
     gripper: bool | None = None
     vacuum: bool = False
+    ring_places: int = 0
+    ring_read: int = 0
+    ring_underruns: int = 0
 
 
 class RealAlarm(Event, frozen=True, tag="alarm"):

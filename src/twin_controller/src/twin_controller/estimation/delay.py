@@ -27,8 +27,9 @@ ROUNDS = 3
 """From the best delay that was tried to the best one."""
 CORRELATED = 8.0
 """So many readings in a row are wrong in the same way: they count as one. Our choice."""
-SMOOTHING_SD = 150e-6
-"""By so much a smoothing may differ from what it was [s^2]; a window often says little of it."""
+SMOOTHING_SD, SMOOTHING_SHARE = 150e-6, 0.03
+"""By so much a smoothing may differ from what it was [s^2], or by this part of the delay's square:
+a window often says little of it. Two equal filters have a twelfth of the square."""
 BESIDE = 0.01
 """A robot at rest may stand so far from what it was told, border units: half
 of what counts as standing."""
@@ -74,7 +75,8 @@ def fit_joint(
         rest = seen - here
         variance = CORRELATED * max(float(np.mean((rest - rows[:, 1] * found[1]) ** 2)), 1e-10)
         # What the window does not tell of the smoothing is what it was before.
-        weight = np.diag([0.0, variance / SMOOTHING_SD**2])
+        spread = max(SMOOTHING_SD, SMOOTHING_SHARE * delay**2)
+        weight = np.diag([0.0, variance / spread**2])
         normal = rows.T @ rows + weight
         if normal[0, 0] <= 0.0:
             return None

@@ -12,10 +12,17 @@ from typing import Self
 
 from scara_config import Robot
 
+from twin_controller.core.actions import PointAhead
 from twin_controller.plausible import Verdict
 from twin_controller.robot.intake import Intake, begin, take, whole_pose
-from twin_controller.robot.link import Connect, LinkLostError, RobotCounters
-from twin_controller.robot.signals import DropSetpoints, Number, Pulse, Signal, Step
+from twin_controller.robot.link import (
+    Ahead,
+    Connect,
+    LinkLostError,
+    RobotCounters,
+    SetpointAhead,
+)
+from twin_controller.robot.signals import DropSetpoints, Number, Pulse, Signal, Step, TakeBack
 from twin_controller.robot_sample import AlarmStatus, ProgramStatus, RobotSample, SetpointError
 
 OnSample = Callable[[RobotSample, float, float], None]
@@ -107,6 +114,8 @@ class CheckedLink:
                     self._link.write_integer(step.name, step.value)
                 case DropSetpoints():
                     self._link.drop_setpoints()
+                case TakeBack():
+                    self._link.take_back_setpoints()
 
     def write_setpoint(
         self, positions: Sequence[float], speed_percent: float, at: float = 0.0
@@ -122,6 +131,35 @@ class CheckedLink:
             self.rejected(str(error))
         else:
             self._link.write_setpoint(whole, speed_percent, at)
+
+    def write_ahead(self, points: Sequence[PointAhead], newest: int, speed_percent: float) -> None:
+        """Write set points of the twin's joints ahead of their time.
+
+        Joints that the twin does not have stay where they were when the stream began.
+
+        Args:
+            points: Set points by their numbers.
+            newest: The last number that counts.
+            speed_percent: Of the robot's stream program.
+        """
+        try:
+            whole = tuple(
+                SetpointAhead(
+                    whole_pose(self._intake, point.q, self._robot.joints),
+                    point.number,
+                    point.clock_ms,
+                )
+                for point in points
+            )
+        except SetpointError as error:
+            self._link.counters.refused += 1
+            self.rejected(str(error))
+        else:
+            self._link.write_ahead(Ahead(whole, newest, speed_percent))
+
+    def take_back_setpoints(self) -> None:
+        """Tell the robot that none of its set points counts any longer."""
+        self._link.take_back_setpoints()
 
     def write_override(self, percent: int) -> None:
         """Set the robot's override, 1..100."""

@@ -22,6 +22,7 @@ from twin_controller.core.actions import (
     OverrideReal,
     Reply,
     Send,
+    StreamAhead,
     StreamReal,
 )
 from twin_controller.core.events import (
@@ -185,6 +186,8 @@ class Engine:
                 self._twin.follow(action)
             case StreamReal():
                 self._real.stream(action.q, action.speed_percent, action.send_at)
+            case StreamAhead():
+                self._real.stream_ahead(action)
             case Send(command=command) if command.name.endswith("_TWIN"):
                 stamp = self.state.sides.twin.clock.to_remote(time.monotonic())
                 self._twin.perform(action, stamp)

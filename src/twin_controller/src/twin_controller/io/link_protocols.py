@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Protocol
 
-from twin_controller.core.actions import Command, FollowTwin, MoveTwin, Send
+from twin_controller.core.actions import Command, FollowTwin, MoveTwin, Send, StreamAhead
 
 
 class RealCommands(Protocol):
@@ -13,6 +13,9 @@ class RealCommands(Protocol):
 
     def stream(self, q: tuple[float, ...], speed_percent: float, at: float) -> None:
         """Write one set point, SI, at ``at`` (monotonic)."""
+
+    def stream_ahead(self, action: StreamAhead) -> None:
+        """Write set points ahead of their time."""
 
     def perform(self, command: Command) -> None:
         """Carry out one command on the real robot."""

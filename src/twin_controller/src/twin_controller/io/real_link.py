@@ -11,7 +11,7 @@ from typing import Self
 
 from scara_config import Robot
 
-from twin_controller.core.actions import Command
+from twin_controller.core.actions import Command, StreamAhead
 from twin_controller.core.events import AnyEvent, RealAlarm
 from twin_controller.io.checked_link import CheckedLink
 from twin_controller.robot.intake import alarm_text, is_paused, measured, program_text
@@ -103,6 +103,11 @@ class RealLink:
         """Write one set point, SI, at ``at`` (monotonic)."""
         if not self._ends:
             self._link.write_setpoint(q, speed_percent, at)
+
+    def stream_ahead(self, action: StreamAhead) -> None:
+        """Write set points ahead of their time."""
+        if not self._ends:
+            self._link.write_ahead(action.points, action.newest, action.speed_percent)
 
     def override(self, speed_percent: float) -> None:
         """Set the override."""

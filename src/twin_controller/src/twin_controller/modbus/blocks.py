@@ -20,6 +20,9 @@ STATE = (
     "override_now",
 )
 SETPOINT = ("setpoint", "setpoint_valid", "heartbeat", "stream_speed")
+# Set points ahead: read with the state, and written in one request behind what has changed.
+RING_STATE = ("ring_read", "ring_underruns")
+RING = ("heartbeat", "stream_speed", "ring_write", "ring_clock_ms")
 PROGRAM = ("program_name", "program_line", "program_state")
 # The first two registers of ALARM are needed, the rest is shown if it is there.
 ALARM = (
@@ -52,7 +55,8 @@ def state_block(layout: ModbusMap) -> Block:
     """Return the block that is read in each cycle; signals that stand in a word are part of it."""
     shown = [layout.status_word.register] if layout.status_word else []
     echo = [layout.command_word.echo] if layout.command_word else []
-    return span(layout, (*STATE, *shown, *echo), MOST_WORDS)
+    ring = RING_STATE if layout.ring_places else ()
+    return span(layout, (*STATE, *ring, *shown, *echo), MOST_WORDS)
 
 
 def setpoint_block(layout: ModbusMap) -> Block:
@@ -61,10 +65,23 @@ def setpoint_block(layout: ModbusMap) -> Block:
     Raises:
         ConfigError: It has a gap, which would be written too.
     """
-    block = span(layout, SETPOINT, MOST_WRITTEN)
-    registers = [layout.find(name) for name in SETPOINT]
+    return _written(layout, SETPOINT)
+
+
+def ring_block(layout: ModbusMap) -> Block | None:
+    """Return the block that is written behind set points ahead; None: the robot takes none.
+
+    Raises:
+        ConfigError: It has a gap, which would be written too.
+    """
+    return _written(layout, RING) if layout.ring_places else None
+
+
+def _written(layout: ModbusMap, expected: Sequence[str]) -> Block:
+    block = span(layout, expected, MOST_WRITTEN)
+    registers = [layout.find(name) for name in expected]
     if block.count != sum(register.words for register in registers if register is not None):
-        names = ", ".join(SETPOINT)
+        names = ", ".join(expected)
         raise ConfigError(
             f"modbus_map.yaml: {names}: must follow each other without a gap to be written at once"
         )

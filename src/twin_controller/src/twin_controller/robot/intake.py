@@ -116,6 +116,9 @@ def measured(
         override_percent=float(sample.override),
         gripper="gripper" in sample.outputs if has_gripper else None,
         vacuum="vacuum" in sample.outputs,
+        ring_places=sample.ring_places,
+        ring_read=sample.ring_read,
+        ring_underruns=sample.ring_underruns,
     )
 
 

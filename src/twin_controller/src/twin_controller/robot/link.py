@@ -40,6 +40,30 @@ class RobotCounters:
     longest_round_trip: float = 0.0
 
 
+@dataclasses.dataclass(frozen=True, slots=True)
+class SetpointAhead:
+    """One set point ahead of its time.
+
+    Attributes:
+        positions: Of all joints of the robot [rad or m].
+        number: 1..32760, then from 1 again.
+        clock_ms: When it counts, on the robot's own clock without its wrap.
+    """
+
+    positions: tuple[float, ...]
+    number: int
+    clock_ms: int
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Ahead:
+    """Set points ahead, by their numbers; nothing behind ``newest`` counts any longer."""
+
+    points: tuple[SetpointAhead, ...]
+    newest: int
+    speed_percent: float
+
+
 class RobotLink(Protocol):
     """A connection to the robot that comes back by itself. Every call returns at once.
 
@@ -67,8 +91,14 @@ class RobotLink(Protocol):
         It replaces the set points that wait for then or later.
         """
 
+    def write_ahead(self, ahead: Ahead) -> None:
+        """Write set points ahead of their time; only to a robot whose samples say that it can."""
+
     def drop_setpoints(self) -> None:
         """Forget the set points that wait for their time: the robot is to stop."""
+
+    def take_back_setpoints(self) -> None:
+        """Tell the robot that none of its set points counts any longer."""
 
     def set_signal(self, name: str, level: bool) -> None:
         """Set one input of the robot.

@@ -46,27 +46,31 @@ class DropSetpoints(msgspec.Struct, frozen=True):
     """Forget the set points that wait for their time."""
 
 
-Step = Signal | Pulse | Number | DropSetpoints
+class TakeBack(msgspec.Struct, frozen=True):
+    """Tell the robot that none of its set points counts any longer."""
+
+
+Step = Signal | Pulse | Number | DropSetpoints | TakeBack
 SignalTable = Mapping[Command, tuple[Step, ...]]
 
 UI_SIGNALS: SignalTable = {
     Command.STOP_REAL: (
         DropSetpoints(),
         Pulse("cstopi"),
-        Number("setpoint_valid", 0),
+        TakeBack(),
         # A hold of ours would pause the next program. One at the robot is not ours to release.
         Signal("hold", True),
     ),
     # Without a set point: the stream must not begin with an old one when it is let go on.
-    Command.HOLD_REAL: (DropSetpoints(), Signal("hold", False), Number("setpoint_valid", 0)),
-    Command.END_STREAM: (DropSetpoints(), Number("setpoint_valid", 0)),
+    Command.HOLD_REAL: (DropSetpoints(), Signal("hold", False), TakeBack()),
+    Command.END_STREAM: (DropSetpoints(), TakeBack()),
     Command.RELEASE_REAL: (Signal("hold", True), Pulse("start", if_paused=True)),
     Command.ESTOP_REAL: (
         DropSetpoints(),
         Signal("imstp", False),
         # An alarm may only pause a program. With CSTOPI its goal is gone: no reset gives it back.
         Pulse("cstopi"),
-        Number("setpoint_valid", 0),
+        TakeBack(),
     ),
     Command.RESET_REAL: (Signal("imstp", True), Signal("hold", True), Pulse("fault_reset")),
     # The stream program must never begin with an old set point.

@@ -17,7 +17,7 @@ def tube_of(*commands: tuple[float, tuple[float, ...]]) -> EchoTube:
     """Return the tube of these commands."""
     tube = EchoTube()
     for t, q in commands:
-        tube = remember(tube, t, q, 1.0)
+        tube = remember(tube, [(t, q)], 1.0)
     return tube
 
 
@@ -63,7 +63,7 @@ def test_old_commands_are_forgotten_but_never_the_newest() -> None:
     tube = tube_of(*((0.1 * k, (float(k),)) for k in range(100)))
     assert tube.commands[-1] == (pytest.approx(9.9), (99.0,))
     assert all(t >= 9.9 - 1.0 - 1e-9 for t, _ in tube.commands)
-    assert remember(tube, 1e6, (0.0,), 1.0).commands == ((1e6, (0.0,)),)
+    assert remember(tube, [(1e6, (0.0,))], 1.0).commands == ((1e6, (0.0,)),)
 
 
 @given(path=st.lists(st.floats(-5.0, 5.0), min_size=2, max_size=40), lag=st.integers(0, 39))
@@ -73,6 +73,6 @@ def test_a_follower_that_lags_behind_its_commands_is_always_an_echo(
     """Wherever it is between the commands it was given within the memory."""
     tube = EchoTube()
     for k, value in enumerate(path):
-        tube = remember(tube, 0.01 * k, (value,), 1.0)
+        tube = remember(tube, [(0.01 * k, (value,))], 1.0)
     now = 0.01 * (len(path) - 1)
     assert is_echo(tube, now, (path[max(0, len(path) - 1 - lag)],), MEMORY, REST, TOLERANCE)

@@ -7,7 +7,6 @@ import msgspec
 from twin_controller.core.events import Joints
 from twin_controller.core.follow.blend import Blend
 from twin_controller.core.follow.response import Response
-from twin_controller.core.sides.side import Sample
 
 
 class TwinFollows(msgspec.Struct, frozen=True):
@@ -21,6 +20,19 @@ class TwinFollows(msgspec.Struct, frozen=True):
     blend: Blend | None = None
 
 
+class Told(msgspec.Struct, frozen=True):
+    """One set point for the real robot."""
+
+    # When the robot takes it [s].
+    t: float
+    # What the twin asked for, and what was sent: no faster than allowed. SI.
+    asked: Joints
+    q: Joints
+    # Of a robot that takes set points ahead: its number, and its time by the robot's clock.
+    number: int = 0
+    clock_ms: int = 0
+
+
 class RealFollows(msgspec.Struct, frozen=True):
     """The real robot follows the twin."""
 
@@ -28,10 +40,9 @@ class RealFollows(msgspec.Struct, frozen=True):
     onset: float | None = None
     # What is left of the gap real - twin at the start; None until the first set point.
     blend: Blend | None = None
-    # What the twin asked for with the last set point; None before the first.
-    asked: Sample | None = None
-    # The last set point as it was sent, and when the robot takes it; None before the first.
-    last: Sample | None = None
+    # Set points that were sent, by their time: the last one that can no longer be changed, and
+    # those ahead. Empty before the first.
+    told: tuple[Told, ...] = ()
     # Delay [s] and smoothing [s^2] of each joint that the last set point reckoned with: they follow
     # what is measured bit by bit, or the set points would jump.
     delay: Joints = ()
@@ -40,6 +51,11 @@ class RealFollows(msgspec.Struct, frozen=True):
     slowed: str = ""
     # After a pause: the twin goes on once the robot has come to where it stands.
     resumes: bool = False
+
+    @property
+    def last(self) -> Told | None:
+        """The last set point; None before the first."""
+        return self.told[-1] if self.told else None
 
 
 class Follow(msgspec.Struct, frozen=True):

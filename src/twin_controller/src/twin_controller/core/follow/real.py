@@ -8,7 +8,7 @@ from typing import NamedTuple
 import msgspec
 from scara_control.joint_track import JointTrack
 
-from twin_controller.core.actions import StreamReal
+from twin_controller.core.actions import StreamAhead, StreamReal
 from twin_controller.core.events import Joints
 from twin_controller.core.follow.blend import sample_blend
 from twin_controller.core.follow.limit import (
@@ -17,12 +17,12 @@ from twin_controller.core.follow.limit import (
     judge_setpoint,
     slow_setpoint,
 )
-from twin_controller.core.follow.memory import Follow, RealFollows
+from twin_controller.core.follow.memory import Follow, RealFollows, Told
 from twin_controller.core.follow.response import Response, known
 from twin_controller.core.follow.schedule import SendSlot, next_slots
 from twin_controller.core.follow.twin import close_gap
 from twin_controller.core.setup import Setup
-from twin_controller.core.sides.side import RealSide, Sample, Sides, TwinSide
+from twin_controller.core.sides.side import RealSide, Sides, TwinSide
 
 replace = msgspec.structs.replace
 
@@ -44,8 +44,10 @@ class Streamed(NamedTuple):
     """What is remembered of the stream, what is sent now, and why the next is not."""
 
     follows: RealFollows | None
-    setpoints: list[StreamReal]
-    rejected: str
+    setpoints: Sequence[StreamReal | StreamAhead]
+    rejected: str = ""
+    # What the robot has been told by now, from the first set point that was made or changed on.
+    told: tuple[Told, ...] = ()
 
 
 def stream_real(
@@ -67,18 +69,23 @@ def stream_real(
         now: Time [s].
     """
     setpoints: list[StreamReal] = []
+    told: tuple[Told, ...] = ()
     if follows is None or not sides.known:
-        return Streamed(follows, setpoints, "")
+        return Streamed(follows, setpoints)
     course = twin_course(setup, sides.twin, now)
+    percent = program_speed(setup, sides.real, cap)
     for slot in _slots(setup, follows, sides, now):
-        follows = _reckon(setup, follows, slot, response)
-        target = _target(setup, course, slot, follows)
-        made = _setpoint(setup, follows, sides, slot, target, cap, now)
-        if isinstance(made, Rejected):
-            return Streamed(follows, setpoints, made.reason)
-        follows, setpoint = made
-        setpoints.append(setpoint)
-    return Streamed(follows, setpoints, "")
+        follows = reckon(setup, follows, slot.taken_at, response)
+        follows, asked = aimed(setup, follows, sides, course, slot.send_at)
+        judgement = judged(setup, follows, sides, slot, asked, cap, now)
+        if isinstance(judgement, Rejected):
+            return Streamed(follows, setpoints, judgement.reason, told)
+        made, slowed = judgement
+        follows = replace(follows, told=(made,), slowed=slowed)
+        setpoints.append(StreamReal(made.q, percent, slot.send_at))
+        # It counts from when it is written: so its delay is measured.
+        told = (*told, replace(made, t=slot.send_at))
+    return Streamed(follows, setpoints, "", told)
 
 
 def _slots(setup: Setup, follows: RealFollows, sides: Sides, now: float) -> list[SendSlot]:
@@ -115,49 +122,64 @@ def _decided_ahead(setup: Setup, twin: TwinSide, spacing: float, now: float) -> 
     return setup.config.real.poll_period_ms * 1e-3 + longer * spacing
 
 
-def _setpoint(
+def aimed(
+    setup: Setup, follows: RealFollows, sides: Sides, course: Course, at: float
+) -> tuple[RealFollows, Joints]:
+    """Return what the robot is asked for at ``at`` [s], to be with the twin once it does it.
+
+    The twin's course, and what is left of the gap between both, which the first set point finds.
+    """
+    target = _target(setup, follows, course, at)
+    # The slowest joint's instant: the gap needs one for all.
+    aim = at + max(follows.delay)
+    if follows.blend is None:
+        offset = tuple(a - b for a, b in zip(sides.real.last.q, target))
+        follows = replace(follows, blend=close_gap(setup, offset, aim))
+    assert follows.blend is not None
+    gap, _, _ = sample_blend(follows.blend, aim)
+    return follows, tuple(a + b for a, b in zip(target, gap))
+
+
+def judged(
     setup: Setup,
     follows: RealFollows,
     sides: Sides,
     slot: SendSlot,
-    target: Joints,
+    asked: Joints,
     cap: float,
     now: float,
-) -> tuple[RealFollows, StreamReal] | Rejected:
-    """Aim one set point at the instant at which the robot gets there, and let it through or not."""
-    real, limit = sides.real, setup.config.limit
-    # The slowest joint's instant: the gap and what is judged need one for all.
-    aim = slot.send_at + max(follows.delay)
-    blend = follows.blend
-    if blend is None:
-        offset = tuple(a - b for a, b in zip(real.last.q, target))
-        blend = close_gap(setup, offset, aim)
-    gap, _, _ = sample_blend(blend, aim)
-    q = tuple(a + b for a, b in zip(target, gap))
-    asked = _judged(setup, follows, sides, slot, q, aim, now)
-    if isinstance(asked, Rejected):
-        return asked
+) -> tuple[Told, str] | Rejected:
+    """Let one set point through or not, and no faster than allowed.
+
+    Args:
+        setup: Profile and numbers.
+        follows: Its last set point is the one before.
+        sides: Both sides.
+        slot: When it counts.
+        asked: What the twin asks for, SI.
+        cap: The operator's cap of the program speed [percent].
+        now: Time [s].
+
+    Returns:
+        The set point, and why it was slowed down; empty if it was not.
+    """
+    real, limit, before = sides.real, setup.config.limit, follows.last
+    passes = _judged(setup, before, sides, slot, asked, slot.send_at + max(follows.delay), now)
+    if isinstance(passes, Rejected):
+        return passes
     last, dt = None, 0.0
-    if follows.last is not None:
-        last, dt = follows.last.q, min(slot.taken_at - follows.last.t, _longest_step(setup, real))
+    if before is not None:
+        last, dt = before.q, min(slot.taken_at - before.t, _longest_step(setup, real))
     told = min(limit.told_percent, cap) * 1e-2
-    passed = slow_setpoint(asked, last, dt, told, bounds_of(setup))
-    still = (0.0,) * len(q)
-    follows = replace(
-        follows,
-        blend=blend,
-        asked=Sample(slot.taken_at, asked, still),
-        last=Sample(slot.taken_at, passed.q, still),
-        slowed=passed.reason,
-    )
-    return follows, StreamReal(passed.q, _program_speed(setup, real, cap), slot.send_at)
+    passed = slow_setpoint(passes, last, dt, told, bounds_of(setup))
+    return Told(slot.taken_at, passes, passed.q), passed.reason
 
 
-def _reckon(setup: Setup, follows: RealFollows, slot: SendSlot, response: Response) -> RealFollows:
-    """Let the delays that a set point reckons with follow what was measured, bit by bit."""
+def reckon(setup: Setup, follows: RealFollows, at: float, response: Response) -> RealFollows:
+    """Let the delays that a set point at ``at`` [s] reckons with follow what was measured."""
     if follows.last is None or not follows.delay:
         return replace(follows, delay=response.delay, smoothing=response.smoothing)
-    passed = max(0.0, slot.taken_at - follows.last.t)
+    passed = max(0.0, at - follows.last.t)
     most = setup.config.response.change_percent * 1e-2 * passed
     rounding = SMOOTHING_RATE * passed
     return replace(
@@ -173,14 +195,14 @@ def _toward(value: float, wanted: float, most: float) -> float:
     return value + min(max(wanted - value, -most), most)
 
 
-def _target(setup: Setup, course: Course, slot: SendSlot, follows: RealFollows) -> Joints:
-    """Return what each joint is told, so that it is with the twin once it does it.
+def _target(setup: Setup, follows: RealFollows, course: Course, at: float) -> Joints:
+    """Return where the twin is once each joint does what it is told at ``at`` [s].
 
     The inverse of what its filters do to slow motion, within its range.
     """
     target = []
     for k, (delay, smoothing) in enumerate(zip(follows.delay, follows.smoothing)):
-        q, _, qddot = course(slot.send_at + delay)
+        q, _, qddot = course(at + delay)
         ahead = q[k] - smoothing * qddot[k]
         target.append(min(max(ahead, min(q[k], setup.lower[k])), max(q[k], setup.upper[k])))
     return tuple(target)
@@ -188,7 +210,7 @@ def _target(setup: Setup, course: Course, slot: SendSlot, follows: RealFollows) 
 
 def _judged(
     setup: Setup,
-    follows: RealFollows,
+    last: Told | None,
     sides: Sides,
     slot: SendSlot,
     q: Joints,
@@ -198,8 +220,8 @@ def _judged(
     """Judge what the twin asks for against what it asked for before."""
     before, dt = None, 0.0
     slack = (0.0,) * len(q)
-    if follows.asked is not None:
-        before, dt = follows.asked.q, slot.taken_at - follows.asked.t
+    if last is not None:
+        before, dt = last.asked, slot.taken_at - last.t
         if not planned(sides.twin, sides.twin.seen or now):
             # What is carried on at constant velocity is off by what the twin speeds up meanwhile,
             # and its samples are up to a spacing older or younger than those before.
@@ -216,10 +238,12 @@ def _longest_step(setup: Setup, real: RealSide) -> float:
 
     Where set points were left out, the robot has stood for the rest: it catches up bit by bit.
     """
+    if real.takes_ahead:
+        return setup.config.stream.ahead_period_ms * 1e-3
     return _spacing(setup, real) or setup.config.real.poll_period_ms * 1e-3
 
 
-def _program_speed(setup: Setup, real: RealSide, cap: float) -> float:
+def program_speed(setup: Setup, real: RealSide, cap: float) -> float:
     """Return the speed of the robot's stream program: no more than its set points have.
 
     A robot that was late may not catch up faster either. It runs its program at its override: what

@@ -30,10 +30,11 @@ JUMPED = 4.0
 """A measurement so many standard deviations away is a delay that has changed."""
 HELD_S = 0.03
 """Set points that were slowed down for so long have taken a robot to its limit [s]."""
-JUMP_GAIN, SMOOTHING_GAIN = 0.3, 0.1
-"""So much of what was measured counts at once, of a delay that has changed and of a smoothing."""
-MOST_SMOOTHING = 1e-3
-"""No larger one is reckoned with [s^2]: two filters of 110 ms have that."""
+JUMP_GAIN, SMOOTHING_GAIN = 0.3, 0.2
+"""So much of what was measured counts at once at least, of a delay that has changed and of a
+smoothing."""
+MOST_SMOOTHING = 2.5e-3
+"""No larger one is reckoned with [s^2]: two filters of 170 ms have that."""
 SLOWER, FASTER, NEARLY = 0.9, 1.1, 0.9
 """A robot that falls behind is led so much slower, one that keeps up so much faster. Our choice."""
 
@@ -146,7 +147,8 @@ def _joined(response: Response, fits: dict[int, Fit], config: ResponseConfig) ->
         if abs(fit.delay - delay[k]) > JUMPED * (doubt[k] + fit.doubt):
             gain = max(gain, JUMP_GAIN)
         delay[k] += gain * (fit.delay - delay[k])
-        smoothing[k] += SMOOTHING_GAIN * (
+        # Of a joint that was hardly known, what is measured first counts as for its delay.
+        smoothing[k] += max(SMOOTHING_GAIN, gain) * (
             min(max(fit.smoothing, 0.0), MOST_SMOOTHING) - smoothing[k]
         )
         doubt[k] = max((1.0 - gain) ** 0.5 * doubt[k], LEAST_DEVIATION_S)

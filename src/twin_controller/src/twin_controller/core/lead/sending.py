@@ -6,6 +6,7 @@ import msgspec
 
 from twin_controller.core.actions import AnyAction, Command
 from twin_controller.core.events import AnyEvent, TwinMeasured
+from twin_controller.core.follow.ahead import stream_ahead
 from twin_controller.core.follow.blend import finished
 from twin_controller.core.follow.real import follower_pace, stream_real
 from twin_controller.core.follow.twin import follow_twin
@@ -37,16 +38,17 @@ def send_setpoints(
     actions: list[AnyAction] = []
     twin_follows, setpoint = follow_twin(setup, follow.twin, sides, now)
     if setpoint is not None:
-        twin = remember(setup, sides.twin, sides.real.last.t, setpoint.q)
+        twin = remember(setup, sides.twin, [(sides.real.last.t, setpoint.q)])
         sides = replace(sides, twin=twin)
         actions.append(setpoint)
     # A pause ends the stream; RESUME begins it anew where the robot stands.
     paused = state.lead.mode is Mode.PAUSED
     follows = None if paused else follow.real
-    streamed = stream_real(setup, follows, sides, follow.response, cap, now)
-    for sent in streamed.setpoints:
-        sides = replace(sides, real=remember(setup, sides.real, sent.send_at, sent.q))
-        actions.append(sent)
+    stream = stream_ahead if sides.real.takes_ahead else stream_real
+    streamed = stream(setup, follows, sides, follow.response, cap, now)
+    told = [(setpoint.t, setpoint.q) for setpoint in streamed.told]
+    sides = replace(sides, real=remember(setup, sides.real, told))
+    actions += streamed.setpoints
     follow = replace(follow, twin=twin_follows, real=follow.real if paused else streamed.follows)
     state = replace(state, sides=sides, follow=follow)
     if not streamed.rejected:

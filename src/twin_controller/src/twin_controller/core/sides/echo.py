@@ -7,6 +7,8 @@ moves on its own.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import msgspec
 
 from twin_controller.core.events import Joints
@@ -18,10 +20,14 @@ class EchoTube(msgspec.Struct, frozen=True):
     commands: tuple[tuple[float, Joints], ...] = ()
 
 
-def remember(tube: EchoTube, t: float, q: Joints, memory: float) -> EchoTube:
-    """Add a command sent at ``t`` [s]; forget those older than ``memory`` [s]."""
-    kept = [command for command in tube.commands if t - command[0] <= memory]
-    return EchoTube((*kept, (t, q)))
+def remember(tube: EchoTube, commands: Sequence[tuple[float, Joints]], memory: float) -> EchoTube:
+    """Add commands by their time [s], instead of those for then or later.
+
+    Those older than ``memory`` [s] are forgotten.
+    """
+    first, last = commands[0][0], commands[-1][0]
+    kept = [command for command in tube.commands if last - memory <= command[0] < first]
+    return EchoTube((*kept, *commands))
 
 
 def is_echo(

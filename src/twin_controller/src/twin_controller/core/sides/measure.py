@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TypeVar
 
 import msgspec
@@ -9,6 +10,7 @@ import msgspec
 from twin_controller.core.events import (
     AnyEvent,
     ClockProbe,
+    Joints,
     LinkChanged,
     RealAlarm,
     RealMeasured,
@@ -249,13 +251,16 @@ def agree_at_rest(setup: Setup, side: S, now: float) -> S:
     return agree(setup, side)
 
 
-def remember(setup: Setup, side: S, t: float, q: tuple[float, ...]) -> S:
-    """Remember a set point that the side is sent: what it does about it is an echo.
+def remember(setup: Setup, side: S, setpoints: Sequence[tuple[float, Joints]]) -> S:
+    """Remember set points that the side is sent: what it does about them is an echo.
 
     Args:
         setup: Profile and numbers.
         side: The follower.
-        t: When it counts [s].
-        q: Joint positions, SI.
+        setpoints: When each counts [s], and its joint positions, SI; instead of those that were to
+            count then or later.
     """
-    return replace(side, tube=echo.remember(side.tube, t, setup.to_border(q), MEMORY_S))
+    if not setpoints:
+        return side
+    told = [(t, setup.to_border(q)) for t, q in setpoints]
+    return replace(side, tube=echo.remember(side.tube, told, MEMORY_S))

@@ -84,6 +84,11 @@ class RealSide(Side, frozen=True):
     # Text of its active alarm. The robot says when it ends.
     alarm: str = ""
 
+    @property
+    def takes_ahead(self) -> int:
+        """How many set points it takes ahead of their time; 0: none."""
+        return self.flags.ring_places if self.flags is not None else 0
+
 
 class TwinSide(Side, frozen=True):
     """The simulated robot."""

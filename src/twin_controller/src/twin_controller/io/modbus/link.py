@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from scara_config import Robot
 from scara_config.modbus_map import ModbusMap
 
+from twin_controller.core.actions import PointAhead
 from twin_controller.io.checked_link import CheckedLink, OnChange, OnReject, OnSample, OnStatus
 from twin_controller.io.modbus.robot_link import ModbusRobotLink
 from twin_controller.io.modbus.settings import ModbusSettings
@@ -46,3 +47,17 @@ class ModbusLink(CheckedLink):
             return ModbusRobotLink(settings, layout, robot, listener, on_status is not None)
 
         super().__init__(robot, connect, on_sample, on_change, on_status, on_reject, alive)
+
+    def write_at(
+        self, positions: Sequence[float], speed_percent: float, number: int, clock_ms: int
+    ) -> None:
+        """Write one set point ahead of its time, to a robot that takes such.
+
+        Args:
+            positions: Of the twin's joints [rad or m].
+            speed_percent: Of the stream program.
+            number: 1 more than that of the set point before.
+            clock_ms: When it counts, on the robot's own clock.
+        """
+        point = PointAhead(tuple(positions), number, clock_ms)
+        self.write_ahead((point,), number, speed_percent)

@@ -10,6 +10,8 @@ import threading
 import time
 from collections import deque
 
+from twin_controller.robot.link import Ahead
+
 Setpoint = tuple[tuple[float, ...], float]
 
 _ACT_ON_RELEASE = ("fault_reset", "start")
@@ -38,6 +40,7 @@ class Outbox:
         self.overwritten = 0
         self._changed = threading.Condition()
         self._setpoints: deque[tuple[float, Setpoint]] = deque()
+        self._ahead: Ahead | None = None
         self._commands: deque[Command] = deque()
         self._releases: deque[tuple[float, str]] = deque()
 
@@ -53,10 +56,21 @@ class Outbox:
             self._setpoints.append((at, setpoint))
             self._changed.notify()
 
+    def put_ahead(self, ahead: Ahead) -> None:
+        """Leave set points ahead of their time, to be written at once, with those that wait."""
+        with self._changed:
+            if self._ahead is not None:
+                again = {point.number for point in ahead.points}
+                waiting = [point for point in self._ahead.points if point.number not in again]
+                ahead = dataclasses.replace(ahead, points=(*waiting, *ahead.points))
+            self._ahead = ahead
+            self._changed.notify()
+
     def drop_setpoints(self) -> None:
         """Forget the set points that wait: the robot is to stop."""
         with self._changed:
             self._setpoints.clear()
+            self._ahead = None
 
     def put(self, command: Command) -> None:
         """Leave a command; all are kept."""
@@ -81,7 +95,7 @@ class Outbox:
             names.append(self._releases.popleft()[1])
         return names
 
-    def take(self, until: float) -> tuple[Setpoint | None, list[Command]]:
+    def take(self, until: float) -> tuple[Setpoint | None, Ahead | None, list[Command]]:
         """Wait for something to write, the end of a pulse, ``until``, or the end of the box.
 
         A set point is taken when it is due. It is taken sooner only for a command that must not
@@ -91,7 +105,7 @@ class Outbox:
             until = min(until, self._releases[0][0])
         with self._changed:
             while (
-                not (self.closed or self._commands)
+                not (self.closed or self._commands or self._ahead is not None)
                 and (left := self._wake(until) - time.monotonic()) > 0.0
             ):
                 self._changed.wait(left)
@@ -107,7 +121,8 @@ class Outbox:
                 setpoint = self._setpoints.popleft()[1]
             commands = list(self._commands)
             self._commands.clear()
-            return setpoint, commands
+            ahead, self._ahead = self._ahead, None
+            return setpoint, ahead, commands
 
     def _wake(self, until: float) -> float:
         return min(until, self._setpoints[0][0]) if self._setpoints else until
@@ -126,8 +141,10 @@ class Outbox:
         """
         with self._changed:
             lost = len(self._commands) + len(self._setpoints)
+            lost += len(self._ahead.points) if self._ahead is not None else 0
             self._commands.clear()
             self._setpoints.clear()
+            self._ahead = None
             self._releases = deque(
                 (due, name) for due, name in self._releases if name not in _ACT_ON_RELEASE
             )

@@ -19,7 +19,13 @@ from twin_controller.io.modbus.settings import ModbusSettings
 from twin_controller.io.modbus.writer import Writer
 from twin_controller.modbus.signalling import may_write_signal, signal_names
 from twin_controller.registers import RegisterCodec
-from twin_controller.robot.link import LinkLostError, NotWritableError, RobotCounters, RobotListener
+from twin_controller.robot.link import (
+    Ahead,
+    LinkLostError,
+    NotWritableError,
+    RobotCounters,
+    RobotListener,
+)
 from twin_controller.robot_sample import RobotSample, SampleError
 
 _STATUS_SIGNALS = frozenset(("fault", "progrun", "paused"))
@@ -82,9 +88,19 @@ class ModbusRobotLink:
         """Write a set point of all joints at ``at``; forget those that wait for then or later."""
         self._outbox.put_setpoint((positions, speed_percent), at)
 
+    def write_ahead(self, ahead: Ahead) -> None:
+        """Write set points ahead of their time."""
+        self._outbox.put_ahead(ahead)
+
     def drop_setpoints(self) -> None:
         """Forget the set points that wait for their time: the robot is to stop."""
         self._outbox.drop_setpoints()
+
+    def take_back_setpoints(self) -> None:
+        """Tell the robot that none of its set points counts any longer."""
+        self.write_integer("setpoint_valid", 0)
+        if self._layout.ring_places:
+            self.write_integer("ring_write", 0)
 
     def write_integer(self, name: str, value: int) -> None:
         """Write one integer register.

@@ -16,9 +16,10 @@ from scara_config.modbus_map import ModbusMap
 from twin_controller.io.modbus.outbox import Command, Outbox
 from twin_controller.io.modbus.port import ModbusPort, RefusedError
 from twin_controller.io.modbus.settings import ModbusSettings
+from twin_controller.modbus.ring import RingCodec
 from twin_controller.modbus.signalling import CommandLostError, CommandQueue, patience, signal_names
 from twin_controller.registers import RegisterCodec
-from twin_controller.robot.link import LinkLostError, RobotCounters, RobotListener
+from twin_controller.robot.link import Ahead, LinkLostError, RobotCounters, RobotListener
 from twin_controller.robot_sample import SetpointError
 
 BEAT = 1.5
@@ -61,6 +62,7 @@ class Writer:
         self._settings, self._layout, self._codec = settings, layout, codec
         self._outbox, self._counters, self._listener = outbox, counters, listener
         self._port = ModbusPort(settings.host, settings.port, layout.device_id, settings.timeout)
+        self._ring = RingCodec(layout, codec)
         self._heartbeat = 0
         self._due = 0.0
         self._broken: BaseException | None = None
@@ -74,6 +76,7 @@ class Writer:
             LinkLostError: Nobody accepts the connection in time.
         """
         self._port.open()
+        self._ring.empty()
         self.echo = None
         if dropped := self._outbox.discard() + (self._commands.discard() if self._commands else 0):
             self._counters.dropped += dropped
@@ -135,9 +138,12 @@ class Writer:
         if self._commands is not None and self.echo is not None:
             self._commands.confirm(self.echo)
         wake = self._commands.due() if self._commands is not None else None
-        setpoint, commands = self._outbox.take(self._due if wake is None else min(self._due, wake))
+        until = self._due if wake is None else min(self._due, wake)
+        setpoint, ahead, commands = self._outbox.take(until)
         if setpoint is not None:
             self._attempt(self._write_setpoint, *setpoint)
+        if ahead is not None:
+            self._attempt(self._write_ahead, ahead)
         for command in commands:
             self._attempt(self._write, command)
         self._attempt(self._write_command)
@@ -164,8 +170,22 @@ class Writer:
         self._counters.setpoints += 1
         self._beaten()
 
+    def _write_ahead(self, ahead: Ahead) -> None:
+        """Write the set points that are new, then their times and the newest one's number.
+
+        In this order the robot never finds a number before its set point.
+        """
+        heartbeat = self._next_heartbeat() if self._settings.heartbeat else 0
+        for offset, words in self._ring.setpoints(ahead):
+            self._port.write_words(offset, words)
+        self._port.write_words(*self._ring.times(ahead, heartbeat))
+        self._counters.setpoints += len(ahead.points)
+        self._beaten()
+
     def _write(self, command: Command) -> None:
         """Write one signal or integer register."""
+        if command.name == "ring_write":
+            self._ring.empty()
         if self._commands is not None and command.name in signal_names(self._layout):
             self._commands.put(command.name, bool(command.value), command.pulsed)
         elif command.name in self._layout.coils:

@@ -1,0 +1,1 @@
+"""Set points from outside: the newest one, and those ahead of their time."""

@@ -1,0 +1,77 @@
+"""The ring of set points ahead as words: where each number stands, and until when it counts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from scara_config.modbus_map import RING_NUMBERS, ModbusMap
+
+from twin_controller.modbus.blocks import MOST_WRITTEN
+from twin_controller.registers import RegisterCodec
+from twin_controller.robot.link import Ahead, SetpointAhead
+
+EMPTY = -1
+"""The time of a place that holds no set point."""
+CLOCK_WRAP_MS = 2**31
+
+
+class RingCodec:
+    """Make the requests that fill the ring; it remembers what stands in each place.
+
+    Args:
+        layout: modbus_map.yaml.
+        codec: Encodes values.
+    """
+
+    def __init__(self, layout: ModbusMap, codec: RegisterCodec) -> None:
+        self._codec, self._places = codec, layout.ring_places
+        # The set point in each place; None: it is free.
+        self._points: list[SetpointAhead | None] = [None] * self._places
+
+    def empty(self) -> None:
+        """Forget what stands there."""
+        self._points = [None] * self._places
+
+    def setpoints(self, ahead: Ahead) -> Iterator[tuple[int, list[int]]]:
+        """Yield offset and words of the requests that write the set points.
+
+        Neighbouring places go in one request, as far as it may carry them.
+
+        Raises:
+            SetpointError: A joint is outside its range.
+        """
+        points = {self._place(point.number): point for point in ahead.points}
+        run: list[int] = []
+        words: list[int] = []
+        for place, point in sorted(points.items()):
+            self._points[place] = point
+            row = self._codec.encode_positions(point.positions)
+            if run and (place != run[-1] + 1 or len(words) + len(row) > MOST_WRITTEN):
+                yield self._codec.place_offset(run[0]), words
+                run, words = [], []
+            run.append(place)
+            words = words + row
+        if run:
+            yield self._codec.place_offset(run[0]), words
+
+    def times(self, ahead: Ahead, heartbeat: int) -> tuple[int, list[int]]:
+        """Return offset and words of the request that makes them count.
+
+        Args:
+            ahead: The newest number, and the speed of the stream program; below 1 % it is 1 %.
+            heartbeat: R[1], 0..32767.
+        """
+        times = [EMPTY] * self._places
+        for place, point in enumerate(self._points):
+            if point is not None and self._counts(point.number, ahead.newest):
+                times[place] = point.clock_ms % CLOCK_WRAP_MS
+        speed = max(1, math.floor(ahead.speed_percent))
+        return self._codec.encode_ring(heartbeat, speed, ahead.newest, times)
+
+    def _counts(self, number: int, newest: int) -> bool:
+        """Return whether a number is one of the last ones up to ``newest``."""
+        return (newest - number) % RING_NUMBERS < self._places
+
+    def _place(self, number: int) -> int:
+        return (number - 1) % self._places

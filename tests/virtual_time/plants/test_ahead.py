@@ -1,0 +1,79 @@
+"""Set points ahead of their time: a controller that stands still is not noticed, a stop is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import pytest
+from harness.plants.known_robot import knowing
+from harness.plants.trials import run_trial
+from harness.plants.variants import FIELD, IDEAL, ONE_BY_ONE, Variant
+from harness.scenes.steps import both_stood, go
+from harness.virtual_cell.cell import VirtualCell
+from harness.virtual_cell.files import CellFiles
+from twin_controller.config import with_links
+
+ROBOT = "fanuc_sr6ia"
+PAUSES_S = tuple(1e-3 * ((37 * k) % 96 + 5) for k in range(30))
+"""Thirty pauses of 5 to 100 ms, none like another."""
+WORSE = 1.5
+"""So much worse than undisturbed a path may be."""
+
+
+@dataclass(frozen=True)
+class OnADesk(Variant):
+    """A pair on a desk, as the demo is: a late process of ours is no lost link."""
+
+    def files(self, robot: str) -> CellFiles:
+        """Return the cell with the limits of a desk."""
+        files = super().files(robot)
+        return replace(files, controller=with_links(files.controller, "desk"))
+
+
+def shaken(plant: Variant) -> Variant:
+    """Return the same robot with a controller that stands still thirty times."""
+    return OnADesk(plant.name, plant.change, plant.plant, 0.0, PAUSES_S, 0.3, 0.35, plant.ahead)
+
+
+@pytest.mark.parametrize("plant", [IDEAL, FIELD], ids=["ideal", "field"])
+def test_thirty_pauses_of_the_controller_cost_next_to_nothing(plant: Variant) -> None:
+    """At full speed, in a twin that leads: the robot has its set points."""
+    calm = run_trial(ROBOT, plant, "twin_leads", 100.0)
+    found = run_trial(ROBOT, shaken(plant), "twin_leads", 100.0)
+    assert calm.path_percent is not None and found.path_percent is not None, (calm, found)
+    assert found.path_percent <= WORSE * calm.path_percent, (calm, found)
+
+
+def test_without_set_points_ahead_pauses_are_seen() -> None:
+    """The same pauses, one set point at a time: the test above can fail."""
+    found = run_trial(ROBOT, shaken(ONE_BY_ONE[0]), "twin_leads", 100.0)
+    assert found.ended or (found.path_percent or 0.0) > 1.0, found
+
+
+def stopping_time(variant: Variant, command: str, delay_ms: float) -> float:
+    """Return how long both need to stand after a command [s], from full motion."""
+    files = variant.files(ROBOT)
+    files = replace(files, controller=knowing(files.controller, files.robot, delay_ms))
+    with VirtualCell(files) as cell:
+        cell.connect()
+        cell.real.robot.write_override(100)
+        cell.schedule.run(0.5)
+        go(cell, 50.0)
+        cell.wait_whatever(lambda: max(map(abs, cell.real.shown.velocities)) > 1.5, 3.0, "speed")
+        begun = cell.schedule.now
+        assert cell.operate(command).success
+        return both_stood(cell, begun) - begun
+
+
+@pytest.mark.parametrize(
+    ("ahead", "alone", "delay_ms"),
+    [(IDEAL, ONE_BY_ONE[0], 18.0), (FIELD, ONE_BY_ONE[1], 110.0)],
+    ids=["ideal", "field"],
+)
+@pytest.mark.parametrize("command", ["STOP", "ESTOP", "PAUSE"])
+def test_a_stop_is_as_quick_with_set_points_ahead(
+    ahead: Variant, alone: Variant, delay_ms: float, command: str
+) -> None:
+    """Nothing that was given before is driven after it."""
+    took, before = (stopping_time(each, command, delay_ms) for each in (ahead, alone))
+    assert took <= before + 0.02, (took, before)
