@@ -41,6 +41,8 @@ class Outbox:
         self._changed = threading.Condition()
         self._setpoints: deque[tuple[float, Setpoint]] = deque()
         self._ahead: Ahead | None = None
+        # Set points were dropped since the last time that something was taken.
+        self._dropped = False
         self._commands: deque[Command] = deque()
         self._releases: deque[tuple[float, str]] = deque()
 
@@ -71,6 +73,7 @@ class Outbox:
         with self._changed:
             self._setpoints.clear()
             self._ahead = None
+            self._dropped = True
 
     def put(self, command: Command) -> None:
         """Leave a command; all are kept."""
@@ -122,7 +125,21 @@ class Outbox:
             commands = list(self._commands)
             self._commands.clear()
             ahead, self._ahead = self._ahead, None
+            self._dropped = False
             return setpoint, ahead, commands
+
+    def take_between(self) -> tuple[bool, list[Command]]:
+        """Take what must not wait for set points ahead that are being written (reader only).
+
+        Returns:
+            Whether the set points still count, and commands up to one that waits for them.
+        """
+        with self._changed:
+            counts, self._dropped = not self._dropped, False
+            commands = []
+            while self._commands and not self._commands[0].behind:
+                commands.append(self._commands.popleft())
+            return counts, commands
 
     def _wake(self, until: float) -> float:
         return min(until, self._setpoints[0][0]) if self._setpoints else until

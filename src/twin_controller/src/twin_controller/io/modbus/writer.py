@@ -173,11 +173,17 @@ class Writer:
     def _write_ahead(self, ahead: Ahead) -> None:
         """Write the set points that are new, then their times and the newest one's number.
 
-        In this order the robot never finds a number before its set point.
+        In this order the robot never finds a number before its set point. A stop that comes between
+        two requests goes before what is left of them, and takes it back.
         """
         heartbeat = self._next_heartbeat() if self._settings.heartbeat else 0
         for offset, words in self._ring.setpoints(ahead):
             self._port.write_words(offset, words)
+            counts, commands = self._outbox.take_between()
+            for command in commands:
+                self._attempt(self._write, command)
+            if not counts:
+                return
         self._port.write_words(*self._ring.times(ahead, heartbeat))
         self._counters.setpoints += len(ahead.points)
         self._beaten()
