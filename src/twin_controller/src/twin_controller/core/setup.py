@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import cached_property
 
 from scara_config import Robot
@@ -47,6 +48,16 @@ class Setup:
     def tool(self) -> ToolKinematics:
         """Where the joints lead the tool, as the twin's own nodes reckon it."""
         return tool_kinematics(self._robot)
+
+    @cached_property
+    def tool_per_noise(self) -> float:
+        """How far the tool of an outstretched arm strays [mm] for a unit of all joints' noise.
+
+        Border units; joints that turn the tool's place by their angle and those that shift it.
+        """
+        reach = self._robot.reach_mm
+        joints = [self.joints[column] for column in self.arm_columns]
+        return math.hypot(*(reach * j.scale if j.unit == "deg" else 1.0 for j in joints))
 
     @cached_property
     def fastest(self) -> float:

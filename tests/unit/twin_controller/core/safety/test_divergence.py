@@ -4,13 +4,21 @@ from __future__ import annotations
 
 from itertools import pairwise
 
+import msgspec
 import numpy as np
 import pytest
-from harness.pair import SETUP
+from harness.pair import SETUP, Pair
 from hypothesis import given
 from hypothesis import strategies as st
-from twin_controller.core.safety.divergence import DivergenceState, judge, path_distance
+from twin_controller.core.safety.divergence import (
+    DivergenceState,
+    judge,
+    judge_divergence,
+    path_distance,
+)
+from twin_controller.core.sides.side import Sides
 
+replace = msgspec.structs.replace
 CONFIG = SETUP.config.divergence
 POINT = st.tuples(*[st.floats(-1.0, 1.0)] * 3)
 
@@ -96,3 +104,20 @@ def test_a_distance_around_the_limit_never_toggles_the_alarm_twice(noise: list[f
 def test_the_distance_is_shown_in_millimetres() -> None:
     """Borders speak mm."""
     assert judged(3.5).distance_mm == pytest.approx(3.5)
+
+
+@pytest.mark.parametrize(("noise", "alarm"), [(0.0, True), (0.01, True), (0.05, False)])
+def test_what_noise_alone_may_bring_is_no_divergence(noise: float, alarm: bool) -> None:
+    """At rest 2.8 mm apart: beyond 2 mm, not beyond five deviations of 0.05 deg at full reach."""
+    pair = Pair()
+    pair.connect()
+    pair.run(1.0)
+    real, twin = pair.state.sides.real, pair.state.sides.twin
+    apart = (twin.last.q[0] + 2.8e-3 / 0.65, *twin.last.q[1:])
+    history = (*real.history[:-1], replace(real.last, q=apart))
+    sides = Sides(replace(real, noise=noise, history=history), twin)
+    state = DivergenceState()
+    for _ in range(CONFIG.window):
+        state = judge_divergence(SETUP, state, sides)
+    assert state.distance_mm == pytest.approx(2.8, abs=0.1)
+    assert state.alarm is alarm

@@ -112,10 +112,13 @@ def judge_divergence(
         change.stands_still(side.change, real.t, setup.config.change)
         for side in (sides.real, sides.twin)
     )
+    # What noise alone may bring is no divergence.
+    least = change.NOISES * math.hypot(sides.real.noise, sides.twin.noise) * setup.tool_per_noise
     if still:
-        return judge(state, math.dist(tool(real.q), tool(newest)), config.rest_mm, config)
+        apart = math.dist(tool(real.q), tool(newest))
+        return judge(state, apart, max(config.rest_mm, least), config)
     distance = path_distance(tool(real.q), [tool(q) for q in rows])
-    return judge(state, distance, config.path_mm, config)
+    return judge(state, distance, max(config.path_mm, least), config)
 
 
 def judge_delay(setup: Setup, state: DelayState, sides: Sides) -> DelayState:
