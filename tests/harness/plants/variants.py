@@ -113,5 +113,7 @@ VARIANTS = (
     Variant("readings each 8 ms", _measuring(period_ms=8)),
     Variant("controller pauses for 20 ms each second", pauses=(0.02,)),
     Variant("controller pauses for 50 ms each second", pauses=(0.05,)),
+    Variant("controller pauses for 80 ms each second", pauses=(0.08,)),
     FIELD,
+    *ONE_BY_ONE,
 )
