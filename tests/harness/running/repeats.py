@@ -73,7 +73,7 @@ def played(
 ) -> T:
     """Play a scene, and again where it failed while the machine stood still.
 
-    It is played ``ATTEMPTS`` times at most.
+    It is played ``ATTEMPTS`` times at most, with what it has repeated within itself.
 
     Args:
         scene: Raises an AssertionError if it does not end as described.
@@ -90,10 +90,21 @@ def played(
             return scene()
         except AssertionError as error:
             why = excuse(begun, looks)
-            if attempt == ATTEMPTS or not why or not may_repeat():
+            if attempt == ATTEMPTS or is_played_out(error) or not why or not may_repeat():
+                played_out(error)
                 raise
             notes.add(f"{why}; {first_words(error)}")
     raise AssertionError("no attempt was made")
+
+
+def played_out(error: BaseException) -> None:
+    """Mark an error that nobody may excuse any more: what raised it has had its repeats."""
+    error.played_out = True  # type: ignore[attr-defined]
+
+
+def is_played_out(error: BaseException) -> bool:
+    """Return whether an error is marked so."""
+    return getattr(error, "played_out", False)
 
 
 def first_words(error: BaseException) -> str:
