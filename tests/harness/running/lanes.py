@@ -14,7 +14,11 @@ LIVE = ("tests/system/", "tests/ros/")
 """Tests that run in real time, with processes."""
 PARTS = ("cells", "nodes", "pure")
 """What ``./cell test`` runs side by side."""
-CELLS = ("tests/system/", "tests/ros/operator_panel/")
+CELLS = (
+    "tests/system/",
+    "tests/ros/operator_panel/test_stop.py",
+    "tests/ros/operator_panel/test_tuning_form.py",
+)
 """Whole cells and browsers: each wants one of two cores for itself."""
 TIMED = (
     "tests/unit/bench/test_journal.py",
@@ -22,6 +26,7 @@ TIMED = (
     "tests/unit/fanuc_emulator/other/",
     "tests/unit/fanuc_emulator/test_modbus_server.py",
     "tests/unit/harness/storm/",
+    "tests/unit/harness/test_processes.py",
     "tests/unit/harness/test_proxy.py",
     "tests/unit/harness/test_trial.py",
     "tests/unit/operator_panel/io/",

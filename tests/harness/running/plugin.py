@@ -67,7 +67,10 @@ class Running:
             items.sort(key=lambda item: lanes.place(item.nodeid))
             return
         turns = lanes.turns([item.nodeid for item in items])
-        items.sort(key=lambda item: turns[lanes.group_of(item.nodeid)])
+        # Nodes of this process come last: rospy gives every new socket a time-out of its own.
+        items.sort(
+            key=lambda item: (lanes.is_live(item.nodeid), turns[lanes.group_of(item.nodeid)])
+        )
 
     @pytest.hookimpl(wrapper=True, tryfirst=True)
     def pytest_runtest_protocol(self, item: pytest.Item) -> Iterator[None]:
