@@ -71,6 +71,9 @@ def main(
         name: [place for path in room.paths() for place in places_of(path)]
         for name, room in chosen.items()
     }
+    if empty := [name for name, places in found.items() if not places]:
+        print(f"mutants: {', '.join(empty)}: tests/mutants/rooms.yaml leads to no module there")
+        raise typer.Exit(2)
     total = sum(map(len, found.values()))
     print(f"places: {total}, {', '.join(f'{name} {len(all_)}' for name, all_ in found.items())}")
     if only_list:
