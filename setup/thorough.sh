@@ -1,5 +1,6 @@
 # Sourced by ./cell: `./cell test --thorough` runs all tests, with new examples for the property
-# searches, then mutants. These take --mutants N (0: all, hours), --seed N, --jobs N, and rooms.
+# searches, then mutants. These take --mutants N (0: all, hours), --seed N, --jobs N,
+# --continue (go on where a run with the same seed was ended), and rooms.
 
 # Install the library that makes mutants, once, beside the environment.
 ensure_mutants() {

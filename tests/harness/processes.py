@@ -85,7 +85,7 @@ class Process:
                 stderr=subprocess.STDOUT,
                 cwd=cwd,
                 start_new_session=True,
-                preexec_fn=_die_with_parent,
+                preexec_fn=_begin_child,
             )
 
     @property
@@ -223,8 +223,13 @@ def without_rosrun(command: Sequence[str], env: Mapping[str, str]) -> list[str]:
     return [*words[:k], *command_of(words[k + 1], words[k + 2], env), *words[k + 3 :]]
 
 
-def _die_with_parent() -> None:
-    """Let the kernel end this child when the test process is gone, however it ended."""
+def _begin_child() -> None:
+    """Let the kernel end this child when the test process is gone, however it ended.
+
+    Let SIGINT reach it. A shell starts what runs in the background with SIGINT ignored, children
+    inherit that, and a ROS master would be waited for until SIGTERM.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
     _LIBC.prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
 
 

@@ -52,7 +52,7 @@ class Watch:
         self._stream_ahead(after, actions)
         self._stops(event, actions)
         self._emergency_stop(event, before, after, actions)
-        self._bounded(after)
+        self._bounded(before, after)
         self.before = after
 
     def _decisions(self, before: CoreState, after: CoreState, actions: list[AnyAction]) -> None:
@@ -204,8 +204,13 @@ class Watch:
         if after.lead.mode is not Mode.ESTOP:
             self.reset_asked = False
 
-    def _bounded(self, after: CoreState) -> None:
-        for side in (after.sides.real, after.sides.twin):
+    def _bounded(self, before: CoreState, after: CoreState) -> None:
+        for known, side in (
+            (before.sides.real, after.sides.real),
+            (before.sides.twin, after.sides.twin),
+        ):
+            if side.history is known.history:
+                continue
             assert len(side.history) <= HISTORY
             assert all(a.t < b.t for a, b in zip(side.history, side.history[1:])), (
                 "samples are in order"

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from harness.running.repeats import ATTEMPTS, NOTES, Looks, excuse, first_words
+from harness.running.repeats import ATTEMPTS, NOTES, Looks, excuse, first_words, played_out
 from harness.running.standstill import MACHINE
 
 
@@ -49,23 +49,29 @@ class Row:
 def check(measure: Callable[[], list[Row]]) -> None:
     """Measure and print.
 
-    Fail if a row that must always hold is broken, or another one in every attempt.
+    Fail if a row that must always hold is broken, or another one in every attempt. That is final:
+    the whole test is not played again for it.
     """
-    rows, missed = repeated(measure)
-    for line in missed:
-        NOTES.add(line)
-    assert rows, "nothing was measured"
-    assert all(row.holds for row in rows), "\n".join(row.text for row in rows if not row.holds)
+    try:
+        rows, _ = repeated(measure, note=NOTES.add)
+        assert rows, "nothing was measured"
+        assert all(row.holds for row in rows), "\n".join(row.text for row in rows if not row.holds)
+    except AssertionError as error:
+        played_out(error)
+        raise
 
 
 def repeated(
-    measure: Callable[[], list[Row]], attempts: int = ATTEMPTS, looks: Looks = MACHINE
+    measure: Callable[[], list[Row]],
+    attempts: int = ATTEMPTS,
+    looks: Looks = MACHINE,
+    note: Callable[[str], None] = print,
 ) -> tuple[list[Row], list[str]]:
     """Measure until all rows hold; return the last rows, and for each repetition what was missed.
 
     Times are measured on a machine that does other things too. So what failed is measured again,
     ``attempts`` times at most, but only if the machine was seen to stand still meanwhile. A row
-    that must always hold has no second chance.
+    that must always hold has no second chance. ``note`` is told of each repetition at once.
 
     Raises:
         AssertionError: The last attempt did not come to an end as described.
@@ -80,7 +86,7 @@ def repeated(
             if len(missed) == attempts - 1 or not why:
                 raise
             missed.append(f"{why}; not measured: {first_words(error)}")
-            print(missed[-1])
+            note(missed[-1])
             continue
         for row in rows:
             print(row.text)
@@ -91,6 +97,7 @@ def repeated(
         if not why:
             return rows, missed
         missed.append(f"{why}; {'; '.join(row.text for row in broken)}")
+        note(missed[-1])
 
 
 def worst(rows: list[Row]) -> list[Row]:

@@ -1,7 +1,8 @@
 """Make mutants and see which the tests kill.
 
-    python -m harness.mutants [ROOM ...] [--mutants 200] [--seed N] [--jobs 1] [--list]
+    python -m harness.mutants [ROOM ...] [--mutants 200] [--seed N] [--jobs 1] [--continue] [--list]
 
+Each verdict is kept in build/mutants.jsonl; ``--continue`` with the same seed goes on from there.
 Exit code 1: of the mutants that are not equivalent, fewer than 95 % were killed.
 """
 
@@ -22,6 +23,7 @@ from typing import Annotated
 import typer
 
 from harness.mutants.mutant import Mutant, Place, places_of
+from harness.mutants.record import FILE, Record
 from harness.mutants.rooms import Room, is_equivalent, load_equivalent, load_rooms
 from harness.mutants.trial import POLL_S, Trial, Verdict, preload
 from harness.workspace import ROOT, enter_workspace
@@ -55,6 +57,7 @@ def main(
     mutants: Annotated[int, typer.Option(help="So many at random; 0: all, hours.", min=0)] = 200,
     seed: Annotated[int | None, typer.Option(help="Of the choice; default: the date.")] = None,
     jobs: Annotated[int, typer.Option(help="Trials at the same time.", min=1)] = 1,
+    go_on: Annotated[bool, typer.Option("--continue", help="Where a run was ended.")] = False,
     only_list: Annotated[bool, typer.Option("--list", help="Only count the mutants.")] = False,
 ) -> None:
     """Make mutants and see which the tests kill."""
@@ -68,6 +71,9 @@ def main(
         name: [place for path in room.paths() for place in places_of(path)]
         for name, room in chosen.items()
     }
+    if empty := [name for name, places in found.items() if not places]:
+        print(f"mutants: {', '.join(empty)}: tests/mutants/rooms.yaml leads to no module there")
+        raise typer.Exit(2)
     total = sum(map(len, found.values()))
     print(f"places: {total}, {', '.join(f'{name} {len(all_)}' for name, all_ in found.items())}")
     if only_list:
@@ -76,12 +82,12 @@ def main(
     enter_workspace()
     os.chdir(ROOT)
     preload()
-    source, tallies = random.Random(seed), {}
+    source, tallies, record = random.Random(seed), {}, Record(FILE, go_on)
     for name, room in chosen.items():
         places = found[name]
         share = round(mutants * len(places) / total) if mutants else len(places)
         sample = _choose(source.sample(places, len(places)), max(share, 1))
-        tallies[name] = _try(name, room, sample, jobs)
+        tallies[name] = _try(name, room, sample, jobs, record)
     raise typer.Exit(0 if _report(tallies) else 1)
 
 
@@ -97,13 +103,22 @@ def _choose(places: Sequence[Place], count: int) -> list[Mutant]:
     return list(made.values())
 
 
-def _try(name: str, room: Room, sample: Sequence[Mutant], jobs: int) -> Tally:
-    """Try mutants, ``jobs`` at the same time.
+def _try(name: str, room: Room, sample: Sequence[Mutant], jobs: int, record: Record) -> Tally:
+    """Try mutants, ``jobs`` at the same time, those that the record does not hold.
 
     Raises:
         Exit: The tests fail without any fault: then they say nothing about faults.
     """
     tally, known = Tally(), load_equivalent()
+    waiting = [mutant for mutant in sample if not is_equivalent(mutant, known)]
+    tally.equivalent = len(sample) - len(waiting)
+    before = [(mutant, record.known(mutant.path, mutant.source)) for mutant in waiting]
+    for mutant, verdict in before:
+        if verdict is not None:
+            _count(mutant, verdict, tally)
+    waiting = [mutant for mutant, verdict in before if verdict is None]
+    if not waiting:
+        return tally
     with tempfile.TemporaryDirectory(prefix="mutants_") as folder:
         tests = room.tests_of(Path("none"))
         plain = Trial(ROOT, None, "", tests, 3600.0, Path(folder) / "plain.txt")
@@ -111,9 +126,7 @@ def _try(name: str, room: Room, sample: Sequence[Mutant], jobs: int) -> Tally:
             print(f"mutants: {name}: the tests fail without a mutant:\n{plain.log.read_text()}")
             raise typer.Exit(3)
         limit = max(LEAST_S, PATIENCE * plain.seconds * jobs)
-        print(f"{name}: {len(sample)} mutants, the tests take {plain.seconds:.0f} s", flush=True)
-        waiting = [mutant for mutant in sample if not is_equivalent(mutant, known)]
-        tally.equivalent = len(sample) - len(waiting)
+        print(f"{name}: {len(waiting)} mutants, the tests take {plain.seconds:.0f} s", flush=True)
         running: list[tuple[Mutant, Trial]] = []
         number = 0
         while waiting or running:
@@ -122,21 +135,27 @@ def _try(name: str, room: Room, sample: Sequence[Mutant], jobs: int) -> Tally:
                 path, log = ROOT / mutant.path, Path(folder) / f"{number}.txt"
                 tests = room.tests_of(path)
                 running.append((mutant, Trial(ROOT, path, mutant.source, tests, limit, log)))
-            running = [entry for entry in running if not _ended(*entry, tally)]
+            running = [entry for entry in running if not _ended(*entry, tally, record)]
             time.sleep(POLL_S)
     return tally
 
 
-def _ended(mutant: Mutant, trial: Trial, tally: Tally) -> bool:
+def _ended(mutant: Mutant, trial: Trial, tally: Tally, record: Record) -> bool:
     """Take the verdict of a trial that has ended."""
     verdict = trial.poll()
     if verdict is None:
         return False
+    record.add(mutant.path, mutant.source, verdict)
+    _count(mutant, verdict, tally)
+    return True
+
+
+def _count(mutant: Mutant, verdict: Verdict, tally: Tally) -> None:
+    """Count one mutant, and print it if it survived."""
     tally.verdicts[verdict] += 1
     if verdict is Verdict.SURVIVED:
         tally.survivors.append(mutant)
         print(f"survived: {mutant.words}", flush=True)
-    return True
 
 
 def _report(tallies: dict[str, Tally]) -> bool:

@@ -1,7 +1,9 @@
-"""Which test runs when, where several workers (pytest-xdist) share one machine.
+"""Which test runs when, where several processes share one machine.
 
-The tests of one group go to one worker, one after the other; those of a shared cell are one group.
-Whole cells and browsers never share the machine: ``./cell test`` runs them by one worker.
+``./cell test`` runs three parts side by side: whole cells and browsers one at a time, single nodes
+and what looks at the clock one at a time, and what only computes in the processor time that those
+leave (decision 0023). The tests of one group go to one worker of pytest-xdist, one after the other;
+those of a shared cell are one group.
 """
 
 from __future__ import annotations
@@ -10,6 +12,33 @@ from collections.abc import Iterable
 
 LIVE = ("tests/system/", "tests/ros/")
 """Tests that run in real time, with processes."""
+PARTS = ("cells", "nodes", "pure")
+"""What ``./cell test`` runs side by side."""
+CELLS = (
+    "tests/system/",
+    "tests/ros/operator_panel/test_stop.py",
+    "tests/ros/operator_panel/test_tuning_form.py",
+)
+"""Whole cells and browsers: each wants one of two cores for itself."""
+TIMED = (
+    "tests/unit/bench/test_journal.py",
+    "tests/unit/fanuc_emulator/nodes/",
+    "tests/unit/fanuc_emulator/other/",
+    "tests/unit/fanuc_emulator/test_modbus_server.py",
+    "tests/unit/harness/storm/",
+    "tests/unit/harness/test_processes.py",
+    "tests/unit/harness/test_proxy.py",
+    "tests/unit/harness/test_trial.py",
+    "tests/unit/operator_panel/io/",
+    "tests/unit/operator_panel/nodes/",
+    "tests/unit/rosbridge_gateway/admission/",
+    "tests/unit/rosbridge_gateway/server/",
+    "tests/unit/scara_bringup/",
+    "tests/unit/scara_ros/",
+    "tests/unit/setup/",
+    "tests/unit/twin_controller/io/",
+)
+"""Unit tests with sockets, threads or processes: they wait for answers, and for time to pass."""
 SHARED = {
     "tests/system/faults/test_attacks.py": "one breakable cell",
     "tests/system/faults/test_links.py": "one breakable cell",
@@ -51,6 +80,17 @@ def turns(tests: Iterable[str]) -> dict[str, int]:
     for number, test in enumerate(tests):
         found.setdefault(group_of(test), number)
     return found
+
+
+def part_of(file: str) -> str:
+    """Return the part of ``./cell test`` that runs a file: ``cells``, ``nodes`` or ``pure``.
+
+    Args:
+        file: Its path from the root of the project.
+    """
+    if file.startswith(CELLS):
+        return "cells"
+    return "nodes" if file.startswith(LIVE + TIMED) else "pure"
 
 
 def is_live(test: str) -> bool:

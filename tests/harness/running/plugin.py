@@ -14,10 +14,13 @@ import pytest
 from xdist.scheduler import LoadScopeScheduling
 
 from harness.running import lanes, repeats, shared
+from harness.workspace import ROOT
 
 REPEAT, SCENE = "played again", "scene"
 COUNT_FILE = "CELL_TEST_COUNT"
 """Environment variable: file in which the parts of one run count together."""
+PART = "CELL_TEST_PART"
+"""Environment variable: the part of all tests that this run is; without one it is the whole."""
 
 
 class Groups(LoadScopeScheduling):  # type: ignore[misc]
@@ -37,6 +40,17 @@ class Running:
         self._shared = "PYTEST_XDIST_WORKER" in os.environ
         # Taken away, so that neither workers nor runs within a test count in it.
         self._kept = os.environ.pop(COUNT_FILE, "")
+        self._part = os.environ.get(PART, "")
+        if self._part not in ("", *lanes.PARTS):
+            raise pytest.UsageError(f"{PART}={self._part}: Expected {', '.join(lanes.PARTS)}")
+
+    def pytest_ignore_collect(self, collection_path: Path) -> bool | None:
+        """Leave out the files of other parts."""
+        elsewhere = not collection_path.is_relative_to(ROOT)
+        if not self._part or elsewhere or collection_path.suffix != ".py":
+            return None
+        file = collection_path.relative_to(ROOT).as_posix()
+        return lanes.part_of(file) != self._part or None
 
     @pytest.hookimpl(optionalhook=True)
     def pytest_xdist_make_scheduler(self, config: pytest.Config, log: Any) -> Groups:
@@ -53,7 +67,10 @@ class Running:
             items.sort(key=lambda item: lanes.place(item.nodeid))
             return
         turns = lanes.turns([item.nodeid for item in items])
-        items.sort(key=lambda item: turns[lanes.group_of(item.nodeid)])
+        # Nodes of this process come last: rospy gives every new socket a time-out of its own.
+        items.sort(
+            key=lambda item: (lanes.is_live(item.nodeid), turns[lanes.group_of(item.nodeid)])
+        )
 
     @pytest.hookimpl(wrapper=True, tryfirst=True)
     def pytest_runtest_protocol(self, item: pytest.Item) -> Iterator[None]:

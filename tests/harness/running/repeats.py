@@ -6,6 +6,7 @@ at the end of the run, and too much of it fails the run.
 
 from __future__ import annotations
 
+import fcntl
 import json
 from collections.abc import Callable
 from pathlib import Path
@@ -72,7 +73,7 @@ def played(
 ) -> T:
     """Play a scene, and again where it failed while the machine stood still.
 
-    It is played ``ATTEMPTS`` times at most.
+    It is played ``ATTEMPTS`` times at most, with what it has repeated within itself.
 
     Args:
         scene: Raises an AssertionError if it does not end as described.
@@ -89,10 +90,21 @@ def played(
             return scene()
         except AssertionError as error:
             why = excuse(begun, looks)
-            if attempt == ATTEMPTS or not why or not may_repeat():
+            if attempt == ATTEMPTS or is_played_out(error) or not why or not may_repeat():
+                played_out(error)
                 raise
             notes.add(f"{why}; {first_words(error)}")
     raise AssertionError("no attempt was made")
+
+
+def played_out(error: BaseException) -> None:
+    """Mark an error that nobody may excuse any more: what raised it has had its repeats."""
+    error.played_out = True  # type: ignore[attr-defined]
+
+
+def is_played_out(error: BaseException) -> bool:
+    """Return whether an error is marked so."""
+    return getattr(error, "played_out", False)
 
 
 def first_words(error: BaseException) -> str:
@@ -101,7 +113,7 @@ def first_words(error: BaseException) -> str:
 
 
 def counted_on(repeated: list[str], scenes: int, kept: Path) -> tuple[list[str], int]:
-    """Add to what the parts of one run before this one have counted, and keep the sum.
+    """Add to what the parts of one run have counted that ended before this one; keep the sum.
 
     Args:
         repeated: What this part repeated.
@@ -111,10 +123,14 @@ def counted_on(repeated: list[str], scenes: int, kept: Path) -> tuple[list[str],
     Returns:
         What was repeated, and how many scenes there were, up to here.
     """
-    if kept.exists():
-        before = json.loads(kept.read_text(encoding="utf-8"))
-        repeated, scenes = [*before["repeated"], *repeated], before["scenes"] + scenes
-    kept.write_text(json.dumps({"repeated": repeated, "scenes": scenes}), encoding="utf-8")
+    with kept.open("a+", encoding="utf-8") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)  # two parts may end at once
+        file.seek(0)
+        before = json.loads(file.read() or "{}")
+        repeated = [*before.get("repeated", []), *repeated]
+        scenes += before.get("scenes", 0)
+        file.truncate(0)
+        file.write(json.dumps({"repeated": repeated, "scenes": scenes}))
     return repeated, scenes
 
 

@@ -11,22 +11,22 @@ from playwright.sync_api import Browser, sync_playwright
 CHROMIUM = Path("/usr/bin/chromium")
 FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-3d-apis", "--disable-background-networking"]
 # A kernel that groups processes by session heeds their priority only within their group, so the
-# group of the browser's session gets the lowest one, too.
-LAST_IN_LINE = f"""#!/bin/sh
-[ ! -w /proc/self/autogroup ] || echo 19 > /proc/self/autogroup
-exec nice -n 19 {CHROMIUM} "$@"
+# group of the browser's session gets a low one, too. The tests that only compute come behind it.
+BEHIND_THE_CELL = f"""#!/bin/sh
+[ ! -w /proc/self/autogroup ] || echo 10 > /proc/self/autogroup
+exec nice -n 10 {CHROMIUM} "$@"
 """
 
 
 @contextmanager
 def chromium(folder: Path) -> Iterator[Browser]:
-    """Start a browser of the lowest priority, and end it with the block.
+    """Start a browser of low priority, and end it with the block.
 
     Args:
         folder: Where its start script is written.
     """
     script = folder / "chromium"
-    script.write_text(LAST_IN_LINE)
+    script.write_text(BEHIND_THE_CELL)
     script.chmod(0o755)
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=script, args=FLAGS)

@@ -15,6 +15,9 @@ from harness.ros import Ros
 
 TOKEN = "token-of-the-tests"
 VARIABLE = "OPERATOR_PANEL_TOKEN"
+CLOSE_S = 0.5
+"""A page that is closed waits for nobody; the library's client would wait 10 s for an answer that
+stands behind frames that the test does not read."""
 
 
 class Panel:
@@ -61,7 +64,8 @@ class Panel:
     def live(self, cookie: str = "", page: str = "") -> ClientConnection:
         """Open the live connection of a page, of a new one unless ``page`` says which."""
         return connect(
-            f"ws://127.0.0.1:{self.port}/live?page={page or self.told(cookie)['page']}&tab=t"
+            f"ws://127.0.0.1:{self.port}/live?page={page or self.told(cookie)['page']}&tab=t",
+            close_timeout=CLOSE_S,
         )
 
 

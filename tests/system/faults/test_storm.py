@@ -26,7 +26,7 @@ def storm_crew(fault_cell: FaultCell) -> Iterator[Crew]:
     fault_cell.recover()
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.thorough)])
 def test_storm_breaks_no_rule(storm_crew: Crew, seed: int) -> None:
     """Stops hold, limits hold, one leads, the pair is IDLE again, and no node dies."""
 

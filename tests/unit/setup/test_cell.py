@@ -9,6 +9,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
+from harness.processes import wait_until
 from harness.workspace import ROOT
 
 VERBS = re.findall(
@@ -83,6 +84,76 @@ def test_tests_and_measurements_listen_at_this_machine_only() -> None:
     for verb in ("test", "bench"):
         (body,) = re.findall(rf"^  {verb}\)(.*?);;", text, re.MULTILINE | re.DOTALL)
         assert "stay_on_loopback" in body
+
+
+def asked(**more: str) -> dict[str, str]:
+    """Return the environment without the part that this very test belongs to."""
+    own = {name: value for name, value in os.environ.items() if name != "CELL_TEST_PART"}
+    return {**own, "SLEEPS": "-", **more}
+
+
+@pytest.fixture
+def parts(tmp_path: Path) -> str:
+    """Give a script that runs the tests of a workspace whose Python says what it is asked."""
+    python = tmp_path / ".venv" / "bin" / "python"
+    python.parent.mkdir(parents=True)
+    python.write_text(
+        "#!/bin/bash\n"
+        'echo "${CELL_TEST_PART:-named} $(ps -o nice= -p $$ | tr -d " "): $*"\n'
+        'echo $$ >"pid_${CELL_TEST_PART:-named}"\n'
+        '[ "$CELL_TEST_PART" != "$SLEEPS" ] || exec sleep 1000\n'
+        '[ "$CELL_TEST_PART" != "${FAILS% *}" ] || exit "${FAILS#* }"\n'
+    )
+    python.chmod(0o755)
+    (tmp_path / "build").mkdir()
+    (tmp_path / "some_test.py").touch()
+    text = (ROOT / "cell").read_text()
+    found = re.findall(
+        r"^(?:run_tests|beside|last_of_all|end_beside)\(\) \{.*?^\}", text, re.M | re.S
+    )
+    assert len(found) == 4
+    return "\n".join([f"root={tmp_path}; cd $root; set -u", *found, 'run_tests "$@"'])
+
+
+def test_the_whole_is_tested_in_three_parts(parts: str) -> None:
+    """What only computes takes what the others leave, and all that it is asked for reaches each."""
+    done = run("bash", "-c", parts, "cell", "-k", "x", env=asked())
+    assert done.returncode == 0, done.stderr
+    found = re.findall(r"^(\w+) (\d+): -m pytest (-n 2 )?(.*)$", done.stdout, re.M)
+    usual = "--no-loadscope-reorder -m not thorough -k x"
+    own = os.nice(0)
+    assert found == [
+        ("cells", str(own), "", usual),
+        ("nodes", str(own), "", usual),
+        ("pure", "19", "-n 2 ", usual),
+    ]
+
+
+@pytest.mark.parametrize("part", ["cells", "nodes", "pure"])
+def test_a_part_that_fails_fails_the_whole(parts: str, part: str) -> None:
+    """The others are run and shown all the same."""
+    done = run("bash", "-c", parts, env=asked(FAILS=f"{part} 1"))
+    assert done.returncode == 1 and "a part failed (1)" in done.stderr
+    assert re.findall(r"^(\w+) \d+:", done.stdout, re.M) == ["cells", "nodes", "pure"]
+
+
+def test_an_interrupted_run_ends_what_runs_beside_it(parts: str, tmp_path: Path) -> None:
+    """Ctrl-C reaches the part that is seen."""
+    env = asked(FAILS="cells 2", SLEEPS="pure")
+    begun = "cells() { until [ -s pid_pure ]; do sleep 0.05; done; }\n"
+    waiting = parts.replace("CELL_TEST_PART=cells", f"{begun}  cells; CELL_TEST_PART=cells")
+    done = run("bash", "-c", waiting, env=env)
+    assert done.returncode == 2
+    pid = int((tmp_path / "pid_pure").read_text())
+    wait_until(lambda: not Path(f"/proc/{pid}").exists(), 10.0, "the end of the pure part")
+
+
+def test_named_tests_run_in_one_process(parts: str) -> None:
+    """As they always did."""
+    done = run("bash", "-c", parts, "cell", "some_test.py", env=asked())
+    assert re.findall(r"^(\w+) \d+: (.*)$", done.stdout, re.M) == [
+        ("named", "-m pytest some_test.py")
+    ]
 
 
 def test_sourced_environment_knows_the_workspace_without_any_variable_set(tmp_path: Path) -> None:

@@ -49,6 +49,12 @@ def page_of(written: Report) -> str:
     return (written.folder / "report.html").read_text().replace("\u00a0", " ")
 
 
+@pytest.fixture
+def without_figures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Draw nothing, which takes most of the time: for tests of what a report says."""
+    monkeypatch.setattr("twin_experiments.io.report.draw", lambda *_: {})
+
+
 @pytest.fixture(scope="module")
 def written(make_bag: MakeBag) -> Report:
     """Write the report of an imitated run once."""
@@ -71,6 +77,7 @@ def test_report_json_is_as_designed(written: Report) -> None:
         assert experiment["held"] == ["P1", "P2", "P3", "P1", "P2", "P3", "P1"]
 
 
+@pytest.mark.usefixtures("without_figures")
 def test_a_report_says_what_its_figures_were_made_with(
     make_bag: MakeBag, recorded_configuration: str, fastest_joint_percent: float
 ) -> None:
@@ -125,6 +132,7 @@ def test_a_plant_that_is_not_understood_is_named(make_bag: MakeBag, text: str, e
         analyse(make_bag(plant=text))
 
 
+@pytest.mark.usefixtures("without_figures")
 def test_the_terminal_names_plant_and_speed(
     make_bag: MakeBag, fastest_joint_percent: float
 ) -> None:
@@ -140,6 +148,7 @@ def test_the_terminal_names_plant_and_speed(
         assert speed.count(f"{fastest_joint_percent:.0f} %") == 2
 
 
+@pytest.mark.usefixtures("without_figures")
 def test_a_pause_of_the_machine_is_told_and_its_error_is_given_apart(make_bag: MakeBag) -> None:
     """The last message comes 0.997 s, the next one 1.041 s after the start of each experiment.
 
@@ -187,6 +196,7 @@ def test_a_run_without_pauses_says_so(written: Report) -> None:
     assert "there was never more than 30 ms without any message" in page
 
 
+@pytest.mark.usefixtures("without_figures")
 def test_positions_at_rest_are_held_against_the_true_geometry_too(make_bag: MakeBag) -> None:
     """A tool that is 0.13 mm too high: 0.02 % of 650 mm; the error as defined does not see it.
 
@@ -284,6 +294,7 @@ def test_the_age_of_samples_is_receipt_minus_the_time_they_were_due(make_bag: Ma
     assert age == pytest.approx({"median": 2.0, "p95": 2.0, "max": 2.0}, abs=1e-3)
 
 
+@pytest.mark.usefixtures("without_figures")
 def test_the_configuration_in_the_bag_is_used(
     make_bag: MakeBag, recorded_configuration: str
 ) -> None:

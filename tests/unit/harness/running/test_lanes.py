@@ -2,12 +2,32 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+import pytest
 from harness.running import shared
-from harness.running.lanes import SHARED, group_of, is_live, place, turns
+from harness.running.lanes import (
+    CELLS,
+    LIVE,
+    PARTS,
+    SHARED,
+    TIMED,
+    group_of,
+    is_live,
+    part_of,
+    place,
+    turns,
+)
 from harness.workspace import ROOT
+
+WAITS = re.compile(r"^(?:import|from) (?:asyncio|socket|threading|subprocess)\b", re.MULTILINE)
+"""What a test imports that waits for somebody else."""
+ONLY_COMPUTES = {
+    "tests/unit/scara_simulation/simulator/test_world.py": "two processes, whose end it waits for",
+    "tests/unit/twin_experiments/label/test_workspace.py": "git, whose end it waits for",
+}
 
 
 def test_the_longest_groups_begin_first() -> None:
@@ -68,3 +88,36 @@ def test_one_worker_plays_the_tests_of_a_shared_cell_one_after_the_other() -> No
     replay = "tests/system/test_replay.py"
     found = turns([f"{cell}::test_a", f"{page}::test_a", f"{cell}::test_b", f"{replay}::test_a"])
     assert found == {group_of(cell): 0, page: 1} and group_of(replay) == group_of(cell)
+
+
+@pytest.mark.parametrize(
+    ("file", "part"),
+    [
+        ("tests/system/test_demo.py", "cells"),
+        ("tests/ros/operator_panel/test_stop.py", "cells"),
+        ("tests/ros/operator_panel/test_doors.py", "nodes"),
+        ("tests/ros/test_emulator.py", "nodes"),
+        ("tests/unit/scara_ros/test_page_door.py", "nodes"),
+        ("tests/unit/scara_ros_of_another/test_a.py", "pure"),
+        ("tests/virtual_time/test_stops.py", "pure"),
+        ("tests/contract/test_docs.py", "pure"),
+    ],
+)
+def test_each_file_is_in_one_part(file: str, part: str) -> None:
+    """Parts run side by side: a file in none would never run."""
+    assert part_of(file) == part and part in PARTS
+
+
+def test_what_waits_for_somebody_else_is_not_run_last_of_all() -> None:
+    """With the processor time that others leave an answer may come late."""
+    found = {
+        path.relative_to(ROOT).as_posix()
+        for path in ROOT.glob("tests/unit/**/test_*.py")
+        if WAITS.search(path.read_text(encoding="utf-8"))
+    }
+    assert {file for file in found if part_of(file) == "pure"} == set(ONLY_COMPUTES)
+
+
+def test_names_of_parts_lead_to_tests() -> None:
+    """A folder that was renamed would fall into another part."""
+    assert not [name for name in (*CELLS, *LIVE, *TIMED) if not (ROOT / name).exists()]

@@ -5,8 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from harness.running.repeats import Notes, allowed, counted_on, played, summary, too_many
-from harness.running.standstill import LIMIT_S, Gaps, Machine
+from harness.faults.rows import Row, check
+from harness.running.repeats import NOTES, Notes, allowed, counted_on, played, summary, too_many
+from harness.running.standstill import LIMIT_S, MACHINE, Gaps, Machine
 
 
 class Looks:
@@ -75,6 +76,40 @@ def test_the_third_failure_is_final() -> None:
     with pytest.raises(AssertionError, match="failure 3"):
         played(scene, Looks(0.1, 0.1, 0.1), notes)
     assert (scene.plays, len(notes.take())) == (3, 2)
+
+
+@pytest.mark.parametrize("failures", [1, 3])
+def test_what_was_final_within_a_test_is_final_for_the_test(failures: int) -> None:
+    """Else three attempts of three would be nine, and a condition of its own would not count."""
+    notes, scene = Notes(), Scene(failures)
+
+    def whole() -> None:
+        played(scene, Looks(0.1, 0.1, 0.1), notes, may_repeat=lambda: failures > 1)
+
+    with pytest.raises(AssertionError, match=f"failure {failures}"):
+        played(whole, Looks(0.1, 0.1, 0.1), notes)
+    assert (scene.plays, len(notes.take())) == (failures, failures - 1)
+
+
+@pytest.mark.parametrize(
+    ("rows", "plays"),
+    [([Row("f", "m", 1.0, 2.0, always=True)], 1), ([Row("f", "m", 1.0, 2.0)], 3), ([], 1)],
+    ids=["what may never happen", "what may be late", "nothing measured"],
+)
+def test_a_row_that_is_broken_for_good_is_not_excused_by_the_test_around_it(
+    rows: list[Row], plays: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """However late the machine was; what was measured again is counted though it failed."""
+    monkeypatch.setattr(MACHINE, "stood_still", lambda since: 0.1)
+    measured: list[int] = []
+
+    def measure() -> list[Row]:
+        measured.append(1)
+        return rows
+
+    with pytest.raises(AssertionError):
+        played(lambda: check(measure))
+    assert (len(measured), len(NOTES.take())) == (plays, plays - 1)
 
 
 @pytest.mark.parametrize(

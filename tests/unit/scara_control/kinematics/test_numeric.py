@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -92,6 +93,17 @@ def test_what_cannot_be_is_refused_with_its_reason(
     """Out of reach with how near it came; a question for another arm; a wrong seed."""
     with pytest.raises(error, match=text):
         inverse(arm, target, **options)  # type: ignore[arg-type]
+
+
+def test_how_near_it_came_is_no_farther_than_a_point_that_it_reaches(arm: NumericArm) -> None:
+    """With the tool as at home: a pose that turns it is not the better one for it."""
+    within = (0.58, 0.0, 0.3)
+    inverse(arm, within)
+    target = (0.8, 0.0, 0.3)
+    with pytest.raises(UnreachableError) as refused:
+        inverse(arm, target)
+    (told,) = re.findall(r"ends (\S+) mm away", str(refused.value))
+    assert 0.0 < float(told) <= 1e3 * math.dist(within, target)
 
 
 def test_joint_velocities_give_the_wanted_tool_velocity(arm: NumericArm) -> None:

@@ -66,6 +66,18 @@ def test_inner_radius_is_given_by_the_limit_of_joint_2():
     assert math.hypot(x, y) == pytest.approx(SCARA.inner_radius, abs=1e-15)
 
 
+@pytest.mark.parametrize("limits_deg", [(-150.0, 100.0), (-100.0, 150.0)])
+def test_inner_radius_is_given_by_the_larger_limit_of_joint_2(limits_deg):
+    """By the law of cosines with the 30 deg that 150 deg leave between the links."""
+    lower, upper = limits_deg
+    bent = msgspec.structs.replace(ROBOT.joints[1], lower_deg=lower, upper_deg=upper)
+    first, _, *others = ROBOT.joints
+    scara = Scara.from_robot(msgspec.structs.replace(ROBOT, joints=[first, bent, *others]))
+    left = math.cos(math.radians(30.0))
+    expected = math.sqrt(0.35**2 + 0.30**2 - 2.0 * 0.35 * 0.30 * left)
+    assert scara.inner_radius == pytest.approx(expected, abs=1e-12)
+
+
 @settings(deadline=None, max_examples=500)
 @given(Q1, Q2, Q3)
 def test_point_to_joints_and_back_is_the_point(q1, q2, q3):

@@ -16,7 +16,13 @@ AWAY = shifted(HOME, 20.0, -30.0, 40.0, 10.0)
 FOREIGN = 17
 
 
-@pytest.fixture(params=[(0.0, 0.0), (0.03, 0.02), (0.08, 0.02)], ids=["at once", "30 ms", "80 ms"])
+@pytest.fixture(
+    params=[
+        pytest.param((0.0, 0.0), id="at once"),
+        pytest.param((0.03, 0.02), id="30 ms", marks=pytest.mark.thorough),
+        pytest.param((0.08, 0.02), id="80 ms"),
+    ]
+)
 def pair(request: pytest.FixtureRequest) -> Pair:
     """Return a connected pair, IDLE at home, with these delays of commands and reports."""
     made = Pair()

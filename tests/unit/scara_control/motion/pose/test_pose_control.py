@@ -167,6 +167,7 @@ def test_stop_at_any_time_ramps_down_and_aborts_with_the_reason(after, emergency
             (False, f"aborted by {command.name}: gate open")
         ]
         assert bench.report.state == ("estopped" if emergency else "stopping")
+        assert (bench.report.target, bench.report.speed_applied_percent) == ((), 0.0)
     for _ in range(200):
         bench.tick()
     assert bench.report.standing_still and not any(bench.qdot) and bench.report.target == ()

@@ -5,6 +5,8 @@ Its own programs are let through.
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 import pytest
 from fanuc_emulator.config import load_programs
@@ -23,6 +25,16 @@ from twin_controller.core.setup import Setup
 
 PHASES = (0.0, 0.003, 0.006, 0.009)
 """When the program begins between two samples [s]."""
+FRONTS, SWINGS, OVERRIDES = (60.0, 200.0, 400.0), (-60.0, 0.0, 60.0), (30, 60, 100)
+EACH_TIME = {
+    *product(FRONTS[::2], SWINGS[::2], OVERRIDES[::2]),
+    (FRONTS[1], SWINGS[1], OVERRIDES[1]),
+}
+"""The corners and the centre; what lies between them is played by ``./cell test --thorough``."""
+WALLS = [
+    pytest.param(*wall, marks=() if wall in EACH_TIME else pytest.mark.thorough)
+    for wall in product(FRONTS, SWINGS, OVERRIDES)
+]
 SURFACE = SETUP.keep_out[0].upper_mm[2]
 
 
@@ -42,9 +54,7 @@ def run(pair: EmulatedPair, phase: float, limit: float) -> EmulatedPair:
     return pair
 
 
-@pytest.mark.parametrize("override", [30, 60, 100])
-@pytest.mark.parametrize("joint_2", [-60.0, 0.0, 60.0])
-@pytest.mark.parametrize("front", [60.0, 200.0, 400.0])
+@pytest.mark.parametrize(("front", "joint_2", "override"), WALLS)
 def test_a_program_that_sweeps_into_a_wall_stands_before_it(
     front: float, joint_2: float, override: int
 ) -> None:

@@ -233,6 +233,14 @@ def test_the_cap_falls_with_the_distance_and_is_off_when_disabled() -> None:
     assert silent.too_close and "silent" in silent.reason
 
 
+@pytest.mark.parametrize("age", [0.31, None])
+def test_a_silent_sensor_is_a_person_at_the_robot(age: float | None) -> None:
+    """Nobody seen is not the same as nobody there: 0 m away, and no speed is slow enough."""
+    people = [] if age is None else [Person(10.0 - age, (5.0, 0.0, 0.0))]
+    found = judge_separation(POINTS, people, HOME, 0.0, 10.0, SEPARATION, SETUP.fastest)
+    assert (found.distance, found.cap, found.too_close) == (0.0, 0.0, True)
+
+
 # The pair.
 
 WATCHED = Setup(ROBOT, replace(SETUP.config, separation=SEPARATION))

@@ -248,6 +248,20 @@ def test_how_far_a_side_settles_is_counted_from_where_it_was_agreed(
     assert settled(state).baseline == pytest.approx((expected,), abs=1e-9)
 
 
+@pytest.mark.parametrize(("waited", "goes_along"), [(0.5 * DURATION, True), (2 * DURATION, False)])
+def test_how_long_a_side_may_settle_is_counted_from_when_it_was_agreed(
+    waited: float, goes_along: bool
+) -> None:
+    """Not from the clock's zero: a controller may have run for days."""
+    begun = 1000.0
+    state = change.take_baseline(
+        fed(ChangeState(), *(0.0,) * 16, start=begun), begun, (0.0,), CONFIG
+    )
+    state = fed(state, *(0.012,) * 300, start=begun)
+    state = msgspec.structs.replace(state, recent=(False,) * 3)
+    assert settled(state, begun + waited).baseline == ((0.01,) if goes_along else (0.0,))
+
+
 def test_a_side_that_comes_back_to_the_joints_zero_has_gone_as_far() -> None:
     """Agreed away from zero, it rests at zero: too far to settle."""
     state = change.take_baseline(fed(ChangeState(), *(0.5,) * 16), 0.0, (0.5,), CONFIG)

@@ -1,0 +1,44 @@
+"""The lag of the follower, to a fraction of a step, and None where no lag fits."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from twin_experiments.metrics.lag import estimate_lag
+from twin_experiments.metrics.series import Array
+
+RATE, MAX_S = 100.0, 0.1
+REACH = round(MAX_S * RATE)
+TIMES = np.arange(0.0, 4.0, 1.0 / RATE)
+
+
+def tool(late: float = 0.0) -> Array:
+    """Return velocities of a tool that moves to and fro, so late [s]."""
+    t = TIMES - late
+    return np.stack((np.sin(5.0 * t), np.cos(3.0 * t), 0.3 * np.sin(7.0 * t)), axis=1)
+
+
+def lag(late: float, segments: tuple[tuple[int, int], ...] = ((0, len(TIMES)),)) -> float | None:
+    """Return the lag that is found of a follower that is so late [s]."""
+    return estimate_lag(tool(), tool(late), segments, RATE, MAX_S)
+
+
+@pytest.mark.parametrize("steps", [-8.9, -3.3, -0.25, 0.0, 0.3, 0.5, 1.7, 6.4, 8.8])
+def test_a_part_of_a_step_is_found_with_its_sign(steps: float) -> None:
+    """The parabola leans to the nearer neighbour: an error of a tenth of a step is too much."""
+    assert lag(steps / RATE) == pytest.approx(steps / RATE, abs=0.05 / RATE)
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_a_lag_at_the_edge_of_the_search_is_none(side: float) -> None:
+    """It may as well be larger; the last step inside the edge counts."""
+    assert lag(side * MAX_S) is None
+    inside = side * (REACH - 1) / RATE
+    assert lag(inside) == pytest.approx(inside, abs=0.05 / RATE)
+
+
+@pytest.mark.parametrize(("length", "used"), [(4 * REACH, True), (4 * REACH - 1, False)])
+def test_a_short_run_is_not_used_wherever_it_begins(length: int, used: bool) -> None:
+    """Shorter than four times the largest lag says too little; its length counts, not its end."""
+    found = lag(0.03, ((200, 200 + length),))
+    assert found == (pytest.approx(0.03, abs=0.05 / RATE) if used else None)
