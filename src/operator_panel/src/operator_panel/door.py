@@ -66,6 +66,9 @@ class CellDoor(Protocol):
     def snapshot(self) -> Snapshot:
         """Return what is known now."""
 
+    def watch(self, watched: bool) -> None:
+        """Say whether a page is open: while none is, the snapshot may be some tenths old."""
+
     async def command(self, seat: Seat, command: str, **fields: Any) -> Answer:
         """Send a command other than STOP and ESTOP of ``seat`` to the twin controller."""
 

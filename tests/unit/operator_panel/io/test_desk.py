@@ -203,6 +203,17 @@ def test_jog_is_refused_to_others_and_in_other_modes(
     assert door.jogs == []
 
 
+def test_a_press_wakes_who_sends_and_keeps_it_awake_until_the_release(desk: Desk) -> None:
+    """While no button is held nothing has to be sent; the longest wait would fail the test."""
+    assert not desk.jog_tick()
+    hold(desk)
+    desk.wait_for_press(60.0)
+    assert desk.jog_tick()
+    assert desk.jog_tick()
+    desk.let_go("a", 1)
+    assert not desk.jog_tick()
+
+
 def test_mode_that_changes_under_a_held_button_releases_it(desk: Desk, door: Door) -> None:
     """An emergency stop on the other side, for example."""
     hold(desk)

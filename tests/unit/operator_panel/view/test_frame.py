@@ -184,7 +184,7 @@ def test_history_keeps_its_window_at_its_rate() -> None:
     """A page that opens later sees the same charts."""
     history = History(window_s=2.0, rate_hz=10.0)
     frame = MAKER.make(Snapshot(master=True, state=STATE, received=NOW), NOW)
-    taken = [history.add(msgspec.structs.replace(frame, t=k * 0.05)) for k in range(100)]
+    taken = [history.add(k * 0.05, frame.point) for k in range(100)]
     times = [t for t, _ in history.rows]
     assert sum(taken) == 50 and times[-1] - times[0] <= 2.0 and len(times) == 21
 
@@ -192,7 +192,7 @@ def test_history_keeps_its_window_at_its_rate() -> None:
 def test_history_takes_no_frame_without_points() -> None:
     """While the controller is silent."""
     history = History(2.0, 10.0)
-    assert not history.add(MAKER.make(Snapshot(), NOW)) and history.rows == []
+    assert not history.add(NOW, MAKER.points(Snapshot(), NOW)) and history.rows == []
 
 
 def test_clock_of_another_day_is_its_own() -> None:

@@ -291,3 +291,19 @@ def test_a_jog_obeys_the_cap_of_all_motion():
     assert "(capped at 1 % of the largest speed)" in bench.core.report()
     with pytest.raises(MotionRefusedError, match=r"speed_limit_percent = 0 is outside \[1, 100\]"):
         bench.core.limit_speed(0.0)
+
+
+def test_a_jog_after_rest_begins_with_one_period_of_its_ramp():
+    """The loop rests while nothing is jogged; the first command brings the core up to now."""
+    bench = Bench()
+    assert bench.core.is_idle
+    bench.now += 3.0
+    bench.core.measure(JointMotion.measured(tuple(bench.q), tuple(bench.qdot), bench.now))
+    bench.core.tick(bench.now)
+    bench.jog(["table_joint"], [0.3])
+    assert not bench.core.is_idle
+    joint = JOINTS[NAMES.index("table_joint")]
+    assert bench.tick()["table_joint"] <= joint.acceleration * DT * 1.0001
+    while not bench.core.is_idle:
+        bench.tick()
+    assert bench.sent[-1] == {"table_joint": 0.0}

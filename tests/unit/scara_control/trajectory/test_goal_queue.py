@@ -122,6 +122,17 @@ def test_a_goal_is_streamed_to_its_end_and_succeeds(bench: Bench) -> None:
     )
 
 
+def test_the_queue_is_idle_without_goals_only(bench: Bench) -> None:
+    """Neither while one runs, nor while a client waits to hear that its goal never begins."""
+    assert bench.desk.is_idle
+    bench.desk.accept("a", GOAL, bench.now)
+    bench.desk.accept("b", GOAL, bench.now)
+    bench.desk.command(Command.STOP)
+    bench.until_ended()
+    assert [key for key, _ in bench.rejected] == ["b"]
+    assert bench.desk.is_idle
+
+
 def test_a_goal_of_some_joints_leaves_the_others(bench: Bench) -> None:
     """Only what is named moves."""
     goal = Goal(("joint_2",), (waypoint(1.0, (0.6,)),))

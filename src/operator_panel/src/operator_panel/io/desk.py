@@ -82,6 +82,7 @@ class Desk:
         self._count = 0
         self._lock = threading.Lock()
         self._wake = asyncio.Event()
+        self._pressed = threading.Event()
 
     def open(self, page: str, role: Role, person: str = "") -> Session:
         """Note a page that is being built; ``person`` has brought the token."""
@@ -252,6 +253,7 @@ class Desk:
                 self._dead_man.hold(page, press, joint, direction, speed_percent, now)
             except JogError as error:
                 return str(error)
+        self._pressed.set()
         return ""
 
     def let_go(self, page: str, press: int) -> None:
@@ -266,13 +268,19 @@ class Desk:
             self._dead_man.stop()
             self._send()
 
-    def jog_tick(self) -> None:
-        """Send what is held now.
+    def jog_tick(self) -> bool:
+        """Send what is held now; return whether a button is held.
 
         A thread of its own calls this, so that a busy page cannot keep a joint moving.
         """
         with self._lock:
             self._send()
+            return bool(self._dead_man.page)
+
+    def wait_for_press(self, timeout: float) -> None:
+        """Wait until a button is held, or for ``timeout`` [s]."""
+        self._pressed.wait(timeout)
+        self._pressed.clear()
 
     def _send(self) -> None:
         velocities = self._dead_man.tick(time.monotonic())

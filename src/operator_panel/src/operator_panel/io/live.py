@@ -6,6 +6,7 @@ When it is lost, the page turns grey and what it holds is released.
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import logging
 import time
 from collections.abc import Callable
@@ -27,6 +28,7 @@ from operator_panel.view.snapshot import Part, Snapshot
 LOG = logging.getLogger(__name__)
 PATH = "/live"
 UNKNOWN_PAGE = 4404
+UNWATCHED_S = 0.5  # our choice: so often chart points are kept while no page is open
 _ENCODE = msgspec.json.Encoder().encode
 
 
@@ -60,18 +62,27 @@ class Live:
         self._door, self._desk, self._maker, self._config = door, desk, maker, config
         self._history = History(config.chart_window_s, config.chart_rate_hz)
         self._lines: dict[str, _Line] = {}
+        self._watched = asyncio.Event()
         self._lists = ""
         self._parts: dict[str, tuple[Part, ...]] = {}
         self.listeners: list[Callable[[Snapshot, bool], None]] = []
         app.add_api_websocket_route(PATH, self._serve)
 
     async def run(self) -> None:
-        """Send frames at the update rate, on absolute deadlines, until cancelled."""
+        """Send frames at the update rate, on absolute deadlines, until cancelled.
+
+        While no page is open none is made: only the charts go on, with few points.
+        """
         period = 1.0 / self._config.update_rate_hz
         due = time.monotonic()
         while True:
             self._desk.tick()
             self._step()
+            if not self._lines:
+                with contextlib.suppress(TimeoutError):
+                    await asyncio.wait_for(self._watched.wait(), UNWATCHED_S)
+                due = time.monotonic()
+                continue
             due = max(due + period, time.monotonic())
             await asyncio.sleep(due - time.monotonic())
 
@@ -84,11 +95,12 @@ class Live:
             listener(snapshot, silent)
 
     def _send(self, snapshot: Snapshot, now: float) -> None:
-        frame = self._maker.make(snapshot, now)
-        if not self._history.add(frame):
-            frame = msgspec.structs.replace(frame, point={})
         if not self._lines:
+            self._history.add(round(now, 3), self._maker.points(snapshot, now))
             return
+        frame = self._maker.make(snapshot, now)
+        if not self._history.add(frame.t, frame.point):
+            frame = msgspec.structs.replace(frame, point={})
         text = _message("frame", frame)
         lists = self._lists_text(snapshot, now)
         for line in self._lines.values():
@@ -111,6 +123,7 @@ class Live:
             return
         before, line = self._lines.get(page), _Line(socket)
         self._lines[page] = line
+        self._watch()
         if before is not None:  # its line broke without a word, and it is here again
             background_tasks.create(before.socket.close(), name="close")
         self._desk.arrived(page, socket.query_params.get("tab", ""))
@@ -129,6 +142,15 @@ class Live:
             if self._lines.get(page) is line:
                 del self._lines[page]
                 self._desk.left(page)
+                self._watch()
+
+    def _watch(self) -> None:
+        """Tell those who listen for the pages whether there is one."""
+        self._door.watch(bool(self._lines))
+        if self._lines:
+            self._watched.set()
+        else:
+            self._watched.clear()
 
     async def _hear(self, page: str, packet: Any, line: _Line) -> None:
         """Act on what a page says: a sign of a held button, its release, STOP or E-STOP."""

@@ -105,6 +105,10 @@ class CellLink:
         """Return what is known now."""
         return msgspec.structs.replace(self._listening.snapshot(), no_stop=self._stops.trouble())
 
+    def watch(self, watched: bool) -> None:
+        """Listen closely while a page is open."""
+        self._listening.watch(watched)
+
     async def command(self, seat: Seat, command: str, **fields: Any) -> Answer:
         """Send a command to the twin controller."""
         who = self._who(seat)

@@ -30,6 +30,9 @@ from scara_msgs.msg import Decision, RobotData, TwinControllerState
 
 DECISIONS_KEPT = 30
 CLOCK = "%H:%M:%S"
+UNWATCHED_S = 0.5
+"""So often what comes all the time is read while no page is open; our choice: as often as chart
+points are kept then, and below ``silent_ms``."""
 PLACE_DIGITS = 4  # our choice: a tenth of a millimetre, so that what rests is not sent again
 
 
@@ -41,22 +44,30 @@ class Listening:
         self._lock = threading.Lock()
         self._snapshot = Snapshot()
         self._joints = [joint.name for joint in robot.twin_joints]
+        self._watched = threading.Event()
+
+    def watch(self, watched: bool) -> None:
+        """Read all that comes, from now on, or little of it: ``watched`` says if a page is open."""
+        if watched:
+            self._watched.set()
+        else:
+            self._watched.clear()
 
     def subscribe(self) -> None:
         """Subscribe to everything; the process is a ROS node by now."""
-        self._listen("twin_controller/state", TwinControllerState, self._state)
+        self._listen("twin_controller/state", TwinControllerState, self._seldom(self._state))
         self._listen("twin_controller/decisions", Decision, self._decision, 20)
-        self._listen("real/robot_data", RobotData, self._package)
+        self._listen("real/robot_data", RobotData, self._seldom(self._package))
         self._listen("joint_vel_controller/state", String, self._jog)
         self._listen("/diagnostics", DiagnosticArray, self._diagnostics, 20)
         for joint in self._joints:
             self._listen(
                 f"twin/{joint}_position_controller/state",
                 JointControllerState,
-                self._loop_of(joint),
+                self._seldom(self._loop_of(joint)),
             )
         for side in ("twin", "real"):
-            self._listen(f"{side}/parts", MarkerArray, self._parts_of(side))
+            self._listen(f"{side}/parts", MarkerArray, self._seldom(self._parts_of(side)))
         self._change(master=True)
 
     def snapshot(self) -> Snapshot:
@@ -66,6 +77,18 @@ class Listening:
 
     def _listen(self, topic: str, kind: type, take: Callable[[Any], None], queue: int = 1) -> None:
         rospy.Subscriber(topic, kind, take, queue_size=queue, tcp_nodelay=True)
+
+    def _seldom(self, take: Callable[[Any], None]) -> Callable[[Any], None]:
+        """Take the newest message only now and then while no page is open.
+
+        Meanwhile the messages stay in the socket; rospy then throws all but the newest away unread.
+        """
+
+        def take_and_wait(message: Any) -> None:
+            take(message)
+            self._watched.wait(UNWATCHED_S)
+
+        return take_and_wait
 
     def _change(self, **fields: Any) -> None:
         with self._lock:

@@ -55,6 +55,7 @@ NICENESS = (
     5  # our choice: where processors are short, the cell's loops go before the picture of them
 )
 KNOCK_PERIOD_S = 0.02
+ENDED_S = 0.5  # our choice: so often a thread that waits for a press looks whether the node ends
 
 
 class StartError(RuntimeError):
@@ -193,14 +194,17 @@ async def _ending_with(task: Coroutine[Any, Any, None]) -> None:
 
 
 def _jog(desk: Desk, config: PanelConfig, ended: threading.Event) -> None:
-    """Send jog commands on absolute deadlines, whatever the pages do.
+    """Send jog commands on absolute deadlines while a button is held, whatever the pages do.
 
     Without this thread no button may act, so its end ends the node.
     """
     due, period = time.monotonic(), 1.0 / config.jog.rate_hz
     try:
         while not ended.is_set():
-            desk.jog_tick()
+            if not desk.jog_tick():
+                desk.wait_for_press(ENDED_S)
+                due = time.monotonic()
+                continue
             due = max(due + period, time.monotonic())
             time.sleep(max(0.0, due - time.monotonic()))
     except Exception:

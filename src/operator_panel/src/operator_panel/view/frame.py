@@ -13,6 +13,9 @@ from scara_description.urdf import Model, link_pose
 
 NOTHING = words.UNKNOWN
 
+Points = dict[str, tuple[float | None, ...]]
+"""Chart points by joint; see :class:`Frame`."""
+
 
 class Frame(msgspec.Struct, frozen=True, omit_defaults=True):
     """What changes all the time.
@@ -35,7 +38,7 @@ class Frame(msgspec.Struct, frozen=True, omit_defaults=True):
     tone: dict[str, str]
     bar: dict[str, tuple[float | None, float | None]] = {}
     pose: dict[str, dict[str, float]] = {}
-    point: dict[str, tuple[float | None, ...]] = {}
+    point: Points = {}
     tool: dict[str, tuple[float, float, float]] = {}
     silent: str = ""
     no_stop: str = ""
@@ -79,13 +82,18 @@ class FrameMaker:
             tone=_tones(state),
             bar={name: self._bar(state, name) for name in self._joints},
             pose=poses,
-            point={}
-            if silent
-            else {name: self._point(state, snapshot.loops, name) for name in self._joints},
+            point=self.points(snapshot, now),
             tool={side: self._tool(pose) for side, pose in poses.items()},
             silent=silent,
             no_stop=words.no_stop_text(snapshot.no_stop),
         )
+
+    def points(self, snapshot: Snapshot, now: float) -> Points:
+        """Return the chart points alone; empty while the twin controller is silent."""
+        state = snapshot.state
+        if state is None or self._is_silent(snapshot, now):
+            return {}
+        return {name: self._point(state, snapshot.loops, name) for name in self._joints}
 
     def _is_silent(self, snapshot: Snapshot, now: float) -> bool:
         return snapshot.is_silent(now, self._silent_s)

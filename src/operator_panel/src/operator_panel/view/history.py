@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections import deque
 
-from operator_panel.view.frame import Frame
+from operator_panel.view.frame import Points
 
-Row = tuple[float, dict[str, tuple[float | None, ...]]]
+Row = tuple[float, Points]
 
 
 class History:
@@ -18,13 +18,13 @@ class History:
         self._period = 1.0 / rate_hz
         self._rows: deque[Row] = deque()
 
-    def add(self, frame: Frame) -> bool:
-        """Take a frame's points if they are due; return whether they were."""
-        due = not self._rows or frame.t - self._rows[-1][0] >= 0.8 * self._period
-        if not frame.point or not due:
+    def add(self, t: float, points: Points) -> bool:
+        """Take the points of the time ``t`` [s] if they are due; return whether they were."""
+        due = not self._rows or t - self._rows[-1][0] >= 0.8 * self._period
+        if not points or not due:
             return False
-        self._rows.append((frame.t, frame.point))
-        while frame.t - self._rows[0][0] > self._window:
+        self._rows.append((t, points))
+        while t - self._rows[0][0] > self._window:
             self._rows.popleft()
         return True
 

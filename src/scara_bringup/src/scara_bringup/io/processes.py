@@ -16,6 +16,7 @@ from pathlib import Path
 from types import TracebackType
 
 from scara_bringup.io.executables import command_of
+from scara_bringup.io.forked import ForkedChild, WarmParent, runs_here
 from scara_bringup.io.log_file import cut_off
 from scara_bringup.plan import NodePlan
 
@@ -26,16 +27,25 @@ class Processes:
     As a context manager it kills on leaving whatever still lives.
     """
 
-    def __init__(self, log_folder: Path, env: Mapping[str, str]) -> None:
-        """Keep logs in ``log_folder``; ``env`` is the environment of all children.
+    def __init__(
+        self, log_folder: Path, env: Mapping[str, str], warm: WarmParent | None = None
+    ) -> None:
+        """Keep logs in ``log_folder``.
 
         Python keeps back what it prints into a file; a node that dies would take its last lines
         with it.
+
+        Args:
+            log_folder: One file a child.
+            env: Environment of all children.
+            warm: What forks the nodes that are Python scripts, in the same environment; None: all
+                are started as programs of their own.
         """
         log_folder.mkdir(parents=True, exist_ok=True)
         self.log_folder = log_folder
         self._env = {**env, "PYTHONUNBUFFERED": "1"}
-        self._children: dict[str, subprocess.Popen[bytes]] = {}
+        self._warm = warm
+        self._children: dict[str, subprocess.Popen[bytes] | ForkedChild] = {}
         self._reported: set[str] = set()
 
     def start(self, node: NodePlan, foreground: bool = False) -> int:
@@ -52,8 +62,13 @@ class Processes:
         words = [node.executable]
         if node.package:
             words = command_of(node.package, node.executable, self._env)
-        command = ["setpriv", "--pdeathsig", "KILL", "--", *words, *node.arguments]
+        words = [*words, *node.arguments]
+        command = ["setpriv", "--pdeathsig", "KILL", "--", *words]
         with self.log_of(node.name).open("ab") as log:
+            if self._warm is not None and runs_here(words[0]):
+                outputs = (1, 2) if foreground else (log.fileno(), log.fileno())
+                self._children[node.name] = self._warm.fork(words, *outputs)
+                return self._children[node.name].pid
             self._children[node.name] = subprocess.Popen(
                 command,
                 env=self._env,

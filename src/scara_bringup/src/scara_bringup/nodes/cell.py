@@ -20,6 +20,7 @@ from scara_ros.io.hardening import harden_process
 from scara_bringup.config import load_bringup, load_doors
 from scara_bringup.io import screen
 from scara_bringup.io.configuration import copy_with_ports
+from scara_bringup.io.forked import WarmParent, WarmParentError
 from scara_bringup.io.master import MasterProbe
 from scara_bringup.io.output import link_latest, make_output, runs_of
 from scara_bringup.io.preflight import CannotStartError, check_before_start, node_address
@@ -161,13 +162,16 @@ def run(
         nodes = cell_plan(doors, without, with_panel, str(runs_of(folder, runs)))
         master = MasterProbe(os.environ["ROS_MASTER_URI"])
         own_master = check_before_start(nodes, master)
-        with Processes(folder / "log", os.environ) as processes:
+        with (
+            WarmParent({**os.environ, "PYTHONUNBUFFERED": "1"}) as warm,
+            Processes(folder / "log", os.environ, warm) as processes,
+        ):
             shell = CellShell(processes, master, deadlines, doors, folder)
             return shell.run(nodes, foreground, own_master)
     except ConfigError as error:
         screen.complain(str(error))
         return 2
-    except (CannotStartError, ValueError) as error:
+    except (CannotStartError, WarmParentError, ValueError) as error:
         screen.complain(str(error))
         return 1
 

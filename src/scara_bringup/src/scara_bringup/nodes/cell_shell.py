@@ -91,6 +91,8 @@ class CellShell:
             for event in self._events(cell):
                 cell, actions = step(cell, event, time.monotonic())
                 self._perform(actions, cell)
+            if cell.phase is not Phase.STARTING and self._watch is not None:
+                self._watch.rest()
             self._limit_logs()
             time.sleep(LOOP_PERIOD)
         return cell.exit_code

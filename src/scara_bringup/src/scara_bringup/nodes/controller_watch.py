@@ -17,7 +17,7 @@ class ControllerWatch:
         self._lock = threading.Lock()
         self._mode, self._why = "", ""
         rospy.init_node("cell", anonymous=True, disable_signals=True)
-        self._subscriber = rospy.Subscriber(
+        self._subscriber: rospy.Subscriber | None = rospy.Subscriber(
             "twin_controller/state", TwinControllerState, self._keep, queue_size=1, tcp_nodelay=True
         )
 
@@ -26,9 +26,15 @@ class ControllerWatch:
         with self._lock:
             return self._mode, self._why
 
+    def rest(self) -> None:
+        """Hear no more: nobody needs the mode of a cell that is ready."""
+        if self._subscriber is not None:
+            self._subscriber.unregister()
+            self._subscriber = None
+
     def close(self) -> None:
         """Leave the master."""
-        self._subscriber.unregister()
+        self.rest()
         rospy.signal_shutdown("the cell ends")
 
     def _keep(self, state: TwinControllerState) -> None:

@@ -11,6 +11,12 @@ from scara_control.joint_motion import JointMotion, Vector
 from scara_control.motion.commands import MotionRefusedError, Ownership
 
 
+def standstill_speeds(joints: Sequence[Joint], config: MotionConfig) -> Vector:
+    """Return below which speed each joint counts as standing [rad/s] or [m/s]."""
+    move = config.move
+    return tuple(in_si(joint, move.standstill_deg_s, move.standstill_mm_s) for joint in joints)
+
+
 class Feedback:
     """The last measurement of all joints."""
 
@@ -19,10 +25,7 @@ class Feedback:
         self._joints = tuple(joints)
         self._config = config
         self.measured: JointMotion | None = None
-        self.standstill = tuple(
-            in_si(joint, config.move.standstill_deg_s, config.move.standstill_mm_s)
-            for joint in joints
-        )
+        self.standstill = standstill_speeds(joints, config)
 
     def fresh(self, now: float) -> JointMotion:
         """Return the last measurement.

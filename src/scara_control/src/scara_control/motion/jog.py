@@ -128,6 +128,14 @@ class JogController:
         if lost:
             self._message = taken_text(lost)
 
+    @property
+    def is_idle(self) -> bool:
+        """Whether nothing is jogged: the time may go on without ticks.
+
+        The first command after that needs a tick before it, so that its ramp begins now.
+        """
+        return not self._velocity and not self._wanted
+
     def tick(self, now: float) -> dict[str, float]:
         """Go on to ``now``; return the velocities to publish.
 

@@ -146,6 +146,15 @@ class PoseController:
         self._commanded = tuple(name for name in self._commanded if name not in lost)
         self._stop(f"aborted: {taken_text(lost)}")
 
+    @property
+    def is_idle(self) -> bool:
+        """Whether nothing moves and nothing is waited for: the time may go on without ticks.
+
+        The first request after that needs a tick before it, so that its motion begins now.
+        """
+        waits = self._stream.session is not None or self._ledger.running
+        return self._driver.drive is None and not waits
+
     def tick(self, now: float) -> Setpoints | None:
         """Go on to ``now``; return the set points to publish, if anything moves."""
         if self._driver.went_back(now):

@@ -33,6 +33,7 @@ from scara_control.motion.commands import Command, CommandInbox, parse_modes
 from scara_control.motion.epoch import Epoch
 from scara_control.motion.pose_control import PoseController
 from scara_control.motion.requests import Outcome
+from scara_control.nodes.idle import Attention, IdleWait
 from scara_control.nodes.setpoint_messages import due_times, to_message, to_setpoints
 from scara_control.nodes.wiring import (
     Guard,
@@ -41,6 +42,7 @@ from scara_control.nodes.wiring import (
     offer,
     start_node,
     subscribe,
+    subscribe_attentively,
 )
 from scara_msgs.msg import MotionCommand, MotionState, TwinControllerState
 from scara_msgs.srv import MoveJoints, MoveJointsResponse
@@ -59,7 +61,10 @@ class JointPoseController:
         self._core = PoseController(robot, config, self._clock.now())
         self._inbox = CommandInbox(config.command_memory)
         self._epoch = Epoch(time.monotonic())
-        self._reader = JointStateReader(self._core.names, self._clock, self._measure)
+        self._rest = IdleWait(self._is_idle)
+        self._reader = JointStateReader(
+            robot.twin_joints, config, self._clock, self._measure, self._is_idle
+        )
         self._config = config
         self._waiting: dict[int, Callable[[Outcome], None]] = {}
         self._state_pace = Pace(1.0 / config.state_rate_hz - 0.5 * config.period)
@@ -82,12 +87,30 @@ class JointPoseController:
             guard,
             queue_size=10,
         )
-        subscribe("twin_controller/state", TwinControllerState, self._on_mode, guard)
+        self._delays = Attention(self._is_idle)
+        subscribe_attentively(
+            "twin_controller/state", TwinControllerState, self._on_mode, guard, self._delays
+        )
         offer("joint_pose_controller/move", MoveJoints, self._on_move)
 
     def run(self) -> None:
         """Publish set points and state until shut down."""
-        self._clock.run(self._config.period, self._tick)
+        self._clock.run(self._config.period, self._tick, self._rest)
+
+    def _is_idle(self) -> bool:
+        return self._core.is_idle
+
+    def _rouse(self, now: float) -> None:
+        """Be awake before a request is taken in. The lock is held."""
+        if self._core.is_idle:
+            self._core.tick(now)
+
+    def _go_on(self) -> None:
+        """Let the loop see what was begun."""
+        if not self._core.is_idle:
+            self._rest.wake()
+            self._reader.rouse()
+            self._delays.rouse()
 
     def _tick(self, now: float) -> None:
         with self._lock:
@@ -105,6 +128,7 @@ class JointPoseController:
         with self._lock:
             self._core.update_modes(parse_modes(message.data))
             self._settle(self._clock.now())
+        self._reader.rouse()  # another controller may move a joint now
 
     def _on_command(self, message: MotionCommand) -> None:
         try:
@@ -130,6 +154,7 @@ class JointPoseController:
                 return
             setpoints = to_setpoints(message, due_times(message, offset))
             try:
+                self._rouse(now)
                 passed = self._core.follow(setpoints, now)
             except ScaraControlError as error:
                 rospy.logwarn_throttle(_LOG_PERIOD, f"follow: refused: {error}")
@@ -139,6 +164,7 @@ class JointPoseController:
             whole = passed is setpoints
             self._setpoints.publish(message if whole else to_message(passed, offset))
             self._settle(now)
+            self._go_on()
 
     def _on_speed_limit(self, message: Float64) -> None:
         with self._lock:
@@ -188,16 +214,20 @@ class JointPoseController:
         self, names: Any, positions: Any, speed_percent: float, ended: Callable[[Outcome], None]
     ) -> str:
         """Begin a move; return why not, or an empty text."""
+        for listener in (self._reader, self._delays):
+            listener.catch_up()
         with self._lock:
             now = self._clock.now()
             try:
                 self._epoch.begin(time.monotonic())
+                self._rouse(now)
                 move_id = self._core.move(names, positions, speed_percent, now)
             except ScaraControlError as error:
                 self._settle(now)
                 return str(error)
             self._waiting[move_id] = ended
             self._settle(now)
+            self._go_on()
             return ""
 
     def _settle(self, now: float) -> None:

@@ -26,6 +26,7 @@ from scara_control.joint_motion import JointMotion
 from scara_control.motion.commands import Command, CommandInbox, parse_modes
 from scara_control.motion.epoch import Epoch
 from scara_control.motion.jog import JogController
+from scara_control.nodes.idle import IdleWait
 from scara_control.nodes.wiring import Guard, JointStateReader, MotionClock, start_node, subscribe
 from scara_msgs.msg import MotionCommand
 
@@ -44,7 +45,10 @@ class JointVelController:
         self._core = JogController(robot, config, self._clock.now())
         self._inbox = CommandInbox(config.command_memory)
         self._epoch = Epoch(time.monotonic())
-        self._reader = JointStateReader(names, self._clock, self._measure)
+        self._rest = IdleWait(self._is_idle)
+        self._reader = JointStateReader(
+            robot.twin_joints, config, self._clock, self._measure, self._is_idle
+        )
         self._shown = ""
         self._state = rospy.Publisher(
             "joint_vel_controller/state", String, queue_size=10, latch=True, tcp_nodelay=True
@@ -70,7 +74,10 @@ class JointVelController:
 
     def run(self) -> None:
         """Publish velocities until shut down."""
-        self._clock.run(self._period, self._tick)
+        self._clock.run(self._period, self._tick, self._rest)
+
+    def _is_idle(self) -> bool:
+        return self._core.is_idle
 
     def _tick(self, now: float) -> None:
         with self._lock:
@@ -86,6 +93,7 @@ class JointVelController:
     def _on_modes(self, message: String) -> None:
         with self._lock:
             self._core.update_modes(parse_modes(message.data))
+        self._reader.rouse()  # another controller may move a joint now
 
     def _on_command(self, message: MotionCommand) -> None:
         with self._lock:
@@ -97,16 +105,23 @@ class JointVelController:
             self._show()
 
     def _on_jog(self, message: JointJog) -> None:
+        if self._core.is_idle:
+            self._reader.catch_up()
         with self._lock:
             try:
                 self._epoch.begin(time.monotonic())
+                now = self._clock.now()
+                if self._core.is_idle:
+                    self._core.tick(now)  # the loop rests: the ramp begins now
                 self._core.command(
                     message.joint_names,
                     message.velocities,
                     message.displacements,
                     message.duration,
-                    self._clock.now(),
+                    now,
                 )
+                self._rest.wake()
+                self._reader.rouse()
             except ScaraControlError as error:
                 rospy.logwarn_throttle(_LOG_PERIOD, f"jog: refused: {error}")
             self._show()

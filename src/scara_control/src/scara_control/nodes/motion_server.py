@@ -37,6 +37,7 @@ from scara_control.motion.epoch import Epoch
 from scara_control.motion.feedback import Feedback
 from scara_control.motion.requests import check_speed
 from scara_control.motion.trim import Requests, Trim, tool_error
+from scara_control.nodes.idle import IDLE_S
 from scara_control.nodes.wiring import (
     Guard,
     JointStateReader,
@@ -73,7 +74,10 @@ class MotionServer:
         joints = self._tool.joints
         self._names = [joint.name for joint in joints]
         self._clock = MotionClock()
-        self._reader = JointStateReader(self._names, self._clock, self._measure)
+        self._calls = 0  # requests that are answered now, refused ones too
+        self._reader = JointStateReader(
+            joints, config, self._clock, self._measure, lambda: self._calls == 0
+        )
         self._feedback = Feedback(joints, config)
         self._lock = threading.Condition()
         self._requests = Requests()
@@ -106,7 +110,7 @@ class MotionServer:
         while not rospy.is_shutdown():
             with self._lock:
                 self._epoch.ran(time.monotonic())
-            time.sleep(_POLL)
+            time.sleep(IDLE_S)
 
     def _on_command(self, message: MotionCommand) -> None:
         with self._lock:
@@ -125,7 +129,8 @@ class MotionServer:
         started = self._clock.now()
         point = (request.x, request.y, request.z)
         try:
-            message, success = self._move_to(request), True
+            with self._attentive():
+                message, success = self._move_to(request), True
         except (ScaraControlError, ServiceError, rospy.ROSException) as refusal:
             message, success = str(refusal), False
             rospy.logwarn("move_to (%g, %g, %g): %s", *point, message)
@@ -133,6 +138,18 @@ class MotionServer:
         q = measured.q if measured is not None else ()
         error = tool_error(self._tool, q, point) if measured is not None else float("nan")
         return MoveToResponse(success, message, error, q, self._clock.now() - started)
+
+    @contextmanager
+    def _attentive(self) -> Iterator[None]:
+        """Read all measured joints meanwhile."""
+        with self._lock:
+            self._calls += 1
+        self._reader.catch_up()
+        try:
+            yield
+        finally:
+            with self._lock:
+                self._calls -= 1
 
     def _move_to(self, request: Any) -> str:
         """Do it all; return what to say at the end."""

@@ -32,6 +32,7 @@ from scara_control.config import MotionConfig
 from scara_control.joint_motion import JointMotion
 from scara_control.motion.commands import Command, CommandInbox, MotionRefusedError
 from scara_control.motion.epoch import Epoch
+from scara_control.nodes.idle import Attention, IdleWait
 from scara_control.nodes.setpoint_messages import to_message, to_motion, to_point
 from scara_control.nodes.wiring import (
     Guard,
@@ -39,6 +40,7 @@ from scara_control.nodes.wiring import (
     MotionClock,
     start_node,
     subscribe,
+    subscribe_attentively,
 )
 from scara_control.trajectory.execution import Ended, Feedback
 from scara_control.trajectory.goal import Code, Goal, GoalError
@@ -64,15 +66,20 @@ class TrajectoryServer:
             "joint_pose_controller/follow", JointTrajectory, queue_size=10, tcp_nodelay=True
         )
         guard = Guard()
-        reader = JointStateReader(
-            [joint.name for joint in robot.twin_joints], self._clock, self._on_measurement
+        self._rest = IdleWait(self._is_idle)
+        self._reader = JointStateReader(
+            robot.twin_joints, config, self._clock, self._on_measurement, self._is_idle
         )
-        subscribe("twin/joint_states", JointState, reader, guard)
-        subscribe(
-            "joint_pose_controller/state", MotionState, self._on_motion_state, guard, queue_size=10
+        subscribe("twin/joint_states", JointState, self._reader, guard)
+        self._states = Attention(self._is_idle)
+        self._modes = Attention(self._is_idle)
+        subscribe_attentively(
+            "joint_pose_controller/state", MotionState, self._on_motion_state, guard, self._states
         )
         subscribe("motion_command", MotionCommand, self._on_command, guard, queue_size=20)
-        subscribe("twin_controller/state", TwinControllerState, self._on_mode, guard)
+        subscribe_attentively(
+            "twin_controller/state", TwinControllerState, self._on_mode, guard, self._modes
+        )
         goal, cancel = guard(self._on_goal), guard(self._on_cancel)
         self._server = actionlib.ActionServer(
             _ACTION, FollowJointTrajectoryAction, goal, cancel, auto_start=False
@@ -81,7 +88,10 @@ class TrajectoryServer:
 
     def run(self) -> None:
         """Stream until shut down."""
-        self._clock.run(self._config.period, self._tick)
+        self._clock.run(self._config.period, self._tick, self._rest)
+
+    def _is_idle(self) -> bool:
+        return self._desk.is_idle
 
     def _tick(self, now: float) -> None:
         with self._lock:
@@ -112,6 +122,8 @@ class TrajectoryServer:
     def _on_goal(self, handle: Any) -> None:
         goal = to_goal(handle.get_goal(), self._clock.offset())
         key = handle.get_goal_id().id
+        for listener in (self._reader, self._states, self._modes):
+            listener.catch_up()
         with self._lock:
             try:
                 self._epoch.begin(time.monotonic())
@@ -123,6 +135,7 @@ class TrajectoryServer:
                 _reject(handle, GoalError(Code.INVALID_GOAL, str(error)))
                 return
             self._goals[key] = handle
+        self._rest.wake()
         if begun:
             handle.set_accepted()
 
@@ -155,6 +168,7 @@ class TrajectoryServer:
         with self._lock:
             if self._inbox.accept(message.header.frame_id, message.id, self._clock.now()):
                 self._desk.command(Command(message.command), message.reason)
+        self._rest.wake()  # a goal that waited is told at once that it never begins
 
 
 def to_goal(message: Any, offset: float) -> Goal:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import sys
 import threading
 import time
@@ -11,12 +12,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import rospy
-from scara_config import ConfigError, Robot, config_directory, load_robot
+from scara_config import ConfigError, Joint, Robot, config_directory, load_robot
 from scara_ros.nodes.starting import become_node, until_shutdown
 from sensor_msgs.msg import JointState
 
 from scara_control.config import MotionConfig, load_motion
 from scara_control.joint_motion import JointMotion
+from scara_control.motion.feedback import standstill_speeds
+from scara_control.nodes.idle import HOLD_S, IDLE_S, Attention, IdleWait
 
 _LOG_PERIOD = 2.0
 _LATE_PERIODS = 20.0
@@ -69,6 +72,23 @@ def subscribe(
     return rospy.Subscriber(name, kind, guard(callback), queue_size=queue_size, tcp_nodelay=True)
 
 
+def subscribe_attentively(
+    name: str,
+    kind: type[Any],
+    callback: Callable[[Any], Any],
+    guard: Guard,
+    attention: Attention,
+) -> rospy.Subscriber:
+    """Subscribe to what comes all the time, and look at all of it only when it is needed."""
+
+    @functools.wraps(callback)
+    def take(message: Any) -> None:
+        callback(message)
+        attention.hold()
+
+    return subscribe(name, kind, take, guard)
+
+
 def offer(name: str, kind: type[Any], answer: Callable[[Any], Any]) -> rospy.Service:
     """Offer a service whose unexpected failure is logged and answered, not only raised."""
 
@@ -112,12 +132,19 @@ class MotionClock:
         except rospy.ROSTimeMovedBackwardsException:
             return
 
-    def run(self, period: float, tick: Callable[[float], None]) -> None:
-        """Call ``tick`` with each deadline until shut down; what it raises ends the node."""
+    def run(self, period: float, tick: Callable[[float], None], rest: IdleWait) -> None:
+        """Call ``tick`` with each deadline until shut down; what it raises ends the node.
+
+        While ``rest`` waits, deadlines are left out. Simulated time is followed without rest.
+        """
         deadline = self.now()
+        longest = max(0, round(IDLE_S / period) - 1) * period
         with until_shutdown():
             while not rospy.is_shutdown():
                 deadline += period
+                if not self.simulated and rest.wait(deadline - self.now() + longest):
+                    # The deadline that is nearest, so that what was begun goes on at once.
+                    deadline += max(0, round((self.now() - deadline) / period)) * period
                 self.sleep_until(deadline)
                 now = self.now()
                 if now < deadline - 2.0 * period or now > deadline + _LATE_PERIODS * period:
@@ -126,16 +153,32 @@ class MotionClock:
 
 
 class JointStateReader:
-    """Hands on each JointState in the order of our joints."""
+    """Hands on JointStates in the order of our joints: each one, or few while nobody needs them."""
 
     def __init__(
-        self, names: Sequence[str], clock: MotionClock, deliver: Callable[[JointMotion], None]
+        self,
+        joints: Sequence[Joint],
+        config: MotionConfig,
+        clock: MotionClock,
+        deliver: Callable[[JointMotion], None],
+        is_idle: Callable[[], bool],
     ) -> None:
-        """Take the joints ``names``; ``deliver`` gets the measurements, in rospy's thread."""
-        self._names = tuple(names)
+        """Take ``joints``.
+
+        Args:
+            joints: Those that are handed on.
+            config: What counts as standstill.
+            clock: Our time axis.
+            deliver: Gets the measurements, in rospy's thread.
+            is_idle: Whether the node has nothing to do.
+        """
+        self._names = tuple(joint.name for joint in joints)
         self._clock = clock
         self._deliver = deliver
         self._first = threading.Event()
+        self._attention = Attention(is_idle, HOLD_S, standstill_speeds(joints, config))
+        self.rouse = self._attention.rouse
+        self.catch_up = self._attention.catch_up
 
     def __call__(self, message: JointState) -> None:
         """Hand a measurement on, on our time axis.
@@ -154,13 +197,12 @@ class JointStateReader:
         columns = [at[name] for name in self._names]
         stamp = message.header.stamp.to_sec()
         at_time = stamp - self._clock.offset() if stamp else self._clock.now()
-        position, velocity = message.position, message.velocity
-        self._deliver(
-            JointMotion.measured(
-                tuple(position[k] for k in columns), tuple(velocity[k] for k in columns), at_time
-            )
-        )
+        position = tuple(message.position[k] for k in columns)
+        velocity = tuple(message.velocity[k] for k in columns)
+        self._deliver(JointMotion.measured(position, velocity, at_time))
         self._first.set()
+        if not self._clock.simulated:  # simulated time may pass much faster than we read
+            self._attention.hold(velocity)
 
     def wait_for_first(self, timeout: float) -> None:
         """Wait for the first joint states, so that a call right after the start is not refused.

@@ -182,6 +182,11 @@ class GoalQueue:
             self._running.execution.end(Ended(Code.SUCCESSFUL, "cancelled", cancelled=True))
         return False
 
+    @property
+    def is_idle(self) -> bool:
+        """Whether there is no goal, nor one that its client has not been told of."""
+        return self._running is None and self._waiting is None and not self._refused
+
     def feedback(self) -> tuple[Hashable, Feedback] | None:
         """Return where the running goal is; None if there is none."""
         if self._running is None or self._measured is None:

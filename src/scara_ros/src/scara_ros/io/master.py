@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import http.client
+import select
+import time
 import xmlrpc.client
 from typing import Any
 
@@ -20,11 +22,27 @@ class _Transport(xmlrpc.client.Transport):
     def __init__(self, timeout: float) -> None:
         super().__init__()
         self._timeout = timeout
+        self._open: http.client.HTTPConnection | None = None
 
     def make_connection(self, host: Any) -> http.client.HTTPConnection:
         connection = super().make_connection(host)
         connection.timeout = self._timeout
+        self._open = connection
         return connection
+
+    def is_open(self) -> bool:
+        """Return whether the line has been kept."""
+        return self._open is not None and self._open.sock is not None
+
+    def wait_for_end(self, timeout: float) -> None:
+        """Wait until the other side closes the line, or time is up."""
+        if self._open is None or self._open.sock is None:
+            time.sleep(timeout)
+            return
+        # Nothing but its end comes unasked over a line of questions and answers.
+        poll = select.poll()
+        poll.register(self._open.sock, select.POLLIN)
+        poll.poll(timeout * 1e3)
 
 
 class MasterClient:
@@ -32,7 +50,8 @@ class MasterClient:
 
     def __init__(self, uri: str, caller: str, timeout: float = TIMEOUT) -> None:
         """Ask ``uri`` in the name of the node ``caller``; nothing is sent yet."""
-        self._proxy = xmlrpc.client.ServerProxy(uri, transport=_Transport(timeout))
+        self._transport = _Transport(timeout)
+        self._proxy = xmlrpc.client.ServerProxy(uri, transport=self._transport)
         self._caller = caller
 
     def ask(self, method: str, *args: Any) -> Any:
@@ -46,3 +65,11 @@ class MasterClient:
         if code != 1:
             raise MasterError(f"{method}: {text}")
         return value
+
+    def is_open(self) -> bool:
+        """Return whether the line of the last question is still there, so that its end is seen."""
+        return self._transport.is_open()
+
+    def wait_for_end(self, timeout: float) -> None:
+        """Wait until the master closes the line of the last question, or ``timeout`` [s] is up."""
+        self._transport.wait_for_end(timeout)

@@ -22,6 +22,9 @@ from scara_ros.io.hardening import harden_process
 from scara_ros.io.master import UNREACHABLE, MasterClient, MasterError
 
 PERIOD = 0.5  # our choice: with the time-out, all is registered again within 2 s
+WATCHED_S = 5.0
+"""A master that answers is asked so often; our choice. It shows its end itself, by closing the line
+of the last question; asking finds one that hangs, or a machine that is gone."""
 _LOST = -1
 _kept: dict[str, Any] = {}  # parameters by absolute name
 
@@ -68,8 +71,15 @@ class _Watch:
 
     def run(self) -> None:
         while not rospy.is_shutdown():
-            time.sleep(PERIOD)
+            self._wait()
             self.look()
+
+    def _wait(self) -> None:
+        """Wait until it is time to ask again."""
+        if self._pid == _LOST or not self._line.is_open():
+            time.sleep(PERIOD)
+        else:
+            self._line.wait_for_end(WATCHED_S)
 
     def look(self) -> None:
         """Compare the master with the one before.

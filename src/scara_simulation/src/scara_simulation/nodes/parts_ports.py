@@ -25,12 +25,15 @@ from std_srvs.srv import (
 from visualization_msgs.msg import Marker, MarkerArray
 
 from scara_msgs.msg import GripperState, PartEvent
+from scara_simulation.io.handling.part_bodies import PartShown
 from scara_simulation.io.handling.part_world import PartsNow, PartWorld
 from scara_simulation.io.real_time_runner import RealTimeRunner
 from scara_simulation.simulation import Snapshot
 
 GRIPPER_PERIOD_NS = 50_000_000
 PARTS_PERIOD_NS = 100_000_000
+RESTING_PERIOD_NS = 1_000_000_000  # our choice: parts that all rest are told again so often
+PLACE_DIGITS, TURN_DIGITS = 4, 3  # our choice: 0.1 mm and 0.1 deg; a part that moves less rests
 DIAGNOSTICS_PERIOD_NS = 1_000_000_000
 FREE = (0.10, 0.45, 0.85, 1.0)
 HELD = (0.95, 0.55, 0.10, 1.0)
@@ -56,6 +59,7 @@ class PartsPorts:
             (Pace(PARTS_PERIOD_NS), self._tell_parts),
             (Pace(DIAGNOSTICS_PERIOD_NS), self._diagnose),
         )
+        self._changed = Pace(RESTING_PERIOD_NS)
         self._counted = (0, 0)
 
     def serve(self, clockwork: RealTimeRunner) -> None:
@@ -104,6 +108,8 @@ class PartsPorts:
         self._gripper.publish(state)
 
     def _tell_parts(self, now: PartsNow, stamp: rospy.Time) -> None:
+        if not self._changed.is_due(stamp.to_nsec(), [_shown(part) for part in now.parts]):
+            return
         array = MarkerArray()
         for number, part in enumerate(now.parts):
             marker = Marker(
@@ -162,3 +168,10 @@ class PartsPorts:
         return SetBoolResponse(
             False, f"no part within {reach:g} mm below the nozzle; the suction stays on"
         )
+
+
+def _shown(part: PartShown) -> tuple[object, ...]:
+    """Return what makes a part worth telling again."""
+    place = tuple(round(value, PLACE_DIGITS) for value in part.position)
+    turn = tuple(round(value, TURN_DIGITS) for value in part.orientation)
+    return part.held, place, turn

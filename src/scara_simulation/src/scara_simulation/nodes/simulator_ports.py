@@ -78,7 +78,9 @@ class StatePorts:
             message.header.stamp = stamp
             self._joint_states.publish(message)
             for loop in snapshot.loops:
-                self._loops[loop.joint, loop.kind].publish(self._loop_message(loop, stamp))
+                publisher = self._loops[loop.joint, loop.kind]
+                if publisher.get_num_connections():
+                    publisher.publish(self._loop_message(loop, stamp))
             for stamp_ns, loop in snapshot.watched:
                 self._each_step[loop.joint, loop.kind].publish(
                     self._loop_message(loop, _time(stamp_ns))
