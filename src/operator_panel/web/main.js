@@ -5,6 +5,7 @@ import { Scene } from "./scene.js";
 import { Camera } from "./camera.js";
 import { Charts } from "./charts.js";
 import { Stop } from "./stop.js";
+import { Events } from "./events.js";
 import { watchJog } from "./hands.js";
 
 const told = window.PANEL;
@@ -42,14 +43,16 @@ function start() {
       if (frame.point) charts.add(frame.t, frame.point);
     },
     lists: (lists) => texts.showLists(lists),
+    events: (list) => events.show(list),
     parts: (parts) => scene.showParts(parts),
     history: (rows) => charts.restart(rows),
-    refused: (refused) => texts.say(false, `Jog: ${refused.why}`),
+    refused: () => {}, // the place of the commands says why
     stopped: (answer) => stop.answered(answer),
     lost: (since) => texts.lost(since),
     back: () => texts.back(),
   });
   const stop = new Stop(live);
+  const events = new Events(live);
   startTabs();
   new Camera();
   if (told.operator) watchJog(live, told.jog_period_ms);

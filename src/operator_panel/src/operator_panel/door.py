@@ -17,11 +17,13 @@ class Answer(msgspec.Struct, frozen=True):
         success: Whether it was done.
         message: In words.
         values: What else was answered.
+        lost: Nobody answered: whether it was done is not known.
     """
 
     success: bool
     message: str
     values: Mapping[str, Any] = {}
+    lost: bool = False
 
 
 class Seat(msgspec.Struct, frozen=True):

@@ -42,7 +42,7 @@ from scara_ros.page_door import PageDoor
 
 from operator_panel.config import PanelConfig, load_panel, load_surroundings
 from operator_panel.control.jog import DeadMan
-from operator_panel.io.api import offer_camera, offer_twin
+from operator_panel.io.api import offer_camera, offer_events, offer_twin
 from operator_panel.io.desk import Desk
 from operator_panel.io.live import Live
 from operator_panel.io.page.shell import Shell
@@ -108,9 +108,10 @@ def serve(private: dict[str, str]) -> None:
     silent_s = config.silent_ms * 1e-3
     dead_man = DeadMan(robot, around.jog_limit_percent, config.jog.dead_man_ms * 1e-3)
     desk = Desk(link, dead_man, around.keep_s, silent_s, link.say)
-    live = Live(link, desk, FrameMaker(robot, model, silent_s), config)
+    live = Live(link, desk, FrameMaker(robot, model, silent_s, around.alarm_mm), config)
     offer_twin(link.shadow)
     offer_camera(link.picture)
+    offer_events(live.events.csv)
     Shell(
         robot,
         model,

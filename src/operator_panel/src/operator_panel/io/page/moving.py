@@ -19,10 +19,7 @@ def build_commands(view: PageView) -> None:
         with ui.element("div").classes("speed"):
             plain("Speed cap", "field-title")
             slider = (
-                ui.slider(min=1, max=100, step=1, value=100)
-                .props("dense")
-                .classes("speed-slider")
-                .mark("speed")
+                ui.slider(min=1, max=100, step=1, value=100).classes("speed-slider").mark("speed")
             )
             shown = ui.label("100 %").classes("num speed-value")
             slider.on_value_change(lambda event: shown.set_text(f"{event.value:.0f} %"))
@@ -31,7 +28,7 @@ def build_commands(view: PageView) -> None:
             async def send() -> None:
                 await view.send("SPEED", speed_percent=float(slider.value))
 
-            view.button("Set", "SPEED", "small", send)
+            view.button("Set", "SPEED", "", send)
 
 
 def build_jog(view: PageView) -> None:
@@ -47,7 +44,7 @@ def build_jog(view: PageView) -> None:
         plain("Speed", "field-title")
         slider = ui.slider(
             min=0.5, max=limit, step=0.5, value=min(view.config.jog.speed_percent, limit)
-        ).props("dense")
+        )
         slider.classes("speed-slider").props("data-jog-speed").mark("jog-speed")
         shown = ui.label("").classes("num jog-speed-value")
 

@@ -50,14 +50,14 @@ class _TargetForm:
         with ui.element("div").classes("target-picks"):
             for name, position in view.around.positions.items():
                 pick = ui.button(name, on_click=lambda p=position: self._pick(p), color=None)
-                pick.props("unelevated no-caps dense").classes("button small").mark(
+                pick.props("unelevated no-caps dense").classes("button").mark(
                     f"pick-{name.lower()}"
                 )
                 pick.set_enabled(view.is_operator)
             clear = ui.button("Clear", on_click=self._clear, color=None).props(
                 "unelevated no-caps dense"
             )
-            clear.classes("button small").mark("target-clear")
+            clear.classes("button").mark("target-clear")
         self._text = ui.label(ASK).classes("preview").mark("preview")
 
     def _number(self, label: str, unit: str, value: str, lower: float, upper: float) -> Any:
