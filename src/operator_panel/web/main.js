@@ -24,6 +24,26 @@ function startTabs() {
   show(buttons.some((button) => button.dataset.tab === kept) ? kept : buttons[0].dataset.tab);
 }
 
+// One way of jogging at a time, and one length of a step for all of them; no choice outlives the page,
+// because the server knows the length only from here.
+function startJogWays() {
+  const ways = [...document.querySelectorAll("[data-way]")];
+  const steps = [...document.querySelectorAll("[data-step]")];
+  const show = (way) => {
+    for (const button of ways) button.setAttribute("aria-selected", button.dataset.way === way);
+    for (const panel of document.querySelectorAll("[data-way-panel]")) {
+      panel.classList.toggle("shown", panel.dataset.wayPanel === way);
+    }
+  };
+  const choose = (step) => {
+    for (const button of steps) button.setAttribute("aria-selected", button.dataset.step === step);
+  };
+  for (const button of ways) button.addEventListener("click", () => show(button.dataset.way));
+  for (const button of steps) button.addEventListener("click", () => choose(button.dataset.step));
+  show("hold");
+  choose("1");
+}
+
 function tabId() {
   const kept = sessionStorage.getItem("panel_tab_id");
   const id = kept || `${Date.now()}-${Math.random()}`;
@@ -54,6 +74,7 @@ function start() {
   const stop = new Stop(live);
   const events = new Events(live);
   startTabs();
+  startJogWays();
   new Camera();
   if (told.operator) watchJog(live, told.jog_period_ms);
   window.panel = { preview: (pose) => scene.preview(pose), live };

@@ -42,6 +42,8 @@
     let [left, right, top, bottom] = [box.left, box.right, box.top, box.bottom];
     for (let above = element; above && above !== document.body; above = above.parentElement) {
       const { overflowX, overflowY } = getComputedStyle(above);
+      const isButton = above.matches("button, .plain-button") && box.width > above.clientWidth + 1;
+      if (isButton) problems.push(`cut: ${name(above)} is narrower than its text`);
       if (overflowX === "visible" && overflowY === "visible") continue;
       const frame = above.getBoundingClientRect();
       const cut = box.left < frame.left - 1 || box.right > frame.right + 1;

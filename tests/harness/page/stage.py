@@ -26,7 +26,7 @@ from operator_panel.config import load_panel, load_surroundings  # noqa: E402
 from operator_panel.control.jog import DeadMan  # noqa: E402
 from operator_panel.door import Answer, Gains, Picture, Seat  # noqa: E402
 from operator_panel.io.api import offer_camera, offer_events  # noqa: E402
-from operator_panel.io.desk import Desk  # noqa: E402
+from operator_panel.io.desk import Desk, Session  # noqa: E402
 from operator_panel.io.live import Live  # noqa: E402
 from operator_panel.io.page.shell import Shell  # noqa: E402
 from operator_panel.view.frame import FrameMaker  # noqa: E402
@@ -50,15 +50,19 @@ class StageDoor:
         """Begin with the pair at rest."""
         self.robot = load_robot(folder)
         self.scene, self.holder = "ready", ""
+        self.sessions: Mapping[str, Session] = {}
         self._begun = time.monotonic()
 
     def snapshot(self) -> Snapshot:
-        """Return the scene now; whoever has come last is in control."""
+        """Return the scene now; whoever has asked last is in control while the page is there."""
         snapshot = SCENES[self.scene](self.robot, time.monotonic() - self._begun)
         if snapshot.state is None:
             return snapshot
-        state = msgspec.structs.replace(snapshot.state, holder=self.holder)
-        return msgspec.structs.replace(snapshot, state=state)
+        there = {session.name for session in self.sessions.values() if session.there}
+        holder = self.holder if self.holder in there else ""
+        state = msgspec.structs.replace(snapshot.state, holder=holder)
+        # A test sees by this text that the scene has reached the page.
+        return msgspec.structs.replace(snapshot, state=state, jog=self.scene)
 
     async def command(self, seat: Seat, command: str, **fields: Any) -> Answer:
         """Accept it, but HOME while the pair follows."""
@@ -116,6 +120,10 @@ class StageDoor:
     def jog(self, velocities: Mapping[str, float]) -> None:
         """Move nothing."""
 
+    async def grip(self, close: bool) -> Answer:
+        """Grip nothing."""
+        return Answer(True, "the gripper is closed" if close else "the gripper is open")
+
     async def pendant(self, *words: str) -> Answer:
         """Press nothing."""
         return Answer(True, " ".join(words))
@@ -131,6 +139,7 @@ def main() -> None:
     model = parse_urdf(robot.description.read_text(encoding="utf-8"))
     dead_man = DeadMan(robot, around.jog_limit_percent, config.jog.dead_man_ms * 1e-3)
     desk = Desk(door, dead_man, around.keep_s, 0.6, lambda _: None)  # type: ignore[arg-type]
+    door.sessions = desk.sessions
     maker = FrameMaker(robot, model, 0.6, around.alarm_mm)
     live = Live(door, desk, maker, config)  # type: ignore[arg-type]
     offer_camera(door.picture)
@@ -139,7 +148,7 @@ def main() -> None:
     Shell(robot, model, config, around, door, desk, live, web, runs)  # type: ignore[arg-type]
 
     async def choose(name: str) -> PlainTextResponse:
-        door.scene, door.holder = name, ""
+        door.scene = name
         return PlainTextResponse(name)
 
     app.add_api_route("/scene/{name}", choose, methods=["GET"])

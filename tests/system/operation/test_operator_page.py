@@ -224,6 +224,7 @@ def run_program(page: Page, override: str) -> None:
     expect(told).to_contain_text(f"override {override} %", ignore_case=True)
     expect(told).to_contain_text("done")
     panel.locator(".row-line", has_text="ARTICLE").get_by_role("button", name="Run").click()
+    page.get_by_role("button", name="Run ARTICLE", exact=True).click()
     is_mode(page, "Real robot leads")
 
 

@@ -115,5 +115,8 @@ class CellDoor(Protocol):
     def jog(self, velocities: Mapping[str, float]) -> None:
         """Send joint velocities [rad/s] or [m/s]."""
 
+    async def grip(self, close: bool) -> Answer:
+        """Close or open the twin's gripper; the real robot's follows."""
+
     async def pendant(self, *words: str) -> Answer:
         """Press a key of the real robot's pendant."""

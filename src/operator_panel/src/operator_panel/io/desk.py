@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import itertools
 import logging
 import threading
 import time
@@ -84,7 +85,6 @@ class Desk:
         self._noted = ("", 0)
         self._door, self._dead_man, self._keep_s, self._say = door, dead_man, keep_s, say
         self._silent_s = silent_s
-        self._count = 0
         self._lock = threading.Lock()
         self._wake = asyncio.Event()
 
@@ -92,10 +92,19 @@ class Desk:
         """Note a page that is being built; ``person`` has brought the token."""
         seat = NOBODY
         if role is Role.OPERATOR:
-            self._count += 1
-            seat = Seat(person or role.value, str(self._count))
+            seat = Seat(person or role.value, str(self._free_number()))
         self.sessions[page] = Session(page, role, seat)
         return self.sessions[page]
+
+    def _free_number(self) -> int:
+        """Return the smallest number that no page uses, or has used while control is remembered."""
+        now = time.monotonic()
+        used = {
+            session.seat.session
+            for session in self.sessions.values()
+            if session.there or now - session.seen < 2.0 * self._keep_s
+        }
+        return next(number for number in itertools.count(1) if str(number) not in used)
 
     def crowded(self) -> str:
         """Return why nobody else may watch, or an empty text; operators are always let in."""
@@ -227,9 +236,9 @@ class Desk:
             LOG.exception("%s was sent; what belongs to it failed", command)
         return answer
 
-    async def command(self, page: str, command: str, **fields: Any) -> Answer:
+    async def command(self, page: str, command: str, title: str = "", **fields: Any) -> Answer:
         """Send another command of ``page``; whether its person may, the twin controller says."""
-        number = self.begin(page, command, words.command_title(command, fields))
+        number = self.begin(page, command, title or words.command_title(command, fields))
         session = self.sessions.get(page)
         if session is None or (session.role is Role.VIEWER and command not in ENDING):
             answer = Answer(False, self.refusal(page))

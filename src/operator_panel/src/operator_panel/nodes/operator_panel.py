@@ -13,7 +13,7 @@ Subscribes: ``twin_controller/state``, ``twin_controller/decisions``, ``real/rob
 ``twin/pid/<joint>/parameter_updates``.
 Publishes: ``joint_vel_controller/command`` (control_msgs/JointJog) while a jog button is held.
 Calls: ``twin_controller/command``, ``twin_controller/control``, ``twin_controller/shadow``,
-``twin_controller/judge``, ``recorder/start``, ``recorder/stop``,
+``twin_controller/judge``, ``recorder/start``, ``recorder/stop``, ``gripper``,
 ``twin/pid/<joint>/set_parameters``; starts ``rosrun fanuc_emulator pendant``.
 """
 

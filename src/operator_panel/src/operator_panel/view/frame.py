@@ -133,6 +133,7 @@ class FrameMaker:
             "deviation.limit": f"alarm from {self._limit_mm(state):g} mm",
             "lag": words.lag_text(state),
             "jog": snapshot.jog,
+            "gripper": words.gripper_text(state),
         }
         for index, name in enumerate(state.name):
             for key, values, signed in _columns(state):

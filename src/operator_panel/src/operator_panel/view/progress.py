@@ -50,6 +50,7 @@ NEVER_GREEN = frozenset({"STOP", "ESTOP", "PAUSE"})
 # command: (mode while it runs, text while it runs, text at its end)
 MOTIONS: dict[str, tuple[str, str, str]] = {
     "MOVE": (Mode.OPERATOR_LEADS, "both robots move", "target reached, both stand still"),
+    "MOVE_JOINTS": (Mode.OPERATOR_LEADS, "both robots move", "target reached, both stand still"),
     "HOME": (Mode.OPERATOR_LEADS, "both robots move", "home reached, both stand still"),
     "ALIGN": (Mode.ALIGNING, "the twin goes slowly to the real robot", "both agree, ready"),
     "RUN": (Mode.REAL_LEADS, "the real robot runs it, the twin follows", "ended, both stand still"),
@@ -217,7 +218,7 @@ def _motion(
     if not command.began and now - command.changed < grace:
         return Outcome.RUNNING, moving  # the mode that begins it has not come yet
     if state.mode == Mode.IDLE:
-        if state.move_failed and command.kind in ("MOVE", "HOME"):
+        if state.move_failed and command.kind in ("MOVE", "MOVE_JOINTS", "HOME"):
             return Outcome.STOPPED, f"target not reached: {words.people(state.move_failed)}"
         return Outcome.DONE, reached
     if state.mode == Mode.OFFLINE:

@@ -165,6 +165,18 @@ def lag_text(state: CellState) -> str:
     return "nobody follows now"
 
 
+def gripper_text(state: CellState) -> str:
+    """Return what both grippers do.
+
+    Example:
+        >>> gripper_text(CellState("IDLE", real_gripper="off", twin_gripper="holding part_1"))
+        'real robot: open, twin: holding part_1'
+    """
+    shown = {"on": "closed", "off": "open", "": "unknown"}
+    real, twin = (shown.get(text, text) for text in (state.real_gripper, state.twin_gripper))
+    return f"real robot: {real}, twin: {twin}"
+
+
 def command_title(command: str, fields: Mapping[str, object]) -> str:
     """Return a command with what was asked for.
 

@@ -52,10 +52,21 @@ def build_programs(view: PageView) -> None:
 
 
 def _press(view: PageView, text: str, command: str, mark: str, *keys: str) -> None:
+    """Build a button that starts a program once it is confirmed: both robots move by it."""
+    name = keys[-1]
+
     async def press() -> None:
+        dialog.close()
         await _say(view, *keys)
 
-    view.button(text, command, "", press).mark(mark)
+    with ui.dialog() as dialog, ui.element("div").classes("card confirm"):
+        plain(f"Run {name} on the robot?", "confirm-title", "h2")
+        plain("The real robot moves, and the twin follows. Is nobody near it?", "", "p")
+        with ui.element("div").classes("row-line"):
+            cancel = ui.button("Cancel", on_click=dialog.close, color=None)
+            cancel.props("unelevated no-caps dense autofocus").classes("button")
+            view.button(f"Run {name}", command, "primary", press).mark(f"{mark}-confirmed")
+    view.button(text, command, "", dialog.open).mark(mark)
 
 
 async def _say(view: PageView, *keys: str) -> None:

@@ -114,7 +114,7 @@ class Shell:
                 with ui.element("button").props(f'type=button role=tab data-tab="{name}"'):
                     plain(name)
         builders: list[Callable[[PageView], None]] = [
-            build_jog,
+            lambda view: build_jog(view, self._model),
             build_target,
             build_programs,
             build_tuning,

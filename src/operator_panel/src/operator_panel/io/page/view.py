@@ -76,9 +76,9 @@ class PageView:
         self.guard(made, command)
         return made
 
-    async def send(self, command: str, **fields: Any) -> Answer:
-        """Send a command; its place on the page shows what becomes of it."""
-        return await self.desk.command(self.session.page, command, **fields)
+    async def send(self, command: str, title: str = "", **fields: Any) -> Answer:
+        """Send a command; its place on the page shows what becomes of it, under ``title``."""
+        return await self.desk.command(self.session.page, command, title, **fields)
 
     def tell(self, answer: Answer, what: str) -> None:
         """Show an answer at the place of the commands."""
