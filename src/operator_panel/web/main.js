@@ -77,7 +77,7 @@ function start() {
   startJogWays();
   new Camera();
   if (told.operator) watchJog(live, told.jog_period_ms);
-  window.panel = { preview: (pose) => scene.preview(pose), live };
+  window.panel = { preview: (pose) => scene.preview(pose), live, scene };
 }
 
 // nicegui builds the page after this file is loaded.

@@ -1,6 +1,7 @@
 // When the picture is drawn: only after a change, and no more often than the machine draws easily.
 const FAST_HZ = 25;
 const SLOW_HZ = 10; // drawn by the processor, which the cell needs too
+const SEEN = 1e-6;
 const SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i;
 
 export class Pace {
@@ -36,7 +37,7 @@ export class Pace {
 
   isDue(camera) {
     camera.updateMatrixWorld();
-    if (!camera.matrixWorld.equals(this.place)) this.changed = true;
+    if (hasMoved(camera.matrixWorld.elements, this.place.elements)) this.changed = true;
     const now = performance.now();
     if (!this.changed || document.hidden || now < this.due) return false;
     this.place.copy(camera.matrixWorld);
@@ -45,6 +46,11 @@ export class Pace {
     this.due = Math.max(this.due + this.period, now + this.period / 2);
     return true;
   }
+}
+
+// The controls compute the camera's place anew each time: its last bits are never the same.
+function hasMoved(elements, before) {
+  return elements.some((value, k) => Math.abs(value - before[k]) > SEEN);
 }
 
 function drawsInSoftware(renderer) {

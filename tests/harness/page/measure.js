@@ -34,7 +34,14 @@
     range.selectNodeContents(node);
     const box = range.getBoundingClientRect();
     if (!box.width || !box.height) continue;
-    texts.push({ element, box: clipped(element, box), style: getComputedStyle(element) });
+    const frame = clipped(element, box);
+    const boxes = [...range.getClientRects()].map(rect).map((line) => within(line, frame));
+    texts.push({ element, boxes, style: getComputedStyle(element) });
+  }
+
+  function within(line, frame) {
+    const [left, right] = [Math.max(line.left, frame.left), Math.min(line.right, frame.right)];
+    return { left, right, top: Math.max(line.top, frame.top), bottom: Math.min(line.bottom, frame.bottom) };
   }
 
   // The part of a text that can be seen; what cannot be scrolled to is cut.
@@ -68,11 +75,13 @@
     if (ratio !== null && !off && ratio < (large ? 3 : 4.5)) problems.push(`contrast: ${name(element)} has ${ratio.toFixed(2)}`);
   }
 
-  // Nothing lies over anything else.
+  // Nothing lies over anything else. A text has a box for each of its lines.
+  const boxesOf = ({ element, boxes }) => boxes.map((box) => ({ element, box }));
+  const free = [...controls].filter((control) => !control.closest(".tab-panel"));
   const things = [
-    ...texts.map(({ element, box }) => ({ element, box })),
-    ...[...controls].filter((control) => !control.closest(".tab-panel, .events")).map((element) => ({ element, box: rect(element.getBoundingClientRect()) })),
-  ].filter(({ box, element }) => box.right - box.left > 1 && box.bottom - box.top > 1 && !element.closest(".scene-tools, .legend, .still, .camera"));
+    ...texts.flatMap(boxesOf),
+    ...free.flatMap((element) => boxesOf({ element, boxes: [rect(element.getBoundingClientRect())] })),
+  ].filter(({ box, element }) => box.right - box.left > 1 && box.bottom - box.top > 1 && !element.closest(".scene-body"));
   for (let i = 0; i < things.length; i += 1) {
     for (let k = i + 1; k < things.length; k += 1) {
       const [a, b] = [things[i], things[k]];

@@ -32,7 +32,8 @@ PLACES = """() => [...document.querySelectorAll(
     ".jog button, .scene-choice button")]
     .filter((place) => place.checkVisibility())
     .map((place) => { const box = place.getBoundingClientRect();
-        const words = place.getAttribute("aria-label") || place.className;
+        const button = place.matches("button") && place.innerText.trim();
+        const words = place.getAttribute("aria-label") || button || place.className;
         return [words, box.left, box.top + scrollY, box.width, box.height]; })"""
 
 
@@ -61,7 +62,8 @@ class Theatre:
         self.settle()
 
     def settle(self) -> None:
-        """Wait until transitions are over."""
+        """Go to the upper end, and wait until transitions are over."""
+        self.page.evaluate("window.scrollTo(0, 0)")
         self.page.evaluate(
             "() => Promise.all(document.getAnimations().map((a) => a.finished.catch(() => 0)))"
             ".then(() => new Promise(requestAnimationFrame))"
@@ -157,6 +159,7 @@ def test_nothing_moves_when_alarms_commands_and_troubles_come(theatre: Theatre, 
 def test_measure_finds_what_it_looks_for(theatre: Theatre) -> None:
     """A page that is bad in each way is told so: the test above can fail."""
     theatre.resize("low")
+    theatre.page.emulate_media(color_scheme="light")
     theatre.play("ready")
     bad = """
         .commands .button.q-btn { min-height: 30px !important; }
