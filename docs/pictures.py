@@ -2,7 +2,9 @@
 
 Operator page, pendant page, camera, RViz with both robots and with a recording.
 
-    source env.sh; .venv/bin/python docs/pictures.py [FOLDER]        # default: docs/images
+    source env.sh; .venv/bin/python docs/pictures.py [FOLDER] [--pages]    # default: docs/images
+
+--pages takes the pages and the camera only, which needs no RViz and two minutes less.
 
 A cell of its own on free ports. Browser and RViz draw in software here, which keeps two processors
 busy, so the cell is patient. RViz pictures need rviz, Xvfb and import (ImageMagick), and are left
@@ -255,10 +257,12 @@ def take_recording(bag: Path, folder: Path, out: Path) -> None:
 
 
 def main() -> None:
-    """Take all pictures."""
-    out = Path(sys.argv[1] if len(sys.argv) > 1 else ROOT / "docs" / "images")
+    """Take all pictures, or those of the pages."""
+    words = [word for word in sys.argv[1:] if word != "--pages"]
+    only_pages = "--pages" in sys.argv[1:]
+    out = Path(words[0] if words else ROOT / "docs" / "images")
     out.mkdir(parents=True, exist_ok=True)
-    with_rviz = all(shutil.which(name) for name in ("rviz", "Xvfb", "import"))
+    with_rviz = not only_pages and all(shutil.which(name) for name in ("rviz", "Xvfb", "import"))
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
         cell = Cell(folder)
@@ -270,15 +274,12 @@ def main() -> None:
             take_camera(cell, out)
             if with_rviz:
                 take_rviz(cell, out)
-            bag = record(cell)
+                bag = record(cell)
         finally:
             cell.close()
         if with_rviz:
             take_recording(bag, folder, out)
-    print(
-        f"pictures: {out}"
-        + ("" if with_rviz else "; without RViz: rviz, Xvfb or import is missing")
-    )
+    print(f"pictures: {out}" + ("" if with_rviz else "; those of RViz were left out"))
 
 
 if __name__ == "__main__":
