@@ -53,13 +53,18 @@ function tabId() {
 
 function start() {
   const texts = new Texts();
+  let odd = false;
   const scene = new Scene(told.scene);
   const charts = new Charts(told.charts);
   const live = new Live(`${told.live}?page=${told.page}&tab=${encodeURIComponent(tabId())}`, {
     frame(frame) {
-      texts.show(frame);
       stop.showTrouble(frame.no_stop || "");
-      scene.show(frame);
+      // Where the processor draws, every second frame is enough to read.
+      odd = !odd;
+      if (!odd || !scene.software || frame.silent) {
+        texts.show(frame);
+        scene.show(frame);
+      }
       if (frame.point) charts.add(frame.t, frame.point);
     },
     lists: (lists) => texts.showLists(lists),

@@ -1,6 +1,6 @@
 // When the picture is drawn: only after a change, and no more often than the machine draws easily.
 const FAST_HZ = 25;
-const SLOW_HZ = 10; // drawn by the processor, which the cell needs too
+const SLOW_HZ = 8; // drawn by the processor, which the cell needs too
 const SEEN = 1e-6;
 const SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i;
 

@@ -22,6 +22,10 @@ export class Scene {
     this.still = false;
   }
 
+  get software() {
+    return this.pace?.software ?? false;
+  }
+
   get view() {
     return getElement(this.told.scene);
   }

@@ -12,6 +12,7 @@ from operator_panel.view.snapshot import (
     Diagnosis,
     Link,
     Loop,
+    Part,
     RobotPackage,
     Snapshot,
 )
@@ -22,6 +23,7 @@ COMMANDS = ("PAUSE", "RESUME", "RESET", "HOME", "ALIGN", "ACKNOWLEDGE", "SPEED",
 COMMANDS += ("JOG", "RUN")
 ONLY_MOVING = "nothing moves that could be paused"
 SEAT = "operator 1"
+NO_PARTS: dict[str, tuple[Part, ...]] = {}
 LINKS = (
     Link("real", True, "", 0.0043, 0.0006, 1.2e6, 0.00016),
     Link("twin", True, "", 0.0021, 0.0009, 0.0, 0.0003),
@@ -180,6 +182,7 @@ def _snapshot(
         loops=loops,
         jog="ready",
         decisions=decisions,
+        parts=NO_PARTS,  # the same object each time: what has not changed is not sent
     )
 
 

@@ -167,7 +167,7 @@ def test_measure_finds_what_it_looks_for(theatre: Theatre) -> None:
         .mode-motion { font-size: 12px !important; }
         .card-title, .joint-name { color: #b8c0c8 !important; }
         .bar-mode { width: 80px !important; overflow: hidden !important; white-space: nowrap; }
-        .jog-name { margin-left: 60px; }
+        .link-figures { position: relative; top: -14px; }
     """
     style = theatre.page.add_style_tag(content=bad)
     found = theatre.problems("bad")
