@@ -101,8 +101,8 @@ export class Charts {
     const fontFamily = getComputedStyle(document.body).fontFamily;
     const common = { textStyle: { fontFamily }, legend: { textStyle: { color: text, fontSize } } };
     const grid = (right) => [
-      { left: 3.6 * fontSize, right: right * fontSize, top: 2.6 * fontSize, height: "38%" },
-      { left: 3.6 * fontSize, right: right * fontSize, bottom: 1.7 * fontSize, height: "20%" },
+      { left: 3.6 * fontSize, right: right * fontSize, top: 2.6 * fontSize, height: "32%" },
+      { left: 3.6 * fontSize, right: right * fontSize, bottom: 1.7 * fontSize, height: "19%" },
     ];
     const bottom = { ...x, axisLabel: { ...x.axisLabel, formatter: (value) => `${value} s`.replace("-", "\u2212") } };
     const top = { ...x, axisLabel: { show: false } };
