@@ -116,6 +116,11 @@ def stopped(robot: Robot, time: float) -> Snapshot:
     return snapshot
 
 
+def aligning(robot: Robot, time: float) -> Snapshot:
+    """Return a pair whose twin comes closer, the longest words of who does what."""
+    return _with(ready(robot, time), mode="ALIGNING", why="both links are up: it aligns slowly")
+
+
 def no_stop(robot: Robot, time: float) -> Snapshot:
     """Return a following pair that no STOP of the page would reach."""
     why = "the twin controller's address is not known: no ROS master has answered yet"
@@ -128,7 +133,8 @@ def no_master(_: Robot, __: float) -> Snapshot:
 
 
 SCENES: dict[str, Callable[[Robot, float], Snapshot]] = {
-    made.__name__: made for made in (following, ready, alarmed, asked, stopped, no_stop, no_master)
+    made.__name__: made
+    for made in (following, ready, aligning, alarmed, asked, stopped, no_stop, no_master)
 }
 
 

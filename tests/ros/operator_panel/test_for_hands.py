@@ -145,7 +145,7 @@ def test_nothing_moves_when_alarms_commands_and_troubles_come(theatre: Theatre, 
     theatre.play("ready")
     theatre.settle()
     before = theatre.places()
-    for scene in ("alarmed", "no_stop", "asked", "stopped"):
+    for scene in ("alarmed", "no_stop", "asked", "stopped", "aligning"):
         theatre.play(scene)
         theatre.settle()
         moved = {
