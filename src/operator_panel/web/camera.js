@@ -5,7 +5,7 @@ const KEPT = "panel_show";
 
 export class Camera {
   constructor() {
-    this.card = document.querySelector(".scene-card");
+    this.card = document.querySelector(".stage");
     this.image = document.querySelector("[data-camera]");
     this.text = document.querySelector("[data-camera-text]");
     this.buttons = [...document.querySelectorAll("[data-show]")];
@@ -21,11 +21,12 @@ export class Camera {
     this.card.dataset.shows = name.toLowerCase();
     for (const button of this.buttons) button.setAttribute("aria-selected", button.dataset.show === name);
     localStorage.setItem(KEPT, name);
+    window.dispatchEvent(new Event("resize")); // charts have no size while they are not shown
     this.wake?.();
   }
 
   get seen() {
-    return this.shown !== "Model" && !document.hidden;
+    return (this.shown === "Both" || this.shown === "Camera") && !document.hidden;
   }
 
   async run() {

@@ -5,7 +5,8 @@ const SET_POINT = 2;
 const MEASURED = 3;
 const ERROR = 4;
 const EFFORT = 5;
-const DRAW_MS = 100;
+const DRAW_MS = 200;
+const REST_MS = 1000; // while nothing changes but the time axis
 
 export class Charts {
   constructor(told) {
@@ -16,13 +17,31 @@ export class Charts {
     for (const button of document.querySelectorAll("[data-select]")) {
       button.addEventListener("click", () => this.choose(button.dataset.select));
     }
+    for (const button of document.querySelectorAll("[data-chart]")) {
+      button.addEventListener("click", () => this.turn(button.dataset.chart));
+    }
+    this.turn("motion");
     new MutationObserver(() => this.dress()).observe(document.body, { attributeFilter: ["class"] });
     setInterval(() => this.draw(), DRAW_MS);
+  }
+
+  // Where there is room for one chart only: motion or loop.
+  turn(kind) {
+    document.querySelector(".charts").dataset.chartShown = kind;
+    for (const button of document.querySelectorAll("[data-chart]")) {
+      button.setAttribute("aria-selected", button.dataset.chart === kind);
+    }
+    this.dressed = false;
+    this.changed = true;
+    window.dispatchEvent(new Event("resize"));
   }
 
   add(time, points) {
     this.rows.push([time, points]);
     while (time - this.rows[0][0] > this.told.window) this.rows.shift();
+    const told = JSON.stringify(points[this.joint]);
+    this.moved ||= told !== this.last;
+    this.last = told;
     this.changed = true;
   }
 
@@ -43,9 +62,12 @@ export class Charts {
   draw() {
     const motion = getElement(this.told.motion)?.chart;
     const loop = getElement(this.told.loop)?.chart;
-    if (!motion || !loop || document.hidden || !this.changed) return;
+    if (!motion || !loop || document.hidden || !this.changed || !isSeen([motion, loop])) return;
+    const time = performance.now();
+    if (this.dressed && !this.moved && time - this.drawn < REST_MS) return;
     if (!this.dressed) this.dress();
-    this.changed = false;
+    this.drawn = time;
+    this.changed = this.moved = false;
     const now = this.rows.at(-1)?.[0] ?? 0;
     const column = (value) => this.rows.map(([time, points]) => [time - now, value(points[this.joint] || [])]);
     const of = (index) => column((point) => point[index] ?? null);
@@ -65,29 +87,40 @@ export class Charts {
   dress() {
     const css = (name) => getComputedStyle(document.body).getPropertyValue(name).trim();
     const [text, line] = [css("--muted"), css("--line")];
+    const fontSize = 0.875 * parseFloat(getComputedStyle(document.documentElement).fontSize);
     const unit = this.told.units[this.joint];
     const colours = { real: "--real", twin: "--twin", setpoint: "--text", deviation: "--deviation", effort: "--effort" };
     const axis = (name) => ({
-      name, nameTextStyle: { color: text, fontSize: 11, align: "left" }, nameGap: 6,
-      axisLabel: { color: text, fontSize: 11 }, axisLine: { onZero: false, lineStyle: { color: line } }, axisTick: { show: false },
+      name, nameTextStyle: { color: text, fontSize, align: "left" }, nameGap: 6,
+      axisLabel: { color: text, fontSize }, axisLine: { onZero: false, lineStyle: { color: line } }, axisTick: { show: false },
       splitLine: { show: true, lineStyle: { color: line } },
     });
     const x = { ...axis(""), splitLine: { show: false } };
     const style = (ids) => ids.map((id) => ({ id, lineStyle: { color: css(colours[id]) }, itemStyle: { color: css(colours[id]) } }));
-    const common = { textStyle: { fontFamily: "inherit" }, legend: { textStyle: { color: text, fontSize: 11 } } };
+    // A canvas takes no "inherit": it would fall back to 10 px.
+    const fontFamily = getComputedStyle(document.body).fontFamily;
+    const common = { textStyle: { fontFamily }, legend: { textStyle: { color: text, fontSize } } };
+    const grid = (right) => [
+      { left: 3.6 * fontSize, right: right * fontSize, top: 2.6 * fontSize, height: "32%" },
+      { left: 3.6 * fontSize, right: right * fontSize, bottom: 1.7 * fontSize, height: "19%" },
+    ];
     const bottom = { ...x, axisLabel: { ...x.axisLabel, formatter: (value) => `${value} s`.replace("-", "\u2212") } };
     const top = { ...x, axisLabel: { show: false } };
     const two = (name) => ({ ...axis(name), splitLine: { show: false } });
     getElement(this.told.motion)?.chart?.setOption({
-      ...common, xAxis: [top, bottom], yAxis: [axis(unit), axis(unit)], series: style(["real", "twin", "deviation"]),
+      ...common, grid: grid(1.2), xAxis: [top, bottom], yAxis: [axis(unit), axis(unit)], series: style(["real", "twin", "deviation"]),
     });
     getElement(this.told.loop)?.chart?.setOption({
-      ...common, xAxis: [top, bottom], yAxis: [axis(unit), axis(unit), two(this.told.efforts[this.joint])],
+      ...common, grid: grid(3), xAxis: [top, bottom], yAxis: [axis(unit), axis(unit), two(this.told.efforts[this.joint])],
       series: style(["setpoint", "twin", "deviation", "effort"]),
     });
     this.dressed = true;
     this.changed = true;
   }
+}
+
+function isSeen(charts) {
+  return charts.some((chart) => chart.getDom().offsetParent);
 }
 
 function values(series) {

@@ -5,6 +5,7 @@ import { Scene } from "./scene.js";
 import { Camera } from "./camera.js";
 import { Charts } from "./charts.js";
 import { Stop } from "./stop.js";
+import { Events } from "./events.js";
 import { watchJog } from "./hands.js";
 
 const told = window.PANEL;
@@ -23,6 +24,26 @@ function startTabs() {
   show(buttons.some((button) => button.dataset.tab === kept) ? kept : buttons[0].dataset.tab);
 }
 
+// One way of jogging at a time, and one length of a step for all of them; no choice outlives the page,
+// because the server knows the length only from here.
+function startJogWays() {
+  const ways = [...document.querySelectorAll("[data-way]")];
+  const steps = [...document.querySelectorAll("[data-step]")];
+  const show = (way) => {
+    for (const button of ways) button.setAttribute("aria-selected", button.dataset.way === way);
+    for (const panel of document.querySelectorAll("[data-way-panel]")) {
+      panel.classList.toggle("shown", panel.dataset.wayPanel === way);
+    }
+  };
+  const choose = (step) => {
+    for (const button of steps) button.setAttribute("aria-selected", button.dataset.step === step);
+  };
+  for (const button of ways) button.addEventListener("click", () => show(button.dataset.way));
+  for (const button of steps) button.addEventListener("click", () => choose(button.dataset.step));
+  show("hold");
+  choose("1");
+}
+
 function tabId() {
   const kept = sessionStorage.getItem("panel_tab_id");
   const id = kept || `${Date.now()}-${Math.random()}`;
@@ -32,28 +53,36 @@ function tabId() {
 
 function start() {
   const texts = new Texts();
+  let odd = false;
   const scene = new Scene(told.scene);
   const charts = new Charts(told.charts);
   const live = new Live(`${told.live}?page=${told.page}&tab=${encodeURIComponent(tabId())}`, {
     frame(frame) {
-      texts.show(frame);
       stop.showTrouble(frame.no_stop || "");
-      scene.show(frame);
+      // Where the processor draws, every second frame is enough to read.
+      odd = !odd;
+      if (!odd || !scene.software || frame.silent) {
+        texts.show(frame);
+        scene.show(frame);
+      }
       if (frame.point) charts.add(frame.t, frame.point);
     },
     lists: (lists) => texts.showLists(lists),
+    events: (list) => events.show(list),
     parts: (parts) => scene.showParts(parts),
     history: (rows) => charts.restart(rows),
-    refused: (refused) => texts.say(false, `Jog: ${refused.why}`),
+    refused: () => {}, // the place of the commands says why
     stopped: (answer) => stop.answered(answer),
     lost: (since) => texts.lost(since),
     back: () => texts.back(),
   });
   const stop = new Stop(live);
+  const events = new Events(live);
   startTabs();
+  startJogWays();
   new Camera();
   if (told.operator) watchJog(live, told.jog_period_ms);
-  window.panel = { preview: (pose) => scene.preview(pose), live };
+  window.panel = { preview: (pose) => scene.preview(pose), live, scene };
 }
 
 // nicegui builds the page after this file is loaded.

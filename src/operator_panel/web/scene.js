@@ -1,10 +1,12 @@
 // Moves the groups of the 3-D scene; draws edges, ghosts and the trails of both tools.
 import { THREE } from "nicegui-scene";
+import { Pace } from "./pace.js";
 
 const TRAIL_POINTS = 240;
 const TRAIL_STEP_M = 0.0015;
 const EDGE_ANGLE_DEG = 30;
 const PART_EDGES = 32;
+const SEEN = 3e-4; // rad or m: less is no change of the picture, a resting encoder's noise least of all
 
 export class Scene {
   constructor(told) {
@@ -15,6 +17,13 @@ export class Scene {
     this.size = "";
     this.parts = new Map();
     this.waiting = null;
+    this.pace = null;
+    this.poses = {};
+    this.still = false;
+  }
+
+  get software() {
+    return this.pace?.software ?? false;
   }
 
   get view() {
@@ -26,7 +35,9 @@ export class Scene {
   }
 
   show(frame) {
-    if (!this.view?.objects) return;
+    if (this.still || !this.view?.objects) return;
+    if (!this.view.renderer) return this.standStill();
+    this.pace ||= new Pace(this.view);
     this.fit();
     this.finish();
     if (this.waiting) this.putParts(this.waiting);
@@ -34,15 +45,30 @@ export class Scene {
     for (const [side, tool] of Object.entries(frame.tool || {})) this.trace(side, tool);
   }
 
+  // Without WebGL there is a still picture, and a word why.
+  standStill() {
+    this.still = true;
+    document.querySelector(".stage").classList.add("no-webgl");
+    document.querySelector("[data-still]").textContent =
+      "A still picture: this browser has no WebGL, so it cannot draw the robots. All numbers are live. " +
+      "Turn hardware acceleration on in the browser's settings, or choose Camera.";
+  }
+
   place(side, pose) {
+    if (side !== "preview" && isSame(pose, this.poses[side])) return;
+    let missing = false;
     for (const [name, q] of Object.entries(pose)) {
       const joint = this.told.joints[side]?.[name];
       const mesh = joint && this.mesh(joint.id);
+      if (joint && !mesh) missing = true;
       if (!mesh) continue;
       const [x, y, z] = joint.axis;
       if (joint.slides) mesh.position.set(x * q, y * q, z * q);
       else mesh.setRotationFromAxisAngle({ x, y, z }, q);
     }
+    // Groups come one after the other: until all are there the pose is put again.
+    this.poses[side] = missing ? null : pose;
+    this.pace?.change();
   }
 
   // Parts come before the scene is there, or after: the newest ones are put when it is.
@@ -52,6 +78,7 @@ export class Scene {
 
   putParts(sides) {
     this.waiting = null;
+    this.pace.change();
     const there = new Set();
     for (const [side, parts] of Object.entries(sides)) {
       parts.forEach(([name, position, orientation, diameter, height, colour], index) => {
@@ -89,6 +116,7 @@ export class Scene {
   preview(pose) {
     const root = this.mesh(this.told.joints.preview.root.id);
     if (root) root.visible = pose !== null;
+    this.pace?.change();
     if (pose !== null) this.place("preview", pose);
   }
 
@@ -101,6 +129,7 @@ export class Scene {
     this.view.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
     this.view.renderer.setClearColor(0x000000, 0);
     this.view.resize();
+    this.pace.change();
   }
 
   // Give new meshes their edges, and ghosts a surface that hides nothing.
@@ -109,6 +138,7 @@ export class Scene {
     for (const [id, { mesh }] of this.view.objects) {
       if (!mesh?.isMesh || this.finished.has(id)) continue;
       this.finished.add(id);
+      this.pace.change();
       const ghost = ghosts.get(id);
       const colour = ghost ? mesh.material.color : 0x10161d;
       const edges = new THREE.LineSegments(
@@ -131,6 +161,7 @@ export class Scene {
     const last = trail.points.at(-1);
     if (last && Math.hypot(tool[0] - last[0], tool[1] - last[1], tool[2] - last[2]) < TRAIL_STEP_M) return;
     trail.points.push(tool);
+    this.pace.change();
     if (trail.points.length > TRAIL_POINTS) trail.points.shift();
     trail.points.forEach((point, k) => trail.positions.set(point, 3 * k));
     trail.line.geometry.attributes.position.needsUpdate = true;
@@ -147,6 +178,10 @@ export class Scene {
     this.view.scene.add(line);
     return { points: [], positions, line, colour };
   }
+}
+
+function isSame(pose, shown) {
+  return shown && Object.entries(pose).every(([name, q]) => Math.abs(q - shown[name]) < SEEN);
 }
 
 function css(variable) {

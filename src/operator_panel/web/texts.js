@@ -1,5 +1,5 @@
 // Texts, bars, tones, lists and banners of the page.
-const TOAST_MS = 6000;
+const OUTCOMES = { running: "under way" };
 
 function clock(date) {
   return date.toLocaleTimeString([], { hour12: false });
@@ -8,7 +8,7 @@ function clock(date) {
 export class Texts {
   constructor() {
     this.places = new Map();
-    for (const [kind, attribute] of [["text", "live"], ["tone", "tone"], ["bar", "bar"]]) {
+    for (const [kind, attribute] of [["text", "live"], ["tone", "tone"], ["bar", "bar"], ["gauge", "gauge"]]) {
       const found = new Map();
       for (const place of document.querySelectorAll(`[data-${attribute}]`)) {
         const key = place.dataset[attribute];
@@ -36,6 +36,10 @@ export class Texts {
       this.mark(place.children[0], real);
       this.mark(place.children[1], twin);
     });
+    this.each("gauge", frame.gauge, (place, share) => {
+      const width = `${(100 * share).toFixed(1)}%`;
+      if (place.firstElementChild.style.width !== width) place.firstElementChild.style.width = width;
+    });
     const silent = frame.silent || "";
     if (silent !== this.silent) {
       this.silent = silent;
@@ -50,10 +54,12 @@ export class Texts {
     element.hidden = place === null;
   }
 
-  showLists({ alarms, decisions }) {
+  showLists({ alarms, commands, waiting }) {
     const list = document.querySelector("[data-alarms]");
     list.replaceChildren(...(alarms.length ? alarms.map(alarmLine) : [line("li", "alarm none", "No alarm")]));
-    document.querySelector("[data-decisions]").replaceChildren(...decisions.map(decisionLine));
+    for (const place of document.querySelectorAll("[data-command]")) showCommand(place, commands[place.dataset.command]);
+    const open = document.querySelector('[data-events="open"] span, [data-events="open"]');
+    open.textContent = `Not acknowledged (${waiting})`;
   }
 
   lost(since) {
@@ -65,15 +71,9 @@ export class Texts {
   back() {
     document.body.classList.remove("is-lost");
   }
-
-  say(success, text) {
-    const toast = line("div", `toast ${success ? "good" : "bad"}`, text);
-    document.body.append(toast);
-    setTimeout(() => toast.remove(), TOAST_MS);
-  }
 }
 
-function line(tag, style, text) {
+export function line(tag, style, text) {
   return Object.assign(document.createElement(tag), { className: style, textContent: text });
 }
 
@@ -84,9 +84,17 @@ function alarmLine(alarm) {
   return item;
 }
 
-function decisionLine(decision) {
-  const item = line("li", "decision", "");
-  const change = decision.mode_before === decision.mode_after ? decision.mode_after : `${decision.mode_before} \u2192 ${decision.mode_after}`;
-  item.append(line("time", "num", decision.clock), line("b", "", change), line("span", "", decision.why));
-  return item;
+function capital(text) {
+  return text.charAt(0).toUpperCase() + text.slice(1);
+}
+
+// One command: what was asked for, where it is, and why; its place has one size whatever stands in it.
+function showCommand(place, command) {
+  place.dataset.is = command?.tone ?? "";
+  place.dataset.outcome = command?.outcome ?? "";
+  if (!command) return place.replaceChildren();
+  const head = line("span", "command-head", "");
+  head.append(line("b", "command-title", command.title), line("span", "command-outcome", OUTCOMES[command.outcome] || command.outcome));
+  const text = line("span", "command-text", `${capital(command.text)} (${command.who}, ${command.clock})`);
+  place.replaceChildren(head, text);
 }

@@ -6,6 +6,7 @@ Who is let in, what reaches the cell, what pages are told.
 from __future__ import annotations
 
 import contextlib
+import csv
 import json
 import re
 import signal
@@ -168,6 +169,27 @@ def test_viewer_jogs_nothing(panel: Panel) -> None:
     with panel.live() as live:
         live.send('{"hold": 1, "joint": "joint_1", "direction": 1, "percent": 3}')
         assert "only watches" in heard(live, "refused")["why"]
+
+
+def test_event_is_acknowledged_by_an_operator_and_not_by_who_only_watches(
+    panel: Panel, operator: ClientConnection
+) -> None:
+    """What was refused is an event, too; the list is the same for all."""
+
+    def jogs() -> list[dict[str, str]]:
+        rows = csv.DictReader(panel.get("/events.csv").read().decode().splitlines())
+        return [row for row in rows if row["text"].startswith("Jog: refused")]
+
+    with panel.live() as viewer:
+        viewer.send('{"hold": 11, "joint": "joint_1", "direction": 1, "percent": 3}')
+        wait_until(jogs, 10.0, "the event")
+        viewer.send('{"acknowledge": 0}')
+        viewer.send('{"hold": 12, "joint": "joint_1", "direction": 1, "percent": 3}')
+        wait_until(lambda: len(jogs()) >= 2, 10.0, "what was said after the acknowledgement")
+        assert {row["acknowledged_by"] for row in jogs()} == {""}
+    operator.send('{"acknowledge": 0}')
+    wait_until(lambda: all(row["acknowledged_by"] for row in jogs()), 10.0, "the acknowledgement")
+    assert re.fullmatch(r"operator \d+", jogs()[0]["acknowledged_by"])
 
 
 @pytest.mark.parametrize("packet", ['{"command": "HOME"}', '{"hold": "x"}', "[]", "nonsense"])

@@ -220,8 +220,11 @@ def run_program(page: Page, override: str) -> None:
     panel = page.locator('[data-panel="Programs"]')
     panel.locator("input").fill(override)
     panel.get_by_role("button", name="Set").click()
-    expect(page.get_by_text(f"override {override} %").first).to_be_visible()
+    told = page.locator("[data-command]", has_text="Override of the robot").first
+    expect(told).to_contain_text(f"override {override} %", ignore_case=True)
+    expect(told).to_contain_text("done")
     panel.locator(".row-line", has_text="ARTICLE").get_by_role("button", name="Run").click()
+    page.get_by_role("button", name="Run ARTICLE", exact=True).click()
     is_mode(page, "Real robot leads")
 
 
@@ -246,10 +249,9 @@ def test_page_follows_a_run_of_the_real_robot(operator: Page, panel: Panel) -> N
         expect(operator.locator('[data-live="robot.program"]')).to_contain_text("ARTICLE")
         is_mode(operator, "Ready", LONG_MS)
         assert abs(shown(operator, "joint_1.deviation")) <= 0.05
-        operator.get_by_role("tab", name="Decisions").click()
-        expect(operator.locator(".decision").first).to_contain_text(
-            "REAL_LEADS \N{RIGHTWARDS ARROW} IDLE"
-        )
+        operator.get_by_role("tab", name="Events").click()
+        ended = operator.locator(".event", has_text="Real robot leads \N{RIGHTWARDS ARROW} Ready")
+        expect(ended.first).to_be_visible()
 
     panel.cell.beside_lost_links(scene)
 
@@ -320,10 +322,14 @@ def test_unreachable_target_is_refused_before_it_is_sent_and_a_good_one_is_reach
         operator.get_by_label("Y", exact=True).fill("160")
         expect(operator.locator(".preview.good")).to_be_visible()
         press(operator, "Move")
+        told = operator.locator("[data-command]", has_text="Move to x 510").first
+        expect(told).to_have_attribute("data-outcome", "running")
         expect(operator.locator('[data-live="tool.real"]')).to_have_text(
             "x 510.0  y 160.0  z 100.0 mm", timeout=LONG_MS
         )
         is_mode(operator, "Ready", LONG_MS)
+        expect(told).to_have_attribute("data-outcome", "done")
+        expect(told).to_contain_text("target reached", ignore_case=True)
 
     panel.cell.beside_lost_links(scene)
 
@@ -383,7 +389,7 @@ def test_viewer_sees_everything_and_begins_no_motion(open_page: Callable[..., Pa
     for name in ("Home", "Align", "Set"):
         expect(viewer.get_by_role("button", name=name, exact=True).first).to_be_disabled()
     viewer.evaluate("window.panel.live.send({hold: 1, joint: 'joint_1', direction: 1, percent: 3})")
-    expect(viewer.locator(".toast.bad")).to_contain_text("only watches")
+    expect(viewer.locator("[data-command='0']")).to_contain_text("only watches")
     press(viewer, "STOP")
     expect(viewer.locator('[data-stop-answer="STOP"]')).to_have_text("confirmed")
 

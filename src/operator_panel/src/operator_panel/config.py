@@ -65,9 +65,15 @@ class _Control(msgspec.Struct, frozen=True):
     keep_ms: Annotated[float, Meta(gt=0.0, le=600_000.0)]
 
 
+class _Divergence(msgspec.Struct, frozen=True):
+    path_mm: Positive
+    rest_mm: Positive
+
+
 class _TwinController(msgspec.Struct, frozen=True):
     real: Door
     control: _Control
+    divergence: _Divergence
 
 
 class _JogLimit(msgspec.Struct, frozen=True):
@@ -84,6 +90,7 @@ class Surroundings(msgspec.Struct, frozen=True):
     Attributes:
         real: The real robot's address, for the pendant.
         keep_s: Who holds control and gives no sign of life for so long loses it [s].
+        alarm_mm: So far apart the tools raise an alarm, while a side leads and at rest.
         jog_limit_percent: What joint_vel_controller accepts, percent of the joint's speed.
         positions: Named tool positions (x, y, z) [m].
         programs: Programs of the real robot, by name.
@@ -91,6 +98,7 @@ class Surroundings(msgspec.Struct, frozen=True):
 
     real: Door
     keep_s: float
+    alarm_mm: tuple[float, float]
     jog_limit_percent: float
     positions: dict[str, tuple[float, float, float]]
     programs: tuple[Program, ...]
@@ -118,6 +126,7 @@ def load_surroundings(robot: Robot, directory: Path | str | None = None) -> Surr
     return Surroundings(
         real=controller.real,
         keep_s=controller.control.keep_ms * 1e-3,
+        alarm_mm=(controller.divergence.path_mm, controller.divergence.rest_mm),
         jog_limit_percent=load(locate("motion.yaml", directory), _Motion).jog.speed_percent,
         positions=robot.positions_m,
         programs=tuple(sorted(programs, key=lambda program: program.name)),

@@ -17,11 +17,13 @@ class Answer(msgspec.Struct, frozen=True):
         success: Whether it was done.
         message: In words.
         values: What else was answered.
+        lost: Nobody answered: whether it was done is not known.
     """
 
     success: bool
     message: str
     values: Mapping[str, Any] = {}
+    lost: bool = False
 
 
 class Seat(msgspec.Struct, frozen=True):
@@ -115,6 +117,9 @@ class CellDoor(Protocol):
 
     def jog(self, velocities: Mapping[str, float]) -> None:
         """Send joint velocities [rad/s] or [m/s]."""
+
+    async def grip(self, close: bool) -> Answer:
+        """Close or open the twin's gripper; the real robot's follows."""
 
     async def pendant(self, *words: str) -> Answer:
         """Press a key of the real robot's pendant."""

@@ -12,6 +12,7 @@ from harness.workspace import ROOT
 from operator_panel.control.authority import Role
 from operator_panel.control.jog import DeadMan
 from operator_panel.door import Answer, Seat
+from operator_panel.io import desk as desk_module
 from operator_panel.io.desk import MOST_WATCHERS, Desk
 from operator_panel.view.snapshot import CellState, Snapshot
 from scara_config import load_robot
@@ -247,6 +248,19 @@ def test_page_whose_line_broke_after_it_was_loaded_again_keeps_its_seat(desk: De
         desk.left(page)
     desk.arrived("a3", "tab a")
     assert desk.name_of("a3") == "operator 1"
+
+
+def test_number_of_a_page_that_is_long_gone_is_used_again(
+    desk: Desk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nobody is "operator 9" because the page was loaded nine times."""
+    desk.left("b")
+    desk.open("c", Role.OPERATOR)
+    assert desk.name_of("c") == "operator 3", "control may still be held by the second"
+    now = desk_module.time.monotonic()
+    monkeypatch.setattr(desk_module.time, "monotonic", lambda: now + 3.0 * KEEP_S)
+    desk.open("d", Role.OPERATOR)
+    assert desk.name_of("d") == "operator 2"
 
 
 def test_other_tab_does_not_inherit(desk: Desk) -> None:

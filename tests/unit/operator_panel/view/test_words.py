@@ -31,18 +31,48 @@ def test_number_has_a_true_minus_and_no_minus_zero(
 @pytest.mark.parametrize(
     ("value", "text"),
     [
-        (0.000291, "291 \u00b5s"),
-        (0.0041, "4.1 ms"),
-        (-0.5, "\N{MINUS SIGN}500.0 ms"),
-        (12.3456, "12.35 s"),
+        (0.000291, "under 1 ms"),
+        (0.0041, "4 ms"),
+        (-0.5, "\N{MINUS SIGN}500 ms"),
+        (0.9999, "1.0 s"),
+        (12.3456, "12.3 s"),
         (7384.0, "2 h 3 min"),
         (-1290312.0, "\N{MINUS SIGN}14 d 22 h"),
         (math.inf, "\N{EN DASH}"),
     ],
 )
 def test_time_is_in_the_unit_that_reads_best(value: float, text: str) -> None:
-    """A clock's offset may be microseconds or days."""
+    """Nobody needs less than a millisecond; a link may be down for days."""
     assert words.seconds(value) == text
+
+
+@pytest.mark.parametrize(
+    ("said", "shown"),
+    [
+        ("MOVE: OPERATOR_LEADS: both are commanded", "Both are commanded"),
+        ("the real robot moved: the twin follows", "The real robot moved: the twin follows"),
+        ("held in REAL_LEADS", "Held in real robot leads"),
+        ("", ""),
+    ],
+)
+def test_codes_of_the_controller_are_left_out(said: str, shown: str) -> None:
+    """A fitter reads words."""
+    assert words.people(said) == shown
+
+
+@pytest.mark.parametrize(
+    ("command", "fields", "title"),
+    [
+        ("SPEED", {"speed_percent": 40.0}, "Speed cap 40 %"),
+        ("HOME", {}, "Home"),
+        ("MOVE", {"x": -0.1, "y": 0.0, "z": 0.05}, "Move to x \N{MINUS SIGN}100 y 0 z 50 mm"),
+    ],
+)
+def test_command_is_told_with_what_was_asked(
+    command: str, fields: dict[str, object], title: str
+) -> None:
+    """In the units of the page."""
+    assert words.command_title(command, fields) == title
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Read-only routes beside the page, for everybody who may see it: the pair and the camera."""
+"""Read-only routes beside the page, for everybody who may see it: the pair, the camera, events."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from starlette.responses import Response
 
 from operator_panel.door import Answer, Picture
 
-TWIN, CAMERA = "/api/twin", "/camera.jpg"
+TWIN, CAMERA, EVENTS = "/api/twin", "/camera.jpg", "/events.csv"
 FRESH = {"Cache-Control": "no-store"}
 
 
@@ -54,6 +54,16 @@ def offer_camera(picture: Callable[[str], Awaitable[Picture | None]]) -> None:
         )
 
     app.add_api_route(CAMERA, answer, methods=["GET"], include_in_schema=False)
+
+
+def offer_events(csv: Callable[[], str]) -> None:
+    """Offer the kept events as a file for a spreadsheet."""
+
+    async def answer() -> Response:
+        name = {"Content-Disposition": 'attachment; filename="events.csv"'}
+        return Response(csv(), media_type="text/csv; charset=utf-8", headers={**FRESH, **name})
+
+    app.add_api_route(EVENTS, answer, methods=["GET"], include_in_schema=False)
 
 
 def _number(text: str) -> float | None:

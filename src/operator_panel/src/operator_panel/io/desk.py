@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import itertools
 import logging
 import threading
 import time
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass, field
+from datetime import datetime
 from typing import Any
 
 from operator_panel.control import authority, commands
 from operator_panel.control.authority import ENDING, Role
 from operator_panel.control.jog import DeadMan, JogError
 from operator_panel.door import Answer, CellDoor, Seat
+from operator_panel.view import words
+from operator_panel.view.progress import CommandLog
 from operator_panel.view.snapshot import CellState
 
 LOG = logging.getLogger(__name__)
@@ -77,9 +81,10 @@ class Desk:
             say: Logs what was commanded by whom.
         """
         self.sessions: dict[str, Session] = {}
+        self.log = CommandLog()
+        self._noted = ("", 0)
         self._door, self._dead_man, self._keep_s, self._say = door, dead_man, keep_s, say
         self._silent_s = silent_s
-        self._count = 0
         self._lock = threading.Lock()
         self._wake = asyncio.Event()
         self._pressed = threading.Event()
@@ -88,10 +93,19 @@ class Desk:
         """Note a page that is being built; ``person`` has brought the token."""
         seat = NOBODY
         if role is Role.OPERATOR:
-            self._count += 1
-            seat = Seat(person or role.value, str(self._count))
+            seat = Seat(person or role.value, str(self._free_number()))
         self.sessions[page] = Session(page, role, seat)
         return self.sessions[page]
+
+    def _free_number(self) -> int:
+        """Return the smallest number that no page uses, or has used while control is remembered."""
+        now = time.monotonic()
+        used = {
+            session.seat.session
+            for session in self.sessions.values()
+            if session.there or now - session.seen < 2.0 * self._keep_s
+        }
+        return next(number for number in itertools.count(1) if str(number) not in used)
 
     def crowded(self) -> str:
         """Return why nobody else may watch, or an empty text; operators are always let in."""
@@ -215,6 +229,7 @@ class Desk:
         answer = self._door.stop(seat, command)  # before all else that could fail or take time
         try:
             self.stop_jog()
+            answer = self._logged(page, command, answer)
             self._say(f"{self.name_of(page)}: {command}")
         except Exception:
             # The press is on its way and its answer is what counts. A joint that gets no zero stops
@@ -222,13 +237,43 @@ class Desk:
             LOG.exception("%s was sent; what belongs to it failed", command)
         return answer
 
-    async def command(self, page: str, command: str, **fields: Any) -> Answer:
+    async def command(self, page: str, command: str, title: str = "", **fields: Any) -> Answer:
         """Send another command of ``page``; whether its person may, the twin controller says."""
+        number = self.begin(page, command, title or words.command_title(command, fields))
         session = self.sessions.get(page)
         if session is None or (session.role is Role.VIEWER and command not in ENDING):
-            return Answer(False, self.refusal(page))
-        self._say(f"{session.name}: {command} {fields or ''}".rstrip())
-        return await self._door.command(session.seat, command, **fields)
+            answer = Answer(False, self.refusal(page))
+        else:
+            self._say(f"{session.name}: {command} {fields or ''}".rstrip())
+            answer = await self._door.command(session.seat, command, **fields)
+        self.ended(number, answer)
+        return answer
+
+    def begin(self, page: str, kind: str, title: str) -> int:
+        """Show a command that ``page`` sends now; return its number."""
+        clock = datetime.now().strftime("%H:%M:%S")
+        return self.log.begin(kind, title, self.name_of(page), clock, time.monotonic())
+
+    def ended(self, number: int, answer: Answer) -> None:
+        """Show the answer to a command; a motion is followed from here to its end."""
+        self.log.answered(number, answer, time.monotonic())
+
+    def note(self, page: str, title: str, answer: Answer) -> None:
+        """Show something that was asked for and answered at once."""
+        self.ended(self.begin(page, title, title), answer)
+
+    def note_once(self, page: str, press: int, title: str, answer: Answer) -> None:
+        """Show the refusal of a held button once, not at each of its signs."""
+        if self._noted != (page, press):
+            self._noted = (page, press)
+            self.note(page, title, answer)
+
+    async def _logged(self, page: str, command: str, answer: Awaitable[Answer]) -> Answer:
+        """Show a stop; the answer is passed on unchanged."""
+        number = self.begin(page, command, words.command_title(command, {}))
+        found = await answer
+        self.ended(number, found)
+        return found
 
     def hold(self, page: str, press: int, joint: str, direction: int, speed_percent: float) -> str:
         """Take a sign of a held jog button; return why it does not count, or an empty text.

@@ -10,6 +10,7 @@ import contextlib
 import logging
 import time
 from collections.abc import Callable
+from datetime import datetime
 from typing import Any
 
 import msgspec
@@ -17,10 +18,12 @@ from nicegui import app, background_tasks
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from operator_panel.config import PanelConfig
+from operator_panel.control.authority import Role
 from operator_panel.door import Answer, CellDoor
 from operator_panel.io.desk import Desk
 from operator_panel.io.stop_line import ANSWER_S, not_confirmed
-from operator_panel.view.alarms import active_alarms
+from operator_panel.view.alarms import Alarm, active_alarms
+from operator_panel.view.events import EventLog
 from operator_panel.view.frame import FrameMaker
 from operator_panel.view.history import History
 from operator_panel.view.snapshot import Part, Snapshot
@@ -64,6 +67,8 @@ class Live:
         self._lines: dict[str, _Line] = {}
         self._watched = asyncio.Event()
         self._lists = ""
+        self.events = EventLog()
+        self._sent_events = 0
         self._parts: dict[str, tuple[Part, ...]] = {}
         self.listeners: list[Callable[[Snapshot, bool], None]] = []
         app.add_api_websocket_route(PATH, self._serve)
@@ -89,12 +94,22 @@ class Live:
     def _step(self) -> None:
         now = time.monotonic()
         snapshot = self._door.snapshot()
-        silent = snapshot.is_silent(now, self._config.silent_ms * 1e-3)
-        self._send(snapshot, now)
+        silent_s = self._config.silent_ms * 1e-3
+        silent = snapshot.is_silent(now, silent_s)
+        alarms = active_alarms(snapshot, now, silent_s)
+        self._desk.log.look(snapshot, silent, now)
+        self._note(snapshot, alarms)
+        self._send(snapshot, alarms, now)
         for listener in self.listeners:
             listener(snapshot, silent)
 
-    def _send(self, snapshot: Snapshot, now: float) -> None:
+    def _note(self, snapshot: Snapshot, alarms: tuple[Alarm, ...]) -> None:
+        clock = _clock()
+        self.events.decisions(snapshot.decisions, clock.partition("T")[0])
+        self.events.alarms(alarms, clock)
+        self.events.ended(self._desk.log.take_ended(), clock)
+
+    def _send(self, snapshot: Snapshot, alarms: tuple[Alarm, ...], now: float) -> None:
         if not self._lines:
             self._history.add(round(now, 3), self._maker.points(snapshot, now))
             return
@@ -102,18 +117,25 @@ class Live:
         if not self._history.add(frame.t, frame.point):
             frame = msgspec.structs.replace(frame, point={})
         text = _message("frame", frame)
-        lists = self._lists_text(snapshot, now)
+        lists = self._lists_text(alarms)
         for line in self._lines.values():
             line.put("frame", text)
             if lists != self._lists:
                 line.put("lists", lists)
+            if self.events.version != self._sent_events:
+                line.put("events", _message("events", self.events.shown))
             if snapshot.parts is not self._parts:
                 line.put("parts", _message("parts", snapshot.parts))
         self._lists, self._parts = lists, snapshot.parts
+        self._sent_events = self.events.version
 
-    def _lists_text(self, snapshot: Snapshot, now: float) -> str:
-        alarms = active_alarms(snapshot, now, self._config.silent_ms * 1e-3)
-        return _message("lists", {"alarms": alarms, "decisions": snapshot.decisions})
+    def _lists_text(self, alarms: tuple[Alarm, ...]) -> str:
+        content = {
+            "alarms": alarms,
+            "commands": self._desk.log.shown,
+            "waiting": self.events.waiting,
+        }
+        return _message("lists", content)
 
     async def _serve(self, socket: WebSocket) -> None:
         page = socket.query_params.get("page", "")
@@ -129,7 +151,10 @@ class Live:
         self._desk.arrived(page, socket.query_params.get("tab", ""))
         line.put("history", _message("history", self._history.rows))
         snapshot = self._door.snapshot()
-        line.put("lists", self._lists_text(snapshot, time.monotonic()))
+        now = time.monotonic()
+        alarms = active_alarms(snapshot, now, self._config.silent_ms * 1e-3)
+        line.put("lists", self._lists_text(alarms))
+        line.put("events", _message("events", self.events.shown))
         line.put("parts", _message("parts", snapshot.parts))
         sender = asyncio.create_task(_pump(line))
         try:
@@ -163,14 +188,22 @@ class Live:
             }:
                 refused = self._desk.hold(page, press, joint, direction, float(percent))
                 if refused:
+                    self._desk.note_once(page, press, "Jog", Answer(False, refused))
                     line.put("refused", _message("refused", {"press": press, "why": refused}))
             case {"release": int(press)}:
                 self._desk.let_go(page, press)
+            case {"acknowledge": int(number)}:
+                self._acknowledge(page, number)
             case {"stop": "STOP" | "ESTOP" as command, "press": int(press)}:
                 # Beside the hearing: what is let go meanwhile is heard.
                 background_tasks.create(self._stop(page, command, press, line), name=command)
             case _:
                 raise ValueError(f"unknown packet {packet!r}")
+
+    def _acknowledge(self, page: str, number: int) -> None:
+        """Note that an operator has seen an event; whoever only watches changes nothing."""
+        if self._desk.sessions[page].role is Role.OPERATOR:
+            self.events.acknowledge(number, self._desk.name_of(page), _clock())
 
     async def _stop(self, page: str, command: str, press: int, line: _Line) -> None:
         """Stop, and tell the page in time what is known of it; then what came late."""
@@ -203,6 +236,10 @@ async def _pump(line: _Line) -> None:
                 await line.socket.send_text(text)
     except (WebSocketDisconnect, RuntimeError, OSError):
         pass  # the other half of the connection notices too
+
+
+def _clock() -> str:
+    return datetime.now().isoformat(timespec="seconds")
 
 
 def _message(kind: str, content: object) -> str:

@@ -42,7 +42,9 @@ class Pendant:
         except TimeoutError:
             process.kill()
             await process.wait()
-            return Answer(False, f"the pendant did not answer within {self._timeout:g} s")
+            return Answer(
+                False, f"the pendant did not answer within {self._timeout:g} s", lost=True
+            )
         lines = said.decode(errors="replace").strip().splitlines()
         return Answer(
             process.returncode == 0, lines[-1] if lines else f"exit code {process.returncode}"

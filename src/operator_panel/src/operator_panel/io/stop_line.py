@@ -222,4 +222,4 @@ class StopLine:
 
 def not_confirmed(why: str) -> Answer:
     """Return the answer to a press of which nobody knows whether it was obeyed."""
-    return Answer(False, why, {"confirmed": False})
+    return Answer(False, why, {"confirmed": False}, lost=True)

@@ -37,6 +37,7 @@ class Lane:
                 return Answer(
                     False,
                     f"{self._name} did not answer within {self._timeout:g} s: it may still be done",
+                    lost=True,
                 )
             except (ServiceError, rospy.ROSException, OSError) as error:
                 return Answer(False, f"{self._name} cannot be called: {error}")

@@ -15,6 +15,7 @@ from scara_config import Robot
 from scara_ros.io.service_connection import ServiceError
 from scara_ros.nodes.registration import keep_registered
 from scara_ros.nodes.service_client import look_up
+from std_srvs.srv import SetBool
 
 from control_msgs.msg import JointJog
 from operator_panel.config import PanelConfig, Surroundings
@@ -69,6 +70,7 @@ class CellLink:
         self._shadow = Lane("twin_controller/shadow", Shadow, timeout)
         self._start = Lane("recorder/start", StartRecording, RECORDER_TIMEOUT_S)
         self._stop = Lane("recorder/stop", StopRecording, RECORDER_TIMEOUT_S)
+        self._gripper = Lane("gripper", SetBool, timeout)
         self._tuning = TuningLink([joint.name for joint in robot.twin_joints], timeout)
         self._camera = CameraLink()
         self._jog: Any = None
@@ -171,6 +173,11 @@ class CellLink:
             message = JointJog(joint_names=list(velocities), velocities=list(velocities.values()))
             message.header.stamp = rospy.get_rostime()
             self._jog.publish(message)
+
+    async def grip(self, close: bool) -> Answer:
+        """Switch the twin's gripper; the twin controller passes it on to the real robot."""
+        self.say(f"gripper {'closed' if close else 'opened'}")
+        return as_answer(await self._gripper.call(data=close))
 
     async def pendant(self, *words: str) -> Answer:
         """Press a key of the real robot's pendant."""

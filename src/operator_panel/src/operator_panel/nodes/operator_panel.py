@@ -13,7 +13,7 @@ Subscribes: ``twin_controller/state``, ``twin_controller/decisions``, ``real/rob
 ``twin/pid/<joint>/parameter_updates``.
 Publishes: ``joint_vel_controller/command`` (control_msgs/JointJog) while a jog button is held.
 Calls: ``twin_controller/command``, ``twin_controller/control``, ``twin_controller/shadow``,
-``twin_controller/judge``, ``recorder/start``, ``recorder/stop``,
+``twin_controller/judge``, ``recorder/start``, ``recorder/stop``, ``gripper``,
 ``twin/pid/<joint>/set_parameters``; starts ``rosrun fanuc_emulator pendant``.
 """
 
@@ -42,7 +42,7 @@ from scara_ros.page_door import PageDoor
 
 from operator_panel.config import PanelConfig, load_panel, load_surroundings
 from operator_panel.control.jog import DeadMan
-from operator_panel.io.api import offer_camera, offer_twin
+from operator_panel.io.api import offer_camera, offer_events, offer_twin
 from operator_panel.io.desk import Desk
 from operator_panel.io.live import Live
 from operator_panel.io.page.shell import Shell
@@ -109,9 +109,10 @@ def serve(private: dict[str, str]) -> None:
     silent_s = config.silent_ms * 1e-3
     dead_man = DeadMan(robot, around.jog_limit_percent, config.jog.dead_man_ms * 1e-3)
     desk = Desk(link, dead_man, around.keep_s, silent_s, link.say)
-    live = Live(link, desk, FrameMaker(robot, model, silent_s), config)
+    live = Live(link, desk, FrameMaker(robot, model, silent_s, around.alarm_mm), config)
     offer_twin(link.shadow)
     offer_camera(link.picture)
+    offer_events(live.events.csv)
     Shell(
         robot,
         model,

@@ -29,6 +29,7 @@ class Frame(msgspec.Struct, frozen=True, omit_defaults=True):
         point: For each joint real, twin [deg or mm], set point, measured, error [deg or mm],
             effort [N m or N]; null if unknown.
         tool: For each side the tool's position [m].
+        gauge: Share of its limit, 0..1, for each gauge.
         silent: Text: since when the twin controller is silent; absent while it is not.
         no_stop: Text: why no STOP can be sent from the page, and what to do; absent while it can.
     """
@@ -40,6 +41,7 @@ class Frame(msgspec.Struct, frozen=True, omit_defaults=True):
     pose: dict[str, dict[str, float]] = {}
     point: Points = {}
     tool: dict[str, tuple[float, float, float]] = {}
+    gauge: dict[str, float] = {}
     silent: str = ""
     no_stop: str = ""
 
@@ -47,8 +49,18 @@ class Frame(msgspec.Struct, frozen=True, omit_defaults=True):
 class FrameMaker:
     """Makes frames for one robot."""
 
-    def __init__(self, robot: Robot, model: Model, silent_s: float) -> None:
-        """Remember what does not change."""
+    def __init__(
+        self, robot: Robot, model: Model, silent_s: float, alarm_mm: tuple[float, float]
+    ) -> None:
+        """Remember what does not change.
+
+        Args:
+            robot: The joints.
+            model: Their places.
+            silent_s: The twin controller is silent after so long [s].
+            alarm_mm: So far apart the tools raise an alarm, while a side leads and at rest.
+        """
+        self._alarm_mm = alarm_mm
         self._joints = {joint.name: joint for joint in robot.twin_joints}
         self._model = model
         self._tool_link = robot.tool_frame
@@ -76,14 +88,18 @@ class FrameMaker:
             else ""
         )
         poses = self._poses(state)
+        apart = self._deviation_mm(state, poses)
         return Frame(
             t=round(now, 3),
-            text=self._texts(snapshot, state, poses),
+            text=self._texts(snapshot, state, poses, apart),
             tone=_tones(state),
             bar={name: self._bar(state, name) for name in self._joints},
             pose=poses,
             point=self.points(snapshot, now),
             tool={side: self._tool(pose) for side, pose in poses.items()},
+            gauge={"deviation": round(min(apart / self._limit_mm(state), 1.0), 3)}
+            if math.isfinite(apart)
+            else {},
             silent=silent,
             no_stop=words.no_stop_text(snapshot.no_stop),
         )
@@ -95,23 +111,37 @@ class FrameMaker:
             return {}
         return {name: self._point(state, snapshot.loops, name) for name in self._joints}
 
+    def _limit_mm(self, state: CellState) -> float:
+        """Return how far apart the tools raise an alarm now."""
+        leading, resting = self._alarm_mm
+        return leading if state.leader else resting
+
     def _is_silent(self, snapshot: Snapshot, now: float) -> bool:
         return snapshot.is_silent(now, self._silent_s)
 
     def _texts(
-        self, snapshot: Snapshot, state: CellState, poses: dict[str, dict[str, float]]
+        self,
+        snapshot: Snapshot,
+        state: CellState,
+        poses: dict[str, dict[str, float]],
+        apart: float,
     ) -> dict[str, str]:
+        real, arrow, twin = words.roles(state)
         text = {
             "mode": words.mode_title(state.mode),
-            "why": _sentence(state.why),
+            "why": words.people(state.why),
             "leader": words.leader_text(state.leader),
+            "lead.real": real,
+            "lead.arrow": arrow,
+            "lead.twin": twin,
             "motion": words.motion_text(state),
-            "speed.requested": words.percent(state.speed_requested_percent),
             "speed.applied": words.percent(state.speed_applied_percent),
             "speed.reason": words.speed_reason(state),
-            "deviation": f"{words.number(self._deviation_mm(state, poses))} mm",
-            "lag": words.seconds(state.follower_lag),
+            "deviation": f"{words.number(apart)} mm",
+            "deviation.limit": f"alarm from {self._limit_mm(state):g} mm",
+            "lag": words.lag_text(state),
             "jog": snapshot.jog,
+            "gripper": words.gripper_text(state),
         }
         for index, name in enumerate(state.name):
             for key, values, signed in _columns(state):
@@ -203,12 +233,7 @@ def _link_texts(link: Link) -> dict[str, str]:
     name = f"link.{link.name}"
     return {
         f"{name}.state": words.link_state(link),
-        f"{name}.age": words.seconds(link.age) if link.connected else NOTHING,
-        f"{name}.round_trip": words.seconds(link.round_trip) if link.connected else NOTHING,
-        f"{name}.clock": words.clock(link.clock_offset, link.clock_uncertainty)
-        if link.connected
-        else NOTHING,
-        f"{name}.counts": f"{link.rejected} rejected, {link.reconnects} reconnects",
+        f"{name}.figures": words.link_figures(link),
     }
 
 
@@ -226,17 +251,13 @@ def _package_texts(snapshot: Snapshot) -> dict[str, str]:
 def _tones(state: CellState) -> dict[str, str]:
     tone = {
         "mode": words.mode_tone(state.mode),
+        "lead": state.leader or "nobody",
         "speed.applied": "warn" if state.speed_limited else "",
-        "deviation": "bad" if state.diverged else "",
+        "deviation": "bad" if state.diverged else "good",
     }
     for link in state.links:
         tone[f"link.{link.name}.state"] = "good" if words.link_state(link) == "connected" else "bad"
     return tone
-
-
-def _sentence(text: str) -> str:
-    """Return ``text`` with a capital at its start."""
-    return text[:1].upper() + text[1:]
 
 
 def _finite(value: float, decimals: int) -> float | None:

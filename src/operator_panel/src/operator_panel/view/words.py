@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
+import re
+from collections.abc import Mapping
 
 from operator_panel.view.snapshot import CellState, Link
 from scara_msgs.msg import TwinControllerState as Mode
 
 MINUS = "\N{MINUS SIGN}"
 UNKNOWN = "\N{EN DASH}"
-OTHER_DAY_S = 600.0  # our choice: clocks that shall show the same time are not so far apart
+CODE = re.compile(r"[A-Z_]{3,}: ")  # how the controller begins an answer: "MOVE: "
 
 # mode: (title, tone). The tone is a CSS class; blue is the real robot, orange the twin.
 MODES: dict[str, tuple[str, str]] = {
@@ -29,6 +31,15 @@ LEADERS = {
     "twin": "twin, the real robot follows",
     "operator": "operator, both are commanded",
     "": "nobody",
+}
+SIDES = {"real": "real robot", "twin": "twin"}
+COMMANDS = {"ESTOP": "Emergency stop", "SPEED": "Speed cap", "MOVE": "Move"}
+# leader: what the real robot does, the arrow between both, what the twin does.
+ROLES: dict[str, tuple[str, str, str]] = {
+    "real": ("leads", "\N{RIGHTWARDS ARROW}", "follows"),
+    "twin": ("follows", "\N{LEFTWARDS ARROW}", "leads"),
+    "operator": ("obeys", "\N{LEFT RIGHT ARROW}", "obeys"),
+    "": ("waits", "\N{MIDDLE DOT}", "waits"),
 }
 
 
@@ -71,32 +82,40 @@ def percent(value: float) -> str:
 
 
 def seconds(value: float) -> str:
-    """Return a time in the unit that reads best, from microseconds to days."""
+    """Return a time in the unit that reads best; nobody needs less than a millisecond.
+
+    Example:
+        >>> seconds(0.0041), seconds(0.0003), seconds(12.3456)
+        ('4 ms', 'under 1 ms', '12.3 s')
+    """
     if not math.isfinite(value):
         return UNKNOWN
     size = abs(value)
-    for limit, scale, unit, decimals in (
-        (1e-3, 1e6, "\u00b5s", 0),
-        (1.0, 1e3, "ms", 1),
-        (600.0, 1.0, "s", 2),
-    ):
-        if size < limit:
-            return f"{number(value * scale, decimals)} {unit}"
+    if size < 0.95e-3:
+        return "under 1 ms"
+    if size < 0.9995:
+        return f"{number(value * 1e3, 0)} ms"
+    if size < 600.0:
+        return f"{number(value, 1)} s"
     days, rest = divmod(size, 86400.0)
     hours, rest = divmod(rest, 3600.0)
     text = f"{hours:.0f} h {rest / 60.0:.0f} min" if not days else f"{days:.0f} d {hours:.0f} h"
     return f"{MINUS}{text}" if value < 0.0 else text
 
 
-def clock(offset: float, uncertainty: float) -> str:
-    """Return how far a clock is from ours and how well that is known.
+def link_figures(link: Link) -> str:
+    """Return how fresh a link's values are, how fast it answers, how well its clock is known.
 
-    A clock that counts from another day is just its own.
+    How far the clock is from ours is left out: a robot's counts from when it was switched on.
     """
-    if not math.isfinite(offset):
-        return UNKNOWN
-    shown = seconds(offset) if abs(offset) < OTHER_DAY_S else "own"
-    return f"{shown} \N{PLUS-MINUS SIGN} {seconds(uncertainty)}"
+    if not link.connected:
+        return "no values come"
+    parts = [f"values {seconds(link.age)} old"]
+    if math.isfinite(link.round_trip):
+        parts.append(f"answers in {seconds(link.round_trip)}")
+    if math.isfinite(link.clock_uncertainty):
+        parts.append(f"clock within {seconds(link.clock_uncertainty)}")
+    return ", ".join(parts)
 
 
 def link_state(link: Link) -> str:
@@ -117,10 +136,85 @@ def motion_text(state: CellState) -> str:
 
 
 def speed_reason(state: CellState) -> str:
-    """Return why the applied speed is not the requested one, or an empty text."""
+    """Return what speed was asked for, and why the pair does not get it."""
+    asked = percent(state.speed_requested_percent)
     if not state.speed_limited:
-        return ""
-    return state.speed_reason or "limited"
+        return "of full speed, as asked for"
+    return f"{asked} asked for; lowered: {state.speed_reason or 'limited'}"
+
+
+def roles(state: CellState) -> tuple[str, str, str]:
+    """Return what the real robot does, an arrow towards the follower, what the twin does."""
+    if state.mode == Mode.ALIGNING:
+        return "waits", "\N{RIGHTWARDS ARROW}", "comes closer"
+    return ROLES.get(state.leader, ROLES[""])
+
+
+def lag_text(state: CellState) -> str:
+    """Return how far the follower is behind, in words.
+
+    Example:
+        >>> lag_text(CellState("REAL_LEADS", leader="real", follower_lag=0.0081))
+        'the twin is 8 ms behind'
+    """
+    if state.leader in ("real", "twin") and math.isfinite(state.follower_lag):
+        follower = SIDES["twin" if state.leader == "real" else "real"]
+        return f"the {follower} is {seconds(state.follower_lag)} behind"
+    if state.leader == "operator":
+        return "both follow the operator"
+    return "nobody follows now"
+
+
+def gripper_text(state: CellState) -> str:
+    """Return what both grippers do.
+
+    Example:
+        >>> gripper_text(CellState("IDLE", real_gripper="off", twin_gripper="holding part_1"))
+        'real robot: open, twin: holding part_1'
+    """
+    shown = {"on": "closed", "off": "open", "": "unknown"}
+    real, twin = (shown.get(text, text) for text in (state.real_gripper, state.twin_gripper))
+    return f"real robot: {real}, twin: {twin}"
+
+
+def command_title(command: str, fields: Mapping[str, object]) -> str:
+    """Return a command with what was asked for.
+
+    Example:
+        >>> command_title("MOVE", {"x": 0.51, "y": 0.16, "z": 0.1, "speed_percent": 50.0})
+        'Move to x 510 y 160 z 100 mm at 50 %'
+        >>> command_title("ESTOP", {})
+        'Emergency stop'
+    """
+    title = COMMANDS.get(command, command.capitalize())
+    if "x" in fields:
+        title += " to " + " ".join(f"{a} {number(1e3 * _float(fields[a]), 0)}" for a in "xyz")
+        title += " mm"
+    speed = _float(fields.get("speed_percent", 0.0))
+    if command == "SPEED":
+        return f"{title} {percent(speed)}"
+    return f"{title} at {percent(speed)}" if speed else title
+
+
+def _float(value: object) -> float:
+    return float(value)  # type: ignore[arg-type]
+
+
+def people(text: str) -> str:
+    """Return a text of the controller with its modes and commands as a person says them.
+
+    Example:
+        >>> people("MOVE: OPERATOR_LEADS: both are commanded")
+        'Both are commanded'
+        >>> people("MOVE refused: something else leads: STOP first")
+        'MOVE refused: something else leads: STOP first'
+    """
+    while found := CODE.match(text):
+        text = text[found.end() :]
+    for mode, (title, _) in MODES.items():
+        if "_" in mode:
+            text = text.replace(mode, title.lower())
+    return text[:1].upper() + text[1:]
 
 
 def no_stop_text(why: str) -> str:

@@ -18,6 +18,10 @@ def build_charts(view: PageView) -> dict[str, Any]:
     with ui.element("section").classes("card charts-card"):
         with ui.element("div").classes("charts-head"):
             plain(f"Last {view.config.chart_window_s:g} s", "card-title", "h2")
+            with ui.element("div").classes("segmented chart-choice").props('role="tablist"'):
+                for kind, text in (("motion", "Motion"), ("loop", "Loop")):
+                    with ui.element("button").props(f"type=button data-chart={kind}"):
+                        plain(text)
             with ui.element("div").classes("segmented").props('role="tablist"'):
                 for name in joints:
                     button = ui.element("button").props(f'type=button data-select="{name}"')

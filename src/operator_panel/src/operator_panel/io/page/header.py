@@ -8,6 +8,7 @@ from nicegui import ui
 
 from operator_panel.door import Answer
 from operator_panel.io.page.view import PageView, live, plain
+from operator_panel.view.progress import SHOWN
 from operator_panel.view.snapshot import Snapshot
 
 THEMES = (
@@ -18,30 +19,33 @@ THEMES = (
 
 
 def build_header(view: PageView, title: str) -> None:
-    """Build the bar and the banners below it."""
+    """Build the bar and the strip below it, which tells of commands and troubles."""
     with ui.element("header").classes("bar"):
         with ui.element("div").classes("bar-mode").props('data-tone="mode"'):
             live("mode", "mode-title")
+            live("motion", "mode-motion")
+        with ui.element("div").classes("bar-cell"):
+            plain(title, "cell-name")
             with ui.element("div").classes("mode-leader"):
                 plain("Leader: ")
                 live("leader")
-        with ui.element("div").classes("bar-why"):
-            live("why", "why")
-            with ui.element("div").classes("bar-sub"):
-                plain(title, "cell-name")
-                live("motion")
         _control(view)
         _theme()
         with ui.element("div").classes("bar-stop"):
             _stop("ESTOP", "E-STOP", "estop", "Emergency stop: drives off, latched until RESET")
             _stop("STOP", "STOP", "stop", "Stop both. Keys: Escape or space")
-    with ui.element("div").classes("banner banner-no-stop").props('role="alert"'):
-        plain("", "no-stop-text")
-    with ui.element("div").classes("banner banner-lost").props('role="alert"'):
-        plain("", "lost-text")
-    with ui.element("div").classes("banner banner-silent").props('role="alert"'):
-        plain("", "silent-text")
-    _question(view)
+        # One place for commands, questions and troubles of the line: nothing moves when one comes.
+        with ui.element("div").classes("strip"):
+            with ui.element("ul").classes("commands-told").props('aria-live="polite"'):
+                for place in range(SHOWN):
+                    ui.element("li").props(f"data-command={place}").classes("command-line")
+            _question(view)
+            with ui.element("div").classes("banner banner-no-stop").props('role="alert"'):
+                plain("", "no-stop-text")
+            with ui.element("div").classes("banner banner-lost").props('role="alert"'):
+                plain("", "lost-text")
+            with ui.element("div").classes("banner banner-silent").props('role="alert"'):
+                plain("", "silent-text")
 
 
 def _stop(command: str, text: str, style: str, title: str) -> None:
@@ -64,7 +68,7 @@ def _theme() -> None:
     """A button that goes round: as the browser, light, dark; the browser remembers it."""
     mode = ui.dark_mode(None)
     state = {"index": 0}
-    button = ui.button(color=None).props("flat round dense size=sm").classes("theme")
+    button = ui.button(color=None).props("flat round dense").classes("theme")
 
     def show(index: int) -> None:
         state["index"] = index % len(THEMES)
@@ -127,7 +131,7 @@ def _button(
             view.tell(answer, text)
 
     made = ui.button(text, on_click=send, color=None).props("unelevated no-caps dense")
-    return made.classes(f"button {style} small").mark(name)
+    return made.classes(f"button {style}").mark(name)
 
 
 def _question(view: PageView) -> None:

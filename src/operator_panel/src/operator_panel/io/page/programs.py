@@ -5,7 +5,11 @@ from __future__ import annotations
 from nicegui import ui
 
 from operator_panel.control.fields import error_text, parse_number
+from operator_panel.door import Answer
 from operator_panel.io.page.view import PageView, live, plain
+
+KEYS = {"run": ("RUN", "Program"), "override": ("OVERRIDE", "Override of the robot")}
+"""Key of the pendant: the command that the page follows, and its title."""
 
 
 def build_programs(view: PageView) -> None:
@@ -41,23 +45,35 @@ def build_programs(view: PageView) -> None:
             if field.validate():
                 await _say(view, "override", f"{parse_number(field.value, 'Override', '%'):.0f}")
 
-        view.button("Set", "SPEED", "small", send).mark("override-set")
+        view.button("Set", "SPEED", "", send).mark("override-set")
         plain("10 % after a cold start", "row-text")
     with ui.element("div").classes("hint"):
         plain("Keys of the robot's own pendant. The twin follows.")
 
 
 def _press(view: PageView, text: str, command: str, mark: str, *keys: str) -> None:
+    """Build a button that starts a program once it is confirmed: both robots move by it."""
+    name = keys[-1]
+
     async def press() -> None:
+        dialog.close()
         await _say(view, *keys)
 
-    view.button(text, command, "small", press).mark(mark)
+    with ui.dialog() as dialog, ui.element("div").classes("card confirm"):
+        plain(f"Run {name} on the robot?", "confirm-title", "h2")
+        plain("The real robot moves, and the twin follows. Is nobody near it?", "", "p")
+        with ui.element("div").classes("row-line"):
+            cancel = ui.button("Cancel", on_click=dialog.close, color=None)
+            cancel.props("unelevated no-caps dense autofocus").classes("button")
+            view.button(f"Run {name}", command, "primary", press).mark(f"{mark}-confirmed")
+    view.button(text, command, "", dialog.open).mark(mark)
 
 
 async def _say(view: PageView, *keys: str) -> None:
     """Press a key of the pendant, if this page is in control."""
-    refused = view.desk.refusal(view.session.page)
-    if refused:
-        ui.notify(refused, type="negative", position="bottom-left")
-        return
-    view.tell(await view.door.pendant(*keys), " ".join(keys))
+    kind, title = KEYS.get(keys[0], (keys[0], keys[0].capitalize()))
+    page = view.session.page
+    number = view.desk.begin(page, kind, f"{title} {' '.join(keys[1:])}".strip())
+    refused = view.desk.refusal(page)
+    answer = Answer(False, refused) if refused else await view.door.pendant(*keys)
+    view.desk.ended(number, answer)

@@ -102,7 +102,7 @@ class _Recordings:
             button = ui.button("Report", on_click=lambda: self._open(one), color=None).props(
                 "unelevated no-caps dense"
             )
-            button.classes("button small").set_enabled(one.has_report)
+            button.classes("button").set_enabled(one.has_report)
 
     def _open(self, one: Run) -> None:
         self._title.set_text(f"Report of {one.name}")

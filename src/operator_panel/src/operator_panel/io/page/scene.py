@@ -26,18 +26,23 @@ SEGMENTS = 36
 def build_scene(model: Model, tool_link: str) -> dict[str, Any]:
     """Build the picture; return the object that the browser moves for each side and joint."""
     with ui.element("section").classes("card scene-card"):
-        scene = ui.scene(
-            width=640,
-            height=360,
-            grid=False,
-            background_color="#ffffff",
-            fps=25,
-            click_events=[],
-            camera=ui.scene.perspective_camera(fov=42, near=0.05, far=20),
-        )
-        scene.classes("scene")
-        _legend()
-        _camera()
+        with ui.element("div").classes("scene-head"):
+            _choice()
+        with ui.element("div").classes("scene-body"):
+            scene = ui.scene(
+                width=640,
+                height=360,
+                grid=False,
+                background_color="#ffffff",
+                fps=25,
+                click_events=[],
+                camera=ui.scene.perspective_camera(fov=42, near=0.05, far=20),
+            )
+            scene.classes("scene")
+            _still()
+            _legend()
+            _tools()
+            _camera()
     builder = _Builder(scene, model)
     moved = {side: builder.tree(side) for side in ("twin", "real", "preview")}
     scene.move_camera(
@@ -47,17 +52,25 @@ def build_scene(model: Model, tool_link: str) -> dict[str, Any]:
 
 
 def _camera() -> None:
-    """Build the camera's picture and the buttons that choose what is shown.
-
-    The browser asks for pictures while the camera is shown.
-    """
+    """Build the camera's picture; the browser asks for pictures while it is shown."""
     with ui.element("figure").classes("camera"):
         ui.element("img").props('data-camera alt="The twin\'s cell, seen by its camera"')
         ui.element("figcaption").props("data-camera-text")
+
+
+def _choice() -> None:
+    """Build the buttons that choose what is shown."""
     with ui.element("div").classes("segmented scene-choice").props('role="tablist"'):
-        for name in ("Model", "Both", "Camera"):
+        for name in ("Model", "Both", "Camera", "Charts"):
             with ui.element("button").props(f'type=button role=tab data-show="{name}"'):
                 plain(name)
+
+
+def _still() -> None:
+    """Build what stands in the model's place where a browser cannot draw it."""
+    with ui.element("figure").classes("still"):
+        ui.element("img").props('src="/panel/still.jpg" alt="The cell, a still picture"')
+        ui.element("figcaption").props("data-still")
 
 
 def _legend() -> None:
@@ -65,6 +78,10 @@ def _legend() -> None:
         for style, text in (("twin", "twin"), ("real", "real robot"), ("preview", "target")):
             with ui.element("span").classes(f"legend-item legend-{style}"):
                 plain(text)
+
+
+def _tools() -> None:
+    """Build where both tools are, as text on the picture."""
     with ui.element("div").classes("scene-tools"):
         for name in ("real", "twin"):
             with ui.element("div").classes(f"tool-line tone-{name}"):

@@ -24,14 +24,21 @@ from operator_panel.io.page.moving import build_commands, build_jog
 from operator_panel.io.page.programs import build_programs
 from operator_panel.io.page.recordings import build_recordings
 from operator_panel.io.page.scene import build_scene
-from operator_panel.io.page.status import build_alarms, build_decisions, build_joints, build_links
+from operator_panel.io.page.status import (
+    build_alarms,
+    build_deviation,
+    build_events,
+    build_joints,
+    build_lead,
+    build_links,
+)
 from operator_panel.io.page.target import build_target
 from operator_panel.io.page.tuning import build_tuning
 from operator_panel.io.page.view import PageView, plain
 from operator_panel.io.run_folders import file_of
 from scara_description.urdf import Model
 
-TABS = ("Jog", "Target", "Programs", "Tuning", "Recordings", "Decisions")
+TABS = ("Jog", "Target", "Programs", "Tuning", "Recordings", "Events")
 
 
 class Shell:
@@ -65,9 +72,7 @@ class Shell:
         """Build one page; the guard before this server knows who has brought the token."""
         role = Role.OPERATOR if request.scope[KNOWN] else Role.VIEWER
         session = self._desk.open(client.id, role, request.scope[PERSON])
-        view = PageView(
-            self._robot, self._config, self._around, self._door, self._desk, session, client
-        )
+        view = PageView(self._robot, self._config, self._around, self._door, self._desk, session)
         told = self._build(view)
         self._head({**told, "page": client.id, "live": PATH})
         self._live.listeners.append(view.refresh)
@@ -81,13 +86,17 @@ class Shell:
     def _build(self, view: PageView) -> dict[str, Any]:
         build_header(view, self._robot.name.replace("_", " "))
         with ui.element("main").classes("grid"):
-            with ui.element("div").classes("column-left"):
-                scene = build_scene(self._model, self._robot.tool_frame)
-                charts = build_charts(view)
-            with ui.element("div").classes("column-right"):
+            with ui.element("div").classes("pillar pillar-left"):
+                build_alarms()
                 build_joints(view)
                 build_links()
-                build_alarms()
+            with ui.element("div").classes("pillar pillar-middle"):
+                build_lead()
+                with ui.element("div").classes("stage"):
+                    scene = build_scene(self._model, self._robot.tool_frame)
+                    charts = build_charts(view)
+                build_deviation()
+            with ui.element("div").classes("pillar pillar-right"):
                 build_commands(view)
                 with ui.element("section").classes("card tabs-card"):
                     self._tabs(view)
@@ -105,12 +114,12 @@ class Shell:
                 with ui.element("button").props(f'type=button role=tab data-tab="{name}"'):
                     plain(name)
         builders: list[Callable[[PageView], None]] = [
-            build_jog,
+            lambda view: build_jog(view, self._model),
             build_target,
             build_programs,
             build_tuning,
         ]
-        builders += [lambda view: build_recordings(view, self._runs), lambda _: build_decisions()]
+        builders += [lambda view: build_recordings(view, self._runs), build_events]
         for name, build in zip(TABS, builders, strict=True):
             with ui.element("div").classes("tab-panel").props(f'role=tabpanel data-panel="{name}"'):
                 build(view)

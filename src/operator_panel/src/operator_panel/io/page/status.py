@@ -1,4 +1,4 @@
-"""What both robots do now: joints, speed, links, alarms, decisions."""
+"""What both robots do now: who leads and why, how far apart they are, joints, links, events."""
 
 from __future__ import annotations
 
@@ -6,6 +6,44 @@ from nicegui import ui
 
 from operator_panel.io.page.charts import joint_title
 from operator_panel.io.page.view import PageView, card, live, plain
+
+SEVERITIES = (("", "All"), ("warning", "Warnings, faults"), ("open", "Not acknowledged"))
+
+NAMES = {"real": "Real robot", "twin": "Twin"}
+
+
+def build_lead() -> None:
+    """Build both robots with what each does, an arrow to the follower, and the reason."""
+    with ui.element("section").classes("card lead-card").props('data-tone="lead"'):
+        with ui.element("div").classes("lead"):
+            _side("real")
+            live("lead.arrow", "lead-arrow")
+            _side("twin")
+        live("why", "why", "p").props('tabindex=0 aria-label="Why"')
+
+
+def _side(side: str) -> None:
+    with ui.element("div").classes(f"lead-side lead-{side}"):
+        plain(NAMES[side], "lead-name")
+        live(f"lead.{side}", "lead-role")
+
+
+def build_deviation() -> None:
+    """Build the tools' distance, beside the distance that raises an alarm, and the speed."""
+    with ui.element("section").classes("card deviation-card"):
+        with ui.element("div").classes("apart"):
+            plain("Tools apart", "fact-title")
+            live("deviation", "apart-number num").props('data-tone="deviation"')
+        with ui.element("div").classes("apart-scale"):
+            with ui.element("div").classes("gauge").props('data-gauge="deviation"'):
+                ui.element("i").classes("gauge-fill")
+            with ui.element("div").classes("gauge-words"):
+                live("lag")
+                live("deviation.limit")
+        with ui.element("div").classes("speed-fact"):
+            plain("Speed", "fact-title")
+            live("speed.applied", "apart-number num").props('data-tone="speed.applied"')
+            live("speed.reason", "speed-reason")
 
 
 def build_joints(view: PageView) -> None:
@@ -16,9 +54,8 @@ def build_joints(view: PageView) -> None:
                 ("Joint", ""),
                 ("Real", "tone-real"),
                 ("Twin", "tone-twin"),
-                ("Deviation", ""),
-                ("", ""),
-                ("Range", ""),
+                ("Apart", ""),
+                ("", "unit"),
             ):
                 plain(text, style, "th")
         with ui.element("tbody"):
@@ -29,53 +66,54 @@ def build_joints(view: PageView) -> None:
                         with ui.element("td").classes("num"):
                             live(f"{joint.name}.{key}")
                     plain(joint.unit, "unit", "td")
-                    with ui.element("td").classes("range"), ui.element("div").classes("range-line"):
-                        _bar(joint.name, joint.lower / joint.scale, joint.upper / joint.scale)
+                with ui.element("tr"), ui.element("td").classes("range").props("colspan=5"):
+                    _bar(joint.name, joint.lower / joint.scale, joint.upper / joint.scale)
 
 
 def _bar(name: str, lower: float, upper: float) -> None:
-    plain(f"{lower:g}".replace("-", "\N{MINUS SIGN}"), "range-end")
-    with ui.element("span").classes("range-bar").props(f'data-bar="{name}"'):
+    minus = "\N{MINUS SIGN}"
+    ends = f"{lower:g} to {upper:g}".replace("-", minus)
+    with ui.element("span").classes("range-bar").props(f'data-bar="{name}" title="Range: {ends}"'):
         ui.element("i").classes("mark mark-real")
         ui.element("i").classes("mark mark-twin")
-    plain(f"{upper:g}", "range-end")
 
 
 def build_links() -> None:
-    """Build speed, tool deviation and the two links."""
+    """Build the two links: whether each is up, and how fresh it is."""
     with card("", "links-card"):
-        with ui.element("div").classes("facts"):
-            for title, key in (
-                ("Speed requested", "speed.requested"),
-                ("applied", "speed.applied"),
-                ("Tool deviation", "deviation"),
-                ("Lag", "lag"),
-            ):
-                with ui.element("div").classes("fact"):
-                    plain(title, "fact-title")
-                    live(key, "num").props(f'data-tone="{key}"')
-        live("speed.reason", "speed-reason")
-        with ui.element("table").classes("links"):
-            with ui.element("thead"), ui.element("tr"):
-                for text in ("Link", "State", "Age", "Round trip", "Clock"):
-                    plain(text, "", "th")
-            with ui.element("tbody"):
-                for name, title in (("real", "Real robot"), ("twin", "Twin")):
-                    with ui.element("tr"):
-                        plain(title, f"tone-{name}", "td")
-                        for key in ("state", "age", "round_trip", "clock"):
-                            with ui.element("td").classes("" if key == "state" else "num"):
-                                place = live(f"link.{name}.{key}")
-                                if key == "state":
-                                    place.props(f'data-tone="link.{name}.state"')
+        for name, title in (("real", "Real robot"), ("twin", "Twin")):
+            with ui.element("div").classes("link"):
+                plain(title, f"link-name tone-{name}")
+                live(f"link.{name}.state", "link-state").props(f'data-tone="link.{name}.state"')
+                live(f"link.{name}.figures", "link-figures")
 
 
 def build_alarms() -> None:
-    """Build the place of the alarms; the browser fills it."""
+    """Build the place of the alarms, which has one size; the browser fills it."""
     with card("", "alarms-card").props('aria-live="polite"'):
-        ui.element("ul").classes("alarms").props("data-alarms")
+        ui.element("ul").classes("alarms").props('data-alarms tabindex=0 aria-label="Alarms"')
 
 
-def build_decisions() -> None:
-    """Build the place of the last decisions; the browser fills it."""
-    ui.element("ol").classes("decisions").props("data-decisions")
+def build_events(view: PageView) -> None:
+    """Build filter, list and export of the events; the browser fills the list."""
+    with ui.element("div").classes("events-head"):
+        with ui.element("div").classes("segmented").props('role="tablist"'):
+            for value, text in SEVERITIES:
+                button = ui.element("button").props(f'type=button role=tab data-events="{value}"')
+                with button:
+                    plain(text)
+        with ui.element("div").classes("row-line"):
+            if view.is_operator:
+                with (
+                    ui.element("button")
+                    .classes("button plain-button")
+                    .props("type=button data-acknowledge=0")
+                ):
+                    plain("Acknowledge all")
+            with (
+                ui.element("a")
+                .classes("button plain-button")
+                .props('href="/events.csv" download="events.csv"')
+            ):
+                plain("Save as CSV")
+    ui.element("ol").classes("events").props('data-event-list tabindex=0 aria-label="Events"')

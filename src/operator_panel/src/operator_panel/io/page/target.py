@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
+from functools import partial
 from typing import Any
 
 from nicegui import ui
 
 from operator_panel.control.fields import error_text, parse_number
 from operator_panel.door import Answer
-from operator_panel.io.page.view import PageView
+from operator_panel.io.page.view import PageView, live, plain
 from operator_panel.view import words
 
 AXES = ("x", "y", "z")
@@ -50,15 +51,31 @@ class _TargetForm:
         with ui.element("div").classes("target-picks"):
             for name, position in view.around.positions.items():
                 pick = ui.button(name, on_click=lambda p=position: self._pick(p), color=None)
-                pick.props("unelevated no-caps dense").classes("button small").mark(
+                pick.props("unelevated no-caps dense").classes("button").mark(
                     f"pick-{name.lower()}"
                 )
                 pick.set_enabled(view.is_operator)
             clear = ui.button("Clear", on_click=self._clear, color=None).props(
                 "unelevated no-caps dense"
             )
-            clear.classes("button small").mark("target-clear")
+            clear.classes("button").mark("target-clear")
         self._text = ui.label(ASK).classes("preview").mark("preview")
+        self._gripper()
+
+    def _gripper(self) -> None:
+        """Build the gripper's switches; the twin controller passes them on to the real robot."""
+        with ui.element("div").classes("row-line gripper"):
+            plain("Gripper", "field-title")
+            for text, close in (("Grip", True), ("Let go", False)):
+                self._view.button(text, "MOVE", "", partial(self._grip, close))
+            live("gripper", "row-text")
+
+    async def _grip(self, close: bool) -> None:
+        page = self._view.session.page
+        number = self._view.desk.begin(page, "GRIPPER", "Grip" if close else "Let go")
+        refused = self._view.desk.refusal(page)
+        answer = Answer(False, refused) if refused else await self._view.door.grip(close)
+        self._view.desk.ended(number, answer)
 
     def _number(self, label: str, unit: str, value: str, lower: float, upper: float) -> Any:
         def check(text: str) -> str | None:
@@ -142,4 +159,6 @@ class _TargetForm:
             self._view.tell(Answer(False, speed or "x, y and z are needed"), "Move")
             return
         percent = parse_number(self._speed.value, "Speed", "%")
-        await self._view.send("MOVE", **point, speed_percent=percent, elbow=self._elbow.value or "")
+        await self._view.send(
+            "MOVE", "", **point, speed_percent=percent, elbow=self._elbow.value or ""
+        )

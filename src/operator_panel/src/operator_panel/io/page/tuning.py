@@ -45,10 +45,10 @@ class _Tuning:
         self._form = ui.element("div").classes("tuning")
         with ui.element("div").classes("tuning-foot"):
             self._preview_button = ui.button("Preview step", on_click=self._preview, color=None)
-            self._preview_button.props("unelevated no-caps dense").classes("button small").mark(
+            self._preview_button.props("unelevated no-caps dense").classes("button").mark(
                 "tuning-preview"
             )
-            view.button("Undo", "SPEED", "small", self._undo).mark("tuning-undo")
+            view.button("Undo", "SPEED", "", self._undo).mark("tuning-undo")
             view.button("Set gains", "SPEED", "primary", self._set).mark("tuning-set")
         self._result = ui.label("").classes("preview").mark("tuning-result")
         self._chart = ui.echart(_step_options()).classes("step-chart")

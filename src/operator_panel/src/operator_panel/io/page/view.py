@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Literal
+from typing import Any
 
-from nicegui import Client, ui
+from nicegui import ui
 from scara_config import Robot
 
 from operator_panel.config import PanelConfig, Surroundings
@@ -37,13 +37,11 @@ class PageView:
         door: CellDoor,
         desk: Desk,
         session: Session,
-        client: Client,
     ) -> None:
         """Remember everything."""
         self.robot, self.config, self.around = robot, config, around
         self.door, self.desk, self.session = door, desk, session
         self.after: list[Callable[[Snapshot, bool], None]] = []
-        self._client = client
         self._guarded: list[tuple[Any, str, str]] = []
         self._shown: tuple[object, ...] = ()
 
@@ -78,24 +76,13 @@ class PageView:
         self.guard(made, command)
         return made
 
-    async def send(self, command: str, **fields: Any) -> Answer:
-        """Send a command and show what became of it."""
-        answer = await self.desk.command(self.session.page, command, **fields)
-        self.tell(answer, command)
-        return answer
+    async def send(self, command: str, title: str = "", **fields: Any) -> Answer:
+        """Send a command; its place on the page shows what becomes of it, under ``title``."""
+        return await self.desk.command(self.session.page, command, title, **fields)
 
     def tell(self, answer: Answer, what: str) -> None:
-        """Show an answer at the lower edge; a refusal stays longer."""
-        with self._client:
-            kind: Literal["positive", "negative"] = "positive" if answer.success else "negative"
-            text = f"{what}: {answer.message or ('done' if answer.success else 'refused')}"
-            ui.notify(
-                text,
-                type=kind,
-                position="bottom-left",
-                timeout=2500 if answer.success else 8000,
-                close_button="OK",
-            )
+        """Show an answer at the place of the commands."""
+        self.desk.note(self.session.page, what, answer)
 
     def refresh(self, snapshot: Snapshot, silent: bool) -> None:
         """Bring the buttons up to date; cheap while nothing has changed."""

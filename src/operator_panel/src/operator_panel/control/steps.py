@@ -1,0 +1,92 @@
+"""Where a step of the hand leads: one joint, or the tool along an axis; pure.
+
+A step is a move to a target, so the twin controller judges it as any other move.
+"""
+
+from __future__ import annotations
+
+import math
+
+from scara_config import Robot
+
+from operator_panel.view.snapshot import Snapshot
+from scara_description.urdf import Model, link_pose
+
+AXES = ("x", "y", "z")
+SIZES = (0.1, 1.0, 10.0)
+"""Lengths of a step [deg or mm]."""
+
+
+class StepError(ValueError):
+    """The step cannot be taken; the text says why."""
+
+
+def positions_now(robot: Robot, snapshot: Snapshot) -> dict[str, float]:
+    """Return where the twin's joints are [rad] or [m].
+
+    The position loops tell it exactly; the state is rounded to two decimals, which is a tenth of a
+    millimetre at the tool.
+
+    Raises:
+        StepError: A joint is not known.
+    """
+    state = snapshot.state
+    rounded = {}
+    if state is not None and len(state.twin_position) == len(state.name):
+        rounded = dict(zip(state.name, state.twin_position))
+    found = {}
+    for joint in robot.twin_joints:
+        loop = snapshot.loops.get(joint.name)
+        if loop is not None and math.isfinite(loop.process_value):
+            found[joint.name] = loop.process_value
+        elif joint.name in rounded:
+            found[joint.name] = rounded[joint.name] * joint.scale
+        else:
+            raise StepError(f"where {joint.name} is, is not known")
+    return found
+
+
+def joint_step(robot: Robot, now: dict[str, float], name: str, step: float) -> list[float]:
+    """Return the target of MOVE_JOINTS [rad] or [m], in the order of the twin's joints.
+
+    Args:
+        robot: The joints and their limits.
+        now: Where they are [rad] or [m].
+        name: The joint that is moved.
+        step: How far, with its sign [deg or mm].
+
+    Raises:
+        StepError: It would leave the joint's range.
+    """
+    joint = next(joint for joint in robot.twin_joints if joint.name == name)
+    wanted = now[name] + step * joint.scale
+    if not joint.lower <= wanted <= joint.upper:
+        low, high = joint.lower / joint.scale, joint.upper / joint.scale
+        raise StepError(
+            f"{name} = {wanted / joint.scale:.2f} {joint.unit} is outside "
+            f"{low:g} to {high:g} {joint.unit}"
+        )
+    return [wanted if name == other.name else now[other.name] for other in robot.twin_joints]
+
+
+def tool_step(
+    model: Model, link: str, now: dict[str, float], axis: str, step_mm: float, in_tool: bool
+) -> dict[str, float]:
+    """Return the target of MOVE: x, y, z [m] in base_link.
+
+    Args:
+        model: Where links are.
+        link: The tool's frame.
+        now: Where the joints are [rad] or [m].
+        axis: x, y or z.
+        step_mm: How far, with its sign [mm].
+        in_tool: Along the tool's own axis; else along that of base_link.
+    """
+    pose = link_pose(model, link, now)
+    place = pose[:3, 3].copy()
+    index = AXES.index(axis)
+    if in_tool:
+        place += pose[:3, index] * step_mm * 1e-3
+    else:
+        place[index] += step_mm * 1e-3
+    return {name: float(value) for name, value in zip(AXES, place)}

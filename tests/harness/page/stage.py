@@ -1,0 +1,176 @@
+"""Serve the operator's page with a scene in place of a cell: no ROS master, no robot.
+
+    .venv/bin/python tests/harness/page/stage.py PORT FOLDER
+
+``GET /scene/NAME`` changes the scene. Everything else is the page's own.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+import time
+from collections.abc import Awaitable, Mapping
+from pathlib import Path
+from typing import Any
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+
+from harness.workspace import ROOT, enter_workspace
+
+enter_workspace()
+
+import msgspec  # noqa: E402
+from nicegui import app, background_tasks, ui  # noqa: E402
+from operator_panel.config import load_panel, load_surroundings  # noqa: E402
+from operator_panel.control.jog import DeadMan  # noqa: E402
+from operator_panel.door import Answer, Gains, Picture, Seat  # noqa: E402
+from operator_panel.io.api import offer_camera, offer_events  # noqa: E402
+from operator_panel.io.desk import Desk, Session  # noqa: E402
+from operator_panel.io.live import Live  # noqa: E402
+from operator_panel.io.page.shell import Shell  # noqa: E402
+from operator_panel.view.frame import FrameMaker  # noqa: E402
+from operator_panel.view.snapshot import Snapshot  # noqa: E402
+from scara_config import load_robot  # noqa: E402
+from scara_ros.io.page_guard import PageGuard  # noqa: E402
+from scara_ros.page_door import PageDoor  # noqa: E402
+from starlette.responses import PlainTextResponse  # noqa: E402
+
+from harness.page.scenes import SCENES  # noqa: E402
+from scara_description.urdf import parse_urdf  # noqa: E402
+
+TOKEN = "token-of-the-stage"
+GAINS = {"position_p": 5200.0, "position_i": 900.0, "position_d": 268.0, "i_clamp": 12.0}
+
+
+class StageDoor:
+    """A cell that says what the scene says, and answers every command with a yes."""
+
+    def __init__(self, folder: Path) -> None:
+        """Begin with the pair at rest."""
+        self.robot = load_robot(folder)
+        self.scene, self.holder = "ready", ""
+        self.sessions: Mapping[str, Session] = {}
+        self._begun = time.monotonic()
+
+    def snapshot(self) -> Snapshot:
+        """Return the scene now; whoever has asked last is in control while the page is there."""
+        snapshot = SCENES[self.scene](self.robot, time.monotonic() - self._begun)
+        if snapshot.state is None:
+            return snapshot
+        there = {session.name for session in self.sessions.values() if session.there}
+        holder = self.holder if self.holder in there else ""
+        state = msgspec.structs.replace(snapshot.state, holder=holder)
+        # A test sees by this text that the scene has reached the page.
+        return msgspec.structs.replace(snapshot, state=state, jog=self.scene)
+
+    async def command(self, seat: Seat, command: str, **fields: Any) -> Answer:
+        """Accept it, but HOME while the pair follows."""
+        if command == "HOME" and self.scene != "ready":
+            return Answer(False, "HOME: something else leads: STOP first")
+        return Answer(True, f"{command}: both are commanded")
+
+    async def control(self, seat: Seat, action: str, moves: bool) -> Answer:
+        """Give control to whoever asks."""
+        if action in ("TAKE", "ASK"):
+            self.holder = seat.name
+        return Answer(True, "")
+
+    def stop(self, seat: Seat, command: str) -> Awaitable[Answer]:
+        """Confirm."""
+
+        async def answer() -> Answer:
+            return Answer(True, f"{command}: both are stopped", {"confirmed": True})
+
+        return answer()
+
+    async def judge(self, x: float, y: float, z: float, elbow: str, speed: float) -> Answer:
+        """Say that every point can be reached."""
+        names = [joint.name for joint in self.robot.twin_joints]
+        values = {"name": names, "target": [0.5] * len(names), "elbow": "righty"}
+        return Answer(True, "", {**values, "refused_now": ""})
+
+    async def picture(self, after: str) -> Picture | None:
+        """Have no camera."""
+        await asyncio.sleep(0.2)
+        return None
+
+    async def record(self, path: str) -> Answer:
+        """Record nothing."""
+        return Answer(True, f"recording {path}")
+
+    async def stop_recording(self) -> Answer:
+        """Have recorded nothing."""
+        return Answer(True, "complete")
+
+    def gains(self, joint: str) -> Gains:
+        """Return the gains of a joint."""
+        return Gains(GAINS, switches={"antiwindup": True})
+
+    async def tune(
+        self, joint: str, values: Mapping[str, float], switches: Mapping[str, bool]
+    ) -> Answer:
+        """Set nothing."""
+        return Answer(True, "set")
+
+    async def undo_tuning(self) -> Answer:
+        """Undo nothing."""
+        return Answer(True, "undone")
+
+    def jog(self, velocities: Mapping[str, float]) -> None:
+        """Move nothing."""
+
+    async def grip(self, close: bool) -> Answer:
+        """Grip nothing."""
+        return Answer(True, "the gripper is closed" if close else "the gripper is open")
+
+    async def pendant(self, *words: str) -> Answer:
+        """Press nothing."""
+        return Answer(True, " ".join(words))
+
+
+def main() -> None:
+    """Serve until a signal."""
+    port, runs = int(sys.argv[1]), Path(sys.argv[2])
+    folder = ROOT / "config"
+    door = StageDoor(folder)
+    robot, config = door.robot, load_panel(folder)
+    around = load_surroundings(robot, folder)
+    model = parse_urdf(robot.description.read_text(encoding="utf-8"))
+    dead_man = DeadMan(robot, around.jog_limit_percent, config.jog.dead_man_ms * 1e-3)
+    desk = Desk(door, dead_man, around.keep_s, 0.6, lambda _: None)  # type: ignore[arg-type]
+    door.sessions = desk.sessions
+    maker = FrameMaker(robot, model, 0.6, around.alarm_mm)
+    live = Live(door, desk, maker, config)  # type: ignore[arg-type]
+    offer_camera(door.picture)
+    offer_events(live.events.csv)
+    web = ROOT / "src" / "operator_panel" / "web"
+    Shell(robot, model, config, around, door, desk, live, web, runs)  # type: ignore[arg-type]
+
+    async def choose(name: str) -> PlainTextResponse:
+        door.scene = name
+        return PlainTextResponse(name)
+
+    app.add_api_route("/scene/{name}", choose, methods=["GET"])
+    doors = {"operator": PageDoor("operator_panel", "127.0.0.1", port, TOKEN)}
+    app.add_middleware(PageGuard, doors=doors, stranger=lambda _: "", framed="/runs/")
+
+    @app.on_startup
+    def start() -> None:
+        background_tasks.create(live.run(), name="live")
+        background_tasks.create(desk.keep_control(), name="control")
+
+    ui.run(
+        host="127.0.0.1",
+        port=port,
+        title="stage",
+        dark=None,
+        show=False,
+        reload=False,
+        tailwind=False,
+        show_welcome_message=False,
+    )
+
+
+if __name__ in {"__main__", "__mp_main__"}:
+    main()

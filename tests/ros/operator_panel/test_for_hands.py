@@ -1,0 +1,240 @@
+"""The page for hands and eyes: what can be touched, read and relied on to stay where it is.
+
+In a real browser, at four sizes, light and dark, with scenes in place of a cell.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+import urllib.request
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from harness.processes import Stage, free_port, wait_until
+from harness.wires.browser import chromium
+from harness.workspace import ROOT, workspace_environment
+from playwright.sync_api import Page, expect
+
+STAGE = ROOT / "tests" / "harness" / "page" / "stage.py"
+MEASURE = (STAGE.parent / "measure.js").read_text(encoding="utf-8")
+DRAWS = (STAGE.parent / "draws.js").read_text(encoding="utf-8")
+TOKEN = "token-of-the-stage"
+SIZES = {"phone": (390, 844), "tablet": (768, 1024), "low": (1280, 720), "wide": (1920, 1080)}
+WAYS = ("Step joint", "World", "Tool", "Hold")
+ALARMS = 4
+TABS = ("Jog", "Target", "Programs", "Tuning", "Recordings", "Events")
+expect.set_options(timeout=15_000)
+# All that must stand still while alarms, commands and troubles come and go.
+PLACES = """() => [...document.querySelectorAll(
+    ".card, .strip, .bar, .bar-stop button, .theme, .commands button, .tabs button, " +
+    ".jog button, .scene-choice button")]
+    .filter((place) => place.checkVisibility())
+    .map((place) => { const box = place.getBoundingClientRect();
+        const button = place.matches("button") && place.innerText.trim();
+        const words = place.getAttribute("aria-label") || button || place.className;
+        return [words, box.left, box.top + scrollY, box.width, box.height]; })"""
+
+
+class Theatre:
+    """The page of a stage whose scenes can be chosen."""
+
+    def __init__(self, page: Page, address: str) -> None:
+        """Open it as an operator."""
+        self.page, self.address = page, address
+        page.goto(f"{address}/?token={TOKEN}")
+        expect(page.locator("[data-panel].shown")).to_be_visible(timeout=30_000)
+        expect(page.locator(".control-text")).to_have_text(re.compile("in control"))
+
+    def play(self, scene: str) -> None:
+        """Choose a scene, and wait until the page shows it."""
+        with urllib.request.urlopen(f"{self.address}/scene/{scene}", timeout=10.0):
+            pass
+        expect(self.page.locator('[data-live="jog"]')).to_have_text(scene)
+        alarms = self.page.locator(".alarm.warn, .alarm.error")
+        expect(alarms).to_have_count(ALARMS if scene == "alarmed" else 0)
+
+    def resize(self, size: str) -> None:
+        """Choose a size; it is drawn when two frames have passed."""
+        width, height = SIZES[size]
+        self.page.set_viewport_size({"width": width, "height": height})
+        self.settle()
+
+    def settle(self) -> None:
+        """Go to the upper end, and wait until transitions are over."""
+        self.page.evaluate("window.scrollTo(0, 0)")
+        self.page.evaluate(
+            "() => Promise.all(document.getAnimations().map((a) => a.finished.catch(() => 0)))"
+            ".then(() => new Promise(requestAnimationFrame))"
+        )
+
+    def problems(self, where: str) -> list[str]:
+        """Return what is wrong with the page as it is now."""
+        self.settle()
+        found: list[str] = self.page.evaluate(MEASURE)
+        return [f"{where}: {text}" for text in found]
+
+    def places(self) -> dict[Any, list[Any]]:
+        """Return where everything stands."""
+        found: list[list[Any]] = self.page.evaluate(PLACES)
+        return {(index, row[0]): row[1:] for index, row in enumerate(found)}
+
+    def open(self, tab: str) -> None:
+        """Choose a tab."""
+        self.page.get_by_role("tab", name=tab, exact=True).click()
+
+
+@pytest.fixture(scope="module")
+def theatre(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Theatre]:
+    """Give one page for all tests of this file."""
+    folder = tmp_path_factory.mktemp("stage")
+    (folder / "runs" / "a_recording_with_quite_a_long_name_2026-03-01").mkdir(parents=True)
+    stage = Stage(folder / "log", workspace_environment())
+    port = free_port()
+    try:
+        process = stage.start(sys.executable, str(STAGE), str(port), str(folder / "runs"))
+        address = f"http://127.0.0.1:{port}"
+        wait_until(lambda: answers(address) or process.poll() is not None, 30.0, "the stage")
+        assert process.poll() is None, process.tail()
+        with chromium(folder) as browser:
+            yield Theatre(browser.new_page(), address)
+    finally:
+        stage.close()
+
+
+def answers(address: str) -> bool:
+    """Return whether a server answers there."""
+    try:
+        with urllib.request.urlopen(f"{address}/events.csv", timeout=5.0):
+            return True
+    except OSError:
+        return False
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_everything_can_be_touched_and_read_at_each_size_light_and_dark(
+    theatre: Theatre, size: str
+) -> None:
+    """44 px to touch, 60 for STOP and jog, 14 px to read, nothing cut or covered, WCAG AA."""
+    theatre.resize(size)
+    theatre.play("following")
+    found = []
+    for tab in TABS:
+        theatre.open(tab)
+        for colours in ("light", "dark"):
+            theatre.page.emulate_media(color_scheme=colours)  # type: ignore[arg-type]
+            found += theatre.problems(f"{size}, {colours}, {tab}")
+    theatre.open("Jog")
+    for way in WAYS:
+        theatre.open(way)
+        found += theatre.problems(f"{size}, {way}")
+    for scene in ("asked", "alarmed"):
+        theatre.play(scene)
+        for colours in ("light", "dark"):
+            theatre.page.emulate_media(color_scheme=colours)  # type: ignore[arg-type]
+            found += theatre.problems(f"{size}, {colours}, {scene}")
+    assert found == []
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_nothing_moves_when_alarms_commands_and_troubles_come(theatre: Theatre, size: str) -> None:
+    """0 px: who presses a button presses the one that he saw."""
+    theatre.resize(size)
+    theatre.open("Jog")
+    theatre.play("ready")
+    theatre.settle()
+    before = theatre.places()
+    for scene in ("alarmed", "no_stop", "asked", "stopped", "aligning"):
+        theatre.play(scene)
+        theatre.settle()
+        moved = {
+            name: (before.get(name), place)
+            for name, place in theatre.places().items()
+            if before.get(name) != place
+        }
+        assert moved == {}, f"{scene}: (left, top, width, height) before and after"
+
+
+def test_measure_finds_what_it_looks_for(theatre: Theatre) -> None:
+    """A page that is bad in each way is told so: the test above can fail."""
+    theatre.resize("low")
+    theatre.page.emulate_media(color_scheme="light")
+    theatre.play("ready")
+    bad = """
+        .commands .button.q-btn { min-height: 30px !important; }
+        .stop-button { min-height: 50px !important; }
+        .mode-motion { font-size: 12px !important; }
+        .card-title, .joint-name { color: #b8c0c8 !important; }
+        .bar-mode { width: 80px !important; overflow: hidden !important; white-space: nowrap; }
+        .link-figures { position: relative; top: -14px; }
+    """
+    style = theatre.page.add_style_tag(content=bad)
+    found = theatre.problems("bad")
+    style.evaluate("element => element.remove()")
+    for kind in ("touch", "small", "cut", "contrast", "overlap"):
+        assert any(text.startswith(f"bad: {kind}") for text in found), (kind, found)
+
+
+def test_without_webgl_there_is_a_still_picture_and_a_word_why(theatre: Theatre) -> None:
+    """A white area would look like a broken page."""
+    theatre.play("ready")
+    theatre.page.get_by_role("tab", name="Model", exact=True).click()
+    expect(theatre.page.locator("[data-still]")).to_contain_text("this browser has no WebGL")
+    image = theatre.page.locator(".still img")
+    expect(image).to_be_visible()
+    assert image.evaluate("image => image.naturalWidth") > 400
+
+
+def test_command_stays_until_its_end_and_a_refused_one_is_not_green(theatre: Theatre) -> None:
+    """With its outcome and its reason, in words."""
+    theatre.resize("low")
+    theatre.play("ready")
+    theatre.page.get_by_role("button", name="Home", exact=True).click()
+    line = theatre.page.locator("[data-command='0']")
+    expect(line).to_contain_text("Home")
+    expect(line).to_have_attribute("data-outcome", "done")
+    expect(line).to_contain_text("both stand still")
+    theatre.page.keyboard.press("Escape")
+    expect(line).to_contain_text("Stop")
+    expect(line).to_have_attribute("data-is", "warn")
+    shown = theatre.page.locator("[data-command]").all_inner_texts()
+    assert any("Home" in text for text in shown), "what became of it stays"
+
+
+def test_events_are_filtered_acknowledged_and_saved(theatre: Theatre) -> None:
+    """Whoever comes back from lunch sees what has happened."""
+    theatre.resize("low")
+    theatre.play("ready")
+    theatre.play("alarmed")
+    theatre.open("Events")
+    events = theatre.page.locator(".event")
+    expect(events.first).to_be_visible()
+    theatre.page.get_by_role("tab", name="Warnings, faults").click()
+    expect(theatre.page.locator(".event-info")).to_have_count(0)
+    theatre.page.get_by_role("tab", name=re.compile("Not acknowledged")).click()
+    theatre.page.get_by_role("button", name="Acknowledge all").click()
+    expect(events).to_have_count(0)
+    theatre.page.get_by_role("tab", name="All", exact=True).click()
+    expect(theatre.page.locator(".event-by").first).to_contain_text("Acknowledged by operator")
+    table = theatre.page.request.get(f"{theatre.address}/events.csv")
+    assert table.headers["content-type"].startswith("text/csv")
+    assert "came apart" in table.text() and table.text().startswith("number,time,severity")
+
+
+@pytest.mark.parametrize(
+    ("renderer", "most"),
+    [
+        ("ANGLE (Google, Vulkan 1.3.0 (SwiftShader Device), SwiftShader driver)", 11),
+        ("ANGLE (NVIDIA, NVIDIA GeForce RTX 3060, OpenGL 4.5)", 26),
+    ],
+)
+def test_picture_is_drawn_on_change_only_and_no_more_often_than_the_graphics_bear(
+    theatre: Theatre, renderer: str, most: int
+) -> None:
+    """10 frames a second where the processor draws, 25 with a graphics card; none at rest."""
+    drawn = theatre.page.evaluate(
+        DRAWS,
+        {"renderer": renderer, "file": f"{theatre.address}/panel/pace.js"},
+    )
+    assert 3 <= drawn["moving"] <= most and drawn["resting"] == 0

@@ -1,0 +1,63 @@
+"""A step leads exactly one length further, along the axis that was chosen."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from harness.workspace import ROOT
+from operator_panel.control.steps import StepError, joint_step, positions_now, tool_step
+from operator_panel.view.snapshot import CellState, Loop, Snapshot
+from scara_config import load_robot
+
+from scara_description.urdf import link_pose, parse_urdf
+
+ROBOT = load_robot(ROOT / "config")
+MODEL = parse_urdf(ROBOT.description.read_text(encoding="utf-8"))
+NAMES = tuple(joint.name for joint in ROBOT.twin_joints)
+NOW = dict(zip(NAMES, (0.3, 0.7, -0.1, 0.5), strict=True))
+
+
+def test_joint_step_moves_one_joint_in_its_unit() -> None:
+    """Degrees or millimetres."""
+    target = joint_step(ROBOT, NOW, "joint_2", -10.0)
+    assert target == pytest.approx([0.3, 0.7 - math.radians(10.0), -0.1, 0.5])
+    assert joint_step(ROBOT, NOW, "joint_3", 0.1)[2] == pytest.approx(-0.0999)
+
+
+def test_joint_step_out_of_its_range_is_refused_with_the_range() -> None:
+    """Refused, not shortened."""
+    limit = ROBOT.twin_joints[0].upper
+    with pytest.raises(StepError, match=r"joint_1 = .* deg is outside .* to .* deg"):
+        joint_step(ROBOT, {**NOW, "joint_1": limit}, "joint_1", 0.1)
+
+
+@pytest.mark.parametrize("axis", ["x", "y", "z"])
+@pytest.mark.parametrize("in_tool", [False, True])
+def test_tool_step_goes_one_length_along_its_axis(axis: str, in_tool: bool) -> None:
+    """In base_link, or as the tool is turned."""
+    pose = link_pose(MODEL, ROBOT.tool_frame, NOW)
+    target = tool_step(MODEL, ROBOT.tool_frame, NOW, axis, -10.0, in_tool)
+    moved = np.array(list(target.values())) - pose[:3, 3]
+    index = "xyz".index(axis)
+    along = pose[:3, index] if in_tool else np.eye(3)[index]
+    assert moved == pytest.approx(-0.01 * along, abs=1e-12)
+    assert list(target) == ["x", "y", "z"]
+
+
+def test_positions_are_those_of_the_loops_else_the_rounded_ones() -> None:
+    """A step of 0.1 mm is less than the rounding at the tool."""
+    state = CellState("IDLE", name=NAMES, twin_position=(17.19, 40.11, -100.0, 28.65))
+    loops = {"joint_1": Loop(0.3, 0.300012, 0.0, 0.0), "joint_2": Loop(0.7, math.nan, 0.0, 0.0)}
+    found = positions_now(ROBOT, Snapshot(state=state, loops=loops))
+    assert found["joint_1"] == 0.300012
+    assert found["joint_2"] == pytest.approx(math.radians(40.11))
+    assert found["joint_3"] == pytest.approx(-0.1)
+
+
+@pytest.mark.parametrize("state", [None, CellState("OFFLINE", name=NAMES)])
+def test_unknown_position_is_said(state: CellState | None) -> None:
+    """Nobody steps from nowhere."""
+    with pytest.raises(StepError, match="where joint_1 is, is not known"):
+        positions_now(ROBOT, Snapshot(state=state))

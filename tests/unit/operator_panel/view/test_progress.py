@@ -1,0 +1,152 @@
+"""A command is followed to its end, and says how it ended."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import msgspec
+import pytest
+from operator_panel.door import Answer
+from operator_panel.view.progress import GRACE_S, PROGRAM_GRACE_S, Command, CommandLog, Outcome
+from operator_panel.view.snapshot import CellState, RobotPackage, Snapshot
+
+YES = Answer(True, "OPERATOR_LEADS: both are commanded")
+
+
+def told(mode: str, why: str = "", still: bool = False, **fields: Any) -> Snapshot:
+    """Return what the controller says in a mode."""
+    package = fields.pop("package", None)
+    state = CellState(mode, why=why, real_standing_still=still, twin_standing_still=still, **fields)
+    return Snapshot(master=True, state=state, package=package)
+
+
+class Followed:
+    """One command, and its time."""
+
+    def __init__(self, kind: str, answer: Answer | None = YES) -> None:
+        """Send it at 0 s."""
+        self.log, self.now = CommandLog(), 0.0
+        self.number = self.log.begin(kind, kind.capitalize(), "operator 1", "14:03:22", 0.0)
+        if answer is not None:
+            self.log.answered(self.number, answer, 0.01)
+
+    def sees(self, *snapshots: Snapshot, after: float = 0.05, silent: bool = False) -> Command:
+        """Look at each of them; return the command then."""
+        for snapshot in snapshots:
+            self.now += after
+            self.log.look(snapshot, silent, self.now)
+        return self.command
+
+    @property
+    def command(self) -> Command:
+        """The command as the page shows it."""
+        return next(c for c in self.log.shown if c.number == self.number)
+
+
+def test_move_runs_until_both_stand_at_its_target() -> None:
+    """A new mode may come a moment after the answer."""
+    move = Followed("MOVE")
+    assert move.command.text == "both robots move"
+    assert move.sees(told("IDLE", still=True)).outcome is Outcome.RUNNING
+    assert move.sees(told("OPERATOR_LEADS")).outcome is Outcome.RUNNING
+    done = move.sees(told("IDLE", still=True))
+    assert (done.outcome, done.tone) == (Outcome.DONE, "good")
+    assert move.log.take_ended() == [done] and move.log.take_ended() == []
+
+
+def test_move_to_where_the_pair_stands_is_done_without_a_motion() -> None:
+    """No mode tells of it."""
+    move = Followed("MOVE")
+    assert move.sees(told("IDLE", still=True), after=GRACE_S + 0.1).outcome is Outcome.DONE
+
+
+@pytest.mark.parametrize(
+    ("after", "outcome"),
+    [
+        (told("STOPPED", "STOP: the target is cleared"), Outcome.STOPPED),
+        (told("ESTOP", "ESTOP: latched"), Outcome.STOPPED),
+        (told("FAULT", "a fault"), Outcome.STOPPED),
+        (told("REAL_LEADS", "the real robot wins"), Outcome.STOPPED),
+        (told("OFFLINE", "a link is down"), Outcome.LOST),
+        (told("PAUSED", "PAUSE: the target is kept"), Outcome.PAUSED),
+        (told("IDLE", still=True, move_failed="joint_2 was taken"), Outcome.STOPPED),
+    ],
+)
+def test_move_that_does_not_get_there_is_never_green_and_says_why(
+    after: Snapshot, outcome: Outcome
+) -> None:
+    """Whatever ends it."""
+    command = Followed("MOVE").sees(told("OPERATOR_LEADS"), after)
+    assert command.outcome is outcome and command.tone in ("warn", "bad") and command.text
+
+
+def test_paused_move_goes_on() -> None:
+    """PAUSE is no end."""
+    move = Followed("MOVE")
+    move.sees(told("OPERATOR_LEADS"), told("PAUSED", "PAUSE"))
+    assert move.sees(told("OPERATOR_LEADS")).outcome is Outcome.RUNNING
+    assert move.sees(told("IDLE", still=True)).outcome is Outcome.DONE
+
+
+def test_refused_command_shows_the_reason_without_codes() -> None:
+    """And what has ended changes no more."""
+    refused = Followed("HOME", Answer(False, "HOME: something else leads: STOP first"))
+    assert refused.command.text == "Something else leads: STOP first"
+    assert refused.sees(told("IDLE", still=True)).outcome is Outcome.REFUSED
+    assert refused.command.tone == "bad"
+
+
+def test_command_without_an_answer_is_lost_and_so_is_one_of_a_silent_controller() -> None:
+    """Nobody knows whether it was done."""
+    lost = Followed("MOVE", Answer(False, "did not answer within 3 s", lost=True))
+    assert (lost.command.outcome, lost.command.tone) == (Outcome.LOST, "bad")
+    silent = Followed("MOVE").sees(told("OPERATOR_LEADS"), silent=True)
+    assert silent.outcome is Outcome.LOST and "look at the robots" in silent.text
+    waiting = Followed("MOVE", None).sees(told("IDLE"), silent=True)
+    assert waiting.outcome is Outcome.SENT, "its answer still comes, or its time runs out"
+
+
+@pytest.mark.parametrize("kind", ["STOP", "ESTOP", "PAUSE"])
+def test_stop_is_done_at_standstill_and_never_green(kind: str) -> None:
+    """Received and at standstill are told apart."""
+    mode = {"STOP": "STOPPED", "ESTOP": "ESTOP", "PAUSE": "PAUSED"}[kind]
+    stop = Followed(kind, Answer(True, f"{kind}: both are stopped"))
+    assert stop.sees(told(mode)).outcome is Outcome.RUNNING
+    done = stop.sees(told(mode, still=True))
+    assert (done.outcome, done.tone) == (Outcome.DONE, "warn")
+
+
+@pytest.mark.parametrize(
+    ("kind", "before", "after"),
+    [("RESUME", "PAUSED", "OPERATOR_LEADS"), ("RESET", "FAULT", "STOPPED")],
+)
+def test_resume_and_reset_end_with_their_mode_or_are_refused(
+    kind: str, before: str, after: str
+) -> None:
+    """A reset may take seconds; one whose cause persists is no success."""
+    assert Followed(kind).sees(told(before), told(after)).outcome is Outcome.DONE
+    stays = Followed(kind).sees(told(before, "its cause persists"), after=6.0)
+    assert (stays.outcome, stays.text) == (Outcome.REFUSED, "Its cause persists")
+
+
+def test_program_tells_its_line_until_it_ends() -> None:
+    """It may wait before its first motion."""
+    package = RobotPackage("program", 50.0, True, True, "ARTICLE line 3 running")
+    program = Followed("RUN")
+    assert program.sees(told("IDLE", package=package), after=PROGRAM_GRACE_S + 1.0).text == (
+        "ARTICLE line 3 running, the twin follows"
+    )
+    program.sees(told("REAL_LEADS", package=package))
+    ended = told("IDLE", still=True, package=msgspec.structs.replace(package, running=False))
+    assert program.sees(ended).outcome is Outcome.DONE
+
+
+def test_what_still_runs_stands_before_a_newer_refusal() -> None:
+    """A command stays on the screen until its end."""
+    move = Followed("MOVE")
+    move.sees(told("OPERATOR_LEADS"))
+    for number in range(5):
+        refused = move.log.begin("HOME", "Home", "operator 1", "14:03:23", 1.0 + number)
+        move.log.answered(refused, Answer(False, "HOME: no"), 1.1 + number)
+    assert [command.kind for command in move.log.shown] == ["MOVE", "HOME"]
+    assert move.log.shown[1].number == refused
