@@ -14,6 +14,7 @@ from websockets.asyncio.connection import broadcast
 from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
+from rosbridge_gateway.admission.driving import Drivers
 from rosbridge_gateway.admission.places import Seat, Visitor
 from rosbridge_gateway.config import GatewayConfig
 from rosbridge_gateway.io.graph import Ask, Graph, GraphError, ServiceCall
@@ -39,6 +40,7 @@ class Shared(Protocol):
     namespace: str
     calls: int
     errors: int
+    drivers: Drivers
     person_services: frozenset[str]
     listeners: dict[str, set[Client]]
     log: Callable[[str], None]
@@ -73,6 +75,8 @@ class Client:
         self._shared = shared
         self._loop = asyncio.get_running_loop()
         self._timer: asyncio.TimerHandle | None = None
+        self._keep_alive: asyncio.Task[None] | None = None
+        self._drives = False
         self._full_since: float | None = None
         self._written_names: dict[str, str] = {}
         self._calls: dict[asyncio.Task[None], ServiceCall] = {}
@@ -80,7 +84,7 @@ class Client:
 
     async def run(self) -> None:
         """Serve the client until its connection ends, then free what it used."""
-        keep_alive = self._loop.create_task(self._keep_alive())
+        self._pace_pings()
         try:
             while True:
                 data = await self._connection.recv(decode=False)
@@ -94,25 +98,39 @@ class Client:
         except ConnectionClosed:
             pass
         finally:
-            keep_alive.cancel()
+            if self._keep_alive is not None:
+                self._keep_alive.cancel()
             await self._release()
 
-    async def _keep_alive(self) -> None:
+    def _pace_pings(self) -> None:
+        """Ask for signs of life more often from now on if the client drives, less if not."""
+        drives = self._shared.drivers.drives(self.session.role, self.session.advertisements)
+        if self._keep_alive is not None:
+            if drives == self._drives:
+                return
+            self._keep_alive.cancel()
+        self._drives = drives
+        config = self._shared.config
+        pace = config.driving if drives else config
+        self._keep_alive = self._loop.create_task(
+            self._watch_silence(pace.ping_interval, pace.ping_timeout)
+        )
+
+    async def _watch_silence(self, interval: float, timeout: float) -> None:
         """Drop a client of which neither a pong nor a packet comes.
 
         One that only publishes may leave pings unread.
         """
-        config = self._shared.config
         with contextlib.suppress(ConnectionClosed):
             while True:
-                await asyncio.sleep(config.ping_interval)
+                await asyncio.sleep(interval)
                 asked = time.monotonic()
                 try:
-                    async with asyncio.timeout(config.ping_timeout):
+                    async with asyncio.timeout(timeout):
                         await (await self._connection.ping())
                 except TimeoutError:
                     if self._heard < asked:
-                        self.drop(f"no answer to a ping within {config.ping_timeout:g} s")
+                        self.drop(f"no answer to a ping within {timeout:g} s")
                         return
 
     async def _perform_safely(self, request: Request) -> None:
@@ -137,6 +155,7 @@ class Client:
                 if not self.session.is_advertised(name):
                     await self._in_graph(self._advertise, name, None, False, 100)
                     self.session.advertised(name, UNSET)
+                    self._pace_pings()
                 graph.publish(self.owner, name, packet.msg)
             case packets.CallService() as packet:
                 await self._call(packet, name)
@@ -149,9 +168,11 @@ class Client:
                     self._advertise, name, packet.type, packet.latch, packet.queue_size
                 )
                 self.session.advertised(name, packet.id)
+                self._pace_pings()
             case packets.Unadvertise() as packet:
                 if self.session.unadvertised(name, packet.id):
                     await self._in_graph(graph.unadvertise, self.owner, name)
+                    self._pace_pings()
             case packets.AdvertiseService() as packet:
                 ask = self._questions.asker(packet.service)
                 await self._in_graph(self._advertise_service, name, packet.type, ask)

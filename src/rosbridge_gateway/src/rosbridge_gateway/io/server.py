@@ -22,6 +22,7 @@ from websockets.asyncio.server import ServerConnection, serve
 from websockets.frames import CloseCode
 from websockets.http11 import Request, Response
 
+from rosbridge_gateway.admission.driving import Drivers
 from rosbridge_gateway.admission.places import NoPlace, Place, Visitor, find_place
 from rosbridge_gateway.config import GatewayConfig
 from rosbridge_gateway.io.client import Client
@@ -89,6 +90,7 @@ class GatewayServer:
         self.person_services = frozenset(
             resolve(name, namespace) for name in config.person_services
         )
+        self.drivers = Drivers(config.driving, namespace)
         self._door = Door(config, tokens, persons)
         self._roles = Roles(config.roles, config.reserved, namespace)
         self._tls = tls_context(config)
@@ -202,7 +204,7 @@ class GatewayServer:
             max_size=_HARD_SIZE_FACTOR * config.limits.packet_bytes,
             ping_interval=None,  # the clients watch themselves
             close_timeout=config.close_timeout,
-            open_timeout=config.ping_interval + config.ping_timeout + config.close_timeout,
+            open_timeout=config.handshake_timeout,
             logger=_SILENT,
         ) as server:
             self._ready.set()
