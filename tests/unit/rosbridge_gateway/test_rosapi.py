@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from rosbridge_gateway.protocol import rosapi
+from rosbridge_gateway.rosapi import answers as rosapi
 
 
 class Names:

@@ -56,6 +56,20 @@ class Driving(Struct, frozen=True, forbid_unknown_fields=True):
     ping_timeout: Seconds
 
 
+class FirstMessages(Struct, frozen=True, forbid_unknown_fields=True):
+    """What a client publishes before its subscribers are there.
+
+    Messages of the first ``seconds`` after an advertise are kept for subscribers that connect, each
+    for ``seconds`` and at most ``count`` of a topic; never those of ``never_topics`` and
+    ``never_types``.
+    """
+
+    seconds: Annotated[float, Meta(gt=0.0, le=10.0)]
+    count: Number
+    never_topics: list[str]
+    never_types: list[str]
+
+
 class GuessLimits(Struct, frozen=True, forbid_unknown_fields=True):
     """How wrong tokens slow an address down; each delay is twice the one before."""
 
@@ -98,6 +112,7 @@ class GatewayConfig(Struct, frozen=True, forbid_unknown_fields=True):
     ping_interval: Seconds
     ping_timeout: Seconds
     driving: Driving
+    first_messages: FirstMessages
     handshake_timeout: Seconds
     stall_timeout: Seconds
     close_timeout: Seconds

@@ -19,13 +19,14 @@ from rosbridge_gateway.admission.places import Seat, Visitor
 from rosbridge_gateway.config import GatewayConfig
 from rosbridge_gateway.io.graph import Ask, Graph, GraphError, ServiceCall
 from rosbridge_gateway.io.questions import Questions
-from rosbridge_gateway.protocol import packets, rosapi
+from rosbridge_gateway.protocol import packets
 from rosbridge_gateway.protocol.conversion import ConversionError
 from rosbridge_gateway.protocol.latest import Outbox
 from rosbridge_gateway.protocol.packets import Packet
 from rosbridge_gateway.protocol.persons import with_person
 from rosbridge_gateway.protocol.roles import taken
 from rosbridge_gateway.protocol.session import Request, Session
+from rosbridge_gateway.rosapi import answers as rosapi
 
 _DRAIN_POLL = 0.01
 

@@ -7,7 +7,7 @@ from concurrent.futures import Future
 from typing import Any, Protocol
 
 from rosbridge_gateway.protocol.audit import Entry
-from rosbridge_gateway.protocol.rosapi import GraphNames
+from rosbridge_gateway.rosapi.answers import GraphNames
 
 
 class GraphError(RuntimeError):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import concurrent.futures
 import threading
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
@@ -18,6 +19,7 @@ from scara_ros.io.service_connection import ServiceError
 from scara_ros.nodes.service_client import service_type
 
 from rosbridge_gateway.io.graph import Ask, GraphError
+from rosbridge_gateway.nodes.first_messages import Opening
 from rosbridge_gateway.nodes.ros_service_call import (
     RosServiceCall,
     ServiceTypes,
@@ -25,6 +27,7 @@ from rosbridge_gateway.nodes.ros_service_call import (
 )
 from rosbridge_gateway.protocol.audit import Entry
 from rosbridge_gateway.protocol.conversion import ConversionError, Converter, Converters
+from rosbridge_gateway.protocol.first_messages import FirstOnes, KeepRules
 from scara_msgs.msg import Audit
 
 _BURST = 100
@@ -32,6 +35,20 @@ _PROBE_TIMEOUT = 2.0
 _LOG_PERIOD = 5.0
 
 Deliver = Callable[[str, bytes, int | None], None]
+
+
+@dataclass(slots=True)
+class _Publication:
+    """What one client publishes.
+
+    ``first``: the topic's first second, None if its messages are never kept.
+    ``heard_from``: from then on (monotonic, [s]) it is the client's concern if nobody listens.
+    """
+
+    publisher: rospy.Publisher
+    converter: Converter
+    first: Opening | None
+    heard_from: float
 
 
 @dataclass
@@ -51,12 +68,13 @@ class _Subscription:
 class RosGraph:
     """Implements :class:`rosbridge_gateway.io.graph.Graph` with rospy."""
 
-    def __init__(self) -> None:
+    def __init__(self, keep_rules: KeepRules) -> None:
         self.deliver: Deliver = lambda topic, message, owner: None
         self.errors = 0
         """Messages that could not be converted."""
         self._converters = Converters(roslib.message.get_message_class)
-        self._publishers: dict[tuple[int, str], tuple[rospy.Publisher, Converter]] = {}
+        self._keep_rules = keep_rules
+        self._publications: dict[tuple[int, str], _Publication] = {}
         self._subscriptions: dict[str, _Subscription] = {}
         self._services: dict[str, tuple[int, rospy.Service]] = {}
         self._service_types = ServiceTypes(self._converters)
@@ -79,23 +97,64 @@ class RosGraph:
             queue_size=max(queue_size, 1),
             tcp_nodelay=True,
         )
-        previous = self._publishers.get((owner, topic))
-        self._publishers[owner, topic] = (publisher, converter)
+        previous = self._publications.get((owner, topic))
+        first = self._opening(publisher, topic, converter.message_class._type)
+        heard_from = 0.0 if first else time.monotonic() + self._keep_rules.config.seconds
+        self._publications[owner, topic] = _Publication(publisher, converter, first, heard_from)
         if previous:
-            previous[0].unregister()
+            previous.publisher.unregister()
+
+    def _opening(self, publisher: rospy.Publisher, topic: str, type_name: str) -> Opening | None:
+        """Return the topic's first second; one that another client has begun is shared."""
+        if not self._keep_rules.keeps(topic, type_name):
+            return None
+        for (_, name), other in self._publications.items():
+            if name == topic and other.first is not None and other.first.is_of(publisher):
+                return other.first
+        return Opening(publisher, FirstOnes(self._keep_rules.config, time.monotonic()))
 
     def unadvertise(self, owner: int, topic: str) -> None:
-        """Close a client's publisher."""
-        publisher, _ = self._publishers.pop((owner, topic))
-        publisher.unregister()
+        """Close a client's publisher; it stays while subscribers may still fetch first messages."""
+        publication = self._publications.pop((owner, topic))
+        publisher, first = publication.publisher, publication.first
+        wanted_for = first.wanted_for() if first else 0.0
+        if first is None or not wanted_for:
+            publisher.unregister()
+            return
+
+        def leave() -> None:
+            first.end()
+            publisher.unregister()
+
+        later = threading.Timer(wanted_for, leave)
+        later.daemon = True
+        later.start()
+
+    def end_openings(self) -> None:
+        """Forget first messages that nobody can get any more."""
+        for publication in list(self._publications.values()):
+            first = publication.first
+            if first is not None and first.is_over():
+                publication.first = None
+                first.end()
 
     def publish(self, owner: int, topic: str, values: dict[str, Any]) -> None:
         """Publish at once."""
-        publisher, converter = self._publishers[owner, topic]
+        publication = self._publications[owner, topic]
+        publisher, first = publication.publisher, publication.first
         try:
-            publisher.publish(converter.to_message(values))
+            message = publication.converter.to_message(values)
+            if first is not None and first.publish(message):
+                return
+            publisher.publish(message)
         except (ConversionError, rospy.ROSException, genpy.MessageException) as error:
             raise GraphError(f"{topic}: {error}") from error
+        if time.monotonic() < publication.heard_from and not publisher.get_num_connections():
+            publication.heard_from = 0.0  # once is enough
+            raise GraphError(
+                f"{topic}: nobody was connected yet, so this reached nobody; what moves or stops "
+                "a robot is never delivered late: send it again"
+            )
 
     def subscribe(self, owner: int, topic: str, type_name: str | None) -> None:
         """Share one rospy subscriber; a late comer gets the latched messages at once."""
