@@ -8,11 +8,15 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
+import roslib.message
 import websocket
 from rosbridge_gateway.config import GatewayConfig, load_gateway_config
 from rosbridge_gateway.io.graph import Ask, GraphError
 from rosbridge_gateway.io.server import GatewayServer
 from rosbridge_gateway.protocol.audit import Entry
+from rosbridge_gateway.rosapi.answers import SystemState
+from rosbridge_gateway.rosapi.parameters import ParameterServer
+from rosbridge_gateway.rosapi.typedefs import FindClass
 
 from harness.processes import wait_until
 from harness.workspace import ROOT
@@ -63,6 +67,9 @@ class Graph:
         """Nodes that publish a topic natively."""
         self.providers: dict[str, list[str]] = {}
         """Nodes that offer a service natively."""
+        self.parameters: ParameterServer = Parameters()
+        self.find_message: FindClass = roslib.message.get_message_class
+        self.find_service: FindClass = roslib.message.get_service_class
         self.audited: queue.Queue[tuple[str, Entry]] = queue.Queue()
 
     def publishing_nodes(self, topic: str) -> list[str]:
@@ -126,17 +133,54 @@ class Graph:
         """Return a time."""
         return 12, 34
 
-    def topics(self) -> dict[str, str]:
+    def topic_types(self) -> dict[str, str]:
         """Return one topic."""
         return {"/clock": "rosgraph_msgs/Clock"}
 
-    def services(self) -> list[str]:
-        """Return none."""
-        return []
+    def system_state(self) -> SystemState:
+        """Return who uses it."""
+        return SystemState({"/clock": ["/simulator"]}, {"/clock": ["/listener"]}, {})
 
-    def service_type(self, service: str) -> str:
+    def service_types(self, services: list[str]) -> dict[str, str]:
+        """Know none."""
+        return dict.fromkeys(services, "")
+
+    def service_address(self, service: str) -> str:
         """Know none."""
         return ""
+
+
+class Parameters:
+    """A parameter server in memory; names as they are written."""
+
+    def __init__(self, values: dict[str, Any] | None = None) -> None:
+        self.values: dict[str, Any] = values or {}
+
+    def get(self, name: str) -> Any:
+        """Return a value."""
+        return self.values[name]
+
+    def set(self, name: str, value: Any) -> None:
+        """Refuse null, as XML-RPC does."""
+        if value is None:
+            raise ValueError("cannot marshal None")
+        self.values[name] = value
+
+    def has(self, name: str) -> bool:
+        """Return whether it is set."""
+        return name in self.values
+
+    def search(self, name: str) -> str:
+        """Look at the root only."""
+        return f"/{name}" if f"/{name}" in self.values else ""
+
+    def delete(self, name: str) -> None:
+        """Forget it."""
+        self.values.pop(name, None)
+
+    def names(self) -> list[str]:
+        """Return all."""
+        return list(self.values)
 
 
 class Client:

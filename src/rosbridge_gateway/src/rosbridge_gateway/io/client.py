@@ -16,35 +16,26 @@ from websockets.exceptions import ConnectionClosed
 
 from rosbridge_gateway.admission.driving import Drivers
 from rosbridge_gateway.admission.places import Seat, Visitor
-from rosbridge_gateway.config import GatewayConfig
-from rosbridge_gateway.io.graph import Ask, Graph, GraphError, ServiceCall
+from rosbridge_gateway.io.calls import Calls
+from rosbridge_gateway.io.calls import Shared as CallsShared
+from rosbridge_gateway.io.graph import Ask, GraphError
 from rosbridge_gateway.io.questions import Questions
 from rosbridge_gateway.protocol import packets
 from rosbridge_gateway.protocol.conversion import ConversionError
 from rosbridge_gateway.protocol.latest import Outbox
 from rosbridge_gateway.protocol.packets import Packet
-from rosbridge_gateway.protocol.persons import with_person
 from rosbridge_gateway.protocol.roles import taken
 from rosbridge_gateway.protocol.session import Request, Session
-from rosbridge_gateway.rosapi import answers as rosapi
 
 _DRAIN_POLL = 0.01
 
 
-class Shared(Protocol):
+class Shared(CallsShared, Protocol):
     """What all clients share; the server."""
 
-    config: GatewayConfig
-    graph: Graph
     graph_thread: ThreadPoolExecutor
-    call_threads: ThreadPoolExecutor
-    namespace: str
-    calls: int
-    errors: int
     drivers: Drivers
-    person_services: frozenset[str]
     listeners: dict[str, set[Client]]
-    log: Callable[[str], None]
 
 
 class Client:
@@ -69,7 +60,7 @@ class Client:
 
         None while it serves, and when the client went by itself.
         """
-        self._visitor = visitor
+        self.visitor = visitor
         self._gone = False
         self._heard = time.monotonic()
         self._connection = connection
@@ -80,7 +71,7 @@ class Client:
         self._drives = False
         self._full_since: float | None = None
         self._written_names: dict[str, str] = {}
-        self._calls: dict[asyncio.Task[None], ServiceCall] = {}
+        self._calls = Calls(self, shared)
         self._questions = Questions(self._loop, self.answer)
 
     async def run(self) -> None:
@@ -159,7 +150,7 @@ class Client:
                     self._pace_pings()
                 graph.publish(self.owner, name, packet.msg)
             case packets.CallService() as packet:
-                await self._call(packet, name)
+                self._calls.start(packet, name)
             case packets.Subscribe() as packet:
                 await self._subscribe(packet, name)
             case packets.Unsubscribe() as packet:
@@ -245,56 +236,8 @@ class Client:
             self._shared.listeners.pop(name, None)
         self.outbox.unsubscribe(name)
 
-    async def _call(self, packet: packets.CallService, name: str) -> None:
-        """Answer rosapi's services, start a call of any other; it answers when it ends."""
-        shared = self._shared
-        own = rosapi.service_of(name, shared.namespace)
-        if own == rosapi.GET_TIME:
-            self._respond(packet, rosapi.time_values(*shared.graph.now()))
-            return
-        if own is not None:
-            values = await self._in_graph(rosapi.answer, own, packet.args, shared.graph)
-            if values is None:
-                raise GraphError(f"{name} is not offered by this gateway")
-            self._respond(packet, values)
-            return
-        limits = shared.config.limits
-        if len(self._calls) >= limits.calls_per_client or shared.calls >= limits.calls:
-            raise GraphError(
-                f"{len(self._calls)} of {limits.calls_per_client} calls of this client and "
-                f"{shared.calls} of "
-                f"{limits.calls} calls of all run: {name} refused"
-            )
-        timeout = min(
-            packet.timeout or shared.config.service_timeout, shared.config.service_timeout_max
-        )
-        args = packet.args
-        if name in shared.person_services:
-            args = with_person(args, self._visitor.person, self._visitor.token, self.owner)
-        call = shared.graph.service_call(name, args, timeout, self.caller)
-        task = self._loop.create_task(self._run_call(packet, name, call))
-        shared.calls += 1
-        self._calls[task] = call
-        task.add_done_callback(self._call_ended)
-
-    async def _run_call(self, packet: packets.CallService, name: str, call: ServiceCall) -> None:
-        try:
-            values = await self._loop.run_in_executor(self._shared.call_threads, call.run)
-            self._respond(packet, values)
-            self.session.performed(Request(packet, name), values, time.monotonic())
-        except (GraphError, ConversionError) as error:
-            self._refuse(Request(packet, name), str(error))
-        except Exception as error:
-            self._shared.errors += 1
-            self._shared.log(f"error while calling {name}: {error!r}")
-            self._refuse(Request(packet, name), f"error in the gateway: {error!r}")
-        self._tell_audit()
-
-    def _call_ended(self, task: asyncio.Task[None]) -> None:
-        self._shared.calls -= 1
-        self._calls.pop(task, None)
-
-    def _respond(self, packet: packets.CallService, values: dict[str, Any]) -> None:
+    def respond(self, packet: packets.CallService, values: dict[str, Any]) -> None:
+        """Answer a call."""
         self.answer(
             packets.ServiceResponse(
                 id=packet.id, service=packet.service, values=values, result=True
@@ -305,6 +248,16 @@ class Client:
         answer = self.session.refuse(request.packet, reason, time.monotonic())
         if answer is not None:
             self.answer(answer)
+
+    def refuse_call(self, packet: packets.CallService, name: str, reason: str) -> None:
+        """Answer a call that has failed with the reason."""
+        self._refuse(Request(packet, name), reason)
+        self._tell_audit()
+
+    def called(self, packet: packets.CallService, name: str, values: dict[str, Any]) -> None:
+        """Tell the audit what came of a call."""
+        self.session.performed(Request(packet, name), values, time.monotonic())
+        self._tell_audit()
 
     def _tell_audit(self) -> None:
         for entry in self.session.take_entries():
@@ -356,8 +309,10 @@ class Client:
     def seat(self) -> Seat:
         """What decides whether the client may keep its place."""
         session = self.session
-        held = session.subscriptions or session.advertisements or session.services or self._calls
-        return Seat(self.owner, self._visitor, bool(held), self._heard)
+        held = (
+            session.subscriptions or session.advertisements or session.services or len(self._calls)
+        )
+        return Seat(self.owner, self.visitor, bool(held), self._heard)
 
     @property
     def is_gone(self) -> bool:
@@ -379,8 +334,7 @@ class Client:
         self._gone = True
         if self._timer is not None:
             self._timer.cancel()
-        for call in self._calls.values():
-            call.cancel()
+        self._calls.cancel()
         self._questions.close()
         for name in self.session.subscriptions:
             self._stop_listening(name)

@@ -7,7 +7,7 @@ from concurrent.futures import Future
 from typing import Any, Protocol
 
 from rosbridge_gateway.protocol.audit import Entry
-from rosbridge_gateway.rosapi.answers import GraphNames
+from rosbridge_gateway.rosapi.answers import GraphView
 
 
 class GraphError(RuntimeError):
@@ -27,10 +27,11 @@ class ServiceCall(Protocol):
 Ask = Callable[[dict[str, Any]], "Future[dict[str, Any]]"]
 
 
-class Graph(GraphNames, Protocol):
+class Graph(GraphView, Protocol):
     """The ROS side.
 
-    All but ``publish``, ``now`` and ``service_call`` run in one thread of their own, in order.
+    All but ``publish``, ``now``, ``service_call`` and what rosapi asks run in one thread of their
+    own, in order.
     """
 
     def publishing_nodes(self, topic: str) -> list[str]:

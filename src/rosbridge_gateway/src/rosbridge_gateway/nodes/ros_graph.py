@@ -11,12 +11,8 @@ from typing import Any
 
 import genpy
 import msgspec
-import rosgraph
 import roslib.message
 import rospy
-from scara_ros.io.master import UNREACHABLE, MasterClient, MasterError
-from scara_ros.io.service_connection import ServiceError
-from scara_ros.nodes.service_client import service_type
 
 from rosbridge_gateway.io.graph import Ask, GraphError
 from rosbridge_gateway.nodes.first_messages import Opening
@@ -25,13 +21,14 @@ from rosbridge_gateway.nodes.ros_service_call import (
     ServiceTypes,
     find_service_class,
 )
+from rosbridge_gateway.nodes.ros_view import RosView
 from rosbridge_gateway.protocol.audit import Entry
 from rosbridge_gateway.protocol.conversion import ConversionError, Converter, Converters
 from rosbridge_gateway.protocol.first_messages import FirstOnes, KeepRules
+from rosbridge_gateway.rosapi.answers import Nodes
 from scara_msgs.msg import Audit
 
 _BURST = 100
-_PROBE_TIMEOUT = 2.0
 _LOG_PERIOD = 5.0
 
 Deliver = Callable[[str, bytes, int | None], None]
@@ -65,10 +62,11 @@ class _Subscription:
     subscriber: Any = None
 
 
-class RosGraph:
+class RosGraph(RosView):
     """Implements :class:`rosbridge_gateway.io.graph.Graph` with rospy."""
 
     def __init__(self, keep_rules: KeepRules) -> None:
+        super().__init__()
         self.deliver: Deliver = lambda topic, message, owner: None
         self.errors = 0
         """Messages that could not be converted."""
@@ -269,45 +267,17 @@ class RosGraph:
         now = rospy.get_rostime()
         return now.secs, now.nsecs
 
-    def topics(self) -> dict[str, str]:
-        """Return topics and their types."""
-        return dict(self._ask_master("getTopicTypes"))
-
     def publishing_nodes(self, topic: str) -> list[str]:
         """Return which nodes publish ``topic`` now, this one left out."""
-        publishers, _, _ = self._ask_master("getSystemState")
-        return _others(publishers, topic)
+        return _others(self.system_state().publishers, topic)
 
     def offering_nodes(self, service: str) -> list[str]:
         """Return which nodes offer ``service`` now, this one left out."""
-        _, _, services = self._ask_master("getSystemState")
-        return _others(services, service)
-
-    def services(self) -> list[str]:
-        """Return services."""
-        _, _, services = self._ask_master("getSystemState")
-        return sorted(name for name, _ in services)
-
-    def service_type(self, service: str) -> str:
-        """Return the type of a service, empty if there is none."""
-        try:
-            return service_type(service, _PROBE_TIMEOUT)
-        except ServiceError:
-            return ""
-
-    def _ask_master(self, method: str) -> Any:
-        """Ask on a line of its own.
-
-        A hanging roscore costs a client its answer, not the others theirs.
-        """
-        try:
-            return MasterClient(rosgraph.get_master_uri(), rospy.get_caller_id()).ask(method)
-        except (*UNREACHABLE, MasterError) as error:
-            raise GraphError(f"roscore does not answer: {error}") from error
+        return _others(self.system_state().services, service)
 
     def _converter(self, topic: str, type_name: str | None) -> Converter:
         """Return the converter for a topic; the type must agree with what the graph knows."""
-        known = self.topics().get(topic)
+        known = self.topic_types().get(topic)
         known = None if known == "*" else known
         if type_name is None and known is None:
             raise GraphError(f"the type of {topic} is not known: advertise it, or give `type`")
@@ -316,7 +286,6 @@ class RosGraph:
         return self._converters.by_name(known or type_name or "")
 
 
-def _others(registered: list[tuple[str, list[str]]], name: str) -> list[str]:
-    """Return the nodes behind ``name`` in the master's list, this one left out."""
-    nodes = dict(registered).get(name, [])
-    return [node for node in nodes if node != rospy.get_name()]
+def _others(nodes: Nodes, name: str) -> list[str]:
+    """Return the nodes behind ``name``, this one left out."""
+    return [node for node in nodes.get(name, []) if node != rospy.get_name()]
