@@ -14,9 +14,11 @@ from rosbridge_gateway.config import GatewayConfig, load_gateway_config
 from rosbridge_gateway.io.graph import Ask, GraphError
 from rosbridge_gateway.io.server import GatewayServer
 from rosbridge_gateway.protocol.audit import Entry
+from rosbridge_gateway.protocol.packets import encode_publish
 from rosbridge_gateway.rosapi.answers import SystemState
 from rosbridge_gateway.rosapi.parameters import ParameterServer
 from rosbridge_gateway.rosapi.typedefs import FindClass
+from rosbridge_gateway.wire.outgoing import Form, Frames
 
 from harness.processes import wait_until
 from harness.workspace import ROOT
@@ -31,6 +33,17 @@ TOKENS = {
     "fitters-own": "operator",
 }
 PERSONS = {"fitters-own": "fitter"}
+
+
+class JsonMessage:
+    """A message that is JSON already, whatever form is asked for."""
+
+    def __init__(self, body: bytes) -> None:
+        self._body = body
+
+    def frames(self, form: Form) -> Frames:
+        """Return its packet."""
+        return Frames((encode_publish(form.topic, self._body),))
 
 
 class Call:
@@ -63,6 +76,8 @@ class Graph:
         self.done: queue.Queue[tuple[Any, ...]] = queue.Queue()
         self.calls: queue.Queue[Call] = queue.Queue()
         self.asks: dict[str, Ask] = {}
+        self.forms: dict[tuple[int, str], Form] = {}
+        """How each client wants each topic."""
         self.publishers: dict[str, list[str]] = {}
         """Nodes that publish a topic natively."""
         self.providers: dict[str, list[str]] = {}
@@ -98,10 +113,11 @@ class Graph:
             raise KeyError("a bug")
         self.done.put(("publish", owner, topic, values))
 
-    def subscribe(self, owner: int, topic: str, type_name: str | None) -> None:
+    def subscribe(self, owner: int, topic: str, type_name: str | None, form: Form) -> None:
         """Know no topic called unknown."""
         if topic.endswith("/unknown"):
             raise GraphError(f"the type of {topic} is not known")
+        self.forms[owner, topic] = form
         self.done.put(("subscribe", owner, topic, type_name))
 
     def unsubscribe(self, owner: int, topic: str) -> None:
@@ -227,6 +243,10 @@ class Cell:
         line = websocket.create_connection(url, timeout=DEADLINE, **options)
         self._clients.append(line)
         return Client(line)
+
+    def deliver(self, topic: str, body: bytes, owner: int | None = None) -> None:
+        """Hand a message over as ROS does; ``body`` is its JSON text."""
+        self.server.deliver(topic, JsonMessage(body), owner)
 
     def wait_logged(self, text: str) -> None:
         """Wait for a line of the log that holds ``text``: a farewell comes behind its deed."""

@@ -36,9 +36,9 @@ def client(gateway: RunningGateway) -> RosbridgeClient:
     return gateway.client()
 
 
-def ask(client: RosbridgeClient, service: str, **args: Any) -> dict[str, Any]:
+def ask(client: RosbridgeClient, asked: str, **args: Any) -> dict[str, Any]:
     """Call one of rosapi's services and return its values."""
-    answer = client.call(f"/rosapi/{service}", args)
+    answer = client.call(f"/rosapi/{asked}", args)
     assert answer["result"], answer
     values: dict[str, Any] = answer["values"]
     return values

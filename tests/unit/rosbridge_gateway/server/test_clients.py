@@ -59,8 +59,8 @@ def test_stalled_reader_costs_bounded_memory_and_disturbs_nobody(make_cell: Make
     reader.time()
     before = resident_bytes()
     for number in range(2000):
-        cell.server.deliver("/cell/big", b'{"data":"' + b"x" * 100_000 + b'"}', 1)
-        cell.server.deliver("/cell/small", b'{"data":%d}' % number)
+        cell.deliver("/cell/big", b'{"data":"' + b"x" * 100_000 + b'"}', 1)
+        cell.deliver("/cell/small", b'{"data":%d}' % number)
         assert reader.hear()["msg"] == {"data": number}
     assert resident_bytes() - before < 30_000_000
     assert cell.server.statistics().dropped > 1900
@@ -75,7 +75,7 @@ def test_stalled_reader_is_dropped(make_cell: MakeCell) -> None:
     stalled.time()
     reader = cell.client()
     for _ in range(200):
-        cell.server.deliver("/cell/big", b'{"data":"' + b"x" * 100_000 + b'"}', 1)
+        cell.deliver("/cell/big", b'{"data":"' + b"x" * 100_000 + b'"}', 1)
     cell.wait_logged("left: took nothing for 0.5 s")
     assert reader.time()["result"]
 

@@ -18,14 +18,16 @@ from rosbridge_gateway.admission.driving import Drivers
 from rosbridge_gateway.admission.places import Seat, Visitor
 from rosbridge_gateway.io.calls import Calls
 from rosbridge_gateway.io.calls import Shared as CallsShared
-from rosbridge_gateway.io.graph import Ask, GraphError
+from rosbridge_gateway.io.graph import Ask, GraphError, Message
 from rosbridge_gateway.io.questions import Questions
 from rosbridge_gateway.protocol import packets
 from rosbridge_gateway.protocol.conversion import ConversionError
 from rosbridge_gateway.protocol.latest import Outbox
 from rosbridge_gateway.protocol.packets import Packet
 from rosbridge_gateway.protocol.roles import taken
-from rosbridge_gateway.protocol.session import Request, Session
+from rosbridge_gateway.protocol.session import Request, Session, Wishes
+from rosbridge_gateway.wire.fragments import split
+from rosbridge_gateway.wire.outgoing import Form, Frames
 
 _DRAIN_POLL = 0.01
 
@@ -54,7 +56,7 @@ class Client:
         self.caller = caller
         """Role, person if known, and address, in whose name the client acts."""
         self.session = session
-        self.outbox = Outbox(shared.config.limits.waiting_answers)
+        self.outbox: Outbox[Frames] = Outbox(shared.config.limits.waiting_answers)
         self.drop_reason: str | None = None
         """Why the gateway ended the connection.
 
@@ -70,7 +72,8 @@ class Client:
         self._keep_alive: asyncio.Task[None] | None = None
         self._drives = False
         self._full_since: float | None = None
-        self._written_names: dict[str, str] = {}
+        self._forms: dict[str, Form] = {}
+        self._answers = 0
         self._calls = Calls(self, shared)
         self._questions = Questions(self._loop, self.answer)
 
@@ -204,30 +207,41 @@ class Client:
 
     async def _subscribe(self, packet: packets.Subscribe, name: str) -> None:
         """Listen before the graph delivers, so that a latched message is not missed."""
-        fresh = name not in self.session.subscriptions
+        session = self.session
+        fresh = name not in session.subscriptions
+        wishes = session.wishes(name, packet)
         if fresh:
-            self._listen(packet, name)
+            session.subscribed(name, packet)
+            self._listen(name, wishes)
         try:
-            await self._in_graph(self._shared.graph.subscribe, self.owner, name, packet.type)
+            await self._in_graph(
+                self._shared.graph.subscribe, self.owner, name, packet.type, wishes.form
+            )
         except Exception:
             if fresh:
-                self.session.unsubscribed(name, UNSET)
+                session.unsubscribed(name, UNSET)
                 self._stop_listening(name)
             raise
-        if not fresh:
-            self._listen(packet, name)
+        session.subscribed(name, packet)
+        self._listen(name, wishes)
+        remark = session.remark(packet)
+        if remark is not None:
+            self.answer(remark)
 
-    def _listen(self, packet: packets.Subscribe, name: str) -> None:
-        self._written_names[name] = packet.topic
-        self.outbox.subscribe(name, *self.session.subscribed(name, packet))
+    def _listen(self, name: str, wishes: Wishes) -> None:
+        self._forms[name] = wishes.form
+        self.outbox.subscribe(name, wishes.interval, wishes.queue_length)
         self._shared.listeners.setdefault(name, set()).add(self)
 
     async def _unsubscribe(self, packet: packets.Unsubscribe, name: str) -> None:
+        graph = self._shared.graph
         if self.session.unsubscribed(name, packet.id):
             self._stop_listening(name)
-            await self._in_graph(self._shared.graph.unsubscribe, self.owner, name)
+            await self._in_graph(graph.unsubscribe, self.owner, name)
         elif name in self.session.subscriptions:
-            self.outbox.subscribe(name, *self.session.wishes(name))
+            wishes = self.session.wishes(name)
+            await self._in_graph(graph.subscribe, self.owner, name, None, wishes.form)
+            self._listen(name, wishes)
 
     def _stop_listening(self, name: str) -> None:
         listeners = self._shared.listeners.get(name, set())
@@ -238,11 +252,10 @@ class Client:
 
     def respond(self, packet: packets.CallService, values: dict[str, Any]) -> None:
         """Answer a call."""
-        self.answer(
-            packets.ServiceResponse(
-                id=packet.id, service=packet.service, values=values, result=True
-            )
+        response = packets.ServiceResponse(
+            id=packet.id, service=packet.service, values=values, result=True
         )
+        self.answer(response, packet.fragment_size)
 
     def _refuse(self, request: Request, reason: str) -> None:
         answer = self.session.refuse(request.packet, reason, time.monotonic())
@@ -263,19 +276,21 @@ class Client:
         for entry in self.session.take_entries():
             self._shared.graph.audit(self.caller, entry)
 
-    def answer(self, packet: Packet) -> None:
-        """Send an answer, in order with the other answers."""
-        if self.outbox.put_answer(packets.encode(packet)):
+    def answer(self, packet: Packet, fragment_size: int | None = None) -> None:
+        """Send an answer, in order with the other answers, in pieces if it was asked for so."""
+        self._answers += 1
+        parts = split(packets.encode(packet), fragment_size, f"answer:{self._answers}")
+        if self.outbox.put_answer(Frames(parts)):
             self.flush()
         else:
             self.drop(
                 f"{self._shared.config.limits.waiting_answers} answers wait and are not taken"
             )
 
-    def deliver(self, topic: str, message: bytes) -> None:
-        """Send a message that is JSON already, or keep it as the newest of its topic."""
-        packet = packets.encode_publish(self._written_names.get(topic, topic), message)
-        self.outbox.put_message(topic, packet, time.monotonic())
+    def deliver(self, topic: str, message: Message) -> None:
+        """Send a message in the form that the client wants, or keep it as the topic's newest."""
+        frames = message.frames(self._forms[topic])
+        self.outbox.put_message(topic, frames, time.monotonic())
         self.flush()
 
     def flush(self) -> None:
@@ -289,11 +304,12 @@ class Client:
         limit = self._shared.config.limits.send_buffer_bytes
         while self._connection.transport.get_write_buffer_size() < limit:
             self._full_since = None
-            data = self.outbox.pop(now)
-            if data is None:
+            frames = self.outbox.pop(now)
+            if frames is None:
                 self._wake_when_due(now)
                 return
-            broadcast([self._connection], data, text=True)
+            for part in frames.parts:
+                broadcast([self._connection], part, text=frames.is_text)
         self._full_since = self._full_since or now
         if now - self._full_since > self._shared.config.stall_timeout:
             self.drop(f"took nothing for {self._shared.config.stall_timeout:g} s")

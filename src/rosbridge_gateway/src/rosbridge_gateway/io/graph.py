@@ -8,6 +8,7 @@ from typing import Any, Protocol
 
 from rosbridge_gateway.protocol.audit import Entry
 from rosbridge_gateway.rosapi.answers import GraphView
+from rosbridge_gateway.wire.outgoing import Form, Frames
 
 
 class GraphError(RuntimeError):
@@ -22,6 +23,13 @@ class ServiceCall(Protocol):
 
     def cancel(self) -> None:
         """End a running call."""
+
+
+class Message(Protocol):
+    """One message of a topic."""
+
+    def frames(self, form: Form) -> Frames:
+        """Return it in the form that a client wants; callable from any thread."""
 
 
 Ask = Callable[[dict[str, Any]], "Future[dict[str, Any]]"]
@@ -51,8 +59,11 @@ class Graph(GraphView, Protocol):
     def publish(self, owner: int, topic: str, values: dict[str, Any]) -> None:
         """Publish at once; called in the event loop, must not block."""
 
-    def subscribe(self, owner: int, topic: str, type_name: str | None) -> None:
-        """Deliver ``topic`` from now on, latched messages included."""
+    def subscribe(self, owner: int, topic: str, type_name: str | None, form: Form) -> None:
+        """Deliver ``topic`` in ``form`` from now on, latched messages included.
+
+        Again for the same client: the form has changed.
+        """
 
     def unsubscribe(self, owner: int, topic: str) -> None:
         """Deliver ``topic`` to this client no more."""

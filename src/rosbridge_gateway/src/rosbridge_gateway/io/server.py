@@ -27,7 +27,8 @@ from rosbridge_gateway.admission.places import NoPlace, Place, Visitor, find_pla
 from rosbridge_gateway.config import GatewayConfig
 from rosbridge_gateway.io.client import Client
 from rosbridge_gateway.io.door import Door, NotAdmittedError, bind, tls_context
-from rosbridge_gateway.io.graph import Graph
+from rosbridge_gateway.io.graph import Graph, Message
+from rosbridge_gateway.io.png import unpack
 from rosbridge_gateway.protocol.audit import Trail
 from rosbridge_gateway.protocol.names import resolve
 from rosbridge_gateway.protocol.roles import Roles
@@ -146,15 +147,15 @@ class GatewayServer:
     ) -> None:
         self.stop()
 
-    def deliver(self, topic: str, message: bytes, owner: int | None = None) -> None:
-        """Hand a topic's message, JSON already, to all its listeners or to one.
+    def deliver(self, topic: str, message: Message, owner: int | None = None) -> None:
+        """Hand a topic's message to all its listeners or to one.
 
         Callable from any thread.
         """
         with contextlib.suppress(RuntimeError):  # the loop has ended
             self._loop.call_soon_threadsafe(self._fan_out, topic, message, owner)
 
-    def _fan_out(self, topic: str, message: bytes, owner: int | None) -> None:
+    def _fan_out(self, topic: str, message: Message, owner: int | None) -> None:
         for client in tuple(self.listeners.get(topic, ())):
             if owner in (None, client.owner):
                 client.deliver(topic, message)
@@ -258,7 +259,8 @@ class GatewayServer:
         line.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, self.config.limits.send_buffer_bytes)
         role = visitor.role
         owner = next(self._owners)
-        session = Session(role, self._roles, self.namespace, self.config.limits, time.monotonic())
+        limits, now = self.config.limits, time.monotonic()
+        session = Session(role, self._roles, self.namespace, limits, now, unpack)
         peer = _peer(connection)
         caller = f"{role}@{peer}" if not visitor.person else f"{role}:{visitor.person}@{peer}"
         client = Client(owner, visitor, caller, connection, session, self)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import concurrent.futures
+import itertools
 import threading
 import time
 from collections.abc import Callable
@@ -10,12 +11,12 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import genpy
-import msgspec
 import roslib.message
 import rospy
 
-from rosbridge_gateway.io.graph import Ask, GraphError
+from rosbridge_gateway.io.graph import Ask, GraphError, Message
 from rosbridge_gateway.nodes.first_messages import Opening
+from rosbridge_gateway.nodes.ros_encoders import RosEncoders
 from rosbridge_gateway.nodes.ros_service_call import (
     RosServiceCall,
     ServiceTypes,
@@ -26,12 +27,13 @@ from rosbridge_gateway.protocol.audit import Entry
 from rosbridge_gateway.protocol.conversion import ConversionError, Converter, Converters
 from rosbridge_gateway.protocol.first_messages import FirstOnes, KeepRules
 from rosbridge_gateway.rosapi.answers import Nodes
+from rosbridge_gateway.wire.outgoing import Form, Outgoing
 from scara_msgs.msg import Audit
 
 _BURST = 100
 _LOG_PERIOD = 5.0
 
-Deliver = Callable[[str, bytes, int | None], None]
+Deliver = Callable[[str, Message, int | None], None]
 
 
 @dataclass(slots=True)
@@ -52,12 +54,13 @@ class _Publication:
 class _Subscription:
     """One rospy subscriber for all clients.
 
-    ``latched`` is the last message of each latching publisher.
+    ``forms``: how each client wants the messages; ``latched``: the last message of each latching
+    publisher.
     """
 
     converter: Converter
-    owners: set[int] = field(default_factory=set)
-    latched: dict[str, bytes] = field(default_factory=dict)
+    forms: dict[int, Form] = field(default_factory=dict)
+    latched: dict[str, Outgoing] = field(default_factory=dict)
     lock: threading.Lock = field(default_factory=threading.Lock)
     subscriber: Any = None
 
@@ -70,7 +73,9 @@ class RosGraph(RosView):
         self.deliver: Deliver = lambda topic, message, owner: None
         self.errors = 0
         """Messages that could not be converted."""
-        self._converters = Converters(roslib.message.get_message_class)
+        self._converters = Converters(roslib.message.get_message_class, self.now)
+        self._encoders = RosEncoders(self._converters)
+        self._numbers = itertools.count(1)
         self._keep_rules = keep_rules
         self._publications: dict[tuple[int, str], _Publication] = {}
         self._subscriptions: dict[str, _Subscription] = {}
@@ -154,13 +159,13 @@ class RosGraph(RosView):
                 "a robot is never delivered late: send it again"
             )
 
-    def subscribe(self, owner: int, topic: str, type_name: str | None) -> None:
+    def subscribe(self, owner: int, topic: str, type_name: str | None, form: Form) -> None:
         """Share one rospy subscriber; a late comer gets the latched messages at once."""
         shared = self._subscriptions.get(topic)
         if shared is None:
             shared = _Subscription(self._converter(topic, type_name))
             self._subscriptions[topic] = shared
-            shared.owners.add(owner)
+            shared.forms[owner] = form
             shared.subscriber = rospy.Subscriber(
                 topic,
                 shared.converter.message_class,
@@ -172,29 +177,35 @@ class RosGraph(RosView):
             return
         self._converter(topic, type_name or shared.converter.message_class._type)
         with shared.lock:
-            if owner not in shared.owners:
-                shared.owners.add(owner)
+            is_new = owner not in shared.forms
+            shared.forms[owner] = form
+            if is_new:
                 alive = {
                     connection.callerid_pub for connection in shared.subscriber.impl.connections
                 }
                 for caller, message in shared.latched.items():
                     if caller in alive:
+                        message.frames(form)
                         self.deliver(topic, message, owner)
 
     def unsubscribe(self, owner: int, topic: str) -> None:
         """Leave a shared subscriber; the last one closes it."""
         shared = self._subscriptions[topic]
         with shared.lock:
-            shared.owners.discard(owner)
-        if not shared.owners:
+            shared.forms.pop(owner, None)
+        if not shared.forms:
             del self._subscriptions[topic]
             shared.subscriber.unregister()
 
     def _received(self, message: Any, context: tuple[str, _Subscription]) -> None:
-        """Convert and encode a message once, in rospy's thread."""
+        """Encode a message once for each form that is wanted, in rospy's thread."""
         topic, shared = context
+        outgoing = Outgoing(message, next(self._numbers), self.now(), self._encoders)
+        with shared.lock:
+            forms = set(shared.forms.values())
         try:
-            body = msgspec.json.encode(shared.converter.to_values(message))
+            for form in forms:
+                outgoing.frames(form)
         except Exception as error:
             self.errors += 1
             rospy.logerr_throttle(
@@ -204,8 +215,8 @@ class RosGraph(RosView):
         header = message._connection_header or {}
         with shared.lock:
             if header.get("latching") == "1":
-                shared.latched[header.get("callerid", "")] = body
-            self.deliver(topic, body, None)
+                shared.latched[header.get("callerid", "")] = outgoing
+            self.deliver(topic, outgoing, None)
 
     def service_call(self, service: str, args: Any, timeout: float, caller: str) -> RosServiceCall:
         """Prepare a service call.
