@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-LIVE = ("tests/system/", "tests/ros/")
+LIVE = ("tests/system/", "tests/ros/", "tests/clients/")
 """Tests that run in real time, with processes."""
 SHARED = {
     "tests/system/faults/test_attacks.py": "one breakable cell",
