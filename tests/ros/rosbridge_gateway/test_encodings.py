@@ -12,6 +12,7 @@ from typing import Any
 import cbor2
 import pytest
 import rospy
+from geometry_msgs.msg import PointStamped
 from harness.opponents.running_gateway import DEADLINE, RosbridgeClient, RunningGateway
 from harness.ros import Ros
 from PIL import Image
@@ -107,6 +108,18 @@ def whole_state(name: str) -> dict[str, Any]:
     stamp = {"secs": 0, "nsecs": 0}
     header = {"seq": 1, "stamp": stamp, "frame_id": ""}
     return {"header": header, "name": [name], "position": empty, "velocity": empty, "effort": empty}
+
+
+def test_sighting_without_a_stamp_is_not_taken_for_one_of_now(gateway: RunningGateway) -> None:
+    """Only its sender knows when it was true; the twin controller does not count it."""
+    ros, client = gateway.ros, gateway.client()
+    seen = ros.collect("people/nearest", PointStamped)
+    client.say(op="advertise", topic="people/nearest", type="geometry_msgs/PointStamped")
+    sighting = {"header": {"frame_id": "base_link"}}
+    ros.wait_until(
+        lambda: client.say(op="publish", topic="people/nearest", msg=sighting) or seen, DEADLINE
+    )
+    assert seen[0].header.stamp.is_zero() and seen[0].header.frame_id == "base_link"
 
 
 @pytest.mark.parametrize("result", [True, False])

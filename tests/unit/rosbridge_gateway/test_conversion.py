@@ -152,6 +152,10 @@ def test_header_without_a_stamp_gets_the_present_time() -> None:
     assert message_of(JointState, {}).header.stamp.secs == 0
     assert message_of(Time, {}).data.secs == 0
     assert message_of(Time, {"data": "now"}).data.nsecs == 34
+    strict = Converters(roslib.message.get_message_class, None).by_class(JointState)
+    assert strict.to_message({"header": {}}).header.stamp.secs == 0
+    with pytest.raises(ConversionError, match=r"header.stamp = 'now': allowed: an object"):
+        strict.to_message({"header": {"stamp": "now"}})
     goal = message_of(FollowJointTrajectoryActionGoal, {"goal": {"trajectory": {"header": {}}}})
     assert goal.goal.trajectory.header.stamp.secs == 12 and goal.header.stamp.secs == 0
 

@@ -113,6 +113,7 @@ class GatewayConfig(Struct, frozen=True, forbid_unknown_fields=True):
     ping_timeout: Seconds
     driving: Driving
     first_messages: FirstMessages
+    sender_stamps: list[str]
     handshake_timeout: Seconds
     stall_timeout: Seconds
     close_timeout: Seconds

@@ -31,6 +31,7 @@ from rosbridge_gateway.io.door import GatewayError
 from rosbridge_gateway.io.server import GatewayServer
 from rosbridge_gateway.nodes.ros_graph import RosGraph
 from rosbridge_gateway.protocol.first_messages import KeepRules
+from rosbridge_gateway.protocol.names import any_of, patterns_in
 
 _WATCH_PERIOD = 0.2
 
@@ -42,11 +43,13 @@ def main() -> None:
         config = _configuration()
         folder = rospy.get_param("~config_dir", None)
         tokens, persons = _tokens(config, load_persons(folder))
-        graph = RosGraph(KeepRules(config.first_messages, rospy.get_namespace()))
+        namespace = rospy.get_namespace()
+        stamps_itself = any_of(patterns_in(config.sender_stamps, namespace)).match
+        graph = RosGraph(KeepRules(config.first_messages, namespace), stamps_itself)
         server = GatewayServer(
             config,
             graph,
-            rospy.get_namespace(),
+            namespace,
             tokens,
             lambda line: rospy.loginfo("gateway: %s", line),
             persons,

@@ -68,12 +68,20 @@ class _Subscription:
 class RosGraph(RosView):
     """Implements :class:`rosbridge_gateway.io.graph.Graph` with rospy."""
 
-    def __init__(self, keep_rules: KeepRules) -> None:
+    def __init__(self, keep_rules: KeepRules, stamps_itself: Callable[[str], object]) -> None:
+        """Begin.
+
+        Args:
+            keep_rules: Which first messages are kept.
+            stamps_itself: Tells of a topic whether its sender has to stamp its messages itself.
+        """
         super().__init__()
         self.deliver: Deliver = lambda topic, message, owner: None
         self.errors = 0
         """Messages that could not be converted."""
         self._converters = Converters(roslib.message.get_message_class, self.now)
+        self._unstamped = Converters(roslib.message.get_message_class, None)
+        self._stamps_itself = stamps_itself
         self._encoders = RosEncoders(self._converters)
         self._numbers = itertools.count(1)
         self._keep_rules = keep_rules
@@ -93,6 +101,8 @@ class RosGraph(RosView):
         Asynchronous, so that a slow ROS node cannot hold up the gateway.
         """
         converter = self._converter(topic, type_name)
+        if self._stamps_itself(topic):
+            converter = self._unstamped.by_class(converter.message_class)
         publisher = rospy.Publisher(
             topic,
             converter.message_class,

@@ -85,13 +85,13 @@ class Converter:
 class Converters:
     """Converters by message type, each compiled at its first use."""
 
-    def __init__(self, find_class: Callable[[str], type[Any] | None], now: Now) -> None:
+    def __init__(self, find_class: Callable[[str], type[Any] | None], now: Now | None) -> None:
         """Take where classes and the time come from.
 
         Args:
             find_class: Returns the class of a type's name, None if it knows none. A name is
                 ``package/Type``, ``time`` or ``duration``.
-            now: The time of stamps that a client leaves open.
+            now: The time of stamps that a client leaves open; None: they stay 0.
         """
         self._find_class = find_class
         self._now = now
@@ -130,7 +130,7 @@ class Converters:
         }
         encoders = [(name, encode) for name, (encode, _) in codecs.items()]
         decoders = {name: decode for name, (_, decode) in codecs.items()}
-        is_header = message_class._type == _HEADER
+        now = self._now if message_class._type == _HEADER else None
 
         def encode(message: Any) -> dict[str, Any]:
             return {
@@ -143,8 +143,8 @@ class Converters:
                     path, values, f"an object with {', '.join(decoders) or 'no fields'}"
                 )
             message = message_class()
-            if is_header and "stamp" not in values:
-                message.stamp = type(message.stamp)(*self._now())
+            if now is not None and "stamp" not in values:
+                message.stamp = type(message.stamp)(*now())
             for name, value in values.items():
                 decoder = decoders.get(name)
                 inner = f"{path}.{name}" if path else name
