@@ -143,8 +143,8 @@ class Converters:
                     path, values, f"an object with {', '.join(decoders) or 'no fields'}"
                 )
             message = message_class()
-            if now is not None and "stamp" not in values:
-                message.stamp = type(message.stamp)(*now())
+            if now is not None and values.get("stamp") in (None, {}):
+                values = {**values, "stamp": "now"}
             for name, value in values.items():
                 decoder = decoders.get(name)
                 inner = f"{path}.{name}" if path else name
