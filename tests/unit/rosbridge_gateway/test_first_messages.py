@@ -72,6 +72,16 @@ def test_messages_of_the_first_second_live_a_second_each() -> None:
     assert first.young(11.95) == [] and first.over_in(11.95) == 0.0 == first.wanted_for(11.95)
 
 
+def test_second_publisher_has_a_first_second_of_its_own() -> None:
+    """It shares the connections of the first one, and what is kept for them."""
+    first = FirstOnes(LIMITS, now=0.0)
+    first.add("a", 0.9)
+    first.extend(0.95)
+    first.add("b", 1.8)
+    assert first.young(1.85) == ["a", "b"] and first.young(1.95) == ["b"]
+    assert first.over_in(1.95) == pytest.approx(0.85)
+
+
 @given(st.lists(st.floats(0.0, 5.0), max_size=20), st.floats(0.0, 5.0))
 def test_nothing_is_handed_on_that_is_old_or_too_much(times: list[float], asked: float) -> None:
     """Whenever messages come and whenever a subscriber does."""

@@ -36,6 +36,11 @@ class Opening(rospy.SubscribeListener):  # type: ignore[misc]
         """Return whether ``publisher`` uses these connections."""
         return publisher.impl is self._impl
 
+    def extend(self) -> None:
+        """Begin the first second again, for another publisher of the topic."""
+        with self._lock:
+            self._first.extend(time.monotonic())
+
     def publish(self, message: Any) -> bool:
         """Publish, and keep for who connects; return False when the first second is over.
 

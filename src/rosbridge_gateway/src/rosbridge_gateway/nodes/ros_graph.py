@@ -41,13 +41,13 @@ class _Publication:
     """What one client publishes.
 
     ``first``: the topic's first second, None if its messages are never kept.
-    ``heard_from``: from then on (monotonic, [s]) it is the client's concern if nobody listens.
+    ``told_until``: until then (monotonic, [s]) the client is told if nobody is connected.
     """
 
     publisher: rospy.Publisher
     converter: Converter
     first: Opening | None
-    heard_from: float
+    told_until: float
 
 
 @dataclass
@@ -112,8 +112,8 @@ class RosGraph(RosView):
         )
         previous = self._publications.get((owner, topic))
         first = self._opening(publisher, topic, converter.message_class._type)
-        heard_from = 0.0 if first else time.monotonic() + self._keep_rules.config.seconds
-        self._publications[owner, topic] = _Publication(publisher, converter, first, heard_from)
+        told_until = 0.0 if first else time.monotonic() + self._keep_rules.config.seconds
+        self._publications[owner, topic] = _Publication(publisher, converter, first, told_until)
         if previous:
             previous.publisher.unregister()
 
@@ -123,6 +123,7 @@ class RosGraph(RosView):
             return None
         for (_, name), other in self._publications.items():
             if name == topic and other.first is not None and other.first.is_of(publisher):
+                other.first.extend()
                 return other.first
         return Opening(publisher, FirstOnes(self._keep_rules.config, time.monotonic()))
 
@@ -162,8 +163,8 @@ class RosGraph(RosView):
             publisher.publish(message)
         except (ConversionError, rospy.ROSException, genpy.MessageException) as error:
             raise GraphError(f"{topic}: {error}") from error
-        if time.monotonic() < publication.heard_from and not publisher.get_num_connections():
-            publication.heard_from = 0.0  # once is enough
+        if time.monotonic() < publication.told_until and not publisher.get_num_connections():
+            publication.told_until = 0.0  # once is enough
             raise GraphError(
                 f"{topic}: nobody was connected yet, so this reached nobody; what moves or stops "
                 "a robot is never delivered late: send it again"

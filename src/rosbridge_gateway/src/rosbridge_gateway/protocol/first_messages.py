@@ -42,6 +42,10 @@ class FirstOnes:
         self._accepts_until = now + config.seconds
         self._kept: deque[tuple[float, Any]] = deque(maxlen=config.count)
 
+    def extend(self, now: float) -> None:
+        """Begin the first second again; what is kept stays as long as it would."""
+        self._accepts_until = now + self._life
+
     def add(self, message: Any, now: float) -> None:
         """Keep a message if the first second is not over; the oldest gives way to it."""
         if now <= self._accepts_until:
