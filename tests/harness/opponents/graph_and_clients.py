@@ -105,13 +105,14 @@ class Graph:
         """Note it."""
         self.done.put(("unadvertise", owner, topic))
 
-    def publish(self, owner: int, topic: str, values: dict[str, Any]) -> None:
-        """Refuse one value, break at another."""
+    def publish(self, owner: int, topic: str, values: dict[str, Any]) -> str | None:
+        """Refuse one value, break at another, remark on a third."""
         if values.get("data") == "refuse":
             raise GraphError("data = 'refuse': allowed: anything else")
         if values.get("data") == "break":
             raise KeyError("a bug")
         self.done.put(("publish", owner, topic, values))
+        return "nobody was connected yet" if values.get("data") == "too early" else None
 
     def subscribe(self, owner: int, topic: str, type_name: str | None, form: Form) -> None:
         """Know no topic called unknown."""

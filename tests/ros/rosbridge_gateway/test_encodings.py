@@ -5,6 +5,8 @@ from __future__ import annotations
 import base64
 import io
 import json
+import math
+import struct
 import threading
 from collections.abc import Iterator
 from typing import Any
@@ -19,14 +21,6 @@ from PIL import Image
 from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool
 from websocket import ABNF
-
-STATE = {
-    "header": {"frame_id": "base_link"},
-    "name": ["joint_1", "joint_2"],
-    "position": [0.1, -0.2],
-    "velocity": [],
-    "effort": [],
-}
 
 
 @pytest.fixture(scope="module")
@@ -57,8 +51,8 @@ def whole(client: RosbridgeClient) -> tuple[int, Any]:
 
 
 def test_one_message_reaches_each_client_in_its_own_form(gateway: RunningGateway) -> None:
-    """The raw form is what ROS carries, byte by byte; the sender is a client too."""
-    ros, sender = gateway.ros, gateway.client()
+    """The raw form is what ROS carries, byte by byte."""
+    ros = gateway.ros
     listeners = {
         form: gateway.client() for form in ("none", "png", "cbor", "cbor-raw", "bson", "pieces")
     }
@@ -66,24 +60,33 @@ def test_one_message_reaches_each_client_in_its_own_form(gateway: RunningGateway
         more = {"fragment_size": 100} if form == "pieces" else {"compression": form}
         client.subscribe("states", "sensor_msgs/JointState", **more)
     carried: list[rospy.AnyMsg] = ros.collect("states", rospy.AnyMsg)
+    names = ["joint_1", "joint_2"]
     before = rospy.get_time()
-    sender.say(op="advertise", topic="states", type="sensor_msgs/JointState")
-    sender.say(op="publish", topic="states", msg=STATE)
-    ros.wait_until(lambda: carried, DEADLINE, "the message in ROS")
-    message = JointState().deserialize(carried[0]._buff)
-    assert before - 1.0 < message.header.stamp.to_sec() < rospy.get_time() + 1.0
+    sent = JointState(name=names, position=[0.1, math.nan])
+    ros.publisher("states", JointState, subscribers=2).publish(sent)
     found = {form: whole(client) for form, client in listeners.items()}
+    ros.wait_until(lambda: carried, DEADLINE, "the message in ROS")
     assert all(packet["topic"] == "states" for _, packet in found.values())
     binary = {form for form, (opcode, _) in found.items() if opcode == ABNF.OPCODE_BINARY}
     assert binary == {"cbor", "cbor-raw"}
     for form in ("none", "png", "bson", "pieces"):
         assert found[form][1] == found["none"][1], form
-    assert found["none"][1]["msg"]["name"] == STATE["name"]
-    cbor = found["cbor"][1]["msg"]
-    assert cbor["header"] == found["none"][1]["msg"]["header"] and cbor["name"] == STATE["name"]
-    assert cbor["position"].tag == 86
-    raw = found["cbor-raw"][1]["msg"]
+    text, cbor, raw = (found[form][1]["msg"] for form in ("none", "cbor", "cbor-raw"))
+    assert (text["name"], text["position"]) == (names, [0.1, None])
+    assert cbor["header"] == text["header"] and cbor["name"] == names
+    assert cbor["position"] == cbor2.CBORTag(86, struct.pack("<2d", 0.1, math.nan))
     assert raw["bytes"] == carried[0]._buff and abs(raw["secs"] - before) < 10
+
+
+def test_header_without_a_stamp_gets_the_present_time(gateway: RunningGateway) -> None:
+    """Whoever hears it in ROS."""
+    ros, sender = gateway.ros, gateway.client()
+    heard = ros.collect("stamped", JointState)
+    before = rospy.get_time()
+    sender.say(op="advertise", topic="stamped", type="sensor_msgs/JointState")
+    sender.say(op="publish", topic="stamped", msg={"header": {"frame_id": "base_link"}})
+    ros.wait_until(lambda: heard, DEADLINE, "the message in ROS")
+    assert before - 1.0 < heard[0].header.stamp.to_sec() < rospy.get_time() + 1.0
 
 
 def test_late_client_gets_the_latched_message_in_its_own_form(gateway: RunningGateway) -> None:

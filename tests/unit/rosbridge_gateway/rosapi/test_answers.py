@@ -89,7 +89,7 @@ def test_rosapi_is_found_globally_and_in_the_namespace(name: str, service: str |
         (
             "topics_for_type",
             {"type": "std_msgs/String"},
-            {"topics": ["/chatter"]},
+            {"topics": ["/chatter", "/gone"]},
         ),
         ("topic_type", {"topic": "/clock"}, {"type": "rosgraph_msgs/Clock"}),
         ("topic_type", ["/nothing"], {"type": ""}),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 
 import pytest
-from harness.opponents.graph_and_clients import DEADLINE, Cell
+from harness.opponents.graph_and_clients import DEADLINE, TWIN_CONTROLLER, Cell
 from rosbridge_gateway.wire.outgoing import Form, Frames
 from websocket import ABNF
 
@@ -156,3 +156,17 @@ def test_unknown_compression_is_json_with_a_warning(cell: Cell) -> None:
     assert "JSON is sent: allowed: none, png, cbor, cbor-raw" in warning["msg"]
     cell.deliver("/cell/t", b'{"data":"x"}')
     assert client.hear()["msg"] == {"data": "x"}
+
+
+def test_remark_on_what_was_published_reaches_who_cannot_see_it_himself(cell: Cell) -> None:
+    """The audit tells it too; the twin controller sends again by itself what is not obeyed."""
+    client = cell.client()
+    packet = {"op": "publish", "id": "p", "topic": "t", "msg": {"data": "too early"}}
+    told = {"op": "status", "id": "p", "level": "error", "msg": "nobody was connected yet"}
+    assert client.ask(**packet) == told
+    entry = cell.graph.audited.get(timeout=DEADLINE)[1]
+    assert (entry.success, entry.outcome) == (True, "nobody was connected yet")
+    controller = cell.client(header=[f"Authorization: Bearer {TWIN_CONTROLLER}"])
+    controller.say(**packet)
+    assert controller.time()["op"] == "service_response"
+    assert cell.server.statistics().refused == 0

@@ -131,9 +131,14 @@ class Client:
     async def _perform_safely(self, request: Request) -> None:
         """Perform; whatever fails is answered, and the client lives on."""
         try:
-            await self._perform(request)
+            remark = await self._perform(request)
             if not isinstance(request.packet, packets.CallService):  # a call is told when it ends
-                self.session.performed(request, "done", self._heard)
+                self.session.performed(request, remark or "done", self._heard)
+            # The twin controller sees by itself whether it is obeyed, and sends again.
+            if remark is not None and self.session.role not in self._shared.config.driving.roles:
+                status = self.session.status("error", remark, request.packet.id)
+                if status is not None:
+                    self.answer(status)
         except (GraphError, ConversionError) as error:
             self._refuse(request, str(error))
         except ConnectionClosed:
@@ -143,7 +148,8 @@ class Client:
             self._shared.log(f"error while serving {request.name}: {error!r}")
             self._refuse(request, f"error in the gateway: {error!r}")
 
-    async def _perform(self, request: Request) -> None:
+    async def _perform(self, request: Request) -> str | None:
+        """Do what the packet says; return a remark on it, or None."""
         graph, name = self._shared.graph, request.name
         match request.packet:
             case packets.Publish() as packet:
@@ -151,7 +157,7 @@ class Client:
                     await self._in_graph(self._advertise, name, None, False, 100)
                     self.session.advertised(name, UNSET)
                     self._pace_pings()
-                graph.publish(self.owner, name, packet.msg)
+                return graph.publish(self.owner, name, packet.msg)
             case packets.CallService() as packet:
                 self._calls.start(packet, name)
             case packets.Subscribe() as packet:
@@ -177,6 +183,7 @@ class Client:
                 self.session.provides(name, False)
             case packets.ServiceResponse() as packet:
                 self._questions.answered(packet)
+        return None
 
     async def _in_graph(self, function: Callable[..., Any], *args: Any) -> Any:
         """Run a function of the graph in the graph's thread; other clients are served meanwhile."""

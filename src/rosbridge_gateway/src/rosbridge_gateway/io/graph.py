@@ -56,8 +56,12 @@ class Graph(GraphView, Protocol):
     def unadvertise(self, owner: int, topic: str) -> None:
         """Close a client's publisher."""
 
-    def publish(self, owner: int, topic: str, values: dict[str, Any]) -> None:
-        """Publish at once; called in the event loop, must not block."""
+    def publish(self, owner: int, topic: str, values: dict[str, Any]) -> str | None:
+        """Publish at once; called in the event loop, must not block.
+
+        Returns:
+            A remark for the client, or None.
+        """
 
     def subscribe(self, owner: int, topic: str, type_name: str | None, form: Form) -> None:
         """Deliver ``topic`` in ``form`` from now on, latched messages included.

@@ -57,7 +57,9 @@ class Opening(rospy.SubscribeListener):  # type: ignore[misc]
             with self._publishing:
                 if impl.is_latch:
                     impl.latch = message
+                sequence = impl.seq
                 for connection in self._alive():
+                    impl.seq = sequence  # one message has one number, whoever gets it
                     impl.publish(message, connection_override=connection)
         return True
 

@@ -152,23 +152,24 @@ class RosGraph(RosView):
                 publication.first = None
                 first.end()
 
-    def publish(self, owner: int, topic: str, values: dict[str, Any]) -> None:
-        """Publish at once."""
+    def publish(self, owner: int, topic: str, values: dict[str, Any]) -> str | None:
+        """Publish at once; tell once if nobody was connected yet to what is never kept."""
         publication = self._publications[owner, topic]
         publisher, first = publication.publisher, publication.first
         try:
             message = publication.converter.to_message(values)
             if first is not None and first.publish(message):
-                return
+                return None
             publisher.publish(message)
         except (ConversionError, rospy.ROSException, genpy.MessageException) as error:
             raise GraphError(f"{topic}: {error}") from error
-        if time.monotonic() < publication.told_until and not publisher.get_num_connections():
-            publication.told_until = 0.0  # once is enough
-            raise GraphError(
-                f"{topic}: nobody was connected yet, so this reached nobody; what moves or stops "
-                "a robot is never delivered late: send it again"
-            )
+        if time.monotonic() >= publication.told_until or publisher.get_num_connections():
+            return None
+        publication.told_until = 0.0  # once is enough
+        return (
+            f"{topic}: nobody was connected yet, so this reached nobody; what moves or stops a "
+            "robot is never delivered late: send it again"
+        )
 
     def subscribe(self, owner: int, topic: str, type_name: str | None, form: Form) -> None:
         """Share one rospy subscriber; a late comer gets the latched messages at once."""

@@ -138,7 +138,7 @@ class Session:
                 inner = whole
         except ValueError as error:
             self.counters.refused += 1
-            return self._status("error", str(error), outer.id)
+            return self.status("error", str(error), outer.id)
         try:
             packet = packets.decode(inner, limits.packet_bytes, limits.nesting)
         except PacketError as error:
@@ -147,7 +147,7 @@ class Session:
             return self._unwrap(packet, now)
         if isinstance(packet, packets.Fragment | packets.Png):
             self.counters.refused += 1
-            return self._status("error", f"{_op(packet)} inside {_op(outer)}", packet.id)
+            return self.status("error", f"{_op(packet)} inside {_op(outer)}", packet.id)
         return self._take(packet, now)
 
     def _unreadable(self, error: PacketError, allowed: bool, now: float) -> Packet | None:
@@ -163,7 +163,7 @@ class Session:
             )
         self.counters.refused += 1
         return (
-            self._status("error", str(error), error.packet_id)
+            self.status("error", str(error), error.packet_id)
             if allowed
             else self._over_rate(None, now)
         )
@@ -212,7 +212,7 @@ class Session:
             return ServiceResponse(
                 id=packet.id, service=packet.service, values=reason, result=False
             )
-        return self._status("error", reason, packet.id)
+        return self.status("error", reason, packet.id)
 
     def _over_rate(self, packet: Packet | None, now: float) -> Packet | None:
         """Refuse a packet that came too fast.
@@ -228,9 +228,10 @@ class Session:
         if now - self._rate_remark_at < _RATE_REMARK_INTERVAL:
             return None
         self._rate_remark_at = now
-        return self._status("error", reason, UNSET if packet is None else packet.id)
+        return self.status("error", reason, UNSET if packet is None else packet.id)
 
-    def _status(self, level: packets.Level, text: str, packet_id: PacketId) -> Status | None:
+    def status(self, level: packets.Level, text: str, packet_id: PacketId) -> Status | None:
+        """Return a remark on a packet, or None if the client does not want its level."""
         return (
             Status(id=packet_id, level=level, msg=text) if _SEVERITY[level] >= self._level else None
         )
@@ -269,7 +270,7 @@ class Session:
             return None
         allowed = ", ".join(COMPRESSIONS)
         text = f"compression {packet.compression!r} is not known, JSON is sent: allowed: {allowed}"
-        return self._status("warning", text, packet.id)
+        return self.status("warning", text, packet.id)
 
     def wishes(self, name: str, more: packets.Subscribe | None = None) -> Wishes:
         """Return what the client's ids together ask for ``name``, ``more`` included."""

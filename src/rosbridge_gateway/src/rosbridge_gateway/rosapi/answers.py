@@ -138,8 +138,9 @@ def _full_text(graph: GraphView, type_name: str) -> str:
 
 
 def _topics_for_type(graph: GraphView, type_name: str) -> Values:
-    found = _topics_and_types(graph)
-    return {"topics": [topic for topic, kind in found.items() if kind == type_name]}
+    """Tell all topics that ever had the type, also those that nobody uses any longer."""
+    found = graph.topic_types()
+    return {"topics": sorted(topic for topic, kind in found.items() if kind == type_name)}
 
 
 def _topic_type(graph: GraphView, topic: str) -> Values:
