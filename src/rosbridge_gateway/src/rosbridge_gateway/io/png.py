@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import binascii
 import io
 import math
 
@@ -43,5 +42,7 @@ def unpack(data: str, max_bytes: int) -> bytes:
             if size > max_bytes:
                 raise PngError(f"an image of {size} bytes: allowed: {max_bytes}")
             return image.convert("RGB").tobytes()
-    except (binascii.Error, OSError, SyntaxError, Image.DecompressionBombError) as error:
+    except PngError:
+        raise
+    except (ValueError, OSError, SyntaxError, Image.DecompressionBombError) as error:
         raise PngError(f"data is no PNG image in base64: {error}") from error
