@@ -8,11 +8,17 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
+import roslib.message
 import websocket
 from rosbridge_gateway.config import GatewayConfig, load_gateway_config
 from rosbridge_gateway.io.graph import Ask, GraphError
 from rosbridge_gateway.io.server import GatewayServer
 from rosbridge_gateway.protocol.audit import Entry
+from rosbridge_gateway.protocol.packets import encode_publish
+from rosbridge_gateway.rosapi.answers import SystemState
+from rosbridge_gateway.rosapi.parameters import ParameterServer
+from rosbridge_gateway.rosapi.typedefs import FindClass
+from rosbridge_gateway.wire.outgoing import Form, Frames
 
 from harness.processes import wait_until
 from harness.workspace import ROOT
@@ -27,6 +33,17 @@ TOKENS = {
     "fitters-own": "operator",
 }
 PERSONS = {"fitters-own": "fitter"}
+
+
+class JsonMessage:
+    """A message that is JSON already, whatever form is asked for."""
+
+    def __init__(self, body: bytes) -> None:
+        self._body = body
+
+    def frames(self, form: Form) -> Frames:
+        """Return its packet."""
+        return Frames((encode_publish(form.topic, self._body),))
 
 
 class Call:
@@ -59,10 +76,15 @@ class Graph:
         self.done: queue.Queue[tuple[Any, ...]] = queue.Queue()
         self.calls: queue.Queue[Call] = queue.Queue()
         self.asks: dict[str, Ask] = {}
+        self.forms: dict[tuple[int, str], Form] = {}
+        """How each client wants each topic."""
         self.publishers: dict[str, list[str]] = {}
         """Nodes that publish a topic natively."""
         self.providers: dict[str, list[str]] = {}
         """Nodes that offer a service natively."""
+        self.parameters: ParameterServer = Parameters()
+        self.find_message: FindClass = roslib.message.get_message_class
+        self.find_service: FindClass = roslib.message.get_service_class
         self.audited: queue.Queue[tuple[str, Entry]] = queue.Queue()
 
     def publishing_nodes(self, topic: str) -> list[str]:
@@ -83,18 +105,20 @@ class Graph:
         """Note it."""
         self.done.put(("unadvertise", owner, topic))
 
-    def publish(self, owner: int, topic: str, values: dict[str, Any]) -> None:
-        """Refuse one value, break at another."""
+    def publish(self, owner: int, topic: str, values: dict[str, Any]) -> str | None:
+        """Refuse one value, break at another, remark on a third."""
         if values.get("data") == "refuse":
             raise GraphError("data = 'refuse': allowed: anything else")
         if values.get("data") == "break":
             raise KeyError("a bug")
         self.done.put(("publish", owner, topic, values))
+        return "nobody was connected yet" if values.get("data") == "too early" else None
 
-    def subscribe(self, owner: int, topic: str, type_name: str | None) -> None:
+    def subscribe(self, owner: int, topic: str, type_name: str | None, form: Form) -> None:
         """Know no topic called unknown."""
         if topic.endswith("/unknown"):
             raise GraphError(f"the type of {topic} is not known")
+        self.forms[owner, topic] = form
         self.done.put(("subscribe", owner, topic, type_name))
 
     def unsubscribe(self, owner: int, topic: str) -> None:
@@ -126,17 +150,54 @@ class Graph:
         """Return a time."""
         return 12, 34
 
-    def topics(self) -> dict[str, str]:
+    def topic_types(self) -> dict[str, str]:
         """Return one topic."""
         return {"/clock": "rosgraph_msgs/Clock"}
 
-    def services(self) -> list[str]:
-        """Return none."""
-        return []
+    def system_state(self) -> SystemState:
+        """Return who uses it."""
+        return SystemState({"/clock": ["/simulator"]}, {"/clock": ["/listener"]}, {})
 
-    def service_type(self, service: str) -> str:
+    def service_types(self, services: list[str]) -> dict[str, str]:
+        """Know none."""
+        return dict.fromkeys(services, "")
+
+    def service_address(self, service: str) -> str:
         """Know none."""
         return ""
+
+
+class Parameters:
+    """A parameter server in memory; names as they are written."""
+
+    def __init__(self, values: dict[str, Any] | None = None) -> None:
+        self.values: dict[str, Any] = values or {}
+
+    def get(self, name: str) -> Any:
+        """Return a value."""
+        return self.values[name]
+
+    def set(self, name: str, value: Any) -> None:
+        """Refuse null, as XML-RPC does."""
+        if value is None:
+            raise ValueError("cannot marshal None")
+        self.values[name] = value
+
+    def has(self, name: str) -> bool:
+        """Return whether it is set."""
+        return name in self.values
+
+    def search(self, name: str) -> str:
+        """Look at the root only."""
+        return f"/{name}" if f"/{name}" in self.values else ""
+
+    def delete(self, name: str) -> None:
+        """Forget it."""
+        self.values.pop(name, None)
+
+    def names(self) -> list[str]:
+        """Return all."""
+        return list(self.values)
 
 
 class Client:
@@ -183,6 +244,10 @@ class Cell:
         line = websocket.create_connection(url, timeout=DEADLINE, **options)
         self._clients.append(line)
         return Client(line)
+
+    def deliver(self, topic: str, body: bytes, owner: int | None = None) -> None:
+        """Hand a message over as ROS does; ``body`` is its JSON text."""
+        self.server.deliver(topic, JsonMessage(body), owner)
 
     def wait_logged(self, text: str) -> None:
         """Wait for a line of the log that holds ``text``: a farewell comes behind its deed."""

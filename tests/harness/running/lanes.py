@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-LIVE = ("tests/system/", "tests/ros/")
+LIVE = ("tests/system/", "tests/ros/", "tests/clients/")
 """Tests that run in real time, with processes."""
 PARTS = ("cells", "nodes", "pure")
 """What ``./cell test`` runs side by side."""

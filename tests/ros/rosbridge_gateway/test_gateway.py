@@ -16,16 +16,13 @@ from typing import Any
 import pytest
 import rospy
 import websocket
-from harness.processes import Process
+from harness.opponents.running_gateway import DEADLINE, RosbridgeClient, RunningGateway
 from harness.ros import Ros
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, String
 from std_srvs.srv import SetBool, SetBoolRequest, SetBoolResponse, Trigger, TriggerResponse
 
 from scara_msgs.srv import MoveTo, MoveToRequest, MoveToResponse
-
-DEADLINE = 10.0
-TOKENS = {"SCARA_VIEWER_TOKEN": "look", "SCARA_OPERATOR_TOKEN": "drive"}
 
 ROSLIBPY = """
 import json, os, sys, threading, time
@@ -70,83 +67,27 @@ os._exit(0)
 """
 
 
-class Client:
-    """A rosbridge client of few words."""
-
-    def __init__(self, port: int, **options: Any) -> None:
-        options.setdefault("suppress_origin", True)  # a program, no page
-        self.line = websocket.create_connection(
-            f"ws://127.0.0.1:{port}", timeout=DEADLINE, **options
-        )
-
-    def say(self, **packet: Any) -> None:
-        """Send a packet."""
-        self.line.send(json.dumps(packet))
-
-    def hear(self, op: str = "") -> dict[str, Any]:
-        """Return the next packet, or the next with this op."""
-        while True:
-            packet: dict[str, Any] = json.loads(self.line.recv())
-            if op in ("", packet["op"]):
-                return packet
-
-    def call(self, service: str, args: Any = None, **more: Any) -> dict[str, Any]:
-        """Call a service and wait for its answer."""
-        self.say(op="call_service", id="call", service=service, args=args or {}, **more)
-        return self.hear("service_response")
-
-    def subscribe(self, topic: str, kind: str | None = None, **more: Any) -> None:
-        """Subscribe, and wait until it has been done."""
-        self.say(op="subscribe", topic=topic, **({"type": kind} if kind else {}), **more)
-        self.say(op="call_service", id="done", service="/rosapi/get_time")
-        held = []
-        while (packet := self.hear()).get("id") != "done":
-            held.append(packet)
-        assert not [packet for packet in held if packet["op"] == "status"], held
-        self.held = held
-
-
-class Cell:
-    """A gateway and its clients."""
-
-    def __init__(self, ros: Ros, *args: str) -> None:
-        self.ros = ros
-        self.port = ros.free_port()
-        self.node: Process = ros.run(
-            "rosbridge_gateway", "gateway", f"_port:={self.port}", *args, env=TOKENS
-        )
-        ros.wait_until(
-            lambda: f"on 127.0.0.1:{self.port}" in self.node.output, 20.0, "the gateway's port"
-        )
-        self.clients: list[Client] = []
-
-    def client(self, **options: Any) -> Client:
-        """Connect."""
-        self.clients.append(Client(self.port, **options))
-        return self.clients[-1]
-
-
 @pytest.fixture(scope="module")
-def running(ros_module: Ros) -> Cell:
+def running(ros_module: Ros) -> RunningGateway:
     """Start one gateway for the tests of this module."""
-    return Cell(ros_module)
+    return RunningGateway(ros_module)
 
 
 @pytest.fixture
-def cell(running: Cell) -> Iterator[Cell]:
+def cell(running: RunningGateway) -> Iterator[RunningGateway]:
     """Give a test the gateway; its clients go at the end."""
     yield running
-    for client in running.clients:
-        client.line.close(timeout=0.2)
-    running.clients.clear()
+    running.end_clients()
 
 
-def offer(cell: Cell, name: str, kind: type[Any], handler: Callable[[Any], Any]) -> rospy.Service:
+def offer(
+    cell: RunningGateway, name: str, kind: type[Any], handler: Callable[[Any], Any]
+) -> rospy.Service:
     """Offer a service in the test's own process."""
     return rospy.Service(cell.ros.name(name), kind, handler)
 
 
-def test_unmodified_roslibpy_client_is_served(cell: Cell) -> None:
+def test_unmodified_roslibpy_client_is_served(cell: RunningGateway) -> None:
     """Topics, calls, refusals, an own service, latch and rosapi, all by roslibpy's own code."""
     ros = cell.ros
 
@@ -202,7 +143,7 @@ def test_unmodified_roslibpy_client_is_served(cell: Cell) -> None:
     service.shutdown()
 
 
-def test_not_a_number_crosses_both_ways(cell: Cell) -> None:
+def test_not_a_number_crosses_both_ways(cell: RunningGateway) -> None:
     """NaN in ROS, null on the wire."""
     client = cell.client()
     client.subscribe("out", "std_msgs/Float64")
@@ -216,7 +157,7 @@ def test_not_a_number_crosses_both_ways(cell: Cell) -> None:
     assert math.isnan(received[0].data)
 
 
-def test_late_subscriber_gets_the_latched_message(cell: Cell) -> None:
+def test_late_subscriber_gets_the_latched_message(cell: RunningGateway) -> None:
     """So do the first client and one that shares its subscription, without a type.
 
     It holds as long as the publisher lives.
@@ -238,7 +179,7 @@ def test_late_subscriber_gets_the_latched_message(cell: Cell) -> None:
     cell.ros.wait_until(nothing_comes, DEADLINE, "the latched message to go with its publisher")
 
 
-def test_subscription_ends_with_its_last_client(cell: Cell) -> None:
+def test_subscription_ends_with_its_last_client(cell: RunningGateway) -> None:
     """ROS is not burdened with topics that nobody wants."""
     first, second = cell.client(), cell.client()
     for client in (first, second):
@@ -278,7 +219,9 @@ def test_subscription_ends_with_its_last_client(cell: Cell) -> None:
         ({"op": "unadvertise_service", "service": "s"}, "/s is not advertised as a service"),
     ],
 )
-def test_what_ros_cannot_do_is_said(cell: Cell, packet: dict[str, Any], text: str) -> None:
+def test_what_ros_cannot_do_is_said(
+    cell: RunningGateway, packet: dict[str, Any], text: str
+) -> None:
     """A status names the reason, the session lives on."""
     client = cell.client()
     client.say(id="x", **packet)
@@ -287,7 +230,7 @@ def test_what_ros_cannot_do_is_said(cell: Cell, packet: dict[str, Any], text: st
     assert client.call("/rosapi/get_time")["result"]
 
 
-def test_failing_service_is_answered_with_its_reason(cell: Cell) -> None:
+def test_failing_service_is_answered_with_its_reason(cell: RunningGateway) -> None:
     """The text of the node's own error."""
 
     def fail(request: Any) -> Any:
@@ -304,7 +247,7 @@ def test_failing_service_is_answered_with_its_reason(cell: Cell) -> None:
     )
 
 
-def test_hanging_service_ends_at_the_calls_time_out(cell: Cell) -> None:
+def test_hanging_service_ends_at_the_calls_time_out(cell: RunningGateway) -> None:
     """ROS itself has no time-out; the gateway has, and serves others meanwhile."""
     release = threading.Event()
     service = offer(
@@ -321,7 +264,7 @@ def test_hanging_service_ends_at_the_calls_time_out(cell: Cell) -> None:
     service.shutdown()
 
 
-def test_service_started_anew_with_another_type_is_found(cell: Cell) -> None:
+def test_service_started_anew_with_another_type_is_found(cell: RunningGateway) -> None:
     """The remembered type is asked for again after a failure."""
     service = offer(cell, "changing", Trigger, lambda _: TriggerResponse(True, "old"))
     client = cell.client()
@@ -337,7 +280,7 @@ def test_service_started_anew_with_another_type_is_found(cell: Cell) -> None:
     service.shutdown()
 
 
-def test_client_that_is_silent_about_a_question_fails_the_ros_call(cell: Cell) -> None:
+def test_client_that_is_silent_about_a_question_fails_the_ros_call(cell: RunningGateway) -> None:
     """A ROS caller of a client's service gets the reason when the client goes."""
     client = cell.client()
     client.say(op="advertise_service", service="mine", type="std_srvs/Trigger")
@@ -358,7 +301,7 @@ def test_client_that_is_silent_about_a_question_fails_the_ros_call(cell: Cell) -
     assert len(outcome) == 1 and "the client that answers mine has gone" in outcome[0]
 
 
-def test_viewer_cannot_publish_and_operator_can(cell: Cell) -> None:
+def test_viewer_cannot_publish_and_operator_can(cell: RunningGateway) -> None:
     """Tokens come from the environment variables that gateway.yaml names."""
     viewer = cell.client(header=["Authorization: Bearer look"])
     viewer.say(op="advertise", id="a", topic="motion_command", type="std_msgs/String")
@@ -375,7 +318,7 @@ def test_viewer_cannot_publish_and_operator_can(cell: Cell) -> None:
     )
 
 
-def test_diagnostics_count_what_was_refused(cell: Cell) -> None:
+def test_diagnostics_count_what_was_refused(cell: RunningGateway) -> None:
     """What is refused is shown."""
     from diagnostic_msgs.msg import DiagnosticArray
 
@@ -408,7 +351,7 @@ def test_diagnostics_count_what_was_refused(cell: Cell) -> None:
     )
 
 
-def test_taken_port_ends_the_second_gateway(cell: Cell) -> None:
+def test_taken_port_ends_the_second_gateway(cell: RunningGateway) -> None:
     """Exit code 2 and a text that names the port and what to do."""
     second = cell.ros.run("rosbridge_gateway", "gateway", f"_port:={cell.port}", "__name:=second")
     assert second.wait(20.0) == 2
@@ -444,7 +387,7 @@ def test_wrong_configuration_ends_the_node(ros: Ros, old: str, new: str, text: s
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_signal_ends_the_gateway_with_close_frames(ros: Ros, number: signal.Signals) -> None:
     """Clients hear a goodbye; exit code 0, no error."""
-    cell = Cell(ros)
+    cell = RunningGateway(ros)
     client = cell.client()
     client.subscribe("t", "std_msgs/String")
     cell.node.signal(number)
@@ -477,6 +420,6 @@ def test_gateway_waits_for_a_roscore_that_comes_late(ros: Ros) -> None:
     assert shutil.which("rosmaster", path=ros.env["PATH"])
     ros.stage.start("rosmaster", "--core", "-p", str(port), env={"ROS_MASTER_URI": uri})
     ros.wait_until(lambda: f"on 127.0.0.1:{door}" in node.output, 20.0, "the gateway's port")
-    client = Client(door)
+    client = RosbridgeClient(door)
     assert client.call("/rosapi/get_time")["result"]
     client.line.close()

@@ -72,7 +72,12 @@ def test_shipped_file_serves_this_machine_only() -> None:
             "service_timeout: 601.0",
             "service_timeout = 601.0: allowed: at most service_timeout_max",
         ),
-        ("ping_timeout: 0.5", "ping_timeout: 0", "ping_timeout = 0: .*> 0"),
+        ("ping_timeout: 30.0", "ping_timeout: 0", "ping_timeout = 0: .*> 0"),
+        (
+            "roles: [twin_controller]",
+            "roles: [king]",
+            "driving.roles: 'king': allowed: viewer, operator, twin_controller",
+        ),
         ("nesting: 32", "nesting: deep", "limits.nesting = 'deep': Expected `int`"),
     ],
 )

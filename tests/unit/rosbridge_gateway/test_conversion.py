@@ -28,10 +28,11 @@ from std_msgs.msg import (
     UInt64,
 )
 
+from control_msgs.msg import FollowJointTrajectoryActionGoal
 from scara_msgs.msg import CoreInput, TwinControllerState
 from scara_msgs.srv import MoveToRequest
 
-CONVERTERS = Converters(roslib.message.get_message_class)
+CONVERTERS = Converters(roslib.message.get_message_class, lambda: (12, 34))
 
 
 def values_of(message: Any) -> Any:
@@ -133,7 +134,30 @@ def test_missing_fields_keep_their_defaults() -> None:
 def test_arguments_may_be_a_list_in_field_order() -> None:
     """A call of rosbridge may have positional arguments."""
     assert message_of(MoveToRequest, [0.5, 0.1, 0.0, 10.0, "lefty"]).elbow == "lefty"
-    assert message_of(MoveToRequest, None) == MoveToRequest()
+    assert message_of(MoveToRequest, [0.5, 0.1]) == MoveToRequest(x=0.5, y=0.1)
+    assert message_of(MoveToRequest, []) == MoveToRequest() == message_of(MoveToRequest, None)
+
+
+def stamp_of(header: dict[str, Any]) -> tuple[int, int]:
+    """Return the stamp that a header gets."""
+    stamp = message_of(JointState, {"header": header}).header.stamp
+    return stamp.secs, stamp.nsecs
+
+
+def test_header_without_a_stamp_gets_the_present_time() -> None:
+    """A stamp that is given stays, also 0; a message without a header at all keeps 0."""
+    for header in ({}, {"frame_id": "base_link"}, {"stamp": {}}, {"stamp": None}, {"stamp": "now"}):
+        assert stamp_of(header) == (12, 34)
+    assert stamp_of({"stamp": {"secs": 5}}) == (5, 0) and stamp_of({"stamp": {"secs": 0}}) == (0, 0)
+    assert message_of(JointState, {}).header.stamp.secs == 0
+    assert message_of(Time, {}).data.secs == 0
+    assert message_of(Time, {"data": "now"}).data.nsecs == 34
+    strict = Converters(roslib.message.get_message_class, None).by_class(JointState)
+    assert strict.to_message({"header": {}}).header.stamp.secs == 0
+    with pytest.raises(ConversionError, match=r"header.stamp = 'now': allowed: an object"):
+        strict.to_message({"header": {"stamp": "now"}})
+    goal = message_of(FollowJointTrajectoryActionGoal, {"goal": {"trajectory": {"header": {}}}})
+    assert goal.goal.trajectory.header.stamp.secs == 12 and goal.header.stamp.secs == 0
 
 
 def test_integers_are_numbers_too() -> None:
@@ -166,9 +190,12 @@ def test_message_without_fields_is_an_empty_object() -> None:
         (JointState, {"name": [None]}, r"name\[0\] = None: allowed: a text"),
         (
             JointState,
-            [1],
-            "1 values for the fields header, name, position, velocity, effort: allowed: 5",
+            [{}, [], [], [], [], 1],
+            "6 values for the fields header, name, .*, effort: allowed: at most 5",
         ),
+        (Empty, [1], "1 values for the fields none: allowed: at most 0"),
+        (Duration, {"data": "now"}, "data = 'now': allowed: an object with secs, nsecs$"),
+        (Time, {"data": "then"}, 'data = .then.: allowed: .* secs, nsecs, or "now"'),
         (JointState, "x", "message = 'x': allowed: an object with header, name"),
         (
             TwinControllerState,

@@ -34,7 +34,12 @@ MAX_BYTES, MAX_DEPTH = 10_000, 10
             b'{"op":"subscribe","id":7,"topic":"t","throttle_rate":10,'
             b'"queue_length":3,"compression":"none","fragment_size":9}',
             packets.Subscribe(
-                id=7, topic="t", throttle_rate=10, queue_length=3, compression="none"
+                id=7,
+                topic="t",
+                throttle_rate=10,
+                queue_length=3,
+                compression="none",
+                fragment_size=9,
             ),
         ),
         (b'{"op":"unsubscribe","id":null,"topic":"t"}', packets.Unsubscribe(id=None, topic="t")),

@@ -10,10 +10,12 @@ import msgspec
 import pytest
 from msgspec import UNSET
 from rosbridge_gateway.config import Limits, Reserved, Role
+from rosbridge_gateway.io.png import pack, unpack
 from rosbridge_gateway.protocol import packets
 from rosbridge_gateway.protocol.packets import ServiceResponse, Status
 from rosbridge_gateway.protocol.roles import Roles
-from rosbridge_gateway.protocol.session import Request, Session
+from rosbridge_gateway.protocol.session import Request, Session, Wishes
+from rosbridge_gateway.wire.outgoing import Form
 
 LIMITS = Limits(
     packet_bytes=2000,
@@ -55,6 +57,7 @@ def session(role: str = "operator", **limits: int) -> Session:
         "/cell",
         msgspec.structs.replace(LIMITS, **limits),
         now=0.0,
+        read_png=unpack,
     )
 
 
@@ -222,10 +225,6 @@ def test_malformed_call_over_the_rate_is_answered() -> None:
 @pytest.mark.parametrize(
     ("packet", "text"),
     [
-        (
-            {"op": "subscribe", "topic": "t", "compression": "png"},
-            "compression 'png' is not supported: allowed: none",
-        ),
         ({"op": "unsubscribe", "topic": "t"}, "/cell/t is not subscribed"),
         ({"op": "unadvertise", "topic": "t"}, "/cell/t is not advertised"),
         ({"op": "unadvertise_service", "service": "s"}, "/cell/s is not advertised as a service"),
@@ -320,18 +319,121 @@ def test_status_of_a_client_is_heard_in_silence() -> None:
 def test_subscriptions_with_ids_end_one_by_one() -> None:
     """The topic is left when its last id goes; the most demanding wish counts."""
     client = session()
-    assert client.subscribed("/t", packets.Subscribe(id="a", topic="t", throttle_rate=100)) == (
-        0.1,
-        0,
-    )
-    assert client.subscribed(
-        "/t", packets.Subscribe(id="b", topic="t", throttle_rate=20, queue_length=5)
-    ) == (0.02, 5)
+    client.subscribed("/t", packets.Subscribe(id="a", topic="t", throttle_rate=100))
+    assert client.wishes("/t") == Wishes(0.1, 0, Form("t"))
+    quick = packets.Subscribe(id="b", topic="/t", throttle_rate=20, queue_length=5)
+    assert client.wishes("/t", quick) == Wishes(0.02, 5, Form("/t"))
+    assert client.wishes("/t") == Wishes(0.1, 0, Form("t"))
+    client.subscribed("/t", quick)
+    assert client.wishes("/t") == Wishes(0.02, 5, Form("/t"))
     assert not client.unsubscribed("/t", "b")
-    assert client.wishes("/t") == (0.1, 0)
+    assert client.wishes("/t") == Wishes(0.1, 0, Form("t"))
     assert not client.unsubscribed("/t", "unknown")
     assert client.unsubscribed("/t", "a") and client.subscriptions == ()
     assert not client.unsubscribed("/t", "a")
+
+
+@pytest.mark.parametrize(
+    ("asked", "given"),
+    [
+        ([None], "none"),
+        (["none", "png"], "png"),
+        (["cbor", "png"], "cbor"),
+        (["cbor-raw", "cbor", "none"], "cbor-raw"),
+        (["bson"], "none"),
+        (["bson", "png"], "png"),
+    ],
+)
+def test_of_several_compressions_the_densest_counts(asked: list[str | None], given: str) -> None:
+    """An unknown one is JSON; so it is with rosbridge_server."""
+    client = session()
+    for number, compression in enumerate(asked):
+        packet = packets.Subscribe(id=number, topic="t", compression=compression)
+        client.subscribed("/t", packet)
+    assert client.wishes("/t").form.compression == given
+
+
+def test_smallest_fragment_size_counts() -> None:
+    """No piece is longer than any of the client's ids can take."""
+    client = session()
+    for number, size in enumerate((None, 500, 100)):
+        client.subscribed("/t", packets.Subscribe(id=number, topic="t", fragment_size=size))
+    assert client.wishes("/t").form.fragment_size == 100
+
+
+def test_unknown_compression_is_a_warning_for_who_wants_warnings() -> None:
+    """The messages come as JSON."""
+    client, packet = session(), packets.Subscribe(id="s", topic="t", compression="bson")
+    assert client.remark(packet) is None
+    say(client, op="set_level", level="warning")
+    text = "compression 'bson' is not known, JSON is sent: allowed: none, png, cbor, cbor-raw"
+    assert client.remark(packet) == Status(id="s", level="warning", msg=text)
+    assert client.remark(packets.Subscribe(topic="t", compression="cbor-raw")) is None
+
+
+PUBLISH = {"op": "publish", "topic": "t", "msg": {"data": "\u00e4" * 20}}
+
+
+def pieces(text: str, size: int, **more: Any) -> list[dict[str, Any]]:
+    """Return the fragments of a text."""
+    parts = [text[start : start + size] for start in range(0, len(text), size)]
+    return [
+        {"op": "fragment", "id": "f", "num": n, "total": len(parts), "data": part, **more}
+        for n, part in enumerate(parts)
+    ]
+
+
+def test_packet_in_fragments_is_judged_when_all_are_there() -> None:
+    """In any order; it is the same request as in one piece."""
+    client = session()
+    whole = say(client, **PUBLISH)
+    assert isinstance(whole, Request)
+    parts = pieces(json.dumps(PUBLISH, ensure_ascii=False), 7)
+    for part in reversed(parts[1:]):
+        assert say(client, **part) is None
+    assert say(client, **parts[0]) == whole
+    assert client.counters.refused == 0
+
+
+def test_packet_as_an_image_is_judged_as_its_text() -> None:
+    """Also when the image came in fragments."""
+    client = session()
+    whole = say(client, **PUBLISH)
+    image = {"op": "png", "data": pack(json.dumps(PUBLISH).encode())}
+    assert say(client, **image) == whole
+    answers = [say(client, **part) for part in pieces(json.dumps(image), 50)]
+    assert answers[-1] == whole and set(map(str, answers[:-1])) == {"None"}
+
+
+@pytest.mark.parametrize(
+    ("packet", "text"),
+    [
+        ({"op": "png", "data": "x"}, "data is no PNG image in base64"),
+        ({"op": "png", "data": "AAAA"}, "data is no PNG image in base64"),
+        ({"op": "png", "data": pack(b"x" * 5000)}, "an image of .* bytes: allowed: 2000"),
+        ({"op": "png", "data": pack(b"no json")}, "packet is no valid JSON"),
+        ({"op": "png", "data": pack(b'{"op":"png","data":""}')}, "png inside png"),
+        (pieces('{"op":"fragment","id":1,"num":0,"total":1,"data":""}', 90)[0], "fragment inside"),
+        ({"op": "fragment", "data": "", "num": 0, "total": 1}, "a fragment needs an id"),
+        ({"op": "fragment", "id": 1, "data": "", "num": 3, "total": 2}, "3 of 2: allowed: 0..1 of"),
+        ({"op": "fragment", "id": 1, "data": "", "num": 0, "total": 0}, "does not fit rosbridge"),
+    ],
+)
+def test_wrapping_that_holds_no_packet_is_refused(packet: dict[str, Any], text: str) -> None:
+    """The session lives on."""
+    client = session()
+    answer = say(client, **packet)
+    assert isinstance(answer, Status) and answer.level == "error"
+    assert re.search(text, answer.msg), answer
+    assert client.counters.refused == 1 and isinstance(say(client, **PUBLISH), Request)
+
+
+def test_call_in_fragments_that_does_not_fit_is_answered_as_a_call() -> None:
+    """Its sender waits."""
+    client = session()
+    call = {"op": "call_service", "id": "c", "service": "s", "args": 5}
+    answers = [say(client, **part) for part in pieces(json.dumps(call), 30)]
+    assert isinstance(answers[-1], ServiceResponse) and answers[-1].id == "c"
 
 
 def test_unsubscribe_without_an_id_ends_all() -> None:

@@ -44,6 +44,32 @@ class Reserved(Struct, frozen=True, forbid_unknown_fields=True):
     advertise_service: list[str]
 
 
+class Driving(Struct, frozen=True, forbid_unknown_fields=True):
+    """Which connections move the robot: those of ``roles``, and those that publish ``topics``.
+
+    They are asked for a sign of life more often than others.
+    """
+
+    roles: list[str]
+    topics: list[str]
+    ping_interval: Seconds
+    ping_timeout: Seconds
+
+
+class FirstMessages(Struct, frozen=True, forbid_unknown_fields=True):
+    """What a client publishes before its subscribers are there.
+
+    Messages of the first ``seconds`` after an advertise are kept for subscribers that connect, each
+    for ``seconds`` and at most ``count`` of a topic; never those of ``never_topics`` and
+    ``never_types``.
+    """
+
+    seconds: Annotated[float, Meta(gt=0.0, le=10.0)]
+    count: Number
+    never_topics: list[str]
+    never_types: list[str]
+
+
 class GuessLimits(Struct, frozen=True, forbid_unknown_fields=True):
     """How wrong tokens slow an address down; each delay is twice the one before."""
 
@@ -85,6 +111,10 @@ class GatewayConfig(Struct, frozen=True, forbid_unknown_fields=True):
     guesses: GuessLimits
     ping_interval: Seconds
     ping_timeout: Seconds
+    driving: Driving
+    first_messages: FirstMessages
+    sender_stamps: list[str]
+    handshake_timeout: Seconds
     stall_timeout: Seconds
     close_timeout: Seconds
     service_timeout: Seconds
@@ -106,6 +136,11 @@ def load_gateway_config(directory: Path | str | None = None) -> GatewayConfig:
         if role and role not in config.roles:
             allowed = ", ".join(config.roles)
             raise ConfigError(f"{path}: {key} = {role!r}: allowed: {allowed}, or empty for none")
+    for role in config.driving.roles:
+        if role not in config.roles:
+            raise ConfigError(
+                f"{path}: driving.roles: {role!r}: allowed: {', '.join(config.roles)}"
+            )
     try:
         origin_patterns(config)
     except OriginError as error:

@@ -9,7 +9,11 @@ import msgspec
 import pytest
 from harness.opponents.graph_and_clients import SHIPPED, Cell, MakeCell
 
-PATIENT = {"port": 0, "ping_interval": 60.0, "ping_timeout": 60.0}
+PATIENT = {
+    "port": 0,
+    "driving": msgspec.structs.replace(SHIPPED.driving, ping_interval=60.0, ping_timeout=60.0),
+    "handshake_timeout": 60.0,
+}
 
 
 @pytest.fixture

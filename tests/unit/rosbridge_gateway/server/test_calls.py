@@ -9,6 +9,7 @@ import pytest
 from harness.opponents.graph_and_clients import DEADLINE, Cell, MakeCell
 from harness.processes import wait_until
 from rosbridge_gateway.io.graph import GraphError
+from rosbridge_gateway.rosapi import answers
 
 
 def test_time_is_answered_at_once(cell: Cell) -> None:
@@ -23,16 +24,40 @@ def test_time_is_answered_at_once(cell: Cell) -> None:
     }
 
 
-def test_other_rosapi_services_answer_or_say_that_they_are_not_offered(cell: Cell) -> None:
-    """What is missing is said, not left unanswered."""
+def test_rosapi_is_answered_and_what_it_has_not_goes_on_to_the_graph(cell: Cell) -> None:
+    """A real rosapi beside the gateway, or a newer one, may offer more."""
     client = cell.client()
     answer = client.ask(op="call_service", service="rosapi/topic_type", args={"topic": "/clock"})
     assert answer["values"] == {"type": "rosgraph_msgs/Clock"}
-    answer = client.ask(op="call_service", service="/rosapi/get_param", args={})
-    assert (answer["result"], answer["values"]) == (
-        False,
-        "/rosapi/get_param is not offered by this gateway",
-    )
+    answer = client.ask(op="call_service", id="x", service="/rosapi/nodes", args={"y": 1})
+    assert answer["values"] == "y: unknown field: allowed: none"
+    assert (answer["id"], answer["result"]) == ("x", False)
+    client.say(op="call_service", service="/rosapi/get_ros_version")
+    cell.graph.calls.get(timeout=DEADLINE).end.put({"version": 1})
+    assert client.hear()["values"] == {"version": 1}
+
+
+def test_viewer_reads_all_of_rosapi_and_changes_nothing(cell: Cell) -> None:
+    """Parameters are for operators to change, and the audit tells who did."""
+    viewer, operator = cell.client("?token=look"), cell.client("?token=drive")
+    for service in sorted(answers.SERVICES - answers.WRITES):
+        for prefix in ("/rosapi", "rosapi"):
+            answer = viewer.ask(op="call_service", service=f"{prefix}/{service}")
+            assert "may not" not in str(answer["values"]), answer
+    args = {"name": "/a", "value": "5"}
+    for service in sorted(answers.WRITES):
+        for name in (f"/rosapi/{service}", f"rosapi/{service}"):
+            answer = viewer.ask(op="call_service", service=name, args=args)
+            assert answer["values"].startswith("role viewer may not call_service /"), answer
+    assert not cell.graph.parameters.has("/a")
+    assert operator.ask(op="call_service", service="/rosapi/set_param", args=args)["result"]
+    assert cell.graph.parameters.get("/a") == 5
+    told = []
+    while not told or not told[-1][0].startswith("operator"):
+        told.append(cell.graph.audited.get(timeout=DEADLINE))
+    assert told[-1][1].what == 'call_service /rosapi/set_param {"name":"/a","value":"5"}'
+    refused = [entry for _, entry in told if entry.outcome.startswith("role viewer may not")]
+    assert len(refused) == 4 and not any(entry.success for entry in refused)
 
 
 def test_running_call_holds_up_nobody(cell: Cell) -> None:

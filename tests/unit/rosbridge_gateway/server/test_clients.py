@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
+import select
 import socket
 import threading
 import time
 from pathlib import Path
 
+import msgspec
 import pytest
 import websocket
-from harness.opponents.graph_and_clients import DEADLINE, Cell, MakeCell
+from harness.opponents.graph_and_clients import (
+    DEADLINE,
+    SHIPPED,
+    TWIN_CONTROLLER,
+    Cell,
+    MakeCell,
+)
 from harness.processes import wait_until
+from rosbridge_gateway.config import Driving
 
 
 def test_client_that_goes_leaves_nothing_in_the_graph(cell: Cell) -> None:
@@ -50,8 +59,8 @@ def test_stalled_reader_costs_bounded_memory_and_disturbs_nobody(make_cell: Make
     reader.time()
     before = resident_bytes()
     for number in range(2000):
-        cell.server.deliver("/cell/big", b'{"data":"' + b"x" * 100_000 + b'"}', 1)
-        cell.server.deliver("/cell/small", b'{"data":%d}' % number)
+        cell.deliver("/cell/big", b'{"data":"' + b"x" * 100_000 + b'"}', 1)
+        cell.deliver("/cell/small", b'{"data":%d}' % number)
         assert reader.hear()["msg"] == {"data": number}
     assert resident_bytes() - before < 30_000_000
     assert cell.server.statistics().dropped > 1900
@@ -66,7 +75,7 @@ def test_stalled_reader_is_dropped(make_cell: MakeCell) -> None:
     stalled.time()
     reader = cell.client()
     for _ in range(200):
-        cell.server.deliver("/cell/big", b'{"data":"' + b"x" * 100_000 + b'"}', 1)
+        cell.deliver("/cell/big", b'{"data":"' + b"x" * 100_000 + b'"}', 1)
     cell.wait_logged("left: took nothing for 0.5 s")
     assert reader.time()["result"]
 
@@ -89,6 +98,64 @@ def test_silent_client_is_found(make_cell: MakeCell) -> None:
     cell = make_cell(ping_interval=0.1, ping_timeout=0.1)
     cell.client()
     cell.wait_logged("left: no answer to a ping within 0.1 s")
+
+
+def pinged(milliseconds: float) -> Driving:
+    """Return the shipped rules with other times for connections that drive."""
+    seconds = milliseconds / 1000.0
+    return msgspec.structs.replace(SHIPPED.driving, ping_interval=seconds, ping_timeout=seconds)
+
+
+def test_client_that_thinks_between_two_calls_stays(make_cell: MakeCell) -> None:
+    """Its pings lie unread for many times the interval that drivers have."""
+    cell = make_cell(driving=pinged(50))
+    client = cell.client()
+    assert client.time()["result"]
+    assert not select.select([client.line.sock], [], [], 1.0)[0], "nothing is asked for meanwhile"
+    assert client.time()["result"]
+
+
+@pytest.mark.parametrize(
+    "topic",
+    [
+        "joint_vel_controller/command",
+        "/cell/twin/joint_1_velocity_controller/command",
+        "twin/joint_2_position_controller/command",
+    ],
+)
+def test_silent_client_that_drives_is_found_at_once(make_cell: MakeCell, topic: str) -> None:
+    """Who publishes jogs or set points is asked often; the topic is free again."""
+    cell = make_cell(driving=pinged(100))
+    cell.client().say(op="advertise", topic=topic, type="T")
+    cell.wait_logged("left: no answer to a ping within 0.1 s")
+    name = topic if topic.startswith("/") else f"/cell/{topic}"
+    assert ("unadvertise", 1, name) in [cell.graph.done.get(timeout=DEADLINE) for _ in range(2)]
+
+
+def test_publishing_without_advertise_counts_as_driving(make_cell: MakeCell) -> None:
+    """The gateway advertises it for the client."""
+    cell = make_cell(driving=pinged(100))
+    cell.client().say(op="publish", topic="joint_vel_controller/command", msg={})
+    cell.wait_logged("left: no answer to a ping within 0.1 s")
+
+
+def test_twin_controller_is_asked_often_from_the_beginning(make_cell: MakeCell) -> None:
+    """Its place is free again before it comes back."""
+    cell = make_cell(driving=pinged(100))
+    cell.client(header=[f"Authorization: Bearer {TWIN_CONTROLLER}"])
+    cell.wait_logged("left: no answer to a ping within 0.1 s")
+
+
+def test_client_that_drives_no_longer_may_think_again(make_cell: MakeCell) -> None:
+    """Its last driving topic is unadvertised; a STOP has never made it a driver."""
+    cell = make_cell(driving=pinged(300))
+    client = cell.client()
+    client.say(op="advertise", topic="motion_command", type="T")
+    client.say(op="advertise", topic="joint_vel_controller/command", type="T")
+    client.say(op="unadvertise", topic="joint_vel_controller/command")
+    client.time()
+    assert not select.select([client.line.sock], [], [], 1.0)[0]
+    assert client.time()["result"]
 
 
 def test_client_that_only_sends_is_not_silent(make_cell: MakeCell) -> None:

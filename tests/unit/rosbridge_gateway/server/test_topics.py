@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import json
+
 import pytest
-from harness.opponents.graph_and_clients import DEADLINE, Cell
+from harness.opponents.graph_and_clients import DEADLINE, TWIN_CONTROLLER, Cell
+from rosbridge_gateway.wire.outgoing import Form, Frames
+from websocket import ABNF
 
 
 def test_message_goes_to_each_subscriber_under_the_name_it_used(cell: Cell) -> None:
@@ -12,7 +16,7 @@ def test_message_goes_to_each_subscriber_under_the_name_it_used(cell: Cell) -> N
     for client, topic in ((relative, "t"), (absolute, "/cell/t"), (other, "u")):
         client.say(op="subscribe", topic=topic, type="std_msgs/String")
         client.time()
-    cell.server.deliver("/cell/t", b'{"data":"x"}')
+    cell.deliver("/cell/t", b'{"data":"x"}')
     assert relative.hear() == {"op": "publish", "topic": "t", "msg": {"data": "x"}}
     assert absolute.hear() == {"op": "publish", "topic": "/cell/t", "msg": {"data": "x"}}
     assert other.time()["op"] == "service_response"
@@ -98,3 +102,71 @@ def test_binary_frame_with_json_is_understood(cell: Cell) -> None:
     assert client.hear()["result"]
     client.line.send_binary(b'{"op":"status","level":"info","msg":"\xff"}')
     assert client.hear()["level"] == "error"
+
+
+def test_form_that_a_client_wants_reaches_the_graph(cell: Cell) -> None:
+    """Of several ids together; what the last one wanted goes with it."""
+    client = cell.client()
+    client.say(op="subscribe", id="a", topic="t", type="T", compression="cbor")
+    client.say(op="subscribe", id="b", topic="t", type="T", fragment_size=100)
+    client.time()
+    assert cell.graph.forms[1, "/cell/t"] == Form("t", "cbor", 100)
+    client.say(op="unsubscribe", id="a", topic="t")
+    client.time()
+    assert cell.graph.forms[1, "/cell/t"] == Form("t", "none", 100)
+    cell.deliver("/cell/t", b'{"data":"x"}')
+    assert client.hear()["msg"] == {"data": "x"}
+
+
+def test_binary_packets_are_binary_frames(cell: Cell) -> None:
+    """A client tells CBOR from JSON by the frame."""
+
+    class Both:
+        def frames(self, form: Form) -> Frames:
+            return Frames((b"\xa0", b"\xa1"), is_text=form.compression == "none")
+
+    client = cell.client()
+    client.say(op="subscribe", topic="t", type="T", compression="cbor")
+    client.time()
+    cell.server.deliver("/cell/t", Both())
+    received = [client.line.recv_data() for _ in range(2)]
+    assert received == [(ABNF.OPCODE_BINARY, b"\xa0"), (ABNF.OPCODE_BINARY, b"\xa1")]
+
+
+def test_long_answer_comes_in_pieces_if_the_call_asks_for_it(cell: Cell) -> None:
+    """Put together they are the answer."""
+    client = cell.client()
+    client.say(op="call_service", id="c", service="/s", fragment_size=64)
+    cell.graph.calls.get(timeout=DEADLINE).end.put({"text": "\u00e4" * 300})
+    pieces = [client.hear()]
+    while len(pieces) < pieces[0]["total"]:
+        pieces.append(client.hear())
+    assert {(piece["op"], len(piece["data"]) <= 64) for piece in pieces} == {("fragment", True)}
+    answer = json.loads("".join(piece["data"] for piece in pieces))
+    assert answer["id"] == "c" and answer["values"] == {"text": "\u00e4" * 300}
+
+
+def test_unknown_compression_is_json_with_a_warning(cell: Cell) -> None:
+    """The subscription is made all the same."""
+    client = cell.client()
+    client.say(op="set_level", level="warning")
+    client.say(op="subscribe", id="s", topic="t", type="T", compression="bson")
+    warning = client.hear()
+    assert (warning["id"], warning["level"]) == ("s", "warning")
+    assert "JSON is sent: allowed: none, png, cbor, cbor-raw" in warning["msg"]
+    cell.deliver("/cell/t", b'{"data":"x"}')
+    assert client.hear()["msg"] == {"data": "x"}
+
+
+def test_remark_on_what_was_published_reaches_who_cannot_see_it_himself(cell: Cell) -> None:
+    """The audit tells it too; the twin controller sends again by itself what is not obeyed."""
+    client = cell.client()
+    packet = {"op": "publish", "id": "p", "topic": "t", "msg": {"data": "too early"}}
+    told = {"op": "status", "id": "p", "level": "error", "msg": "nobody was connected yet"}
+    assert client.ask(**packet) == told
+    entry = cell.graph.audited.get(timeout=DEADLINE)[1]
+    assert (entry.success, entry.outcome) == (True, "nobody was connected yet")
+    controller = cell.client(header=[f"Authorization: Bearer {TWIN_CONTROLLER}"])
+    controller.say(**packet)
+    assert controller.time()["op"] == "service_response"
+    assert cell.server.statistics().refused == 0

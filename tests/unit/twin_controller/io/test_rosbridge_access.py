@@ -10,6 +10,7 @@ from typing import Any
 
 import msgspec
 import pytest
+from harness.opponents.graph_and_clients import JsonMessage
 from harness.opponents.secured_gateway import SecuredGateway
 from harness.workspace import ROOT
 from robot_doctor.finding import Level
@@ -82,7 +83,7 @@ def test_link_to_a_secured_gateway_is_made(gateway: SecuredGateway) -> None:
         sender = threading.Thread(target=publish)
         sender.start()
         for number in range(300):
-            gateway.deliver("/t", b'{"data":%d}' % number)
+            gateway.deliver("/t", JsonMessage(b'{"data":%d}' % number))
         assert [owner.heard.get(timeout=DEADLINE)[1] for _ in range(300)] == [
             {"data": number} for number in range(300)
         ]

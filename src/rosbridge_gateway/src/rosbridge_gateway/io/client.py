@@ -14,34 +14,30 @@ from websockets.asyncio.connection import broadcast
 from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
+from rosbridge_gateway.admission.driving import Drivers
 from rosbridge_gateway.admission.places import Seat, Visitor
-from rosbridge_gateway.config import GatewayConfig
-from rosbridge_gateway.io.graph import Ask, Graph, GraphError, ServiceCall
+from rosbridge_gateway.io.calls import Calls
+from rosbridge_gateway.io.calls import Shared as CallsShared
+from rosbridge_gateway.io.graph import Ask, GraphError, Message
 from rosbridge_gateway.io.questions import Questions
-from rosbridge_gateway.protocol import packets, rosapi
+from rosbridge_gateway.protocol import packets
 from rosbridge_gateway.protocol.conversion import ConversionError
 from rosbridge_gateway.protocol.latest import Outbox
 from rosbridge_gateway.protocol.packets import Packet
-from rosbridge_gateway.protocol.persons import with_person
 from rosbridge_gateway.protocol.roles import taken
-from rosbridge_gateway.protocol.session import Request, Session
+from rosbridge_gateway.protocol.session import Request, Session, Wishes
+from rosbridge_gateway.wire.fragments import split
+from rosbridge_gateway.wire.outgoing import Form, Frames
 
 _DRAIN_POLL = 0.01
 
 
-class Shared(Protocol):
+class Shared(CallsShared, Protocol):
     """What all clients share; the server."""
 
-    config: GatewayConfig
-    graph: Graph
     graph_thread: ThreadPoolExecutor
-    call_threads: ThreadPoolExecutor
-    namespace: str
-    calls: int
-    errors: int
-    person_services: frozenset[str]
+    drivers: Drivers
     listeners: dict[str, set[Client]]
-    log: Callable[[str], None]
 
 
 class Client:
@@ -60,27 +56,30 @@ class Client:
         self.caller = caller
         """Role, person if known, and address, in whose name the client acts."""
         self.session = session
-        self.outbox = Outbox(shared.config.limits.waiting_answers)
+        self.outbox: Outbox[Frames] = Outbox(shared.config.limits.waiting_answers)
         self.drop_reason: str | None = None
         """Why the gateway ended the connection.
 
         None while it serves, and when the client went by itself.
         """
-        self._visitor = visitor
+        self.visitor = visitor
         self._gone = False
         self._heard = time.monotonic()
         self._connection = connection
         self._shared = shared
         self._loop = asyncio.get_running_loop()
         self._timer: asyncio.TimerHandle | None = None
+        self._keep_alive: asyncio.Task[None] | None = None
+        self._drives = False
         self._full_since: float | None = None
-        self._written_names: dict[str, str] = {}
-        self._calls: dict[asyncio.Task[None], ServiceCall] = {}
+        self._forms: dict[str, Form] = {}
+        self._answers = 0
+        self._calls = Calls(self, shared)
         self._questions = Questions(self._loop, self.answer)
 
     async def run(self) -> None:
         """Serve the client until its connection ends, then free what it used."""
-        keep_alive = self._loop.create_task(self._keep_alive())
+        self._pace_pings()
         try:
             while True:
                 data = await self._connection.recv(decode=False)
@@ -94,33 +93,52 @@ class Client:
         except ConnectionClosed:
             pass
         finally:
-            keep_alive.cancel()
+            if self._keep_alive is not None:
+                self._keep_alive.cancel()
             await self._release()
 
-    async def _keep_alive(self) -> None:
+    def _pace_pings(self) -> None:
+        """Ask for signs of life more often from now on if the client drives, less if not."""
+        drives = self._shared.drivers.drives(self.session.role, self.session.advertisements)
+        if self._keep_alive is not None:
+            if drives == self._drives:
+                return
+            self._keep_alive.cancel()
+        self._drives = drives
+        config = self._shared.config
+        pace = config.driving if drives else config
+        self._keep_alive = self._loop.create_task(
+            self._watch_silence(pace.ping_interval, pace.ping_timeout)
+        )
+
+    async def _watch_silence(self, interval: float, timeout: float) -> None:
         """Drop a client of which neither a pong nor a packet comes.
 
         One that only publishes may leave pings unread.
         """
-        config = self._shared.config
         with contextlib.suppress(ConnectionClosed):
             while True:
-                await asyncio.sleep(config.ping_interval)
+                await asyncio.sleep(interval)
                 asked = time.monotonic()
                 try:
-                    async with asyncio.timeout(config.ping_timeout):
+                    async with asyncio.timeout(timeout):
                         await (await self._connection.ping())
                 except TimeoutError:
                     if self._heard < asked:
-                        self.drop(f"no answer to a ping within {config.ping_timeout:g} s")
+                        self.drop(f"no answer to a ping within {timeout:g} s")
                         return
 
     async def _perform_safely(self, request: Request) -> None:
         """Perform; whatever fails is answered, and the client lives on."""
         try:
-            await self._perform(request)
+            remark = await self._perform(request)
             if not isinstance(request.packet, packets.CallService):  # a call is told when it ends
-                self.session.performed(request, "done", self._heard)
+                self.session.performed(request, remark or "done", self._heard)
+            # The twin controller sees by itself whether it is obeyed, and sends again.
+            if remark is not None and self.session.role not in self._shared.config.driving.roles:
+                status = self.session.status("error", remark, request.packet.id)
+                if status is not None:
+                    self.answer(status)
         except (GraphError, ConversionError) as error:
             self._refuse(request, str(error))
         except ConnectionClosed:
@@ -130,16 +148,18 @@ class Client:
             self._shared.log(f"error while serving {request.name}: {error!r}")
             self._refuse(request, f"error in the gateway: {error!r}")
 
-    async def _perform(self, request: Request) -> None:
+    async def _perform(self, request: Request) -> str | None:
+        """Do what the packet says; return a remark on it, or None."""
         graph, name = self._shared.graph, request.name
         match request.packet:
             case packets.Publish() as packet:
                 if not self.session.is_advertised(name):
                     await self._in_graph(self._advertise, name, None, False, 100)
                     self.session.advertised(name, UNSET)
-                graph.publish(self.owner, name, packet.msg)
+                    self._pace_pings()
+                return graph.publish(self.owner, name, packet.msg)
             case packets.CallService() as packet:
-                await self._call(packet, name)
+                self._calls.start(packet, name)
             case packets.Subscribe() as packet:
                 await self._subscribe(packet, name)
             case packets.Unsubscribe() as packet:
@@ -149,9 +169,11 @@ class Client:
                     self._advertise, name, packet.type, packet.latch, packet.queue_size
                 )
                 self.session.advertised(name, packet.id)
+                self._pace_pings()
             case packets.Unadvertise() as packet:
                 if self.session.unadvertised(name, packet.id):
                     await self._in_graph(graph.unadvertise, self.owner, name)
+                    self._pace_pings()
             case packets.AdvertiseService() as packet:
                 ask = self._questions.asker(packet.service)
                 await self._in_graph(self._advertise_service, name, packet.type, ask)
@@ -161,6 +183,7 @@ class Client:
                 self.session.provides(name, False)
             case packets.ServiceResponse() as packet:
                 self._questions.answered(packet)
+        return None
 
     async def _in_graph(self, function: Callable[..., Any], *args: Any) -> Any:
         """Run a function of the graph in the graph's thread; other clients are served meanwhile."""
@@ -191,30 +214,41 @@ class Client:
 
     async def _subscribe(self, packet: packets.Subscribe, name: str) -> None:
         """Listen before the graph delivers, so that a latched message is not missed."""
-        fresh = name not in self.session.subscriptions
+        session = self.session
+        fresh = name not in session.subscriptions
+        wishes = session.wishes(name, packet)
         if fresh:
-            self._listen(packet, name)
+            session.subscribed(name, packet)
+            self._listen(name, wishes)
         try:
-            await self._in_graph(self._shared.graph.subscribe, self.owner, name, packet.type)
+            await self._in_graph(
+                self._shared.graph.subscribe, self.owner, name, packet.type, wishes.form
+            )
         except Exception:
             if fresh:
-                self.session.unsubscribed(name, UNSET)
+                session.unsubscribed(name, UNSET)
                 self._stop_listening(name)
             raise
-        if not fresh:
-            self._listen(packet, name)
+        session.subscribed(name, packet)
+        self._listen(name, wishes)
+        remark = session.remark(packet)
+        if remark is not None:
+            self.answer(remark)
 
-    def _listen(self, packet: packets.Subscribe, name: str) -> None:
-        self._written_names[name] = packet.topic
-        self.outbox.subscribe(name, *self.session.subscribed(name, packet))
+    def _listen(self, name: str, wishes: Wishes) -> None:
+        self._forms[name] = wishes.form
+        self.outbox.subscribe(name, wishes.interval, wishes.queue_length)
         self._shared.listeners.setdefault(name, set()).add(self)
 
     async def _unsubscribe(self, packet: packets.Unsubscribe, name: str) -> None:
+        graph = self._shared.graph
         if self.session.unsubscribed(name, packet.id):
             self._stop_listening(name)
-            await self._in_graph(self._shared.graph.unsubscribe, self.owner, name)
+            await self._in_graph(graph.unsubscribe, self.owner, name)
         elif name in self.session.subscriptions:
-            self.outbox.subscribe(name, *self.session.wishes(name))
+            wishes = self.session.wishes(name)
+            await self._in_graph(graph.subscribe, self.owner, name, None, wishes.form)
+            self._listen(name, wishes)
 
     def _stop_listening(self, name: str) -> None:
         listeners = self._shared.listeners.get(name, set())
@@ -223,84 +257,47 @@ class Client:
             self._shared.listeners.pop(name, None)
         self.outbox.unsubscribe(name)
 
-    async def _call(self, packet: packets.CallService, name: str) -> None:
-        """Answer rosapi's services, start a call of any other; it answers when it ends."""
-        shared = self._shared
-        own = rosapi.service_of(name, shared.namespace)
-        if own == rosapi.GET_TIME:
-            self._respond(packet, rosapi.time_values(*shared.graph.now()))
-            return
-        if own is not None:
-            values = await self._in_graph(rosapi.answer, own, packet.args, shared.graph)
-            if values is None:
-                raise GraphError(f"{name} is not offered by this gateway")
-            self._respond(packet, values)
-            return
-        limits = shared.config.limits
-        if len(self._calls) >= limits.calls_per_client or shared.calls >= limits.calls:
-            raise GraphError(
-                f"{len(self._calls)} of {limits.calls_per_client} calls of this client and "
-                f"{shared.calls} of "
-                f"{limits.calls} calls of all run: {name} refused"
-            )
-        timeout = min(
-            packet.timeout or shared.config.service_timeout, shared.config.service_timeout_max
+    def respond(self, packet: packets.CallService, values: dict[str, Any]) -> None:
+        """Answer a call."""
+        response = packets.ServiceResponse(
+            id=packet.id, service=packet.service, values=values, result=True
         )
-        args = packet.args
-        if name in shared.person_services:
-            args = with_person(args, self._visitor.person, self._visitor.token, self.owner)
-        call = shared.graph.service_call(name, args, timeout, self.caller)
-        task = self._loop.create_task(self._run_call(packet, name, call))
-        shared.calls += 1
-        self._calls[task] = call
-        task.add_done_callback(self._call_ended)
-
-    async def _run_call(self, packet: packets.CallService, name: str, call: ServiceCall) -> None:
-        try:
-            values = await self._loop.run_in_executor(self._shared.call_threads, call.run)
-            self._respond(packet, values)
-            self.session.performed(Request(packet, name), values, time.monotonic())
-        except (GraphError, ConversionError) as error:
-            self._refuse(Request(packet, name), str(error))
-        except Exception as error:
-            self._shared.errors += 1
-            self._shared.log(f"error while calling {name}: {error!r}")
-            self._refuse(Request(packet, name), f"error in the gateway: {error!r}")
-        self._tell_audit()
-
-    def _call_ended(self, task: asyncio.Task[None]) -> None:
-        self._shared.calls -= 1
-        self._calls.pop(task, None)
-
-    def _respond(self, packet: packets.CallService, values: dict[str, Any]) -> None:
-        self.answer(
-            packets.ServiceResponse(
-                id=packet.id, service=packet.service, values=values, result=True
-            )
-        )
+        self.answer(response, packet.fragment_size)
 
     def _refuse(self, request: Request, reason: str) -> None:
         answer = self.session.refuse(request.packet, reason, time.monotonic())
         if answer is not None:
             self.answer(answer)
 
+    def refuse_call(self, packet: packets.CallService, name: str, reason: str) -> None:
+        """Answer a call that has failed with the reason."""
+        self._refuse(Request(packet, name), reason)
+        self._tell_audit()
+
+    def called(self, packet: packets.CallService, name: str, values: dict[str, Any]) -> None:
+        """Tell the audit what came of a call."""
+        self.session.performed(Request(packet, name), values, time.monotonic())
+        self._tell_audit()
+
     def _tell_audit(self) -> None:
         for entry in self.session.take_entries():
             self._shared.graph.audit(self.caller, entry)
 
-    def answer(self, packet: Packet) -> None:
-        """Send an answer, in order with the other answers."""
-        if self.outbox.put_answer(packets.encode(packet)):
+    def answer(self, packet: Packet, fragment_size: int | None = None) -> None:
+        """Send an answer, in order with the other answers, in pieces if it was asked for so."""
+        self._answers += 1
+        parts = split(packets.encode(packet), fragment_size, f"answer:{self._answers}")
+        if self.outbox.put_answer(Frames(parts)):
             self.flush()
         else:
             self.drop(
                 f"{self._shared.config.limits.waiting_answers} answers wait and are not taken"
             )
 
-    def deliver(self, topic: str, message: bytes) -> None:
-        """Send a message that is JSON already, or keep it as the newest of its topic."""
-        packet = packets.encode_publish(self._written_names.get(topic, topic), message)
-        self.outbox.put_message(topic, packet, time.monotonic())
+    def deliver(self, topic: str, message: Message) -> None:
+        """Send a message in the form that the client wants, or keep it as the topic's newest."""
+        frames = message.frames(self._forms[topic])
+        self.outbox.put_message(topic, frames, time.monotonic())
         self.flush()
 
     def flush(self) -> None:
@@ -314,11 +311,12 @@ class Client:
         limit = self._shared.config.limits.send_buffer_bytes
         while self._connection.transport.get_write_buffer_size() < limit:
             self._full_since = None
-            data = self.outbox.pop(now)
-            if data is None:
+            frames = self.outbox.pop(now)
+            if frames is None:
                 self._wake_when_due(now)
                 return
-            broadcast([self._connection], data, text=True)
+            for part in frames.parts:
+                broadcast([self._connection], part, text=frames.is_text)
         self._full_since = self._full_since or now
         if now - self._full_since > self._shared.config.stall_timeout:
             self.drop(f"took nothing for {self._shared.config.stall_timeout:g} s")
@@ -334,8 +332,10 @@ class Client:
     def seat(self) -> Seat:
         """What decides whether the client may keep its place."""
         session = self.session
-        held = session.subscriptions or session.advertisements or session.services or self._calls
-        return Seat(self.owner, self._visitor, bool(held), self._heard)
+        held = (
+            session.subscriptions or session.advertisements or session.services or len(self._calls)
+        )
+        return Seat(self.owner, self.visitor, bool(held), self._heard)
 
     @property
     def is_gone(self) -> bool:
@@ -357,8 +357,7 @@ class Client:
         self._gone = True
         if self._timer is not None:
             self._timer.cancel()
-        for call in self._calls.values():
-            call.cancel()
+        self._calls.cancel()
         self._questions.close()
         for name in self.session.subscriptions:
             self._stop_listening(name)

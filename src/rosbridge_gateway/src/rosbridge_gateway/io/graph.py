@@ -7,7 +7,8 @@ from concurrent.futures import Future
 from typing import Any, Protocol
 
 from rosbridge_gateway.protocol.audit import Entry
-from rosbridge_gateway.protocol.rosapi import GraphNames
+from rosbridge_gateway.rosapi.answers import GraphView
+from rosbridge_gateway.wire.outgoing import Form, Frames
 
 
 class GraphError(RuntimeError):
@@ -24,13 +25,21 @@ class ServiceCall(Protocol):
         """End a running call."""
 
 
+class Message(Protocol):
+    """One message of a topic."""
+
+    def frames(self, form: Form) -> Frames:
+        """Return it in the form that a client wants; callable from any thread."""
+
+
 Ask = Callable[[dict[str, Any]], "Future[dict[str, Any]]"]
 
 
-class Graph(GraphNames, Protocol):
+class Graph(GraphView, Protocol):
     """The ROS side.
 
-    All but ``publish``, ``now`` and ``service_call`` run in one thread of their own, in order.
+    All but ``publish``, ``now``, ``service_call`` and what rosapi asks run in one thread of their
+    own, in order.
     """
 
     def publishing_nodes(self, topic: str) -> list[str]:
@@ -47,11 +56,18 @@ class Graph(GraphNames, Protocol):
     def unadvertise(self, owner: int, topic: str) -> None:
         """Close a client's publisher."""
 
-    def publish(self, owner: int, topic: str, values: dict[str, Any]) -> None:
-        """Publish at once; called in the event loop, must not block."""
+    def publish(self, owner: int, topic: str, values: dict[str, Any]) -> str | None:
+        """Publish at once; called in the event loop, must not block.
 
-    def subscribe(self, owner: int, topic: str, type_name: str | None) -> None:
-        """Deliver ``topic`` from now on, latched messages included."""
+        Returns:
+            A remark for the client, or None.
+        """
+
+    def subscribe(self, owner: int, topic: str, type_name: str | None, form: Form) -> None:
+        """Deliver ``topic`` in ``form`` from now on, latched messages included.
+
+        Again for the same client: the form has changed.
+        """
 
     def unsubscribe(self, owner: int, topic: str) -> None:
         """Deliver ``topic`` to this client no more."""

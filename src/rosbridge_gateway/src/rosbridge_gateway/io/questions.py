@@ -68,7 +68,8 @@ class Questions:
             raise GraphError(
                 f"no call of {packet.service} waits for a response with id {packet.id!r}"
             )
-        if packet.result and isinstance(packet.values, dict):
+        # With result false too: for rosbridge_server it is the values that answer.
+        if isinstance(packet.values, dict):
             future.set_result(packet.values)
         else:
             future.set_exception(GraphError(f"{packet.service} failed: {packet.values!r}"))

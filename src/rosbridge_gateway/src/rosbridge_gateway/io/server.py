@@ -22,11 +22,13 @@ from websockets.asyncio.server import ServerConnection, serve
 from websockets.frames import CloseCode
 from websockets.http11 import Request, Response
 
+from rosbridge_gateway.admission.driving import Drivers
 from rosbridge_gateway.admission.places import NoPlace, Place, Visitor, find_place
 from rosbridge_gateway.config import GatewayConfig
 from rosbridge_gateway.io.client import Client
 from rosbridge_gateway.io.door import Door, NotAdmittedError, bind, tls_context
-from rosbridge_gateway.io.graph import Graph
+from rosbridge_gateway.io.graph import Graph, Message
+from rosbridge_gateway.io.png import unpack
 from rosbridge_gateway.protocol.audit import Trail
 from rosbridge_gateway.protocol.names import resolve
 from rosbridge_gateway.protocol.roles import Roles
@@ -89,6 +91,7 @@ class GatewayServer:
         self.person_services = frozenset(
             resolve(name, namespace) for name in config.person_services
         )
+        self.drivers = Drivers(config.driving, namespace)
         self._door = Door(config, tokens, persons)
         self._roles = Roles(config.roles, config.reserved, namespace)
         self._tls = tls_context(config)
@@ -144,15 +147,15 @@ class GatewayServer:
     ) -> None:
         self.stop()
 
-    def deliver(self, topic: str, message: bytes, owner: int | None = None) -> None:
-        """Hand a topic's message, JSON already, to all its listeners or to one.
+    def deliver(self, topic: str, message: Message, owner: int | None = None) -> None:
+        """Hand a topic's message to all its listeners or to one.
 
         Callable from any thread.
         """
         with contextlib.suppress(RuntimeError):  # the loop has ended
             self._loop.call_soon_threadsafe(self._fan_out, topic, message, owner)
 
-    def _fan_out(self, topic: str, message: bytes, owner: int | None) -> None:
+    def _fan_out(self, topic: str, message: Message, owner: int | None) -> None:
         for client in tuple(self.listeners.get(topic, ())):
             if owner in (None, client.owner):
                 client.deliver(topic, message)
@@ -202,7 +205,7 @@ class GatewayServer:
             max_size=_HARD_SIZE_FACTOR * config.limits.packet_bytes,
             ping_interval=None,  # the clients watch themselves
             close_timeout=config.close_timeout,
-            open_timeout=config.ping_interval + config.ping_timeout + config.close_timeout,
+            open_timeout=config.handshake_timeout,
             logger=_SILENT,
         ) as server:
             self._ready.set()
@@ -256,7 +259,8 @@ class GatewayServer:
         line.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, self.config.limits.send_buffer_bytes)
         role = visitor.role
         owner = next(self._owners)
-        session = Session(role, self._roles, self.namespace, self.config.limits, time.monotonic())
+        limits, now = self.config.limits, time.monotonic()
+        session = Session(role, self._roles, self.namespace, limits, now, unpack)
         peer = _peer(connection)
         caller = f"{role}@{peer}" if not visitor.person else f"{role}:{visitor.person}@{peer}"
         client = Client(owner, visitor, caller, connection, session, self)

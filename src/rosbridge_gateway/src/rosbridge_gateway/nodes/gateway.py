@@ -30,6 +30,8 @@ from rosbridge_gateway.config import GatewayConfig, load_gateway_config
 from rosbridge_gateway.io.door import GatewayError
 from rosbridge_gateway.io.server import GatewayServer
 from rosbridge_gateway.nodes.ros_graph import RosGraph
+from rosbridge_gateway.protocol.first_messages import KeepRules
+from rosbridge_gateway.protocol.names import any_of, patterns_in
 
 _WATCH_PERIOD = 0.2
 
@@ -41,11 +43,13 @@ def main() -> None:
         config = _configuration()
         folder = rospy.get_param("~config_dir", None)
         tokens, persons = _tokens(config, load_persons(folder))
-        graph = RosGraph()
+        namespace = rospy.get_namespace()
+        stamps_itself = any_of(patterns_in(config.sender_stamps, namespace)).match
+        graph = RosGraph(KeepRules(config.first_messages, namespace), stamps_itself)
         server = GatewayServer(
             config,
             graph,
-            rospy.get_namespace(),
+            namespace,
             tokens,
             lambda line: rospy.loginfo("gateway: %s", line),
             persons,
@@ -58,7 +62,7 @@ def main() -> None:
     go_first()
     with server, until_shutdown():
         rospy.loginfo("gateway: rosbridge v2 on %s:%d", config.host, server.port)
-        _watch(server)
+        _watch(server, graph)
     if server.failure is not None:
         sys.exit(1)
 
@@ -115,12 +119,13 @@ def _tokens(
     return tokens, known
 
 
-def _watch(server: GatewayServer) -> None:
+def _watch(server: GatewayServer, graph: RosGraph) -> None:
     """Report until a signal comes or the server's thread ends."""
     diagnostics, pace = Diagnostics("gateway"), Pace(PERIOD_S)
     while not rospy.is_shutdown() and server.failure is None:
         if pace.is_due(time.monotonic()):
             diagnostics.publish(_diagnosis(server))
+        graph.end_openings()
         rospy.rostime.wallsleep(_WATCH_PERIOD)
 
 

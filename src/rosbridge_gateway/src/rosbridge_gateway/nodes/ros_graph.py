@@ -3,60 +3,89 @@
 from __future__ import annotations
 
 import concurrent.futures
+import itertools
 import threading
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
 import genpy
-import msgspec
-import rosgraph
 import roslib.message
 import rospy
-from scara_ros.io.master import UNREACHABLE, MasterClient, MasterError
-from scara_ros.io.service_connection import ServiceError
-from scara_ros.nodes.service_client import service_type
 
-from rosbridge_gateway.io.graph import Ask, GraphError
+from rosbridge_gateway.io.graph import Ask, GraphError, Message
+from rosbridge_gateway.nodes.first_messages import Opening
+from rosbridge_gateway.nodes.ros_encoders import RosEncoders
 from rosbridge_gateway.nodes.ros_service_call import (
     RosServiceCall,
     ServiceTypes,
     find_service_class,
 )
+from rosbridge_gateway.nodes.ros_view import RosView
 from rosbridge_gateway.protocol.audit import Entry
 from rosbridge_gateway.protocol.conversion import ConversionError, Converter, Converters
+from rosbridge_gateway.protocol.first_messages import FirstOnes, KeepRules
+from rosbridge_gateway.rosapi.answers import Nodes
+from rosbridge_gateway.wire.outgoing import Form, Outgoing
 from scara_msgs.msg import Audit
 
 _BURST = 100
-_PROBE_TIMEOUT = 2.0
 _LOG_PERIOD = 5.0
 
-Deliver = Callable[[str, bytes, int | None], None]
+Deliver = Callable[[str, Message, int | None], None]
+
+
+@dataclass(slots=True)
+class _Publication:
+    """What one client publishes.
+
+    ``first``: the topic's first second, None if its messages are never kept.
+    ``told_until``: until then (monotonic, [s]) the client is told if nobody is connected.
+    """
+
+    publisher: rospy.Publisher
+    converter: Converter
+    first: Opening | None
+    told_until: float
 
 
 @dataclass
 class _Subscription:
     """One rospy subscriber for all clients.
 
-    ``latched`` is the last message of each latching publisher.
+    ``forms``: how each client wants the messages; ``latched``: the last message of each latching
+    publisher.
     """
 
     converter: Converter
-    owners: set[int] = field(default_factory=set)
-    latched: dict[str, bytes] = field(default_factory=dict)
+    forms: dict[int, Form] = field(default_factory=dict)
+    latched: dict[str, Outgoing] = field(default_factory=dict)
     lock: threading.Lock = field(default_factory=threading.Lock)
     subscriber: Any = None
 
 
-class RosGraph:
+class RosGraph(RosView):
     """Implements :class:`rosbridge_gateway.io.graph.Graph` with rospy."""
 
-    def __init__(self) -> None:
+    def __init__(self, keep_rules: KeepRules, stamps_itself: Callable[[str], object]) -> None:
+        """Begin.
+
+        Args:
+            keep_rules: Which first messages are kept.
+            stamps_itself: Tells of a topic whether its sender has to stamp its messages itself.
+        """
+        super().__init__()
         self.deliver: Deliver = lambda topic, message, owner: None
         self.errors = 0
         """Messages that could not be converted."""
-        self._converters = Converters(roslib.message.get_message_class)
-        self._publishers: dict[tuple[int, str], tuple[rospy.Publisher, Converter]] = {}
+        self._converters = Converters(roslib.message.get_message_class, self.now)
+        self._unstamped = Converters(roslib.message.get_message_class, None)
+        self._stamps_itself = stamps_itself
+        self._encoders = RosEncoders(self._converters)
+        self._numbers = itertools.count(1)
+        self._keep_rules = keep_rules
+        self._publications: dict[tuple[int, str], _Publication] = {}
         self._subscriptions: dict[str, _Subscription] = {}
         self._services: dict[str, tuple[int, rospy.Service]] = {}
         self._service_types = ServiceTypes(self._converters)
@@ -72,6 +101,8 @@ class RosGraph:
         Asynchronous, so that a slow ROS node cannot hold up the gateway.
         """
         converter = self._converter(topic, type_name)
+        if self._stamps_itself(topic):
+            converter = self._unstamped.by_class(converter.message_class)
         publisher = rospy.Publisher(
             topic,
             converter.message_class,
@@ -79,31 +110,74 @@ class RosGraph:
             queue_size=max(queue_size, 1),
             tcp_nodelay=True,
         )
-        previous = self._publishers.get((owner, topic))
-        self._publishers[owner, topic] = (publisher, converter)
+        previous = self._publications.get((owner, topic))
+        first = self._opening(publisher, topic, converter.message_class._type)
+        told_until = 0.0 if first else time.monotonic() + self._keep_rules.config.seconds
+        self._publications[owner, topic] = _Publication(publisher, converter, first, told_until)
         if previous:
-            previous[0].unregister()
+            previous.publisher.unregister()
+
+    def _opening(self, publisher: rospy.Publisher, topic: str, type_name: str) -> Opening | None:
+        """Return the topic's first second; one that another client has begun is shared."""
+        if not self._keep_rules.keeps(topic, type_name):
+            return None
+        for (_, name), other in self._publications.items():
+            if name == topic and other.first is not None and other.first.is_of(publisher):
+                other.first.extend()
+                return other.first
+        return Opening(publisher, FirstOnes(self._keep_rules.config, time.monotonic()))
 
     def unadvertise(self, owner: int, topic: str) -> None:
-        """Close a client's publisher."""
-        publisher, _ = self._publishers.pop((owner, topic))
-        publisher.unregister()
+        """Close a client's publisher; it stays while subscribers may still fetch first messages."""
+        publication = self._publications.pop((owner, topic))
+        publisher, first = publication.publisher, publication.first
+        wanted_for = first.wanted_for() if first else 0.0
+        if first is None or not wanted_for:
+            publisher.unregister()
+            return
 
-    def publish(self, owner: int, topic: str, values: dict[str, Any]) -> None:
-        """Publish at once."""
-        publisher, converter = self._publishers[owner, topic]
+        def leave() -> None:
+            first.end()
+            publisher.unregister()
+
+        later = threading.Timer(wanted_for, leave)
+        later.daemon = True
+        later.start()
+
+    def end_openings(self) -> None:
+        """Forget first messages that nobody can get any more."""
+        for publication in list(self._publications.values()):
+            first = publication.first
+            if first is not None and first.is_over():
+                publication.first = None
+                first.end()
+
+    def publish(self, owner: int, topic: str, values: dict[str, Any]) -> str | None:
+        """Publish at once; tell once if nobody was connected yet to what is never kept."""
+        publication = self._publications[owner, topic]
+        publisher, first = publication.publisher, publication.first
         try:
-            publisher.publish(converter.to_message(values))
+            message = publication.converter.to_message(values)
+            if first is not None and first.publish(message):
+                return None
+            publisher.publish(message)
         except (ConversionError, rospy.ROSException, genpy.MessageException) as error:
             raise GraphError(f"{topic}: {error}") from error
+        if time.monotonic() >= publication.told_until or publisher.get_num_connections():
+            return None
+        publication.told_until = 0.0  # once is enough
+        return (
+            f"{topic}: nobody was connected yet, so this reached nobody; what moves or stops a "
+            "robot is never delivered late: send it again"
+        )
 
-    def subscribe(self, owner: int, topic: str, type_name: str | None) -> None:
+    def subscribe(self, owner: int, topic: str, type_name: str | None, form: Form) -> None:
         """Share one rospy subscriber; a late comer gets the latched messages at once."""
         shared = self._subscriptions.get(topic)
         if shared is None:
             shared = _Subscription(self._converter(topic, type_name))
             self._subscriptions[topic] = shared
-            shared.owners.add(owner)
+            shared.forms[owner] = form
             shared.subscriber = rospy.Subscriber(
                 topic,
                 shared.converter.message_class,
@@ -115,29 +189,35 @@ class RosGraph:
             return
         self._converter(topic, type_name or shared.converter.message_class._type)
         with shared.lock:
-            if owner not in shared.owners:
-                shared.owners.add(owner)
+            is_new = owner not in shared.forms
+            shared.forms[owner] = form
+            if is_new:
                 alive = {
                     connection.callerid_pub for connection in shared.subscriber.impl.connections
                 }
                 for caller, message in shared.latched.items():
                     if caller in alive:
+                        message.frames(form)
                         self.deliver(topic, message, owner)
 
     def unsubscribe(self, owner: int, topic: str) -> None:
         """Leave a shared subscriber; the last one closes it."""
         shared = self._subscriptions[topic]
         with shared.lock:
-            shared.owners.discard(owner)
-        if not shared.owners:
+            shared.forms.pop(owner, None)
+        if not shared.forms:
             del self._subscriptions[topic]
             shared.subscriber.unregister()
 
     def _received(self, message: Any, context: tuple[str, _Subscription]) -> None:
-        """Convert and encode a message once, in rospy's thread."""
+        """Encode a message once for each form that is wanted, in rospy's thread."""
         topic, shared = context
+        outgoing = Outgoing(message, next(self._numbers), self.now(), self._encoders)
+        with shared.lock:
+            forms = set(shared.forms.values())
         try:
-            body = msgspec.json.encode(shared.converter.to_values(message))
+            for form in forms:
+                outgoing.frames(form)
         except Exception as error:
             self.errors += 1
             rospy.logerr_throttle(
@@ -147,8 +227,8 @@ class RosGraph:
         header = message._connection_header or {}
         with shared.lock:
             if header.get("latching") == "1":
-                shared.latched[header.get("callerid", "")] = body
-            self.deliver(topic, body, None)
+                shared.latched[header.get("callerid", "")] = outgoing
+            self.deliver(topic, outgoing, None)
 
     def service_call(self, service: str, args: Any, timeout: float, caller: str) -> RosServiceCall:
         """Prepare a service call.
@@ -210,45 +290,17 @@ class RosGraph:
         now = rospy.get_rostime()
         return now.secs, now.nsecs
 
-    def topics(self) -> dict[str, str]:
-        """Return topics and their types."""
-        return dict(self._ask_master("getTopicTypes"))
-
     def publishing_nodes(self, topic: str) -> list[str]:
         """Return which nodes publish ``topic`` now, this one left out."""
-        publishers, _, _ = self._ask_master("getSystemState")
-        return _others(publishers, topic)
+        return _others(self.system_state().publishers, topic)
 
     def offering_nodes(self, service: str) -> list[str]:
         """Return which nodes offer ``service`` now, this one left out."""
-        _, _, services = self._ask_master("getSystemState")
-        return _others(services, service)
-
-    def services(self) -> list[str]:
-        """Return services."""
-        _, _, services = self._ask_master("getSystemState")
-        return sorted(name for name, _ in services)
-
-    def service_type(self, service: str) -> str:
-        """Return the type of a service, empty if there is none."""
-        try:
-            return service_type(service, _PROBE_TIMEOUT)
-        except ServiceError:
-            return ""
-
-    def _ask_master(self, method: str) -> Any:
-        """Ask on a line of its own.
-
-        A hanging roscore costs a client its answer, not the others theirs.
-        """
-        try:
-            return MasterClient(rosgraph.get_master_uri(), rospy.get_caller_id()).ask(method)
-        except (*UNREACHABLE, MasterError) as error:
-            raise GraphError(f"roscore does not answer: {error}") from error
+        return _others(self.system_state().services, service)
 
     def _converter(self, topic: str, type_name: str | None) -> Converter:
         """Return the converter for a topic; the type must agree with what the graph knows."""
-        known = self.topics().get(topic)
+        known = self.topic_types().get(topic)
         known = None if known == "*" else known
         if type_name is None and known is None:
             raise GraphError(f"the type of {topic} is not known: advertise it, or give `type`")
@@ -257,7 +309,6 @@ class RosGraph:
         return self._converters.by_name(known or type_name or "")
 
 
-def _others(registered: list[tuple[str, list[str]]], name: str) -> list[str]:
-    """Return the nodes behind ``name`` in the master's list, this one left out."""
-    nodes = dict(registered).get(name, [])
-    return [node for node in nodes if node != rospy.get_name()]
+def _others(nodes: Nodes, name: str) -> list[str]:
+    """Return the nodes behind ``name``, this one left out."""
+    return [node for node in nodes.get(name, []) if node != rospy.get_name()]

@@ -1,8 +1,9 @@
 """ROS messages to JSON-able values and back, compiled once per message type.
 
 On the wire NaN and infinities are ``null`` (JSON has neither), ``uint8[]`` and ``char[]`` are
-base64 text, time and duration are ``{"secs", "nsecs"}``. Errors name the path inside the message
-and what is allowed.
+base64 text, time and duration are ``{"secs", "nsecs"}``. What comes in may say ``"now"`` for a
+time, and a std_msgs/Header without a stamp gets the present time. Errors name the path inside the
+message and what is allowed.
 """
 
 from __future__ import annotations
@@ -16,6 +17,8 @@ from typing import Any
 
 Encode = Callable[[Any], Any]
 Decode = Callable[[Any, str], Any]
+Now = Callable[[], tuple[int, int]]
+"""ROS time: seconds, nanoseconds."""
 
 _INTEGERS = {
     name: (-(1 << (bits - 1)), (1 << (bits - 1)) - 1)
@@ -30,6 +33,7 @@ _TIME_RANGES = {
     "time": ((0, (1 << 32) - 1), (0, 999_999_999)),
     "duration": ((-(1 << 31), (1 << 31) - 1), (-999_999_999, 999_999_999)),
 }
+_HEADER = "std_msgs/Header"
 _ARRAY = re.compile(r"(.+?)\[(\d*)\]")
 
 
@@ -58,7 +62,8 @@ class Converter:
         A missing field keeps its default; ``null`` stands for NaN in float fields.
 
         Args:
-            values: A dict by field names, or (as rosbridge allows for calls) a list in field order.
+            values: A dict by field names, or (as rosbridge allows for calls) a list in field order,
+                which may be shorter.
 
         Raises:
             ConversionError: Unknown field, wrong type, wrong count, number out of range; the text
@@ -68,10 +73,10 @@ class Converter:
             values = {}
         elif isinstance(values, list):
             fields = self.message_class.__slots__
-            if len(values) != len(fields):
+            if len(values) > len(fields):
                 raise ConversionError(
-                    f"{len(values)} values for the fields {', '.join(fields)}: allowed: "
-                    f"{len(fields)}"
+                    f"{len(values)} values for the fields {', '.join(fields) or 'none'}: allowed: "
+                    f"at most {len(fields)}"
                 )
             values = dict(zip(fields, values))
         return self._decode(values, "")
@@ -80,12 +85,16 @@ class Converter:
 class Converters:
     """Converters by message type, each compiled at its first use."""
 
-    def __init__(self, find_class: Callable[[str], type[Any] | None]) -> None:
-        """Take ``find_class``: it returns the class of a type's name, None if it knows none.
+    def __init__(self, find_class: Callable[[str], type[Any] | None], now: Now | None) -> None:
+        """Take where classes and the time come from.
 
-        A name is ``package/Type``, ``time`` or ``duration``.
+        Args:
+            find_class: Returns the class of a type's name, None if it knows none. A name is
+                ``package/Type``, ``time`` or ``duration``.
+            now: The time of stamps that a client leaves open; None: they stay 0.
         """
         self._find_class = find_class
+        self._now = now
         self._compiled: dict[str, Converter] = {}
 
     def by_name(self, type_name: str) -> Converter:
@@ -121,6 +130,7 @@ class Converters:
         }
         encoders = [(name, encode) for name, (encode, _) in codecs.items()]
         decoders = {name: decode for name, (_, decode) in codecs.items()}
+        now = self._now if message_class._type == _HEADER else None
 
         def encode(message: Any) -> dict[str, Any]:
             return {
@@ -133,6 +143,8 @@ class Converters:
                     path, values, f"an object with {', '.join(decoders) or 'no fields'}"
                 )
             message = message_class()
+            if now is not None and values.get("stamp") in (None, {}):
+                values = {**values, "stamp": "now"}
             for name, value in values.items():
                 decoder = decoders.get(name)
                 inner = f"{path}.{name}" if path else name
@@ -159,7 +171,8 @@ class Converters:
         if kind == "string":
             return None, _string
         if kind in _TIME_RANGES:
-            return _encode_time, _time(self._class(kind), *_TIME_RANGES[kind])
+            now = self._now if kind == "time" else None
+            return _encode_time, _time(self._class(kind), *_TIME_RANGES[kind], now)
         compiled = self.by_class(self._class(kind))
         return compiled._encode, compiled._decode
 
@@ -220,13 +233,20 @@ def _encode_time(value: Any) -> dict[str, int]:
 
 
 def _time(
-    time_class: type[Any], secs_range: tuple[int, int], nsecs_range: tuple[int, int]
+    time_class: type[Any],
+    secs_range: tuple[int, int],
+    nsecs_range: tuple[int, int],
+    now: Now | None,
 ) -> Decode:
+    """Return the decoder of a time, which may be "now" if ``now`` tells it, or of a duration."""
+    allowed = "an object with secs, nsecs" + (', or "now"' if now else "")
     parts = {"secs": _integer(*secs_range), "nsecs": _integer(*nsecs_range)}
 
     def decode(value: Any, path: str) -> Any:
+        if now is not None and value == "now":
+            return time_class(*now())
         if not isinstance(value, dict) or not parts.keys() >= value.keys():
-            raise _mismatch(path, value, "an object with secs, nsecs")
+            raise _mismatch(path, value, allowed)
         return time_class(
             *(part(value.get(name, 0), f"{path}.{name}") for name, part in parts.items())
         )

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+Item = TypeVar("Item")
 
 _EARLY_PART = 0.2
 _LATE_PART = 0.3
 
 
 @dataclass(slots=True)
-class _Topic:
+class _Topic(Generic[Item]):
     """The waiting messages of one subscription.
 
     ``turn`` is when the next message is due by the throttle rate, ``due`` when the oldest waiting
@@ -18,12 +21,12 @@ class _Topic:
     """
 
     interval: float
-    waiting: deque[bytes]
+    waiting: deque[Item]
     turn: float = float("-inf")
     due: float = float("-inf")
 
 
-class Outbox:
+class Outbox(Generic[Item]):
     """Packets that a client has not taken yet, bounded whatever the client does.
 
     Each topic keeps its newest ``queue_length`` messages (at least one); answers are kept in order
@@ -39,8 +42,8 @@ class Outbox:
         self.dropped = 0
         """Messages replaced by newer ones because the client did not take them in time."""
         self._max_answers = max_answers
-        self._answers: deque[bytes] = deque()
-        self._topics: dict[str, _Topic] = {}
+        self._answers: deque[Item] = deque()
+        self._topics: dict[str, _Topic[Item]] = {}
         self._pending: dict[str, None] = {}
 
     def subscribe(self, topic: str, interval: float, queue_length: int) -> None:
@@ -57,7 +60,7 @@ class Outbox:
         self._topics.pop(topic, None)
         self._pending.pop(topic, None)
 
-    def put_answer(self, data: bytes) -> bool:
+    def put_answer(self, data: Item) -> bool:
         """Add an answer; return whether there was room.
 
         Only a client that reads nothing can cause that too many wait.
@@ -67,7 +70,7 @@ class Outbox:
         self._answers.append(data)
         return True
 
-    def put_message(self, topic: str, data: bytes, now: float) -> None:
+    def put_message(self, topic: str, data: Item, now: float) -> None:
         """Add a message of a subscribed topic; the oldest one gives way when the queue is full."""
         entry = self._topics.get(topic)
         if entry is None:
@@ -83,7 +86,7 @@ class Outbox:
             )
         self._pending[topic] = None
 
-    def pop(self, now: float) -> bytes | None:
+    def pop(self, now: float) -> Item | None:
         """Return the next packet that may go out at ``now``: answers first, then topics in turn."""
         if self._answers:
             return self._answers.popleft()

@@ -17,6 +17,7 @@ from rosbridge_gateway.protocol.envelope import read_envelope
 PacketId = str | int | None | UnsetType
 Level = Literal["info", "warning", "error", "none"]
 Count = Annotated[int, Meta(ge=0)]
+FragmentSize = Annotated[int, Meta(ge=1)]
 
 # A string without an end goes to the end of the text, and nothing is tried twice: the time grows
 # with the length only.
@@ -50,13 +51,18 @@ class Publish(_Packet, frozen=True, kw_only=True, tag="publish"):
 
 
 class Subscribe(_Packet, frozen=True, kw_only=True, tag="subscribe"):
-    """The client wants ``topic``; ``throttle_rate`` is the least time between two messages [ms]."""
+    """The client wants ``topic``.
+
+    ``throttle_rate`` is the least time between two messages [ms]; ``fragment_size`` the most
+    characters in one piece.
+    """
 
     topic: str
     type: str | None = None
     throttle_rate: Annotated[int, Meta(ge=0, le=3_600_000)] = 0
     queue_length: Annotated[int, Meta(ge=0, le=10_000)] = 0
     compression: str | None = None
+    fragment_size: FragmentSize | None = None
 
 
 class Unsubscribe(_Packet, frozen=True, kw_only=True, tag="unsubscribe"):
@@ -71,6 +77,7 @@ class CallService(_Packet, frozen=True, kw_only=True, omit_defaults=True, tag="c
     service: str
     args: dict[str, Any] | list[Any] | None = None
     timeout: Annotated[float, Meta(ge=0.0, le=86_400.0)] | None = None
+    fragment_size: FragmentSize | None = None
 
 
 class PacketError(ValueError):
@@ -107,7 +114,7 @@ class UnadvertiseService(_Packet, frozen=True, kw_only=True, tag="unadvertise_se
 
 
 class ServiceResponse(_Packet, frozen=True, kw_only=True, tag="service_response"):
-    """The answer to a call; when ``result`` is false, ``values`` is the reason in words."""
+    """The answer to a call; when ``result`` is false, ``values`` may be the reason in words."""
 
     service: str
     result: bool
@@ -119,6 +126,20 @@ class Status(_Packet, frozen=True, kw_only=True, tag="status"):
 
     level: Level
     msg: str
+
+
+class Fragment(_Packet, frozen=True, kw_only=True, tag="fragment"):
+    """Piece ``num`` of ``total`` of another packet's JSON text; all pieces have the same id."""
+
+    data: str
+    num: Annotated[int, Meta(ge=0)]
+    total: Annotated[int, Meta(ge=1, le=100_000)]
+
+
+class Png(_Packet, frozen=True, kw_only=True, tag="png"):
+    """Another packet's JSON text as an image: its bytes are the pixels."""
+
+    data: str
 
 
 class SetLevel(_Packet, frozen=True, kw_only=True, tag="set_level"):
@@ -139,6 +160,8 @@ Packet = (
     | ServiceResponse
     | Status
     | SetLevel
+    | Fragment
+    | Png
 )
 
 

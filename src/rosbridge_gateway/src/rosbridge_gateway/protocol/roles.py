@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
-from fnmatch import translate
 
 from rosbridge_gateway.config import Reserved, Role
+from rosbridge_gateway.protocol.names import any_of, patterns_in
 
 # Which right an operation needs; one that is not listed is denied.
 _RIGHTS = {
@@ -31,13 +31,12 @@ class Roles:
 
     def __init__(self, roles: Mapping[str, Role], reserved: Reserved, namespace: str) -> None:
         """Take roles, the names of the cell's own nodes, and where relative patterns stand."""
-        base = namespace.rstrip("/")
 
         def absolute(patterns: Iterable[str]) -> list[str]:
-            return [p if p.startswith("/") else f"{base}/{p}" for p in patterns]
+            return patterns_in(patterns, namespace)
 
         self._rights = {
-            (name, right): _any_of(absolute(getattr(role, right)))
+            (name, right): any_of(absolute(getattr(role, right)))
             for name, role in roles.items()
             for right in set(_RIGHTS.values())
         }
@@ -48,10 +47,10 @@ class Roles:
             for name, role in roles.items()
             for right in ("publish", "advertise_service")
         }
-        self._shared = _any_of(absolute(reserved.shared))
+        self._shared = any_of(absolute(reserved.shared))
         self._reserved = {
-            "publish": _any_of(absolute(reserved.publish)),
-            "advertise_service": _any_of(absolute(reserved.advertise_service)),
+            "publish": any_of(absolute(reserved.publish)),
+            "advertise_service": any_of(absolute(reserved.advertise_service)),
         }
 
     def authorise(self, role: str, op: str, name: str) -> str | None:
@@ -102,8 +101,3 @@ def taken(name: str, what: str, nodes: Iterable[str]) -> str | None:
         return None
     more = f" and {len(names) - _TELL} more" if len(names) > _TELL else ""
     return f"{name} is {what} by {', '.join(names[:_TELL])}{more} already"
-
-
-def _any_of(patterns: list[str]) -> re.Pattern[str]:
-    """Return one expression for many patterns: a publisher's name is judged with each message."""
-    return re.compile("|".join(translate(p) for p in patterns) or r"(?!)")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,9 +21,12 @@ from rosbridge_gateway.protocol.packets import (
 from rosbridge_gateway.protocol.persons import without_token
 from rosbridge_gateway.protocol.rate import RateLimit
 from rosbridge_gateway.protocol.roles import Roles
+from rosbridge_gateway.wire.fragments import Assembly
+from rosbridge_gateway.wire.outgoing import COMPRESSIONS, Form
+
+ReadPng = Callable[[str, int], bytes]
 
 _SEVERITY = {"info": 0, "warning": 1, "error": 2, "none": 3}
-_NO_COMPRESSION = (None, "", "none")
 _RATE_REMARK_INTERVAL = 1.0
 _NAME = 100  # our choice: longest part of a name that the audit shows
 
@@ -34,6 +37,15 @@ class Request:
 
     packet: Packet
     name: str
+
+
+@dataclass(frozen=True, slots=True)
+class Wishes:
+    """How a client wants a topic: least interval [s], longest queue, and the form of messages."""
+
+    interval: float
+    queue_length: int
+    form: Form
 
 
 @dataclass(slots=True)
@@ -53,7 +65,25 @@ class Session:
     counterparts.
     """
 
-    def __init__(self, role: str, roles: Roles, namespace: str, limits: Limits, now: float) -> None:
+    def __init__(
+        self,
+        role: str,
+        roles: Roles,
+        namespace: str,
+        limits: Limits,
+        now: float,
+        read_png: ReadPng,
+    ) -> None:
+        """Begin.
+
+        Args:
+            role: Of the client.
+            roles: Who may do what.
+            namespace: Where names without a leading slash stand.
+            limits: What a client may take.
+            now: Monotonic [s].
+            read_png: Returns the text of a PNG image, at most so many bytes; raises ValueError.
+        """
         self.role = role
         self.counters = Counters()
         self._roles = roles
@@ -67,6 +97,8 @@ class Session:
         self._advertised: dict[str, set[PacketId]] = {}
         self._subscribed: dict[str, dict[PacketId, packets.Subscribe]] = {}
         self._services: set[str] = set()
+        self._assembly = Assembly(limits.packet_bytes)
+        self._read_png = read_png
         self._trail = Trail(now)
         self._entries: list[Entry] = []
 
@@ -80,12 +112,43 @@ class Session:
             return self._unreadable(error, allowed, now)
         if not allowed:
             return self._over_rate(packet, now)
+        if isinstance(packet, packets.Fragment | packets.Png):
+            return self._unwrap(packet, now)
+        return self._take(packet, now)
+
+    def _take(self, packet: Packet, now: float) -> Request | Packet | None:
+        """Judge what is no wrapping of another packet."""
         if isinstance(packet, packets.SetLevel):
             self._level = _SEVERITY[packet.level]
             return None
         if isinstance(packet, Status):
             return None
         return self._judge(packet, now)
+
+    def _unwrap(self, outer: packets.Fragment | packets.Png, now: float) -> Request | Packet | None:
+        """Judge the packet inside an image, or inside fragments as soon as all are there."""
+        limits = self._limits
+        try:
+            if isinstance(outer, packets.Png):
+                inner = self._read_png(outer.data, limits.packet_bytes)
+            else:
+                whole = self._assembly.add(outer, now)
+                if whole is None:
+                    return None
+                inner = whole
+        except ValueError as error:
+            self.counters.refused += 1
+            return self.status("error", str(error), outer.id)
+        try:
+            packet = packets.decode(inner, limits.packet_bytes, limits.nesting)
+        except PacketError as error:
+            return self._unreadable(error, True, now)
+        if isinstance(packet, packets.Png) and isinstance(outer, packets.Fragment):
+            return self._unwrap(packet, now)
+        if isinstance(packet, packets.Fragment | packets.Png):
+            self.counters.refused += 1
+            return self.status("error", f"{_op(packet)} inside {_op(outer)}", packet.id)
+        return self._take(packet, now)
 
     def _unreadable(self, error: PacketError, allowed: bool, now: float) -> Packet | None:
         """Answer what is no packet.
@@ -100,7 +163,7 @@ class Session:
             )
         self.counters.refused += 1
         return (
-            self._status("error", str(error), error.packet_id)
+            self.status("error", str(error), error.packet_id)
             if allowed
             else self._over_rate(None, now)
         )
@@ -123,8 +186,6 @@ class Session:
         limits = self._limits
         match packet:
             case packets.Subscribe():
-                if packet.compression not in _NO_COMPRESSION:
-                    return f"compression {packet.compression!r} is not supported: allowed: none"
                 return _full(self._subscribed, name, limits.topics_per_client, "subscribed topics")
             case packets.Advertise():
                 return _full(self._advertised, name, limits.topics_per_client, "advertised topics")
@@ -151,7 +212,7 @@ class Session:
             return ServiceResponse(
                 id=packet.id, service=packet.service, values=reason, result=False
             )
-        return self._status("error", reason, packet.id)
+        return self.status("error", reason, packet.id)
 
     def _over_rate(self, packet: Packet | None, now: float) -> Packet | None:
         """Refuse a packet that came too fast.
@@ -167,9 +228,10 @@ class Session:
         if now - self._rate_remark_at < _RATE_REMARK_INTERVAL:
             return None
         self._rate_remark_at = now
-        return self._status("error", reason, UNSET if packet is None else packet.id)
+        return self.status("error", reason, UNSET if packet is None else packet.id)
 
-    def _status(self, level: packets.Level, text: str, packet_id: PacketId) -> Status | None:
+    def status(self, level: packets.Level, text: str, packet_id: PacketId) -> Status | None:
+        """Return a remark on a packet, or None if the client does not want its level."""
         return (
             Status(id=packet_id, level=level, msg=text) if _SEVERITY[level] >= self._level else None
         )
@@ -198,19 +260,34 @@ class Session:
         entries, self._entries = self._entries, []
         return entries
 
-    def subscribed(self, name: str, packet: packets.Subscribe) -> tuple[float, int]:
-        """Note a subscription.
+    def subscribed(self, name: str, packet: packets.Subscribe) -> None:
+        """Note a subscription; another with the same id takes its place."""
+        self._subscribed.setdefault(name, {})[packet.id] = packet
 
-        Return the least interval [s] and longest queue that the client's ids ask for.
-        """
-        wishes = self._subscribed.setdefault(name, {})
-        wishes[packet.id] = packet
-        return self.wishes(name)
+    def remark(self, packet: packets.Subscribe) -> Status | None:
+        """Return a warning about a subscription that gets less than it asks for, or None."""
+        if packet.compression in (None, "", *COMPRESSIONS):
+            return None
+        allowed = ", ".join(COMPRESSIONS)
+        text = f"compression {packet.compression!r} is not known, JSON is sent: allowed: {allowed}"
+        return self.status("warning", text, packet.id)
 
-    def wishes(self, name: str) -> tuple[float, int]:
-        """Return least interval [s] and longest queue asked for ``name``."""
-        wishes = self._subscribed[name].values()
-        return min(w.throttle_rate for w in wishes) / 1000.0, max(w.queue_length for w in wishes)
+    def wishes(self, name: str, more: packets.Subscribe | None = None) -> Wishes:
+        """Return what the client's ids together ask for ``name``, ``more`` included."""
+        by_id = dict(self._subscribed.get(name, {}))
+        if more is not None:
+            by_id[more.id] = more
+        wishes = list(by_id.values())
+        sizes = [w.fragment_size for w in wishes if w.fragment_size is not None]
+        return Wishes(
+            min(w.throttle_rate for w in wishes) / 1000.0,
+            max(w.queue_length for w in wishes),
+            Form(
+                wishes[-1].topic,
+                max(map(_compression, wishes), key=COMPRESSIONS.index),
+                min(sizes, default=None),
+            ),
+        )
 
     def unsubscribed(self, name: str, packet_id: PacketId) -> bool:
         """Note the end of one subscription (of all without an id).
@@ -257,6 +334,10 @@ class Session:
     def services(self) -> tuple[str, ...]:
         """Services that the client answers."""
         return tuple(self._services)
+
+
+def _compression(packet: packets.Subscribe) -> str:
+    return packet.compression if packet.compression in COMPRESSIONS else COMPRESSIONS[0]
 
 
 def _op(packet: Packet) -> str:

@@ -1,0 +1,1 @@
+"""The services of rosapi, answered by the gateway."""

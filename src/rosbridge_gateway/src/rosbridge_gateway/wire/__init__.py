@@ -1,0 +1,1 @@
+"""What goes over the web socket: JSON, CBOR, PNG, fragments."""

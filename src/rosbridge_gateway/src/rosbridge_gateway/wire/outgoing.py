@@ -1,0 +1,100 @@
+"""One message of a topic, in each form that somebody asked for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import msgspec
+
+from rosbridge_gateway.protocol.packets import encode_publish
+from rosbridge_gateway.wire import cbor
+from rosbridge_gateway.wire.fragments import split
+
+COMPRESSIONS = ("none", "png", "cbor", "cbor-raw")
+"""What a subscription may ask for; of several the last one counts, as with rosbridge_server."""
+
+
+@dataclass(frozen=True, slots=True)
+class Form:
+    """How one client wants a topic.
+
+    ``topic`` is its name as the client wrote it; ``fragment_size`` the most characters of a packet
+    (JSON or PNG) that may go out in one piece.
+    """
+
+    topic: str
+    compression: str = "none"
+    fragment_size: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Frames:
+    """What goes out for one packet: web-socket frames, of text or of bytes."""
+
+    parts: tuple[bytes, ...]
+    is_text: bool = True
+
+
+class Encoders(Protocol):
+    """The encodings of a message."""
+
+    def json(self, message: Any) -> bytes:
+        """Return JSON text."""
+
+    def cbor(self, message: Any) -> bytes:
+        """Return a CBOR map."""
+
+    def raw(self, message: Any) -> bytes:
+        """Return the message in ROS's own form."""
+
+    def png(self, text: bytes) -> str:
+        """Return a text as base64 of an image."""
+
+
+class Outgoing:
+    """A message that is encoded once for each form, whoever asks first."""
+
+    def __init__(
+        self, message: Any, number: int, received: tuple[int, int], encoders: Encoders
+    ) -> None:
+        """Take a message.
+
+        Args:
+            message: The message.
+            number: Of all messages; names its fragments.
+            received: ROS time of its receipt: seconds, nanoseconds.
+            encoders: What can write it.
+        """
+        self._message, self._number, self._received = message, number, received
+        self._encoders = encoders
+        self._bodies: dict[str, bytes] = {}
+        self._frames: dict[Form, Frames] = {}
+
+    def frames(self, form: Form) -> Frames:
+        """Return the packet in a form; callable from any thread."""
+        known = self._frames.get(form)
+        if known is None:
+            known = self._frames[form] = self._encode(form)
+        return known
+
+    def _encode(self, form: Form) -> Frames:
+        if form.compression in ("cbor", "cbor-raw"):
+            return Frames((cbor.publish_packet(form.topic, self._body(form.compression)),), False)
+        packet = encode_publish(form.topic, self._body("none"))
+        if form.compression == "png":
+            packet = msgspec.json.encode({"op": "png", "data": self._encoders.png(packet)})
+        return Frames(split(packet, form.fragment_size, f"publish:{self._number}"))
+
+    def _body(self, kind: str) -> bytes:
+        """Return the message alone, without its packet."""
+        if kind not in self._bodies:
+            self._bodies[kind] = self._encode_body(kind)
+        return self._bodies[kind]
+
+    def _encode_body(self, kind: str) -> bytes:
+        if kind == "cbor":
+            return self._encoders.cbor(self._message)
+        if kind == "cbor-raw":
+            return cbor.raw_message(*self._received, self._encoders.raw(self._message))
+        return self._encoders.json(self._message)

@@ -1,0 +1,51 @@
+"""The table of docs/clients.md."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from harness.opponents.clients_page import BEGIN, END, table, write
+from harness.workspace import ROOT
+
+RESULTS = {
+    ("b", "1"): {"connect": None, "listen": "Error: a | b\nc"},
+    ("a", "2"): {"connect": None, "think": None},
+}
+
+
+def test_each_client_is_a_column_and_each_check_a_row() -> None:
+    """What was not checked is empty, what failed tells why."""
+    assert table(RESULTS).splitlines() == [
+        "| check | a 2 | b 1 |",
+        "|---|---|---|",
+        "| connect | works | works |",
+        "| think | works |  |",
+        "| listen |  | fails: Error: a / b c |",
+    ]
+
+
+def test_table_is_written_between_its_marks(tmp_path: Path) -> None:
+    """Whatever stood there goes, the rest stays."""
+    page = tmp_path / "clients.md"
+    page.write_text(f"before\n{BEGIN}\nold\n{END}\nafter\n", encoding="utf-8")
+    write(page, RESULTS)
+    assert page.read_text(encoding="utf-8") == f"before\n{BEGIN}\n{table(RESULTS)}\n{END}\nafter\n"
+
+
+def test_page_without_marks_is_refused(tmp_path: Path) -> None:
+    """Nothing is written anywhere."""
+    page = tmp_path / "clients.md"
+    page.write_text("text", encoding="utf-8")
+    with pytest.raises(ValueError, match="no place for the table"):
+        write(page, RESULTS)
+
+
+def test_page_of_the_project_has_a_result_for_each_version_that_is_tried() -> None:
+    """A new version, or a new check, is run before it is shipped."""
+    text = (ROOT / "docs" / "clients.md").read_text(encoding="utf-8")
+    head = next(line for line in text.splitlines() if line.startswith("| check |"))
+    for file in sorted((ROOT / "setup" / "clients").glob("*.txt")):
+        pins = [line for line in file.read_text(encoding="utf-8").splitlines() if "==" in line]
+        for name, _, version in (pin.partition("==") for pin in pins):
+            assert f"| {name} {version} |" in head, f"{file.name}: run ./cell test --clients"
