@@ -2,7 +2,7 @@
 
 ``./cell test`` runs three parts side by side: whole cells and browsers one at a time, single nodes
 and what looks at the clock one at a time, and what only computes in the processor time that those
-leave (decision 0023). The tests of one group go to one worker of pytest-xdist, one after the other;
+leave (decision 0022). The tests of one group go to one worker of pytest-xdist, one after the other;
 those of a shared cell are one group.
 """
 
