@@ -16,6 +16,7 @@ PARTS = ("cells", "nodes", "pure")
 """What ``./cell test`` runs side by side."""
 CELLS = (
     "tests/system/",
+    "tests/ros/operator_panel/test_for_hands.py",
     "tests/ros/operator_panel/test_stop.py",
     "tests/ros/operator_panel/test_tuning_form.py",
 )
@@ -34,6 +35,7 @@ TIMED = (
     "tests/unit/rosbridge_gateway/admission/",
     "tests/unit/rosbridge_gateway/server/",
     "tests/unit/scara_bringup/",
+    "tests/unit/scara_control/nodes/",
     "tests/unit/scara_ros/",
     "tests/unit/setup/",
     "tests/unit/twin_controller/io/",

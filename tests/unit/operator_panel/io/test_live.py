@@ -12,6 +12,7 @@ from harness.workspace import ROOT
 from operator_panel.config import load_panel
 from operator_panel.io.live import Live
 from operator_panel.view.frame import Frame, FrameMaker, Points
+from operator_panel.view.progress import CommandLog
 from operator_panel.view.snapshot import Snapshot
 from scara_config import load_robot
 from starlette.websockets import WebSocketDisconnect
@@ -55,6 +56,9 @@ class Desk:
     """Knows the pages a and b."""
 
     sessions = ("a", "b")
+
+    def __init__(self) -> None:
+        self.log = CommandLog()
 
     def tick(self) -> None:
         """Do nothing."""

@@ -151,18 +151,17 @@ def roles(state: CellState) -> tuple[str, str, str]:
 
 
 def lag_text(state: CellState) -> str:
-    """Return how far the follower is behind, in words.
+    """Return in words who follows how: a real robot gets its set points as early as it is late.
 
     Example:
-        >>> lag_text(CellState("REAL_LEADS", leader="real", follower_lag=0.0081))
-        'the twin is 8 ms behind'
+        >>> lag_text(CellState("TWIN_LEADS", leader="twin", follower_lag=0.1104))
+        'the robot gets its set points 110 ms early'
+        >>> lag_text(CellState("REAL_LEADS", leader="real", follower_lag=0.1104))
+        'the twin follows each reading'
     """
-    if state.leader in ("real", "twin") and math.isfinite(state.follower_lag):
-        follower = SIDES["twin" if state.leader == "real" else "real"]
-        return f"the {follower} is {seconds(state.follower_lag)} behind"
-    if state.leader == "operator":
-        return "both follow the operator"
-    return "nobody follows now"
+    if state.leader in ("twin", "operator") and math.isfinite(state.follower_lag):
+        return f"the robot gets its set points {seconds(state.follower_lag)} early"
+    return "the twin follows each reading" if state.leader == "real" else "nobody follows now"
 
 
 def gripper_text(state: CellState) -> str:
