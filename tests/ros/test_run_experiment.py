@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import signal
+import tempfile
 import threading
 import time
 from collections.abc import Iterator
@@ -150,7 +151,8 @@ def test_a_run_is_recorded_marked_and_reported(ros: Ros, cell: PlayedCell) -> No
 
     `report` finds the same again.
     """
-    output = ros.folder / "out"
+    # A folder of its own for each try, if it has to be played again.
+    output = Path(tempfile.mkdtemp(dir=ros.folder)) / "out"
     run = start_twin_leads(ros, output)
     assert run.wait(60.0) == 0, run.tail()
     document = json.loads((output / "report.json").read_text())

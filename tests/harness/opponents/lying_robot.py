@@ -113,6 +113,7 @@ class LyingRobot:
             *struct.unpack("<2H", struct.pack("<i", clock_ms)),
             *_floats(speeds),
             *(1, 50, 7, 1, 80),
+            *(12, 0),
         ]
 
     def _perhaps_lie(self, adu: bytes) -> bytes | None:
@@ -251,8 +252,8 @@ VALUES: dict[str, Lie] = {
     "infinite": _any_float(lambda rng: rng.choice((math.inf, -math.inf))),
     "huge": _any_float(lambda rng: rng.choice((-1, 1)) * 10.0 ** rng.uniform(5, 38)),
     "65535": lambda rng, adu: _put_words(adu, rng.randint(1001, 1043), 65535, 65535),
-    "all 65535": lambda rng, adu: _put_words(adu, 1001, *(65535,) * 44),
-    "all zero": lambda rng, adu: _put_words(adu, 1001, *(0,) * 44),
+    "all 65535": lambda rng, adu: _put_words(adu, 1001, *(65535,) * 46),
+    "all zero": lambda rng, adu: _put_words(adu, 1001, *(0,) * 46),
     "sign of a position": _flipped_sign(1001),
     "sign of a speed": _flipped_sign(1022),
     "beyond the range": _beyond,

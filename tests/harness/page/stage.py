@@ -64,6 +64,9 @@ class StageDoor:
         # A test sees by this text that the scene has reached the page.
         return msgspec.structs.replace(snapshot, state=state, jog=self.scene)
 
+    def watch(self, watched: bool) -> None:
+        """Be as new as ever, whether somebody looks or not."""
+
     async def command(self, seat: Seat, command: str, **fields: Any) -> Answer:
         """Accept it, but HOME while the pair follows."""
         if command == "HOME" and self.scene != "ready":

@@ -149,6 +149,8 @@ def become(words: list[str], files: list[int], tell: int) -> None:
 def _part(tell: int) -> None:
     """Have a session of its own, and die with the parent."""
     os.setsid()
+    # A shell starts what runs in the background with SIGINT ignored; the bring-up ends nodes by it.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     _LIBC.prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
     # A parent that has died before the kernel was asked does not hear this.
     signal.signal(signal.SIGPIPE, signal.SIG_DFL)
