@@ -141,7 +141,8 @@ def test_an_interrupted_run_ends_what_runs_beside_it(parts: str, tmp_path: Path)
     """Ctrl-C reaches the part that is seen."""
     env = asked(FAILS="cells 2", SLEEPS="pure")
     begun = "cells() { until [ -s pid_pure ]; do sleep 0.05; done; }\n"
-    waiting = parts.replace("CELL_TEST_PART=cells", f"{begun}  cells; CELL_TEST_PART=cells")
+    waiting = parts.replace("CELL_TEST_PART=$part", "cells; CELL_TEST_PART=$part")
+    waiting = begun + waiting
     done = run("bash", "-c", waiting, env=env)
     assert done.returncode == 2
     pid = int((tmp_path / "pid_pure").read_text())
