@@ -207,6 +207,11 @@ class ModbusMap(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only
         return any(name in inputs or name in outputs for name in names)
 
 
+def number_after(number: int) -> int:
+    """Return the number of the set point ahead that comes after ``number``; 1 after 0, none yet."""
+    return number % RING_NUMBERS + 1
+
+
 def load_modbus_map(directory: Path | str | None = None) -> ModbusMap:
     """Read modbus_map.yaml of ``directory`` (default: the package scara_config).
 

@@ -7,7 +7,7 @@ import time
 from collections.abc import Iterator, Sequence
 
 from scara_config import Joint, Robot
-from scara_config.modbus_map import RING_NUMBERS, ModbusMap
+from scara_config.modbus_map import ModbusMap, number_after
 from twin_controller.config import TwinControllerConfig
 from twin_controller.estimation.delay import Fit
 from twin_controller.io.modbus.link import ModbusLink, ModbusSettings
@@ -217,7 +217,7 @@ class Mover:
             return None
         if not self._number:
             self._number = sample.ring_read
-        self._number = self._number % RING_NUMBERS + 1
+        self._number = number_after(self._number)
         clock_ms = sample.clock_ms + round(1e3 * (time.monotonic() - received + AHEAD_S))
         self._link.write_at(positions, speed_percent, self._number, clock_ms)
         return clock_ms

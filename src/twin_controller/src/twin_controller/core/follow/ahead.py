@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 
 import msgspec
-from scara_config.modbus_map import RING_NUMBERS
+from scara_config.modbus_map import number_after
 
 from twin_controller.core.actions import PointAhead, StreamAhead
 from twin_controller.core.follow.limit import Rejected
@@ -86,7 +86,7 @@ def stream_ahead(
         else:
             told = old
         follows = replace(follows, told=(*follows.told, told))
-        number, clock_ms = number % RING_NUMBERS + 1, clock_ms + setup.config.stream.ahead_period_ms
+        number, clock_ms = number_after(number), clock_ms + setup.config.stream.ahead_period_ms
     last = follows.last
     if last is None or (not made and newest is not None and last.number == newest.number):
         return Streamed(follows, [])
@@ -125,11 +125,11 @@ def _next(
     last = follows.last
     if last is None:
         taken = real.flags.ring_read if real.flags is not None else 0
-        return taken % RING_NUMBERS + 1, first
+        return number_after(taken), first
     spacing = setup.config.stream.ahead_period_ms
     # Those that were missed while nothing could be sent are left out.
     passed = max(1, math.ceil((first - last.clock_ms) / spacing))
-    return last.number % RING_NUMBERS + 1, last.clock_ms + passed * spacing
+    return number_after(last.number), last.clock_ms + passed * spacing
 
 
 def _changed(setup: Setup, before: tuple[float, ...], asked: tuple[float, ...]) -> bool:
