@@ -192,7 +192,8 @@ class RealSide:
 
     def _hand_over(self, sample: RobotSample, sent: float, received: float) -> None:
         """Give a sample to the core, as RealLink does."""
-        event = measured(sample, sent, received, self._files.robot, has_gripper=False)
+        program = self.shown.program_name
+        event = measured(sample, sent, received, self._files.robot, False, program)
         self._put(msgspec.structs.replace(event, now=self._clock()))
 
     def _due(self, action: StreamReal) -> None:

@@ -90,8 +90,9 @@ class TwinSide:
 
     def follow(self, action: FollowTwin) -> None:
         """Take one set point from the controller."""
-        point = JointMotion(action.q, action.qdot, action.qddot)
-        setpoints = Setpoints(self._pose.names, (action.stamp - self._offset,), (point,))
+        points = (JointMotion(action.q, action.qdot, action.qddot), *action.ahead)
+        times = tuple(action.stamp - self._offset + point.time for point in points)
+        setpoints = Setpoints(self._pose.names, times, points)
         try:
             passed = self._pose.follow(setpoints, self._now())
         except ScaraControlError as error:

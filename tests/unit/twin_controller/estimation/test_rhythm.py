@@ -61,3 +61,31 @@ def test_stamps_too_rough_for_a_period_are_known_as_rough(period: int, error: in
         rhythm = rhythm_of(period, error, 300, seed)
         variance = sum(k * k for k in range(-error, error + 1)) / (2 * error + 1) + period**2 / 12
         assert rhythm.jitter == pytest.approx(variance**0.5 * 1e-3, rel=0.3)
+
+
+@pytest.mark.parametrize(("period", "error"), [(8, 1), (8, 2), (16, 4)])
+def test_rough_stamps_of_a_known_period_tell_their_readings_instant(
+    period: int, error: int
+) -> None:
+    """Each reading lies on the robot's own grid: within a tenth of what its stamp is wrong by."""
+    for seed in range(5):
+        random, rhythm = Random(seed), Rhythm()
+        begin, wrong = random.randrange(10**9), []
+        for k in range(600):
+            true = begin + int(POLL_MS * (k + 1)) // period * period
+            stamp = true + random.randint(-error, error)
+            rhythm = heard(rhythm, stamp, 1e-3 * POLL_MS * (k + 1))
+            if k > ENOUGH:
+                # The grid itself is only known from the same stamps.
+                wrong.append(rhythm.instant(stamp) - true)
+        assert rhythm.corrects and rhythm.spread == 0.0
+        assert max(map(abs, wrong)) < 0.3 * error, seed
+
+
+@pytest.mark.parametrize(("period", "error"), [(2, 0), (8, 0), (2, 5), (8, 8), (4, 2)])
+def test_other_stamps_stay_as_they_are(period: int, error: int) -> None:
+    """Exact ones have nothing to correct, and those too rough tell no grid."""
+    rhythm = rhythm_of(period, error, 600)
+    assert not rhythm.corrects
+    assert rhythm.instant(123457) == 123457.0
+    assert rhythm.spread == rhythm.roughness

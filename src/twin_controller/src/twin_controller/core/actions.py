@@ -5,6 +5,7 @@ from __future__ import annotations
 from enum import StrEnum
 
 import msgspec
+from scara_control.joint_motion import JointMotion
 
 from twin_controller.core.events import Joints, SideName
 
@@ -46,12 +47,14 @@ class Send(Action, frozen=True, tag="send"):
 
 
 class FollowTwin(Action, frozen=True, tag="follow_twin"):
-    """Set point for the twin: what was true at ``stamp`` (twin's ROS time)."""
+    """Set point for the twin: what was true at ``stamp`` (twin's ROS time), and the way on."""
 
     stamp: float
     q: Joints
     qdot: Joints
     qddot: Joints
+    # How a robot that repeats itself goes on; ``time`` counts from the stamp [s].
+    ahead: tuple[JointMotion, ...] = ()
 
 
 class StreamReal(Action, frozen=True, tag="stream_real"):

@@ -49,6 +49,7 @@ class RealMeasured(Event, frozen=True, tag="real"):
         received: When the answer was complete.
         clock_ms: The robot's own clock when the position was true.
         own_program: The robot moves by a program of its own, not by our set points.
+        program: The name of its running or last program; empty if it tells none.
         streaming: The robot's stream program runs and follows our set points.
         paused: A program is paused, or the robot is held.
         drives_on: Servo power is on.
@@ -69,6 +70,7 @@ class RealMeasured(Event, frozen=True, tag="real"):
     q: Joints
     qdot: Joints
     own_program: bool = False
+    program: str = ""
     streaming: bool = False
     paused: bool = False
     drives_on: bool = True

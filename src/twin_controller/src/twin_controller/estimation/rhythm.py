@@ -31,6 +31,10 @@ FORGET, SPREAD_FORGET = 1000, 100
 """A robot may be set up anew, and its clock drifts: about so many readings count."""
 ROUGH_MS = 0.7
 """Less than this is not told from readings that are of some age."""
+JITTERS = 1.75
+"""Nearly all stamps are within so many standard deviations; those of an even jitter all are."""
+CLEAR = 0.4
+"""A stamp within this part of a period tells its reading from the ones beside it."""
 
 
 class Rhythm(msgspec.Struct, frozen=True):
@@ -69,6 +73,33 @@ class Rhythm(msgspec.Struct, frozen=True):
         if kept > EXACT:
             return 0.0
         return period * 1e-3 * math.sqrt(-2.0 * math.log(max(kept, 1e-9))) / (2.0 * math.pi)
+
+    @property
+    def corrects(self) -> bool:
+        """Whether a stamp tells its reading's instant: it is rough, but by less than a period."""
+        return 0.0 < self.roughness <= CLEAR * self.period
+
+    def instant(self, clock_ms: int) -> float:
+        """Return the instant of the reading that is stamped so [ms of the robot's clock].
+
+        The nearest one of the grid on which all readings lie, where the stamps are rough.
+        """
+        if not self.corrects:
+            return float(clock_ms)
+        period = self._period_ms
+        cosine, sine = self.phases[period - PERIODS_MS[0]]
+        off = clock_ms - period * math.atan2(sine, cosine) / (2.0 * math.pi)
+        return clock_ms - (off - period * round(off / period))
+
+    @property
+    def roughness(self) -> float:
+        """How far a stamp may be from its reading, nearly always [s]; 0 while unknown."""
+        return JITTERS * self.jitter
+
+    @property
+    def spread(self) -> float:
+        """How far what :meth:`instant` gives may be from the reading [s]."""
+        return 0.0 if self.corrects else self.roughness
 
     @property
     def _period_ms(self) -> int:

@@ -57,7 +57,7 @@ class RealLink:
         """
         self._robot, self._has_gripper, self._table = robot, has_gripper, table
         self._put, self._on_data = put, on_data
-        self._program = self._alarm = ""
+        self._program = self._alarm = self._program_name = ""
         self._alarm_number = 0
         # As of the last sample: START must not run a program that is not paused.
         self._paused = False
@@ -124,11 +124,12 @@ class RealLink:
     def _sampled(self, sample: RobotSample, sent: float, received: float) -> None:
         self._paused = is_paused(sample)
         self._streams = sample.moved_by is ControlType.STREAM
-        self._put(measured(sample, sent, received, self._robot, self._has_gripper))
+        program = self._program_name
+        self._put(measured(sample, sent, received, self._robot, self._has_gripper, program))
         self._on_data(sample, self._program, self._alarm, self._alarm_number)
 
     def _told(self, program: ProgramStatus, alarm: AlarmStatus) -> None:
-        self._program = program_text(program)
+        self._program, self._program_name = program_text(program), program.name
         self._alarm_number = alarm.number if alarm.facility else 0
         text = alarm_text(alarm)
         if text != self._alarm:

@@ -86,7 +86,12 @@ def whole_pose(
 
 
 def measured(
-    sample: RobotSample, sent: float, received: float, robot: Robot, has_gripper: bool
+    sample: RobotSample,
+    sent: float,
+    received: float,
+    robot: Robot,
+    has_gripper: bool,
+    program: str = "",
 ) -> RealMeasured:
     """Return what a believed sample says to the core: the twin's joints, and flags for signals.
 
@@ -96,6 +101,7 @@ def measured(
         received: When its answer was complete [s].
         robot: robot.yaml.
         has_gripper: The robot has a suction gripper.
+        program: The name of its running or last program, as it was told last.
     """
     twin = [k for k, joint in enumerate(robot.joints) if joint.twin]
     return RealMeasured(
@@ -106,6 +112,7 @@ def measured(
         q=tuple(sample.positions[k] for k in twin),
         qdot=tuple(sample.velocities[k] for k in twin),
         own_program=sample.moved_by is ControlType.PROGRAM,
+        program=program,
         streaming=sample.moved_by is ControlType.STREAM,
         paused="paused" in sample.outputs or "held" in sample.outputs,
         drives_on="sysrdy" in sample.outputs,

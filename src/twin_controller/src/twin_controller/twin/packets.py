@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from scara_control.errors import ScaraControlError
+from scara_control.joint_motion import JointMotion
 from scara_control.joint_track import JointTrack
 
 from twin_controller.core.actions import Command, FollowTwin, MoveTwin, Send
@@ -144,17 +145,19 @@ def clock_probe(values: Mapping[str, Any], sent: float, received: float) -> Cloc
 
 
 def follow_packet(action: FollowTwin, names: Sequence[str]) -> dict[str, Any]:
-    """Build the trajectory_msgs/JointTrajectory of one set point for the twin."""
+    """Build the trajectory_msgs/JointTrajectory of a set point for the twin, and the way on."""
+    here = JointMotion(action.q, action.qdot, action.qddot)
     return {
         "header": {"stamp": ros_time(action.stamp), "frame_id": SENDER},
         "joint_names": list(names),
         "points": [
             {
-                "positions": list(action.q),
-                "velocities": list(action.qdot),
-                "accelerations": list(action.qddot),
-                "time_from_start": {"secs": 0, "nsecs": 0},
+                "positions": list(point.q),
+                "velocities": list(point.qdot),
+                "accelerations": list(point.qddot),
+                "time_from_start": ros_time(point.time),
             }
+            for point in (here, *action.ahead)
         ],
     }
 

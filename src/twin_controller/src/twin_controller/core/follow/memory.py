@@ -6,6 +6,7 @@ import msgspec
 
 from twin_controller.core.events import Joints
 from twin_controller.core.follow.blend import Blend
+from twin_controller.core.follow.remembered import Remembered
 from twin_controller.core.follow.response import Response
 
 
@@ -66,6 +67,8 @@ class Follow(msgspec.Struct, frozen=True):
     # Each ends with the lead that it belongs to; a pause keeps it.
     twin: TwinFollows | None = None
     real: RealFollows | None = None
+    # What the real robot did before: it repeats its programs.
+    remembered: Remembered = Remembered()
     # When the twin was told to stop last [s].
     twin_stopped_at: float = -1e9
 

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import msgspec
+from scara_control.joint_motion import JointMotion
 
 from twin_controller.core.actions import FollowTwin
 from twin_controller.core.events import Joints
 from twin_controller.core.follow.blend import Blend, begin_blend, finished, sample_blend
 from twin_controller.core.follow.memory import TwinFollows
+from twin_controller.core.follow.remembered import Remembered, way_on
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides.change import stands_still
 from twin_controller.core.sides.pairing import deviation
@@ -38,9 +40,11 @@ def estimate_acceleration(history: tuple[Sample, ...], limits: Joints) -> Joints
 
 
 def follow_twin(
-    setup: Setup, follows: TwinFollows | None, sides: Sides, now: float
+    setup: Setup, follows: TwinFollows | None, sides: Sides, remembered: Remembered, now: float
 ) -> tuple[TwinFollows | None, FollowTwin | None]:
     """Make the twin's next set point: the newest sample, plus what is left of the gap at the start.
+
+    And the way on, where the robot does what it did before.
 
     Returns:
         What is remembered after it, and the set point if there is one.
@@ -56,15 +60,29 @@ def follow_twin(
     if blend is None:
         blend = _begin(setup, sides, follows.slowly)
         follows = replace(follows, blend=blend)
-    qddot = estimate_acceleration(sides.real.history, setup.acceleration)
-    gap, gap_rate, gap_curve = sample_blend(blend, sample.t)
+    qddot, points = way_on(setup, remembered, sample)
+    if qddot is None:
+        qddot = estimate_acceleration(sides.real.history, setup.acceleration)
+    here = _with_gap(JointMotion(sample.q, sample.qdot, qddot), blend, sample.t)
     setpoint = FollowTwin(
         stamp=sides.twin.clock.to_remote(sample.t),
-        q=tuple(a + b for a, b in zip(sample.q, gap)),
-        qdot=tuple(a + b for a, b in zip(sample.qdot, gap_rate)),
-        qddot=tuple(a + b for a, b in zip(qddot, gap_curve)),
+        q=here.q,
+        qdot=here.qdot,
+        qddot=here.qddot,
+        ahead=tuple(_with_gap(point, blend, sample.t) for point in points),
     )
     return follows, setpoint
+
+
+def _with_gap(point: JointMotion, blend: Blend, t: float) -> JointMotion:
+    """Add what is left of the gap at the start; the time of ``point`` counts from ``t`` [s]."""
+    gap, rate, curve = sample_blend(blend, t + point.time)
+    return JointMotion(
+        q=tuple(a + b for a, b in zip(point.q, gap)),
+        qdot=tuple(a + b for a, b in zip(point.qdot, rate)),
+        qddot=tuple(a + b for a, b in zip(point.qddot, curve)),
+        time=point.time,
+    )
 
 
 def _begin(setup: Setup, sides: Sides, slowly: bool) -> Blend:

@@ -9,6 +9,7 @@ from twin_controller.core.events import AnyEvent, TwinMeasured
 from twin_controller.core.follow.ahead import stream_ahead
 from twin_controller.core.follow.blend import finished
 from twin_controller.core.follow.real import follower_pace, stream_real
+from twin_controller.core.follow.remembered import note_sample
 from twin_controller.core.follow.twin import follow_twin
 from twin_controller.core.lead.effects import send_twin
 from twin_controller.core.lead.modes import Mode
@@ -36,9 +37,14 @@ def send_setpoints(
     """Send the follower its next set points; tell whether the stream program may be started."""
     sides, follow, cap = state.sides, state.follow, state.orders.speeds.cap
     actions: list[AnyAction] = []
-    twin_follows, setpoint = follow_twin(setup, follow.twin, sides, now)
+    remembered = follow.remembered
+    if follow.twin is not None and sides.known:
+        remembered = note_sample(setup, remembered, sides)
+    twin_follows, setpoint = follow_twin(setup, follow.twin, sides, remembered, now)
     if setpoint is not None:
-        twin = remember(setup, sides.twin, [(sides.real.last.t, setpoint.q)])
+        at = sides.real.last.t
+        way = [(at, setpoint.q), *((at + point.time, point.q) for point in setpoint.ahead)]
+        twin = remember(setup, sides.twin, way)
         sides = replace(sides, twin=twin)
         actions.append(setpoint)
     # A pause ends the stream; RESUME begins it anew where the robot stands.
@@ -49,7 +55,12 @@ def send_setpoints(
     told = [(setpoint.t, setpoint.q) for setpoint in streamed.told]
     sides = replace(sides, real=remember(setup, sides.real, told))
     actions += streamed.setpoints
-    follow = replace(follow, twin=twin_follows, real=follow.real if paused else streamed.follows)
+    follow = replace(
+        follow,
+        twin=twin_follows,
+        real=follow.real if paused else streamed.follows,
+        remembered=remembered,
+    )
     state = replace(state, sides=sides, follow=follow)
     if not streamed.rejected:
         return state, actions, bool(streamed.setpoints)

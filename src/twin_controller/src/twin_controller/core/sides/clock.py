@@ -153,6 +153,11 @@ def observe(
     )
 
 
+def widen(estimate: ClockEstimate, by: float) -> ClockEstimate:
+    """Return the estimate with bounds that are ``by`` [s] further out."""
+    return msgspec.structs.replace(estimate, lower=estimate.lower - by, upper=estimate.upper + by)
+
+
 def unwrap_ms(previous: int | None, clock_ms: int, bits: int = 31) -> int:
     """Continue a millisecond counter across its wrap.
 

@@ -42,9 +42,6 @@ S = TypeVar("S", bound=Side)
 FUTURE_S = 0.1
 """A stamp so far ahead [s] shows that a clock jumped; a simulator may catch up by a little."""
 
-JITTERS = 1.75
-"""Nearly all stamps are within so many standard deviations; those of an even jitter all are."""
-
 NOISE_EVERY_S, NOISE_GAIN = 0.5, 0.5
 """How often the noise of a side is looked for [s], and how much of what is found counts."""
 
@@ -146,22 +143,28 @@ def _real_sampled(setup: Setup, real: RealSide, event: RealMeasured) -> RealSide
     if clock_ms == real.clock_ms:
         return real
     rhythm = heard(real.rhythm, clock_ms, 0.5 * (event.sent + event.received))
+    # What the stamps are rough by is no motion: each reading lies on the robot's own grid.
+    instant = rhythm.instant(clock_ms) * 1e-3
+    known = real.clock
+    if rhythm.corrects and not real.rhythm.corrects:
+        # What was bounded by stamps as rough as these may be wrong by as much.
+        known = clock.widen(known, rhythm.roughness)
     estimate = clock.observe(
-        real.clock,
-        clock_ms * 1e-3,
+        known,
+        instant,
         event.sent,
         event.received,
         config.clock_drift_ppm,
         rhythm.period,
         config.sample_latency_ms * 1e-3,
-        JITTERS * rhythm.jitter,
+        rhythm.spread,
         Patience(config.clock_jump_ms * 1e-3, config.clock_conflicts),
     )
     if estimate.jumps != real.clock.jumps:
         cause = stall_text(real.stall, event.now)
         lost = real_lost(real, f"{cause}: its old answers say little" if cause else CLOCK_JUMPED)
         return replace(lost, clock=ClockEstimate(jumps=estimate.jumps))
-    sample = Sample(estimate.to_local(clock_ms * 1e-3), event.q, event.qdot)
+    sample = Sample(estimate.to_local(instant), event.q, event.qdot)
     seen = min(event.received, sample.t + estimate.uncertainty)
     real = replace(real, clock=estimate, rhythm=rhythm, seen=seen, flags=event, clock_ms=clock_ms)
     return _sampled(setup, real, sample)

@@ -1,0 +1,258 @@
+"""Paths of programs that were seen before: where the real robot is going to be next.
+
+A robot repeats its programs within hundredths of a degree. What it did from one rest to the next
+is kept, by program and speed; while it does the same again, the twin is told how its motion goes
+on. Place and velocity have to match at each sample. Where they do not, nothing is foretold until
+the next rest: the twin then follows the newest sample alone, as on a first round.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+
+import msgspec
+from scara_control.joint_motion import JointMotion
+from scara_control.joint_track import JointTrack
+
+from twin_controller.core.events import Joints, RealMeasured
+from twin_controller.core.setup import Setup
+from twin_controller.core.sides.side import Sample, Sides
+
+replace = msgspec.structs.replace
+
+REST = 0.005
+"""A robot rests whose joints are all slower than this part of their largest speed."""
+HOLE_S = 0.04
+"""A path with a longer time between two samples is not kept [s]: a pause hid what was there."""
+MOST_SAMPLES = 2000
+"""Longer paths are not kept: about 20 s from one rest to the next."""
+MOST_PATHS = 64
+"""So many are kept; the ones not driven for longest go first."""
+AHEAD_S, SPACING_S = 0.1, 0.025
+"""How far the way on is foretold, and the time between its points [s]."""
+PLACE, PLACE_S = 0.05, 1e-3
+"""A place matches within so much [deg or mm], and what the joint does in this time [s]."""
+VELOCITY = 0.02
+"""A velocity matches within this part of the joint's largest."""
+BEGIN_S = 0.06
+"""While a motion begins, a path that does not match is not used, but not given up either [s]."""
+MOST_SHIFT_S = 0.03
+"""A motion may begin so much earlier or later in its path [s]: of rest nobody sees the end."""
+
+Key = tuple[str, float]
+"""Program and its speed with the override [percent]."""
+
+
+class Path(msgspec.Struct, frozen=True, eq=False):
+    """What the robot did from one rest to the next; the time counts from its first sample [s]."""
+
+    key: Key
+    begin: Joints
+    end: Joints
+    track: JointTrack
+
+
+class Match(msgspec.Struct, frozen=True):
+    """A path that the motion has kept to so far, and how much later the motion is in it [s]."""
+
+    path: Path
+    shift: float = 0.0
+    # Place and velocity are those of the path.
+    fits: bool = False
+
+
+class Motion(msgspec.Struct, frozen=True):
+    """The robot's motion since its last rest."""
+
+    # As it began. None: it is not kept, for a part of it is missing or another program came.
+    key: Key | None
+    samples: tuple[Sample, ...]
+    matches: tuple[Match, ...] = ()
+
+
+class Remembered(msgspec.Struct, frozen=True):
+    """Paths that were seen, the ones driven last at the end."""
+
+    paths: tuple[Path, ...] = ()
+    # None while the robot rests.
+    motion: Motion | None = None
+
+
+def note_sample(setup: Setup, remembered: Remembered, sides: Sides) -> Remembered:
+    """Take the real robot's newest sample in, while it leads."""
+    flags, sample = sides.real.flags, sides.real.last
+    assert flags is not None
+    motion = remembered.motion
+    if _rests(setup, sample):
+        paths = remembered.paths
+        if motion is not None:
+            paths = _kept(setup, paths, motion, sample)
+        return Remembered(paths)
+    key = _key_of(flags)
+    if motion is None or sample.t - motion.samples[-1].t > AHEAD_S:
+        motion = _begun(setup, remembered.paths, sides.real.history, key)
+    elif sample.t > motion.samples[-1].t:
+        motion = _gone_on(setup, motion, sample, key)
+    return replace(remembered, motion=motion)
+
+
+def way_on(
+    setup: Setup, remembered: Remembered, sample: Sample
+) -> tuple[Joints | None, tuple[JointMotion, ...]]:
+    """Return how the motion goes on by the path that it keeps to.
+
+    Returns:
+        The acceleration at the sample, None if it is not known, and the points after it: none
+        beyond the path's end.
+    """
+    motion = remembered.motion
+    match = None
+    if motion is not None:
+        match = next((match for match in motion.matches if match.fits), None)
+    if motion is None or match is None:
+        return None, ()
+    track, at = match.path.track, _time_in(motion, match, sample)
+    here = track.at(at)
+    off = tuple(a - b for a, b in zip(sample.q, here.q))
+    points = []
+    after = SPACING_S
+    while after <= AHEAD_S and at + after <= track.last_time:
+        there = track.at(at + after)
+        # What lies beyond a limit by a reading's noise alone would be refused.
+        q = tuple(
+            min(max(a + b, min(low, q)), max(high, q))
+            for a, b, low, high, q in zip(there.q, off, setup.lower, setup.upper, sample.q)
+        )
+        points.append(JointMotion(q, there.qdot, _limited(setup, there), after))
+        after += SPACING_S
+    return _limited(setup, here), tuple(points)
+
+
+def _key_of(flags: RealMeasured) -> Key | None:
+    """Only programs of the robot repeat themselves; a jog does not."""
+    return (flags.program, flags.speed_percent) if flags.own_program else None
+
+
+def _rests(setup: Setup, sample: Sample) -> bool:
+    return all(abs(v) <= REST * most for v, most in zip(sample.qdot, setup.velocity))
+
+
+def _begun(
+    setup: Setup, paths: tuple[Path, ...], history: Sequence[Sample], key: Key | None
+) -> Motion:
+    """Begin with the robot's last rest: who leads is known only when the robot has moved a bit."""
+    first = len(history) - 1
+    while first > 0 and not _rests(setup, history[first]):
+        first -= 1
+    samples = tuple(history[first:])
+    whole = _rests(setup, samples[0]) and not _has_hole(samples)
+    if key is None or not whole:
+        return Motion(None, samples)
+    begin = samples[0].q
+    alike = [
+        path for path in reversed(paths) if path.key == key and _same(setup, path.begin, begin)
+    ]
+    motion = Motion(key, samples[:2], tuple(Match(path) for path in alike))
+    for sample in samples[2:]:
+        motion = _gone_on(setup, motion, sample, key)
+    return motion
+
+
+def _gone_on(setup: Setup, motion: Motion, sample: Sample, key: Key | None) -> Motion:
+    """Let the motion go on by one sample; what it no longer keeps to is dropped."""
+    # Its speed may change on the way: places and velocities tell whether that is as before.
+    if motion.key is None or key is None or key[0] != motion.key[0]:
+        return Motion(None, (sample,))
+    found = [_matched(setup, motion, match, sample) for match in motion.matches]
+    matches = tuple(match for match in found if match is not None)
+    whole = len(motion.samples) < MOST_SAMPLES
+    if not whole and not matches:
+        return Motion(None, (sample,))
+    # A path that is too long to be kept may still be one that is known.
+    samples = (*motion.samples, sample) if whole else (motion.samples[0], sample)
+    return Motion(motion.key, samples, matches)
+
+
+def _matched(setup: Setup, motion: Motion, match: Match, sample: Sample) -> Match | None:
+    """Return where in a path the motion is now, or None if it has left it."""
+    at = _time_in(motion, match, sample)
+    there = match.path.track.at(at)
+    # The shift along the path that brings the place nearest: one step of Gauss and Newton. Slow
+    # joints say little about it.
+    weights = [1.0 / (most * most) for most in setup.velocity]
+    way = sum(
+        w * v * (a - b) for w, v, a, b in zip(weights, there.qdot, sample.q, there.q, strict=True)
+    )
+    speed = sum(w * v * v for w, v in zip(weights, there.qdot))
+    shift = match.shift + way / (speed + REST)
+    moved = replace(match, shift=min(max(shift, -MOST_SHIFT_S), MOST_SHIFT_S))
+    fits = _fits(setup, match.path.track.at(_time_in(motion, moved, sample)), sample)
+    begins = sample.t - motion.samples[0].t <= BEGIN_S
+    return replace(moved, fits=fits) if fits or begins else None
+
+
+def _fits(setup: Setup, there: JointMotion, sample: Sample) -> bool:
+    """Return whether a sample is what the path shows."""
+    for k, most in enumerate(setup.velocity):
+        place = PLACE * setup.scale[k] + PLACE_S * abs(there.qdot[k])
+        if abs(sample.q[k] - there.q[k]) > place:
+            return False
+        if abs(sample.qdot[k] - there.qdot[k]) > VELOCITY * most:
+            return False
+    return True
+
+
+def _time_in(motion: Motion, match: Match, sample: Sample) -> float:
+    return sample.t - motion.samples[0].t + match.shift
+
+
+def _kept(setup: Setup, paths: tuple[Path, ...], motion: Motion, rest: Sample) -> tuple[Path, ...]:
+    """Keep the path of a motion that came to rest, instead of what it repeated."""
+    samples = (*motion.samples, rest)
+    if motion.key is None or len(samples) < 4 or _has_hole(samples):
+        return paths
+    begin, end = samples[0].q, rest.q
+    others = [
+        path
+        for path in paths
+        if path.key != motion.key
+        or not _same(setup, path.begin, begin)
+        or not _same(setup, path.end, end)
+    ]
+    made = Path(motion.key, begin, end, _track(setup, samples))
+    return (*others, made)[-MOST_PATHS:]
+
+
+def _same(setup: Setup, a: Joints, b: Joints) -> bool:
+    return all(abs(x - y) <= PLACE * scale for x, y, scale in zip(a, b, setup.scale))
+
+
+def _has_hole(samples: Sequence[Sample]) -> bool:
+    return any(after.t - before.t > HOLE_S for before, after in pairwise(samples))
+
+
+def _track(setup: Setup, samples: Sequence[Sample]) -> JointTrack:
+    """Return the path through the samples; accelerations are what the velocities around show."""
+    start = samples[0].t
+    still = (0.0,) * len(setup.velocity)
+    middle = [
+        tuple((b - a) / (after.t - before.t) for a, b in zip(before.qdot, after.qdot))
+        for before, after in zip(samples, samples[2:])
+    ]
+    return JointTrack(
+        [sample.t - start for sample in samples],
+        [sample.q for sample in samples],
+        [sample.qdot for sample in samples],
+        [still, *middle, still],
+        extrapolation_limit=0.0,
+        stop_accelerations=setup.acceleration,
+    )
+
+
+def _limited(setup: Setup, motion: JointMotion) -> Joints:
+    """Return the acceleration within the robot's limits: a difference of readings is noisy."""
+    return tuple(
+        math.copysign(min(abs(a), most), a) for a, most in zip(motion.qddot, setup.acceleration)
+    )

@@ -1,0 +1,213 @@
+"""Paths that are kept, kept to, and given up."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+
+import msgspec
+import pytest
+from harness.pair import HOME, SETUP
+from twin_controller.core.events import Joints, RealMeasured
+from twin_controller.core.follow.remembered import (
+    AHEAD_S,
+    MOST_PATHS,
+    Remembered,
+    note_sample,
+    way_on,
+)
+from twin_controller.core.sides.side import RealSide, Sample, Sides
+
+replace = msgspec.structs.replace
+PERIOD_S = 0.008
+SWING = 0.6
+"""All joints go so far [rad or m], the one that slides a tenth of it."""
+DURATION_S = 0.8
+STILL = (0.0,) * len(HOME)
+
+
+def moved(t: float, swing: float = SWING, duration: float = DURATION_S) -> Sample:
+    """Return a motion from rest to rest as minimum jerk has it, at ``t`` [s] from its begin."""
+    u = min(max(t / duration, 0.0), 1.0)
+    s = u**3 * (10.0 - 15.0 * u + 6.0 * u * u)
+    ds = 30.0 * u * u * (1.0 - u) ** 2 / duration
+    parts = [swing if scale < 1e-1 and scale > 5e-3 else 0.1 * swing for scale in SETUP.scale]
+    q = tuple(home + part * s for home, part in zip(HOME, parts))
+    return Sample(t, q, tuple(part * ds for part in parts))
+
+
+def back(t: float, swing: float = SWING) -> Sample:
+    """Return the same motion the other way."""
+    there = moved(DURATION_S - t, swing)
+    return replace(there, qdot=tuple(-v for v in there.qdot))
+
+
+Way = Callable[[float], Sample]
+
+
+class Robot:
+    """A robot that leads: it drives ways, one after the other, and is remembered."""
+
+    def __init__(self) -> None:
+        """Begin with nothing remembered."""
+        self.remembered, self.t = Remembered(), 0.0
+        self.sides = Sides(RealSide(connected=True))
+
+    def show(self, q: Joints, qdot: Joints, program: str, speed: float) -> Sample:
+        """Let one sample be seen."""
+        sample = Sample(self.t, q, qdot)
+        flags = RealMeasured(
+            self.t,
+            self.t,
+            self.t,
+            0,
+            q,
+            qdot,
+            own_program=True,
+            program=program,
+            speed_percent=speed,
+        )
+        history = (*self.sides.real.history, sample)[-48:]
+        self.sides = Sides(replace(self.sides.real, history=history, flags=flags))
+        self.remembered = note_sample(SETUP, self.remembered, self.sides)
+        return sample
+
+    def drive(
+        self,
+        way: Way = moved,
+        program: str = "ARTICLE",
+        speed: float = 50.0,
+        late: float = 0.0,
+        blind: tuple[float, float] = (9.0, 9.0),
+    ) -> list[tuple[float, bool, float]]:
+        """Drive a way; return for each sample: since when, whether it is foretold, how wrongly.
+
+        Args:
+            way: From rest to rest.
+            program: Its name.
+            speed: Its speed [percent].
+            late: It begins so much after a sample [s].
+            blind: From when to when no sample is seen [s].
+        """
+        seen: list[tuple[float, bool, float]] = []
+        for k in range(int((DURATION_S + 0.3) / PERIOD_S)):
+            self.t += PERIOD_S
+            since = k * PERIOD_S - 0.1 - late
+            if blind[0] <= since < blind[1]:
+                continue
+            there = way(since)
+            sample = self.show(there.q, there.qdot, program, speed)
+            _, points = way_on(SETUP, self.remembered, sample)
+            wrong = 0.0
+            for point in points:
+                true = way(since + point.time).q
+                wrong = max(wrong, *(abs(a - b) for a, b in zip(point.q, true)))
+            seen.append((since, bool(points), wrong))
+        return seen
+
+
+def foretold(seen: Sequence[tuple[float, bool, float]], begin: float, end: float) -> list[bool]:
+    """Return for each sample of that time whether the way on was foretold."""
+    return [told for since, told, _ in seen if begin <= since < end]
+
+
+def test_a_first_round_is_not_foretold_and_the_second_is() -> None:
+    """Within a twentieth of a degree, from a little after the beginning, wherever samples fall."""
+    robot = Robot()
+    assert not any(told for _, told, _ in robot.drive())
+    for late in (0.0, 0.003, 0.007):
+        seen = robot.drive(late=late)
+        assert all(foretold(seen, 0.15, DURATION_S - AHEAD_S)), late
+        assert max(wrong for since, _, wrong in seen if since > 0.15) < 1e-3, late
+    assert len(robot.remembered.paths) == 1
+
+
+def test_nothing_is_foretold_of_a_robot_at_rest() -> None:
+    """Nobody knows how long it waits; and no way is foretold beyond its next rest."""
+    robot = Robot()
+    robot.drive()
+    seen = robot.drive()
+    assert not any(foretold(seen, -1.0, 0.0)) and not any(foretold(seen, DURATION_S, 9.0))
+
+
+@pytest.mark.parametrize(
+    ("program", "speed"), [("OTHER", 50.0), ("ARTICLE", 30.0)], ids=["program", "speed"]
+)
+def test_another_program_or_speed_is_a_first_round(program: str, speed: float) -> None:
+    """Though it drives the same."""
+    robot = Robot()
+    robot.drive()
+    assert not any(told for _, told, _ in robot.drive(program=program, speed=speed))
+
+
+def test_a_changed_program_is_given_up_where_it_changes() -> None:
+    """And not foretold again before its next rest, though it may come near the old way."""
+    robot = Robot()
+    robot.drive()
+
+    def changed(t: float) -> Sample:
+        turned = t - 0.4
+        sample = moved(t)
+        if turned <= 0.0:
+            return sample
+        # From 0.4 s on it slows down: half a degree less after 60 ms.
+        behind = 5.0 * turned * turned
+        q = tuple(a - behind * v for a, v in zip(sample.q, sample.qdot))
+        qdot = tuple(v - 2.0 * 5.0 * turned * v for v in sample.qdot)
+        return Sample(sample.t, q, qdot)
+
+    seen = robot.drive(lambda t: changed(t) if t < 0.5 else replace(changed(0.5), qdot=STILL))
+    assert all(foretold(seen, 0.15, 0.4))
+    assert not any(foretold(seen, 0.46, 0.5))
+
+
+def test_a_slower_round_is_not_foretold() -> None:
+    """A robot whose override was turned down on the way: places match, velocities do not."""
+    robot = Robot()
+    robot.drive()
+    seen = robot.drive(lambda t: moved(t, duration=1.2 * DURATION_S))
+    assert not any(foretold(seen, 0.15, 9.0))
+
+
+def test_a_path_with_a_hole_is_not_kept_but_kept_to() -> None:
+    """A pause of the controller hides what was there; the path from before is not lost by it."""
+    robot = Robot()
+    robot.drive(blind=(0.3, 0.36))
+    assert not robot.remembered.paths
+    robot.drive()
+    seen = robot.drive(blind=(0.3, 0.36))
+    assert all(foretold(seen, 0.36, DURATION_S - AHEAD_S)) and len(robot.remembered.paths) == 1
+
+
+def test_a_way_there_and_back_keeps_two_paths() -> None:
+    """And one that begins at the same place and ends elsewhere is a third."""
+    robot = Robot()
+    for _ in range(3):
+        robot.drive()
+        robot.drive(back)
+    assert len(robot.remembered.paths) == 2
+    robot.drive(partial(moved, swing=0.5 * SWING))
+    assert len(robot.remembered.paths) == 3
+
+
+def test_memory_is_bounded() -> None:
+    """The paths that were not driven for longest go first."""
+    robot = Robot()
+    for k in range(MOST_PATHS // 2 + 2):
+        swing = SWING * (0.3 + 0.01 * k)
+        robot.drive(partial(moved, swing=swing))
+        robot.drive(partial(back, swing=swing))
+    assert len(robot.remembered.paths) == MOST_PATHS
+    assert robot.sides.real.last.q == pytest.approx(robot.remembered.paths[-1].end, abs=1e-3)
+
+
+def test_a_jog_is_not_remembered() -> None:
+    """It is no program."""
+    robot = Robot()
+    real = robot.sides.real
+    for k in range(150):
+        sample = replace(moved(k * PERIOD_S - 0.1), t=k * PERIOD_S)
+        flags = RealMeasured(sample.t, sample.t, sample.t, 0, sample.q, sample.qdot)
+        real = replace(real, history=(*real.history, sample)[-48:], flags=flags)
+        robot.remembered = note_sample(SETUP, robot.remembered, Sides(real))
+    assert not robot.remembered.paths

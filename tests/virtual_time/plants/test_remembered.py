@@ -1,0 +1,87 @@
+"""A robot that repeats its program is followed by what it did before."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import pytest
+from harness.plants.variants import FIELD, IDEAL, Variant
+from harness.scenes.troubled import TroubledCell
+from harness.virtual_cell.experiments import run_experiments
+from twin_controller.config import with_links
+from twin_controller.core.actions import FollowTwin
+
+ROBOT = "fanuc_sr6ia"
+FAST = 3.0
+"""Some joint's speed in the middle of a move [rad/s]."""
+
+
+@dataclass(frozen=True)
+class Round:
+    """One round of the article's program: path error, and how often the way on was foretold."""
+
+    path_percent: float
+    foretold: int
+
+
+class Rounds:
+    """A cell whose robot runs the article's program again and again."""
+
+    def __init__(self, plant: Variant) -> None:
+        """Connect; a late process of ours is no lost link."""
+        files = plant.files(ROBOT)
+        files = replace(files, controller=with_links(files.controller, "desk"))
+        self.cell = TroubledCell(files, seed=1)
+        self.cell.connect()
+        self.cell.real.robot.write_override(100)
+        self.cell.schedule.run(0.5)
+        self._foretold, take = 0, self.cell.twin.follow
+
+        def counted(action: FollowTwin) -> None:
+            self._foretold += bool(action.ahead)
+            take(action)
+
+        self.cell.twin.follow = counted  # type: ignore[method-assign]
+
+    def run(self, pause_s: float = 0.0) -> Round:
+        """Run one round; in the middle of each of its moves the controller may stand still."""
+        before = self._foretold
+        if pause_s:
+            self._watch(pause_s, ready=True)
+        found = run_experiments(self.cell, ["real_leads"])["real_leads"].comparison
+        assert found is not None
+        percent = 100.0 * found.path.max_mm / self.cell.files.robot.reach_mm
+        self.cell.schedule.run(1.0)
+        return Round(percent, self._foretold - before)
+
+    def _watch(self, pause_s: float, ready: bool) -> None:
+        """Let the controller stand still once in each move, when the robot is fast."""
+        fast = max(map(abs, self.cell.real.shown.velocities)) > FAST
+        if fast and ready:
+            self.cell.stand_controller(pause_s)
+        self.cell.schedule.after(0.01, lambda: self._watch(pause_s, not fast))
+
+
+@pytest.mark.parametrize(("plant", "limit"), [(IDEAL, 0.2), (FIELD, 0.5)], ids=["ideal", "field"])
+def test_the_second_round_is_followed_closer(plant: Variant, limit: float) -> None:
+    """In the first one only the program's second visits of its stands are foretold."""
+    rounds = Rounds(plant)
+    with rounds.cell:
+        first, second = rounds.run(), rounds.run()
+    assert second.foretold > first.foretold + 20, (first, second)
+    assert second.path_percent <= min(limit, 0.85 * first.path_percent), (first, second)
+
+
+@pytest.mark.parametrize("plant", [IDEAL, FIELD], ids=["ideal", "field"])
+@pytest.mark.parametrize("pause_s", [0.02, 0.045])
+def test_a_pause_in_the_middle_of_a_move_is_not_seen(plant: Variant, pause_s: float) -> None:
+    """On a first round the twin goes astray by what the robot changes meanwhile."""
+    rounds = Rounds(plant)
+    with rounds.cell:
+        calm, disturbed = rounds.run(), rounds.run(pause_s)
+    assert disturbed.foretold > 20
+    assert disturbed.path_percent <= 1.5 * calm.path_percent, (calm, disturbed)
+    unknown = Rounds(plant)
+    with unknown.cell:
+        blind = unknown.run(pause_s)
+    assert blind.path_percent > 2.0 * disturbed.path_percent, (blind, disturbed)
