@@ -11,7 +11,7 @@ from functools import partial
 from scara_control.errors import ScaraControlError
 from scara_control.joint_motion import JointMotion, Setpoints
 from scara_control.motion.commands import Command, parse_modes
-from scara_control.motion.jog import JogController
+from scara_control.motion.jogging.jog import JogController
 from scara_control.motion.pose_control import PoseController
 from scara_control.motion.requests import Outcome
 from scara_simulation.command_desk import CommandDesk
@@ -74,7 +74,8 @@ class TwinSide:
         self._desk = CommandDesk(self.simulation.control, gate, files.simulation)
         self._pose = PoseController(robot, motion, 0.0)
         self._jogs = JogController(robot, motion, 0.0)
-        self.move_to = MoveTo(schedule, files, self._begin_move, self.jog, self._now)
+        trim = partial(self.jog, prompt=True)
+        self.move_to = MoveTo(schedule, files, self._begin_move, trim, self._now)
         self._waiting: dict[int, Callable[[Outcome], None]] = {}
         self._modes, self._last_id = "", 0
         self._shown: tuple[object, ...] = ()
@@ -135,6 +136,9 @@ class TwinSide:
     def look_ahead(self, follower_delay: float, ahead: float) -> None:
         """Take in how late the real robot follows [s], as the controller's state says it."""
         self._topic.send(partial(self._pose.look_ahead, follower_delay, ahead))
+        if self._files.motion.jog.waits_for_robot:
+            wait = follower_delay + self._files.motion.move.announce
+            self._topic.send(partial(self._jogs.wait_for, wait))
 
     def move(self, action: MoveTwin, ended: Ended) -> None:
         """Start a move; ``ended`` is told how it ended."""
@@ -182,6 +186,9 @@ class TwinSide:
     def _tick_jog(self) -> None:
         for name, velocity in self._jogs.tick(self._now()).items():
             self._topic.send(partial(self.command_velocity, name, velocity))
+        ahead = self._jogs.ahead(self._now())
+        if ahead is not None:
+            self._tell_plan(ahead, jog=True)
 
     def command_velocity(self, name: str, velocity: float) -> None:
         """Command one joint's velocity loop directly, past all motion nodes [rad/s or m/s]."""
@@ -203,12 +210,12 @@ class TwinSide:
         self._desk.obey(command, self.simulation.now)
         self._tell_modes()
 
-    def jog(self, names: Sequence[str], velocities: Sequence[float]) -> None:
+    def jog(self, names: Sequence[str], velocities: Sequence[float], prompt: bool = False) -> None:
         """Send one jog to its controller; it ends by its time-out [rad/s or m/s]."""
 
         def arrive() -> None:
             try:
-                self._jogs.command(names, velocities, (), 0.0, self._now())
+                self._jogs.command(names, velocities, (), 0.0, self._now(), prompt)
             except ScaraControlError as error:
                 self.refused.append(f"jog: {error}")
 
@@ -221,6 +228,9 @@ class TwinSide:
         if self._now() < self._plan_due - 1e-4 or len(setpoints.names) < len(self._pose.names):
             return
         self._plan_due = self._now() + self._files.controller.twin.plan_period_ms * 1e-3
+        self._tell_plan(setpoints)
+
+    def _tell_plan(self, setpoints: Setpoints, jog: bool = False) -> None:
         begin, points = setpoints.times[0], setpoints.points
         plan = (
             tuple(at - begin for at in setpoints.times),
@@ -228,7 +238,7 @@ class TwinSide:
             tuple(point.qdot for point in points),
             tuple(point.qddot for point in points),
         )
-        self._tell(lambda now: TwinPlan(now, self._offset + begin, *plan))
+        self._tell(lambda now: TwinPlan(now, self._offset + begin, *plan, jog))
 
     def _track(self, setpoints: Setpoints) -> None:
         try:

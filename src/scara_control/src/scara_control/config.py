@@ -55,6 +55,8 @@ class JogConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     braking_percent: SpeedPercent
     reaction: Annotated[float, Meta(ge=0.0, le=1.0)]
     final_zeros: Annotated[int, Meta(ge=1, le=100)]
+    waits_for_robot: bool
+    waiting_ramp_percent: SpeedPercent
 
 
 class TrimConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

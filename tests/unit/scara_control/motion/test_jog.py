@@ -16,7 +16,7 @@ from scara_control.config import load_motion
 from scara_control.errors import ScaraControlError
 from scara_control.joint_motion import JointMotion
 from scara_control.motion.commands import Command, MotionRefusedError
-from scara_control.motion.jog import JogController, braking_speed
+from scara_control.motion.jogging.jog import JogController, braking_speed
 
 ROBOT, CONFIG = load_robot(), load_motion()
 JOINTS = ROBOT.twin_joints

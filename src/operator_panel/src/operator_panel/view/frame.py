@@ -139,7 +139,7 @@ class FrameMaker:
             "speed.reason": words.speed_reason(state),
             "deviation": f"{words.number(apart)} mm",
             "deviation.limit": f"alarm from {self._limit_mm(state):g} mm",
-            "lag": words.lag_text(state),
+            "lag": words.lag_text(state, snapshot.jog),
             "jog": snapshot.jog,
             "gripper": words.gripper_text(state),
         }

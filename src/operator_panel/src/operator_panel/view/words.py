@@ -150,15 +150,29 @@ def roles(state: CellState) -> tuple[str, str, str]:
     return ROLES.get(state.leader, ROLES[""])
 
 
-def lag_text(state: CellState) -> str:
+WAITING = "with the real robot"
+"""In the state of a jog that waits for it."""
+
+
+def lag_text(state: CellState, jog: str = "") -> str:
     """Return in words who follows how: a real robot gets its set points as early as it is late.
+
+    Nobody knows where a jog goes next. So the robot is behind, unless the jog waits for it.
+
+    Args:
+        state: Of the twin controller.
+        jog: The state of joint_vel_controller.
 
     Example:
         >>> lag_text(CellState("TWIN_LEADS", leader="twin", follower_lag=0.1104))
         'the robot gets its set points 110 ms early'
         >>> lag_text(CellState("REAL_LEADS", leader="real", follower_lag=0.1104))
         'the twin follows each reading'
+        >>> lag_text(CellState("TWIN_LEADS", leader="twin", follower_lag=0.1104), "jogging joint_1")
+        'the robot is 110 ms behind the jog'
     """
+    if jog.startswith("jogging") and WAITING not in jog and state.leader == "twin":
+        return f"the robot is {seconds(state.follower_lag)} behind the jog"
     if state.leader in ("twin", "operator") and math.isfinite(state.follower_lag):
         return f"the robot gets its set points {seconds(state.follower_lag)} early"
     return "the twin follows each reading" if state.leader == "real" else "nobody follows now"

@@ -3,9 +3,11 @@
 Parameters: ``~config_dir`` (robot.yaml, motion.yaml; default: the package scara_config).
 Subscribes: ``joint_vel_controller/command`` (control_msgs/JointJog),
 ``joint_pose_controller/speed_limit_percent`` (the cap of all motion), ``motion_command``,
-``twin/joint_states``, ``twin/controller_modes``.
+``twin/joint_states``, ``twin/controller_modes``; ``twin_controller/state``, if jogs wait for the
+real robot (motion.yaml).
 Publishes: ``twin/<joint>_velocity_controller/command`` (Float64), ``joint_vel_controller/state``
-(String, latched).
+(String, latched), ``joint_vel_controller/ahead`` (trajectory_msgs/JointTrajectory) while a jog
+waits for the real robot.
 """
 
 from __future__ import annotations
@@ -18,6 +20,7 @@ from scara_config import Robot
 from scara_ros.memory import keep_for_good
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, String
+from trajectory_msgs.msg import JointTrajectory
 
 from control_msgs.msg import JointJog
 from scara_control.config import MotionConfig
@@ -25,12 +28,19 @@ from scara_control.errors import ScaraControlError
 from scara_control.joint_motion import JointMotion
 from scara_control.motion.commands import Command, CommandInbox, parse_modes
 from scara_control.motion.epoch import Epoch
-from scara_control.motion.jog import JogController
+from scara_control.motion.jogging.jog import TRIM, JogController
 from scara_control.nodes.idle import IdleWait
+from scara_control.nodes.setpoint_messages import to_message
 from scara_control.nodes.wiring import Guard, JointStateReader, MotionClock, start_node, subscribe
-from scara_msgs.msg import MotionCommand
+from scara_msgs.msg import MotionCommand, TwinControllerState
 
 _LOG_PERIOD = 1.0
+FOLLOWED = (
+    TwinControllerState.IDLE,
+    TwinControllerState.TWIN_LEADS,
+    TwinControllerState.OPERATOR_LEADS,
+)
+"""Modes in which the real robot follows a jog."""
 
 
 class JointVelController:
@@ -59,7 +69,13 @@ class JointVelController:
             )
             for name in names
         }
+        self._ahead = rospy.Publisher(
+            "joint_vel_controller/ahead", JointTrajectory, queue_size=10, tcp_nodelay=True
+        )
         guard = Guard()
+        self._announce = config.move.announce
+        if config.jog.waits_for_robot:
+            subscribe("twin_controller/state", TwinControllerState, self._on_mode, guard)
         subscribe("twin/joint_states", JointState, self._reader, guard)
         subscribe("twin/controller_modes", String, self._on_modes, guard, queue_size=10)
         subscribe("motion_command", MotionCommand, self._on_command, guard, queue_size=20)
@@ -84,6 +100,9 @@ class JointVelController:
             self._epoch.ran(time.monotonic())
             for name, velocity in self._core.tick(now).items():
                 self._commands[name].publish(velocity)
+            ahead = self._core.ahead(now)
+            if ahead is not None:
+                self._ahead.publish(to_message(ahead, self._clock.offset()))
             self._show()
 
     def _measure(self, measured: JointMotion) -> None:
@@ -119,12 +138,18 @@ class JointVelController:
                     message.displacements,
                     message.duration,
                     now,
+                    prompt=message.header.frame_id == TRIM,
                 )
                 self._rest.wake()
                 self._reader.rouse()
             except ScaraControlError as error:
                 rospy.logwarn_throttle(_LOG_PERIOD, f"jog: refused: {error}")
             self._show()
+
+    def _on_mode(self, message: TwinControllerState) -> None:
+        follows = message.mode in FOLLOWED
+        with self._lock:
+            self._core.wait_for(message.follower_lag + self._announce if follows else 0.0)
 
     def _on_speed_limit(self, message: Float64) -> None:
         with self._lock:

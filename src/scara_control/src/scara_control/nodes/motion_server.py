@@ -35,6 +35,7 @@ from scara_control.kinematics.tool import tool_kinematics
 from scara_control.motion.commands import Command, MotionRefusedError
 from scara_control.motion.epoch import Epoch
 from scara_control.motion.feedback import Feedback
+from scara_control.motion.jogging.jog import TRIM
 from scara_control.motion.requests import check_speed
 from scara_control.motion.trim import Requests, Trim, tool_error
 from scara_control.nodes.idle import IDLE_S
@@ -272,6 +273,7 @@ class MotionServer:
 
     def _publish_jog(self, qdot: tuple[float, ...]) -> None:
         jog = JointJog(joint_names=self._names, velocities=qdot)
+        jog.header.frame_id = TRIM
         jog.header.stamp = rospy.Time.now()
         self._jog.publish(jog)
 

@@ -101,13 +101,18 @@ class TwinMeasured(Event, frozen=True, tag="twin"):
 
 
 class TwinPlan(Event, frozen=True, tag="plan"):
-    """Set points that the twin is going to pass: row k at ``stamp + times[k]`` of its ROS time."""
+    """Where the twin is going to be: row k at ``stamp + times[k]`` of its ROS time.
+
+    Attributes:
+        jog: By a jog that waits for the real robot; else by set points.
+    """
 
     stamp: float
     times: tuple[float, ...]
     q: tuple[Joints, ...]
     qdot: tuple[Joints, ...]
     qddot: tuple[Joints, ...]
+    jog: bool = False
 
 
 class TwinMotion(Event, frozen=True, tag="motion"):

@@ -23,6 +23,7 @@ from twin_controller.twin.intake import take
 from twin_controller.twin.packets import (
     FOLLOW,
     GRIPPER,
+    JOG_AHEAD,
     JOINT_SETPOINTS,
     JOINT_STATES,
     MOTION_COMMAND,
@@ -97,6 +98,11 @@ class TwinLink:
         )
         self._link.subscribe(
             JOINT_SETPOINTS,
+            "trajectory_msgs/JointTrajectory",
+            throttle_ms=round(twin.plan_period_ms),
+        )
+        self._link.subscribe(
+            JOG_AHEAD,
             "trajectory_msgs/JointTrajectory",
             throttle_ms=round(twin.plan_period_ms),
         )
@@ -202,6 +208,8 @@ class TwinLink:
                     self._measured(twin_measured(message, self._setup.names, received))
                 case name if name.endswith(JOINT_SETPOINTS):
                     self._put(twin_plan(message, self._setup.names, received))
+                case name if name.endswith(JOG_AHEAD):
+                    self._put(twin_plan(message, self._setup.names, received, jog=True))
                 case name if name.endswith(GRIPPER):
                     self._put(twin_gripper(message, received))
                 case name if name.endswith(MOTION_STATE):

@@ -29,6 +29,7 @@ from twin_controller.twin.fields import (
 
 JOINT_STATES = "twin/joint_states"
 JOINT_SETPOINTS = "twin/joint_setpoints"
+JOG_AHEAD = "joint_vel_controller/ahead"
 MOTION_STATE = "joint_pose_controller/state"
 GRIPPER = "twin/gripper"
 FOLLOW = "joint_pose_controller/follow"
@@ -72,8 +73,16 @@ def twin_measured(message: Mapping[str, Any], names: Sequence[str], now: float) 
     )
 
 
-def twin_plan(message: Mapping[str, Any], names: Sequence[str], now: float) -> TwinPlan:
+def twin_plan(
+    message: Mapping[str, Any], names: Sequence[str], now: float, jog: bool = False
+) -> TwinPlan:
     """Convert a trajectory_msgs/JointTrajectory of coming set points.
+
+    Args:
+        message: The message as parsed JSON.
+        names: The twin's joints in the core's order.
+        now: When it arrived [s].
+        jog: It tells of a jog, not of set points.
 
     Raises:
         PacketError: A joint is missing, a count is wrong, a value is not finite, times do not
@@ -93,7 +102,7 @@ def twin_plan(message: Mapping[str, Any], names: Sequence[str], now: float) -> T
         )
     except ScaraControlError as error:
         raise PacketError(f"points: {error}") from error
-    return TwinPlan(now, stamp_of(message), times, q, qdot, qddot)
+    return TwinPlan(now, stamp_of(message), times, q, qdot, qddot, jog)
 
 
 def twin_motion(message: Mapping[str, Any], names: Sequence[str], now: float) -> TwinMotion:

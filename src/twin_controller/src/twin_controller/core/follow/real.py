@@ -277,6 +277,11 @@ def planned(twin: TwinSide, local: float) -> bool:
     return plan is not None and plan.stamp + plan.times[-1] > twin.clock.to_remote(local)
 
 
+def jogs_ahead(twin: TwinSide, local: float) -> bool:
+    """Return whether a jog waits for the real robot at local time ``local``."""
+    return twin.plan is not None and twin.plan.jog and planned(twin, local)
+
+
 def twin_course(setup: Setup, twin: TwinSide, now: float) -> Course:
     """Return where the twin is going to be.
 

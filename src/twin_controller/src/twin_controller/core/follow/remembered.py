@@ -9,11 +9,12 @@ the next rest: the twin then follows the newest sample alone, as on a first roun
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from collections.abc import Sequence
 from itertools import pairwise
 
 import msgspec
-from scara_control.joint_motion import JointMotion
+from scara_control.joint_motion import JointMotion, Setpoints
 from scara_control.joint_track import JointTrack
 
 from twin_controller.core.events import Joints, RealMeasured
@@ -28,7 +29,7 @@ HOLE_S = 0.04
 """A path with a longer time between two samples is not kept [s]: a pause hid what was there."""
 MOST_SAMPLES = 2000
 """Longer paths are not kept: about 20 s from one rest to the next."""
-MOST_PATHS = 64
+MOST_PATHS = 32
 """So many are kept; the ones not driven for longest go first."""
 AHEAD_S, SPACING_S = 0.1, 0.025
 """How far the way on is foretold, and the time between its points [s]."""
@@ -45,13 +46,39 @@ Key = tuple[str, float]
 """Program and its speed with the override [percent]."""
 
 
-class Path(msgspec.Struct, frozen=True, eq=False):
-    """What the robot did from one rest to the next; the time counts from its first sample [s]."""
+class Path(msgspec.Struct, frozen=True):
+    """What the robot did from one rest to the next; the time counts from the first point [s]."""
 
     key: Key
-    begin: Joints
-    end: Joints
-    track: JointTrack
+    points: tuple[JointMotion, ...]
+
+    @property
+    def begin(self) -> Joints:
+        """Where it rested before."""
+        return self.points[0].q
+
+    @property
+    def end(self) -> Joints:
+        """Where it came to rest."""
+        return self.points[-1].q
+
+    @property
+    def duration(self) -> float:
+        """From rest to rest [s]."""
+        return self.points[-1].time
+
+    def at(self, t: float) -> JointMotion:
+        """Return the motion at ``t`` [s]: between two points the quintic that meets both."""
+        k = min(max(bisect_right(self.points, t, key=_time), 1), len(self.points) - 1)
+        pair = self.points[k - 1 : k + 1]
+        ends = Setpoints((), tuple(map(_time, pair)), pair)
+        still = (1.0,) * len(self.begin)
+        track = JointTrack.from_checked(ends, extrapolation_limit=0.0, stop_accelerations=still)
+        return track.at(min(t, self.duration))
+
+
+def _time(point: JointMotion) -> float:
+    return point.time
 
 
 class Match(msgspec.Struct, frozen=True):
@@ -113,13 +140,13 @@ def way_on(
         match = next((match for match in motion.matches if match.fits), None)
     if motion is None or match is None:
         return None, ()
-    track, at = match.path.track, _time_in(motion, match, sample)
-    here = track.at(at)
+    path, at = match.path, _time_in(motion, match, sample)
+    here = path.at(at)
     off = tuple(a - b for a, b in zip(sample.q, here.q))
     points = []
     after = SPACING_S
-    while after <= AHEAD_S and at + after <= track.last_time:
-        there = track.at(at + after)
+    while after <= AHEAD_S and at + after <= path.duration:
+        there = path.at(at + after)
         # What lies beyond a limit by a reading's noise alone would be refused.
         q = tuple(
             min(max(a + b, min(low, q)), max(high, q))
@@ -178,7 +205,7 @@ def _gone_on(setup: Setup, motion: Motion, sample: Sample, key: Key | None) -> M
 def _matched(setup: Setup, motion: Motion, match: Match, sample: Sample) -> Match | None:
     """Return where in a path the motion is now, or None if it has left it."""
     at = _time_in(motion, match, sample)
-    there = match.path.track.at(at)
+    there = match.path.at(at)
     # The shift along the path that brings the place nearest: one step of Gauss and Newton. Slow
     # joints say little about it.
     weights = [1.0 / (most * most) for most in setup.velocity]
@@ -188,7 +215,7 @@ def _matched(setup: Setup, motion: Motion, match: Match, sample: Sample) -> Matc
     speed = sum(w * v * v for w, v in zip(weights, there.qdot))
     shift = match.shift + way / (speed + REST)
     moved = replace(match, shift=min(max(shift, -MOST_SHIFT_S), MOST_SHIFT_S))
-    fits = _fits(setup, match.path.track.at(_time_in(motion, moved, sample)), sample)
+    fits = _fits(setup, match.path.at(_time_in(motion, moved, sample)), sample)
     begins = sample.t - motion.samples[0].t <= BEGIN_S
     return replace(moved, fits=fits) if fits or begins else None
 
@@ -221,7 +248,7 @@ def _kept(setup: Setup, paths: tuple[Path, ...], motion: Motion, rest: Sample) -
         or not _same(setup, path.begin, begin)
         or not _same(setup, path.end, end)
     ]
-    made = Path(motion.key, begin, end, _track(setup, samples))
+    made = Path(motion.key, _points(samples))
     return (*others, made)[-MOST_PATHS:]
 
 
@@ -233,21 +260,16 @@ def _has_hole(samples: Sequence[Sample]) -> bool:
     return any(after.t - before.t > HOLE_S for before, after in pairwise(samples))
 
 
-def _track(setup: Setup, samples: Sequence[Sample]) -> JointTrack:
-    """Return the path through the samples; accelerations are what the velocities around show."""
-    start = samples[0].t
-    still = (0.0,) * len(setup.velocity)
+def _points(samples: Sequence[Sample]) -> tuple[JointMotion, ...]:
+    """Return samples as a path; accelerations are what the velocities around show."""
+    start, still = samples[0].t, (0.0,) * len(samples[0].q)
     middle = [
         tuple((b - a) / (after.t - before.t) for a, b in zip(before.qdot, after.qdot))
         for before, after in zip(samples, samples[2:])
     ]
-    return JointTrack(
-        [sample.t - start for sample in samples],
-        [sample.q for sample in samples],
-        [sample.qdot for sample in samples],
-        [still, *middle, still],
-        extrapolation_limit=0.0,
-        stop_accelerations=setup.acceleration,
+    return tuple(
+        JointMotion(sample.q, sample.qdot, qddot, sample.t - start)
+        for sample, qddot in zip(samples, (still, *middle, still), strict=True)
     )
 
 

@@ -13,6 +13,7 @@ from twin_controller.core.events import (
     TwinMotion,
     TwinPlan,
 )
+from twin_controller.core.follow.real import jogs_ahead
 from twin_controller.core.follow.twin import aligned
 from twin_controller.core.lead.modes import Mode, Trigger
 from twin_controller.core.lead.reports import moved_since_pause, resume_blocked, side_triggers
@@ -118,7 +119,9 @@ def _planned_onset(setup: Setup, state: CoreState) -> float | None:
     plan, motion, baseline = twin.plan, twin.motion, twin.change.baseline
     if plan is None or motion is None or not baseline:
         return None
-    if motion.state not in ("announcing", "moving"):
+    # Right after a stop, what was said of a jog before it may still be on its way.
+    jogs = plan.jog and state.lead.mode is Mode.IDLE
+    if motion.state not in ("announcing", "moving") and not jogs:
         return None
     threshold = setup.config.change.hysteresis
     # What the plan holds from before this mode is no motion in it.
@@ -219,7 +222,7 @@ def _both_rest(setup: Setup, state: CoreState, now: float) -> bool:
     # A leader that has only just begun still stands.
     if now - lead.since < config.settle.minimum_ms * 1e-3:
         return False
-    if motion.state not in ("idle", "following"):
+    if motion.state not in ("idle", "following") or jogs_ahead(sides.twin, now):
         return False
     return all(
         change.stands_still(side.change, now, config.change) for side in (sides.real, sides.twin)

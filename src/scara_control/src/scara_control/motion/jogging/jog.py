@@ -11,11 +11,17 @@ from collections.abc import Mapping, Sequence
 from scara_config import Joint, Robot
 
 from scara_control.config import MotionConfig, in_si
-from scara_control.joint_motion import JointMotion
+from scara_control.joint_motion import JointMotion, Setpoints
 from scara_control.limits import check_joint_vector
 from scara_control.motion.commands import Command, MotionRefusedError, Ownership, taken_text
 from scara_control.motion.feedback import Feedback
 from scara_control.motion.following.stream import StreamGate
+from scara_control.motion.jogging.waiting import JogQueue
+
+WITH_ROBOT = "with the real robot"
+"""In the state of a jog that waits."""
+TRIM = "trim"
+"""Sender of jogs that close a loop by what they see: they do not wait for the real robot."""
 
 
 def braking_speed(
@@ -55,6 +61,16 @@ class JogController:
         self._estopped = False
         self._limit = 100.0
         self._message = ""
+        # A jog begins so much later than it was asked for [s]; what is told later waits as long.
+        self._follower = self._waits = 0.0
+        self._queue = JogQueue(config.period)
+
+    def wait_for(self, delay: float) -> None:
+        """Let jogs that begin from now on wait for the real robot, which is so late [s]; 0: none.
+
+        The robot is told at once where the twin is going to be, so both move together.
+        """
+        self._follower = delay
 
     def measure(self, measured: JointMotion) -> None:
         """Take in what the joints were measured to do."""
@@ -67,6 +83,7 @@ class JogController:
         displacements: Sequence[float],
         duration: float,
         now: float,
+        prompt: bool = False,
     ) -> None:
         """Jog ``names``; all other joints ramp down.
 
@@ -76,16 +93,21 @@ class JogController:
             displacements: Must be empty.
             duration: Shortens the time-out, if positive [s].
             now: [s]
+            prompt: Do not wait for the real robot: the sender closes a loop by what it sees.
 
         Raises:
             ScaraControlError: The command is wrong or not allowed now; the text says why.
         """
+        begins = self.is_idle
         try:
             self._gate.check(now)
             named = self._check(names, velocities, displacements, duration, now)
         except ValueError as error:
             self._message = f"refused: {error}"
             raise
+        if begins:
+            self._waits = 0.0 if prompt else self._follower
+            self._queue.clear()
         new = [joint for joint in named if joint.name not in self._velocity]
         for joint in new:
             self._velocity[joint.name] = self._moving(joint)
@@ -107,6 +129,7 @@ class JogController:
         if not (math.isfinite(percent) and 1.0 <= percent <= 100.0):
             raise MotionRefusedError(f"speed_limit_percent = {percent:g} is outside [1, 100]")
         self._limit = float(percent)
+        self._queue.limit(self._joints, percent)
 
     def obey(self, command: Command, reason: str, now: float) -> None:
         """Obey STOP, PAUSE, ESTOP, RESET; RESUME starts no jogging again."""
@@ -118,6 +141,7 @@ class JogController:
         self._estopped = self._estopped or command is Command.ESTOP
         self._gate.bar(now)
         self._halt(command.text(reason))
+        self._wait_no_longer()
 
     def update_modes(self, modes: Mapping[str, str]) -> None:
         """Take in which controller each joint obeys; leave those alone that were taken from us."""
@@ -125,6 +149,7 @@ class JogController:
         for name in lost:
             self._velocity.pop(name, None)
             self._wanted.pop(name, None)
+        self._queue.drop(list(lost))
         if lost:
             self._message = taken_text(lost)
 
@@ -134,7 +159,7 @@ class JogController:
 
         The first command after that needs a tick before it, so that its ramp begins now.
         """
-        return not self._velocity and not self._wanted
+        return not self._velocity and not self._wanted and not self._queue
 
     def tick(self, now: float) -> dict[str, float]:
         """Go on to ``now``; return the velocities to publish.
@@ -147,6 +172,7 @@ class JogController:
             self._halt(f"no command for {self._config.jog.timeout * 1e3:.0f} ms")
         if self._wanted and self._feedback.trouble(now):
             self._halt(self._feedback.trouble(now))
+            self._wait_no_longer()
         velocities = {
             joint.name: self._next(joint, dt, now)
             for joint in self._joints
@@ -158,7 +184,17 @@ class JogController:
                 self._zeros[name] -= 1
                 if self._zeros[name] <= 0:
                     del self._velocity[name]
-        return velocities
+        if not self._waits:
+            return velocities
+        self._queue.put(now + self._waits, velocities)
+        return self._queue.take(now)
+
+    def ahead(self, now: float) -> Setpoints | None:
+        """Return where the joints are going to be while a jog waits for the real robot."""
+        measured = self._feedback.measured
+        if not self._queue or measured is None:
+            return None
+        return self._queue.setpoints(self._joints, measured.extrapolated(now), now)
 
     def report(self) -> str:
         """Return what the controller does and why, for people."""
@@ -173,11 +209,22 @@ class JogController:
             for name, v in self._wanted.items()
         ]
         text = f"{state} {', '.join(parts)}" if parts else state
+        if self._wanted and self._waits:
+            text += f" ({1e3 * self._waits:.0f} ms later, {WITH_ROBOT})"
         if any(
             abs(v) > self._capped(self._joints[self._columns[n]]) for n, v in self._wanted.items()
         ):
             text += f" (capped at {self._limit:g} % of the largest speed)"
         return f"{text}: {self._message}" if self._message else text
+
+    def _wait_no_longer(self) -> None:
+        """Forget what waits for the real robot: a stop begins where the joints are."""
+        if self._waits:
+            told = self._queue.clear()
+            moving = {name for name, velocity in told.items() if velocity}
+            self._velocity = {name: told.get(name, 0.0) for name in {*self._velocity, *moving}}
+            self._zeros = {name: self._config.jog.final_zeros for name in self._velocity}
+            self._waits = 0.0
 
     def _halt(self, why: str) -> None:
         """Ramp all joints down."""
@@ -240,8 +287,11 @@ class JogController:
         measured = self._feedback.measured
         if wanted and measured is not None:
             q = measured.extrapolated(now)[self._columns[joint.name]]
+            q += self._queue.travel(joint.name, now)
             counted_on = joint.acceleration * self._config.jog.braking_percent / 100.0
             fastest = braking_speed(joint, q, wanted, counted_on, self._config.jog.reaction)
             wanted = math.copysign(min(abs(wanted), fastest), wanted)
-        change = joint.acceleration * dt
+        # A robot that is told ahead of time should be able to do what it is told.
+        ramp = self._config.jog.waiting_ramp_percent if self._waits else 100.0
+        change = joint.acceleration * ramp / 100.0 * dt
         return min(max(wanted, velocity - change), velocity + change)

@@ -1,0 +1,1 @@
+"""Jogs: joints at given velocities, at once or with the real robot."""
