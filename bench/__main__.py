@@ -112,7 +112,10 @@ def main(
         ),
     ] = False,
     demos: Annotated[
-        bool, typer.Option("--demos", help="The demo, --seeds times; writes README's figures.")
+        bool,
+        typer.Option(
+            "--demos", help="The demo of both plants at 50 and 100 %, --seeds times each: README."
+        ),
     ] = False,
     day: Annotated[
         bool,

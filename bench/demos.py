@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 from collections.abc import Sequence
 from pathlib import Path
@@ -24,13 +25,18 @@ ROOT = Path(__file__).resolve().parents[1]
 DEADLINE_S = 300.0
 PATH_PERCENT, REST_PERCENT = 5.0, 2.0
 """The article's errors, percent of reach."""
+SERIES = (("ideal", 50.0), ("ideal", 100.0), ("field", 50.0), ("field", 100.0))
+"""Plant, and speed of the programs [percent of the joints' largest]."""
+SPEED = re.compile(r"\bspeed_percent: [0-9.]+")
 
 
 def run(repeats: int, folder: Path, console: Console) -> list[Row]:
-    """Run the demo ``repeats`` times, keep the figures in results.json and write the pages.
+    """Run the demo ``repeats`` times for each of SERIES, keep the figures and write the pages.
+
+    The pages are written after each series: one that is ended keeps those before it.
 
     Args:
-        repeats: How many runs; one that ends without a report is counted and said.
+        repeats: How many runs of each; one that ends without a report is counted and said.
         folder: Where bags and reports go.
         console: For progress.
 
@@ -40,27 +46,45 @@ def run(repeats: int, folder: Path, console: Console) -> list[Row]:
     Raises:
         ValueError: See :func:`label`.
     """
-    load, failed = os.getloadavg()[0], 0
-    runs: list[dict[str, dict[str, float]]] = []
+    load, entries, rows = os.getloadavg()[0], [], []
+    for plant, speed in SERIES:
+        entry = _series(plant, speed, repeats, folder / f"{plant}_{speed:g}", console)
+        entries.append(page.measured(entry, load))
+        page.write({**page.so_far(), "demos": entries})
+        rows += [
+            Row(
+                f"demo, {plant}, {speed:g} %: {name}", what, limit, _worst(entry["runs"], name, key)
+            )
+            for name in ("real_leads", "twin_leads")
+            for what, key, limit in (
+                ("path error max [% of reach]", "path_percent", PATH_PERCENT),
+                ("positioning error max [% of reach]", "positioning_percent", REST_PERCENT),
+            )
+        ]
+    return rows
+
+
+def _worst(runs: Sequence[dict[str, dict[str, Any]]], name: str, key: str) -> float:
+    return max(float(run[name][key]) for run in runs)
+
+
+def _series(
+    plant: str, speed: float, repeats: int, folder: Path, console: Console
+) -> dict[str, Any]:
+    """Run the demo with one plant and one speed again and again."""
+    failed = 0
+    runs: list[dict[str, dict[str, Any]]] = []
     labels: list[dict[str, Any]] = []
     for number in range(1, repeats + 1):
-        report = _demo(folder / f"demo_{number}")
-        figures = None if report is None else _figures(report, folder / f"demo_{number}")
-        console.print(f"[{number}/{repeats}] {figures or 'no report'}", markup=False)
+        made = folder / f"demo_{number}"
+        report = _demo(made, plant, speed)
+        figures = None if report is None else _figures(report, made)
+        said = figures or "no report"
+        console.print(f"{plant}, {speed:g} % [{number}/{repeats}] {said}", markup=False)
         failed += figures is None
         runs += [figures] if figures else []
         labels += [report["made_with"]] if report else []
-    entry = {**label(labels), "failed": failed, "runs": runs}
-    content = page.so_far()
-    page.write({**content, "demos": page.measured(entry, load)})
-    return [
-        Row(f"demo: {name}", what, limit, max(run[name][key] for run in runs))
-        for name in ("real_leads", "twin_leads")
-        for what, key, limit in (
-            ("path error max [% of reach]", "path_percent", PATH_PERCENT),
-            ("positioning error max [% of reach]", "positioning_percent", REST_PERCENT),
-        )
-    ]
+    return {**label(labels), "asked_percent": speed, "failed": failed, "runs": runs}
 
 
 def label(made_with: Sequence[dict[str, Any]]) -> dict[str, str]:
@@ -88,12 +112,14 @@ def _plant(plant: dict[str, Any] | None) -> str:
     )
 
 
-def _demo(folder: Path) -> dict[str, Any] | None:
+def _demo(folder: Path, plant: str, speed: float) -> dict[str, Any] | None:
     """Run one demo on ports of its own; return its report.json, None without a report."""
     config = folder / "config_in_use"
     copy_with_ports(ROOT / "config", config, None, None)
+    _set_speed(config, speed)
     ports = [f"--{kind}-port={free_port()}" for kind in ("master", "modbus", "gateway")]
-    command = ["rosrun", "scara_bringup", "cell", "demo", "--output", str(folder / "run"), *ports]
+    asked = ["--plant", plant, "--output", str(folder / "run")]
+    command = ["rosrun", "scara_bringup", "cell", "demo", *asked, *ports]
     environment = {**os.environ, "SCARA_CONFIG_DIR": str(config)}
     with (folder / "demo.log").open("w") as log:
         subprocess.run(
@@ -106,13 +132,29 @@ def _demo(folder: Path) -> dict[str, Any] | None:
     return read
 
 
-def _figures(report: dict[str, Any], folder: Path) -> dict[str, dict[str, float]]:
+def _set_speed(config: Path, speed: float) -> None:
+    """Let the article's program and the twin's experiment ask for this speed [percent].
+
+    Raises:
+        ValueError: A file has no line to set.
+    """
+    program = config / "robots" / load_robot(config).name / "programs" / "article.yaml"
+    for path in (program, config / "experiments.yaml"):
+        text, count = SPEED.subn(f"speed_percent: {speed:g}", path.read_text(encoding="utf-8"))
+        if not count:
+            raise ValueError(f"{path}: no line names a speed_percent")
+        path.write_text(text, encoding="utf-8")
+
+
+def _figures(report: dict[str, Any], folder: Path) -> dict[str, dict[str, Any]]:
     """Return the figures of one demo by experiment."""
     speeds = _speeds(folder / "run" / "run.bag")
     return {
         entry["name"]: {
             "path_percent": entry["path_error_max_percent"],
+            "undisturbed_percent": entry["path_error_max_undisturbed_percent"],
             "positioning_percent": entry["positioning_error_max_percent"],
+            "true_percent": entry["true_positioning_error_max_percent"],
             "speed_percent": speeds[entry["name"]],
         }
         for entry in report["experiments"]

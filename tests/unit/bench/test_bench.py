@@ -16,7 +16,7 @@ if str(ROOT) not in sys.path:
     sys.path.append(str(ROOT))
 
 from bench import demos, page, run
-from bench.readme import with_figures
+from bench.readme import p95, with_figures
 from bench.record import Beside, Goal, Record, interleaved, median, p99, spread_percent
 from bench.rows import GROUPS, names
 
@@ -109,13 +109,18 @@ def test_figures_of_the_readme_are_those_of_the_results() -> None:
 def test_demos_are_shown_with_median_worst_speed_and_plant() -> None:
     """A label is part of a figure: plant, speed, date, commit and machine stand beside it."""
     one = {"path_percent": 0.2, "positioning_percent": 0.001, "speed_percent": 50.5}
+    one |= {"undisturbed_percent": 0.15, "true_percent": None}
     runs = [{"real_leads": one | {"path_percent": value}} for value in (0.1, 0.2, 0.9)]
     for run_ in runs:
         run_["twin_leads"] = one
     told = {"date": "2026-01-02", "commit": "abc1234", "machine": "a machine"}
-    demos = {"robot": "a robot", "plant": "ideal", "failed": 1, "runs": runs, **told}
-    text = with_figures(FIGURES, {"rows": [], "demos": demos})
-    line = "| the real robot leads | 50 % of its largest speed | 0.20 % | 0.90 % | 0.0010 % |"
+    demos = {"robot": "a robot", "plant": "plant ideal: good", "asked_percent": 50.0, **told}
+    demos |= {"failed": 1, "runs": runs}
+    text = with_figures(FIGURES, {"rows": [], "demos": [demos]})
+    line = (
+        "| plant ideal, 50 % asked for: the real robot leads | 50 % of its largest speed "
+        "| 0.20 % | 0.90 % | 0.90 % | 0.15 % | 0.0010 % | not known |"
+    )
     assert line in text and "old" not in text and text.endswith("after\n")
     assert "3 runs" in text and "1 more ended without a report" in text
     assert all(word in text for word in ("a robot", "ideal", *told.values()))
@@ -146,6 +151,12 @@ def test_demos_of_two_plants_are_not_mixed(made_with: list[Any], text: str) -> N
     """A figure of two plants has no label."""
     with pytest.raises(ValueError, match=text):
         demos.label(made_with)
+
+
+@pytest.mark.parametrize(("count", "place"), [(1, 1), (3, 3), (19, 19), (20, 19), (100, 95)])
+def test_p95_is_a_value_that_was_measured(count: int, place: int) -> None:
+    """The smallest that 95 of 100 do not exceed: of few runs the worst."""
+    assert p95([float(k) for k in range(count, 0, -1)]) == place
 
 
 def test_a_readme_without_its_block_is_refused() -> None:
