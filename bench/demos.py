@@ -138,8 +138,7 @@ def _set_speed(config: Path, speed: float) -> None:
     Raises:
         ValueError: A file has no line to set.
     """
-    program = config / "robots" / load_robot(config).name / "programs" / "article.yaml"
-    for path in (program, config / "experiments.yaml"):
+    for path in (config / "programs" / "article.yaml", config / "experiments.yaml"):
         text, count = SPEED.subn(f"speed_percent: {speed:g}", path.read_text(encoding="utf-8"))
         if not count:
             raise ValueError(f"{path}: no line names a speed_percent")

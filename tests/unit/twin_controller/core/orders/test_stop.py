@@ -7,12 +7,14 @@ from __future__ import annotations
 
 import math
 
+import msgspec
 import pytest
 from harness.pair import HOME, SETUP, Pair, ramp, shifted
 from harness.watch import Watch
 from twin_controller.core.actions import Command, Send
 from twin_controller.core.lead.modes import Mode
 
+replace = msgspec.structs.replace
 PROGRAM = ramp(HOME, shifted(HOME, 80.0), 8.0)
 ATTEMPTS, RETRY_S = SETUP.config.stop.attempts, SETUP.config.stop.retry_ms * 1e-3
 TO_THE_ROBOT = (Command.STOP_REAL, Command.HOLD_REAL, Command.ESTOP_REAL)
@@ -215,3 +217,17 @@ def test_why_says_what_was_ignored_as_echo(pair: Deaf) -> None:
     pair.run_until(lambda: pair.state.lead.mode is Mode.IDLE, 10.0)
     count = int(pair.state.lead.why.split("ignored as echo: ")[1].split()[0])
     assert "samples of the twin" in pair.state.lead.why and 80 < count < 300
+
+
+def test_an_answer_with_the_clock_of_the_one_before_shows_no_program(pair: Deaf) -> None:
+    """It is not taken in: the next one, that is, would else say that the program had ended."""
+    pair.command_delay = 0.06
+    pair.move_twin(ramp(HOME, shifted(HOME, 30.0), 1.0))
+    while pair.state.lead.mode is not Mode.TWIN_LEADS:
+        pair.run(0.002)
+    flags = pair.state.sides.real.flags
+    assert flags is not None and not flags.streaming
+    pair.feed(replace(flags, now=pair.now, received=pair.now, streaming=True))
+    assert pair.state.sides.real.flags is flags
+    pair.run(0.5)
+    assert pair.state.lead.mode is Mode.TWIN_LEADS

@@ -64,7 +64,9 @@ def hear(config: Change, orders: Orders, event: AnyEvent, sides: Sides, moves: b
     """
     if isinstance(event, TwinMeasured):
         return replace(orders, twin_stop=strike_off(orders.twin_stop, sides.twin, config))
-    if not isinstance(event, RealMeasured):
+    # An answer that was not taken in (its clock is that of the one before) must not strike anything
+    # off either: who judges by the signals that were taken in would miss what it showed.
+    if not isinstance(event, RealMeasured) or sides.real.flags is not event:
         return orders
     stop, stream, safety_stop = orders.stop, orders.stream, orders.safety_stop
     if stop is not None and shows_stop(stop, event, stream is not None):
