@@ -54,7 +54,12 @@ class JogController:
         self._time = self._deadline = now
         self._estopped = False
         self._limit = 100.0
+        self._shares = {joint.name: 1.0 for joint in self._joints}
         self._message = ""
+
+    def permit(self, shares: Mapping[str, float]) -> None:
+        """Ramp from now on with shares of the joints' accelerations, (0, 1]; a payload's doing."""
+        self._shares.update({name: v for name, v in shares.items() if name in self._shares})
 
     def measure(self, measured: JointMotion) -> None:
         """Take in what the joints were measured to do."""
@@ -237,11 +242,12 @@ class JogController:
         """
         velocity, wanted = self._velocity[joint.name], self._wanted.get(joint.name, 0.0)
         wanted = math.copysign(min(abs(wanted), self._capped(joint)), wanted)
+        acceleration = joint.acceleration * self._shares[joint.name]
         measured = self._feedback.measured
         if wanted and measured is not None:
             q = measured.extrapolated(now)[self._columns[joint.name]]
-            counted_on = joint.acceleration * self._config.jog.braking_percent / 100.0
+            counted_on = acceleration * self._config.jog.braking_percent / 100.0
             fastest = braking_speed(joint, q, wanted, counted_on, self._config.jog.reaction)
             wanted = math.copysign(min(abs(wanted), fastest), wanted)
-        change = joint.acceleration * dt
+        change = acceleration * dt
         return min(max(wanted, velocity - change), velocity + change)
