@@ -3,7 +3,7 @@
 Parameters: ``~config_dir`` (robot.yaml, motion.yaml; default: the package scara_config).
 Subscribes: ``joint_vel_controller/command`` (control_msgs/JointJog),
 ``joint_pose_controller/speed_limit_percent`` (the cap of all motion), ``motion_command``,
-``twin/joint_states``, ``twin/controller_modes``.
+``twin/joint_states``, ``twin/controller_modes``, ``twin/payload`` (the accelerations it leaves).
 Publishes: ``twin/<joint>_velocity_controller/command`` (Float64), ``joint_vel_controller/state``
 (String, latched).
 """
@@ -28,7 +28,7 @@ from scara_control.motion.epoch import Epoch
 from scara_control.motion.jog import JogController
 from scara_control.nodes.idle import IdleWait
 from scara_control.nodes.wiring import Guard, JointStateReader, MotionClock, start_node, subscribe
-from scara_msgs.msg import MotionCommand
+from scara_msgs.msg import MotionCommand, PayloadState
 
 _LOG_PERIOD = 1.0
 
@@ -64,6 +64,7 @@ class JointVelController:
         subscribe("twin/controller_modes", String, self._on_modes, guard, queue_size=10)
         subscribe("motion_command", MotionCommand, self._on_command, guard, queue_size=20)
         subscribe("joint_vel_controller/command", JointJog, self._on_jog, guard)
+        subscribe("twin/payload", PayloadState, self._on_payload, guard, queue_size=10)
         subscribe(
             "joint_pose_controller/speed_limit_percent",
             Float64,
@@ -125,6 +126,11 @@ class JointVelController:
             except ScaraControlError as error:
                 rospy.logwarn_throttle(_LOG_PERIOD, f"jog: refused: {error}")
             self._show()
+
+    def _on_payload(self, message: PayloadState) -> None:
+        percents = zip(message.name, message.acceleration_percent)
+        with self._lock:
+            self._core.permit({name: percent / 100.0 for name, percent in percents})
 
     def _on_speed_limit(self, message: Float64) -> None:
         with self._lock:
