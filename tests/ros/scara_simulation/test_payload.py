@@ -32,6 +32,16 @@ def state_such_that(ros, condition):
     return ros.wait_for_message("twin/payload", PayloadState, such_that=condition)
 
 
+def diagnosis_such_that(ros, condition):
+    """Wait for what the diagnostics say of the payload."""
+    from diagnostic_msgs.msg import DiagnosticArray
+
+    def mine(message):
+        return [s for s in message.status if s.name.endswith("simulator: payload") and condition(s)]
+
+    return mine(ros.wait_for_message("/diagnostics", DiagnosticArray, such_that=mine))[0]
+
+
 def move(ros, positions):
     """Move all joints at full speed."""
     from scara_msgs.srv import MoveJoints
@@ -49,9 +59,11 @@ def test_rated_payload_is_set_mounted_told_and_moved_inside_the_efforts(cell):
     assert (first.told.name, first.mounted.name, first.holding) == ("empty", "empty", False)
     assert list(first.acceleration_percent) == pytest.approx([100.0] * 4)
     assert move(cell, HARD[0]).success
-    for name in ("set", "mount"):
+    for name, level in (("set", 1), ("mount", 0)):
         answer = ask(cell, name, number=4)
         assert answer.success, answer.message
+        status = diagnosis_such_that(cell, lambda s, wanted=level: s.level == wanted)
+        assert ("mounted is PAYLOAD[1] empty" in status.message) == (level == 1)
     state = state_such_that(cell, lambda s: s.told.number == 4 and s.mounted.number == 4)
     assert (state.told.mass, state.told.centre.z) == (6.0, 0.04)
     assert state.name[0] == "joint_1" and 50.0 < state.acceleration_percent[0] < 95.0

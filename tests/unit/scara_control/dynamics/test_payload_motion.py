@@ -24,6 +24,7 @@ from scara_control.joint_motion import JointMotion
 from scara_control.motion.plan import Path as JointPath
 from scara_control.motion.plan import plan_move
 from scara_control.motion.time_scaling import ScaleBounds, TimeBase, advance, motion_at
+from scara_control.trajectory.goal import GoalError, check_efforts, plan_path
 
 CONFIG = Path(__file__).parents[4] / "config"
 ROBOTS = ["fanuc_sr6ia", "fanuc_sr3ia", "articulated_six"]
@@ -255,3 +256,17 @@ def test_unplanned_motion_gets_the_share_that_any_pose_leaves_it(robot: Robot) -
     assert all(0.0 < share <= 1.0 for share in shares)
     if robot.name == "fanuc_sr6ia":
         assert shares[0] == shares[1] < 0.9 and shares[2:] == (1.0, 1.0)
+
+
+def test_goal_that_asks_for_more_than_the_effort_is_refused_with_joint_and_time(
+    sr6ia: Robot,
+) -> None:
+    """Somebody else's plan is not made slower; without the payload it is fine. Table left out."""
+    joints, rest = sr6ia.twin_joints, (-1.64, -2.3, -0.1, 0.3)
+    path = plan_path(joints[:2], rest[:2], [JointMotion((1.64, 2.3), (), (), 0.80)])
+    check_efforts(joints, loaded(sr6ia), path, [0, 1], rest, 0.01)
+    text = r"joint_1 is asked for \d+\.?\d* N m 0\.\d\d s after the start, .* are 285: give it more"
+    with pytest.raises(GoalError, match=text):
+        check_efforts(joints, loaded(sr6ia, rated()), path, [0, 1], rest, 0.01)
+    slower = plan_path(joints[:2], rest[:2], [JointMotion((1.64, 2.3), (), (), 1.6)])
+    check_efforts(joints, loaded(sr6ia, rated()), slower, [0, 1], rest, 0.01)

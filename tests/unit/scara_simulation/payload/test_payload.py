@@ -174,6 +174,9 @@ def test_gripped_part_counts_while_it_is_held() -> None:
         told.tell(EMPTY)
         light = told(list(FROM), still, still)[2]
         assert alone - light == pytest.approx((6.0 - 0.05) * 9.81, rel=1e-6)
+        held[0] = False
+        told.tell(RATED)
+        assert told(list(FROM), still, still)[2] == alone
 
 
 def test_world_with_parts_carries_a_payload_and_its_parts_begin_anew() -> None:

@@ -32,6 +32,7 @@ class ArmModel:
         gravity: float,
         payloads: Sequence[Payload] = (),
         dynamics: Mapping[str, tuple[float, float]] | None = None,
+        beside: ArmModel | None = None,
     ) -> None:
         """Load the URDF at the zero pose.
 
@@ -43,14 +44,16 @@ class ArmModel:
             gravity: [m/s^2], downwards.
             payloads: What hangs at the tool.
             dynamics: Damping and dry friction of joints by name, in place of the URDF's.
+            beside: Another model, whose engine is used too, since one takes 28 MB. It has to be
+                closed after this one.
 
         Raises:
             ConfigError: The URDF cannot be loaded or its movable joints are not ``joints``.
         """
         self._urdf, self._gravity, self.tool_frame = urdf, gravity, tool_frame
         self._names, self._dynamics = tuple(joints), dict(dynamics or {})
-        self._client = -1
-        self._client = pybullet.connect(pybullet.DIRECT)
+        self._client, self._beside = -1, beside
+        self._client = pybullet.connect(pybullet.DIRECT) if beside is None else beside._client
         try:
             self._build(payloads)
         except BaseException:
@@ -68,13 +71,18 @@ class ArmModel:
 
     def close(self) -> None:
         """Free the physics engine."""
-        if self._client >= 0:
+        if self._client >= 0 and self._beside is None:
             pybullet.disconnect(physicsClientId=self._client)
-            self._client = -1
+        self._client = -1
 
     def carry(self, payloads: Sequence[Payload]) -> None:
-        """Hang these at the tool, in place of what hangs there."""
-        pybullet.resetSimulation(physicsClientId=self._client)
+        """Hang these at the tool, in place of what hangs there.
+
+        Whoever shares the engine has to do so right after the one whose engine it is.
+        """
+        # A body that is only removed leaves its inverse dynamics behind, for the next one.
+        if self._beside is None:
+            pybullet.resetSimulation(physicsClientId=self._client)
         self._build(payloads)
 
     def inverse_dynamics(
@@ -107,7 +115,7 @@ class ArmModel:
         return [[rows[row][column] for column in self._order] for row in self._order]
 
     def _build(self, payloads: Sequence[Payload]) -> None:
-        """Fill the engine, which is empty."""
+        """Put the robot into the engine."""
         pybullet.setGravity(0.0, 0.0, -self._gravity, physicsClientId=self._client)
         self._load(payloads)
         self._find_joints()

@@ -14,6 +14,8 @@ from scara_msgs.msg import PayloadState
 
 GRAVITY = 9.81
 """[m/s^2], standard gravity, rounded."""
+_MOST_LOADS = 4
+"""So many are kept ready (our choice: with and without a part, for two payloads)."""
 
 
 class PayloadListener:
@@ -29,17 +31,24 @@ class PayloadListener:
         self, robot: Robot, config: MotionConfig, deliver: Callable[[Load | None], None]
     ) -> None:
         self._robot, self._percent, self._deliver = robot, config.move.effort_percent, deliver
-        self._carried: list[Payload] = []
+        self._carried: tuple[Payload, ...] = ()
+        # A part is gripped and let go all day.
+        self._loads: dict[tuple[Payload, ...], Load] = {}
 
     def __call__(self, message: PayloadState) -> None:
         """Take in a message; nothing is delivered if the load is as before."""
         carried = [_payload(message.told)] + ([_payload(message.part)] if message.holding else [])
-        carried = [payload for payload in carried if payload.mass_kg]
-        if carried != self._carried:
-            self._carried = carried
-            self._deliver(self._load() if carried else None)
+        found = tuple(payload for payload in carried if payload.mass_kg)
+        if found == self._carried:
+            return
+        self._carried = found
+        if found and found not in self._loads:
+            if len(self._loads) >= _MOST_LOADS:
+                self._loads.clear()
+            self._loads[found] = self._load(found)
+        self._deliver(self._loads.get(found))
 
-    def _load(self) -> Load:
+    def _load(self, carried: tuple[Payload, ...]) -> Load:
         # Only here: the engine takes memory, and most cells carry nothing.
         from scara_control.io.arm_model import ArmModel
 
@@ -49,7 +58,7 @@ class PayloadListener:
             [joint.name for joint in joints],
             self._robot.tool_frame,
             gravity=GRAVITY,
-            payloads=self._carried,
+            payloads=carried,
         )
         return load_of(model, joints, self._percent)
 

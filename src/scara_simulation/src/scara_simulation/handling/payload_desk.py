@@ -55,6 +55,12 @@ def part_payload(work: Palletise) -> Payload:
     return Payload(1, "part", kind.mass_kg, (0.0, 0.0, below), (across, across, about))
 
 
+def same_body(one: Payload, other: Payload) -> bool:
+    """Tell whether two payloads weigh and move alike, whatever they are called."""
+    bodies = [(p.mass_kg, p.centre_m, p.inertia_kg_m2) for p in (one, other)]
+    return bodies[0] == bodies[1] or one.mass_kg == other.mass_kg == 0.0
+
+
 def described(payload: Payload) -> str:
     """Return a payload in words."""
     x, y, z = (1e3 * value for value in payload.centre_m)

@@ -46,23 +46,24 @@ class ToldDynamics:
         self._part, self._holding = part, holding
         self._empty = _is_empty(payload, part)
         # Both are ready beforehand, since a grip must not cost time in the loop.
-        self._models = [
-            ArmModel(
+        self._models: list[ArmModel] = []
+        for carried in self._loads(payload):
+            model = ArmModel(
                 urdf or robot.description,
                 [joint.name for joint in robot.twin_joints],
                 robot.tool_frame,
                 gravity=config.gravity_m_s2,
                 payloads=carried,
                 dynamics=config.dynamics,
+                beside=self._models[0] if self._models else None,
             )
-            for carried in self._loads(payload)
-        ]
+            self._models.append(model)
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
-        for model in self._models:
+        for model in reversed(self._models):
             model.close()
 
     def tell(self, payload: Payload) -> None:

@@ -14,6 +14,9 @@ from functools import partial
 import rospy
 from geometry_msgs.msg import Vector3
 from scara_config.payload import Payload, PayloadError
+from scara_ros.diagnosis import Diagnosis, Level
+from scara_ros.nodes.diagnostics import Diagnostics
+from scara_ros.pacing import Pace
 
 from scara_msgs.msg import Payload as PayloadMessage
 from scara_msgs.msg import PayloadState
@@ -25,11 +28,13 @@ from scara_msgs.srv import (
     SetPayloadRequest,
     SetPayloadResponse,
 )
-from scara_simulation.handling.payload_desk import PayloadDesk, described
+from scara_simulation.handling.payload_desk import PayloadDesk, described, same_body
 from scara_simulation.io.handling.part_world import PartWorld
 from scara_simulation.io.real_time_runner import RealTimeRunner
 from scara_simulation.io.told_dynamics import ToldDynamics
 from scara_simulation.io.world import World
+
+DIAGNOSTICS_PERIOD_NS = 1_000_000_000
 
 
 class PayloadPorts:
@@ -50,6 +55,7 @@ class PayloadPorts:
         self._shares = told.unplanned_shares(effort_percent)
         self._state = rospy.Publisher("twin/payload", PayloadState, queue_size=10, latch=True)
         self._shown: bool | None = None
+        self._diagnostics, self._pace = Diagnostics("simulator"), Pace(DIAGNOSTICS_PERIOD_NS)
         self._lock = threading.Lock()
 
     def serve(self, clockwork: RealTimeRunner) -> None:
@@ -60,10 +66,29 @@ class PayloadPorts:
         rospy.Service("twin/payload/mount", SetPayload, partial(self._change, self._mount))
         rospy.Service("twin/payload/list", ListPayloads, self._list)
 
-    def publish(self) -> None:
-        """Publish the state if a part was gripped or let go; call it after each wake."""
+    def publish(self, stamp_ns: int) -> None:
+        """Publish the state if a part was gripped or let go, and each second how that fits.
+
+        Args:
+            stamp_ns: Nominal time of the simulation [ns].
+        """
         if bool(self._held()) != self._shown:
             self._publish()
+        if self._pace.is_due(stamp_ns, (self._desk.told, self._desk.mounted)):
+            stamp = rospy.Time(stamp_ns // 1_000_000_000, stamp_ns % 1_000_000_000)
+            self._diagnostics.publish(self._diagnosis(), stamp=stamp)
+
+    def _diagnosis(self) -> Diagnosis:
+        """Warn while the controller believes in another payload than hangs there."""
+        told, mounted = self._desk.told, self._desk.mounted
+        fits = same_body(told, mounted)
+        text = f"told {described(told)}"
+        return Diagnosis(
+            Level.OK if fits else Level.WARN,
+            f"{rospy.get_name()}: payload",
+            text if fits else f"{text}; mounted is {described(mounted)}: tell what hangs there",
+            {"told [kg]": told.mass_kg, "mounted [kg]": mounted.mass_kg},
+        )
 
     def _held(self) -> str:
         """Return the name of the part that is held."""

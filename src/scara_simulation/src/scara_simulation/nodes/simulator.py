@@ -93,7 +93,8 @@ def main() -> None:
             states.publish(snapshots)
             if parts is not None:
                 parts.publish(snapshots)
-            payload.publish()
+            if snapshots:
+                payload.publish(snapshots[-1].stamp_ns)
             simulation.watched = states.watched()
 
         clockwork = RealTimeRunner(
