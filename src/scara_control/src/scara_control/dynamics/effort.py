@@ -20,7 +20,7 @@ from scara_control.motion.plan import Path
 
 SAMPLES = 96
 """Points of a path at which its effort is looked at (our choice: the largest between two of them
-is at most 1 % of an effort above it on the three robots)."""
+is at most 3 % of an effort above it on the three robots)."""
 _POSES, _POSES_OF_MANY = 7, 5
 """Positions of each joint at which unplanned motion is looked at: of four joints, and of more (our
 choice, as for the gains' stability)."""
