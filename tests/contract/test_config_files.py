@@ -30,6 +30,7 @@ SINGLE: dict[str, str] = {
     "modbus_map.yaml": "scara_config.modbus_map:load_modbus_map",
     "operator_panel.yaml": "operator_panel.config:load_panel",
     "palletise.yaml": "scara_config.palletise:load_palletise",
+    "payloads.yaml": "scara_config.payload:load_payloads",
     "motion.yaml": "scara_control.config:load_motion",
     "persons.yaml": "scara_ros.io.persons:load_persons",
     "robot.yaml": "scara_config.robot:load_robot",

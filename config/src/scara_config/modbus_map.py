@@ -46,6 +46,7 @@ _NEEDED: dict[str, tuple[str, ...]] = {
 _OPTIONAL: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(("program_caller", "alarm_cause", "alarm_severity_text"), ("string",)),
     **dict.fromkeys(("alarm_severity", "alarm_time"), _WHOLE),
+    "payload_mass": ("float32", *_WHOLE),
 }
 # A robot may take set points ahead of their time: then it has all of these, else none. Those that
 # tell of all places hold one value, or one set point, for each.

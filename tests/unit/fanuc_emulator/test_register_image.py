@@ -140,3 +140,10 @@ def test_a_value_outside_its_range_is_refused_and_not_kept(
     with pytest.raises(RegisterError, match=text):
         image.take(offset, words)
     assert held(image) == before
+
+
+def test_payload_that_the_robot_was_told_is_shown(layout: ModbusMap, bench: Bench) -> None:
+    """The plant's, where the map has a register for it."""
+    image = RegisterImage(layout, bench.robot, 2.5)
+    image.show(bench.now)
+    assert at(image, layout, "payload_mass") == (2.5,)

@@ -42,13 +42,14 @@ class RegisterImage:
     Args:
         layout: modbus_map.yaml.
         robot: robot.yaml; a joint stands at the place of its ``axis_number``.
+        payload_kg: What the robot was told that it carries [kg].
 
     Attributes:
         tables: Words by table, each from its lowest register on.
         first: PDU address of the first word of each table.
     """
 
-    def __init__(self, layout: ModbusMap, robot: Robot) -> None:
+    def __init__(self, layout: ModbusMap, robot: Robot, payload_kg: float = 0.0) -> None:
         self._layout = layout
         self._low_first = layout.word_order == "low_first"
         self._axes = [(joint.axis_number - 1, 1.0 / joint.scale) for joint in robot.joints]
@@ -68,6 +69,7 @@ class RegisterImage:
         self._codes = _codes(layout)
         self._put("position_valid", (1,))
         self._put("stream_speed", (100,))
+        self._put("payload_mass", (payload_kg,))
 
     def show(self, snapshot: Snapshot) -> None:
         """Bring all words up to date with ``snapshot``; what is as before is left alone."""

@@ -19,6 +19,7 @@ class MoveConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Joint moves of joint_pose_controller."""
 
     default_speed_percent: SpeedPercent
+    effort_percent: Annotated[float, Meta(ge=20.0, le=100.0)]
     announce: Annotated[float, Meta(ge=0.0, le=2.0)]
     horizon: Annotated[float, Meta(gt=0.0, le=1.0)]
     time_scale_ramp: Annotated[float, Meta(ge=0.1, le=100.0)]

@@ -107,6 +107,17 @@ class JointControl:
         """Let one joint's loops go on with other gains."""
         self.loops[self._index[name]].set_gains(gains)
 
+    def permit(self, shares: Sequence[float]) -> None:
+        """Let each joint have a share of its acceleration, (0, 1], in direct commands."""
+        for loop, share in zip(self.loops, shares, strict=True):
+            loop.permit(share)
+
+    def moving(self, qdot: Sequence[float]) -> list[str]:
+        """Return the joints that do not rest, by what was measured and by what is wanted."""
+        return [
+            loop.model.name for loop, v in zip(self.loops, qdot, strict=True) if loop.is_moving(v)
+        ]
+
     def postpone(self, duration: float) -> None:
         """Let all set points be due ``duration`` [s] later: time stood still that long."""
         for loop in self.loops:

@@ -51,6 +51,7 @@ class JointLoop:
 
     __slots__ = (
         "_behind",
+        "_full",
         "_integral",
         "_last_velocity",
         "_model_based",
@@ -81,7 +82,7 @@ class JointLoop:
 
         With it, paths and friction compensation are used, else plain PID.
         """
-        self.model = model
+        self.model = self._full = model
         self.loop_gains = gains
         self._model_based = model_based
         self.saturated_steps = 0
@@ -152,6 +153,15 @@ class JointLoop:
         self._speed_limit = percent
         if self.mode == "position" and self._path is not None:
             self.command_position(self._target)
+
+    def permit(self, share: float) -> None:
+        """Plan direct commands from now on with a share of the joint's acceleration, (0, 1]."""
+        acceleration = self._full.acceleration * share
+        self.model = msgspec.structs.replace(self._full, acceleration=acceleration)
+
+    def is_moving(self, qdot: float) -> bool:
+        """Tell whether the joint moves, measured or by its set point."""
+        return not abs(qdot) <= self.model.standstill or self._wanted[1] != 0.0
 
     def stop(self) -> None:
         """Come to rest within the joint's acceleration, and hold there.

@@ -311,7 +311,7 @@ def test_wrong_joints_and_links_are_refused():
         World(URDF, ["joint_1", "joint_9"], "tool0", dt=1e-3, gravity=9.81)
     with pytest.raises(ConfigError, match="has no link tool9"):
         World(URDF, JOINTS, "tool9", dt=1e-3, gravity=9.81)
-    with pytest.raises(ConfigError, match=r"missing\.urdf: cannot be loaded by PyBullet"):
+    with pytest.raises(ConfigError, match=r"missing\.urdf: cannot be read"):
         World(URDF.with_name("missing.urdf"), JOINTS, "tool0", dt=1e-3, gravity=9.81)
 
 

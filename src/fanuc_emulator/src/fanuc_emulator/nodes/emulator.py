@@ -213,11 +213,12 @@ def run(
     chance = np.random.default_rng(SEED)
     controller = Controller(config, robot, programs, time.time(), parts, chance, layout.ring_places)
     answers = AnswerTimes(config.plant.answers, np.random.default_rng(SEED))
+    image = RegisterImage(layout, robot, config.plant.payload_kg)
     go_first()
     loop = ServoLoop(controller, config.dt, config.plant.clock.drift_ppm, truth.observe)
     with (
         loop,
-        RobotServer(*address, layout, RegisterImage(layout, robot), loop, answers),
+        RobotServer(*address, layout, image, loop, answers),
     ):
         started = {1: config.stream_program} | {
             number: program.name for number, program in sorted(programs.items())

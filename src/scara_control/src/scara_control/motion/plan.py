@@ -71,11 +71,17 @@ class StraightMove:
 class Path:
     """One or more segments in a row; before the first its start, after the last its end at rest."""
 
-    __slots__ = ("_end", "_segments", "duration")
+    __slots__ = ("_end", "_segments", "duration", "share")
 
-    def __init__(self, segments: Sequence[Segment], end: Sequence[float]) -> None:
-        """Chain ``segments``; ``end`` is where the last one ends, to the last digit."""
+    def __init__(
+        self, segments: Sequence[Segment], end: Sequence[float], share: float = 1.0
+    ) -> None:
+        """Chain ``segments``; ``end`` is where the last one ends, to the last digit.
+
+        ``share`` of the joints' accelerations was given to them.
+        """
         self._segments = tuple(segments)
+        self.share = share
         self._end = JointMotion.at_rest(end)
         self.duration: float = sum(segment.duration for segment in segments)
 
@@ -100,7 +106,11 @@ class Path:
 
 
 def plan_move(
-    joints: Sequence[Joint], start: JointMotion, target: Sequence[float], speed_percent: float
+    joints: Sequence[Joint],
+    start: JointMotion,
+    target: Sequence[float],
+    speed_percent: float,
+    share: float = 1.0,
 ) -> Path:
     """Plan a move that all joints end together; from rest it is a straight line in joint space.
 
@@ -109,6 +119,7 @@ def plan_move(
         start: Any state; what exceeds the limits is braked first.
         target: Joint positions, within the limits.
         speed_percent: Share of the joints' velocities, (0, 100]; accelerations and jerks stay.
+        share: Of the joints' accelerations, (0, 1]; jerks stay.
 
     Raises:
         PlanError: A value is not finite.
@@ -118,16 +129,17 @@ def plan_move(
     """
     _check_finite(start, target)
     if not any(start.qdot) and not any(start.qddot):
-        return Path([_straight_move(joints, start.q, target, speed_percent)], target)
-    trajectory = _calculate(_input(joints, start, target, speed_percent))
+        return Path([_straight_move(joints, start.q, target, speed_percent, share)], target, share)
+    trajectory = _calculate(_input(joints, start, target, speed_percent, share))
     if _within(joints, trajectory, start, target):
-        return Path([trajectory], target)
-    stop = _stop(joints, start)
+        return Path([trajectory], target, share)
+    stop = _stop(joints, start, share)
     rest = tuple(stop.at_time(stop.duration)[0])
-    return Path([stop, _straight_move(joints, rest, target, speed_percent)], target)
+    on = _straight_move(joints, rest, target, speed_percent, share)
+    return Path([stop, on], target, share)
 
 
-def plan_stop(joints: Sequence[Joint], start: JointMotion) -> Path:
+def plan_stop(joints: Sequence[Joint], start: JointMotion, share: float = 1.0) -> Path:
     """Plan the fastest jerk-limited stop of each joint.
 
     Brake harder rather than run beyond a limit.
@@ -135,34 +147,37 @@ def plan_stop(joints: Sequence[Joint], start: JointMotion) -> Path:
     Args:
         joints: Limits.
         start: Any state.
+        share: Of the joints' accelerations, (0, 1]; jerks stay.
 
     Raises:
         PlanError: A value is not finite.
     """
     _check_finite(start, start.q)
-    trajectory = _stop(joints, start)
-    return Path([trajectory], trajectory.at_time(trajectory.duration)[0])
+    trajectory = _stop(joints, start, share)
+    return Path([trajectory], trajectory.at_time(trajectory.duration)[0], share)
 
 
 def _straight_move(
-    joints: Sequence[Joint], start: Vector, target: Sequence[float], speed_percent: float
+    joints: Sequence[Joint],
+    start: Vector,
+    target: Sequence[float],
+    speed_percent: float,
+    share: float,
 ) -> StraightMove:
     """Plan a straight line from rest, as fast as the slowest joint allows at any time."""
     delta = [end - q for q, end in zip(start, target)]
     longest = max(map(abs, delta)) or 1.0
     slope = tuple(d / longest for d in delta)
-    shares = [(joint, abs(d) / longest) for joint, d in zip(joints, delta) if abs(d) > _NO_WAY]
+    parts = [(joint, abs(d) / longest) for joint, d in zip(joints, delta) if abs(d) > _NO_WAY]
     wanted = ruckig.InputParameter(1)
     wanted.current_position, wanted.target_position = [0.0], [max(map(abs, delta))]
     wanted.max_velocity = [
-        min(
-            (joint.velocity * speed_percent / 100.0 / share for joint, share in shares), default=1.0
-        )
+        min((joint.velocity * speed_percent / 100.0 / part for joint, part in parts), default=1.0)
     ]
     wanted.max_acceleration = [
-        min((joint.acceleration / share for joint, share in shares), default=1.0)
+        min((joint.acceleration * share / part for joint, part in parts), default=1.0)
     ]
-    wanted.max_jerk = [min((joint.jerk / share for joint, share in shares), default=1.0)]
+    wanted.max_jerk = [min((joint.jerk / part for joint, part in parts), default=1.0)]
     return StraightMove(start, slope, _calculate(wanted))
 
 
@@ -178,10 +193,10 @@ def _check_finite(start: JointMotion, target: Sequence[float]) -> None:
             raise PlanError(f"no path: {what} = {list(values)}: not finite")
 
 
-def _stop(joints: Sequence[Joint], start: JointMotion) -> ruckig.Trajectory:
+def _stop(joints: Sequence[Joint], start: JointMotion, share: float) -> ruckig.Trajectory:
     """Calculate a stop, as hard as needed to stay within the limits."""
     for harder in _HARDER:
-        wanted = _input(joints, start, start.q, 100.0, harder)
+        wanted = _input(joints, start, start.q, 100.0, share * harder, harder)
         wanted.control_interface = ruckig.ControlInterface.Velocity
         wanted.synchronization = ruckig.Synchronization.No
         trajectory = _calculate(wanted)
@@ -195,9 +210,10 @@ def _input(
     start: JointMotion,
     target: Sequence[float],
     speed_percent: float,
+    share: float,
     harder: float = 1.0,
 ) -> ruckig.InputParameter:
-    """Fill in ruckig's form."""
+    """Fill in ruckig's form; ``share`` is of the accelerations, ``harder`` of the jerks."""
     wanted = ruckig.InputParameter(len(joints))
     wanted.current_position, wanted.current_velocity, wanted.current_acceleration = (
         start.q,
@@ -206,7 +222,7 @@ def _input(
     )
     wanted.target_position = target
     wanted.max_velocity = [joint.velocity * speed_percent / 100.0 for joint in joints]
-    wanted.max_acceleration = [joint.acceleration * harder for joint in joints]
+    wanted.max_acceleration = [joint.acceleration * share for joint in joints]
     wanted.max_jerk = [joint.jerk * harder for joint in joints]
     wanted.synchronization = ruckig.Synchronization.Phase
     return wanted

@@ -14,12 +14,13 @@ from collections.abc import Mapping, Sequence
 from scara_config import Robot
 
 from scara_control.config import MotionConfig
+from scara_control.dynamics.effort import Load
+from scara_control.dynamics.planner import Planner
 from scara_control.joint_motion import JointMotion, Setpoints, Vector
 from scara_control.motion.commands import Command, MotionRefusedError, Ownership, taken_text
 from scara_control.motion.drive import Drive, PathDriver, believed
 from scara_control.motion.feedback import Feedback
 from scara_control.motion.following.stream import Stream
-from scara_control.motion.plan import plan_move, plan_stop
 from scara_control.motion.requests import MoveLedger, Outcome, PoseReport, check_move
 from scara_control.motion.states import State
 from scara_control.motion.time_scaling import SpeedCap
@@ -37,6 +38,7 @@ class PoseController:
         self._config = config
         self._ownership = Ownership("trajectory")
         self._driver = PathDriver(self._joints, config, now)
+        self._planner = Planner(self._joints)
         self._feedback = Feedback(self._joints, config)
         self._setpoint: Vector | None = None
         self._stream = Stream(self._joints, config.follow)
@@ -126,6 +128,10 @@ class PoseController:
             raise MotionRefusedError(self._message)
         self._cap.set(float(percent), now + self._driver.follower.delay)
 
+    def carry(self, load: Load | None) -> None:
+        """Plan from now on for what hangs at the tool; None: nothing."""
+        self._planner.load = load
+
     def look_ahead(self, delay: float, ahead: float = 0.0) -> None:
         """Announce set points for a follower; see :class:`scara_control.motion.drive.Follower`."""
         self._driver.follower = believed(delay, ahead)
@@ -205,10 +211,8 @@ class PoseController:
         if self._paused:
             raise MotionRefusedError("paused: RESUME or STOP first")
         start, go_at = self._start(now)
-        hold = plan_stop(self._joints, start).end
-        path = plan_move(
-            self._joints, start, request.target(self._joints, hold), request.speed_percent
-        )
+        hold = self._planner.stop(start).end
+        path = self._planner.move(start, request.target(self._joints, hold), request.speed_percent)
         self._end_move(f"aborted: replaced by move {self._ledger.move_id + 1}")
         self._begin(self.names, now, is_move=True)
         self._requested = request.speed_percent
@@ -313,7 +317,7 @@ class PoseController:
         if motion is None or not self._commanded:
             self._driver.drive, self._stopping = None, False
         elif not already:
-            self._driver.start(plan_stop(self._joints, motion), self._driver.time, 1.0)
+            self._driver.start(self._planner.stop(motion), self._driver.time, 1.0)
             self._stopping = True
 
     def _end_move(self, why: str) -> None:

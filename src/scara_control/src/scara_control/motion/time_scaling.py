@@ -116,7 +116,8 @@ def advance(
         return TimeBase(base.tau + wanted * dt, wanted)
     rate = _approach(base, wanted, bounds, dt)
     scale = base.scale + 0.5 * (base.rate + rate) * dt
-    low, high = _room(path.at(base.tau + base.scale * dt), max(scale, 0.0), joints)
+    here = path.at(base.tau + base.scale * dt)
+    low, high = _room(here, max(scale, 0.0), joints, path.share)
     rate = min(max(rate, low), high)
     scale = base.scale + 0.5 * (base.rate + rate) * dt
     if abs(wanted - scale) <= _THERE * bounds.jerk * dt * dt and abs(rate) <= bounds.jerk * dt:
@@ -140,13 +141,19 @@ def _approach(base: TimeBase, wanted: float, bounds: ScaleBounds, dt: float) -> 
     return min(max(rate, base.rate - jerk * dt), base.rate + jerk * dt)
 
 
-def _room(planned: JointMotion, scale: float, joints: Sequence[Joint]) -> tuple[float, float]:
-    """Return the rates between which every joint keeps its acceleration; 0 is always allowed."""
+def _room(
+    planned: JointMotion, scale: float, joints: Sequence[Joint], share: float
+) -> tuple[float, float]:
+    """Return the rates between which every joint keeps the share of its acceleration that it got.
+
+    0 is always allowed.
+    """
     low, high = -math.inf, math.inf
     for v, a, joint in zip(planned.qdot, planned.qddot, joints):
         if abs(v) < 1e-12:
             continue
-        first = (-joint.acceleration - a * scale * scale) / v
-        second = (joint.acceleration - a * scale * scale) / v
+        most = joint.acceleration * share
+        first = (-most - a * scale * scale) / v
+        second = (most - a * scale * scale) / v
         low, high = max(low, min(first, second)), min(high, max(first, second))
     return min(low, 0.0), max(high, 0.0)

@@ -4,8 +4,8 @@ Parameters: ``~config_dir`` (robot.yaml, motion.yaml; default: the package scara
 Services: ``joint_pose_controller/move`` (scara_msgs/MoveJoints).
 Subscribes: ``joint_pose_controller/target`` (JointState), ``joint_pose_controller/follow``
 (JointTrajectory), ``joint_pose_controller/speed_limit_percent`` (Float64), ``motion_command``,
-``twin/joint_states``, ``twin/controller_modes``, ``twin_controller/state`` (how late the real robot
-follows, if there is a twin controller).
+``twin/joint_states``, ``twin/controller_modes``, ``twin/payload`` (what motion is planned for),
+``twin_controller/state`` (how late the real robot follows, if there is a twin controller).
 Publishes: ``twin/joint_setpoints`` (JointTrajectory), ``joint_pose_controller/state``
 (scara_msgs/MotionState).
 """
@@ -27,6 +27,7 @@ from std_msgs.msg import Float64, String
 from trajectory_msgs.msg import JointTrajectory
 
 from scara_control.config import MotionConfig
+from scara_control.dynamics.effort import Load
 from scara_control.errors import ScaraControlError
 from scara_control.joint_motion import JointMotion
 from scara_control.motion.commands import Command, CommandInbox, parse_modes
@@ -34,6 +35,7 @@ from scara_control.motion.epoch import Epoch
 from scara_control.motion.pose_control import PoseController
 from scara_control.motion.requests import Outcome
 from scara_control.nodes.idle import Attention, IdleWait
+from scara_control.nodes.payload_listener import PayloadListener
 from scara_control.nodes.setpoint_messages import due_times, to_message, to_setpoints
 from scara_control.nodes.wiring import (
     Guard,
@@ -44,7 +46,7 @@ from scara_control.nodes.wiring import (
     subscribe,
     subscribe_attentively,
 )
-from scara_msgs.msg import MotionCommand, MotionState, TwinControllerState
+from scara_msgs.msg import MotionCommand, MotionState, PayloadState, TwinControllerState
 from scara_msgs.srv import MoveJoints, MoveJointsResponse
 
 _LOG_PERIOD = 1.0
@@ -87,6 +89,8 @@ class JointPoseController:
             guard,
             queue_size=10,
         )
+        self._payload = PayloadListener(robot, config, self._carry)
+        subscribe("twin/payload", PayloadState, self._payload, guard, queue_size=10)
         self._delays = Attention(self._is_idle)
         subscribe_attentively(
             "twin_controller/state", TwinControllerState, self._on_mode, guard, self._delays
@@ -173,6 +177,10 @@ class JointPoseController:
             except ScaraControlError as error:
                 rospy.logwarn("%s", error)
             self._settle(self._clock.now())
+
+    def _carry(self, load: Load | None) -> None:
+        with self._lock:
+            self._core.carry(load)
 
     def _on_mode(self, message: TwinControllerState) -> None:
         with self._lock:

@@ -3,8 +3,8 @@
 Parameters: ``~config_dir`` (robot.yaml, motion.yaml; default: the package scara_config).
 Subscribes: ``joint_vel_controller/command`` (control_msgs/JointJog),
 ``joint_pose_controller/speed_limit_percent`` (the cap of all motion), ``motion_command``,
-``twin/joint_states``, ``twin/controller_modes``; ``twin_controller/state``, if jogs wait for the
-real robot (motion.yaml).
+``twin/joint_states``, ``twin/controller_modes``, ``twin/payload`` (the accelerations it leaves);
+``twin_controller/state``, if jogs wait for the real robot (motion.yaml).
 Publishes: ``twin/<joint>_velocity_controller/command`` (Float64), ``joint_vel_controller/state``
 (String, latched), ``joint_vel_controller/ahead`` (trajectory_msgs/JointTrajectory) while a jog
 waits for the real robot.
@@ -32,7 +32,7 @@ from scara_control.motion.jogging.jog import TRIM, JogController
 from scara_control.nodes.idle import IdleWait
 from scara_control.nodes.setpoint_messages import to_message
 from scara_control.nodes.wiring import Guard, JointStateReader, MotionClock, start_node, subscribe
-from scara_msgs.msg import MotionCommand, TwinControllerState
+from scara_msgs.msg import MotionCommand, PayloadState, TwinControllerState
 
 _LOG_PERIOD = 1.0
 FOLLOWED = (
@@ -80,6 +80,7 @@ class JointVelController:
         subscribe("twin/controller_modes", String, self._on_modes, guard, queue_size=10)
         subscribe("motion_command", MotionCommand, self._on_command, guard, queue_size=20)
         subscribe("joint_vel_controller/command", JointJog, self._on_jog, guard)
+        subscribe("twin/payload", PayloadState, self._on_payload, guard, queue_size=10)
         subscribe(
             "joint_pose_controller/speed_limit_percent",
             Float64,
@@ -150,6 +151,11 @@ class JointVelController:
         follows = message.mode in FOLLOWED
         with self._lock:
             self._core.wait_for(message.follower_lag + self._announce if follows else 0.0)
+
+    def _on_payload(self, message: PayloadState) -> None:
+        percents = zip(message.name, message.acceleration_percent)
+        with self._lock:
+            self._core.permit({name: percent / 100.0 for name, percent in percents})
 
     def _on_speed_limit(self, message: Float64) -> None:
         with self._lock:

@@ -7,7 +7,7 @@ Action: ``joint_trajectory_action``; a plain actionlib client is enough. A goal 
 reason, or accepted and streamed to ``joint_pose_controller/follow``; a newer goal replaces a
 running one, which ramps down on its path first.
 Subscribes: ``twin/joint_states``, ``joint_pose_controller/state``, ``motion_command``,
-``twin_controller/state`` (if there is a twin controller). Publishes:
+``twin/payload``, ``twin_controller/state`` (if there is a twin controller). Publishes:
 ``joint_pose_controller/follow`` (JointTrajectory).
 """
 
@@ -29,10 +29,12 @@ from control_msgs.msg import (
     FollowJointTrajectoryResult,
 )
 from scara_control.config import MotionConfig
+from scara_control.dynamics.effort import Load
 from scara_control.joint_motion import JointMotion
 from scara_control.motion.commands import Command, CommandInbox, MotionRefusedError
 from scara_control.motion.epoch import Epoch
 from scara_control.nodes.idle import Attention, IdleWait
+from scara_control.nodes.payload_listener import PayloadListener
 from scara_control.nodes.setpoint_messages import to_message, to_motion, to_point
 from scara_control.nodes.wiring import (
     Guard,
@@ -45,7 +47,7 @@ from scara_control.nodes.wiring import (
 from scara_control.trajectory.execution import Ended, Feedback
 from scara_control.trajectory.goal import Code, Goal, GoalError
 from scara_control.trajectory.goal_queue import GoalQueue
-from scara_msgs.msg import MotionCommand, MotionState, TwinControllerState
+from scara_msgs.msg import MotionCommand, MotionState, PayloadState, TwinControllerState
 
 _NAME = "trajectory_server"
 _ACTION = "joint_trajectory_action"
@@ -80,6 +82,8 @@ class TrajectoryServer:
         subscribe_attentively(
             "twin_controller/state", TwinControllerState, self._on_mode, guard, self._modes
         )
+        self._payload = PayloadListener(robot, config, self._carry)
+        subscribe("twin/payload", PayloadState, self._payload, guard, queue_size=10)
         goal, cancel = guard(self._on_goal), guard(self._on_cancel)
         self._server = actionlib.ActionServer(
             _ACTION, FollowJointTrajectoryAction, goal, cancel, auto_start=False
@@ -92,6 +96,10 @@ class TrajectoryServer:
 
     def _is_idle(self) -> bool:
         return self._desk.is_idle
+
+    def _carry(self, load: Load | None) -> None:
+        with self._lock:
+            self._desk.carry(load)
 
     def _tick(self, now: float) -> None:
         with self._lock:

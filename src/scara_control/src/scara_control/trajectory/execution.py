@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from scara_config import Joint
 
 from scara_control.config import MotionConfig, in_si
+from scara_control.dynamics.effort import Load
 from scara_control.joint_motion import JointMotion, Setpoints
 from scara_control.motion.drive import ALONE, Drive, Follower
 from scara_control.motion.time_scaling import ScaleBounds, SpeedCap, TimeBase
@@ -18,6 +19,7 @@ from scara_control.trajectory.goal import (
     Code,
     Goal,
     GoalError,
+    check_efforts,
     check_goal_size,
     check_way,
     named_joints,
@@ -60,6 +62,7 @@ class Execution:
         measured: JointMotion,
         now: float,
         follower: Follower = ALONE,
+        load: Load | None = None,
     ) -> None:
         """Check the goal and plan it.
 
@@ -70,6 +73,7 @@ class Execution:
             measured: All joints, fresh.
             now: [s]
             follower: Who is to do the same.
+            load: The arm with its payload; None: it carries nothing.
 
         Raises:
             GoalError: It cannot be followed; the text says why.
@@ -82,6 +86,8 @@ class Execution:
         there = tuple(measured.q[column] for column in self._columns)
         self._path = plan_path(self._joints, there, goal.points)
         self.peak_percent = check_way(self._joints, self._path, config.period)
+        if load is not None:
+            check_efforts(joints, load, self._path, self._columns, measured.q, config.period)
         own = config.trajectory
         self._on_path = tolerances(
             self._joints,

@@ -11,6 +11,7 @@ from itertools import pairwise
 from scara_config import Joint
 
 from scara_control.config import TrajectoryConfig, in_si
+from scara_control.dynamics.effort import Load
 from scara_control.errors import ScaraControlError
 from scara_control.joint_motion import JointMotion, Vector
 from scara_control.joint_track import JointTrack
@@ -186,6 +187,47 @@ def check_way(joints: Sequence[Joint], path: Path, step: float) -> float:
             _check_range(joint, "/s^2", a, -joint.acceleration, joint.acceleration, tau)
             peak = max(peak, 100.0 * abs(v) / joint.velocity)
     return peak
+
+
+def check_efforts(
+    joints: Sequence[Joint],
+    load: Load,
+    path: Path,
+    columns: Sequence[int],
+    rest: Vector,
+    step: float,
+) -> None:
+    """Refuse a path that asks a joint for more than its effort, with what hangs at the tool.
+
+    Args:
+        joints: All joints of the twin.
+        load: The arm with its payload.
+        path: Of the joints ``columns``.
+        columns: Their places among all joints.
+        rest: Where all joints are; the others stay there [rad] or [m].
+        step: Its motion is looked at this often [s].
+
+    Raises:
+        GoalError: Joint, effort, limit and time are named.
+    """
+    zeros = [0.0] * len(joints)
+    for k in range(math.ceil(path.duration / step) + 1):
+        tau = min(k * step, path.duration)
+        motion, q, qdot, qddot = path.at(tau), list(rest), list(zeros), list(zeros)
+        for place, column in enumerate(columns):
+            q[column], qdot[column] = motion.q[place], motion.qdot[place]
+            qddot[column] = motion.qddot[place]
+        shares = load.shares(JointMotion(tuple(q), tuple(qdot), tuple(qddot)))
+        for joint, share, most in zip(joints, shares, load.permitted):
+            if share > 1.0 + _MARGIN:
+                unit = "N m" if joint.si_unit == "rad" else "N"
+                raise GoalError(
+                    Code.INVALID_GOAL,
+                    (
+                        f"{joint.name} is asked for {share * most:.4g} {unit} {tau:.2f} s after "
+                        f"the start, allowed with this payload are {most:.4g}: give it more time"
+                    ),
+                )
 
 
 def _check_range(joint: Joint, per: str, value: float, low: float, high: float, tau: float) -> None:

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from scara_config import Joint
 
 from scara_control.config import MotionConfig
+from scara_control.dynamics.effort import Load
 from scara_control.joint_motion import JointMotion, Setpoints
 from scara_control.motion.commands import Command
 from scara_control.motion.drive import Follower, believed
@@ -85,6 +86,7 @@ class GoalQueue:
         self._mode, self._why, self._mode_at = "", "", -float("inf")
         self._others_only = ""
         self._follower = Follower()
+        self._load: Load | None = None
         self._quiet_until = -float("inf")
         self._running: _Running | None = None
         self._waiting: tuple[Hashable, Goal, float] | None = None
@@ -111,6 +113,10 @@ class GoalQueue:
         See :class:`scara_control.motion.drive.Follower`.
         """
         self._follower = believed(delay, ahead)
+
+    def carry(self, load: Load | None) -> None:
+        """Judge coming goals for what hangs at the tool; None: nothing."""
+        self._load = load
 
     def hear_mode(self, mode: str, why: str, now: float, others_only: str = "") -> None:
         """Take in the twin controller's mode.
@@ -278,7 +284,9 @@ class GoalQueue:
             raise GoalError(
                 Code.INVALID_GOAL, "no fresh twin/joint_states: where the joints are is not known"
             )
-        return Execution(self._joints, goal, self._config, measured, now, self._follower)
+        return Execution(
+            self._joints, goal, self._config, measured, now, self._follower, self._load
+        )
 
     def _judge_mode(self, now: float) -> None:
         """Refuse while the twin controller does something else, or would stop the motion."""

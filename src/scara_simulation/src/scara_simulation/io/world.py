@@ -5,18 +5,17 @@ The same inputs give bitwise the same states, in every process on the same machi
 
 from __future__ import annotations
 
-import xml.etree.ElementTree as ElementTree
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Self
 
 import pybullet
-from scara_config import ConfigError
+from scara_config.payload import Payload
+from scara_control.io.arm_model import ArmModel
 
 State = tuple[list[float], list[float]]
 
 
-class World:
+class World(ArmModel):
     """The cell of a URDF under gravity. A context manager; close it to free the physics engine."""
 
     def __init__(
@@ -28,6 +27,7 @@ class World:
         dt: float,
         gravity: float,
         dynamics: Mapping[str, tuple[float, float]] | None = None,
+        mounted: Payload | None = None,
     ) -> None:
         """Load the URDF at the zero pose.
 
@@ -40,35 +40,29 @@ class World:
             dt: Time step [s].
             gravity: [m/s^2], downwards.
             dynamics: Damping and dry friction of joints by name, in place of the URDF's.
+            mounted: What truly hangs at the tool, whatever the controller is told; None: nothing.
 
         Raises:
             ConfigError: The URDF cannot be loaded or its movable joints are not ``joints``.
         """
-        self._urdf, self._dt, self._gravity = urdf, dt, gravity
-        self._client: int = pybullet.connect(pybullet.DIRECT)
-        try:
-            self._load()
-            self._find_joints(joints, dynamics or {})
-            self._prepare_dynamics()
-            self._prepare_collisions(tool_frame)
-            self._furnish()
-            self._fresh: int = pybullet.saveState(physicsClientId=self._client)
-        except BaseException:
-            self.close()
-            raise
-        self.tool_frame = tool_frame
+        self._dt = dt
+        super().__init__(
+            urdf,
+            joints,
+            tool_frame,
+            gravity=gravity,
+            payloads=[mounted] if mounted else [],
+            dynamics=dynamics,
+        )
 
-    def __enter__(self) -> Self:
-        return self
+    def mount(self, payload: Payload) -> None:
+        """Hang another payload at the tool; the joints stay where they are, at rest.
 
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
-    def close(self) -> None:
-        """Free the physics engine."""
-        if self._client >= 0:
-            pybullet.disconnect(physicsClientId=self._client)
-            self._client = -1
+        All else in the world begins anew.
+        """
+        positions = self.read()[0]
+        self.carry([payload])
+        self.reset(positions)
 
     def read(self) -> State:
         """Return positions and velocities.
@@ -97,35 +91,6 @@ class World:
         ):
             pybullet.resetJointState(self._body, index, q, qdot, physicsClientId=self._client)
 
-    def inverse_dynamics(
-        self, q: Sequence[float], qdot: Sequence[float], qddot: Sequence[float]
-    ) -> Sequence[float]:
-        """Return the efforts for that motion.
-
-        Inertia, velocity coupling and gravity, without damping and friction.
-        """
-        if self._in_order:
-            # By name: the fifth place is that of the flags.
-            in_order: Sequence[float] = pybullet.calculateInverseDynamics(
-                self._body, q, qdot, qddot, physicsClientId=self._client
-            )
-            return in_order
-        efforts: Sequence[float] = pybullet.calculateInverseDynamics(
-            self._body,
-            [q[k] for k in self._tree],
-            [qdot[k] for k in self._tree],
-            [qddot[k] for k in self._tree],
-            physicsClientId=self._client,
-        )
-        return [efforts[k] for k in self._order]
-
-    def mass_matrix(self, q: Sequence[float]) -> list[list[float]]:
-        """Return the joint-space inertia at ``q``, shape (n, n): [kg m^2], prismatic [kg]."""
-        rows = pybullet.calculateMassMatrix(
-            self._body, [q[k] for k in self._tree], physicsClientId=self._client
-        )
-        return [[rows[row][column] for column in self._order] for row in self._order]
-
     def link_position(self, link: str) -> tuple[float, float, float]:
         """Return the origin of a link's frame in the world [m]."""
         state = pybullet.getLinkState(
@@ -141,59 +106,25 @@ class World:
         """Return how many contact points the arm has with what stands around it."""
         return len(pybullet.getContactPoints(bodyA=self._body, physicsClientId=self._client))
 
-    def _load(self) -> None:
-        client = self._client
-        pybullet.setTimeStep(self._dt, physicsClientId=client)
-        pybullet.setGravity(0.0, 0.0, -self._gravity, physicsClientId=client)
+    def _description(self, payloads: Sequence[Payload]) -> str:
+        return self._description_with_shapes(payloads)
+
+    def _build(self, payloads: Sequence[Payload]) -> None:
+        pybullet.setTimeStep(self._dt, physicsClientId=self._client)
         pybullet.setPhysicsEngineParameter(
-            deterministicOverlappingPairs=1, numSubSteps=1, physicsClientId=client
+            deterministicOverlappingPairs=1, numSubSteps=1, physicsClientId=self._client
         )
-        # Without the last flag a cylinder is a hull that is 1 mm too large all around.
-        flags = (
-            pybullet.URDF_USE_SELF_COLLISION
-            | pybullet.URDF_USE_INERTIA_FROM_FILE
-            | pybullet.URDF_USE_IMPLICIT_CYLINDER
-        )
-        try:
-            self._body: int = pybullet.loadURDF(
-                str(self._urdf), useFixedBase=True, flags=flags, physicsClientId=client
-            )
-        except pybullet.error as error:
-            raise ConfigError(f"{self._urdf}: cannot be loaded by PyBullet: {error}") from error
-        count = pybullet.getNumJoints(self._body, physicsClientId=client)
-        self._infos: list[Any] = [
-            pybullet.getJointInfo(self._body, k, physicsClientId=client) for k in range(count)
-        ]
-        self._links = {info[12].decode(): info[0] for info in self._infos}
-
-    def _find_joints(
-        self, joints: Sequence[str], dynamics: Mapping[str, tuple[float, float]]
-    ) -> None:
-        """Find the joints' indices, damping and friction.
-
-        Find their order, too, in the engine's own tree.
-        """
-        movable = {
-            info[1].decode(): info for info in self._infos if info[2] != pybullet.JOINT_FIXED
-        }
-        if sorted(movable) != sorted(joints):
-            raise ConfigError(
-                f"{self._urdf}: movable joints are {', '.join(movable)}; robot.yaml moves "
-                f"{', '.join(joints)}"
-            )
-        self._joints = [movable[name][0] for name in joints]
-        chosen = [dynamics.get(name, (movable[name][6], movable[name][7])) for name in joints]
-        self.damping, self.friction = [entry[0] for entry in chosen], [entry[1] for entry in chosen]
-        self._tree = sorted(range(len(joints)), key=lambda k: movable[joints[k]][0])
-        self._order = [self._tree.index(k) for k in range(len(joints))]
-        self._in_order = self._tree == list(range(len(joints)))
+        super()._build(payloads)
+        self._prepare_dynamics()
+        self._prepare_collisions()
+        self._furnish()
+        self._fresh: int = pybullet.saveState(physicsClientId=self._client)
 
     def _prepare_dynamics(self) -> None:
         """Remove what PyBullet adds of its own.
 
         Turn its default motors into the URDF's dry friction.
         """
-        massless = _links_without_inertia(self._urdf)
         for index in range(-1, len(self._infos)):
             pybullet.changeDynamics(
                 self._body,
@@ -202,16 +133,6 @@ class World:
                 angularDamping=0.0,
                 physicsClientId=self._client,
             )
-            if index >= 0 and self._infos[index][12].decode() in massless:
-                # PyBullet makes such a link 1 kg. A call of its own: together with a damping the
-                # mass is ignored.
-                pybullet.changeDynamics(
-                    self._body,
-                    index,
-                    mass=0.0,
-                    localInertiaDiagonal=[0.0, 0.0, 0.0],
-                    physicsClientId=self._client,
-                )
         for index, damping in zip(self._joints, self.damping):
             pybullet.changeDynamics(
                 self._body, index, jointDamping=damping, physicsClientId=self._client
@@ -225,12 +146,10 @@ class World:
             physicsClientId=self._client,
         )
 
-    def _prepare_collisions(self, tool_frame: str) -> None:
+    def _prepare_collisions(self) -> None:
         """Let only the arm's moving links and what stands around it collide."""
-        if tool_frame not in self._links:
-            raise ConfigError(f"{self._urdf}: has no link {tool_frame}")
         arm: set[int] = set()
-        index = self._links[tool_frame]
+        index = self._links[self.tool_frame]
         while index >= 0:
             arm.add(index)
             index = self._infos[index][16]
@@ -249,12 +168,3 @@ class World:
 
     def _furnish(self) -> None:
         """Add what else is in the world; here nothing."""
-
-
-def _links_without_inertia(urdf: Path) -> set[str]:
-    """Return the links that a URDF gives no mass."""
-    return {
-        link.get("name", "")
-        for link in ElementTree.parse(urdf).getroot().iter("link")
-        if link.find("inertial") is None
-    }

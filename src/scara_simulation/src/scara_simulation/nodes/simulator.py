@@ -5,7 +5,8 @@ as possible; other than 1 needs ``~publish_clock``), ``~publish_clock`` (false).
 Topics out: ``twin/joint_states``, ``twin/<joint>_position_controller/state``,
 ``twin/<joint>_velocity_controller/state`` (of the loop that is closed; as ``.../state_each_step``
 for each physics step while somebody listens), ``twin/controller_modes``, ``/diagnostics``,
-``/clock`` on request; tuning: see tuning_ports; ``twin/parts``, ``twin/gripper``,
+``/clock`` on request; tuning: see tuning_ports; what the tool carries: see payload_ports;
+``twin/parts``, ``twin/gripper``,
 ``twin/part_events`` and the service ``gripper`` if there is work (palletise.yaml): see parts_ports.
 Topics in: ``twin/joint_setpoints``, ``twin/<joint>_position_controller/command``,
 ``twin/<joint>_velocity_controller/command`` (ends if nobody repeats it), ``motion_command``,
@@ -21,11 +22,14 @@ import math
 import sys
 import time
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 import rospy
 from scara_config import ConfigError, Robot, load_robot
 from scara_config.palletise import Palletise, find_palletise
+from scara_config.payload import Payload, load_payloads
+from scara_control.config import load_motion
 from scara_ros.io.scheduling import go_first
 from scara_ros.memory import keep_for_good
 from scara_ros.nodes.starting import become_node, until_shutdown
@@ -39,12 +43,15 @@ from scara_simulation.config import (
     load_gains,
     load_simulation,
 )
+from scara_simulation.handling.payload_desk import PayloadDesk, part_payload
 from scara_simulation.io.handling.part_world import PartWorld
 from scara_simulation.io.real_time_runner import RealTimeRunner
+from scara_simulation.io.told_dynamics import ToldDynamics
 from scara_simulation.io.world import World
-from scara_simulation.joint_control import InverseDynamics, JointControl
+from scara_simulation.joint_control import JointControl
 from scara_simulation.joint_model import joint_models
 from scara_simulation.nodes.parts_ports import PartsPorts
+from scara_simulation.nodes.payload_ports import PayloadPorts
 from scara_simulation.nodes.simulator_diagnostics import DiagnosticsPort
 from scara_simulation.nodes.simulator_ports import CommandPorts, StatePorts
 from scara_simulation.nodes.tuning_ports import TuningPorts
@@ -63,25 +70,31 @@ def main() -> None:
         factor, publish_clock = _speed()
         names = [joint.name for joint in robot.twin_joints]
         work = find_palletise(directory)
-        world = _world(robot, config, work)
+        carried = PayloadDesk(load_payloads(directory))
+        effort_percent = load_motion(directory).move.effort_percent
+        world = _world(robot, config, work, carried.mounted)
         tuning = _tuning(world, robot, config, gains, gains_path(directory))
     except ConfigError as error:
         rospy.logfatal("%s", error)
         sys.exit(2)
-    with world:
+    part = part_payload(work) if work else None
+    told = ToldDynamics(robot, config, carried.told, part, partial(_holds_part, world))
+    with world, told:
         states = StatePorts(names, config.dt, publish_clock=publish_clock)
-        simulation = _simulation(world, robot, config, gains)
-
+        simulation = _simulation(world, robot, config, gains, told)
         parts = (
             PartsPorts(world, work, robot.base_frame)
             if work and isinstance(world, PartWorld)
             else None
         )
+        payload = PayloadPorts(carried, part, names, world, told, effort_percent)
 
         def publish(snapshots: Sequence[Snapshot]) -> None:
             states.publish(snapshots)
             if parts is not None:
                 parts.publish(snapshots)
+            if snapshots:
+                payload.publish(snapshots[-1].stamp_ns)
             simulation.watched = states.watched()
 
         clockwork = RealTimeRunner(
@@ -95,6 +108,7 @@ def main() -> None:
         desk = CommandDesk(simulation.control, CommandGate(robot, config), config)
         CommandPorts(names, clockwork, desk, states)
         TuningPorts(names, clockwork, tuning, gains_path(directory))
+        payload.serve(clockwork)
         if parts is not None:
             parts.serve(clockwork)
         _run(clockwork)
@@ -136,7 +150,13 @@ def _speed() -> tuple[float, bool]:
     return float(factor), publish_clock
 
 
-def _world(robot: Robot, config: SimulationConfig, work: Palletise | None) -> World:
+def _holds_part(world: World) -> bool:
+    return isinstance(world, PartWorld) and bool(world.suction.held)
+
+
+def _world(
+    robot: Robot, config: SimulationConfig, work: Palletise | None, mounted: Payload
+) -> World:
     """Load the cell, with parts if there is work for it."""
     urdf, names = robot.description, [joint.name for joint in robot.twin_joints]
     if work is None:
@@ -147,6 +167,7 @@ def _world(robot: Robot, config: SimulationConfig, work: Palletise | None) -> Wo
             dt=config.dt,
             gravity=config.gravity_m_s2,
             dynamics=config.dynamics,
+            mounted=mounted,
         )
     return PartWorld(
         urdf,
@@ -155,6 +176,7 @@ def _world(robot: Robot, config: SimulationConfig, work: Palletise | None) -> Wo
         dt=config.dt,
         gravity=config.gravity_m_s2,
         dynamics=config.dynamics,
+        mounted=mounted,
         work=work,
     )
 
@@ -182,23 +204,12 @@ def _tuning(
         raise ConfigError(f"{file}: {error}") from error
 
 
-def _inverse_dynamics(world: World, config: SimulationConfig) -> InverseDynamics | None:
-    """Return the model of the feed-forward, with masses that may be wrong on purpose.
-
-    None without feed-forward.
-    """
-    if not config.feed_forward:
-        return None
-    factor = config.model_mass_factor
-    if factor == 1.0:
-        return world.inverse_dynamics
-    return lambda q, qdot, qddot: [
-        factor * effort for effort in world.inverse_dynamics(q, qdot, qddot)
-    ]
-
-
 def _simulation(
-    world: World, robot: Robot, config: SimulationConfig, gains: list[LoopGains]
+    world: World,
+    robot: Robot,
+    config: SimulationConfig,
+    gains: list[LoopGains],
+    told: ToldDynamics,
 ) -> Simulation:
     """Put world, control and the nominal time axis together; the axis begins now."""
     start = robot.home_positions
@@ -207,7 +218,7 @@ def _simulation(
         gains,
         start,
         config.dt,
-        _inverse_dynamics(world, config),
+        told if config.feed_forward else None,
         config.tracking_bandwidth_rad_s,
     )
     timing = Timing(

@@ -60,6 +60,7 @@ class JogController:
         self._time = self._deadline = now
         self._estopped = False
         self._limit = 100.0
+        self._shares = {joint.name: 1.0 for joint in self._joints}
         self._message = ""
         # A jog begins so much later than it was asked for [s]; what is told later waits as long.
         self._follower = self._waits = 0.0
@@ -71,6 +72,10 @@ class JogController:
         The robot is told at once where the twin is going to be, so both move together.
         """
         self._follower = delay
+
+    def permit(self, shares: Mapping[str, float]) -> None:
+        """Ramp from now on with shares of the joints' accelerations, (0, 1]; a payload's doing."""
+        self._shares.update({name: v for name, v in shares.items() if name in self._shares})
 
     def measure(self, measured: JointMotion) -> None:
         """Take in what the joints were measured to do."""
@@ -284,14 +289,15 @@ class JogController:
         """
         velocity, wanted = self._velocity[joint.name], self._wanted.get(joint.name, 0.0)
         wanted = math.copysign(min(abs(wanted), self._capped(joint)), wanted)
+        acceleration = joint.acceleration * self._shares[joint.name]
         measured = self._feedback.measured
         if wanted and measured is not None:
             q = measured.extrapolated(now)[self._columns[joint.name]]
             q += self._queue.travel(joint.name, now)
-            counted_on = joint.acceleration * self._config.jog.braking_percent / 100.0
+            counted_on = acceleration * self._config.jog.braking_percent / 100.0
             fastest = braking_speed(joint, q, wanted, counted_on, self._config.jog.reaction)
             wanted = math.copysign(min(abs(wanted), fastest), wanted)
         # A robot that is told ahead of time should be able to do what it is told.
         ramp = self._config.jog.waiting_ramp_percent if self._waits else 100.0
-        change = joint.acceleration * ramp / 100.0 * dt
+        change = acceleration * ramp / 100.0 * dt
         return min(max(wanted, velocity - change), velocity + change)

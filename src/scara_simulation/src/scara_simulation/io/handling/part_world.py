@@ -13,6 +13,7 @@ from pathlib import Path
 import msgspec
 from scara_config import ConfigError
 from scara_config.palletise import MM, Palletise
+from scara_config.payload import Payload
 
 from scara_msgs.msg import PartEvent
 from scara_simulation.handling.ledger import Happening, Ledger, PartView
@@ -72,11 +73,14 @@ class PartWorld(World):
         gravity: float,
         work: Palletise,
         dynamics: Mapping[str, tuple[float, float]] | None = None,
+        mounted: Payload | None = None,
     ) -> None:
         self._work, self._tool = work, tool_frame
         self.happened: deque[tuple[int, Happening]] = deque()
         """Step and event, until somebody takes them."""
-        super().__init__(urdf, joints, tool_frame, dt=dt, gravity=gravity, dynamics=dynamics)
+        super().__init__(
+            urdf, joints, tool_frame, dt=dt, gravity=gravity, dynamics=dynamics, mounted=mounted
+        )
 
     def _furnish(self) -> None:
         """Add the parts."""

@@ -1,0 +1,1 @@
+"""The physics engine as a model of the arm."""
