@@ -392,6 +392,18 @@ def test_an_error_of_the_owner_ends_the_link_and_is_kept(
     assert "the link died" in owner.changes[1][1]
 
 
+def test_nothing_is_asked_between_the_state_and_the_sample(robot: Robot) -> None:
+    """Signals (function 2) come before the state (3): the follower does not wait for them."""
+    last: list[int] = []
+
+    def take(*_: object) -> None:
+        last.append(next(each for each in reversed(robot.asked) if each in (2, 3)))
+
+    with ModbusLink(ModbusSettings("127.0.0.1", robot.port), LAYOUT, ROBOT, take, lambda *_: None):
+        wait_until(lambda: len(last) >= 10)
+    assert set(last) == {3} and 2 in robot.asked
+
+
 @pytest.mark.parametrize(("delay", "share"), [(0.0, 1.0), (0.03, 0.5)])
 def test_on_a_slow_line_the_signals_are_read_in_every_other_cycle(
     robot: Robot, owner: Owner, delay: float, share: float
