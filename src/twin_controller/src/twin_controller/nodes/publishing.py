@@ -19,7 +19,7 @@ from scara_msgs.msg import Audit, LinkState, RobotData, TwinControllerState
 from scara_msgs.msg import Decision as DecisionMessage
 from twin_controller.core.actions import Decided
 from twin_controller.core.authority.control import Control
-from twin_controller.core.events import RealMeasured
+from twin_controller.core.events import RealMeasured, Tick
 from twin_controller.core.lead.commands.allowed import refusals
 from twin_controller.core.setup import Setup
 from twin_controller.core.state import CoreState
@@ -90,6 +90,9 @@ class Publishing:
             state, now, stamp = newest.state, newest.now, newest.stamp
             events = [event for batch in batches for event in batch.events]
             self._inputs.publish(events, state, stamp, lost)
+            for event in events:
+                if isinstance(event, Tick) and event.stood and not event.own_gap:
+                    rospy.logwarn("this machine stood still for %.2f s", event.stood)
             for decision in (each for batch in batches for each in batch.decided):
                 self._decisions.publish(_decision(decision, stamp))
                 rospy.loginfo(
