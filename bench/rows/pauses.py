@@ -13,7 +13,11 @@ from harness.plants.variants import IDEAL, Variant
 from bench.record import Beside, Goal, Record
 from bench.room import Room
 
-ROBOT, SPEED_PERCENT, REACH_PERCENT = "fanuc_sr6ia", 100.0, 5.0
+ROBOT, SPEED_PERCENT = "fanuc_sr6ia", 100.0
+ARTICLE = Goal("ours", 5.0)
+"""The article's path error [percent of reach]."""
+UNSEEN = Goal("ratio", 1.2)
+"""A robot that has its set points ahead of their time goes on by them; our choice."""
 SHORT_MS, LONG_MS = 20, 50
 PHASES_S = (0.9, 1.1, 1.3)
 """When the first pause begins: another part of the motion each time."""
@@ -21,15 +25,15 @@ PHASES_S = (0.9, 1.1, 1.3)
 
 def pause_twin_leads(room: Room) -> Record:
     """The controller stands still while the robot follows the twin."""
-    return _paused(room, "pause_twin_leads", "twin_leads")
+    return _paused(room, "pause_twin_leads", "twin_leads", (ARTICLE, UNSEEN))
 
 
 def pause_real_leads(room: Room) -> Record:
     """The controller stands still while the twin follows the robot."""
-    return _paused(room, "pause_real_leads", "real_leads")
+    return _paused(room, "pause_real_leads", "real_leads", (ARTICLE,))
 
 
-def _paused(room: Room, name: str, leader: str) -> Record:
+def _paused(room: Room, name: str, leader: str, goals: tuple[Goal, ...]) -> Record:
     """Compare the path error with pauses each second with that of a controller without any."""
     room.say("without pauses")
     calm = _error(leader, IDEAL)
@@ -43,7 +47,7 @@ def _paused(room: Room, name: str, leader: str) -> Record:
         long[-1],
         calm,
         "% of reach",
-        (Goal("ours", REACH_PERCENT),),
+        goals,
         measured=f"largest distance of both tools at the same instant, {leader.replace('_', ' ')}, "
         f"long moves at full speed, plant ideal, virtual time; the twin controller stands still "
         f"for {LONG_MS} ms each second",
@@ -56,8 +60,8 @@ def _paused(room: Room, name: str, leader: str) -> Record:
                 f"with pauses of {SHORT_MS} ms",
                 short[-1],
                 "% of reach",
-                f"<= {REACH_PERCENT:g}",
-                short[-1] <= REACH_PERCENT,
+                f"<= {ARTICLE.limit:g}",
+                ARTICLE.holds(short[-1], None),
             ),
         ),
         note="each round begins the pauses at another part of the motion",

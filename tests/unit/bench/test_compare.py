@@ -17,6 +17,7 @@ from bench import run
 from bench.cells.whole_cell import _waits
 from bench.compare import not_compared, worse
 from bench.record import Beside, Goal, Record
+from bench.rows import pauses
 
 LESS, MORE = Goal("ours", 10.0), Goal("ours", 1.0, at_least=True)
 
@@ -95,3 +96,24 @@ def test_wakes_are_counted_for_each_thread() -> None:
     after = _waits(os.getpid())
     here = str(os.getpid())
     assert after[here] - before[here] >= 20
+
+
+@pytest.mark.parametrize(("grows", "holds"), [(0.0, True), (10.0, False)])
+def test_a_pause_row_takes_the_worst_phase_and_compares_with_none(
+    monkeypatch: pytest.MonkeyPatch, grows: float, holds: bool
+) -> None:
+    """A pause costs most at one part of the motion; there it counts."""
+
+    class Quiet:
+        def say(self, text: str) -> None:
+            """Say nothing."""
+
+    def error(leader: str, variant: Any) -> float:
+        length = sum(variant.pauses)
+        return float(0.2 + grows * length * variant.first_pause)
+
+    monkeypatch.setattr(pauses, "_error", error)
+    found = pauses.pause_twin_leads(Quiet())  # type: ignore[arg-type]
+    assert found.ours == pytest.approx(0.2 + grows * 0.05 * max(pauses.PHASES_S))
+    assert found.baseline == 0.2 and found.holds is holds
+    assert found.beside[0].value == pytest.approx(0.2 + grows * 0.02 * max(pauses.PHASES_S))
