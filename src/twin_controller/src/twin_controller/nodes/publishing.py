@@ -108,7 +108,9 @@ class Publishing:
             self._status.publish(state, now, stamp)
 
     def _publish_samples(self, batch: Batch) -> None:
-        """Publish the real robot's samples of a batch."""
+        """Publish the real robot's samples of a batch if somebody listens."""
+        if not self._joints.get_num_connections():
+            return
         for event in batch.events:
             if isinstance(event, RealMeasured) and batch.state.sides.real.history:
                 self._publish_joints(event, batch.state, batch.now, batch.stamp)
