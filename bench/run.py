@@ -13,7 +13,8 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from bench import page
+from bench import compare, page
+from bench.compare import Row
 from bench.peers.install import PeerMissing
 from bench.record import Record, failed
 from bench.room import Room
@@ -39,9 +40,12 @@ def measure(wanted: Sequence[str], folder: Path, console: Console, as_json: bool
             console.print(f"    {summary(record)}", markup=False, highlight=False)
             records.append(record)
     rows = [page.measured(record.document(), load) for record in records]
+    before = page.so_far()["rows"] if page.RESULTS.is_file() else []
     content = page.document(page.merged(rows, names()))
     page.write(content)
     console.print(table(records))
+    for line in since_last(before, rows):
+        console.print(line, markup=False, highlight=False, soft_wrap=True)
     broken = [record.id for record in records if not record.holds]
     console.print(
         f"{len(records)} rows, {len(broken)} do not "
@@ -50,6 +54,18 @@ def measure(wanted: Sequence[str], folder: Path, console: Console, as_json: bool
     if as_json:
         print(json.dumps(content, indent=1))
     return not broken
+
+
+def since_last(before: Sequence[Row], rows: Sequence[Row]) -> list[str]:
+    """Say what got worse since the last measurement of each row, one line for each figure."""
+    worse, unknown = compare.worse(before, rows), compare.not_compared(before, rows)
+    lines = [f"worse than the last time: {text}" for text in worse]
+    if not worse:
+        compared = len(rows) - len(unknown)
+        lines.append(f"none of {compared} rows got worse by more than its rounds lie apart")
+    if unknown:
+        lines.append(f"not compared, new or measured on another machine: {', '.join(unknown)}")
+    return lines
 
 
 def attempt(name: str, room: Room) -> Record:

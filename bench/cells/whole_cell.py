@@ -5,6 +5,7 @@ How soon it is ready, what it costs, how old its set points are.
 
 from __future__ import annotations
 
+import contextlib
 import os
 import time
 from collections.abc import Callable, Mapping
@@ -29,12 +30,14 @@ SETPOINTS = "twin/joint_setpoints"
 class Cost:
     """What a process took.
 
-    Share of one core [percent], memory [MB] with shared pages counted once, and as `top` shows it.
+    Share of one core [percent], memory [MB] with shared pages counted once, and as `top` shows it;
+    how often its threads waited and were woken [1/s].
     """
 
     cpu: float
     memory: float
     resident: float
+    wakes: float
 
 
 @dataclass
@@ -128,19 +131,24 @@ def _costs_over(cell: LiveCell, action: Callable[[], object]) -> dict[str, Cost]
 
     The experiment's own process is left out.
     """
-    before, begun = _ticks(cell), time.monotonic()
+    before, begun = _counts(cell), time.monotonic()
     action()
-    after, seconds = _ticks(cell), time.monotonic() - begun
+    after, seconds = _counts(cell), time.monotonic() - begun
     rate, costs = os.sysconf("SC_CLK_TCK"), {}
-    for name, (pid, ticks) in before.items():
+    for name, (pid, ticks, waits) in before.items():
         if name in after and after[name][0] == pid:
-            memory, resident = _memory(pid)
-            costs[name] = Cost(100.0 * (after[name][1] - ticks) / rate / seconds, memory, resident)
+            cpu = 100.0 * (after[name][1] - ticks) / rate / seconds
+            # Threads that have ended meanwhile took their counts with them.
+            wakes = sum(max(0, n - waits.get(thread, 0)) for thread, n in after[name][2].items())
+            costs[name] = Cost(cpu, *_memory(pid), wakes / seconds)
     return costs
 
 
-def _ticks(cell: LiveCell) -> Mapping[str, tuple[int, int]]:
-    """Return process id and processor ticks by name of all that the cell has started."""
+def _counts(cell: LiveCell) -> Mapping[str, tuple[int, int, dict[str, int]]]:
+    """Return what all that the cell has started has taken so far.
+
+    By name: process id, processor ticks, and how often each of its threads has waited.
+    """
     found = {}
     for line in cell.stage.left_over():
         pid, _, command = line.partition(" ")
@@ -149,7 +157,18 @@ def _ticks(cell: LiveCell) -> Mapping[str, tuple[int, int]]:
             fields = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
         except OSError:
             continue
-        found[name] = (int(pid), int(fields[11]) + int(fields[12]))
+        found[name] = (int(pid), int(fields[11]) + int(fields[12]), _waits(int(pid)))
+    return found
+
+
+def _waits(pid: int) -> dict[str, int]:
+    """Return how often each thread of a process has waited for something, by its id."""
+    found = {}
+    for thread in Path(f"/proc/{pid}/task").iterdir():
+        with contextlib.suppress(OSError):  # it has ended just now
+            lines = (thread / "status").read_text().splitlines()
+            fields = dict(line.split(":", 1) for line in lines)
+            found[thread.name] = int(fields["voluntary_ctxt_switches"])
     return found
 
 

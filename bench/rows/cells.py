@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import statistics
 import sys
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,9 @@ from bench.record import Beside, Goal, Record, quantile
 from bench.room import Room
 
 POLL_S, POLLS = 10.0, 2
+# Goals; our choice: two cells on two cores, and a twin that is no later than a drive's own rhythm.
+MOVING_PERCENT, REST_PERCENT, WAKES, MEMORY_MB, START_S = 50.0, 35.0, 4000.0, 450.0, 3.0
+AGE_MS, AGE_P99_MS = 2.2, 3.5
 
 
 def _sync(
@@ -128,7 +132,7 @@ def state_age(room: Room) -> Record:
         quantile(seen.ages, 0.99) * 1e3,
         statistics.mean(each) * 1e3,
         "ms",
-        (Goal("ratio", 2.0),),
+        (Goal("ratio", 2.0), Goal("ours", AGE_P99_MS)),
         measured="robot's state block -> twin_controller (checks, clock, decision) -> gateway -> "
         "joint_pose_controller -> "
         "simulator, whole cell, robot leads; by the recorder's clock",
@@ -141,14 +145,15 @@ def state_age(room: Room) -> Record:
         baseline_spread_percent=100.0 * (max(each) - min(each)) / statistics.mean(each),
         rounds=POLLS,
         beside=(
-            Beside("median, ours", statistics.median(seen.ages) * 1e3, "ms"),
+            _below("median, ours", statistics.median(seen.ages) * 1e3, "ms", AGE_MS),
             Beside(
                 "median, baseline",
                 statistics.median([age for ages in bare for age in ages]) * 1e3,
                 "ms",
             ),
         ),
-        note="up to 2 ms of both is the robot's own: it latches its state every 2 ms",
+        note="up to 2 ms of both is the robot's own: it latches its state every 2 ms; the "
+        "baseline's tail is mostly what the machine did meanwhile, hence the goal of our own",
     )
 
 
@@ -165,18 +170,35 @@ def cell_cost(room: Room) -> Record:
         moving,
         None,
         "% of a core",
-        (Goal("ours", 60.0),),
+        (Goal("ours", MOVING_PERCENT),),
         measured="all processes of ./cell up, operator page included (no browser on it), robot "
         "leads, everything is recorded",
         against="none",
         statistic="mean",
         beside=(
-            Beside("the same at rest", rest, "% of a core"),
-            Beside("memory, shared pages counted once", memory, "MB", "< 1000", memory < 1000.0),
+            _below("the same at rest", rest, "% of a core", REST_PERCENT),
+            _below("wakes at rest", _wakes(seen.rest), "/s", WAKES),
+            Beside("processor time of a wake at rest", _per_wake_us(seen.rest), "us"),
+            Beside("wakes while the robot leads", _wakes(seen.moving), "/s"),
+            Beside("processor time of one then", _per_wake_us(seen.moving), "us"),
+            _below("memory, shared pages counted once", memory, "MB", MEMORY_MB),
             Beside("sum of the resident sizes, as top shows them", resident, "MB"),
             *(_node(name, cost, seen.rest.get(name)) for name, cost in _by_cost(seen)),
         ),
     )
+
+
+def _below(what: str, value: float, unit: str, limit: float) -> Beside:
+    return Beside(what, value, unit, f"<= {limit:g}", value <= limit)
+
+
+def _wakes(costs: Mapping[str, Cost]) -> float:
+    return sum(cost.wakes for cost in costs.values())
+
+
+def _per_wake_us(costs: Mapping[str, Cost]) -> float:
+    """Return how long the processor works for each wake, what it computes included [us]."""
+    return sum(cost.cpu for cost in costs.values()) * 1e4 / max(_wakes(costs), 1.0)
 
 
 def _by_cost(seen: Watched) -> list[tuple[str, Cost]]:
@@ -184,7 +206,7 @@ def _by_cost(seen: Watched) -> list[tuple[str, Cost]]:
 
 
 def _node(name: str, cost: Cost, rest: Cost | None) -> Beside:
-    at_rest = f"{rest.cpu:.1f} % at rest, " if rest else ""
+    at_rest = f"{rest.cpu:.1f} % and {rest.wakes:.0f} wakes/s at rest, " if rest else ""
     return Beside(f"{name} ({at_rest}{cost.memory:.0f} MB)", cost.cpu, "% of a core")
 
 
@@ -199,7 +221,7 @@ def start(room: Room) -> Record:
         statistics.median(starts),
         None,
         "s",
-        (Goal("ours", 6.0),),
+        (Goal("ours", START_S),),
         measured="./cell up, set-up done, operator page included, until it says ready: every node "
         "answers, both links are up, "
         "the twin has followed the robot's samples to its pose and would follow the next motion",

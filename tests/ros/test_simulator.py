@@ -295,3 +295,38 @@ def test_faster_than_real_time_publishes_the_clock(ros):
     assert clocks[-1].clock.to_sec() - first > 2.0 * (time.monotonic() - began)
     assert node.stop() == 0
     assert "Traceback" not in node.output
+
+
+def test_a_stalled_listener_holds_nobody_up(ros):
+    """The others hear each joint state, and physics leaves no time out; it hears again later."""
+    import signal
+    from pathlib import Path
+
+    from sensor_msgs.msg import JointState
+
+    # Ten times as fast, and a topic of each step: a socket that nobody reads is full soon.
+    arguments = ("_real_time_factor:=10", "_publish_clock:=true")
+    node = ros.run("scara_simulation", "simulator", *arguments)
+    states = ros.collect("twin/joint_states", JointState)
+    ros.wait_until(lambda: len(states) > 10, 20.0, "joint states")
+    topic = ros.name("twin/joint_1_position_controller/state_each_step")
+    listener = ros.stage.start("rostopic", "hz", topic)
+    ros.wait_until(lambda: "average rate" in listener.output, 20.0, "a listener that hears")
+
+    def threads():
+        return len(list(Path(f"/proc/{node.pid}/task").iterdir()))
+
+    at_ease = threads()
+    listener.signal(signal.SIGSTOP)
+    # What its socket does not take is kept by a thread of its own: only then the stall is felt.
+    ros.wait_until(lambda: threads() > at_ease, 60.0, "a full socket")
+    begin = len(states)
+    ros.wait_until(lambda: len(states) > begin + 1000, 30.0, "10 s of simulated time")
+    stamps = [state.header.stamp.to_nsec() for state in states[begin : begin + 1000]]
+    steps = {later - earlier for earlier, later in itertools.pairwise(stamps)}
+    assert steps == {10_000_000}, "a step that is longer is a joint state lost, or time left out"
+    heard = listener.output.count("average rate")
+    listener.signal(signal.SIGCONT)
+    ros.wait_until(
+        lambda: listener.output.count("average rate") > heard, 20.0, "what waited for it"
+    )

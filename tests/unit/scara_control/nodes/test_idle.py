@@ -5,9 +5,12 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
+from itertools import pairwise
 
 import pytest
+import rospy
 from scara_control.nodes.idle import Attention, IdleWait
+from scara_control.nodes.wiring import MotionClock
 
 from scara_control.nodes import idle
 
@@ -126,3 +129,20 @@ def test_a_request_goes_on_without_a_simulator(monkeypatch: pytest.MonkeyPatch) 
     attention.catch_up()
     thread.join(10.0)
     assert not thread.is_alive()
+
+
+@pytest.mark.parametrize("idle_s", [0.05, 0.1])
+def test_a_clock_at_rest_ticks_each_idle_time_on_the_grid(
+    monkeypatch: pytest.MonkeyPatch, idle_s: float
+) -> None:
+    """It still notices that its node stood still; its deadlines stay those of the loop."""
+    ticks: list[float] = []
+    clock = MotionClock.__new__(MotionClock)  # a clock asks the master whether time is simulated
+    clock.simulated = False
+    monkeypatch.setattr(rospy, "is_shutdown", lambda: len(ticks) >= 5)
+    begun = time.monotonic()
+    clock.run(0.01, ticks.append, IdleWait(lambda: True), idle_s)
+    lasted = time.monotonic() - begun
+    assert len(ticks) == 5 and lasted >= 4.0 * idle_s
+    steps = [(later - tick) / 0.01 for tick, later in pairwise(ticks)]
+    assert all(step == pytest.approx(round(step), abs=1e-6) for step in steps)

@@ -16,6 +16,7 @@ from harness.processes import free_port, wait_until
 from scara_config import load_robot
 from scara_config.modbus_map import load_modbus_map
 from twin_controller.io.modbus.link import ModbusLink, ModbusSettings, NotWritableError
+from twin_controller.modbus.poll_times import PollTimes
 from twin_controller.robot_sample import AlarmStatus, ProgramStatus, RobotSample
 
 CONFIG = Path(__file__).resolve().parents[4] / "config"
@@ -390,6 +391,39 @@ def test_an_error_of_the_owner_ends_the_link_and_is_kept(
         owner.wait_for(UP, DOWN)
     assert isinstance(link.failure, RuntimeError)
     assert "the link died" in owner.changes[1][1]
+
+
+def test_nothing_is_asked_between_the_state_and_the_sample(robot: Robot) -> None:
+    """Signals (function 2) come before the state (3): the follower does not wait for them."""
+    last: list[int] = []
+
+    def take(*_: object) -> None:
+        last.append(next(each for each in reversed(robot.asked) if each in (2, 3)))
+
+    with ModbusLink(ModbusSettings("127.0.0.1", robot.port), LAYOUT, ROBOT, take, lambda *_: None):
+        wait_until(lambda: len(last) >= 10)
+    assert set(last) == {3} and 2 in robot.asked
+
+
+def test_the_next_poll_is_placed_by_the_stamps_that_were_believed(
+    robot: Robot, owner: Owner, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With the times of their questions; a wrong stamp places none."""
+    seen: list[tuple[int | None, float, float]] = []
+    polled = PollTimes.polled
+
+    def take(times: PollTimes, clock_ms: int | None, sent: float, received: float) -> bool:
+        seen.append((clock_ms, sent, received))
+        return polled(times, clock_ms, sent, received)
+
+    monkeypatch.setattr(PollTimes, "polled", take)
+    with owner.link(robot.port):
+        wait_until(lambda: len(owner.samples) >= 10)
+        robot.put_float(1000, math.nan)
+        wait_until(lambda: len(owner.rejects) >= 3)
+    believed = [(sample.clock_ms, sent, received) for sample, sent, received in owner.samples]
+    assert [each for each in seen if each[0] is not None] == believed
+    assert sum(each[0] is None for each in seen) >= 2
 
 
 @pytest.mark.parametrize(("delay", "share"), [(0.0, 1.0), (0.03, 0.5)])

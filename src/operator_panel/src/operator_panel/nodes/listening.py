@@ -33,6 +33,8 @@ CLOCK = "%H:%M:%S"
 UNWATCHED_S = 0.5
 """So often what comes all the time is read while no page is open; our choice: as often as chart
 points are kept then, and below ``silent_ms``."""
+UNSEEN_S = 5.0
+"""The same of what only an open page shows; our choice."""
 PLACE_DIGITS = 4  # our choice: a tenth of a millimetre, so that what rests is not sent again
 
 
@@ -67,7 +69,7 @@ class Listening:
                 self._seldom(self._loop_of(joint)),
             )
         for side in ("twin", "real"):
-            self._listen(f"{side}/parts", MarkerArray, self._seldom(self._parts_of(side)))
+            self._listen(f"{side}/parts", MarkerArray, self._seldom(self._parts_of(side), UNSEEN_S))
         self._change(master=True)
 
     def snapshot(self) -> Snapshot:
@@ -78,15 +80,18 @@ class Listening:
     def _listen(self, topic: str, kind: type, take: Callable[[Any], None], queue: int = 1) -> None:
         rospy.Subscriber(topic, kind, take, queue_size=queue, tcp_nodelay=True)
 
-    def _seldom(self, take: Callable[[Any], None]) -> Callable[[Any], None]:
+    def _seldom(
+        self, take: Callable[[Any], None], pause: float | None = None
+    ) -> Callable[[Any], None]:
         """Take the newest message only now and then while no page is open.
 
+        ``pause`` [s] between two; default: UNWATCHED_S.
         Meanwhile the messages stay in the socket; rospy then throws all but the newest away unread.
         """
 
         def take_and_wait(message: Any) -> None:
             take(message)
-            self._watched.wait(UNWATCHED_S)
+            self._watched.wait(UNWATCHED_S if pause is None else pause)
 
         return take_and_wait
 

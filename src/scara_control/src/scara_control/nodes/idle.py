@@ -15,6 +15,10 @@ IDLE_S = 0.05
 """Period of a loop at rest; our choice: a fifth of what counts as a node that stood still
 (``epoch.STALL_S``), and as often as the twin controller says its state."""
 
+QUIET_S = 0.1
+"""The same of a node that says nothing while it rests: two fifths of ``epoch.STALL_S``; our
+choice."""
+
 HOLD_S = 0.2
 """Measured joints that nobody needs are read so often; our choice: less than half of the
 ``state_timeout`` of motion.yaml, which they must not outlive."""

@@ -29,7 +29,7 @@ from scara_control.joint_motion import JointMotion
 from scara_control.motion.commands import Command, CommandInbox, parse_modes
 from scara_control.motion.epoch import Epoch
 from scara_control.motion.jogging.jog import TRIM, JogController
-from scara_control.nodes.idle import IdleWait
+from scara_control.nodes.idle import QUIET_S, IdleWait
 from scara_control.nodes.setpoint_messages import to_message
 from scara_control.nodes.wiring import Guard, JointStateReader, MotionClock, start_node, subscribe
 from scara_msgs.msg import MotionCommand, PayloadState, TwinControllerState
@@ -91,7 +91,7 @@ class JointVelController:
 
     def run(self) -> None:
         """Publish velocities until shut down."""
-        self._clock.run(self._period, self._tick, self._rest)
+        self._clock.run(self._period, self._tick, self._rest, QUIET_S)
 
     def _is_idle(self) -> bool:
         return self._core.is_idle

@@ -38,7 +38,7 @@ from scara_control.motion.feedback import Feedback
 from scara_control.motion.jogging.jog import TRIM
 from scara_control.motion.requests import check_speed
 from scara_control.motion.trim import Requests, Trim, tool_error
-from scara_control.nodes.idle import IDLE_S
+from scara_control.nodes.idle import QUIET_S
 from scara_control.nodes.wiring import (
     Guard,
     JointStateReader,
@@ -111,7 +111,7 @@ class MotionServer:
         while not rospy.is_shutdown():
             with self._lock:
                 self._epoch.ran(time.monotonic())
-            time.sleep(IDLE_S)
+            time.sleep(QUIET_S)
 
     def _on_command(self, message: MotionCommand) -> None:
         with self._lock:

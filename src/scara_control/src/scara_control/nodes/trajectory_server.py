@@ -33,7 +33,7 @@ from scara_control.dynamics.effort import Load
 from scara_control.joint_motion import JointMotion
 from scara_control.motion.commands import Command, CommandInbox, MotionRefusedError
 from scara_control.motion.epoch import Epoch
-from scara_control.nodes.idle import Attention, IdleWait
+from scara_control.nodes.idle import QUIET_S, Attention, IdleWait
 from scara_control.nodes.payload_listener import PayloadListener
 from scara_control.nodes.setpoint_messages import to_message, to_motion, to_point
 from scara_control.nodes.wiring import (
@@ -92,7 +92,7 @@ class TrajectoryServer:
 
     def run(self) -> None:
         """Stream until shut down."""
-        self._clock.run(self._config.period, self._tick, self._rest)
+        self._clock.run(self._config.period, self._tick, self._rest, QUIET_S)
 
     def _is_idle(self) -> bool:
         return self._desk.is_idle

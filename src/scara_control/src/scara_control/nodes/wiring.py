@@ -132,13 +132,20 @@ class MotionClock:
         except rospy.ROSTimeMovedBackwardsException:
             return
 
-    def run(self, period: float, tick: Callable[[float], None], rest: IdleWait) -> None:
+    def run(
+        self,
+        period: float,
+        tick: Callable[[float], None],
+        rest: IdleWait,
+        idle_s: float = IDLE_S,
+    ) -> None:
         """Call ``tick`` with each deadline until shut down; what it raises ends the node.
 
-        While ``rest`` waits, deadlines are left out. Simulated time is followed without rest.
+        While ``rest`` waits, deadlines are left out, and each ``idle_s`` is one. Simulated time is
+        followed without rest.
         """
         deadline = self.now()
-        longest = max(0, round(IDLE_S / period) - 1) * period
+        longest = max(0, round(idle_s / period) - 1) * period
         with until_shutdown():
             while not rospy.is_shutdown():
                 deadline += period

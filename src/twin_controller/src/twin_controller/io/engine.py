@@ -142,8 +142,6 @@ class Engine:
                 if gaps.stood:
                     # First of all: what waits in the batch is judged without the gap.
                     batch.insert(0, Tick(now, gap, gaps.stood))
-                    if not gap:
-                        _LOG.warning("this machine stood still for %.2f s", gaps.stood)
                 if now - last >= TICK or not batch:
                     batch.append(Tick(now))
                     last = now

@@ -46,7 +46,7 @@ class InputPublisher(rospy.SubscribeListener):  # type: ignore[misc]  # rospy ha
     def publish(
         self, events: list[AnyEvent], after: CoreState, stamp: rospy.Time, lost: int = 0
     ) -> None:
-        """Publish some inputs.
+        """Publish some inputs; while nobody listens they are only counted.
 
         Args:
             events: The inputs, in the order in which they were judged.
@@ -54,18 +54,19 @@ class InputPublisher(rospy.SubscribeListener):  # type: ignore[misc]  # rospy ha
             stamp: When, ROS time.
             lost: So many batches before these could not be published; a replay sees the gap.
         """
-        now, state = time.monotonic(), b""
-        if self._pace.is_due(now) and not lost:
-            state = self._snapshot()
+        before, self._before = self._before, after
         self._seq += 1 + lost
-        self._before = after
+        if not self._publisher.get_num_connections():
+            return
+        state = _snapshot(before) if self._pace.is_due(time.monotonic()) and not lost else b""
         header = rospy.Header(stamp=stamp, frame_id=self._life)
         self._publisher.publish(CoreInput(header, self._seq, encode_events(events), state))
 
-    def _snapshot(self) -> bytes:
-        """Return the state before the batch; a state that cannot be recorded stops nothing."""
-        try:
-            return encode_state(self._before)
-        except TypeError as error:
-            rospy.logerr_throttle(60.0, "inputs: the state cannot be recorded: %s", error)
-            return b""
+
+def _snapshot(state: CoreState) -> bytes:
+    """Return a state for the record; one that cannot be recorded stops nothing."""
+    try:
+        return encode_state(state)
+    except TypeError as error:
+        rospy.logerr_throttle(60.0, "inputs: the state cannot be recorded: %s", error)
+        return b""

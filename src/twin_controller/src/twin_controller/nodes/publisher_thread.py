@@ -21,7 +21,9 @@ from twin_controller.core.events import AnyEvent
 from twin_controller.core.state import CoreState
 
 PERIOD_S = 0.01
-"""Batches that come within this time are published together. Our choice: the poll period."""
+"""So often what has come is published together; one wake costs more than a small message.
+
+Our choice: the poll period."""
 MOST = 2000
 """So many batches may wait, about ten seconds; then the oldest are lost, and counted."""
 ENDING_S = 2.0
@@ -82,17 +84,23 @@ class PublisherThread:
             raise
 
     def _take_turns(self) -> None:
+        """Publish what a period has brought, with one wake; what comes after a silence at once."""
+        due = time.monotonic()
         while True:
-            batches = [self._batches.get()]
+            time.sleep(max(0.0, due - time.monotonic()))
+            batches = self._waiting() or [self._batches.get()]
             due = time.monotonic() + PERIOD_S
-            while batches[-1] is not None and (wait := due - time.monotonic()) > 0.0:
-                try:
-                    batches.append(self._batches.get(timeout=wait))
-                except queue.Empty:
-                    break
             lost, self._lost = self._lost, 0
             found = [batch for batch in batches if batch is not None]
             if found:
                 self._publish(found, lost)
             if batches[-1] is None:
                 return
+
+    def _waiting(self) -> list[Batch | None]:
+        """Take what is there, up to the end."""
+        batches: list[Batch | None] = []
+        with contextlib.suppress(queue.Empty):
+            while not batches or batches[-1] is not None:
+                batches.append(self._batches.get_nowait())
+        return batches

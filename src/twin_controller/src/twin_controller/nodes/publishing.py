@@ -19,7 +19,7 @@ from scara_msgs.msg import Audit, LinkState, RobotData, TwinControllerState
 from scara_msgs.msg import Decision as DecisionMessage
 from twin_controller.core.actions import Decided
 from twin_controller.core.authority.control import Control
-from twin_controller.core.events import RealMeasured
+from twin_controller.core.events import RealMeasured, Tick
 from twin_controller.core.lead.commands.allowed import refusals
 from twin_controller.core.setup import Setup
 from twin_controller.core.state import CoreState
@@ -90,6 +90,9 @@ class Publishing:
             state, now, stamp = newest.state, newest.now, newest.stamp
             events = [event for batch in batches for event in batch.events]
             self._inputs.publish(events, state, stamp, lost)
+            for event in events:
+                if isinstance(event, Tick) and event.stood and not event.own_gap:
+                    rospy.logwarn("this machine stood still for %.2f s", event.stood)
             for decision in (each for batch in batches for each in batch.decided):
                 self._decisions.publish(_decision(decision, stamp))
                 rospy.loginfo(
@@ -105,7 +108,9 @@ class Publishing:
             self._status.publish(state, now, stamp)
 
     def _publish_samples(self, batch: Batch) -> None:
-        """Publish the real robot's samples of a batch."""
+        """Publish the real robot's samples of a batch if somebody listens."""
+        if not self._joints.get_num_connections():
+            return
         for event in batch.events:
             if isinstance(event, RealMeasured) and batch.state.sides.real.history:
                 self._publish_joints(event, batch.state, batch.now, batch.stamp)

@@ -18,7 +18,7 @@ STATUS_PERIOD_S = (
 
 
 class StatusPublisher:
-    """Publishes from the engine's thread."""
+    """Publishes from the publisher's thread."""
 
     def __init__(self, setup: Setup) -> None:
         """Advertise."""
@@ -32,7 +32,10 @@ class StatusPublisher:
         self._pace = Pace(STATUS_PERIOD_S)
 
     def publish(self, state: CoreState, now: float, stamp: rospy.Time) -> None:
-        """Publish at the rate, and at once when anything changes."""
+        """Publish at the rate, and at once when anything changes; nothing while nobody listens."""
+        if not (self._status.get_num_connections() or self._factor.get_num_connections()):
+            self._pace.hurry()
+            return
         status = robot_status(self._setup, state, self.pendant_enabled, self.alarm_number, now)
         factor = scaling_factor(state)
         if not self._pace.is_due(now, (status, factor)):

@@ -103,6 +103,7 @@ class Node:
             rospy.get_param("~modbus_host", config.real.host),
             int(rospy.get_param("~modbus_port", config.real.port)),
             poll_period=config.real.poll_period_ms * 1e-3,
+            drift_ppm=config.real.clock_drift_ppm,
             timeout=config.real.timeout_ms * 1e-3,
             command_retry=config.real.command_retry_ms * 1e-3,
             command_attempts=config.real.command_attempts,

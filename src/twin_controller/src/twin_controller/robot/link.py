@@ -25,9 +25,13 @@ class NotWritableError(ValueError):
 
 @dataclasses.dataclass(slots=True)
 class RobotCounters:
-    """What went over the link since its start; times in s."""
+    """What went over the link since its start; times in s.
+
+    Of the polls, ``aimed`` were placed by the instants at which the robot renews its readings.
+    """
 
     polls: int = 0
+    aimed: int = 0
     samples: int = 0
     rejected: int = 0
     late: int = 0

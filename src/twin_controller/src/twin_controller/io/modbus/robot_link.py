@@ -17,6 +17,7 @@ from twin_controller.io.modbus.outbox import Command, Outbox
 from twin_controller.io.modbus.port import ModbusPort
 from twin_controller.io.modbus.settings import ModbusSettings
 from twin_controller.io.modbus.writer import Writer
+from twin_controller.modbus.poll_times import PollTimes
 from twin_controller.modbus.signalling import may_write_signal, signal_names
 from twin_controller.registers import RegisterCodec
 from twin_controller.robot.link import (
@@ -57,6 +58,7 @@ class ModbusRobotLink:
         self._port = ModbusPort(settings.host, settings.port, layout.device_id, settings.timeout)
         self._outbox = Outbox()
         self._writer = Writer(settings, layout, self._codec, self._outbox, self._counters, listener)
+        self._times = PollTimes(settings.poll_period, settings.drift_ppm)
         self._disarm = True
         self._signals: list[bool] | None = None
         self._outputs: frozenset[str] | None = None
@@ -175,47 +177,50 @@ class ModbusRobotLink:
         self._outbox.pause(time.monotonic() + pause)
 
     def _serve(self) -> None:
-        """Connect, poll on absolute deadlines while the writer writes, until closed or lost."""
+        """Connect, poll when it is time while the writer writes, until closed or lost."""
         self._port.open()
         self._writer.open()
         self._listener.opened()
         self._status_due, self._signals = 0.0, None
-        due = time.monotonic()
+        self._times.begin(time.monotonic())
         while not self._outbox.closed:
-            self._writer.wait(due)
-            if (now := time.monotonic()) >= due:
+            self._writer.wait(self._times.due)
+            if time.monotonic() >= self._times.due:
                 self._poll()
-                due += self._settings.poll_period
-                if due < now:
-                    self._counters.late += 1
-                    due = now + self._settings.poll_period
 
     def _poll(self) -> None:
-        """Read state and signals and hand the sample over.
+        """Read signals and state, and hand the sample over.
 
-        Where the answers take so long that both do not fit into a cycle, the signals are read in
-        every other one.
+        The state comes last: nothing stands between its answer and who waits for it. Where answers
+        take so long that both do not fit into a cycle, the signals are read in every other one.
         """
         self._counters.polls += 1
-        sent = time.monotonic()
-        words = self._port.read_words(self._codec.state)
-        received = time.monotonic()
-        slow = 2.0 * (received - sent) > self._settings.poll_period
+        self._counters.aimed += self._times.aimed
+        slow = 2.0 * self._counters.round_trip > self._settings.poll_period
         if slow and self._signals is not None:
             signals, self._signals = self._signals, None
         else:
             signals = self._port.read_signals(self._codec.outputs) if self._codec.outputs else []
             self._signals = signals
+        sent = time.monotonic()
+        words = self._port.read_words(self._codec.state)
+        received = time.monotonic()
         self._counters.round_trip = received - sent
         self._counters.longest_round_trip = max(self._counters.longest_round_trip, received - sent)
+        sample, clock_ms = self._decode(words, signals), None
+        if sample is not None and self._listener.sampled(sample, sent, received):
+            clock_ms = sample.clock_ms
+            self._follow_up(sample, received)
+        self._counters.late += self._times.polled(clock_ms, sent, received)
+
+    def _decode(self, words: list[int], signals: list[bool]) -> RobotSample | None:
+        """Return the sample of both answers; None, and a word to the listener, if it is wrong."""
         try:
-            sample = self._codec.decode_sample(words, signals)
+            return self._codec.decode_sample(words, signals)
         except SampleError as error:
             self._counters.rejected += 1
             self._listener.rejected(f"sample: {error}")
-            return
-        if self._listener.sampled(sample, sent, received):
-            self._follow_up(sample, received)
+            return None
 
     def _follow_up(self, sample: RobotSample, received: float) -> None:
         """Do what a believed sample asks for; read the status blocks if they may have changed."""

@@ -10,7 +10,8 @@ class ModbusSettings:
     """Address and times of the link [s].
 
     Attributes:
-        poll_period: Of the state block and the signals.
+        poll_period: Of the state block and the signals, on average.
+        drift_ppm: Largest drift between the robot's clock and ours, in parts per million.
         timeout: The longest wait for one answer or for a connection.
         status_period: Of the program and alarm blocks, which are also read when FAULT, PROGRUN or
             PAUSED change.
@@ -26,6 +27,7 @@ class ModbusSettings:
     host: str
     port: int
     poll_period: float = 0.01
+    drift_ppm: float = 500.0
     timeout: float = 0.04
     status_period: float = 1.0
     pulse: float = 0.03
