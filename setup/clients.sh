@@ -1,18 +1,30 @@
-# Sourced by ./cell: `./cell test --clients` runs other people's programs, each version in a venv of
-# its own, against a live gateway, and writes what worked into docs/clients.md.
+# Sourced by ./cell: `./cell test --clients` runs other people's programs, each version in an
+# environment of its own, against a live gateway or robot, and writes what worked into docs/clients.md.
 
-# Make the venv of each file in setup/clients, once.
+# Make the environment of each file in setup/clients, once: a venv for .txt, node_modules for .json.
 ensure_clients() {
   local wanted folder
-  for wanted in "$root"/setup/clients/*.txt; do
-    folder=$root/.venv/clients/$(basename "$wanted" .txt)
+  for wanted in "$root"/setup/clients/*.txt "$root"/setup/clients/*.json; do
+    folder=$(basename "$wanted")
+    folder=$root/.venv/clients/${folder%.*}
     cmp -s "$wanted" "$folder/installed.txt" && continue
-    echo "cell: installing $(basename "$wanted" .txt) into ${folder#"$root"/}"
+    echo "cell: installing $(basename "$folder") into ${folder#"$root"/}"
     rm -rf "$folder"
-    /usr/bin/python3 -m venv "$folder" &&
-      "$folder/bin/python" -m pip install --quiet --disable-pip-version-check --no-input -r "$wanted" &&
+    if [[ $wanted = *.json ]]; then install_node_client "$wanted" "$folder"; else install_python_client "$wanted" "$folder"; fi &&
       cp "$wanted" "$folder/installed.txt" || return 1
   done
+}
+
+install_python_client() {
+  /usr/bin/python3 -m venv "$2" &&
+    "$2/bin/python" -m pip install --quiet --disable-pip-version-check --no-input -r "$1"
+}
+
+# Node.js is needed for nothing else here: Debian's, unless there is one.
+install_node_client() {
+  command -v node >/dev/null && command -v npm >/dev/null || apt_install nodejs npm || return 1
+  mkdir -p "$2" && cp "$1" "$2/package.json" &&
+    npm install --prefix "$2" --silent --ignore-scripts --omit=optional --no-audit --no-fund --no-update-notifier
 }
 
 run_clients() {

@@ -7,18 +7,26 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from harness.opponents.clients_page import write
+from harness.opponents.clients_page import MODBUS, ROSBRIDGE, write
 
 Record = dict[tuple[str, str], dict[str, str | None]]
 
 
-@pytest.fixture(scope="session")
-def record() -> Iterator[Record]:
-    """Collect what went wrong by check, for each client and version.
-
-    With CELL_CLIENTS_PAGE (`./cell test --clients` sets it) the table of that page is written.
-    """
+def _collect(protocol: str) -> Iterator[Record]:
+    """Collect; with CELL_CLIENTS_PAGE (`./cell test --clients` sets it) write the page's table."""
     found: Record = {}
     yield found
     if found and (page := os.environ.get("CELL_CLIENTS_PAGE")):
-        write(Path(page), found)
+        write(Path(page), found, protocol)
+
+
+@pytest.fixture(scope="session")
+def record() -> Iterator[Record]:
+    """Collect what went wrong by check, for each client of the gateway and version."""
+    yield from _collect(ROSBRIDGE)
+
+
+@pytest.fixture(scope="session")
+def modbus_record() -> Iterator[Record]:
+    """Collect likewise for clients of the robot."""
+    yield from _collect(MODBUS)

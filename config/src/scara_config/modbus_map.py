@@ -86,7 +86,8 @@ PANEL_INPUTS, PANEL_OUTPUTS = ("panel_imstp", "panel_hold"), ("panel_estop", "pa
 class Register(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """One value (or ``count`` equal ones in a row).
 
-    ``scale`` is what one count of an integer means in ``unit``.
+    ``scale`` is what one count of an integer means in ``unit``; ``variable`` is what a controller
+    with ``$SNPX_ASG`` has assigned to the address.
     """
 
     address: Address
@@ -96,6 +97,7 @@ class Register(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     count: Annotated[int, Meta(ge=1, le=512)] = 1
     scale: Annotated[float, Meta(ge=1e-9, le=1e9)] = 1.0
     write: bool = False
+    variable: str = ""
 
     @property
     def words(self) -> int:

@@ -1,14 +1,20 @@
-"""The table of docs/clients.md: client x version x check x result."""
+"""The tables of docs/clients.md: client x version x check x result, one for each protocol."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
 
-BEGIN, END = "<!-- table: ./cell test --clients -->", "<!-- end of table -->"
+END = "<!-- end of table -->"
+ROSBRIDGE, MODBUS = "rosbridge", "Modbus"
 
 Results = Mapping[tuple[str, str], Mapping[str, str | None]]
 """What went wrong (None: nothing) by check, by client and version."""
+
+
+def begin(protocol: str) -> str:
+    """Return the line behind which the table of a protocol stands."""
+    return f"<!-- table: ./cell test --clients ({protocol}) -->"
 
 
 def table(results: Results) -> str:
@@ -38,15 +44,15 @@ def _cell(found: Mapping[str, str | None], check: str) -> str:
     return "works" if wrong is None else f"fails: {wrong}".replace("|", "/").replace("\n", " ")
 
 
-def write(page: Path, results: Results) -> None:
-    """Put the table into ``page``, between its marks.
+def write(page: Path, results: Results, protocol: str) -> None:
+    """Put the table of a protocol into ``page``, between its marks.
 
     Raises:
         ValueError: The page has no marks.
     """
-    text = page.read_text(encoding="utf-8")
-    before, begin, rest = text.partition(BEGIN)
+    text, mark = page.read_text(encoding="utf-8"), begin(protocol)
+    before, found, rest = text.partition(mark)
     _, end, after = rest.partition(END)
-    if not begin or not end:
-        raise ValueError(f"{page}: no place for the table: it needs the lines {BEGIN} and {END}")
-    page.write_text(f"{before}{BEGIN}\n{table(results)}\n{END}{after}", encoding="utf-8")
+    if not found or not end:
+        raise ValueError(f"{page}: no place for the table: it needs the lines {mark} and {END}")
+    page.write_text(f"{before}{mark}\n{table(results)}\n{END}{after}", encoding="utf-8")

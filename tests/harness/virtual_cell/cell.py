@@ -265,7 +265,7 @@ class VirtualCell:
     def _say_state(self) -> None:
         """Publish the part of the controller's state that the twin's nodes need."""
         ahead = reaches_ahead(self.setup, self._state.sides.real)
-        self.twin.look_ahead(self._state.follow.response.longest, ahead)
+        self.twin.hear_state(self._state.follow.response.longest, ahead, self.mode, self.why)
 
     def _move_ended(self, success: bool, message: str) -> None:
         self.put(MoveEnded(self.clock(), success, message))

@@ -6,6 +6,7 @@ All its nodes run on one machine and one clock; a node's time is the simulation'
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 
 from scara_control.errors import ScaraControlError
@@ -14,13 +15,18 @@ from scara_control.motion.commands import Command, parse_modes
 from scara_control.motion.jogging.jog import JogController
 from scara_control.motion.pose_control import PoseController
 from scara_control.motion.requests import Outcome
+from scara_control.trajectory.execution import Ended as Finished
+from scara_control.trajectory.goal import Goal
+from scara_control.trajectory.goal_queue import GoalQueue
 from scara_simulation.command_desk import CommandDesk
 from scara_simulation.commands import CommandError, CommandGate
 from scara_simulation.io.world import World
 from scara_simulation.simulation import Snapshot
 from twin_controller.core.actions import Command as CoreCommand
 from twin_controller.core.actions import FollowTwin, MoveTwin, Send
-from twin_controller.core.events import AnyEvent, ClockProbe, TwinMeasured, TwinMotion, TwinPlan
+from twin_controller.core.events import AnyEvent, ClockProbe, TwinMeasured, TwinMotion
+from twin_controller.twin.held_joints import HeldJoints
+from twin_controller.twin.packets import plan_of
 
 from harness.virtual_cell.files import CellFiles
 from harness.virtual_cell.move_to import Ended, MoveTo
@@ -76,16 +82,20 @@ class TwinSide:
         self._jogs = JogController(robot, motion, 0.0)
         trim = partial(self.jog, prompt=True)
         self.move_to = MoveTo(schedule, files, self._begin_move, trim, self._now)
+        self._trajectories = GoalQueue(robot.twin_joints, motion)
+        self._held = HeldJoints(robot.twin_joints)
         self._waiting: dict[int, Callable[[Outcome], None]] = {}
         self._modes, self._last_id = "", 0
         self._shown: tuple[object, ...] = ()
         self._state_due = self._plan_due = self._joints_due = 0.0
         self._probes = 0
         self.refused: list[str] = []
+        self.ended: list[Finished] = []
         self.truth: list[tuple[float, Row, Row]] = []
         schedule.every(clock.period(files.simulation.dt), self._step, clock.period(1e-3))
         schedule.every(clock.period(motion.period), self._tick_pose, 0.0131)
         schedule.every(clock.period(motion.period), self._tick_jog, 0.0167)
+        schedule.every(clock.period(motion.period), self._tick_trajectory, 0.0149)
         schedule.after(0.003, self._probe)
         self._tell_modes()
 
@@ -93,7 +103,22 @@ class TwinSide:
         """Take one set point from the controller."""
         points = (JointMotion(action.q, action.qdot, action.qddot), *action.ahead)
         times = tuple(action.stamp - self._offset + point.time for point in points)
-        setpoints = Setpoints(self._pose.names, times, points)
+        self._stream(Setpoints(self._pose.names, times, points))
+
+    def accept(self, goal: Goal) -> None:
+        """Take a trajectory, as trajectory_server does; how it ends comes into ``ended``."""
+        self._trajectories.accept("goal", goal, self._now())
+
+    def _tick_trajectory(self) -> None:
+        turn = self._trajectories.tick(self._now())
+        self.ended += [ended for _, ended in turn.ended]
+        if turn.packet is not None:
+            self._stream(turn.packet)
+        if turn.end_stream:
+            self.lose_stream()
+
+    def _stream(self, setpoints: Setpoints) -> None:
+        """Take a packet of streamed set points."""
         try:
             passed = self._pose.follow(setpoints, self._now())
         except ScaraControlError as error:
@@ -133,12 +158,14 @@ class TwinSide:
         self._topic.send(partial(self._desk.limit_speed, speed_percent))
         self._settle()
 
-    def look_ahead(self, follower_delay: float, ahead: float) -> None:
-        """Take in how late the real robot follows [s], as the controller's state says it."""
+    def hear_state(self, follower_delay: float, ahead: float, mode: str, why: str) -> None:
+        """Take in the controller's state: how late the real robot follows [s], mode and reason."""
         self._topic.send(partial(self._pose.look_ahead, follower_delay, ahead))
         if self._files.motion.jog.waits_for_robot:
             wait = follower_delay + self._files.motion.move.announce
             self._topic.send(partial(self._jogs.wait_for, wait))
+        self._topic.send(partial(self._trajectories.look_ahead, follower_delay, ahead))
+        self._topic.send(lambda: self._trajectories.hear_mode(mode, why, self._now()))
 
     def move(self, action: MoveTwin, ended: Ended) -> None:
         """Start a move; ``ended`` is told how it ended."""
@@ -170,10 +197,16 @@ class TwinSide:
         if self._now() >= self._joints_due - 1e-4:
             self._joints_due = self._now() + period
             stamp = snapshot.stamp_ns / SECOND
-            self._tell(lambda now: TwinMeasured(now, stamp, q, qdot))
+            self._tell(lambda now: self._heard(TwinMeasured(now, stamp, q, qdot)))
+
+    def _heard(self, event: TwinMeasured) -> TwinMeasured:
+        """Remember at the controller's link what joints hold."""
+        self._held.measure(event)
+        return event
 
     def _measure(self, measured: JointMotion) -> None:
         self._pose.measure(measured)
+        self._trajectories.measure(measured)
         self._jogs.measure(measured)
         self.move_to.measured = measured
 
@@ -224,21 +257,16 @@ class TwinSide:
     def _publish(self, setpoints: Setpoints) -> None:
         """Send set points to the simulator, and less often to the controller."""
         self._topic.send(partial(self._track, setpoints))
-        # The link refuses a plan that lacks a joint: see packets.twin_plan.
-        if self._now() < self._plan_due - 1e-4 or len(setpoints.names) < len(self._pose.names):
+        if self._now() < self._plan_due - 1e-4:
             return
         self._plan_due = self._now() + self._files.controller.twin.plan_period_ms * 1e-3
         self._tell_plan(setpoints)
 
     def _tell_plan(self, setpoints: Setpoints, jog: bool = False) -> None:
-        begin, points = setpoints.times[0], setpoints.points
-        plan = (
-            tuple(at - begin for at in setpoints.times),
-            tuple(point.q for point in points),
-            tuple(point.qdot for point in points),
-            tuple(point.qddot for point in points),
-        )
-        self._tell(lambda now: TwinPlan(now, self._offset + begin, *plan, jog))
+        begin = setpoints.times[0]
+        counted = replace(setpoints, times=tuple(at - begin for at in setpoints.times))
+        stamp = self._offset + begin
+        self._tell(lambda now: plan_of(self._held.complete(counted, now), stamp, now, jog))
 
     def _track(self, setpoints: Setpoints) -> None:
         try:
@@ -291,6 +319,9 @@ class TwinSide:
         if shown == self._shown and now < self._state_due:
             return
         self._shown = shown
+        self._trajectories.hear_motion(
+            report.state, report.message, report.speed_limit_percent, now
+        )
         self._state_due = now + 1.0 / config.state_rate_hz - 0.5 * config.period
         number = self._last_id
         self._tell(

@@ -1,6 +1,6 @@
 """A plain actionlib client: sends one trajectory and prints as JSON how it ended.
 
-Usage: actionlib_client.py SECONDS J1 J2 J3 TABLE
+Usage: actionlib_client.py SECONDS J1 [J2 [J3 [TABLE]]]; joints without a position are not named.
 """
 
 from __future__ import annotations
@@ -27,7 +27,9 @@ def main() -> None:
     point = JointTrajectoryPoint(
         positions=positions, time_from_start=rospy.Duration.from_sec(seconds)
     )
-    goal = FollowJointTrajectoryGoal(trajectory=JointTrajectory(joint_names=NAMES, points=[point]))
+    goal = FollowJointTrajectoryGoal(
+        trajectory=JointTrajectory(joint_names=NAMES[: len(positions)], points=[point])
+    )
     feedback: list[float] = []
     client.send_goal(
         goal, feedback_cb=lambda message: feedback.append(max(map(abs, message.error.positions)))

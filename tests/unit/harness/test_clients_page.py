@@ -1,11 +1,12 @@
-"""The table of docs/clients.md."""
+"""The tables of docs/clients.md."""
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
-from harness.opponents.clients_page import BEGIN, END, table, write
+from harness.opponents.clients_page import END, MODBUS, ROSBRIDGE, begin, table, write
 from harness.workspace import ROOT
 
 RESULTS = {
@@ -26,11 +27,13 @@ def test_each_client_is_a_column_and_each_check_a_row() -> None:
 
 
 def test_table_is_written_between_its_marks(tmp_path: Path) -> None:
-    """Whatever stood there goes, the rest stays."""
+    """Whatever stood there goes, the rest stays, the other protocol's table too."""
     page = tmp_path / "clients.md"
-    page.write_text(f"before\n{BEGIN}\nold\n{END}\nafter\n", encoding="utf-8")
-    write(page, RESULTS)
-    assert page.read_text(encoding="utf-8") == f"before\n{BEGIN}\n{table(RESULTS)}\n{END}\nafter\n"
+    other = f"before\n{begin(ROSBRIDGE)}\nkept\n{END}\n"
+    page.write_text(f"{other}{begin(MODBUS)}\nold\n{END}\nafter\n", encoding="utf-8")
+    write(page, RESULTS, MODBUS)
+    expected = f"{other}{begin(MODBUS)}\n{table(RESULTS)}\n{END}\nafter\n"
+    assert page.read_text(encoding="utf-8") == expected
 
 
 def test_page_without_marks_is_refused(tmp_path: Path) -> None:
@@ -38,14 +41,19 @@ def test_page_without_marks_is_refused(tmp_path: Path) -> None:
     page = tmp_path / "clients.md"
     page.write_text("text", encoding="utf-8")
     with pytest.raises(ValueError, match="no place for the table"):
-        write(page, RESULTS)
+        write(page, RESULTS, ROSBRIDGE)
 
 
 def test_page_of_the_project_has_a_result_for_each_version_that_is_tried() -> None:
     """A new version, or a new check, is run before it is shipped."""
     text = (ROOT / "docs" / "clients.md").read_text(encoding="utf-8")
-    head = next(line for line in text.splitlines() if line.startswith("| check |"))
-    for file in sorted((ROOT / "setup" / "clients").glob("*.txt")):
-        pins = [line for line in file.read_text(encoding="utf-8").splitlines() if "==" in line]
-        for name, _, version in (pin.partition("==") for pin in pins):
-            assert f"| {name} {version} |" in head, f"{file.name}: run ./cell test --clients"
+    heads = "".join(line for line in text.splitlines() if line.startswith("| check |"))
+    for file in sorted((ROOT / "setup" / "clients").iterdir()):
+        content = file.read_text(encoding="utf-8")
+        if file.suffix == ".json":
+            pins = list(json.loads(content)["dependencies"].items())
+        else:
+            pins = [(n, v) for n, _, v in (line.partition("==") for line in content.split()) if v]
+        assert pins, file.name
+        for name, version in pins:
+            assert f"| {name} {version} |" in heads, f"{file.name}: run ./cell test --clients"

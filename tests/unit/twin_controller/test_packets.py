@@ -134,7 +134,8 @@ def test_coming_set_points_become_a_plan() -> None:
         (trajectory(point(10), point(10)), "points: point 1: time .* is not after point 0"),
         (trajectory(point(10), point(0)), "is not after"),
         (trajectory(point(0, positions=ZERO[:3])), "positions: expected 4 numbers"),
-        (trajectory(point(0, velocities=[])), "velocities: expected 4 numbers"),
+        (trajectory(point(0, velocities=[0.0])), "velocities: expected 4 numbers"),
+        (trajectory(point(0, velocities=None)), "velocities: expected 4 numbers, got None"),
         (
             trajectory(point(0, accelerations=[math.nan, 0.0, 0.0, 0.0])),
             "accelerations = .*: not finite",

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from scara_config import Robot
 from scara_config.modbus_map import RING_NUMBERS, TABLES, ModbusMap, Register, Table
 
+from fanuc_emulator.address_errors import NoRegisterError
 from fanuc_emulator.controller import Controller
 from fanuc_emulator.registers import RegisterError, Value, decode, encode
 from fanuc_emulator.snapshot import Snapshot
@@ -64,6 +65,9 @@ class RegisterImage:
                 end = max(register.offset + register.words for register in registers.values())
                 self.first[table], self.tables[table] = first, [0] * (end - first)
                 self._table_of |= dict.fromkeys(registers, table)
+        self._offsets = {table: _offsets(getattr(layout, table).values()) for table in TABLES}
+        held = layout.holding_registers.values()
+        self._writable = _offsets(register for register in held if register.write)
         self._shown: Snapshot | None = None
         self._sequence = 0
         self._codes = _codes(layout)
@@ -90,6 +94,28 @@ class RegisterImage:
             self._put("program_caller", snapshot.program_name)
         if before is None or before.alarm is not snapshot.alarm:
             self._show_alarm(snapshot)
+
+    def read(self, table: Table, offset: int, count: int) -> list[int]:
+        """Return ``count`` registers from PDU address ``offset`` on.
+
+        Raises:
+            NoRegisterError: The map names one of them not.
+        """
+        for at in range(offset, offset + count):
+            if at not in self._offsets[table]:
+                raise NoRegisterError(at + 1, f"the map has none there in {table}")
+        begin = offset - self.first[table]
+        return self.tables[table][begin : begin + count]
+
+    def check_writable(self, offset: int, count: int) -> None:
+        """Refuse holding registers that may not be written.
+
+        Raises:
+            NoRegisterError: One of them does not exist or is read only.
+        """
+        for at in range(offset, offset + count):
+            if at not in self._writable:
+                raise NoRegisterError(at + 1, "it does not exist or is read only")
 
     def take(self, offset: int, words: Sequence[int]) -> list[tuple[str, Value]]:
         """Store written words and return the registers that they touch, with their new values.
@@ -224,6 +250,15 @@ class RegisterImage:
             table = self._table_of[name]
             at = register.offset - self.first[table]
             self.tables[table][at : at + register.words] = encode(register, values, self._low_first)
+
+
+def _offsets(registers: Iterable[Register]) -> frozenset[int]:
+    """Return the PDU addresses of all words of registers."""
+    return frozenset(
+        at
+        for register in registers
+        for at in range(register.offset, register.offset + register.words)
+    )
 
 
 def _codes(layout: ModbusMap) -> dict[int, tuple[str, tuple[bool, ...]]]:

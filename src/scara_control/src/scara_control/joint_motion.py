@@ -6,7 +6,7 @@ Converters stand only at wires: ``nodes/setpoint_messages.py`` has those of ROS.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 Vector = tuple[float, ...]
@@ -42,6 +42,13 @@ class JointMotion:
     def measured(cls, q: Sequence[float], qdot: Sequence[float], time: float) -> JointMotion:
         """Return what was measured at ``time`` [s]; accelerations are not measured, so zero."""
         return cls(tuple(q), tuple(qdot), (0.0,) * len(q), time)
+
+    def filled(self) -> JointMotion:
+        """Return the motion with zeros for velocities and accelerations that were left out."""
+        if self.qdot and self.qddot:
+            return self
+        zeros = (0.0,) * len(self.q)
+        return JointMotion(self.q, self.qdot or zeros, self.qddot or zeros, self.time)
 
     def after(self, dt: float) -> JointMotion:
         """Extrapolate by ``dt`` [s] with constant acceleration."""
@@ -79,3 +86,31 @@ class Setpoints:
         """Return the same points of only some joints."""
         columns = [self.names.index(name) for name in names]
         return Setpoints(names, self.times, tuple(p.select(columns) for p in self.points))
+
+    def completed(self, names: tuple[str, ...], held: Mapping[str, float]) -> Setpoints:
+        """Return the points of all ``names``, in their order.
+
+        What was left out is filled in: joints by the positions that they hold, at rest, velocities
+        and accelerations by zeros. Joints that are not among ``names`` are left away.
+
+        Args:
+            names: The joints wanted.
+            held: Position of each joint that these points lack [rad], prismatic [m].
+
+        Raises:
+            KeyError: A joint is neither here nor in ``held``.
+        """
+        here = {name: column for column, name in enumerate(self.names)}
+        rest = {name: held[name] for name in names if name not in here}
+
+        def fill(point: JointMotion) -> JointMotion:
+            whole = point.filled()
+            rows = (whole.q, whole.qdot, whole.qddot)
+            instead: tuple[Mapping[str, float], ...] = (rest, {}, {})
+            q, qdot, qddot = (
+                tuple(row[here[n]] if n in here else other.get(n, 0.0) for n in names)
+                for row, other in zip(rows, instead)
+            )
+            return JointMotion(q, qdot, qddot, point.time)
+
+        return Setpoints(names, self.times, tuple(map(fill, self.points)))

@@ -209,3 +209,12 @@ def test_peak_speed_is_the_largest_share_of_a_joints_speed(stretch: float) -> No
         for v, joint in zip(path.at(tau).qdot, JOINTS)
     )
     assert check_way(JOINTS, path, 0.001) == pytest.approx(fastest, rel=1e-3)
+
+
+def test_a_cap_that_begins_between_two_periods_holds_from_the_next_one_on() -> None:
+    """The set points lie on a grid of their own: one before the cap is still to be left."""
+    run = execute(GOOD)
+    run.tick(MEASURED, NOW + 0.05)
+    run.limit_speed(10.0, NOW + 0.0534)
+    packet, ended = run.tick(MEASURED, NOW + 0.0544)
+    assert packet is not None and ended is None

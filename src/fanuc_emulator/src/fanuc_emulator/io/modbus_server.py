@@ -1,63 +1,43 @@
-"""The robot's Modbus TCP server (pymodbus).
+"""The robot's Modbus TCP server.
 
-Reads answer from the newest snapshot, writes go to the servo loop's mailbox.
-
-pymodbus answers only the first of several requests in one TCP segment, so a client must wait for
-each answer.
+pymodbus knows the requests and their answers (:mod:`fanuc_emulator.io.modbus_requests`). Its server
+answers only the first of several requests that come in one TCP segment, so the connections are
+streams of asyncio: each request of a connection is answered, in order, however it was cut.
 """
 
 from __future__ import annotations
 
 import asyncio
+import struct
 import threading
+import traceback
 from collections.abc import Callable
-from contextvars import Context
-from functools import partial
-from typing import TypeVarTuple
 
 import pymodbus
 from pymodbus.constants import ExcCodes
-from pymodbus.server import ModbusTcpServer
-from pymodbus.simulator import DataType, SimData, SimDevice
-from scara_config.modbus_map import Bit, ModbusMap, Register
+from pymodbus.pdu import ExceptionResponse, ModbusPDU
+from scara_config.modbus_map import ModbusMap
 
-from fanuc_emulator.controller import Controller
+from fanuc_emulator.io.datastore import Datastore
+from fanuc_emulator.io.modbus_requests import Requests
 from fanuc_emulator.io.servo_loop import ServoLoop
 from fanuc_emulator.plant.answers import AnswerTimes
 from fanuc_emulator.program import ProgramState
 from fanuc_emulator.register_image import RegisterImage
-from fanuc_emulator.registers import RegisterError
-from fanuc_emulator.snapshot import Snapshot
 
-_Arguments = TypeVarTuple("_Arguments")
-_READ_COILS, _READ_DISCRETE, _READ_INPUT, _WRITE_COIL, _WRITE_COILS = 1, 2, 4, 5, 15
+_HEADER = struct.Struct(">HHHB")
+"""MBAP: transaction, protocol, bytes that follow with the unit among them, unit."""
+_LONGEST = 300
+"""Unit and PDU [bytes]. 254 are allowed: a few too many are answered, more are no Modbus."""
 
 
 class PortError(OSError):
     """The server cannot listen on its address."""
 
 
-class _OwnThreadLoop(asyncio.SelectorEventLoop):
-    """A loop that does not wake itself.
-
-    pymodbus answers each request by a call from the loop's own thread as if it came from another
-    one. The loop's waking, through a socket of its own, took as long as the rest of the answer.
-    """
-
-    def __init__(self) -> None:
-        super().__init__()
-        self._own_thread = threading.get_ident()
-
-    def call_soon_threadsafe(
-        self,
-        callback: Callable[[*_Arguments], object],
-        *arguments: *_Arguments,
-        context: Context | None = None,
-    ) -> asyncio.Handle:
-        """Call ``callback`` soon; wake the loop if the caller is another thread."""
-        if threading.get_ident() == self._own_thread:
-            return self.call_soon(callback, *arguments, context=context)
-        return super().call_soon_threadsafe(callback, *arguments, context=context)
+def say(text: str) -> None:
+    """Write one line of the stand-in's log."""
+    print(f"emulator: {text}", flush=True)
 
 
 class RobotServer:
@@ -70,6 +50,10 @@ class RobotServer:
         image: Words of the registers; used by the server's thread only.
         loop: Gives snapshots, takes writes.
         answers: How long each takes; None: no time.
+        tell: Hears what was refused, a line each.
+
+    Raises:
+        ConfigError: A register of the map names a variable that does not exist.
     """
 
     def __init__(
@@ -80,15 +64,20 @@ class RobotServer:
         image: RegisterImage,
         loop: ServoLoop,
         answers: AnswerTimes | None = None,
+        tell: Callable[[str], object] = say,
     ) -> None:
         self._address = (host, port)
-        self._layout = layout
+        self._unit = layout.device_id
         self._image = image
         self._servo = loop
         self._answers = answers
-        self._coils = {bit.offset: name for name, bit in layout.coils.items()}
+        self._tell = tell
+        self._datastore = Datastore(layout, image, loop, tell)
+        self._requests = Requests(
+            layout.device_id, bool(layout.coils), bool(layout.discrete_inputs)
+        )
         self._asyncio: asyncio.AbstractEventLoop | None = None
-        self._server: ModbusTcpServer | None = None
+        self._stop = asyncio.Event()
         self._failure: Exception | None = None
         self._ready = threading.Event()
         self._thread = threading.Thread(target=self._run, name="modbus_server", daemon=True)
@@ -97,7 +86,7 @@ class RobotServer:
         """Start listening.
 
         Raises:
-            PortError: The port is taken or the address is not this machine's.
+            PortError: The port is taken, needs rights, or the address is not this machine's.
         """
         pymodbus.pymodbus_apply_logging_config("CRITICAL")
         self._image.show(self._servo.snapshot)
@@ -105,19 +94,20 @@ class RobotServer:
         self._ready.wait()
         if self._failure is not None:
             host, port = self._address
-            raise PortError(f"cannot listen on {host}:{port}: {self._failure}") from self._failure
+            right = "; ports below 1024 need root or CAP_NET_BIND_SERVICE"
+            hint = right if isinstance(self._failure, PermissionError) else ""
+            text = f"cannot listen on {host}:{port}: {self._failure}{hint}"
+            raise PortError(text) from self._failure
         return self
 
     def __exit__(self, *_: object) -> None:
-        if self._asyncio is not None and self._server is not None and self._thread.is_alive():
-            shutdown = self._server.shutdown()  # type: ignore[no-untyped-call]
-            asyncio.run_coroutine_threadsafe(shutdown, self._asyncio)
+        if self._asyncio is not None and self._thread.is_alive():
+            self._asyncio.call_soon_threadsafe(self._stop.set)
             self._thread.join(timeout=1.0)
 
     def _run(self) -> None:
         try:
-            with asyncio.Runner(loop_factory=_OwnThreadLoop) as runner:
-                runner.run(self._serve())
+            asyncio.run(self._serve())
         except Exception as error:
             self._failure = error
         finally:
@@ -125,125 +115,53 @@ class RobotServer:
 
     async def _serve(self) -> None:
         """Listen until :meth:`__exit__`."""
-        self._asyncio = asyncio.get_running_loop()
-        host, port = self._address
-        probe = await asyncio.start_server(
-            lambda *_: None, host, port
-        )  # pymodbus hides why it cannot listen
-        probe.close()
-        await probe.wait_closed()
-        self._server = ModbusTcpServer(self._device(), address=self._address)
-        await self._server.serve_forever(background=True)
-        self._ready.set()
-        await self._server.serving
+        server = await asyncio.start_server(self._connection, *self._address)
+        async with server:
+            self._asyncio = asyncio.get_running_loop()
+            self._ready.set()
+            await self._stop.wait()
 
-    def _device(self) -> SimDevice:
-        """Describe coils, discrete inputs and registers; everything else answers exception 2."""
-        return SimDevice(
-            self._layout.device_id,
-            simdata=(
-                _bits(self._layout.coils),
-                _bits(self._layout.discrete_inputs),
-                _words(self._layout.holding_registers),
-                _words(self._layout.input_registers),
-            ),
-            action=self._act,
-        )
-
-    async def _act(
-        self,
-        function: int,
-        start: int,
-        address: int,
-        count: int,
-        current: list[int],
-        values: list[int] | list[bool] | None,
-    ) -> ExcCodes | None:
-        """Answer one request.
-
-        ``current`` is pymodbus' memory of the whole block, from ``start``.
-        """
-        if self._answers is None or self._answers.at_once:
-            return self._answer(function, start, address, current, values)
-        running = self._servo.snapshot.program_state is ProgramState.RUNNING
-        half = 0.5 * self._answers.next(running)
-        await asyncio.sleep(half)
-        answer = self._answer(function, start, address, current, values)
-        await asyncio.sleep(half)
-        return answer
-
-    def _answer(
-        self,
-        function: int,
-        start: int,
-        address: int,
-        current: list[int],
-        values: list[int] | list[bool] | None,
-    ) -> ExcCodes | None:
-        bits = {_READ_COILS: self._layout.coils, _READ_DISCRETE: self._layout.discrete_inputs}
-        if function in bits and not bits[function]:
-            return ExcCodes.ILLEGAL_FUNCTION
-        if function in (_WRITE_COIL, _WRITE_COILS):
-            return self._write_coils(address, [bool(value) for value in values or []])
-        if function == _READ_DISCRETE:
-            self._show_outputs(self._servo.snapshot, start, current)
-        elif function != _READ_COILS and values is None:
-            self._image.show(self._servo.snapshot)
-            words = self._image.tables[
-                "input_registers" if function == _READ_INPUT else "holding_registers"
-            ]
-            current[: len(words)] = words
-        elif values is not None:
-            return self._write_registers(address, [int(value) for value in values])
-        return None
-
-    def _write_coils(self, address: int, values: list[bool]) -> ExcCodes | None:
-        names = [self._coils.get(address + i) for i in range(len(values))]
-        if None in names:
-            return ExcCodes.ILLEGAL_ADDRESS
-        for name, value in zip(names, values):
-            self._servo.post(partial(Controller.write_input, name=name or "", value=value))
-        return None
-
-    def _write_registers(self, address: int, words: list[int]) -> ExcCodes | None:
+    async def _connection(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        """Answer one client's requests, each after the other."""
         try:
-            touched = self._image.take(address, words)
-        except RegisterError:
-            return ExcCodes.ILLEGAL_VALUE
-        self._servo.post(partial(self._image.apply, values=touched))
-        return None
+            while True:
+                transaction, protocol, length, unit = _HEADER.unpack(
+                    await reader.readexactly(_HEADER.size)
+                )
+                if not 2 <= length <= _LONGEST:
+                    peer = writer.get_extra_info("peername")
+                    self._tell(f"closed the connection of {peer}: {length} bytes are no request")
+                    return
+                pdu = await reader.readexactly(length - 1)
+                if protocol != 0:
+                    continue  # not Modbus; the standard says to let it pass
+                answer = await self._answer(unit, pdu)
+                body = bytes((answer.function_code,)) + answer.encode()
+                writer.write(_HEADER.pack(transaction, 0, 1 + len(body), unit) + body)
+                await writer.drain()
+        except (asyncio.IncompleteReadError, ConnectionError):
+            return  # the client has gone
+        except asyncio.CancelledError:
+            return  # we end
+        finally:
+            writer.close()
 
-    def _show_outputs(self, snapshot: Snapshot, start: int, current: list[int]) -> None:
-        """Pack UO into pymodbus' words of 16 bits."""
-        for i in range(len(current)):
-            current[i] = 0
-        for name, bit in self._layout.discrete_inputs.items():
-            if getattr(snapshot.outputs, name):
-                current[bit.offset // 16 - start] |= 1 << (bit.offset % 16)
-
-
-def _words(table: dict[str, Register]) -> list[SimData]:
-    """Describe registers for pymodbus; the gaps between them answer exception 2."""
-    if not table:
-        return [SimData(0, datatype=DataType.INVALID)]
-    return [
-        SimData(
-            register.offset,
-            count=register.words,
-            values=0,
-            datatype=DataType.REGISTERS,
-            readonly=not register.write,
-        )
-        for register in table.values()
-    ]
-
-
-def _bits(table: dict[str, Bit]) -> list[SimData]:
-    """Describe bits for pymodbus, without gaps."""
-    if not table:  # pymodbus wants bits; reading them is refused in any case
-        return [SimData(0, values=[False] * 16, datatype=DataType.BITS)]
-    ordered = sorted(table.values(), key=lambda bit: bit.address)
-    levels = [False] * (ordered[-1].offset - ordered[0].offset + 1)
-    for bit in ordered:
-        levels[bit.offset - ordered[0].offset] = bit.normal
-    return [SimData(ordered[0].offset, values=levels, datatype=DataType.BITS)]
+    async def _answer(self, unit: int, pdu: bytes) -> ModbusPDU:
+        """Answer one request, in the time that the robot takes for it."""
+        request = self._requests.decode(unit, pdu)
+        if isinstance(request, ExceptionResponse):
+            return request
+        half = 0.0
+        if self._answers is not None and not self._answers.at_once:
+            running = self._servo.snapshot.program_state is ProgramState.RUNNING
+            half = 0.5 * self._answers.next(running)
+            await asyncio.sleep(half)
+        try:
+            # The two methods of its context that a request uses are those of our datastore.
+            answer = await request.datastore_update(self._datastore, self._unit)  # type: ignore[arg-type]
+        except Exception:
+            self._tell(f"could not answer {pdu.hex()}:\n{traceback.format_exc()}")
+            return ExceptionResponse(pdu[0], ExcCodes.DEVICE_FAILURE)
+        if half:
+            await asyncio.sleep(half)
+        return answer

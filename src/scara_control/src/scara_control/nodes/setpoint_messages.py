@@ -23,21 +23,13 @@ def to_motion(point: Any, time: float = 0.0) -> JointMotion:
 
 
 def to_setpoints(message: JointTrajectory, times: tuple[float, ...]) -> Setpoints:
-    """Convert set points; missing accelerations are zeros. Nothing is checked here.
+    """Convert set points; missing velocities and accelerations are zeros. Nothing is checked here.
 
     Args:
         message: The message.
         times: When each point is due, on the axis of the receiver [s].
     """
-    zeros = (0.0,) * len(message.joint_names)
-    points = tuple(
-        JointMotion(
-            tuple(point.positions),
-            tuple(point.velocities),
-            tuple(point.accelerations) or zeros,
-        )
-        for point in message.points
-    )
+    points = tuple(to_motion(point).filled() for point in message.points)
     return Setpoints(tuple(message.joint_names), times, points)
 
 

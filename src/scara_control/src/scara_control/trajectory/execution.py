@@ -147,7 +147,8 @@ class Execution:
         period = self._config.period
         while self._drive.time <= now - 0.5 * period:
             self._drive = self._step(self._drive)
-        self._cap.forget(now)
+        # Our own time may be half a period behind: a cap may begin between the two.
+        self._cap.forget(self._drive.time)
         if self._ending is None:
             self._watch(measured)
         if self._ending is not None and (

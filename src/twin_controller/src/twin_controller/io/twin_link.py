@@ -19,6 +19,7 @@ from twin_controller.io.rosbridge_settings import LinkSettings
 from twin_controller.plausible import Plausibility, Verdict
 from twin_controller.twin.commands import Packet, heard, lost_text, patience, told
 from twin_controller.twin.fields import PacketError
+from twin_controller.twin.held_joints import HeldJoints
 from twin_controller.twin.intake import take
 from twin_controller.twin.packets import (
     FOLLOW,
@@ -74,6 +75,7 @@ class TwinLink:
         self._rejected = 0
         self._probes = 0
         self._plausible = Plausibility()
+        self._held = HeldJoints(setup.joints)
         # The last command, until the twin reports it; each connection begins without one.
         self._command: Order[Packet] | None = None
         self._patience = patience(setup.config.twin)
@@ -196,6 +198,7 @@ class TwinLink:
         self, changed: Callable[[str, bool, str], None], connected: bool, reason: str
     ) -> None:
         self._probes, self._plausible, self._command = 0, Plausibility(), None
+        self._held.forget()
         changed("twin", connected, reason)
 
     def _remark(self, level: str, text: str) -> None:
@@ -207,7 +210,7 @@ class TwinLink:
                 case name if name.endswith(JOINT_STATES):
                     self._measured(twin_measured(message, self._setup.names, received))
                 case name if name.endswith(JOINT_SETPOINTS):
-                    self._put(twin_plan(message, self._setup.names, received))
+                    self._put(twin_plan(message, self._setup.names, received, self._held))
                 case name if name.endswith(JOG_AHEAD):
                     self._put(twin_plan(message, self._setup.names, received, jog=True))
                 case name if name.endswith(GRIPPER):
@@ -230,6 +233,7 @@ class TwinLink:
         if verdict in (Verdict.REFUSED, Verdict.JUMPED):
             raise PacketError(self._plausible.reason)
         if verdict is Verdict.ACCEPTED:
+            self._held.measure(event)
             self._put(event)
 
     def _reject(self, text: str) -> None:

@@ -41,6 +41,13 @@ def row(message: Mapping[str, Any], field: str, order: tuple[list[int], int]) ->
     return tuple(float(value) for value in found)
 
 
+def row_or_zeros(message: Mapping[str, Any], field: str, order: tuple[list[int], int]) -> Joints:
+    """Return one list of numbers that may be left out: then zeros."""
+    if isinstance(message, Mapping) and message.get(field) == []:
+        return (0.0,) * len(order[0])
+    return row(message, field, order)
+
+
 def number(message: Mapping[str, Any], field: str) -> float:
     """Return one finite number."""
     value = message.get(field)

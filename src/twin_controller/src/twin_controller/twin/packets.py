@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from scara_control.errors import ScaraControlError
-from scara_control.joint_motion import JointMotion
+from scara_control.joint_motion import JointMotion, Setpoints
 from scara_control.joint_track import JointTrack
 
 from twin_controller.core.actions import Command, FollowTwin, MoveTwin, Send
@@ -21,11 +21,13 @@ from twin_controller.twin.fields import (
     order_of,
     ros_time,
     row,
+    row_or_zeros,
     shown,
     stamp_of,
     time_of,
     typed,
 )
+from twin_controller.twin.held_joints import HeldJoints
 
 JOINT_STATES = "twin/joint_states"
 JOINT_SETPOINTS = "twin/joint_setpoints"
@@ -73,8 +75,42 @@ def twin_measured(message: Mapping[str, Any], names: Sequence[str], now: float) 
     )
 
 
+def coming_setpoints(message: Mapping[str, Any], names: Sequence[str]) -> Setpoints:
+    """Convert a trajectory_msgs/JointTrajectory of coming set points, of some joints or all.
+
+    Velocities and accelerations that were left out are zeros.
+
+    Args:
+        message: The message as parsed JSON.
+        names: The twin's joints in the core's order; others are left away.
+
+    Raises:
+        PacketError: None of our joints is named, a count is wrong, a value is not finite.
+    """
+    given = message.get("joint_names")
+    known = [name for name in names if name in given] if isinstance(given, list) else []
+    order = order_of(message, "joint_names", known or names)
+    points = message.get("points")
+    if not isinstance(points, list) or not points:
+        raise PacketError("points: empty")
+    times = tuple(time_of(point, "time_from_start") for point in points)
+    motions = tuple(
+        JointMotion(
+            row(point, "positions", order),
+            row_or_zeros(point, "velocities", order),
+            row_or_zeros(point, "accelerations", order),
+        )
+        for point in points
+    )
+    return Setpoints(tuple(known), times, motions)
+
+
 def twin_plan(
-    message: Mapping[str, Any], names: Sequence[str], now: float, jog: bool = False
+    message: Mapping[str, Any],
+    names: Sequence[str],
+    now: float,
+    held: HeldJoints | None = None,
+    jog: bool = False,
 ) -> TwinPlan:
     """Convert a trajectory_msgs/JointTrajectory of coming set points.
 
@@ -82,27 +118,41 @@ def twin_plan(
         message: The message as parsed JSON.
         names: The twin's joints in the core's order.
         now: When it arrived [s].
+        held: Says what joints hold that are not named; None: all have to be named.
         jog: It tells of a jog, not of set points.
 
     Raises:
-        PacketError: A joint is missing, a count is wrong, a value is not finite, times do not
-            increase.
+        PacketError: A joint is missing and nobody knows what it holds, a count is wrong, a value is
+            not finite, times do not increase.
     """
-    order = order_of(message, "joint_names", names)
-    points = message.get("points")
-    if not isinstance(points, list) or not points:
-        raise PacketError("points: empty")
-    times = tuple(time_of(point, "time_from_start") for point in points)
-    q = tuple(row(point, "positions", order) for point in points)
-    qdot = tuple(row(point, "velocities", order) for point in points)
-    qddot = tuple(row(point, "accelerations", order) for point in points)
+    if held is None:
+        order_of(message, "joint_names", names)
+    given = coming_setpoints(message, names)
+    whole = given if held is None else held.complete(given, now)
+    return plan_of(whole, stamp_of(message), now, jog)
+
+
+def plan_of(setpoints: Setpoints, stamp: float, now: float, jog: bool = False) -> TwinPlan:
+    """Return set points of all joints as the core takes them; their times count from ``stamp``.
+
+    Raises:
+        PacketError: Times do not increase.
+    """
+    q, qdot, qddot = (
+        tuple(getattr(point, kind) for point in setpoints.points) for kind in ("q", "qdot", "qddot")
+    )
     try:
         JointTrack(
-            times, q, qdot, qddot, extrapolation_limit=0.0, stop_accelerations=[1.0] * len(names)
+            setpoints.times,
+            q,
+            qdot,
+            qddot,
+            extrapolation_limit=0.0,
+            stop_accelerations=[1.0] * len(setpoints.names),
         )
     except ScaraControlError as error:
         raise PacketError(f"points: {error}") from error
-    return TwinPlan(now, stamp_of(message), times, q, qdot, qddot, jog)
+    return TwinPlan(now, stamp, setpoints.times, q, qdot, qddot, jog)
 
 
 def twin_motion(message: Mapping[str, Any], names: Sequence[str], now: float) -> TwinMotion:

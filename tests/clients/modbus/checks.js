@@ -1,0 +1,56 @@
+// What the scripts of the Node clients share: it needs no client and nothing of the project.
+'use strict'
+const fs = require('fs')
+const path = require('path')
+
+// Print name and version, then each check and what went wrong, null if nothing did.
+exports.run = async function (client, checks) {
+  const found = path.join(process.env.NODE_PATH, client, 'package.json')
+  console.log(JSON.stringify({ client, version: JSON.parse(fs.readFileSync(found)).version }))
+  for (const [check, act] of Object.entries(checks)) {
+    let wrong = null
+    try { await act() } catch (error) { wrong = String(error && error.message ? error.message : JSON.stringify(error)) }
+    console.log(JSON.stringify({ check, wrong }))
+  }
+}
+
+// Refuse what is not as expected.
+exports.same = function (found, expected) {
+  if (JSON.stringify(found) !== JSON.stringify(expected)) {
+    throw new Error(`${JSON.stringify(found)} is not ${JSON.stringify(expected)}`)
+  }
+}
+
+// The words of a number, the low one first, and back.
+exports.float32 = function (value) {
+  const bytes = Buffer.alloc(4)
+  bytes.writeFloatLE(value)
+  return [bytes.readUInt16LE(0), bytes.readUInt16LE(2)]
+}
+exports.toFloat = function (low, high) {
+  const bytes = Buffer.alloc(4)
+  bytes.writeUInt16LE(low, 0)
+  bytes.writeUInt16LE(high, 2)
+  return bytes.readFloatLE(0)
+}
+
+// The words of a text, the first character in the high byte.
+const text = exports.text = function (value) {
+  const bytes = Buffer.alloc(80)
+  bytes.write(value, 'ascii')
+  return Array.from({ length: 40 }, (_, k) => bytes.readUInt16BE(2 * k))
+}
+
+// The requests that assign an entry of $SNPX_ASG: PDU address and words, in their order.
+exports.assignment = function (slot, address, size, variable, factor) {
+  const fields = [
+    ['$ADDRESS', [address, 0], 1],
+    ['$SIZE', [size, 0], 1],
+    ['$VAR_NAME', text(variable), -1],
+    ['$MULTIPLY', exports.float32(factor), 0]
+  ]
+  return fields.flatMap(([field, words, by]) => [
+    [16299, [16000, 0, words.length, 0, ...text(`$SNPX_ASG[${slot}].${field}`), ...exports.float32(by)]],
+    [15999, words]
+  ])
+}

@@ -1,0 +1,369 @@
+"""$SNPX_ASG without a wire: names, entries, words, what a client assigns and reads then."""
+
+from __future__ import annotations
+
+import contextlib
+import struct
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import msgspec
+import pytest
+from fanuc_emulator.address_errors import NoRegisterError
+from fanuc_emulator.register_image import RegisterImage
+from fanuc_emulator.registers import RegisterError, Value
+from fanuc_emulator.snpx.access import AssignedRegisters
+from fanuc_emulator.snpx.assignments import Assignment, AssignmentError, AssignmentTable, power_up
+from fanuc_emulator.snpx.variables import VariableError, parse
+from hypothesis import given
+from hypothesis import strategies as st
+from scara_config import ConfigError
+from scara_config.modbus_map import ModbusMap, load_modbus_map
+
+if TYPE_CHECKING:
+    from conftest import Bench
+
+LAYOUT = load_modbus_map(Path(__file__).resolve().parents[4] / "config")
+
+
+class Client:
+    """Reads and writes as a driver does, by numbers counted from 1, without a wire."""
+
+    def __init__(self, bench: Bench) -> None:
+        self.image = RegisterImage(LAYOUT, bench.robot)
+        self.inputs = [False] * 512
+        self.registers = AssignedRegisters(LAYOUT, self.image, self.inputs)
+        self.bench = bench
+
+    def read(self, number: int, count: int) -> list[int]:
+        """Read holding registers."""
+        self.image.show(self.bench.now)
+        return self.registers.read(number - 1, count, self.bench.now)
+
+    def write(self, number: int, words: Sequence[int]) -> list[tuple[str, Value]]:
+        """Write holding registers."""
+        return self.registers.write(number - 1, words, self.bench.now)
+
+    def floats(self, number: int, count: int) -> list[float]:
+        """Read float32 values."""
+        return list(
+            struct.unpack(
+                f"<{count}f", struct.pack(f"<{2 * count}H", *self.read(number, 2 * count))
+            )
+        )
+
+    def assign(self, slot: int, address: int, size: int, name: str, multiply: float) -> None:
+        """Assign by entry 80, one value after the other: as published drivers do it."""
+        for field, words, factor in (
+            ("ADDRESS", int32(address), 1.0),
+            ("SIZE", int32(size), 1.0),
+            ("VAR_NAME", text(name), -1.0),
+            ("MULTIPLY", float32(multiply), 0.0),
+        ):
+            variable = text(f"$SNPX_ASG[{slot}].${field}")
+            entry = [*int32(16000), *int32(len(words)), *variable, *float32(factor)]
+            self.write(16300, entry)
+            self.write(16000, words)
+
+
+@pytest.fixture
+def client(bench: Bench) -> Client:
+    """Return a client of a freshly booted robot."""
+    return Client(bench)
+
+
+def int32(value: int) -> list[int]:
+    """Return the words of a whole number, the low one first."""
+    return list(struct.unpack("<2H", struct.pack("<i", value)))
+
+
+def float32(value: float) -> list[int]:
+    """Return the words of a number, the low one first."""
+    return list(struct.unpack("<2H", struct.pack("<f", value)))
+
+
+def text(value: str, words: int = 40) -> list[int]:
+    """Return the words of a text, the first character in the high byte."""
+    return list(struct.unpack(f">{words}H", value.encode().ljust(2 * words, b"\0")))
+
+
+def of_text(words: Sequence[int]) -> str:
+    """Return the text of words."""
+    return struct.pack(f">{len(words)}H", *words).split(b"\0")[0].decode()
+
+
+def test_power_up_content_is_the_map() -> None:
+    """Each register of the map is an entry; 76 to 79 show entry 80 from 16300 on."""
+    entries = power_up(LAYOUT)
+    assert len(entries) == 80
+    assert sum(entry.size for entry in entries[:75]) == sum(
+        register.words for register in LAYOUT.holding_registers.values()
+    )
+    assert entries[0] == Assignment(1001, 18, "POS[0]@27.18", 0.0)
+    assert entries[75:79] == [
+        Assignment(16300, 2, "$SNPX_ASG[80].$ADDRESS", 1.0),
+        Assignment(16302, 2, "$SNPX_ASG[80].$SIZE", 1.0),
+        Assignment(16304, 40, "$SNPX_ASG[80].$VAR_NAME", -1.0),
+        Assignment(16344, 2, "$SNPX_ASG[80].$MULTIPLY", 0.0),
+    ]
+
+
+def test_at_power_up_every_register_reads_as_the_image_has_it(client: Client) -> None:
+    """The table changes nothing for who knows modbus_map.yaml."""
+    client.bench.pulse("rsr3")
+    client.bench.run(0.3)
+    for register in LAYOUT.holding_registers.values():
+        words = client.read(register.address, register.words)
+        assert words == client.image.read("holding_registers", register.offset, register.words)
+
+
+def test_a_drivers_own_layout_is_read(client: Client) -> None:
+    """Alarms, programs, registers, position and set point one after the other from 1 on.
+
+    The rest of the table is emptied. So does fanuc-hmi-jointstreaming.
+    """
+    layout = [(1000, "ALM[1]", -1.0), (360, "PRG[1]", -1.0), (0, "", 1.0), (400, "R[1]", 1.0)]
+    layout += [(19, "POS[0]@27.19", 0.0), (19, "PR[1]@27.19", 0.0)]
+    address, at = 1, {}
+    for slot, (size, name, multiply) in enumerate(layout, start=1):
+        client.assign(slot, address, size, name, multiply)
+        at[name] = address
+        address += size
+    for slot in range(len(layout) + 1, 76):
+        client.assign(slot, 0, 0, "", 1.0)
+    bench = client.bench
+    bench.pulse("rsr3")
+    bench.run(0.3)
+    position = client.floats(at["POS[0]@27.19"], 9)
+    for measured, joint in zip(bench.now.measured_positions, bench.robot.joints):
+        axis = joint.axis_number - 1
+        assert position[axis] == pytest.approx(measured / joint.scale, rel=1e-6)
+    assert client.read(at["POS[0]@27.19"] + 18, 1) == [1]
+    program = client.read(at["PRG[1]"], 18)
+    assert of_text(program[:8]) == of_text(program[10:]) == "TWO_POINT"
+    assert program[8] > 0 and program[9] == 2
+    assert client.read(at["PRG[1]"] + 18, 18) == [0] * 18
+    assert client.read(at["ALM[1]"], 100)[:2] == [0, 0]
+    bench.controller.write_input("imstp", False)
+    bench.run(0.01)
+    alarm = client.read(at["ALM[1]"], 100)
+    assert alarm[0] > 0 and alarm[4] > 0 and 1 <= alarm[6] <= 12
+    assert of_text(alarm[11:51])
+    touched = client.write(at["PR[1]@27.19"], [*float32(1.5), *float32(-2.0), *[0] * 14, 1])
+    setpoint = dict(touched)["setpoint"]
+    assert setpoint[:3] == (1.5, -2.0, 0.0) and dict(touched)["setpoint_valid"] == (1,)
+    with pytest.raises(NoRegisterError, match="register 1900: nothing is assigned"):
+        client.read(1900, 1)
+
+
+def test_entries_are_read_back_through_entry_80(client: Client) -> None:
+    """As a driver checks what it has written."""
+    client.assign(5, 4321, 38, "PR[7]@27.19", 0.0)
+    for field, count, factor, expected in (
+        ("ADDRESS", 2, 1.0, int32(4321)),
+        ("SIZE", 2, 1.0, int32(38)),
+        ("VAR_NAME", 40, -1.0, text("PR[7]@27.19")),
+        ("MULTIPLY", 2, 0.0, float32(0.0)),
+    ):
+        name = text(f"$SNPX_ASG[5].${field}")
+        client.write(16300, [*int32(16000), *int32(count), *name, *float32(factor)])
+        assert client.read(16000, count) == expected
+
+
+@pytest.mark.parametrize(
+    ("name", "multiply", "words"),
+    [
+        ("POS[0]@31.2", 0.0, float32(-160.0)),
+        ("POS[0]@31.2", 100.0, int32(-16000)),
+        ("POS[0]@1.18", 0.0, [0] * 18),
+        ("POS[0]@26.1", 1.0, [0]),
+        ("POS[0]@45.1", 1.0, [1]),
+        ("$MCR.$GENOVERRIDE", 1.0, int32(100)),
+        ("$MCR.$GENOVERRIDE", 0.0, float32(100.0)),
+        ("$SNPX_ASG[77].$ADDRESS", 1.0, int32(16302)),
+        ("UI[1]", 1.0, [1, 1, 1, 0, 0, 0, 0, 1, *[0] * 10]),
+        ("UI[1]", 0.0, [0b10000111, 0]),
+        ("UO[1]", 1.0, [1, 1, 0]),
+        ("DI[1]", 0.0, [0b100, 0]),
+        ("DI[3]", 1.0, [1, 0]),
+        ("DO[1]", 1.0, [0, 0]),
+        ("RI[1]", 1.0, [0]),
+        ("RO[1]", 1.0, [0]),
+        ("PR[99]@27.19", 0.0, [0] * 19),
+        ("PRG[100]", -1.0, [0] * 18),
+    ],
+)
+def test_a_variable_is_read_by_its_form(
+    client: Client, name: str, multiply: float, words: list[int]
+) -> None:
+    """By 0 a float32, else int32 of the value times it; signals one or sixteen a word."""
+    client.inputs[2] = True
+    client.assign(1, 5000, len(words), name, multiply)
+    assert client.read(5000, len(words)) == words
+
+
+def test_the_fast_clock_counts_2_ms(client: Client) -> None:
+    """A clock without a background program."""
+    client.assign(1, 5000, 2, "$FAST_CLOCK", 1.0)
+    before = client.read(5000, 2)[0]
+    client.bench.run(0.1)
+    assert client.read(5000, 2)[0] - before == 50
+
+
+@pytest.mark.parametrize(
+    ("form", "multiply", "given", "shown"),
+    [
+        ("R[50]", 1.0, int32(-70000), -70000.0),
+        ("R[50]", 100.0, int32(-725), -7.25),
+        ("R[50]", 0.0, float32(-7.25), -7.25),
+        ("R[50]@1.1", 1.0, [0x10000 - 7], -7.0),
+        ("PR[50]@27.2", 0.0, float32(12.5), None),
+    ],
+)
+def test_a_written_variable_is_one_value_in_all_forms(
+    client: Client, form: str, multiply: float, given: list[int], shown: float | None
+) -> None:
+    """What is written by one entry is read by another, in its form."""
+    client.assign(1, 5000, len(given), form, multiply)
+    client.assign(2, 6000, 2, form.partition("@")[0], 0.0)
+    client.write(5000, given)
+    assert client.read(5000, len(given)) == given
+    if shown is not None:
+        assert client.floats(6000, 1) == [shown]
+
+
+def test_a_negative_number_of_one_word_is_replaced_whole(client: Client) -> None:
+    """-7 is followed by 3: the high word goes with the low one."""
+    client.assign(1, 5000, 1, "R[50]@1.1", 1.0)
+    client.assign(2, 6000, 2, "R[50]", 1.0)
+    for value in (-7, 3):
+        client.write(5000, [value & 0xFFFF])
+        assert client.read(6000, 2) == int32(value)
+
+
+def test_registers_of_the_map_keep_their_meaning_wherever_they_are_assigned(
+    client: Client,
+) -> None:
+    """R[1] is the heartbeat, R[2] the speed of the stream, in whatever form they are written."""
+    client.assign(1, 5000, 4, "R[1]", 0.0)
+    touched = dict(client.write(5000, [*float32(12.0), *float32(55.0)]))
+    assert touched == {"heartbeat": (12,), "stream_speed": (55,)}
+    assert client.read(1070, 2) == [12, 55]
+
+
+def test_a_request_is_stored_whole_or_not_at_all(client: Client) -> None:
+    """R[1] = 12 would do, R[2] = 101 is outside its range; the whole request is refused."""
+    client.assign(1, 5000, 6, "R[1]", 1.0)
+    before = client.read(1070, 2)
+    with pytest.raises(RegisterError, match=r"stream_speed = 101 is outside \[1, 100\]"):
+        client.write(5000, [*int32(12), *int32(101)])
+    assert client.read(1070, 2) == before
+
+
+def test_overlapping_entries_the_lower_number_wins(client: Client) -> None:
+    """And what it leaves free is still the other's."""
+    client.assign(40, 5000, 4, "R[60]", 1.0)
+    client.assign(41, 5000, 6, "R[70]", 1.0)
+    client.write(5000, [*int32(1), *int32(2), *int32(3)])
+    client.assign(1, 6000, 26, "R[60]", 1.0)
+    assert client.read(6000, 4) == [*int32(1), *int32(2)]
+    assert client.read(6024, 2) == int32(3), "R[72]"
+
+
+@pytest.mark.parametrize(
+    ("slot", "field", "words", "multiply", "message"),
+    [
+        (1, "ADDRESS", int32(16385), 1.0, r"\$SNPX_ASG\[1\].\$ADDRESS = 16385 is outside"),
+        (1, "ADDRESS", int32(-1), 1.0, r"= -1 is outside \[0, 16384\]"),
+        (80, "SIZE", int32(16385), 1.0, r"\$SNPX_ASG\[80\].\$SIZE = 16385"),
+        (1, "MULTIPLY", float32(-2.0), 0.0, r"= -2 is not 0, -1 or in \[0.0001, 10000\]"),
+        (1, "MULTIPLY", float32(10001.0), 0.0, "= 10001 is not"),
+        (1, "MULTIPLY", float32(float("nan")), 0.0, "nan is not a finite number"),
+        (1, "VAR_NAME", text("A" * 38), -1.0, "is longer than 37 characters"),
+        (1, "VAR_NAME", text("R[0]"), -1.0, r"'R\[0\]': the index is outside \[1, 200\]"),
+        (1, "VAR_NAME", text("$NOT.$THERE"), -1.0, "is no variable of the stand-in"),
+    ],
+)
+def test_an_entry_out_of_range_is_refused(
+    client: Client, slot: int, field: str, words: list[int], multiply: float, message: str
+) -> None:
+    """The entry stays as it was."""
+    name = text(f"$SNPX_ASG[{slot}].${field}")
+    client.write(16300, [*int32(16000), *int32(len(words)), *name, *float32(multiply)])
+    before = client.registers.table[slot]
+    with pytest.raises(AssignmentError if "nan" not in message else RegisterError, match=message):
+        client.write(16000, words)
+    assert client.registers.table[slot] == before
+
+
+@pytest.mark.parametrize(
+    "name", ["POS[0]", "ALM[1]", "PRG[1]", "UI[1]", "DO[1]", "$FAST_CLOCK", "PR[1]", "R[8]"]
+)
+def test_what_the_robot_alone_knows_is_read_only(client: Client, name: str) -> None:
+    """Position, alarm, program, signals, the Cartesian form, what a background program keeps."""
+    client.assign(1, 5000, 2, name, 1.0)
+    client.read(5000, 2)
+    with pytest.raises(NoRegisterError):
+        client.write(5000, [0, 0])
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["", "R", "R[", "R[201]", "PR[0]", "POS[1]", "r[1]", "R[1]@0.1", "R[1]@2.2", "R[1]@1.0"]
+    + ["ALM[101]", "UI[19]", "$MCR", "$MCR.$GENOVERRIDE[1]", "$SNPX_ASG[81].$SIZE", "R[1] "],
+)
+def test_a_name_that_is_none_is_refused(name: str) -> None:
+    """With what was wrong."""
+    with pytest.raises(VariableError):
+        parse(name)
+
+
+@given(st.text(max_size=40))
+def test_whatever_stands_in_a_name_only_variable_errors_come_out(name: str) -> None:
+    """A client may write anything."""
+    with contextlib.suppress(VariableError):
+        parse(name)
+
+
+@given(
+    words=st.lists(st.integers(0, 0xFFFF), min_size=46, max_size=46),
+    size=st.integers(0, 200),
+    address=st.integers(1, 16384),
+)
+def test_whatever_a_client_writes_into_an_entry_nothing_else_fails(
+    words: list[int], size: int, address: int
+) -> None:
+    """An entry is changed or refused; what can be read afterwards has as many words."""
+    table = AssignmentTable(power_up(LAYOUT))
+    before = table[80]
+    for field, value in (("$ADDRESS", address), ("$SIZE", size), ("$VAR_NAME", of_raw(words))):
+        try:
+            table.put(80, field, value)
+        except AssignmentError:
+            continue
+    assert table[1] == power_up(LAYOUT)[0]
+    assert table[80].name == before.name or parse(table[80].name)
+
+
+def of_raw(words: Sequence[int]) -> str:
+    """Return whatever the words are as text."""
+    return struct.pack(f">{len(words)}H", *words).decode("latin-1").split("\0")[0]
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "message"),
+    [
+        ("heartbeat", {"variable": ""}, "heartbeat.variable: is missing"),
+        ("heartbeat", {"variable": "R[999]"}, r"heartbeat.variable = 'R\[999\]': the index"),
+    ],
+)
+def test_a_map_with_a_wrong_variable_is_refused(
+    name: str, change: dict[str, str], message: str
+) -> None:
+    """With file, key and value."""
+    registers = dict(LAYOUT.holding_registers)
+    registers[name] = msgspec.structs.replace(registers[name], **change)
+    layout: ModbusMap = msgspec.structs.replace(LAYOUT, holding_registers=registers)
+    with pytest.raises(ConfigError, match=f"modbus_map.yaml: holding_registers.{message}"):
+        power_up(layout)
