@@ -15,6 +15,12 @@ _ORIGIN = re.compile(
 )
 _DEFAULT_PORTS = {"http": 80, "https": 443}
 _ANY = "*"
+_FILE = {"null": "null", "file://": "file"}
+"""How browsers call a page that was opened from a file, and the scheme that stands for each here.
+
+Firefox and others say ``null``; so does a frame that a web site has sandboxed. Only a file is
+``file://``.
+"""
 _LARGEST_PORT = 65535
 
 
@@ -32,7 +38,9 @@ class Origin:
 
     @classmethod
     def pattern(cls, text: str) -> Self:
-        """Read ``scheme://host``, ``scheme://host:port`` or ``scheme://host:*``.
+        """Read a pattern: ``scheme://host``, ``scheme://host:port`` or ``scheme://host:*``.
+
+        A page that was opened from a file is ``file://`` or ``null``, as its browser calls it.
 
         Raises:
             OriginError: It is something else.
@@ -44,17 +52,20 @@ class Origin:
         found = cls._read(text, any_port=True)
         if found is None:
             raise OriginError(
-                f"{text!r}: allowed: scheme://host, scheme://host:port or scheme://host:*"
+                f"{text!r}: allowed: scheme://host, scheme://host:port, scheme://host:*, and for "
+                "pages that were opened from a file: file:// and null"
             )
         return found
 
     @classmethod
     def header(cls, text: str) -> Self | None:
-        """Read an Origin header; None if it names no host (``null``) or is malformed."""
+        """Read an Origin header; None if it is malformed."""
         return cls._read(text, any_port=False)
 
     @classmethod
     def _read(cls, text: str, any_port: bool) -> Self | None:
+        if text in _FILE:
+            return cls(_FILE[text], "", None)
         match = _ORIGIN.fullmatch(text)
         if match is None:
             return None
@@ -70,6 +81,11 @@ class Origin:
             None,
             origin.port,
         )
+
+
+def is_file(header: str) -> bool:
+    """Return whether a browser names so a page that was opened from a file."""
+    return header in _FILE
 
 
 def is_allowed(header: str, patterns: Iterable[Origin]) -> bool:

@@ -7,7 +7,7 @@ Parameters: ``~file`` (URDF; default: that of the chosen robot), ``~config_dir``
 scara_config), ``~rate`` [Hz] (largest rate of each robot on ``/tf``, 2 to 100, default: 25).
 Parameters set: ``robot_description``, ``real/robot_description``.
 Topics out: ``/tf`` (moving links, stamp: that of the joint state), ``/tf_static`` (the others,
-latched).
+latched). In a namespace all frames carry it in front: ``cell_2/base_link``.
 Topics in: ``twin/joint_states``, ``real/joint_states``, only while somebody listens to ``/tf``.
 Exit codes: 0 after a signal, 2 when it cannot start.
 """
@@ -25,6 +25,7 @@ import rospy
 from geometry_msgs.msg import TransformStamped
 from scara_config import ConfigError, load_robot
 from scara_ros.memory import keep_for_good
+from scara_ros.nodes.own_cell import own_frame
 from scara_ros.nodes.registration import keep_parameters
 from scara_ros.nodes.starting import become_node, until_shutdown
 from scara_ros.pacing import Pace
@@ -54,7 +55,7 @@ def main() -> None:
         rospy.logfatal("%s: %s", NAME, error)
         sys.exit(2)
     keep_parameters({"robot_description": twin.text, "real/robot_description": real.text})
-    publisher = StatePublisher(twin.frames, real.frames, rate)
+    publisher = StatePublisher(twin.frames.renamed(own_frame), real.frames.renamed(own_frame), rate)
     rospy.on_shutdown(publisher.end)
     keep_for_good()
     with until_shutdown():

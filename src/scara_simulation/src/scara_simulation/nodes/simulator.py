@@ -28,6 +28,7 @@ from scara_config import ConfigError, Robot, load_robot
 from scara_config.palletise import Palletise, find_palletise
 from scara_ros.io.scheduling import go_first
 from scara_ros.memory import keep_for_good
+from scara_ros.nodes.own_cell import own_frame
 from scara_ros.nodes.starting import become_node, until_shutdown
 
 from scara_simulation.command_desk import CommandDesk
@@ -73,7 +74,7 @@ def main() -> None:
         simulation = _simulation(world, robot, config, gains)
 
         parts = (
-            PartsPorts(world, work, robot.base_frame)
+            PartsPorts(world, work, own_frame(robot.base_frame))
             if work and isinstance(world, PartWorld)
             else None
         )

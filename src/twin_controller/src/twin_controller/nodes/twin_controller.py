@@ -31,6 +31,7 @@ from scara_ros.io.persons import Persons, load_persons
 from scara_ros.io.scheduling import go_first
 from scara_ros.memory import keep_for_good
 from scara_ros.nodes.diagnostics import PERIOD_S
+from scara_ros.nodes.own_cell import own_frame
 from scara_ros.nodes.starting import become_node, until_shutdown
 from scara_ros.pacing import Pace
 from std_msgs.msg import String
@@ -87,7 +88,7 @@ class Node:
             persons: Who may hold control.
         """
         self._setup = Setup(robot, config)
-        self._base_frame = robot.base_frame
+        self._base_frame = own_frame(robot.base_frame)
         self._shadow = ShadowService(self._setup, configuration)
         self._publishing = Publishing(self._setup, robot, self._shadow)
         self._real = self._real_link(robot, config, layout)
