@@ -186,5 +186,6 @@ def main() -> None:
     root = Path(os.environ.get("CELL_ROOT") or Path.cwd())
     recorder = Recorder(settings, Path(runs or root / "runs").resolve())
     rospy.on_shutdown(recorder.close)
+    rospy.loginfo("recorder is ready")
     keep_for_good()
     rospy.spin()

@@ -147,7 +147,7 @@ def serve(private: dict[str, str]) -> None:
             f"{address(host, port, token)} to operate" + (f" as {name}" if len(shown) > 1 else "")
             for name, token in shown.items()
         ]
-        text = f"operator_panel: {address(host, port, '')} to watch, {', '.join(ways)}"
+        text = f"operator_panel is ready: {address(host, port, '')} to watch, {', '.join(ways)}"
         background_tasks.create(_announce(host, port, text), name="announce")
 
     app.on_shutdown(ended.set)

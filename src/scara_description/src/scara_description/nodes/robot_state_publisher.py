@@ -57,6 +57,7 @@ def main() -> None:
     keep_parameters({"robot_description": twin.text, "real/robot_description": real.text})
     publisher = StatePublisher(twin.frames.renamed(own_frame), real.frames.renamed(own_frame), rate)
     rospy.on_shutdown(publisher.end)
+    rospy.loginfo("%s is ready", NAME)
     keep_for_good()
     with until_shutdown():
         publisher.run()

@@ -50,6 +50,7 @@ def main() -> None:
     with world:
         camera = Camera(world, config)
         rospy.on_shutdown(camera.wake)
+        rospy.loginfo("camera is ready")
         with until_shutdown():
             camera.run()
 

@@ -4,7 +4,8 @@ Parameters: ``~config_dir`` (robot.yaml, twin_controller.yaml, modbus_map.yaml, 
 ``~modbus_host``, ``~modbus_port`` and ``~gateway_url`` override the end points of
 twin_controller.yaml, ``~links`` its choice of link limits (strict or desk).
 Services: ``twin_controller/command`` (scara_msgs/TwinCommand), ``twin_controller/control``
-(scara_msgs/Control), ``twin_controller/judge`` (scara_msgs/JudgeMove), ``twin_controller/why``
+(scara_msgs/Control), ``twin_controller/stop``, ``pause``, ``resume``, ``reset``
+(std_srvs/Trigger), ``twin_controller/judge`` (scara_msgs/JudgeMove), ``twin_controller/why``
 (scara_msgs/Why), ``twin_controller/shadow`` (scara_msgs/Shadow).
 Subscribes: ``people/nearest`` (geometry_msgs/PointStamped in the base frame), for speed and
 separation monitoring.
@@ -135,6 +136,7 @@ class Node:
         keep_for_good()
         go_first()
         with self._publishing, self._engine, self._real, self._twin, until_shutdown():
+            rospy.loginfo("twin_controller is ready")
             self._watch()
         for service in services:
             service.shutdown("the twin controller ends")
