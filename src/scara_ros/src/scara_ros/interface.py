@@ -142,7 +142,7 @@ class _Module:
             loops = [(each.target, each.iter) for each in node.generators]
         for target, given in loops:
             if isinstance(given, ast.Name):
-                given = self._constants.get(given.id, given)  # type: ignore[assignment]
+                given = self._constants.get(given.id, given)
             if isinstance(target, ast.Name) and isinstance(given, (ast.Tuple, ast.List)):
                 texts = [text for item in given.elts for text in self._texts(item, {})]
                 bound[target.id] = texts

@@ -9,11 +9,12 @@ each answer.
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import threading
 from collections.abc import Callable
 from contextvars import Context
 from functools import partial
-from typing import TypeVarTuple
+from typing import Any
 
 import pymodbus
 from pymodbus.constants import ExcCodes
@@ -29,7 +30,6 @@ from fanuc_emulator.register_image import RegisterImage
 from fanuc_emulator.registers import RegisterError
 from fanuc_emulator.snapshot import Snapshot
 
-_Arguments = TypeVarTuple("_Arguments")
 _READ_COILS, _READ_DISCRETE, _READ_INPUT, _WRITE_COIL, _WRITE_COILS = 1, 2, 4, 5, 15
 
 
@@ -48,10 +48,10 @@ class _OwnThreadLoop(asyncio.SelectorEventLoop):
         super().__init__()
         self._own_thread = threading.get_ident()
 
-    def call_soon_threadsafe(
+    def call_soon_threadsafe(  # type: ignore[override]
         self,
-        callback: Callable[[*_Arguments], object],
-        *arguments: *_Arguments,
+        callback: Callable[..., object],
+        *arguments: Any,
         context: Context | None = None,
     ) -> asyncio.Handle:
         """Call ``callback`` soon; wake the loop if the caller is another thread."""
@@ -116,8 +116,11 @@ class RobotServer:
 
     def _run(self) -> None:
         try:
-            with asyncio.Runner(loop_factory=_OwnThreadLoop) as runner:
-                runner.run(self._serve())
+            with contextlib.closing(_OwnThreadLoop()) as loop:
+                loop.run_until_complete(self._serve())
+                for task in (left := asyncio.all_tasks(loop)):
+                    task.cancel()
+                loop.run_until_complete(asyncio.gather(*left, return_exceptions=True))
         except Exception as error:
             self._failure = error
         finally:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Self
+
+from typing_extensions import Self
 
 # What a browser sends (RFC 6454, section 6.1), and a pattern's port may be *.
 _ORIGIN = re.compile(

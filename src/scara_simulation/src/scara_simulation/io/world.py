@@ -8,10 +8,11 @@ from __future__ import annotations
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
 import pybullet
 from scara_config import ConfigError
+from typing_extensions import Self
 
 State = tuple[list[float], list[float]]
 
