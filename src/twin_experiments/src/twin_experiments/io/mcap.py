@@ -116,7 +116,7 @@ def _as_recorded(
         writer.start(profile=str(Profile.ROS1), library="twin_experiments")
         for part in parts:
             _copy(part, writer, digests)
-        writer.finish()
+        writer.finish()  # type: ignore[no-untyped-call]
     counts: Counter[str] = Counter()
     read: dict[str, Any] = defaultdict(hashlib.sha256)
     with made.open("rb") as file:
