@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import urllib.request
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -61,8 +62,8 @@ def cells(
             cell.show()
         yield first, second, started
     finally:
-        second.close()
-        first.close()
+        with ThreadPoolExecutor() as pool:
+            list(pool.map(Shown.close, (first, second)))
 
 
 def test_cells_are_apart_in_every_way(cells: tuple[Shown, Shown, list[Process]]) -> None:
