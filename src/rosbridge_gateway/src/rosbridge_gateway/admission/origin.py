@@ -19,8 +19,8 @@ _ANY = "*"
 _FILE = {"null": "null", "file://": "file"}
 """How browsers call a page that was opened from a file, and the scheme that stands for each here.
 
-Firefox and others say ``null``; so does a frame that a web site has sandboxed. Only a file is
-``file://``.
+``null`` is also what a browser says of a frame that a web site has sandboxed; ``file://`` it says
+of files only.
 """
 _LARGEST_PORT = 65535
 
