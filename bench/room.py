@@ -11,13 +11,14 @@ import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self, TypeVar
+from typing import Any, TypeVar
 
 from harness.processes import Process, Stage, free_port, wait_until
 from harness.ros import Master, Ros
 from harness.workspace import workspace_environment
 from rich.console import Console
 from scara_config import Robot, load_robot
+from typing_extensions import Self
 
 from bench.peers.install import install
 

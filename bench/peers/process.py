@@ -11,7 +11,9 @@ import select
 import subprocess
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Any
+
+from typing_extensions import Self
 
 from bench.peers.install import PYTHON, PeerMissing, clean_environment
 

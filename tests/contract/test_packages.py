@@ -137,11 +137,11 @@ def test_everything_a_package_installs_exists() -> None:
 
 def test_every_yaml_file_of_the_configuration_is_installed() -> None:
     """A cell in the install space finds the same files."""
-    text = (ROOT / "config" / "CMakeLists.txt").read_text()
+    text = (ROOT / "src" / "scara_config" / "CMakeLists.txt").read_text()
     assert {file.name for file in (ROOT / "config").glob("*.yaml")} == set(
         re.findall(r"\w+\.yaml", text)
     )
-    assert "install(DIRECTORY robots" in text
+    assert "install(DIRECTORY config/robots" in text
 
 
 def test_modules_have_telling_names_and_a_readable_length() -> None:

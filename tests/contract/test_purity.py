@@ -89,10 +89,10 @@ FILES = frozenset(
 
 # Reading and writing configuration files is what scara_config is for.
 EXEMPT = {
-    "config/src/scara_config/palletise.py": {"exists"},
-    "config/src/scara_config/loader.py": {"os", "rospkg", "read_text"},
-    "config/src/scara_config/profile.py": {"os", "rospkg", "iterdir", "exists"},
-    "config/src/scara_config/writer.py": {
+    "src/scara_config/src/scara_config/palletise.py": {"exists"},
+    "src/scara_config/src/scara_config/loader.py": {"os", "rospkg", "read_text"},
+    "src/scara_config/src/scara_config/profile.py": {"os", "rospkg", "iterdir", "exists"},
+    "src/scara_config/src/scara_config/writer.py": {
         "io",
         "os",
         "tempfile",

@@ -16,7 +16,9 @@ import time
 import uuid
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Self, TypeVar
+from typing import TypeVar
+
+from typing_extensions import Self
 
 T = TypeVar("T")
 

@@ -10,9 +10,7 @@ from pathlib import Path
 
 from harness.workspace import ROOT
 
-PACKAGES = sorted(
-    [ROOT / "config", *(file.parent for file in (ROOT / "src").glob("*/package.xml"))]
-)
+PACKAGES = sorted(file.parent for file in (ROOT / "src").glob("*/package.xml"))
 
 
 @cache
@@ -46,7 +44,7 @@ class Module:
 
 def package_name(folder: Path) -> str:
     """Return the name of the package in a folder."""
-    return "scara_config" if folder.name == "config" else folder.name
+    return folder.name
 
 
 def modules() -> list[Module]:

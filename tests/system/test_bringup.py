@@ -12,7 +12,6 @@ from pathlib import Path
 import pytest
 from harness.live_cell import NODES, LiveCell
 from harness.processes import Process, free_port, wait_until
-from harness.ros import Master
 from harness.yaml_files import changed_yaml, copy_configuration, shipped
 
 pytestmark = pytest.mark.system
@@ -164,44 +163,6 @@ def test_taken_port_is_said_with_its_owner_before_anything_starts(
         rf"port {taken_port}, wanted by .+, is taken by pid {os.getpid()} \(", bringup.output
     ), bringup.output
     assert "starting" not in bringup.output
-
-
-@pytest.mark.thorough
-def test_second_cell_lives_beside_the_first_in_its_own_namespace(
-    ros_master: Master, tmp_path: Path
-) -> None:
-    """All names are relative: two cells at one running master, which is used and survives both."""
-    first, second = (
-        LiveCell(tmp_path / name, ros_master.uri, f"/{name}") for name in ("cell_1", "cell_2")
-    )
-    try:
-        one = first.start()
-        first.wait_ready(one)
-        two = second.start()
-        second.wait_ready(two)
-        assert "using the ROS master that runs" in one.output
-        names = first.tool("rosservice", "list").split()
-        assert {"/cell_1/move_to", "/cell_2/move_to"} <= set(names) and "/move_to" not in names
-        third = LiveCell(tmp_path / "cell_3", ros_master.uri, "/cell_2")
-        try:
-            refused = third.start()
-            assert refused.wait(20.0) == 1
-            assert "run already in namespace /cell_2" in refused.output
-        finally:
-            third.close()
-
-        def scene() -> None:
-            answer = second.call("move_to", "{x: 0.51, y: 0.16, z: 0.10, speed_percent: 50}")
-            assert answer["success"], answer
-
-        second.beside_lost_links(scene)
-        assert first.real_joints() == pytest.approx([0, 0, -160, 0, 0, 0, 0, 0, 0], abs=0.02), (
-            "the first cell stood still"
-        )
-    finally:
-        second.close()
-        first.close()
-    assert ros_master.answers()
 
 
 def test_unknown_node_to_leave_out_is_refused(cell: LiveCell) -> None:

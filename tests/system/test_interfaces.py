@@ -11,6 +11,7 @@ import pytest
 from harness.live_cell import NODES, LiveCell
 from harness.processes import wait_until
 from harness.workspace import ROOT
+from scara_ros.nodes.running import help_of
 
 pytestmark = pytest.mark.system
 
@@ -99,6 +100,48 @@ def graph(live_cell: LiveCell) -> Iterator[Graph]:
     yield Graph(live_cell.master_uri)
     for node in shown:
         node.stop()
+
+
+PACKAGE_OF = {
+    **SHOWN,
+    "simulator": "scara_simulation",
+    "kinematics_server": "scara_control",
+    "joint_pose_controller": "scara_control",
+    "joint_vel_controller": "scara_control",
+    "motion_server": "scara_control",
+    "trajectory_server": "scara_control",
+    "emulator": "fanuc_emulator",
+    "twin_controller": "twin_controller",
+    "recorder": "cell_recorder",
+    "operator_panel": "operator_panel",
+}
+
+
+def pattern(line: str) -> re.Pattern[str]:
+    """Return what a line of the help can stand for: <joint> is any word."""
+    name = line.split()[0]
+    absolute = name if name.startswith("/") else f"/{name}"
+    return re.compile(re.sub(r"<\w+>", r"\\w+", absolute))
+
+
+@pytest.mark.parametrize(("node", "package"), PACKAGE_OF.items())
+def test_help_of_a_node_names_what_is_documented(node: str, package: str) -> None:
+    """Each topic and service in a table with its type, or in the node's own words."""
+    text = help_of(f"{package}.nodes.{node}")
+    told, _, tables = text.partition("usage: rosrun")
+    listed = [line for line in tables.splitlines() if line.startswith("  ")]
+    for name, type_name, _ in rows(sections()[node]):
+        lines = [line for line in listed if pattern(line).fullmatch(name)]
+        if any(line.split()[-1].endswith("Action") for line in listed):  # five topics each
+            lines += [line for line in listed if pattern(line).fullmatch(name.rpartition("/")[0])]
+            type_name = type_name if "/joint_trajectory_action/" not in name else ""
+        if not lines:
+            in_words = [
+                word for word in re.findall(r"[\w/<>]+", told) if "/" in word or "_" in word
+            ]
+            assert any(pattern(word).fullmatch(name) for word in in_words), (node, name)
+        elif type_name:
+            assert any(line.split()[1] == type_name for line in lines), (name, lines)
 
 
 def test_every_node_of_the_cell_has_a_section() -> None:

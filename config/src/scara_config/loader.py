@@ -32,7 +32,7 @@ class ConfigError(ValueError):
 
 
 def config_directory() -> Path:
-    """Return the folder of the installed or sourced package ``scara_config``.
+    """Return the folder ``config`` of the installed or sourced package ``scara_config``.
 
     ``SCARA_CONFIG_DIR`` wins if it is set.
 
@@ -46,7 +46,7 @@ def config_directory() -> Path:
     import rospkg
 
     try:
-        return Path(rospkg.RosPack().get_path("scara_config"))
+        return Path(rospkg.RosPack().get_path("scara_config"), "config").resolve()
     except rospkg.ResourceNotFound as error:
         raise ConfigError(
             "package scara_config is not on ROS_PACKAGE_PATH: source env.sh first"

@@ -7,16 +7,17 @@ from __future__ import annotations
 
 import subprocess
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import pytest
+import rosparam
 from fanuc_emulator.config import load_emulator, load_programs
 from fanuc_emulator.program import MoveStep
 from harness.workspace import ROOT
 from robot_doctor.examine import examine
 from robot_doctor.finding import Level
 from robot_doctor.io.profile_files import read_profile
-from scara_config import Robot, load_robot, locate
 from scara_config.modbus_map import load_modbus_map
 from scara_config.profile import CHOICE, known_robots
 from scara_control.kinematics.tool import tool_kinematics
@@ -25,6 +26,10 @@ from scara_simulation.config import load_gains, load_simulation
 from scara_simulation.io.world import World
 from scara_simulation.tuning.stability import KINDS, Plant, spectral_radius
 from twin_experiments.config import RealLeads, load_experiments
+
+from scara_config import Robot, load, load_robot, locate
+from scara_description.gazebo import CameraView, controllers_of, with_gazebo
+from scara_description.urdf import parse_urdf
 
 CONFIG = ROOT / "config"
 ROBOTS = known_robots(CONFIG)
@@ -79,9 +84,10 @@ def test_the_written_urdf_is_up_to_date(robot: Robot) -> None:
     The article's cell is written by hand.
     """
     if locate("body.yaml", CONFIG).is_file():
-        assert robot.description.read_text(encoding="utf-8") == urdf_of(
-            robot, load_body(robot, CONFIG)
-        )
+        text = urdf_of(robot, load_body(robot, CONFIG))
+        view = load(locate("camera.yaml", CONFIG), CameraView)
+        text = with_gazebo(text, view, parse_urdf(text).root)
+        assert robot.description.read_text(encoding="utf-8") == text
     answer = subprocess.run(
         ["check_urdf", str(robot.description)],
         capture_output=True,
@@ -90,6 +96,27 @@ def test_the_written_urdf_is_up_to_date(robot: Robot) -> None:
         check=False,
     )
     assert answer.returncode == 0, answer.stdout + answer.stderr
+
+
+def test_what_gazebo_needs_is_up_to_date(robot: Robot) -> None:
+    """`write_gazebo` changes nothing; ROS's own loader of parameters reads the controllers.
+
+    Neither was run in Gazebo.
+    """
+    text = robot.description.read_text(encoding="utf-8")
+    view = load(locate("camera.yaml", CONFIG), CameraView)
+    assert with_gazebo(text, view, parse_urdf(text).root) == text
+    gains = load(locate("pid_gains.yaml", CONFIG), dict[str, dict[str, dict[str, Any]]])
+    folder = ROOT / "src" / "scara_description" / "gazebo"
+    file = folder / f"{robot.name}_controllers.yaml"
+    assert file.read_text(encoding="utf-8") == controllers_of(robot, gains)
+    ((read, namespace),) = rosparam.load_file(str(file), default_namespace="/")
+    assert (namespace, list(read)) == ("/", ["twin"])
+    for joint in robot.twin_joints:
+        for loop in ("position", "velocity"):
+            controller = read["twin"][f"{joint.name}_{loop}_controller"]
+            assert controller["joint"] == joint.name
+            assert controller["pid"] == gains[joint.name][loop]
 
 
 def test_efforts_suffice_inertia_is_right_and_gains_are_stable(robot: Robot) -> None:

@@ -16,7 +16,7 @@ import time
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from datetime import UTC, datetime
+from datetime import datetime, timezone
 from pathlib import Path
 from typing import Annotated
 
@@ -66,7 +66,7 @@ def main(
     if unknown:
         print(f"mutants: no room is called {', '.join(unknown)}: {', '.join(load_rooms())}")
         raise typer.Exit(2)
-    seed = seed if seed is not None else int(datetime.now(UTC).strftime("%Y%m%d"))
+    seed = seed if seed is not None else int(datetime.now(timezone.utc).strftime("%Y%m%d"))
     found = {
         name: [place for path in room.paths() for place in places_of(path)]
         for name, room in chosen.items()

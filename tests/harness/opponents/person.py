@@ -9,10 +9,11 @@ import math
 import multiprocessing
 import time
 from multiprocessing.connection import Connection
-from typing import Any, Self
+from typing import Any
 
 from scara_config import load_robot
 from twin_experiments.walk import walked
+from typing_extensions import Self
 
 from harness.ros import Ros
 from harness.workspace import ROOT

@@ -8,7 +8,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import time
-from datetime import UTC, datetime
+from datetime import datetime, timezone
 from pathlib import Path
 from typing import Annotated
 
@@ -43,7 +43,7 @@ def main(
         console.print(f"{robot}: {time.process_time() - begun:.1f} s of processor time")
     if renew:
         older = stored.read_baseline().figures if stored.FILE.exists() else {}
-        today = datetime.now(UTC).strftime("%Y-%m-%d")
+        today = datetime.now(timezone.utc).strftime("%Y-%m-%d")
         stored.write_baseline(stored.Baseline(today, _commit(), {**older, **found}))
         console.print(f"baseline written: {stored.FILE.relative_to(ROOT)}", soft_wrap=True)
     if as_json:

@@ -17,7 +17,6 @@ import random
 from collections.abc import Callable, Sequence
 from functools import partial
 from types import TracebackType
-from typing import Self
 
 import numpy as np
 from scara_simulation.io.world import World
@@ -47,6 +46,7 @@ from twin_controller.core.setup import Setup
 from twin_controller.core.state import initial_state
 from twin_controller.core.step import step
 from twin_experiments.standstill import Activity, observe, still_for
+from typing_extensions import Self
 
 from harness.virtual_cell.files import CellFiles, load_files
 from harness.virtual_cell.real_side import RealSide

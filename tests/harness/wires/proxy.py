@@ -22,7 +22,8 @@ import struct
 import threading
 import time
 from collections.abc import Callable
-from typing import Self
+
+from typing_extensions import Self
 
 from harness.wires.damage import Fault, Piece, passed
 

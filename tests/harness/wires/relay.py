@@ -9,9 +9,10 @@ import contextlib
 import multiprocessing
 import threading
 from multiprocessing.connection import Connection
-from typing import Any, Self
+from typing import Any
 
 from scara_ros.io.scheduling import go_first
+from typing_extensions import Self
 
 from harness.wires.damage import Fault
 from harness.wires.proxy import Proxy, Units

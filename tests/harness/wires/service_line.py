@@ -11,8 +11,10 @@ import socket
 import struct
 import xmlrpc.client
 from types import TracebackType
-from typing import Any, Self
+from typing import Any
 from urllib.parse import urlsplit
+
+from typing_extensions import Self
 
 CONNECT_S = 2.0
 

@@ -49,7 +49,7 @@ def test_camera_draws_the_joints_it_hears_and_says_where_it_stands(ros: Ros, twi
             text in status.message
             for report in reports
             for status in report.status
-            if status.name == "camera: pictures"
+            if status.name == "/camera: pictures"
         )
 
     wait_until(lambda: said("nobody looks"), 30.0, "a camera that rests")

@@ -433,8 +433,9 @@ def test_pair_as_data_is_what_the_page_shows(open_page: Callable[..., Page], pan
         answer = viewer.request.get(f"http://127.0.0.1:{panel.port}/api/twin{query}")
         assert answer.ok, answer.text()
         pair = answer.json()
-        assert pair["names"][0] == "joint_1"
-        assert pair["real"]["position"][0] == pytest.approx(shown(viewer, "joint_1.real"), abs=0.05)
+        assert pair["units"]["joint_1"] == "deg"
+        position = pair["real"]["position"]["joint_1"]
+        assert position == pytest.approx(shown(viewer, "joint_1.real"), abs=0.05)
 
 
 def test_page_greys_out_when_its_server_is_killed_and_comes_back_by_itself(

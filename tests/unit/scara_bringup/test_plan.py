@@ -22,7 +22,7 @@ def test_recorder_and_page_are_told_one_folder_of_runs() -> None:
 
 
 def test_plan_holds_every_node_of_the_design() -> None:
-    """A cell is these ten nodes, each once."""
+    """A cell is these eleven nodes, each once."""
     names = [node.name for node in PLAN]
     assert len(set(names)) == len(names)
     assert set(names) == {
@@ -35,6 +35,7 @@ def test_plan_holds_every_node_of_the_design() -> None:
         "trajectory_server",
         "emulator",
         "recorder",
+        "robot_state_publisher",
         "twin_controller",
     }
 
@@ -47,13 +48,13 @@ def test_ports_of_the_plan_are_those_of_the_configuration() -> None:
     }
 
 
-def test_page_camera_and_models_belong_to_a_cell_for_people_only() -> None:
+def test_page_and_camera_belong_to_a_cell_for_people_only() -> None:
     """An experiment needs none of them.
 
     A page goes first when the cell ends, so that nobody commands a cell that ends.
     """
     added = {node.name: node for node in cell_plan(DOORS, with_panel=True) if node not in PLAN}
-    assert set(added) == {"robot_state_publisher", "camera", "operator_panel"}
+    assert set(added) == {"camera", "operator_panel"}
     assert added["operator_panel"].port == 18080
     assert ending_order(cell_plan(DOORS, with_panel=True))[0] == frozenset({"operator_panel"})
 

@@ -7,7 +7,8 @@ from dataclasses import replace
 import pytest
 from scara_bringup.config import Door, Doors
 from scara_bringup.plan import cell_plan
-from scara_bringup.readiness import Missing, Seen, missing, resolve
+from scara_bringup.readiness import Missing, Seen, missing
+from scara_ros.names import resolve
 
 PLAN = cell_plan(
     Doors(
@@ -28,11 +29,11 @@ def complete(namespace: str = "/") -> Seen:
     )
 
 
-@pytest.mark.parametrize("namespace", ["/", "/cell_2", "cell_2/"])
+@pytest.mark.parametrize("namespace", ["/", "/cell_2", "cell_2/", "cell_2", "hall/cell_2"])
 def test_nothing_is_missing_in_a_complete_cell(namespace: str) -> None:
     """Relative names are looked for in the namespace of the cell."""
     absolute = "/" + namespace.strip("/")
-    assert missing(PLAN, complete(absolute), absolute) == ()
+    assert missing(PLAN, complete(absolute), namespace) == ()
 
 
 def test_services_of_another_namespace_do_not_count() -> None:

@@ -163,9 +163,11 @@ def test_sourced_environment_knows_the_workspace_without_any_variable_set(tmp_pa
         f'source "{ROOT}/env.sh" && rospack find scara_config && echo "$ROS_MASTER_URI $ROS_IP"',
         cwd=tmp_path,
     )
-    assert done.stdout.split() == [str(ROOT / "config"), "http://127.0.0.1:11311", "127.0.0.1"], (
-        done.stderr
-    )
+    assert done.stdout.split() == [
+        str(ROOT / "src" / "scara_config"),
+        "http://127.0.0.1:11311",
+        "127.0.0.1",
+    ], done.stderr
 
 
 def test_foreign_variables_do_not_leak_in() -> None:

@@ -21,10 +21,11 @@ def tree(tmp_path: Path) -> Path:
     root = tmp_path / "cell"
     shutil.copytree(ROOT / "setup", root / "setup")
     shutil.copytree(ROOT / ".ci", root / ".ci")
-    for name in ("cell", "env.sh", "CMakeLists.txt"):
+    for name in ("cell", "env.sh"):
         shutil.copy(ROOT / name, root)
     package = root / "src" / "example"
     (package / "nodes").mkdir(parents=True)
+    shutil.copy(ROOT / "src" / "CMakeLists.txt", root / "src")
     (root / "config").mkdir()
     (package / "package.xml").write_text("<package/>")
     (package / "code.py").write_text("")
@@ -251,7 +252,7 @@ BUILD = (
         ("echo 1 >> src/example/code.py", 1),
         ("touch src/example/package.xml", 1),
         ("echo '<!-- -->' >> src/example/package.xml", 2),
-        ("echo '# ' >> CMakeLists.txt", 2),
+        ("echo '# ' >> src/CMakeLists.txt", 2),
         ("echo 'float64 x' > src/example/New.msg", 2),
         ("touch src/example/nodes/new_node", 2),
         ("rm -rf devel", 2),

@@ -6,7 +6,7 @@ What can be raised, how severe it is, which one the alarm registers show.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from datetime import UTC, datetime
+from datetime import datetime, timezone
 from enum import IntEnum
 
 import msgspec
@@ -55,7 +55,7 @@ class Alarm(msgspec.Struct, frozen=True):
     @property
     def date(self) -> tuple[int, int, int, int, int, int]:
         """Year, month, day, hour, minute, second in UTC."""
-        at = datetime.fromtimestamp(self.seconds, UTC)
+        at = datetime.fromtimestamp(self.seconds, timezone.utc)
         return (at.year, at.month, at.day, at.hour, at.minute, at.second)
 
 

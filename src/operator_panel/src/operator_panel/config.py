@@ -7,8 +7,9 @@ from typing import Annotated
 
 import msgspec
 from msgspec import Meta
-from scara_config import Robot, load, locate
 from scara_config.percent import SharePercent
+
+from scara_config import Robot, load, locate
 
 Rate = Annotated[float, Meta(ge=1.0, le=50.0)]
 Seconds = Annotated[float, Meta(gt=0.0, le=600.0)]
@@ -32,11 +33,15 @@ class Preview(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     duration_s: Annotated[float, Meta(gt=0.0, le=10.0)]
 
 
+Origin = Annotated[str, Meta(pattern=r"^(https?://[a-z0-9._-]+(:[0-9]{1,5})?|null)$")]
+
+
 class PanelConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """operator_panel.yaml."""
 
     host: str
     port: Port
+    api_origins: list[Origin]
     update_rate_hz: Rate
     silent_ms: Annotated[float, Meta(ge=100.0, le=60000.0)]
     chart_window_s: Annotated[float, Meta(ge=2.0, le=120.0)]

@@ -37,6 +37,7 @@ ROSOUT = NodePlan("rosout", "scara_bringup", "rosout", topics=("/rosout_agg",), 
 CONTROLLER = "twin_controller"
 PANEL = "operator_panel"
 POSE = "joint_pose_controller"
+MODELS = "robot_state_publisher"
 DESK_LINKS = ("_links:=desk",)
 """Robot and twin share this machine: a late process is no lost link.
 
@@ -59,8 +60,8 @@ def cell_plan(
     Args:
         doors: Where emulator, gateway and operator page will listen.
         without: Names to leave out, for example the emulator when a real robot is there.
-        with_panel: Whether what people look at belongs to it, the operator page, the camera and the
-            robots' models in RViz: in a cell for people, not in one that runs experiments.
+        with_panel: Whether what people look at belongs to it, the operator page and the camera:
+            in a cell for people, not in one that runs experiments.
         runs: The folder of all recordings; empty: the nodes' own default.
 
     Raises:
@@ -86,6 +87,7 @@ def cell_plan(
             topics=("joint_vel_controller/state",),
         ),
         NodePlan("motion_server", "scara_control", "motion_server", services=("move_to",)),
+        NodePlan(MODELS, "scara_description", MODELS, topics=("robot_description",)),
         NodePlan(
             "trajectory_server",
             "scara_control",
@@ -125,10 +127,8 @@ def _for_people(doors: Doors, runs: str) -> list[NodePlan]:
 
     The page goes first when it ends, so that nobody commands a cell that ends.
     """
-    models = "robot_state_publisher"
     panel = (f"_runs_dir:={runs}",) if runs else ()
     return [
-        NodePlan(models, "scara_description", models, topics=("/tf",)),
         NodePlan("camera", "scara_simulation", "camera", topics=("camera/image_raw",)),
         NodePlan(PANEL, PANEL, PANEL, panel, port=doors.panel.port, leaves=0),
     ]

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from scara_ros.names import resolve
+
 from scara_bringup.plan import CONTROLLER, NodePlan
 from scara_msgs.msg import TwinControllerState
 
@@ -71,12 +73,3 @@ def _mode_text(seen: Seen) -> str:
     if not seen.mode:
         return f"mode {READY_MODE} (no twin_controller/state yet)"
     return f"mode {READY_MODE}: it is {seen.mode}" + (f" ({seen.why})" if seen.why else "")
-
-
-def resolve(name: str, namespace: str) -> str:
-    """Make a relative ROS name absolute.
-
-    >>> resolve("move_to", "/cell_2")
-    '/cell_2/move_to'
-    """
-    return name if name.startswith("/") else f"{namespace.rstrip('/')}/{name}"

@@ -9,7 +9,7 @@ Source: unit quaternions and rotations by half angles, any text on rigid-body mo
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import msgspec
@@ -79,6 +79,20 @@ class Frames:
 
     fixed: tuple[FramePose, ...]
     moving: Mapping[str, MovingFrame]
+
+    def renamed(self, rename: Callable[[str], str]) -> Frames:
+        """Return the same frames under other names, for example with a cell's prefix."""
+
+        def named(pose: FramePose) -> FramePose:
+            return FramePose(rename(pose.parent), rename(pose.child), pose.xyz, pose.rotation)
+
+        return Frames(
+            fixed=tuple(named(pose) for pose in self.fixed),
+            moving={
+                joint: MovingFrame(named(frame.home), frame.axis, frame.slides)
+                for joint, frame in self.moving.items()
+            },
+        )
 
     def moved(self, names: Sequence[str], positions: Sequence[float]) -> list[FramePose]:
         """Return the poses of the links that the named joints move, in this order.

@@ -67,7 +67,7 @@ class PageDoor:
 
         A request without the headers of a browser is none of a web site: a program of this machine.
         """
-        if len(visit.hosts) != 1 or not is_known_host(visit.hosts[0], self.host):
+        if not self.is_asked(visit):
             return "this page is not served under that name"
         if visit.origin and visit.origin.lower() != f"http://{visit.hosts[0].lower()}":
             return "another site may not use this page"
@@ -75,6 +75,10 @@ class PageDoor:
         if visit.site.lower() not in OWN and not opened:
             return "another site may not use this page"
         return ""
+
+    def is_asked(self, visit: Visit) -> bool:
+        """Return whether a request means this page: it has one Host, and that is ours."""
+        return len(visit.hosts) == 1 and is_known_host(visit.hosts[0], self.host)
 
     def brings_token(self, visit: Visit) -> bool:
         """Return whether the address has the right token."""

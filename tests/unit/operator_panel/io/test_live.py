@@ -102,9 +102,12 @@ def parts() -> SimpleNamespace:
 
 async def until(condition: Any) -> None:
     """Let the others run until ``condition`` holds."""
-    async with asyncio.timeout(10.0):
+
+    async def wait() -> None:
         while not condition():
             await asyncio.sleep(0.001)
+
+    await asyncio.wait_for(wait(), 10.0)
 
 
 def test_without_a_page_no_frame_is_made_and_the_charts_go_on(parts: SimpleNamespace) -> None:

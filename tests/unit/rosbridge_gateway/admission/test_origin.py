@@ -41,8 +41,12 @@ def test_page_of_this_machine_may_connect(header: str) -> None:
         "http://127.0.0.1.evil.example",
         "http://127.1:80",
         "ws://localhost:80",
-        "file://",
-        "null",
+        "file://somewhere",
+        "file:///",
+        "file:",
+        "NULL",
+        "null:80",
+        "null://null",
         "",
         "http://evil.example",
     ],
@@ -50,6 +54,17 @@ def test_page_of_this_machine_may_connect(header: str) -> None:
 def test_other_page_may_not_connect(header: str) -> None:
     """Neither what only looks like it, nor what is no origin at all."""
     assert not is_allowed(header, origin_patterns(SHIPPED))
+
+
+@pytest.mark.parametrize("header", ["file://", "null"])
+def test_page_opened_from_a_file_may_connect_where_the_list_says_so(header: str) -> None:
+    """Browsers name it in two ways; each counts for itself."""
+    assert is_allowed(header, origin_patterns(SHIPPED))
+    assert is_allowed(header, [Origin.pattern(header)])
+    web = [Origin.pattern("http://localhost:*"), Origin.pattern("https://localhost:*")]
+    assert not is_allowed(header, web)
+    other = {"file://": "null", "null": "file://"}[header]
+    assert not is_allowed(header, [Origin.pattern(other)])
 
 
 def test_pattern_without_a_port_means_the_one_of_its_scheme() -> None:

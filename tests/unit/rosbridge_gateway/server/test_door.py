@@ -61,7 +61,7 @@ def test_client_without_a_right_to_come_is_turned_away(
 
 
 @pytest.mark.parametrize(
-    "origin", ["http://example.org", "http://localhost:80.evil.example", "null"]
+    "origin", ["http://example.org", "http://localhost:80.evil.example", "file://example.org"]
 )
 @pytest.mark.parametrize("path", ["", "?token=drive"])
 def test_foreign_web_page_is_turned_away(cell: Cell, origin: str, path: str) -> None:
@@ -89,6 +89,29 @@ def test_page_of_this_machine_is_a_viewer_without_a_token(cell: Cell) -> None:
     program = cell.client()
     program.say(op="call_service", service="twin_controller/command")
     assert cell.graph.calls.get(timeout=DEADLINE).caller.startswith("operator@")
+
+
+@pytest.mark.parametrize("origin", ["file://", "null"])
+@pytest.mark.parametrize("path", ["", "?token=drive"])
+def test_page_opened_from_a_file_reads_and_no_more(cell: Cell, origin: str, path: str) -> None:
+    """A token does not help it: a web site's frame can have the origin ``null`` too."""
+    page = cell.client(path, origin=origin)
+    assert page.time()["result"]
+    page.say(op="subscribe", topic="twin/joint_states")
+    assert (
+        "role viewer may not" in page.ask(op="advertise", topic="motion_command", type="T")["msg"]
+    )
+    answer = page.ask(op="call_service", id="1", service="twin_controller/command")
+    assert not answer["result"]
+    with pytest.raises(websocket.WebSocketBadStatusException, match="401"):
+        cell.client("?token=guess", origin=origin)
+
+
+def test_page_opened_from_a_file_has_no_role_where_pages_have_none(make_cell: MakeCell) -> None:
+    """The file's own word counts, with a token too."""
+    cell = make_cell(page_role="")
+    with pytest.raises(websocket.WebSocketBadStatusException, match="403"):
+        cell.client("?token=drive", origin="null")
 
 
 def test_page_with_a_token_has_its_role(cell: Cell) -> None:

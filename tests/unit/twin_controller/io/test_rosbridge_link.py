@@ -8,12 +8,13 @@ import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
-from typing import Any, Self
+from typing import Any
 
 import pytest
 from twin_controller.io.rosbridge_access import Access
 from twin_controller.io.rosbridge_link import RosbridgeLink
 from twin_controller.io.rosbridge_settings import LinkSettings
+from typing_extensions import Self
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.server import ServerConnection, serve
 

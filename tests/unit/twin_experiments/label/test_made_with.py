@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
-from datetime import UTC, datetime, timedelta
+from datetime import datetime, timedelta, timezone
 
 from twin_experiments.label.made_with import MadeWith, Workspace
 from twin_experiments.label.plant import RecordedPlant
 
-BEGUN = datetime(2026, 3, 1, 12, 30, 15, tzinfo=UTC)
-ENDED = datetime(2026, 3, 1, 12, 31, tzinfo=UTC)
+BEGUN = datetime(2026, 3, 1, 12, 30, 15, tzinfo=timezone.utc)
+ENDED = datetime(2026, 3, 1, 12, 31, tzinfo=timezone.utc)
 VERSIONS = {"twin_experiments": "0.1.0", "Python": "3.11.2", "numpy": "1.24.2"}
 HERE = Workspace("1234567", VERSIONS, "A Processor", 2, ENDED + timedelta(seconds=5))
 SOFT = RecordedPlant("soft", "a soft robot", 1.5)

@@ -19,19 +19,19 @@ class BagPathError(ValueError):
     """A recording was asked for at a place where none may be; the text names the allowed folder."""
 
 
-def bag_file(runs: Path, requested: str, stamp: str) -> Path:
+def bag_file(runs: Path, requested: str, folder: str) -> Path:
     """Return where a recording goes.
 
     Args:
         runs: The runs folder, resolved.
         requested: Path of a ``.bag``, in or relative to ``runs``. Empty: a folder of its own,
-            called ``stamp``.
-        stamp: The time, as a folder's name.
+            called ``folder``.
+        folder: A name from the time and the cell.
 
     Raises:
         BagPathError: The path, with all links followed, leads out of the folder, or is no ``.bag``.
     """
-    path = runs / requested if requested else runs / stamp / BAG_NAME
+    path = runs / requested if requested else runs / folder / BAG_NAME
     allowed = f"recordings go into {runs} only: give a path in it or relative to it"
     if ".." in path.parts or not path.resolve().is_relative_to(runs):
         raise BagPathError(f"{requested}: {allowed}")

@@ -5,7 +5,8 @@ default: runs of the environment's CELL_ROOT, else of the working folder). It wr
 When the folder is beyond ``runs_limit_mb``, the oldest recordings of no experiment are removed.
 Services: ``recorder/start`` (scara_msgs/StartRecording), ``recorder/stop``
 (scara_msgs/StopRecording). Publishes ``/diagnostics``. Subscribes while recording to all topics of
-experiments.yaml, raw.
+experiments.yaml, raw. All cells at a master share ``/diagnostics``, ``/tf`` and ``/tf_static``: of
+these it keeps what nodes of its own namespace send.
 """
 
 from __future__ import annotations
@@ -20,7 +21,9 @@ from pathlib import Path
 import rospy
 from scara_config import ConfigError, config_directory, load, locate
 from scara_ros.memory import keep_for_good
+from scara_ros.names import SHARED_TOPICS, folder_of
 from scara_ros.nodes.diagnostics import PERIOD_S, Diagnostics
+from scara_ros.nodes.own_cell import is_own
 from scara_ros.nodes.starting import become_node
 from scara_ros.pacing import Pace
 
@@ -81,7 +84,8 @@ class Recorder:
                 return StartRecordingResponse(False, "use_sim_time is set but /clock is silent", "")
             stamp = datetime.now().strftime("%Y-%m-%d_%H-%M-%S")
             try:
-                path = bag_file(self._runs, request.path, stamp)
+                folder = folder_of(stamp, rospy.get_namespace())
+                path = bag_file(self._runs, request.path, folder)
                 self._writer = BagWriter(path, self._settings)
             except (BagPathError, BagWriterError) as error:
                 rospy.logwarn("recorder: refused: %s", error)
@@ -120,6 +124,8 @@ class Recorder:
             name = rospy.resolve_name(topic)
 
             def keep(message: rospy.AnyMsg, name: str = name) -> None:
+                if name in SHARED_TOPICS and not is_own(message):
+                    return
                 writer.put(
                     name, message._connection_header, message._buff, rospy.get_rostime().to_nsec()
                 )
@@ -180,5 +186,6 @@ def main() -> None:
     root = Path(os.environ.get("CELL_ROOT") or Path.cwd())
     recorder = Recorder(settings, Path(runs or root / "runs").resolve())
     rospy.on_shutdown(recorder.close)
+    rospy.loginfo("recorder is ready")
     keep_for_good()
     rospy.spin()

@@ -225,7 +225,8 @@ def run(
         }
         listed = ", ".join(f"RSR{number} {name}" for number, name in started.items())
         print(
-            f"emulator: Modbus TCP on {address[0]}:{address[1]}, device {layout.device_id}; "
+            f"emulator is ready: Modbus TCP on {address[0]}:{address[1]}, "
+            f"device {layout.device_id}; "
             f"{listed}; plant {named}: {config.plant.description}",
             flush=True,
         )

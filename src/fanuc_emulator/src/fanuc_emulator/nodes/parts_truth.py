@@ -29,7 +29,7 @@ class PartsTruth:
     Args:
         parts: The parts; stepped by the same thread.
         work: palletise.yaml.
-        base_frame: Frame of all positions.
+        base_frame: Frame of all positions; on ROS it gets the cell's prefix.
     """
 
     def __init__(self, parts: CellParts, work: Palletise, base_frame: str) -> None:
@@ -43,12 +43,13 @@ class PartsTruth:
         """Begin; a roscore is there."""
         import rospy
         from geometry_msgs.msg import Point
+        from scara_ros.nodes.own_cell import own_frame
         from std_srvs.srv import Trigger, TriggerResponse
         from visualization_msgs.msg import Marker, MarkerArray
 
         from scara_msgs.msg import GripperState, PartEvent
 
-        self._time = rospy.Time.from_sec
+        self._time, self._frame = rospy.Time.from_sec, own_frame(self._frame)
         self._marker, self._array, self._point = Marker, MarkerArray, Point
         self._answer = TriggerResponse
         self._state, self._event = GripperState, PartEvent

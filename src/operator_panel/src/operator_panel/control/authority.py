@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
+from scara_config.text_enum import StrEnum
 
 from operator_panel.view.snapshot import CellState
 

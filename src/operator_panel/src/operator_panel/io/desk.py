@@ -150,7 +150,7 @@ class Desk:
         """Give the signs of life of all pages that are there, until cancelled."""
         while True:
             await self.give_signs()
-            with contextlib.suppress(TimeoutError):
+            with contextlib.suppress(asyncio.TimeoutError):
                 await asyncio.wait_for(self._wake.wait(), self._keep_s / SIGNS)
             self._wake.clear()
 

@@ -84,7 +84,7 @@ class Live:
             self._desk.tick()
             self._step()
             if not self._lines:
-                with contextlib.suppress(TimeoutError):
+                with contextlib.suppress(asyncio.TimeoutError):
                     await asyncio.wait_for(self._watched.wait(), UNWATCHED_S)
                 due = time.monotonic()
                 continue

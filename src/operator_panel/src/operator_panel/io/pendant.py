@@ -39,7 +39,7 @@ class Pendant:
             return Answer(False, f"the pendant cannot be started: {error}")
         try:
             said, _ = await asyncio.wait_for(process.communicate(), self._timeout)
-        except TimeoutError:
+        except asyncio.TimeoutError:
             process.kill()
             await process.wait()
             return Answer(

@@ -12,6 +12,7 @@ import msgspec
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray
 from scara_config import Robot
+from scara_ros.nodes.own_cell import is_own
 from std_msgs.msg import String
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -157,6 +158,8 @@ class Listening:
         return take
 
     def _diagnostics(self, message: DiagnosticArray) -> None:
+        if not is_own(message):  # all cells at a master share the topic
+            return
         now = time.monotonic()
         found = {
             status.name: Diagnosis(

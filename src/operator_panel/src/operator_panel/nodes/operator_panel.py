@@ -33,7 +33,6 @@ from typing import Any
 
 import rospkg
 from nicegui import app, background_tasks, ui
-from scara_config import ConfigError, config_directory, load_robot
 from scara_ros.io.page_guard import PageGuard
 from scara_ros.io.page_token import address, refuse_token_in, ros_home
 from scara_ros.io.persons import load_persons, person_tokens
@@ -42,12 +41,14 @@ from scara_ros.page_door import PageDoor
 
 from operator_panel.config import PanelConfig, load_panel, load_surroundings
 from operator_panel.control.jog import DeadMan
-from operator_panel.io.api import offer_camera, offer_events, offer_twin
+from operator_panel.io.api import offer_camera, offer_events
 from operator_panel.io.desk import Desk
 from operator_panel.io.live import Live
 from operator_panel.io.page.shell import Shell
+from operator_panel.io.twin_api import ROOT, TwinApi
 from operator_panel.nodes.cell_link import NODE, CellLink
 from operator_panel.view.frame import FrameMaker
+from scara_config import ConfigError, config_directory, load_robot
 from scara_description.urdf import Model, UrdfError, parse_urdf
 
 TOKEN_VARIABLE, TOKEN_FILE = "OPERATOR_PANEL_TOKEN", "operator_token"
@@ -110,7 +111,7 @@ def serve(private: dict[str, str]) -> None:
     dead_man = DeadMan(robot, around.jog_limit_percent, config.jog.dead_man_ms * 1e-3)
     desk = Desk(link, dead_man, around.keep_s, silent_s, link.say)
     live = Live(link, desk, FrameMaker(robot, model, silent_s, around.alarm_mm), config)
-    offer_twin(link.shadow)
+    TwinApi(link.shadow).offer(app)
     offer_camera(link.picture)
     offer_events(live.events.csv)
     Shell(
@@ -129,6 +130,8 @@ def serve(private: dict[str, str]) -> None:
         doors={name: PageDoor(NODE, host, port, token) for name, token in tokens.items()},
         stranger=lambda path: desk.crowded() if path == "/" else "",
         framed="/runs/",
+        readable=ROOT,
+        readers=frozenset(config.api_origins),
     )
 
     @app.on_startup
@@ -147,7 +150,7 @@ def serve(private: dict[str, str]) -> None:
             f"{address(host, port, token)} to operate" + (f" as {name}" if len(shown) > 1 else "")
             for name, token in shown.items()
         ]
-        text = f"operator_panel: {address(host, port, '')} to watch, {', '.join(ways)}"
+        text = f"operator_panel is ready: {address(host, port, '')} to watch, {', '.join(ways)}"
         background_tasks.create(_announce(host, port, text), name="announce")
 
     app.on_shutdown(ended.set)

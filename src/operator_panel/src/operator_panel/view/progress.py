@@ -7,9 +7,9 @@ later by the mode, so the newest commands are followed until they end.
 from __future__ import annotations
 
 from collections import deque
-from enum import StrEnum
 
 import msgspec
+from scara_config.text_enum import StrEnum
 
 from operator_panel.door import Answer
 from operator_panel.view import words

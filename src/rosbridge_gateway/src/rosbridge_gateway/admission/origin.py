@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Self
+
+from typing_extensions import Self
 
 # What a browser sends (RFC 6454, section 6.1), and a pattern's port may be *.
 _ORIGIN = re.compile(
@@ -15,6 +16,12 @@ _ORIGIN = re.compile(
 )
 _DEFAULT_PORTS = {"http": 80, "https": 443}
 _ANY = "*"
+_FILE = {"null": "null", "file://": "file"}
+"""How browsers call a page that was opened from a file, and the scheme that stands for each here.
+
+``null`` is also what a browser says of a frame that a web site has sandboxed; ``file://`` it says
+of files only.
+"""
 _LARGEST_PORT = 65535
 
 
@@ -32,7 +39,9 @@ class Origin:
 
     @classmethod
     def pattern(cls, text: str) -> Self:
-        """Read ``scheme://host``, ``scheme://host:port`` or ``scheme://host:*``.
+        """Read a pattern: ``scheme://host``, ``scheme://host:port`` or ``scheme://host:*``.
+
+        A page that was opened from a file is ``file://`` or ``null``, as its browser calls it.
 
         Raises:
             OriginError: It is something else.
@@ -44,17 +53,20 @@ class Origin:
         found = cls._read(text, any_port=True)
         if found is None:
             raise OriginError(
-                f"{text!r}: allowed: scheme://host, scheme://host:port or scheme://host:*"
+                f"{text!r}: allowed: scheme://host, scheme://host:port, scheme://host:*, and for "
+                "pages that were opened from a file: file:// and null"
             )
         return found
 
     @classmethod
     def header(cls, text: str) -> Self | None:
-        """Read an Origin header; None if it names no host (``null``) or is malformed."""
+        """Read an Origin header; None if it is malformed."""
         return cls._read(text, any_port=False)
 
     @classmethod
     def _read(cls, text: str, any_port: bool) -> Self | None:
+        if text in _FILE:
+            return cls(_FILE[text], "", None)
         match = _ORIGIN.fullmatch(text)
         if match is None:
             return None
@@ -70,6 +82,11 @@ class Origin:
             None,
             origin.port,
         )
+
+
+def is_file(header: str) -> bool:
+    """Return whether a browser names so a page that was opened from a file."""
+    return header in _FILE
 
 
 def is_allowed(header: str, patterns: Iterable[Origin]) -> bool:

@@ -121,9 +121,8 @@ class Client:
                 await asyncio.sleep(interval)
                 asked = time.monotonic()
                 try:
-                    async with asyncio.timeout(timeout):
-                        await (await self._connection.ping())
-                except TimeoutError:
+                    await asyncio.wait_for(await self._connection.ping(), timeout)
+                except asyncio.TimeoutError:
                     if self._heard < asked:
                         self.drop(f"no answer to a ping within {timeout:g} s")
                         return

@@ -12,7 +12,7 @@ from urllib.parse import parse_qs, urlsplit
 from websockets.datastructures import Headers
 
 from rosbridge_gateway.admission.guesses import Guesses
-from rosbridge_gateway.admission.origin import is_allowed
+from rosbridge_gateway.admission.origin import is_allowed, is_file
 from rosbridge_gateway.admission.places import Visitor
 from rosbridge_gateway.admission.tokens import Tokens
 from rosbridge_gateway.config import GatewayConfig, origin_patterns
@@ -71,6 +71,8 @@ class Door:
         token = _token(headers, path)
         if token is not None:
             role = self._role_by(token, host, now)
+            if any(is_file(origin) for origin in origins):
+                return self._file_page()
             person = self._persons.get(token, "")
             return Visitor(role, False, person, token if person else "")
         # Whatever page a browser shows: its user may have opened it without knowing what it does.
@@ -78,6 +80,15 @@ class Door:
         if role and ipaddress.ip_address(host.partition("%")[0]).is_loopback:
             return Visitor(role, is_page=bool(origins))
         raise NotAdmittedError(HTTPStatus.UNAUTHORIZED, "a token is needed")
+
+    def _file_page(self) -> Visitor:
+        """Let a page read that was opened from a file, whatever token it has brought.
+
+        Any web site can make a frame with the same origin, and ask its visitor for a token.
+        """
+        if not self._page_role:
+            raise NotAdmittedError(HTTPStatus.FORBIDDEN, "pages need a page_role in gateway.yaml")
+        return Visitor(self._page_role, is_page=True)
 
     def _role_by(self, token: str, host: str, now: float) -> str:
         wait = self._guesses.wait(host, now)

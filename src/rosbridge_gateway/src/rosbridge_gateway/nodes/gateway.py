@@ -61,7 +61,7 @@ def main() -> None:
     keep_for_good()
     go_first()
     with server, until_shutdown():
-        rospy.loginfo("gateway: rosbridge v2 on %s:%d", config.host, server.port)
+        rospy.loginfo("gateway is ready: rosbridge v2 on %s:%d", config.host, server.port)
         _watch(server, graph)
     if server.failure is not None:
         sys.exit(1)

@@ -6,6 +6,10 @@ import os
 from datetime import datetime
 from pathlib import Path
 
+from scara_ros.names import folder_of
+
+from scara_bringup.io.preflight import namespace
+
 
 def runs_folder() -> Path:
     """Return runs/ of the workspace, or of the present folder outside of one."""
@@ -30,12 +34,15 @@ def runs_of(folder: Path, wanted: Path | None) -> Path:
 
 
 def make_output(wanted: Path | None) -> Path:
-    """Create the folder of this run and return it; without a wish it is ``runs/<time>``.
+    """Create the folder of this run and return it.
+
+    Without a wish it is ``runs/<time>``, in a namespace ``runs/<time>_<namespace>``.
 
     Raises:
         OSError: It cannot be made, or is no folder.
     """
-    folder = wanted or runs_folder() / datetime.now().strftime("%Y-%m-%d_%H-%M-%S")
+    name = folder_of(datetime.now().strftime("%Y-%m-%d_%H-%M-%S"), namespace())
+    folder = wanted or runs_folder() / name
     folder.mkdir(parents=True, exist_ok=True)
     return folder.resolve()
 

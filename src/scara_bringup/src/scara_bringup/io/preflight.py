@@ -9,11 +9,11 @@ import os
 from collections.abc import Mapping
 
 import rosgraph
+from scara_ros.names import NamespaceError, namespace_of, resolve
 
 from scara_bringup.io.master import Address, MasterProbe
 from scara_bringup.io.ports import listening_ports, owner_of
 from scara_bringup.plan import NodePlan
-from scara_bringup.readiness import resolve
 
 
 class CannotStartError(RuntimeError):
@@ -82,5 +82,12 @@ def node_address(env: Mapping[str, str], network: bool) -> dict[str, str]:
 
 
 def namespace() -> str:
-    """Return the namespace of the cell."""
-    return os.environ.get("ROS_NAMESPACE", "").strip() or "/"
+    """Return the namespace of the cell, in its absolute form.
+
+    Raises:
+        CannotStartError: ROS_NAMESPACE holds what is no name.
+    """
+    try:
+        return namespace_of(os.environ.get("ROS_NAMESPACE", ""))
+    except NamespaceError as error:
+        raise CannotStartError(str(error)) from error

@@ -23,7 +23,12 @@ from scara_bringup.io.configuration import copy_with_ports
 from scara_bringup.io.forked import WarmParent, WarmParentError
 from scara_bringup.io.master import MasterProbe
 from scara_bringup.io.output import link_latest, make_output, runs_of
-from scara_bringup.io.preflight import CannotStartError, check_before_start, node_address
+from scara_bringup.io.preflight import (
+    CannotStartError,
+    check_before_start,
+    namespace,
+    node_address,
+)
 from scara_bringup.io.processes import Processes
 from scara_bringup.nodes.cell_shell import CellShell
 from scara_bringup.plan import NodePlan, cell_plan, experiment_plan
@@ -177,9 +182,13 @@ def run(
 
 
 def choose_address(network: bool) -> None:
-    """Keep every program of the cell to this machine, or end with the reason why not."""
+    """Keep every program of the cell to this machine and to one spelling of its namespace.
+
+    End with the reason if that cannot be.
+    """
     try:
         os.environ.update(node_address(os.environ, network))
+        os.environ["ROS_NAMESPACE"] = namespace()
     except CannotStartError as error:
         screen.complain(str(error))
         raise typer.Exit(1) from error

@@ -54,6 +54,7 @@ def main() -> None:
         sys.exit(2)
     Collector(LogFile(Path(rospkg.get_log_dir()) / "rosout.log", limit_mb))
     diagnostics = Diagnostics("log")
+    rospy.loginfo("rosout is ready")
     with until_shutdown():
         while not rospy.is_shutdown():
             diagnostics.publish()

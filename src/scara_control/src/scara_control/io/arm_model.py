@@ -6,11 +6,12 @@ import tempfile
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
 import pybullet
 from scara_config import ConfigError
 from scara_config.payload import Payload
+from typing_extensions import Self
 
 from scara_control.dynamics.payload_links import with_payloads, without_shapes
 

@@ -5,9 +5,12 @@ frames ``real/<link>``, the real robot.
 
 Parameters: ``~file`` (URDF; default: that of the chosen robot), ``~config_dir`` (default: package
 scara_config), ``~rate`` [Hz] (largest rate of each robot on ``/tf``, 2 to 100, default: 25).
-Parameters set: ``robot_description``, ``real/robot_description``.
+Parameters set: ``robot_description``, ``real/robot_description``, and what the robot's profile
+holds: ``profile/robot``, ``profile/pid_gains``, ``profile/modbus_map``.
 Topics out: ``/tf`` (moving links, stamp: that of the joint state), ``/tf_static`` (the others,
-latched).
+latched), ``robot_description`` and ``real/robot_description`` (std_msgs/String, latched: for
+recordings and viewers that ask for a topic). In a namespace all frames carry it in front:
+``cell_2/base_link``.
 Topics in: ``twin/joint_states``, ``real/joint_states``, only while somebody listens to ``/tf``.
 Exit codes: 0 after a signal, 2 when it cannot start.
 """
@@ -20,22 +23,27 @@ import time
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import rospy
 from geometry_msgs.msg import TransformStamped
-from scara_config import ConfigError, load_robot
 from scara_ros.memory import keep_for_good
+from scara_ros.nodes.own_cell import own_frame
 from scara_ros.nodes.registration import keep_parameters
 from scara_ros.nodes.starting import become_node, until_shutdown
 from scara_ros.pacing import Pace
+from scara_ros.parameters import as_parameter
 from sensor_msgs.msg import JointState
+from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
+from scara_config import ConfigError, load, load_robot, locate
 from scara_description.frames import FramePose, Frames, JointStateError, frames_of
 from scara_description.ghost import DescriptionError, ghost_of
 from scara_description.urdf import UrdfError
 
 NAME = "robot_state_publisher"
+PROFILE = ("robot", "pid_gains", "modbus_map")
 LOOK_S = 1.0  # our choice: how long a listener waits for its first frame at most
 RATE_HZ = 25.0  # our choice: what RViz shows fluently
 RATES_HZ = (2.0, 100.0)
@@ -50,15 +58,21 @@ def main() -> None:
         become_node(NAME)
         rate = _rate(rospy.get_param("~rate", RATE_HZ))
         twin, real = _describe(_file())
+        profile = _profile(rospy.get_param("~config_dir", None))
     except ConfigError as error:
         rospy.logfatal("%s: %s", NAME, error)
         sys.exit(2)
-    keep_parameters({"robot_description": twin.text, "real/robot_description": real.text})
-    publisher = StatePublisher(twin.frames, real.frames, rate)
+    described = {"robot_description": twin.text, "real/robot_description": real.text}
+    keep_parameters({**described, **{f"profile/{name}": tree for name, tree in profile.items()}})
+    told = [_latched(name, text) for name, text in described.items()]
+    publisher = StatePublisher(twin.frames.renamed(own_frame), real.frames.renamed(own_frame), rate)
     rospy.on_shutdown(publisher.end)
+    rospy.loginfo("%s is ready", NAME)
     keep_for_good()
     with until_shutdown():
         publisher.run()
+    for topic in told:
+        topic.unregister()
 
 
 @dataclass(frozen=True)
@@ -161,6 +175,20 @@ def _file() -> Path:
     if rospy.has_param("~file"):
         return Path(str(rospy.get_param("~file")))
     return load_robot(rospy.get_param("~config_dir", None)).description
+
+
+def _profile(directory: str | None) -> dict[str, dict[str, Any]]:
+    """Return the files of the robot's profile as parameters can hold them, by name."""
+    return {
+        name: as_parameter(load(locate(f"{name}.yaml", directory), dict[str, Any]))
+        for name in PROFILE
+    }
+
+
+def _latched(name: str, text: str) -> rospy.Publisher:
+    publisher = rospy.Publisher(name, String, queue_size=1, latch=True)
+    publisher.publish(String(text))
+    return publisher
 
 
 def _describe(file: Path) -> tuple[Description, Description]:

@@ -10,11 +10,13 @@ import sys
 from pathlib import Path
 
 import rospkg
-from scara_config import ConfigError, load_robot
 from scara_config.profile import CHOICE
 
+from scara_config import ConfigError, load, load_robot, locate
 from scara_description.body import load_body, urdf_of
+from scara_description.gazebo import CameraView, with_gazebo
 from scara_description.inertia import ShapeError
+from scara_description.urdf import parse_urdf
 
 
 def main() -> None:
@@ -24,7 +26,10 @@ def main() -> None:
     os.environ[CHOICE] = sys.argv[1]
     try:
         robot = load_robot()
-        text = urdf_of(robot, load_body(robot))
+        body = load_body(robot)
+        view = load(locate("camera.yaml"), CameraView)
+        text = urdf_of(robot, body)
+        text = with_gazebo(text, view, parse_urdf(text).root)
         path = Path(rospkg.RosPack().get_path("scara_description")) / "urdf" / robot.urdf
         if path.is_file() and path.read_text(encoding="utf-8") == text:
             print(f"{path}: up to date")

@@ -16,6 +16,7 @@ Send = Callable[[Any], Awaitable[None]]
 Server = Callable[[Scope, Receive, Send], Awaitable[None]]
 Answer = tuple[int, str, list[tuple[bytes, bytes]]]
 
+READING = ("GET", "HEAD", "OPTIONS")
 KNOWN = "scara.known"
 """Key of a request's scope: whether the visitor has brought a token."""
 PERSON = "scara.person"
@@ -34,6 +35,8 @@ class PageGuard:
         stranger: Callable[[str], str] = lambda _: PRIVATE,
         framed: str = "",
         doors: Mapping[str, PageDoor] | None = None,
+        readable: str = "",
+        readers: frozenset[str] = frozenset(),
     ) -> None:
         """Guard a server.
 
@@ -43,7 +46,10 @@ class PageGuard:
             stranger: Says why somebody without the token does not get a path, or an empty text.
             framed: Paths that start so may stand in a frame of the page itself.
             doors: The rules of a page with a token for each person, by name; they differ by that.
+            readable: Paths that start so may be read (GET, HEAD) by pages of other sites,
+            readers: whose origins are these.
         """
+        self._readable, self._readers = readable, readers
         self._server, self._stranger, self._framed = server, stranger, framed
         self._doors = dict(doors or {})
         if door is not None:
@@ -56,6 +62,9 @@ class PageGuard:
             await self._server(scope, receive, send)
             return
         visit = _visit(scope)
+        if self._is_reader(scope, visit):
+            await self._lend(scope, visit.origin, receive, send)
+            return
         refused = self._answer(scope, visit)
         if refused is not None and scope["type"] == "http":
             await _say(send, *refused)
@@ -63,6 +72,36 @@ class PageGuard:
             await send({"type": "websocket.close", "code": 1008, "reason": refused[1]})
         else:
             await self._server(scope, receive, self._marked(scope["path"], send))
+
+    def _is_reader(self, scope: Scope, visit: Visit) -> bool:
+        """Return whether a page of another site reads what it may; it is nobody we know."""
+        return (
+            bool(self._readable)
+            and scope["type"] == "http"
+            and scope["path"].startswith(self._readable)
+            and scope["method"] in READING
+            and visit.origin in self._readers
+            and self._door.is_asked(visit)
+        )
+
+    async def _lend(self, scope: Scope, origin: str, receive: Receive, send: Send) -> None:
+        """Serve a page of another site; its browser lets it see the answer by these marks."""
+        marks = [
+            (b"access-control-allow-origin", origin.encode()),
+            (b"access-control-allow-methods", b"GET, HEAD"),
+            (b"vary", b"Origin"),
+        ]
+        if scope["method"] == "OPTIONS":
+            await _say(send, 204, "", marks)
+            return
+        scope[KNOWN], scope[PERSON] = False, ""
+
+        async def marked(message: Any) -> None:
+            if message["type"] == "http.response.start":
+                message = {**message, "headers": [*message.get("headers", ()), *marks]}
+            await send(message)
+
+        await self._server(scope, receive, self._marked(scope["path"], marked))
 
     def _answer(self, scope: Scope, visit: Visit) -> Answer | None:
         """Return what is answered here; None: the visitor is let in."""

@@ -9,7 +9,6 @@ import time
 from collections.abc import Callable
 from io import BytesIO
 from types import TracebackType
-from typing import Self
 from urllib.parse import urlparse
 
 from rosgraph.network import (
@@ -17,6 +16,7 @@ from rosgraph.network import (
     read_ros_handshake_header,
     write_ros_handshake_header,
 )
+from typing_extensions import Self
 
 _ANY_TYPE = "*"
 _HEADER_BYTES = 4096

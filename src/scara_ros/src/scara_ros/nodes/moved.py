@@ -5,6 +5,8 @@ from __future__ import annotations
 import importlib
 import sys
 
+from scara_ros.nodes.running import run
+
 
 def run_moved(package: str, node: str, now_in: str) -> None:
     """Run ``now_in``'s executable ``node`` in place of ``package``'s; say the new name on stderr.
@@ -13,4 +15,4 @@ def run_moved(package: str, node: str, now_in: str) -> None:
     """
     text = f"rosrun {package} {node}: it moved; use: rosrun {now_in} {node}"
     print(text, file=sys.stderr, flush=True)
-    importlib.import_module(f"{now_in}.nodes.{node}").main()
+    run(importlib.import_module(f"{now_in}.nodes.{node}").main)

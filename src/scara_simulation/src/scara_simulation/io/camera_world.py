@@ -10,11 +10,12 @@ import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 import pybullet
 from scara_config import ConfigError
+from typing_extensions import Self
 
 from scara_simulation.camera.config import CameraConfig
 from scara_simulation.camera.round_shapes import NAME, cylinder_mesh, with_round_shapes

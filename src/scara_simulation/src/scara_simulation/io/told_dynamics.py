@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Self
 
 from scara_config import Robot
 from scara_config.payload import Payload
 from scara_control.dynamics.effort import load_of, unplanned_shares
 from scara_control.io.arm_model import ArmModel
+from typing_extensions import Self
 
 from scara_simulation.config import SimulationConfig
 

@@ -21,6 +21,7 @@ from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
 from scara_config import ConfigError, load_robot
 from scara_ros.diagnosis import Diagnosis, Level
 from scara_ros.nodes.diagnostics import PERIOD_S, Diagnostics
+from scara_ros.nodes.own_cell import own_frame
 from scara_ros.nodes.starting import become_node, until_shutdown
 from sensor_msgs.msg import CameraInfo, Image, JointState
 from tf2_ros import StaticTransformBroadcaster
@@ -49,6 +50,7 @@ def main() -> None:
     with world:
         camera = Camera(world, config)
         rospy.on_shutdown(camera.wake)
+        rospy.loginfo("camera is ready")
         with until_shutdown():
             camera.run()
 
@@ -135,7 +137,7 @@ class Camera:
         image = Image(
             height=height, width=width, encoding="rgb8", step=width * depth, data=pixels.tobytes()
         )
-        image.header.stamp, image.header.frame_id = newest.header.stamp, FRAME
+        image.header.stamp, image.header.frame_id = newest.header.stamp, own_frame(FRAME)
         self._info.header.stamp = newest.header.stamp
         self._images.publish(image)
         self._infos.publish(self._info)
@@ -155,7 +157,9 @@ class Camera:
             text = "no joint states"
         each = 1e3 * self._spent / self._drawn if self._drawn else 0.0
         values = {"a picture takes [ms]": f"{each:.1f}"}
-        self._diagnostics.publish(Diagnosis(Level.OK, "camera: pictures", text, values))
+        self._diagnostics.publish(
+            Diagnosis(Level.OK, f"{rospy.get_name()}: pictures", text, values)
+        )
         self._drawn, self._spent, self._reported = 0, 0.0, now
 
 
@@ -166,13 +170,13 @@ def _camera_info(config: CameraConfig) -> CameraInfo:
     )
     info.K, info.R = k.ravel().tolist(), [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
     info.P = [*k[0], 0.0, *k[1], 0.0, *k[2], 0.0]
-    info.header.frame_id = FRAME
+    info.header.frame_id = own_frame(FRAME)
     return info
 
 
 def _transform(config: CameraConfig, root: str) -> TransformStamped:
-    made = TransformStamped(child_frame_id=FRAME)
-    made.header.stamp, made.header.frame_id = rospy.Time.now(), root
+    made = TransformStamped(child_frame_id=own_frame(FRAME))
+    made.header.stamp, made.header.frame_id = rospy.Time.now(), own_frame(root)
     made.transform.translation = Vector3(*config.position_m)
     made.transform.rotation = Quaternion(*config.pose.quaternion())
     return made

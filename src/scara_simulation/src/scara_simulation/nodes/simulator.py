@@ -5,14 +5,15 @@ as possible; other than 1 needs ``~publish_clock``), ``~publish_clock`` (false).
 Topics out: ``twin/joint_states``, ``twin/<joint>_position_controller/state``,
 ``twin/<joint>_velocity_controller/state`` (of the loop that is closed; as ``.../state_each_step``
 for each physics step while somebody listens), ``twin/controller_modes``, ``/diagnostics``,
-``/clock`` on request; tuning: see tuning_ports; what the tool carries: see payload_ports;
-``twin/parts``, ``twin/gripper``,
+``/clock`` on request, ``twin/pid/status``, ``twin/pid/<joint>/parameter_descriptions``,
+``twin/pid/<joint>/parameter_updates`` (see tuning_ports); what
+the tool carries: see payload_ports; ``twin/parts``, ``twin/gripper``,
 ``twin/part_events`` and the service ``gripper`` if there is work (palletise.yaml): see parts_ports.
 Topics in: ``twin/joint_setpoints``, ``twin/<joint>_position_controller/command``,
 ``twin/<joint>_velocity_controller/command`` (ends if nobody repeats it), ``motion_command``,
 ``joint_pose_controller/speed_limit_percent`` (the cap of all motion).
-Services: ``pause_physics``, ``unpause_physics``, ``reset_simulation``, ``step``; tuning: see
-tuning_ports.
+Services: ``pause_physics``, ``unpause_physics``, ``reset_simulation``, ``step``;
+``twin/pid/<joint>/set_parameters``, ``twin/pid/undo`` (see tuning_ports).
 Exit codes: 0 after a signal, 1 when the simulation died, 2 when it cannot start.
 """
 
@@ -32,6 +33,7 @@ from scara_config.payload import Payload, load_payloads
 from scara_control.config import load_motion
 from scara_ros.io.scheduling import go_first
 from scara_ros.memory import keep_for_good
+from scara_ros.nodes.own_cell import own_frame
 from scara_ros.nodes.starting import become_node, until_shutdown
 
 from scara_simulation.command_desk import CommandDesk
@@ -83,7 +85,7 @@ def main() -> None:
         states = StatePorts(names, config.dt, publish_clock=publish_clock)
         simulation = _simulation(world, robot, config, gains, told)
         parts = (
-            PartsPorts(world, work, robot.base_frame)
+            PartsPorts(world, work, own_frame(robot.base_frame))
             if work and isinstance(world, PartWorld)
             else None
         )
@@ -116,6 +118,7 @@ def main() -> None:
 
 def _run(clockwork: RealTimeRunner) -> None:
     """Run until a signal comes; say why the simulation died."""
+    rospy.loginfo("simulator is ready")
     keep_for_good()
     go_first()
     try:

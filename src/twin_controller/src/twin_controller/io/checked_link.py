@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from types import TracebackType
-from typing import Self
 
 from scara_config import Robot
+from typing_extensions import Self
 
 from twin_controller.core.actions import PointAhead
 from twin_controller.plausible import Verdict

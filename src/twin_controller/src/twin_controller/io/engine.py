@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import concurrent.futures
 import logging
 import queue
 import threading
@@ -125,6 +126,8 @@ class Engine:
         self.put(msgspec.structs.replace(event, id=number))
         try:
             return future.result(timeout)
+        except concurrent.futures.TimeoutError as error:  # TimeoutError itself from Python 3.11 on
+            raise TimeoutError(f"no answer within {timeout:g} s") from error
         finally:
             with self._replies_lock:
                 self._replies.pop(number, None)

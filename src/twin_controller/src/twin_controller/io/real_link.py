@@ -7,9 +7,9 @@ import logging
 import time
 from collections.abc import Callable
 from types import TracebackType
-from typing import Self
 
 from scara_config import Robot
+from typing_extensions import Self
 
 from twin_controller.core.actions import Command, StreamAhead
 from twin_controller.core.events import AnyEvent, RealAlarm

@@ -9,7 +9,7 @@ import ssl
 import threading
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Self
+from typing import Any
 from urllib.parse import urlsplit
 
 from scara_config import ConfigError
@@ -19,6 +19,7 @@ from scara_ros.io.token_file import (
     TokenError,
     read_token,
 )
+from typing_extensions import Self
 
 from twin_controller.config import Twin
 

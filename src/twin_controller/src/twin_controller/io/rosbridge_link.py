@@ -7,7 +7,9 @@ import threading
 import time
 from collections.abc import Callable, Mapping
 from types import TracebackType
-from typing import Any, Self
+from typing import Any
+
+from typing_extensions import Self
 
 from twin_controller.io.rosbridge_access import Access, shown
 from twin_controller.io.rosbridge_calls import OnAnswer, PendingCalls

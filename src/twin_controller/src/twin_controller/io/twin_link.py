@@ -7,7 +7,9 @@ import threading
 import time
 from collections.abc import Callable
 from types import TracebackType
-from typing import Any, Self
+from typing import Any
+
+from typing_extensions import Self
 
 from twin_controller.core.actions import Command, FollowTwin, MoveTwin, Send
 from twin_controller.core.events import AnyEvent, TwinMeasured, TwinMotion

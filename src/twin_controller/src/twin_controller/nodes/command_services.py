@@ -1,4 +1,7 @@
-"""The services ``command``, ``control`` and ``judge`` of the twin controller: who asks for what.
+"""The services of the twin controller that command, and who asks for what.
+
+``command``, ``control`` and ``judge``; ``stop``, ``pause``, ``resume`` and ``reset`` are commands
+without words, for buttons and scripts.
 
 Tokens are judged here and go no further: the core gets the name, and why it is not proven.
 """
@@ -7,10 +10,12 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import rospy
 from scara_ros.io.persons import LONGEST, Persons
+from std_srvs.srv import Trigger, TriggerResponse
 
 from scara_msgs.srv import (
     Control,
@@ -29,6 +34,7 @@ from twin_controller.core.setup import Setup
 from twin_controller.io.engine import Engine
 
 Audit = Callable[[str, str, bool, str], None]
+TRIGGERS = ("stop", "pause", "resume", "reset")
 SILENT = "KEEP"
 """A sign of life comes each second and is no entry of the audit."""
 
@@ -47,7 +53,20 @@ class CommandServices:
             rospy.Service("twin_controller/command", TwinCommand, self._command),
             rospy.Service("twin_controller/control", Control, self._control),
             rospy.Service("twin_controller/judge", JudgeMove, self._judge),
+            *(
+                rospy.Service(
+                    f"twin_controller/{command}", Trigger, partial(self._trigger, command)
+                )
+                for command in TRIGGERS
+            ),
         ]
+
+    def _trigger(self, command: str, trigger: Trigger._request_class) -> TriggerResponse:
+        """Take a command without words the way of all others; its caller is the audit's."""
+        request = TwinCommand._request_class(command=command)
+        request._connection_header = trigger._connection_header
+        answer = self._command(request)
+        return TriggerResponse(answer.success, answer.message)
 
     def _command(self, request: TwinCommand._request_class) -> TwinCommandResponse:
         command = request.command.strip().upper()

@@ -12,9 +12,10 @@ import threading
 import time
 from collections.abc import Callable
 from types import TracebackType
-from typing import NamedTuple, Self
+from typing import NamedTuple
 
 import rospy
+from typing_extensions import Self
 
 from twin_controller.core.actions import Decided
 from twin_controller.core.events import AnyEvent

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from typing import Any, Self
+from typing import Any
 
 import msgspec
 import rospy
@@ -14,6 +14,7 @@ from scara_ros.nodes.diagnostics import Diagnostics
 from scara_ros.nodes.starting import until_shutdown
 from scara_ros.pacing import Pace
 from sensor_msgs.msg import JointState
+from typing_extensions import Self
 
 from scara_msgs.msg import Audit, LinkState, RobotData, TwinControllerState
 from scara_msgs.msg import Decision as DecisionMessage

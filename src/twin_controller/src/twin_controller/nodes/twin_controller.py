@@ -4,7 +4,8 @@ Parameters: ``~config_dir`` (robot.yaml, twin_controller.yaml, modbus_map.yaml, 
 ``~modbus_host``, ``~modbus_port`` and ``~gateway_url`` override the end points of
 twin_controller.yaml, ``~links`` its choice of link limits (strict or desk).
 Services: ``twin_controller/command`` (scara_msgs/TwinCommand), ``twin_controller/control``
-(scara_msgs/Control), ``twin_controller/judge`` (scara_msgs/JudgeMove), ``twin_controller/why``
+(scara_msgs/Control), ``twin_controller/stop``, ``pause``, ``resume``, ``reset``
+(std_srvs/Trigger), ``twin_controller/judge`` (scara_msgs/JudgeMove), ``twin_controller/why``
 (scara_msgs/Why), ``twin_controller/shadow`` (scara_msgs/Shadow).
 Subscribes: ``people/nearest`` (geometry_msgs/PointStamped in the base frame), for speed and
 separation monitoring.
@@ -31,6 +32,7 @@ from scara_ros.io.persons import Persons, load_persons
 from scara_ros.io.scheduling import go_first
 from scara_ros.memory import keep_for_good
 from scara_ros.nodes.diagnostics import PERIOD_S
+from scara_ros.nodes.own_cell import own_frame
 from scara_ros.nodes.starting import become_node, until_shutdown
 from scara_ros.pacing import Pace
 from std_msgs.msg import String
@@ -87,7 +89,7 @@ class Node:
             persons: Who may hold control.
         """
         self._setup = Setup(robot, config)
-        self._base_frame = robot.base_frame
+        self._base_frame = own_frame(robot.base_frame)
         self._shadow = ShadowService(self._setup, configuration)
         self._publishing = Publishing(self._setup, robot, self._shadow)
         self._real = self._real_link(robot, config, layout)
@@ -135,6 +137,7 @@ class Node:
         keep_for_good()
         go_first()
         with self._publishing, self._engine, self._real, self._twin, until_shutdown():
+            rospy.loginfo("twin_controller is ready")
             self._watch()
         for service in services:
             service.shutdown("the twin controller ends")

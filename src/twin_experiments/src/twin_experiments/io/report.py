@@ -6,7 +6,7 @@ import json
 import platform
 from collections.abc import Sequence
 from dataclasses import dataclass
-from datetime import UTC, datetime, timedelta
+from datetime import datetime, timedelta, timezone
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
@@ -123,7 +123,7 @@ def write_report(bag: Path, folder: Path, config_directory: Path | None = None) 
 
 def _made_with(run: Run, chosen: Configuration, results: Sequence[Result]) -> MadeWith:
     """Return the label of a run's figures."""
-    begun = datetime.fromtimestamp(run.origin, UTC)
+    begun = datetime.fromtimestamp(run.origin, timezone.utc)
     return MadeWith(
         robot=chosen.robot.name,
         plant=run.plant,
@@ -137,7 +137,7 @@ def _made_with(run: Run, chosen: Configuration, results: Sequence[Result]) -> Ma
 def _page(run: Run, report: Report, document: dict[str, Any]) -> str:
     """Return the HTML page, after drawing the figures."""
     robot, config = report.configuration.robot, report.configuration.experiments
-    recorded = datetime.fromtimestamp(run.origin, UTC).strftime("%Y-%m-%d %H:%M:%S UTC")
+    recorded = datetime.fromtimestamp(run.origin, timezone.utc).strftime("%Y-%m-%d %H:%M:%S UTC")
     repaired = "; the recording was not finished, a repaired copy was read" if run.repaired else ""
     return render(
         {

@@ -1,6 +1,6 @@
 """Command ``convert_bag``: a bag becomes one MCAP file for Foxglove and PlotJuggler.
 
-    rosrun twin_experiments convert_bag BAG OUT.mcap
+    rosrun twin_experiments convert_bag BAG OUT.mcap [--profile ros1] [--compression zstd]
 
 Every message is read back. Needs no cell and no ROS master. Exit code: 0 converted, 3 it could not
 be.
@@ -15,7 +15,7 @@ import typer
 from rich.console import Console
 
 from twin_experiments.io.bag_reader import BagError
-from twin_experiments.io.mcap import convert_to_mcap
+from twin_experiments.io.mcap import Compression, Profile, convert_to_mcap
 
 UNUSABLE = 3
 
@@ -29,10 +29,17 @@ def convert_bag(
         Path,
         typer.Argument(metavar="OUT.mcap", help="File to be written; it must not be there yet."),
     ],
+    profile: Annotated[
+        Profile,
+        typer.Option(help="ros2: message types of ROS 2; ros1: each message as it was recorded."),
+    ] = Profile.ROS2,
+    compression: Annotated[
+        Compression, typer.Option(help="Of the file's chunks. lz4 goes with --profile ros1.")
+    ] = Compression.NONE,
 ) -> None:
     """Convert a bag to one MCAP file and read it back."""
     try:
-        counts = convert_to_mcap(bag, target)
+        counts = convert_to_mcap(bag, target, profile, compression)
     except BagError as error:
         Console(stderr=True, highlight=False).print(
             f"convert_bag: {error}", soft_wrap=True, markup=False

@@ -17,6 +17,7 @@ import rospy
 import typer
 from geometry_msgs.msg import Point, PointStamped
 from scara_config import ConfigError, load_robot
+from scara_ros.nodes.own_cell import own_frame
 
 from twin_experiments.nodes.cell import RunError
 from twin_experiments.nodes.live.live_twin import enter_ros
@@ -62,7 +63,7 @@ def walking_person(
     begun = due = time.monotonic()
     while not rospy.is_shutdown():
         message = PointStamped(point=Point(*walked(begin, end, speed, time.monotonic() - begun)))
-        message.header.stamp, message.header.frame_id = rospy.get_rostime(), frame
+        message.header.stamp, message.header.frame_id = rospy.get_rostime(), own_frame(frame)
         publisher.publish(message)
         due = max(due + 1.0 / rate, time.monotonic())
         time.sleep(max(0.0, due - time.monotonic()))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import platform
 import subprocess
-from datetime import UTC, datetime
+from datetime import datetime, timezone
 from importlib.metadata import version
 from pathlib import Path
 
@@ -32,7 +32,7 @@ def this_workspace() -> Workspace:
         },
         processor=processor_of(PROCESSORS),
         cores=os.cpu_count() or 1,
-        now=datetime.now(UTC),
+        now=datetime.now(timezone.utc),
     )
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from types import TracebackType
-from typing import Self
 
 from fanuc_emulator.config import load_emulator
 from fanuc_emulator.io.modbus_server import RobotServer
@@ -13,6 +12,7 @@ from fanuc_emulator.register_image import RegisterImage
 from fanuc_emulator.snapshot import Snapshot
 from scara_config import Robot
 from scara_config.modbus_map import load_modbus_map
+from typing_extensions import Self
 
 from twin_experiments.replay.playback import Playback, PlaybackController
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
-from typing import Any, Self
+from typing import Any
 
 import rosgraph
 import rospy
@@ -13,6 +13,7 @@ from scara_control.pid import PidGains
 from scara_ros.io.master import MasterClient
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
+from typing_extensions import Self
 
 from control_msgs.msg import JointControllerState
 from twin_experiments.step.response import Kind, LoopSample, Step, step_of

@@ -1,0 +1,21 @@
+# Succeed if an installed ROS, below this workspace, has the package itself: ours holds only the messages that the
+# cell uses and would hide the rest. A file CATKIN_IGNORE then keeps catkin and rospack from ours; remove it when the
+# installed package goes.
+function(leave_to_distribution package result)
+  set(${result} FALSE PARENT_SCOPE)
+  string(REPLACE ":" ";" prefixes "$ENV{CMAKE_PREFIX_PATH}")
+  foreach(prefix IN LISTS CMAKE_PREFIX_PATH prefixes)
+    set(installed "${prefix}/share/${package}/package.xml")
+    if(NOT EXISTS "${installed}")
+      continue()
+    endif()
+    file(SHA256 "${installed}" theirs)
+    file(SHA256 "${CMAKE_CURRENT_SOURCE_DIR}/package.xml" ours)
+    if(NOT theirs STREQUAL ours)
+      message(STATUS "${package}: skipped, ${prefix} has it")
+      file(WRITE "${CMAKE_CURRENT_SOURCE_DIR}/CATKIN_IGNORE" "${installed}\n")
+      set(${result} TRUE PARENT_SCOPE)
+      return()
+    endif()
+  endforeach()
+endfunction()

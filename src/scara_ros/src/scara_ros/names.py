@@ -1,0 +1,91 @@
+"""Names that keep two cells at one master apart: of nodes and topics, of frames, of senders.
+
+A cell is a namespace of ROS. Its frames carry the namespace in front, since ``/tf`` is one topic
+for all cells; and of ``/diagnostics`` and ``/tf`` it takes what its own nodes send.
+"""
+
+from __future__ import annotations
+
+import re
+
+ROOT = "/"
+SHARED_TOPICS = ("/diagnostics", "/tf", "/tf_static")
+"""All cells at a master publish there; who wants one cell asks who has sent a message."""
+_NAMESPACE = re.compile(r"[A-Za-z]\w*(?:/[A-Za-z]\w*)*", re.ASCII)
+
+
+class NamespaceError(ValueError):
+    """A namespace that ROS does not allow; the text says which and what is allowed."""
+
+
+def namespace_of(text: str) -> str:
+    """Return a namespace in its one absolute form, as rospy and the master see it.
+
+    Args:
+        text: As ROS_NAMESPACE may hold it: with or without slashes around it; empty: none.
+
+    Raises:
+        NamespaceError: It has characters that a ROS name may not have.
+
+    Example:
+        >>> [namespace_of(text) for text in ("", "/", "cell_2", "/cell_2", " cell_2/ ")]
+        ['/', '/', '/cell_2', '/cell_2', '/cell_2']
+    """
+    inner = text.strip().strip("/")
+    if inner and not _NAMESPACE.fullmatch(inner):
+        raise NamespaceError(
+            f"ROS_NAMESPACE = {text!r}: allowed are letters, digits and _, a letter first, "
+            "for example cell_2 or hall/cell_2"
+        )
+    return f"/{inner}"
+
+
+def resolve(name: str, namespace: str) -> str:
+    """Make a relative ROS name absolute.
+
+    Example:
+        >>> resolve("move_to", "/cell_2"), resolve("move_to", "cell_2/"), resolve("/tf", "/cell_2")
+        ('/cell_2/move_to', '/cell_2/move_to', '/tf')
+    """
+    return name if name.startswith("/") else f"{namespace_of(namespace).rstrip('/')}/{name}"
+
+
+def frame_in(frame: str, namespace: str) -> str:
+    """Return a tf frame of the cell in ``namespace``; the cell without one has plain frames.
+
+    Example:
+        >>> frame_in("base_link", "/"), frame_in("real/tool0", "cell_2")
+        ('base_link', 'cell_2/real/tool0')
+    """
+    return resolve(frame, namespace)[1:]
+
+
+def folder_of(stamp: str, namespace: str) -> str:
+    """Return the name of a folder that a cell makes at a time: two cells never make the same.
+
+    Example:
+        >>> folder_of("2026-05-01_12-00-00", "/"), folder_of("2026-05-01_12-00-00", "hall/cell_2")
+        ('2026-05-01_12-00-00', '2026-05-01_12-00-00_hall_cell_2')
+    """
+    return "_".join([stamp, *filter(None, namespace_of(namespace).split("/"))])
+
+
+def is_of_cell(node: str, namespace: str) -> bool:
+    """Return whether a node belongs to the cell in ``namespace``.
+
+    A node in a namespace below one belongs to it too. Below the root it does not: that is where the
+    other cells are.
+
+    Args:
+        node: Its absolute name, as ``callerid`` of a connection says it; empty counts as ours,
+            because nothing says otherwise.
+        namespace: Of the cell.
+
+    Example:
+        >>> is_of_cell("/cell_2/gateway", "/cell_2"), is_of_cell("/cell_2/gateway", "/")
+        (True, False)
+    """
+    base = namespace_of(namespace)
+    if not node:
+        return True
+    return node.count("/") < 2 if base == ROOT else node.startswith(f"{base}/")

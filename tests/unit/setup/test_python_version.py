@@ -1,0 +1,147 @@
+"""Nothing in the project needs a Python newer than 3.10.
+
+Newer syntax is refused by ruff (``target-version`` in pyproject.toml); this test looks at names of
+the standard library that came later, and at what changed its meaning.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+
+import pytest
+from harness.workspace import ROOT
+
+NEWER = {
+    "ast": {"TryStar"},
+    "asyncio": {"Barrier", "Runner", "TaskGroup", "timeout", "timeout_at"},
+    "calendar": {"Day", "Month"},
+    "contextlib": {"chdir"},
+    "copy": {"replace"},
+    "datetime": {"UTC"},
+    "enum": {
+        *("EnumCheck", "EnumType", "FlagBoundary", "ReprEnum", "StrEnum"),
+        *("global_enum", "member", "nonmember", "property", "show_flag_values", "verify"),
+    },
+    "functools": {"Placeholder"},
+    "hashlib": {"file_digest"},
+    "inspect": {"getmembers_static", "markcoroutinefunction"},
+    "itertools": {"batched"},
+    "logging": {"getHandlerByName", "getHandlerNames", "getLevelNamesMapping"},
+    "math": {"cbrt", "exp2", "fma", "sumprod"},
+    "operator": {"call", "is_none", "is_not_none"},
+    "os": {"EFD_CLOEXEC", "listdrives", "process_cpu_count"},
+    "sys": {"exception", "activate_stack_trampoline"},
+    "threading": {"setprofile_all_threads", "settrace_all_threads"},
+    "types": {"get_original_bases", "CapsuleType"},
+    "typing": {
+        *("LiteralString", "Never", "NoDefault", "NotRequired", "ReadOnly", "Required", "Self"),
+        *("TypeAliasType", "TypeIs", "TypeVarTuple", "Unpack", "assert_never", "assert_type"),
+        *("clear_overloads", "dataclass_transform", "get_overloads", "override", "reveal_type"),
+    },
+    "warnings": {"deprecated"},
+    "": {"BaseExceptionGroup", "ExceptionGroup", "PythonFinalizationError"},
+}
+"""Names by module that the standard library has since 3.11 or later; "": built in."""
+MODULES = {"tomllib", "wsgiref.types", "annotationlib", "string.templatelib", "compression"}
+METHODS = {"add_note", "from_uri", "full_match", "walk_up", "with_segments"}
+SEPARATE = {"asyncio.wait_for", "asyncio.wait", "asyncio.timeout"}
+"""What they raise is TimeoutError since 3.11 only; before, it was ``asyncio.TimeoutError``."""
+OWED = {
+    "src/twin_controller/src/twin_controller/core/actions.py": {"enum.StrEnum"},
+    "src/twin_controller/src/twin_controller/core/lead/modes.py": {"enum.StrEnum"},
+    "src/twin_controller/src/twin_controller/core/orders/order.py": {"enum.StrEnum"},
+}
+"""What is still there; ``scara_config.text_enum.StrEnum`` takes its place."""
+FILES = sorted(
+    path
+    for folder in ("config", "src", "tests", "bench", "setup", "examples", "docs")
+    for path in (ROOT / folder).rglob("*.py")
+    if ".venv" not in path.parts
+)
+
+
+def newer(text: str) -> Iterator[str]:
+    """Yield what a source uses that Python 3.10 does not have."""
+    tree = ast.parse(text)
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names if alias.name in MODULES)
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            if node.module in MODULES:
+                yield node.module
+            names = NEWER.get(node.module, set())
+            yield from (f"{node.module}.{a.name}" for a in node.names if a.name in names)
+        elif isinstance(node, ast.Attribute):
+            module = node.value.id if isinstance(node.value, ast.Name) else ""
+            if module and node.attr in NEWER.get(module, set()):
+                yield f"{module}.{node.attr}"
+            if node.attr in METHODS:
+                yield f".{node.attr}"
+        elif isinstance(node, ast.Name) and node.id in NEWER[""]:
+            yield node.id
+        elif isinstance(node, (ast.Try, ast.With)) and catches_too_little(node):
+            yield "TimeoutError of asyncio"
+
+
+def catches_too_little(node: ast.Try | ast.With) -> bool:
+    """Return whether asyncio's time-out is waited for under the built-in name."""
+    inside = {ast.unparse(n.func) for part in node.body for n in ast.walk(part) if is_call(n)}
+    if not inside & SEPARATE:
+        return False
+    if isinstance(node, ast.Try):
+        caught = " ".join(ast.unparse(h.type) for h in node.handlers if h.type is not None)
+    else:
+        caught = " ".join(ast.unparse(item.context_expr) for item in node.items)
+    return re.search(r"(?<![\w.])TimeoutError", caught) is not None
+
+
+def is_call(node: ast.AST) -> bool:
+    """Return whether a node is a call."""
+    return isinstance(node, ast.Call)
+
+
+def test_no_source_needs_a_newer_python() -> None:
+    """Each file, and exactly what is owed."""
+    found = {
+        str(path.relative_to(ROOT)): set(newer(path.read_text(encoding="utf-8"))) for path in FILES
+    }
+    assert {name: names for name, names in found.items() if names} == OWED
+
+
+def test_ruff_refuses_newer_syntax() -> None:
+    """Its target is the oldest Python that counts."""
+    assert 'target-version = "py310"' in (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        "import tomllib",
+        "from typing import Self",
+        "import datetime\nnow = datetime.UTC",
+        "from asyncio import TaskGroup",
+        "raise ExceptionGroup('', [])",
+        "error.add_note('x')",
+        "try:\n    await asyncio.wait_for(f(), 1)\nexcept TimeoutError:\n    pass",
+        "with contextlib.suppress(OSError, TimeoutError):\n    await asyncio.wait_for(f(), 1)",
+    ],
+)
+def test_what_is_newer_is_found(source: str) -> None:
+    """The rule can fail."""
+    assert list(newer(source))
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        "from typing_extensions import Self",
+        "import ast\nast.walk(tree)",
+        "try:\n    await asyncio.wait_for(f(), 1)\nexcept asyncio.TimeoutError:\n    pass",
+        "try:\n    line.recv(1)\nexcept TimeoutError:\n    pass",
+    ],
+)
+def test_what_python_3_10_has_is_left_alone(source: str) -> None:
+    """A name of another module, or of another package, is none of these."""
+    assert not list(newer(source))
