@@ -18,7 +18,6 @@ from fanuc_emulator.config import load_programs
 from harness.workspace import ROOT
 from harness.yaml_files import copy_configuration, shipped
 from ruamel.yaml import YAML
-
 from scara_config import ConfigError, files_in_force, load_robot, locate
 
 CONFIG = ROOT / "config"

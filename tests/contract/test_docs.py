@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from harness.workspace import ROOT
-
 from scara_config import files_in_force
 
 DOCUMENTS = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])

@@ -18,6 +18,7 @@ from harness.workspace import ROOT
 from robot_doctor.examine import examine
 from robot_doctor.finding import Level
 from robot_doctor.io.profile_files import read_profile
+from scara_config import Robot, load, load_robot, locate
 from scara_config.modbus_map import load_modbus_map
 from scara_config.profile import CHOICE, known_robots
 from scara_control.kinematics.tool import tool_kinematics
@@ -27,7 +28,6 @@ from scara_simulation.io.world import World
 from scara_simulation.tuning.stability import KINDS, Plant, spectral_radius
 from twin_experiments.config import RealLeads, load_experiments
 
-from scara_config import Robot, load, load_robot, locate
 from scara_description.gazebo import CameraView, controllers_of, with_gazebo
 from scara_description.urdf import parse_urdf
 

@@ -8,10 +8,10 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import pytest
 from harness.workspace import ROOT
+from scara_config import load, load_robot, locate
 from scara_description.ghost import ghost_of
 from scara_simulation.camera.config import load_camera
 
-from scara_config import load, load_robot, locate
 from scara_description.gazebo import CameraView, GazeboError, with_gazebo
 from scara_description.urdf import parse_urdf
 

@@ -7,9 +7,8 @@ from typing import Annotated
 
 import msgspec
 from msgspec import Meta
-from scara_config.percent import SharePercent
-
 from scara_config import Robot, load, locate
+from scara_config.percent import SharePercent
 
 Rate = Annotated[float, Meta(ge=1.0, le=50.0)]
 Seconds = Annotated[float, Meta(gt=0.0, le=600.0)]

@@ -15,7 +15,6 @@ from collections.abc import Mapping
 from typing import Any
 
 import msgspec
-
 from scara_config import Robot
 
 NAMESPACE = "twin"

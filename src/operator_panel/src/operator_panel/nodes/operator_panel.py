@@ -33,6 +33,7 @@ from typing import Any
 
 import rospkg
 from nicegui import app, background_tasks, ui
+from scara_config import ConfigError, config_directory, load_robot
 from scara_ros.io.page_guard import PageGuard
 from scara_ros.io.page_token import address, refuse_token_in, ros_home
 from scara_ros.io.persons import load_persons, person_tokens
@@ -48,7 +49,6 @@ from operator_panel.io.page.shell import Shell
 from operator_panel.io.twin_api import ROOT, TwinApi
 from operator_panel.nodes.cell_link import NODE, CellLink
 from operator_panel.view.frame import FrameMaker
-from scara_config import ConfigError, config_directory, load_robot
 from scara_description.urdf import Model, UrdfError, parse_urdf
 
 TOKEN_VARIABLE, TOKEN_FILE = "OPERATOR_PANEL_TOKEN", "operator_token"

@@ -27,6 +27,7 @@ from typing import Any
 
 import rospy
 from geometry_msgs.msg import TransformStamped
+from scara_config import ConfigError, load, load_robot, locate
 from scara_ros.memory import keep_for_good
 from scara_ros.nodes.own_cell import own_frame
 from scara_ros.nodes.registration import keep_parameters
@@ -37,7 +38,6 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
-from scara_config import ConfigError, load, load_robot, locate
 from scara_description.frames import FramePose, Frames, JointStateError, frames_of
 from scara_description.ghost import DescriptionError, ghost_of
 from scara_description.urdf import UrdfError

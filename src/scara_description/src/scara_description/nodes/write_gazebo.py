@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import Any
 
 import rospkg
+from scara_config import ConfigError, load, load_robot, locate
 from scara_config.profile import CHOICE
 
-from scara_config import ConfigError, load, load_robot, locate
 from scara_description.gazebo import CameraView, GazeboError, controllers_of, with_gazebo
 from scara_description.urdf import UrdfError, parse_urdf
 

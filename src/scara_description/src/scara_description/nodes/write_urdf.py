@@ -10,9 +10,9 @@ import sys
 from pathlib import Path
 
 import rospkg
+from scara_config import ConfigError, load, load_robot, locate
 from scara_config.profile import CHOICE
 
-from scara_config import ConfigError, load, load_robot, locate
 from scara_description.body import load_body, urdf_of
 from scara_description.gazebo import CameraView, with_gazebo
 from scara_description.inertia import ShapeError

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
-
 import msgspec
+from scara_config.text_enum import StrEnum
 from scara_control.joint_motion import JointMotion
 
 from twin_controller.core.events import Joints, SideName

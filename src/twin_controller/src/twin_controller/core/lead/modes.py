@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
+from scara_config.text_enum import StrEnum
 
 
 class Mode(StrEnum):

@@ -8,10 +8,10 @@ function for each kind of order.
 from __future__ import annotations
 
 import math
-from enum import StrEnum
 from typing import Generic, TypeVar
 
 import msgspec
+from scara_config.text_enum import StrEnum
 
 Wanted = TypeVar("Wanted")
 
