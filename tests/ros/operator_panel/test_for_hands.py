@@ -15,7 +15,7 @@ import pytest
 from harness.processes import Stage, free_port, wait_until
 from harness.wires.browser import chromium
 from harness.workspace import ROOT, workspace_environment
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Locator, Page, expect
 
 STAGE = ROOT / "tests" / "harness" / "page" / "stage.py"
 MEASURE = (STAGE.parent / "measure.js").read_text(encoding="utf-8")
@@ -89,7 +89,9 @@ class Theatre:
 def theatre(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Theatre]:
     """Give one page for all tests of this file."""
     folder = tmp_path_factory.mktemp("stage")
-    (folder / "runs" / "a_recording_with_quite_a_long_name_2026-03-01").mkdir(parents=True)
+    for name in ("a_recording_with_quite_a_long_name_2026-03-01", "to_be_renamed", "to_go"):
+        (folder / "runs" / name).mkdir(parents=True)
+        (folder / "runs" / name / "run.bag").write_bytes(b"x" * 2048)
     stage = Stage(folder / "log", workspace_environment())
     port = free_port()
     try:
@@ -220,6 +222,45 @@ def test_events_are_filtered_acknowledged_and_saved(theatre: Theatre) -> None:
     table = theatre.page.request.get(f"{theatre.address}/events.csv")
     assert table.headers["content-type"].startswith("text/csv")
     assert "came apart" in table.text() and table.text().startswith("number,time,severity")
+
+
+def test_recording_gets_a_report_another_name_and_an_end(theatre: Theatre) -> None:
+    """Made here, looked at here; deleted only after a question."""
+    theatre.resize("low")
+    theatre.play("ready")
+    theatre.open("Recordings")
+
+    def row(name: str) -> Locator:
+        return theatre.page.locator(".run").filter(has_text=name)
+
+    expect(row("to_be_renamed")).to_contain_text("2 kB")
+    download = row("to_be_renamed").get_by_text("Download")
+    assert (
+        theatre.page.request.get(
+            f"{theatre.address}{download.locator('xpath=..').get_attribute('href')}"
+        ).body()
+        == b"x" * 2048
+    )
+    row("to_be_renamed").get_by_role("button", name="Rename").click()
+    theatre.page.get_by_label("Name", exact=True).last.fill("../out")
+    theatre.page.locator(".confirm").get_by_role("button", name="Rename").click()
+    expect(theatre.page.locator(".confirm")).to_contain_text("letters, digits")
+    theatre.page.get_by_label("Name", exact=True).last.fill("a_better_name")
+    theatre.page.locator(".confirm").get_by_role("button", name="Rename").click()
+    expect(row("a_better_name")).to_be_visible()
+    expect(row("to_be_renamed")).to_have_count(0)
+    row("a_better_name").get_by_role("button", name="Make report").click()
+    row("a_better_name").get_by_role("button", name="Report", exact=True).click()
+    report = theatre.page.frame_locator(".report-frame").locator("h1")
+    expect(report).to_have_text("Report of the stage")
+    theatre.page.get_by_role("button", name="Close").click()
+    row("to_go").get_by_role("button", name="Delete").click()
+    theatre.page.locator(".confirm").get_by_role("button", name="Cancel").click()
+    expect(theatre.page.locator(".confirm")).to_have_count(0)
+    expect(row("to_go")).to_be_visible()
+    row("to_go").get_by_role("button", name="Delete").click()
+    theatre.page.locator(".confirm").get_by_role("button", name="Delete for ever").click()
+    expect(row("to_go")).to_have_count(0)
 
 
 @pytest.mark.parametrize(

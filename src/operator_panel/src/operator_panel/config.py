@@ -43,6 +43,7 @@ class PanelConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     chart_rate_hz: Rate
     call_timeout_s: Seconds
     program_timeout_s: Seconds
+    report_timeout_s: Seconds
     jog: Jog
     preview: Preview
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Awaitable, Mapping
+from pathlib import Path
 from typing import Any, Protocol
 
 import msgspec
@@ -103,6 +104,12 @@ class CellDoor(Protocol):
 
     async def stop_recording(self) -> Answer:
         """Stop it; values: path."""
+
+    async def report(self, bag: Path) -> Answer:
+        """Write the report of a bag into its folder; this may take minutes."""
+
+    def reporting(self) -> str:
+        """Return the name of the run whose report is being made, empty while none is."""
 
     def gains(self, joint: str) -> Gains | None:
         """Return a joint's tuning parameters; None while its server is missing."""

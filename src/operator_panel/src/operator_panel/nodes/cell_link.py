@@ -21,6 +21,7 @@ from control_msgs.msg import JointJog
 from operator_panel.config import PanelConfig, Surroundings
 from operator_panel.door import Answer, Gains, Picture, Seat
 from operator_panel.io.pendant import Pendant
+from operator_panel.io.reporter import Reporter
 from operator_panel.io.stop_line import StopLine
 from operator_panel.nodes.calling import Lane, as_answer
 from operator_panel.nodes.camera_link import CameraLink
@@ -62,6 +63,7 @@ class CellLink:
         self._tokens = tokens
         self._listening = Listening(robot)
         self._pendant = Pendant(around.real, config_dir, config.program_timeout_s)
+        self._reporter = Reporter(config_dir, config.report_timeout_s)
         timeout = config.call_timeout_s
         self._commands = Lane(COMMAND, TwinCommand, timeout)
         self._control = Lane("twin_controller/control", Control, timeout)
@@ -152,6 +154,15 @@ class CellLink:
     async def stop_recording(self) -> Answer:
         """Stop the recording."""
         return _with_path(as_answer(await self._stop.call(), "path"), "complete:")
+
+    async def report(self, bag: Path) -> Answer:
+        """Write the report of a bag, in a program of its own."""
+        self.say(f"report of {bag.parent.name}")
+        return await self._reporter.make(bag)
+
+    def reporting(self) -> str:
+        """Return whose report is being made."""
+        return self._reporter.running
 
     def gains(self, joint: str) -> Gains | None:
         """Return what the joint's tuning server has published."""
