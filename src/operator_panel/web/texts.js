@@ -40,11 +40,24 @@ export class Texts {
       const width = `${(100 * share).toFixed(1)}%`;
       if (place.firstElementChild.style.width !== width) place.firstElementChild.style.width = width;
     });
+    this.markLine(frame.program || ["", 0]);
     const silent = frame.silent || "";
     if (silent !== this.silent) {
       this.silent = silent;
       document.body.classList.toggle("is-silent", silent !== "");
       document.querySelector(".silent-text").textContent = silent;
+    }
+  }
+
+  // The line that the robot's program is in.
+  markLine([name, number]) {
+    const key = `${name} ${number}`;
+    if (key === this.line) return;
+    this.line = key;
+    for (const item of document.querySelectorAll("[data-program] [data-line]")) {
+      const now = item.closest("[data-program]").dataset.program === name && Number(item.dataset.line) === number;
+      if (now) item.setAttribute("aria-current", "step");
+      else item.removeAttribute("aria-current");
     }
   }
 

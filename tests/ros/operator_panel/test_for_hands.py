@@ -24,12 +24,12 @@ TOKEN = "token-of-the-stage"
 SIZES = {"phone": (390, 844), "tablet": (768, 1024), "low": (1280, 720), "wide": (1920, 1080)}
 WAYS = ("Step joint", "World", "Tool", "Hold")
 ALARMS = 4
-TABS = ("Jog", "Target", "Programs", "Tuning", "Recordings", "Events")
+TABS = ("Jog", "Target", "Programs", "Robot", "Tuning", "Recordings", "Events", "Today")
 expect.set_options(timeout=15_000)
 # All that must stand still while alarms, commands and troubles come and go.
 PLACES = """() => [...document.querySelectorAll(
     ".card, .strip, .bar, .bar-stop button, .theme, .commands button, .tabs button, " +
-    ".jog button, .scene-choice button")]
+    ".jog button, .scene-choice button, .views button, [data-pause]")]
     .filter((place) => place.checkVisibility())
     .map((place) => { const box = place.getBoundingClientRect();
         const button = place.matches("button") && place.innerText.trim();
@@ -127,6 +127,11 @@ def test_everything_can_be_touched_and_read_at_each_size_light_and_dark(
         for colours in ("light", "dark"):
             theatre.page.emulate_media(color_scheme=colours)  # type: ignore[arg-type]
             found += theatre.problems(f"{size}, {colours}, {tab}")
+    # The buttons of the views stand on a picture that this browser cannot draw.
+    theatre.page.evaluate("document.querySelector('.stage').classList.remove('no-webgl')")
+    expect(theatre.page.get_by_role("button", name="Side", exact=True)).to_be_visible()
+    found += theatre.problems(f"{size}, views")
+    theatre.page.evaluate("document.querySelector('.stage').classList.add('no-webgl')")
     theatre.open("Jog")
     for way in WAYS:
         theatre.open(way)
@@ -242,11 +247,12 @@ def test_recording_gets_a_report_another_name_and_an_end(theatre: Theatre) -> No
         == b"x" * 2048
     )
     row("to_be_renamed").get_by_role("button", name="Rename").click()
-    theatre.page.get_by_label("Name", exact=True).last.fill("../out")
-    theatre.page.locator(".confirm").get_by_role("button", name="Rename").click()
-    expect(theatre.page.locator(".confirm")).to_contain_text("letters, digits")
-    theatre.page.get_by_label("Name", exact=True).last.fill("a_better_name")
-    theatre.page.locator(".confirm").get_by_role("button", name="Rename").click()
+    question = theatre.page.locator(".confirm")
+    question.locator("input").fill("../out")
+    question.get_by_role("button", name="Rename").click()
+    expect(question).to_contain_text("letters, digits")
+    question.locator("input").fill("a_better_name")
+    question.get_by_role("button", name="Rename").click()
     expect(row("a_better_name")).to_be_visible()
     expect(row("to_be_renamed")).to_have_count(0)
     row("a_better_name").get_by_role("button", name="Make report").click()
@@ -255,12 +261,61 @@ def test_recording_gets_a_report_another_name_and_an_end(theatre: Theatre) -> No
     expect(report).to_have_text("Report of the stage")
     theatre.page.get_by_role("button", name="Close").click()
     row("to_go").get_by_role("button", name="Delete").click()
-    theatre.page.locator(".confirm").get_by_role("button", name="Cancel").click()
-    expect(theatre.page.locator(".confirm")).to_have_count(0)
+    question.get_by_role("button", name="Cancel").click()
+    expect(question).to_have_count(0)
     expect(row("to_go")).to_be_visible()
     row("to_go").get_by_role("button", name="Delete").click()
-    theatre.page.locator(".confirm").get_by_role("button", name="Delete for ever").click()
+    question.get_by_role("button", name="Delete for ever").click()
     expect(row("to_go")).to_have_count(0)
+
+
+def test_program_shows_its_lines_and_the_one_it_is_in(theatre: Theatre) -> None:
+    """The scene's robot is in line 5 of ARTICLE: the second wait of the loop."""
+    theatre.resize("low")
+    theatre.play("following")
+    theatre.open("Programs")
+    theatre.page.get_by_text("Lines of ARTICLE").click()
+    now = theatre.page.locator("[data-line][aria-current]")
+    expect(now).to_have_count(1)
+    expect(now).to_have_text("Wait 0.7 s")
+    assert theatre.problems("listing") == []
+    theatre.play("ready")
+    expect(now).to_have_count(0)
+
+
+def test_robot_says_its_mode_and_parts_go_back_after_a_question(theatre: Theatre) -> None:
+    """Its words, not numbers; nothing is put back by one touch."""
+    theatre.resize("low")
+    theatre.play("ready")
+    theatre.open("Robot")
+    expect(theatre.page.locator('[data-live="status.mode"]')).to_have_text("automatic")
+    theatre.page.get_by_role("button", name="Put back").click()
+    theatre.page.locator(".confirm").get_by_role("button", name="Put back").click()
+    line = theatre.page.locator("[data-command='0']")
+    expect(line).to_contain_text("Put parts back")
+    expect(line).to_have_attribute("data-outcome", "done")
+    theatre.open("Today")
+    expect(theatre.page.locator('[data-live="today.parts"]')).to_have_text("real 0, twin 0")
+
+
+def test_chart_that_is_paused_stands_still_and_goes_on(theatre: Theatre) -> None:
+    """Nobody can read a point that runs away."""
+    theatre.resize("wide")
+    theatre.play("following")
+    pause = theatre.page.locator("[data-pause]")
+    pause.click()
+    expect(theatre.page.locator("[data-chart-title]")).to_contain_text("Paused")
+    drawn = """() => JSON.stringify(getElement(window.PANEL.charts.motion).chart.getOption()
+        .series[0].data.length && getElement(window.PANEL.charts.motion).chart.getOption()
+        .series[0].data.at(-1))"""
+    theatre.page.wait_for_timeout(300)
+    before = theatre.page.evaluate(drawn)
+    theatre.page.wait_for_timeout(600)
+    assert theatre.page.evaluate(drawn) == before
+    pause.click()
+    expect(theatre.page.locator("[data-chart-title]")).to_contain_text("Last 20 s")
+    theatre.page.wait_for_function(f"({drawn})() !== {before!r}")
+    theatre.play("ready")
 
 
 @pytest.mark.parametrize(

@@ -128,5 +128,8 @@ class CellDoor(Protocol):
     async def grip(self, close: bool) -> Answer:
         """Close or open the twin's gripper; the real robot's follows."""
 
+    async def put_parts_back(self) -> Answer:
+        """Put the parts of both sides where they stood at the start."""
+
     async def pendant(self, *words: str) -> Answer:
         """Press a key of the real robot's pendant."""

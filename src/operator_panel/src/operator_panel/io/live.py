@@ -27,6 +27,7 @@ from operator_panel.view.events import EventLog
 from operator_panel.view.frame import FrameMaker
 from operator_panel.view.history import History
 from operator_panel.view.snapshot import Part, Snapshot
+from operator_panel.view.today import Today
 
 LOG = logging.getLogger(__name__)
 PATH = "/live"
@@ -68,6 +69,7 @@ class Live:
         self._watched = asyncio.Event()
         self._lists = ""
         self.events = EventLog()
+        self._today = Today()
         self._sent_events = 0
         self._parts: dict[str, tuple[Part, ...]] = {}
         self.listeners: list[Callable[[Snapshot, bool], None]] = []
@@ -99,6 +101,8 @@ class Live:
         alarms = active_alarms(snapshot, now, silent_s)
         self._desk.log.look(snapshot, silent, now)
         self._note(snapshot, alarms)
+        date, _, clock = _clock().partition("T")
+        self._today.look(snapshot, silent, date, clock, now)
         self._send(snapshot, alarms, now)
         for listener in self.listeners:
             listener(snapshot, silent)
@@ -114,6 +118,7 @@ class Live:
             self._history.add(round(now, 3), self._maker.points(snapshot, now))
             return
         frame = self._maker.make(snapshot, now)
+        frame.text.update(self._today.texts(snapshot, now))
         if not self._history.add(frame.t, frame.point):
             frame = msgspec.structs.replace(frame, point={})
         text = _message("frame", frame)

@@ -15,7 +15,7 @@ from scara_config import Robot
 from scara_ros.io.service_connection import ServiceError
 from scara_ros.nodes.registration import keep_registered
 from scara_ros.nodes.service_client import look_up
-from std_srvs.srv import SetBool
+from std_srvs.srv import SetBool, Trigger
 
 from control_msgs.msg import JointJog
 from operator_panel.config import PanelConfig, Surroundings
@@ -73,6 +73,9 @@ class CellLink:
         self._start = Lane("recorder/start", StartRecording, RECORDER_TIMEOUT_S)
         self._stop = Lane("recorder/stop", StopRecording, RECORDER_TIMEOUT_S)
         self._gripper = Lane("gripper", SetBool, timeout)
+        self._parts_back = {
+            side: Lane(f"{side}/put_parts_back", Trigger, timeout) for side in ("real", "twin")
+        }
         self._tuning = TuningLink([joint.name for joint in robot.twin_joints], timeout)
         self._camera = CameraLink()
         self._jog: Any = None
@@ -189,6 +192,15 @@ class CellLink:
         """Switch the twin's gripper; the twin controller passes it on to the real robot."""
         self.say(f"gripper {'closed' if close else 'opened'}")
         return as_answer(await self._gripper.call(data=close))
+
+    async def put_parts_back(self) -> Answer:
+        """Put the parts of both sides back; the first side that does not do it is the answer."""
+        self.say("parts put back")
+        for side, lane in self._parts_back.items():
+            answer = as_answer(await lane.call())
+            if not answer.success:
+                return Answer(False, f"{side}: {answer.message}", lost=answer.lost)
+        return Answer(True, "the parts of both cells stand where they stood at the start")
 
     async def pendant(self, *words: str) -> Answer:
         """Press a key of the real robot's pendant."""
