@@ -46,12 +46,19 @@ export class Charts {
   pause(button) {
     this.paused = !this.paused;
     button.setAttribute("aria-pressed", this.paused);
-    button.textContent = this.paused ? "Go on" : "Pause";
-    this.title.textContent = this.paused ? `Paused ${new Date().toLocaleTimeString([], { hour12: false })}` : this.whole;
+    button.textContent = this.paused ? "Go on" : "Freeze";
+    this.title.textContent = this.paused ? `Frozen ${new Date().toLocaleTimeString([], { hour12: false })}` : this.whole;
     const dataZoom = [{ disabled: !this.paused, start: 0, end: 100 }];
     for (const id of [this.told.motion, this.told.loop]) getElement(id)?.chart?.setOption({ dataZoom });
     this.held = this.paused ? [...this.rows] : null;
     this.changed = true;
+  }
+
+  // Rows of the past in place of those that come; null: go on.
+  hold(rows) {
+    this.held = rows ?? (this.paused ? [...this.rows] : null);
+    this.changed = this.moved = true;
+    this.fresh = true;
   }
 
   add(time, points) {
@@ -83,10 +90,10 @@ export class Charts {
     const loop = getElement(this.told.loop)?.chart;
     if (!motion || !loop || document.hidden || !this.changed || !isSeen([motion, loop])) return;
     const time = performance.now();
-    if (this.dressed && (this.paused || (!this.moved && time - this.drawn < REST_MS))) return;
+    if (this.dressed && !this.fresh && (this.paused || (!this.moved && time - this.drawn < REST_MS))) return;
     if (!this.dressed) this.dress();
     this.drawn = time;
-    this.changed = this.moved = false;
+    this.changed = this.moved = this.fresh = false;
     const rows = this.held || this.rows;
     const now = rows.at(-1)?.[0] ?? 0;
     const column = (value) => rows.map(([time, points]) => [time - now, value(points[this.joint] || [])]);

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 
 import msgspec
-from operator_panel.view.robot_status import RobotStatus
+from operator_panel.view.robot.status import RobotStatus
 from operator_panel.view.snapshot import (
     CellState,
     DecisionLine,

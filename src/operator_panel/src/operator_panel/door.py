@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Mapping
+from collections.abc import Awaitable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
 import msgspec
 
+from operator_panel.view.robot.registers import Entry
 from operator_panel.view.snapshot import Snapshot
 
 
@@ -127,6 +128,9 @@ class CellDoor(Protocol):
 
     async def grip(self, close: bool) -> Answer:
         """Close or open the twin's gripper; the real robot's follows."""
+
+    async def registers(self) -> tuple[Sequence[Entry], str]:
+        """Read the robot's registers and signals once; with it why that failed, or nothing."""
 
     async def put_parts_back(self) -> Answer:
         """Put the parts of both sides where they stood at the start."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import msgspec
-from operator_panel.view.robot_status import RobotStatus, status_texts
+from operator_panel.view.robot.status import RobotStatus, status_texts
 from operator_panel.view.snapshot import CellState, RobotPackage, Snapshot
 from operator_panel.view.today import Today
 

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import asyncio
 import threading
-from collections.abc import Awaitable, Mapping
+from collections.abc import Awaitable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import msgspec
 import rosgraph
 import rospy
+from nicegui import run
 from scara_config import Robot
+from scara_config.modbus_map import load_modbus_map
 from scara_ros.io.service_connection import ServiceError
 from scara_ros.nodes.registration import keep_registered
 from scara_ros.nodes.service_client import look_up
@@ -21,12 +23,14 @@ from control_msgs.msg import JointJog
 from operator_panel.config import PanelConfig, Surroundings
 from operator_panel.door import Answer, Gains, Picture, Seat
 from operator_panel.io.pendant import Pendant
+from operator_panel.io.register_reader import RegisterError, read_registers
 from operator_panel.io.reporter import Reporter
 from operator_panel.io.stop_line import StopLine
 from operator_panel.nodes.calling import Lane, as_answer
 from operator_panel.nodes.camera_link import CameraLink
 from operator_panel.nodes.listening import Listening
 from operator_panel.nodes.tuning_link import TuningLink
+from operator_panel.view.robot.registers import Entry
 from operator_panel.view.snapshot import Snapshot
 from scara_msgs.srv import (
     Control,
@@ -64,6 +68,8 @@ class CellLink:
         self._listening = Listening(robot)
         self._pendant = Pendant(around.real, config_dir, config.program_timeout_s)
         self._reporter = Reporter(config_dir, config.report_timeout_s)
+        self._real, self._layout = around.real, load_modbus_map(config_dir)
+        self._reading = asyncio.Lock()
         timeout = config.call_timeout_s
         self._commands = Lane(COMMAND, TwinCommand, timeout)
         self._control = Lane("twin_controller/control", Control, timeout)
@@ -192,6 +198,15 @@ class CellLink:
         """Switch the twin's gripper; the twin controller passes it on to the real robot."""
         self.say(f"gripper {'closed' if close else 'opened'}")
         return as_answer(await self._gripper.call(data=close))
+
+    async def registers(self) -> tuple[Sequence[Entry], str]:
+        """Read the robot over a connection of its own, which is closed again."""
+        async with self._reading:
+            try:
+                found = await run.io_bound(read_registers, self._real, self._layout)
+            except RegisterError as error:
+                return (), str(error)
+        return found or (), "" if found else "the page's server ends"
 
     async def put_parts_back(self) -> Answer:
         """Put the parts of both sides back; the first side that does not do it is the answer."""

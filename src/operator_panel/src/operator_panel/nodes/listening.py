@@ -17,7 +17,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from control_msgs.msg import JointControllerState
 from industrial_msgs.msg import RobotStatus as RobotStatusMessage
-from operator_panel.view.robot_status import RobotStatus
+from operator_panel.view.robot.status import RobotStatus
 from operator_panel.view.snapshot import (
     CellState,
     DecisionLine,

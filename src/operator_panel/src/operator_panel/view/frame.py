@@ -8,8 +8,8 @@ import msgspec
 from scara_config import Robot
 
 from operator_panel.view import words
-from operator_panel.view.program_lines import current_line
-from operator_panel.view.robot_status import status_texts
+from operator_panel.view.robot.program_lines import current_line
+from operator_panel.view.robot.status import status_texts
 from operator_panel.view.snapshot import CellState, Link, Loop, Snapshot
 from scara_description.urdf import Model, link_pose
 

@@ -6,7 +6,7 @@ import math
 
 import msgspec
 
-from operator_panel.view.robot_status import RobotStatus
+from operator_panel.view.robot.status import RobotStatus
 
 
 class Link(msgspec.Struct, frozen=True):

@@ -25,7 +25,7 @@ def build_charts(view: PageView) -> dict[str, Any]:
                 .classes("button plain-button")
                 .props("type=button data-pause aria-pressed=false")
             ):
-                plain("Pause")
+                plain("Freeze")
             with ui.element("div").classes("segmented chart-choice").props('role="tablist"'):
                 for kind, text in (("motion", "Motion"), ("loop", "Loop")):
                     with ui.element("button").props(f"type=button data-chart={kind}"):

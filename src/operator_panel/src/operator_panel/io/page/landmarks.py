@@ -15,12 +15,12 @@ LINE_M = 0.004
 LOWEST_M = -0.4  # a zone that goes on below the floor is shown down to here
 SEGMENTS = 96
 VIEWS = {
-    "Home": ((1.42, -1.30, 0.72), (0.26, -0.08, -0.04)),
+    "Whole": ((1.42, -1.30, 0.72), (0.26, -0.08, -0.04)),
     "Top": ((0.26, -0.001, 2.0), (0.26, 0.0, 0.0)),
     "Front": ((2.1, 0.0, 0.25), (0.26, 0.0, 0.05)),
     "Side": ((0.26, -1.9, 0.25), (0.26, 0.0, 0.05)),
 }
-"""Name of a view: where the eye is and what it looks at [m]."""
+"""Name of a view: where the eye is and what it looks at [m]. None is called as a command is."""
 
 
 def build_landmarks(scene: ui.scene, robot: Robot) -> None:

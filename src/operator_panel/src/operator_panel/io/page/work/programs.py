@@ -8,7 +8,7 @@ from operator_panel.config import Program
 from operator_panel.control.fields import error_text, parse_number
 from operator_panel.door import Answer
 from operator_panel.io.page.view import PageView, live, plain
-from operator_panel.view.program_lines import listing
+from operator_panel.view.robot.program_lines import listing
 
 KEYS = {"run": ("RUN", "Program"), "override": ("OVERRIDE", "Override of the robot")}
 """Key of the pendant: the command that the page follows, and its title."""

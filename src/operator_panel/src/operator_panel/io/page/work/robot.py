@@ -6,6 +6,7 @@ from nicegui import ui
 
 from operator_panel.door import Answer
 from operator_panel.io.page.view import PageView, live, plain
+from operator_panel.io.page.work.registers import build_registers
 
 FACTS = (
     ("Operating mode", "status.mode"),
@@ -29,6 +30,7 @@ def build_robot(view: PageView) -> None:
             plain("this robot has none", "row-text")
     with ui.element("div").classes("hint"):
         plain("Who may move the robot is chosen at the robot: its pendant decides.")
+    build_registers(view)
 
 
 def facts(places: tuple[tuple[str, str], ...]) -> None:

@@ -6,7 +6,7 @@ import pytest
 from fanuc_emulator.config import load_programs
 from harness.workspace import ROOT
 from operator_panel.config import load_surroundings
-from operator_panel.view.program_lines import current_line, listing
+from operator_panel.view.robot.program_lines import current_line, listing
 from scara_config import load_robot
 
 CONFIG = ROOT / "config"
