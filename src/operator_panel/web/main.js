@@ -61,7 +61,7 @@ function start() {
   const timeLine = new TimeLine({
     show: (look) => {
       texts.showPast(look.frame);
-      scene.show(look.frame);
+      scene.show({ pose: look.frame.pose }); // without the tools: trails are of now
       scene.showParts(look.parts);
       charts.hold(look.rows);
       events.mark(look.at);
