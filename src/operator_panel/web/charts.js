@@ -7,13 +7,19 @@ const ERROR = 4;
 const EFFORT = 5;
 const DRAW_MS = 200;
 const REST_MS = 1000; // while nothing changes but the time axis
+const KEPT = "panel_chart";
 
 export class Charts {
   constructor(told) {
     this.told = told;
     this.rows = [];
     this.changed = true;
-    this.choose(Object.keys(told.units)[0]);
+    this.paused = false;
+    this.title = document.querySelector("[data-chart-title]");
+    this.whole = this.title.textContent;
+    const kept = sessionStorage.getItem(KEPT);
+    this.choose(kept in told.units ? kept : Object.keys(told.units)[0]);
+    document.querySelector("[data-pause]").addEventListener("click", (event) => this.pause(event.currentTarget));
     for (const button of document.querySelectorAll("[data-select]")) {
       button.addEventListener("click", () => this.choose(button.dataset.select));
     }
@@ -36,6 +42,25 @@ export class Charts {
     window.dispatchEvent(new Event("resize"));
   }
 
+  // A chart that stands still can be zoomed into; the points go on being kept.
+  pause(button) {
+    this.paused = !this.paused;
+    button.setAttribute("aria-pressed", this.paused);
+    button.textContent = this.paused ? "Go on" : "Freeze";
+    this.title.textContent = this.paused ? `Frozen ${new Date().toLocaleTimeString([], { hour12: false })}` : this.whole;
+    const dataZoom = [{ disabled: !this.paused, start: 0, end: 100 }];
+    for (const id of [this.told.motion, this.told.loop]) getElement(id)?.chart?.setOption({ dataZoom });
+    this.held = this.paused ? [...this.rows] : null;
+    this.changed = true;
+  }
+
+  // Rows of the past in place of those that come; null: go on.
+  hold(rows) {
+    this.held = rows ?? (this.paused ? [...this.rows] : null);
+    this.changed = this.moved = true;
+    this.fresh = true;
+  }
+
   add(time, points) {
     this.rows.push([time, points]);
     while (time - this.rows[0][0] > this.told.window) this.rows.shift();
@@ -52,6 +77,7 @@ export class Charts {
 
   choose(joint) {
     this.joint = joint;
+    sessionStorage.setItem(KEPT, joint);
     this.changed = true;
     for (const button of document.querySelectorAll("[data-select]")) {
       button.setAttribute("aria-selected", button.dataset.select === joint);
@@ -64,12 +90,13 @@ export class Charts {
     const loop = getElement(this.told.loop)?.chart;
     if (!motion || !loop || document.hidden || !this.changed || !isSeen([motion, loop])) return;
     const time = performance.now();
-    if (this.dressed && !this.moved && time - this.drawn < REST_MS) return;
+    if (this.dressed && !this.fresh && (this.paused || (!this.moved && time - this.drawn < REST_MS))) return;
     if (!this.dressed) this.dress();
     this.drawn = time;
-    this.changed = this.moved = false;
-    const now = this.rows.at(-1)?.[0] ?? 0;
-    const column = (value) => this.rows.map(([time, points]) => [time - now, value(points[this.joint] || [])]);
+    this.changed = this.moved = this.fresh = false;
+    const rows = this.held || this.rows;
+    const now = rows.at(-1)?.[0] ?? 0;
+    const column = (value) => rows.map(([time, points]) => [time - now, value(points[this.joint] || [])]);
     const of = (index) => column((point) => point[index] ?? null);
     const deviation = column((p) => (p[REAL] == null || p[TWIN] == null ? null : p[REAL] - p[TWIN]));
     const [real, twin, setPoint, measured, error, effort] = [REAL, TWIN, SET_POINT, MEASURED, ERROR, EFFORT].map(of);
@@ -99,7 +126,11 @@ export class Charts {
     const style = (ids) => ids.map((id) => ({ id, lineStyle: { color: css(colours[id]) }, itemStyle: { color: css(colours[id]) } }));
     // A canvas takes no "inherit": it would fall back to 10 px.
     const fontFamily = getComputedStyle(document.body).fontFamily;
-    const common = { textStyle: { fontFamily }, legend: { textStyle: { color: text, fontSize } } };
+    const tooltip = {
+      backgroundColor: css("--card"), borderColor: line, textStyle: { color: css("--text"), fontSize },
+      valueFormatter: (value) => (value == null ? "-" : value.toFixed(3)),
+    };
+    const common = { textStyle: { fontFamily }, tooltip, legend: { textStyle: { color: text, fontSize } } };
     const grid = (right) => [
       { left: 3.6 * fontSize, right: right * fontSize, top: 2.6 * fontSize, height: "32%" },
       { left: 3.6 * fontSize, right: right * fontSize, bottom: 1.7 * fontSize, height: "19%" },

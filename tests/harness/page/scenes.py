@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 
 import msgspec
+from operator_panel.view.robot.status import RobotStatus
 from operator_panel.view.snapshot import (
     CellState,
     DecisionLine,
@@ -187,6 +188,7 @@ def _snapshot(
         package=package,
         loops=loops,
         jog="ready",
+        status=RobotStatus(2, 1, 0, 1, int(not state.real_standing_still), 0),
         decisions=decisions,
         parts=NO_PARTS,  # the same object each time: what has not changed is not sent
     )

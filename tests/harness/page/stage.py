@@ -10,7 +10,7 @@ from __future__ import annotations
 import asyncio
 import sys
 import time
-from collections.abc import Awaitable, Mapping
+from collections.abc import Awaitable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -25,13 +25,20 @@ from nicegui import app, background_tasks, ui  # noqa: E402
 from operator_panel.config import load_panel, load_surroundings  # noqa: E402
 from operator_panel.control.jog import DeadMan  # noqa: E402
 from operator_panel.door import Answer, Gains, Picture, Seat  # noqa: E402
-from operator_panel.io.api import offer_camera, offer_events  # noqa: E402
+from operator_panel.io.api import offer_camera, offer_events, offer_past  # noqa: E402
 from operator_panel.io.desk import Desk, Session  # noqa: E402
 from operator_panel.io.live import Live  # noqa: E402
 from operator_panel.io.page.shell import Shell  # noqa: E402
 from operator_panel.view.frame import FrameMaker  # noqa: E402
+from operator_panel.view.robot.registers import (  # noqa: E402
+    Entry,
+    entries,
+    with_bit,
+    with_words,
+)
 from operator_panel.view.snapshot import Snapshot  # noqa: E402
 from scara_config import load_robot  # noqa: E402
+from scara_config.modbus_map import load_modbus_map  # noqa: E402
 from scara_ros.io.page_guard import PageGuard  # noqa: E402
 from scara_ros.page_door import PageDoor  # noqa: E402
 from starlette.responses import PlainTextResponse  # noqa: E402
@@ -49,6 +56,7 @@ class StageDoor:
     def __init__(self, folder: Path) -> None:
         """Begin with the pair at rest."""
         self.robot = load_robot(folder)
+        self._layout = load_modbus_map(folder)
         self.scene, self.holder = "ready", ""
         self.sessions: Mapping[str, Session] = {}
         self._begun = time.monotonic()
@@ -106,6 +114,15 @@ class StageDoor:
         """Have recorded nothing."""
         return Answer(True, "complete")
 
+    async def report(self, bag: Path) -> Answer:
+        """Write a page in a report's place."""
+        (bag.parent / "report.html").write_text("<h1>Report of the stage</h1>", encoding="utf-8")
+        return Answer(True, f"the report of {bag.parent.name} is ready")
+
+    def reporting(self) -> str:
+        """Make every report at once."""
+        return ""
+
     def gains(self, joint: str) -> Gains:
         """Return the gains of a joint."""
         return Gains(GAINS, switches={"antiwindup": True})
@@ -127,6 +144,20 @@ class StageDoor:
         """Grip nothing."""
         return Answer(True, "the gripper is closed" if close else "the gripper is open")
 
+    async def registers(self) -> tuple[Sequence[Entry], str]:
+        """Read zeros everywhere."""
+        found = [
+            with_words(one, self._layout, [0] * one.count)
+            if "registers" in one.table
+            else with_bit(one, True)
+            for one in entries(self._layout)
+        ]
+        return found, ""
+
+    async def put_parts_back(self) -> Answer:
+        """Put nothing back."""
+        return Answer(True, "the parts of both cells stand where they stood at the start")
+
     async def pendant(self, *words: str) -> Answer:
         """Press nothing."""
         return Answer(True, " ".join(words))
@@ -147,6 +178,7 @@ def main() -> None:
     live = Live(door, desk, maker, config)  # type: ignore[arg-type]
     offer_camera(door.picture)
     offer_events(live.events.csv)
+    offer_past(live.past, config.chart_window_s)
     web = ROOT / "src" / "operator_panel" / "web"
     Shell(robot, model, config, around, door, desk, live, web, runs)  # type: ignore[arg-type]
 

@@ -15,7 +15,7 @@ import pytest
 from harness.processes import Stage, free_port, wait_until
 from harness.wires.browser import chromium
 from harness.workspace import ROOT, workspace_environment
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Locator, Page, expect
 
 STAGE = ROOT / "tests" / "harness" / "page" / "stage.py"
 MEASURE = (STAGE.parent / "measure.js").read_text(encoding="utf-8")
@@ -24,17 +24,30 @@ TOKEN = "token-of-the-stage"
 SIZES = {"phone": (390, 844), "tablet": (768, 1024), "low": (1280, 720), "wide": (1920, 1080)}
 WAYS = ("Step joint", "World", "Tool", "Hold")
 ALARMS = 4
-TABS = ("Jog", "Target", "Programs", "Tuning", "Recordings", "Events")
+TABS = ("Jog", "Target", "Programs", "Robot", "Tuning", "Recordings", "Events", "Today")
 expect.set_options(timeout=15_000)
 # All that must stand still while alarms, commands and troubles come and go.
 PLACES = """() => [...document.querySelectorAll(
     ".card, .strip, .bar, .bar-stop button, .theme, .commands button, .tabs button, " +
-    ".jog button, .scene-choice button")]
+    ".jog button, .scene-choice button, .views button, [data-pause]")]
     .filter((place) => place.checkVisibility())
     .map((place) => { const box = place.getBoundingClientRect();
         const button = place.matches("button") && place.innerText.trim();
         const words = place.getAttribute("aria-label") || button || place.className;
         return [words, box.left, box.top + scrollY, box.width, box.height]; })"""
+
+# Moves the time line back, half a second at a time, until the real robot leads.
+FIND_FOLLOWING = """async () => {
+    const range = document.querySelector(".time-line-range");
+    const role = document.querySelector(".lead-real .lead-role");
+    for (let back = 0; back < 240; back += 1) {
+        if (role.textContent === "leads") return true;
+        range.value = -0.5 * back;
+        range.dispatchEvent(new Event("input"));
+        await new Promise((done) => setTimeout(done, 25));
+    }
+    return false;
+}"""
 
 
 class Theatre:
@@ -89,7 +102,9 @@ class Theatre:
 def theatre(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Theatre]:
     """Give one page for all tests of this file."""
     folder = tmp_path_factory.mktemp("stage")
-    (folder / "runs" / "a_recording_with_quite_a_long_name_2026-03-01").mkdir(parents=True)
+    for name in ("a_recording_with_quite_a_long_name_2026-03-01", "to_be_renamed", "to_go"):
+        (folder / "runs" / name).mkdir(parents=True)
+        (folder / "runs" / name / "run.bag").write_bytes(b"x" * 2048)
     stage = Stage(folder / "log", workspace_environment())
     port = free_port()
     try:
@@ -125,6 +140,11 @@ def test_everything_can_be_touched_and_read_at_each_size_light_and_dark(
         for colours in ("light", "dark"):
             theatre.page.emulate_media(color_scheme=colours)  # type: ignore[arg-type]
             found += theatre.problems(f"{size}, {colours}, {tab}")
+    # The buttons of the views stand on a picture that this browser cannot draw.
+    theatre.page.evaluate("document.querySelector('.stage').classList.remove('no-webgl')")
+    expect(theatre.page.get_by_role("button", name="Side", exact=True)).to_be_visible()
+    found += theatre.problems(f"{size}, views")
+    theatre.page.evaluate("document.querySelector('.stage').classList.add('no-webgl')")
     theatre.open("Jog")
     for way in WAYS:
         theatre.open(way)
@@ -220,6 +240,126 @@ def test_events_are_filtered_acknowledged_and_saved(theatre: Theatre) -> None:
     table = theatre.page.request.get(f"{theatre.address}/events.csv")
     assert table.headers["content-type"].startswith("text/csv")
     assert "came apart" in table.text() and table.text().startswith("number,time,severity")
+
+
+def test_recording_gets_a_report_another_name_and_an_end(theatre: Theatre) -> None:
+    """Made here, looked at here; deleted only after a question."""
+    theatre.resize("low")
+    theatre.play("ready")
+    theatre.open("Recordings")
+
+    def row(name: str) -> Locator:
+        return theatre.page.locator(".run").filter(has_text=name)
+
+    expect(row("to_be_renamed")).to_contain_text("2 kB")
+    download = row("to_be_renamed").get_by_text("Download")
+    assert (
+        theatre.page.request.get(
+            f"{theatre.address}{download.locator('xpath=..').get_attribute('href')}"
+        ).body()
+        == b"x" * 2048
+    )
+    row("to_be_renamed").get_by_role("button", name="Rename").click()
+    question = theatre.page.locator(".confirm")
+    question.locator("input").fill("../out")
+    question.get_by_role("button", name="Rename").click()
+    expect(question).to_contain_text("letters, digits")
+    question.locator("input").fill("a_better_name")
+    question.get_by_role("button", name="Rename").click()
+    expect(row("a_better_name")).to_be_visible()
+    expect(row("to_be_renamed")).to_have_count(0)
+    row("a_better_name").get_by_role("button", name="Make report").click()
+    row("a_better_name").get_by_role("button", name="Report", exact=True).click()
+    report = theatre.page.frame_locator(".report-frame").locator("h1")
+    expect(report).to_have_text("Report of the stage")
+    theatre.page.get_by_role("button", name="Close").click()
+    row("to_go").get_by_role("button", name="Delete").click()
+    question.get_by_role("button", name="Cancel").click()
+    expect(question).to_have_count(0)
+    expect(row("to_go")).to_be_visible()
+    row("to_go").get_by_role("button", name="Delete").click()
+    question.get_by_role("button", name="Delete for ever").click()
+    expect(row("to_go")).to_have_count(0)
+
+
+def test_program_shows_its_lines_and_the_one_it_is_in(theatre: Theatre) -> None:
+    """The scene's robot is in line 5 of ARTICLE: the second wait of the loop."""
+    theatre.resize("low")
+    theatre.play("following")
+    theatre.open("Programs")
+    theatre.page.get_by_text("Lines of ARTICLE").click()
+    now = theatre.page.locator("[data-line][aria-current]")
+    expect(now).to_have_count(1)
+    expect(now).to_have_text("Wait 0.7 s")
+    assert theatre.problems("listing") == []
+    theatre.play("ready")
+    expect(now).to_have_count(0)
+
+
+def test_robot_says_its_mode_and_parts_go_back_after_a_question(theatre: Theatre) -> None:
+    """Its words, not numbers; nothing is put back by one touch."""
+    theatre.resize("low")
+    theatre.play("ready")
+    theatre.open("Robot")
+    expect(theatre.page.locator('[data-live="status.mode"]')).to_have_text("automatic")
+    theatre.page.get_by_role("button", name="Put back").click()
+    theatre.page.locator(".confirm").get_by_role("button", name="Put back").click()
+    line = theatre.page.locator("[data-command='0']")
+    expect(line).to_contain_text("Put parts back")
+    expect(line).to_have_attribute("data-outcome", "done")
+    theatre.page.get_by_role("button", name="Read", exact=True).click()
+    registers = theatre.page.locator(".register")
+    expect(registers.nth(50)).to_be_attached()
+    theatre.page.get_by_label("Search").fill("imstp")
+    expect(registers).to_have_count(2)
+    expect(registers.first).to_contain_text("input signal 6001, raw 1: *IMSTP")
+    assert theatre.problems("registers") == []
+    theatre.open("Today")
+    expect(theatre.page.locator('[data-live="today.parts"]')).to_have_text("real 0, twin 0")
+
+
+def test_chart_that_is_frozen_stands_still_and_goes_on(theatre: Theatre) -> None:
+    """Nobody can read a point that runs away."""
+    theatre.resize("wide")
+    theatre.play("following")
+    pause = theatre.page.locator("[data-pause]")
+    pause.click()
+    expect(theatre.page.locator("[data-chart-title]")).to_contain_text("Frozen")
+    drawn = """() => JSON.stringify(getElement(window.PANEL.charts.motion).chart.getOption()
+        .series[0].data.length && getElement(window.PANEL.charts.motion).chart.getOption()
+        .series[0].data.at(-1))"""
+    theatre.page.wait_for_timeout(300)
+    before = theatre.page.evaluate(drawn)
+    theatre.page.wait_for_timeout(600)
+    assert theatre.page.evaluate(drawn) == before
+    pause.click()
+    expect(theatre.page.locator("[data-chart-title]")).to_contain_text("Last 20 s")
+    theatre.page.wait_for_function(f"({drawn})() !== {before!r}")
+    theatre.play("ready")
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_page_looks_back_while_mode_and_stop_stay_live(theatre: Theatre, size: str) -> None:
+    """The numbers are of that moment, the bar is of now, and each says which it is."""
+    theatre.resize(size)
+    theatre.play("following")
+    theatre.play("ready")
+    mode, lead = theatre.page.locator(".mode-title"), theatre.page.locator(".lead-real .lead-role")
+    expect(lead).not_to_have_text("leads")
+    ready = lead.inner_text()
+    theatre.page.get_by_role("button", name="Look back").click()
+    text = theatre.page.locator("[data-past-text]")
+    expect(text).to_contain_text("Past: ")
+    assert theatre.problems(f"{size}, looking back") == []
+    assert theatre.page.evaluate(FIND_FOLLOWING), "a moment at which the real robot led"
+    expect(lead).to_have_text("leads")
+    expect(mode).to_have_text("Ready")
+    theatre.page.get_by_role("button", name="+1 s", exact=True).click()
+    theatre.page.get_by_role("button", name="Live", exact=True).click()
+    expect(text).to_be_hidden()
+    expect(lead).to_have_text(ready)
+    answer = theatre.page.request.get(f"{theatre.address}/past.json?at=noon")
+    assert answer.status == 400 and "no number of seconds" in answer.text()
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from operator_panel.runs import may_be_shown, size_text, verdict
+from operator_panel.runs import length_text, may_be_shown, size_text, verdict
 
 
 @pytest.mark.parametrize(
@@ -57,3 +57,12 @@ def test_verdict_of_a_report_without_figures_is_no_crash() -> None:
     """An older or broken report is still listed."""
     assert verdict({}) == ""
     assert verdict({"experiments": [{}]}) == "?: ?, no path error"
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [(4.26, "4.3 s"), (59.4, "59.4 s"), (125.0, "2 min 5 s"), (3725.0, "1 h 2 min")],
+)
+def test_length_is_in_the_units_that_read_best(seconds: float, text: str) -> None:
+    """Nobody counts 3725 s."""
+    assert length_text(seconds) == text

@@ -129,7 +129,7 @@ class Pair(NamedTuple):
     nothing came on it; ``hole`` is a topic and the times [s] within each experiment between which
     nothing came; after ``frozen_after`` [s] nothing moves; ``plant`` is the text of real/plant.
     Within ``pause`` [s] of each experiment nothing at all was received; ``kick`` says from when to
-    when [s] the follower's joint_3 is how much higher [m].
+    when [s] the follower's joint_3 is how much higher [m]; ``real`` is the topic of the real side.
     """
 
     lag_s: float = 0.005
@@ -143,10 +143,13 @@ class Pair(NamedTuple):
     plant: str | None = None
     pause: tuple[float, float] = (0.0, 0.0)
     kick: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    real: str = "real/ground_truth"
 
 
 def imitate(
-    maker: BagMaker, pair: Pair, experiments: tuple[str, ...] = ("real_leads", "twin_leads")
+    maker: BagMaker,
+    pair: Pair,
+    experiments: tuple[str, ...] = ("real_leads", "twin_leads"),
 ) -> None:
     """Add a whole run: markers, both sides, ages, decisions, a warning."""
     generator = np.random.default_rng(7)
@@ -154,7 +157,7 @@ def imitate(
     for name in experiments:
         maker.marker(start, f"start {name}")
         for topic, rate, delayed in (
-            ("real/ground_truth", 250.0, name == "twin_leads"),
+            (pair.real, 250.0, name == "twin_leads"),
             ("twin/joint_states", 200.0, name == "real_leads"),
         ):
             times = np.arange(-0.1, DURATION_S + 0.1, 1.0 / rate)
@@ -173,7 +176,7 @@ def imitate(
             if (topic, name) == pair.silent:
                 continue
             names = list(JOINTS)
-            if topic == "real/ground_truth":
+            if topic == pair.real:
                 names.insert(3, "joint_4")
                 positions, velocities = (
                     np.insert(positions, 3, 0.5, axis=1),

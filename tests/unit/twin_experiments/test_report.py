@@ -99,6 +99,37 @@ def test_a_report_says_what_its_figures_were_made_with(
         assert text in page
 
 
+def test_one_sentence_stands_above_everything(
+    make_bag: MakeBag, written: Report, without_figures: None
+) -> None:
+    """It is the first that a reader reads, and it says which limit was missed first."""
+    page = page_of(written)
+    first = re.search(r"<p class=\"verdict pass\">([^<]*)", page)
+    assert first and first[1].startswith("Good: real robot and twin moved as one in both")
+    assert page.index("verdict pass") < page.index("real_leads is good")
+    bag = make_bag(lag_s=0.1)
+    bad = page_of(write_report(bag, bag.parent / "out", CONFIG))
+    told = re.search(r"<p class=\"verdict FAIL\">([^<]*)", bad)
+    assert told and "2 of 2 experiments missed what is asked, first real_leads: the" in told[1]
+
+
+@pytest.mark.usefixtures("without_figures")
+def test_a_needle_is_told_with_its_time_and_its_cause(make_bag: MakeBag) -> None:
+    """The follower jumps by 3 mm for 20 ms in a move and comes back; nothing else happens."""
+    bag = make_bag(lag_s=0.0, kick=(1.1, 1.12, 0.003))
+    written = write_report(bag, bag.parent / "out", CONFIG)
+    document = json.loads((written.folder / "report.json").read_text())
+    for experiment in document["experiments"]:
+        (needle,) = experiment["needles"]
+        assert needle["at_s"] == pytest.approx(1.11, abs=0.02)
+        assert needle["height_mm"] == pytest.approx(3.0, abs=0.2)
+        assert needle["timing_ms"] == pytest.approx(
+            needle["height_mm"] / needle["tool_speed_m_s"], rel=1e-3
+        )
+        assert needle["cause"] == "none"
+    assert "1 needle (peaks of the distance shorter than 60 ms, violet bands)" in page_of(written)
+
+
 def test_the_page_begins_with_a_sentence_for_each_experiment(written: Report) -> None:
     """Good or bad comes before all figures, and the label right after it."""
     page = (written.folder / "report.html").read_text()
@@ -332,9 +363,12 @@ class _Page(HTMLParser):
         super().__init__()
         self.images: list[str] = []
         self.asked: list[str] = []
+        self.places: list[str] = []
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         for name, value in attrs:
+            if name == "id":
+                self.places.append(value or "")
             if name in ("src", "href", "data"):
                 (
                     self.images
@@ -345,11 +379,14 @@ class _Page(HTMLParser):
 
 def test_the_page_is_self_contained_and_escapes_what_nodes_said(written: Report) -> None:
     """Six embedded figures, no request, text of a node stays text."""
-    text = (written.folder / "report.html").read_text()
+    whole = (written.folder / "report.html").read_text()
     page = _Page()
-    page.feed(text)
-    assert (len(page.images), page.asked) == (6, [])
-    assert "url(" not in text and "@import" not in text and "<script" not in text
+    page.feed(whole)
+    assert len(page.images) == 6
+    assert all(asked.startswith("#") for asked in page.asked), "only places of the page itself"
+    assert {asked[1:] for asked in page.asked} <= set(page.places)
+    text = re.sub(r"<script.*?</script>", "", whole, flags=re.DOTALL)
+    assert "url(" not in text and "@import" not in text
     assert "late &lt;&amp;&gt;" in text and "late <&>" not in text
     assert text.count("WARN: late") == 1, "a warning that stays is listed once"
     for word in ("the real robot moved first", "article", "Versions", "prefers-color-scheme: dark"):
@@ -386,11 +423,36 @@ def test_a_side_without_samples_fails_the_experiment_with_its_name(make_bag: Mak
     assert "twin: " in second["reasons"][0] and "samples between" in second["reasons"][0]
 
 
-@pytest.mark.parametrize("topic", ["real/ground_truth", "twin/joint_states", "experiment/marker"])
+@pytest.mark.parametrize("topic", ["real/ground_truth", "twin/joint_states"])
 def test_a_topic_that_is_missing_is_named(make_bag: MakeBag, topic: str) -> None:
     """No figure is made up."""
     with pytest.raises(BagError, match=rf"run.bag: no message of {topic}; the bag holds"):
         analyse(make_bag(without=(topic,)))
+
+
+@pytest.mark.usefixtures("without_figures")
+def test_a_recording_without_marks_is_one_experiment(make_bag: MakeBag) -> None:
+    """Whoever moved first leads, nobody asked for positions, and the error is the same."""
+    bag = make_bag(experiments=("twin_leads",), lag_s=0.004, without=("experiment/marker",))
+    report = write_report(bag, bag.parent / "out", CONFIG)
+    marked = analyse(make_bag(experiments=("twin_leads",), lag_s=0.004))["experiments"][0]
+    document = json.loads((report.folder / "report.json").read_text())
+    (found,) = document["experiments"]
+    assert (found["name"], found["leader"], found["verdict"]) == ("recording", "twin", "pass")
+    assert found["path_error_max_mm"] == pytest.approx(marked["path_error_max_mm"], rel=1e-3)
+    assert (found["visits"], found["held"]) == ([], [])
+    assert "Good: real robot and twin moved as one in the experiment" in page_of(report)
+
+
+@pytest.mark.usefixtures("without_figures")
+def test_a_recording_of_a_real_robot_has_its_readings_in_place_of_the_truth(
+    make_bag: MakeBag,
+) -> None:
+    """Nobody knows the truth there; the page says which it is."""
+    bag = make_bag(experiments=("real_leads",), real="real/joint_states")
+    report = write_report(bag, bag.parent / "readings", CONFIG)
+    assert report.passed
+    assert "what the twin controller read from the robot" in page_of(report)
 
 
 def test_an_experiment_that_nobody_knows_is_refused(

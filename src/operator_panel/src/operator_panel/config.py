@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import msgspec
 from msgspec import Meta
 from scara_config import Robot, load, locate
+from scara_config.palletise import find_palletise
 from scara_config.percent import SharePercent
 
 Rate = Annotated[float, Meta(ge=1.0, le=50.0)]
@@ -47,6 +48,7 @@ class PanelConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     chart_rate_hz: Rate
     call_timeout_s: Seconds
     program_timeout_s: Seconds
+    report_timeout_s: Seconds
     jog: Jog
     preview: Preview
 
@@ -59,10 +61,11 @@ class Door(msgspec.Struct, frozen=True):
 
 
 class Program(msgspec.Struct, frozen=True):
-    """Name and comment of a program of the real robot."""
+    """Name, comment and lines of a program of the real robot."""
 
     name: str
     comment: str = ""
+    lines: list[dict[str, Any]] = []
 
 
 class _Control(msgspec.Struct, frozen=True):
@@ -98,6 +101,7 @@ class Surroundings(msgspec.Struct, frozen=True):
         jog_limit_percent: What joint_vel_controller accepts, percent of the joint's speed.
         positions: Named tool positions (x, y, z) [m].
         programs: Programs of the real robot, by name.
+        has_parts: Whether there are parts that can be put back.
     """
 
     real: Door
@@ -106,6 +110,7 @@ class Surroundings(msgspec.Struct, frozen=True):
     jog_limit_percent: float
     positions: dict[str, tuple[float, float, float]]
     programs: tuple[Program, ...]
+    has_parts: bool = False
 
 
 def load_panel(directory: Path | str | None = None) -> PanelConfig:
@@ -134,4 +139,5 @@ def load_surroundings(robot: Robot, directory: Path | str | None = None) -> Surr
         jog_limit_percent=load(locate("motion.yaml", directory), _Motion).jog.speed_percent,
         positions=robot.positions_m,
         programs=tuple(sorted(programs, key=lambda program: program.name)),
+        has_parts=find_palletise(directory) is not None,
     )

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Mapping
+from collections.abc import Awaitable, Mapping, Sequence
+from pathlib import Path
 from typing import Any, Protocol
 
 import msgspec
 
+from operator_panel.view.robot.registers import Entry
 from operator_panel.view.snapshot import Snapshot
 
 
@@ -104,6 +106,12 @@ class CellDoor(Protocol):
     async def stop_recording(self) -> Answer:
         """Stop it; values: path."""
 
+    async def report(self, bag: Path) -> Answer:
+        """Write the report of a bag into its folder; this may take minutes."""
+
+    def reporting(self) -> str:
+        """Return the name of the run whose report is being made, empty while none is."""
+
     def gains(self, joint: str) -> Gains | None:
         """Return a joint's tuning parameters; None while its server is missing."""
 
@@ -120,6 +128,12 @@ class CellDoor(Protocol):
 
     async def grip(self, close: bool) -> Answer:
         """Close or open the twin's gripper; the real robot's follows."""
+
+    async def registers(self) -> tuple[Sequence[Entry], str]:
+        """Read the robot's registers and signals once; with it why that failed, or nothing."""
+
+    async def put_parts_back(self) -> Answer:
+        """Put the parts of both sides where they stood at the start."""
 
     async def pendant(self, *words: str) -> Answer:
         """Press a key of the real robot's pendant."""

@@ -11,6 +11,8 @@ import msgspec
 RUN = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,127}")
 # Logs and the folder of ROS stay inside: the operator's token is there.
 SHOWN = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,127}\.(html|json|png|svg|bag)")
+LATEST = "latest"
+"""Link to the newest run with a report; no run may have its name."""
 
 
 class Run(msgspec.Struct, frozen=True):
@@ -22,6 +24,9 @@ class Run(msgspec.Struct, frozen=True):
         size: Of its bags, as text.
         verdict: In words; empty without a report.
         has_report: Whether report.html is there.
+        length: Of its bags, as text; empty if nobody knows it yet.
+        bags: Its bags, the first part first.
+        busy: Whether it is being recorded.
     """
 
     name: str
@@ -29,6 +34,14 @@ class Run(msgspec.Struct, frozen=True):
     size: str
     verdict: str
     has_report: bool
+    length: str = ""
+    bags: tuple[str, ...] = ()
+    busy: bool = False
+
+
+def is_run_name(name: str) -> bool:
+    """Return whether a folder may be a run: one name, no way out of the folder of runs."""
+    return bool(RUN.fullmatch(name)) and ".." not in name and name != LATEST
 
 
 def may_be_shown(run: str, file: str) -> bool:
@@ -42,6 +55,23 @@ def size_text(size: int) -> str:
         if size < limit:
             return f"{size / scale:.0f} {unit}"
     return f"{size / 1e9:.1f} GB"
+
+
+def length_text(seconds: float) -> str:
+    """Return a length of time [s] for people."""
+    whole = round(seconds)
+    if whole < 60:
+        return f"{seconds:.1f} s"
+    minutes, rest = divmod(whole, 60)
+    if minutes < 60:
+        return f"{minutes} min {rest} s"
+    return f"{minutes // 60} h {minutes % 60} min"
+
+
+def part_number(name: str) -> int:
+    """Return which part of a recording a bag is: 1 for the first."""
+    found = re.search(r"\.part(\d+)\.bag$", name)
+    return int(found[1]) if found else 1
 
 
 def verdict(report: Mapping[str, Any]) -> str:

@@ -10,7 +10,8 @@ import numpy as np
 from scara_config import Robot
 from scara_config.palletise import Palletise
 
-from twin_experiments.config import Experiment, ExperimentsFile, Limits
+from twin_experiments.comparison.tracks import first_to_move
+from twin_experiments.config import ExperimentsFile, Judged, Limits, Unmarked
 from twin_experiments.metrics.errors import (
     Comparison,
     ErrorSummary,
@@ -19,6 +20,7 @@ from twin_experiments.metrics.errors import (
     compare,
     summarize,
 )
+from twin_experiments.metrics.needles import Needle, find_needles
 from twin_experiments.metrics.pauses import Pause, pauses_within, undisturbed
 from twin_experiments.metrics.series import Array, Gap, MetricsError, Motion
 from twin_experiments.metrics.true_positions import TrueArm, TruePositioning, true_positioning
@@ -72,6 +74,7 @@ class Result:
         path_undisturbed: Path error without the pauses and what follows them; None if it is not
             known.
         true_positioning: Error at rest against the robot's true geometry; None if it is not known.
+        needles: Short peaks of the tools' distance.
     """
 
     span: Span
@@ -87,6 +90,7 @@ class Result:
     pauses: tuple[Pause, ...] = ()
     path_undisturbed: ErrorSummary | None = None
     true_positioning: TruePositioning | None = None
+    needles: tuple[Needle, ...] = ()
 
     @property
     def passed(self) -> bool:
@@ -117,7 +121,7 @@ def analyse(
     Raises:
         RecordError: An experiment of the run is not in ``config``.
     """
-    unknown = sorted({span.name for span in run.spans} - set(config.known))
+    unknown = sorted({span.name for span in run.spans if span.marked} - set(config.known))
     if unknown:
         raise RecordError(
             f"unknown experiment {', '.join(unknown)}: experiments.yaml has "
@@ -128,20 +132,35 @@ def analyse(
     largest = np.array([robot.joint(name).velocity for name in run.joint_names])
 
     def analysed(span: Span) -> Result:
-        visited = {name: positions[name] for name in config.known[span.name].visits}
-        result = _analyse_span(run, span, config, visited, settings, columns, tool)
+        experiment = _experiment(run, span, config, settings, columns)
+        visited = {name: positions[name] for name in experiment.visits}
+        result = _analyse_span(run, span, experiment, config, visited, settings, columns, tool)
         result = _with_pauses(_with_speed(result, largest), run.pauses, robot.reach_mm)
+        result = _with_needles(result, run)
         if arm is not None and result.comparison is not None:
             found = true_positioning(result.comparison, tool, arm, visited, settings)
             result = replace(result, true_positioning=found)
-        return _with_parts(result, run, work) if span.name in config.palletising else result
+        carries = span.marked and span.name in config.palletising
+        return _with_parts(result, run, work) if carries else result
 
     return tuple(analysed(span) for span in run.spans)
+
+
+def _experiment(
+    run: Run, span: Span, config: ExperimentsFile, settings: MetricsSettings, columns: list[int]
+) -> Judged:
+    """Return what was asked for; in a recording without marks whoever moved first leads."""
+    if span.marked:
+        return config.known[span.name]
+    sides = (pick(run.real.motion, columns), pick(run.twin.motion, columns))
+    first = first_to_move(*sides, settings.moving_speeds)
+    return Unmarked(leader="twin" if first == "twin" else "real")
 
 
 def _analyse_span(
     run: Run,
     span: Span,
+    experiment: Judged,
     config: ExperimentsFile,
     positions: dict[str, Array],
     settings: MetricsSettings,
@@ -152,7 +171,6 @@ def _analyse_span(
 
     Data that cannot be compared are a reason to fail, not an end of the report.
     """
-    experiment = config.known[span.name]
     ages = {
         topic: found
         for topic, age in run.ages.items()
@@ -195,6 +213,24 @@ def _with_pauses(result: Result, pauses: tuple[Pause, ...], reach_mm: float) -> 
     return replace(result, path_undisturbed=summarize(seen.deviation_mm[counted], reach_mm))
 
 
+def _with_needles(result: Result, run: Run) -> Result:
+    """Add the short peaks of the tools' distance, and what was going on then."""
+    if result.comparison is None:
+        return result
+    span = result.span
+    within = {
+        topic: (age.received >= span.start) & (age.received <= span.end)
+        for topic, age in run.ages.items()
+    }
+    ages = {
+        topic: (age.received[within[topic]], age.age[within[topic]])
+        for topic, age in run.ages.items()
+    }
+    comparison = result.comparison
+    needles = find_needles(comparison.trace, comparison.moves, result.pauses, ages)
+    return replace(result, needles=needles)
+
+
 def _with_parts(result: Result, run: Run, work: Palletise | None) -> Result:
     """Add what became of the parts, and what speaks against it."""
     if work is None:
@@ -217,7 +253,7 @@ def held_positions(comparison: Comparison) -> tuple[str, ...]:
 
 def judge(
     span: Span,
-    experiment: Experiment,
+    experiment: Judged,
     comparison: Comparison,
     held: tuple[str, ...],
     reach_mm: float,

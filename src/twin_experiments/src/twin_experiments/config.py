@@ -57,8 +57,16 @@ class TwinPalletises(Section, frozen=True, kw_only=True, tag_field="leader", tag
     leader: ClassVar[Literal["real", "twin"]] = "twin"
 
 
+class Unmarked(Section, frozen=True, kw_only=True):
+    """A recording without marks: nobody said what should be visited."""
+
+    leader: Literal["real", "twin"]
+    visits: ClassVar[tuple[str, ...]] = ()
+
+
 Palletising = RealPalletises | TwinPalletises
 Experiment = RealLeads | TwinLeads | Palletising
+Judged = Experiment | Unmarked
 PALLETISE = "palletise"
 """Name that stands for all of ``palletising``."""
 

@@ -8,6 +8,7 @@ from typing import Any
 from twin_experiments.analysis import Result
 from twin_experiments.config import Limits, PaperFigures
 from twin_experiments.metrics.errors import Comparison, ErrorSummary, Rest
+from twin_experiments.metrics.needles import Needle
 from twin_experiments.metrics.pauses import longest_ms
 from twin_experiments.palletising.outcome import as_document
 from twin_experiments.repeats import summarize_repeats
@@ -53,6 +54,7 @@ def _experiment(result: Result, reach_mm: float) -> dict[str, Any]:
         **figures,
         **_true_positioning(result, reach_mm),
         **_pauses(result),
+        "needles": [_needle(needle, result.span.start) for needle in result.needles],
         "verdict": "pass" if result.passed else "fail",
         "repeat": result.span.repeat,
         "reasons": list(result.reasons),
@@ -121,6 +123,17 @@ def _pauses(result: Result) -> dict[str, Any]:
     }
 
 
+def _needle(needle: Needle, start: float) -> dict[str, Any]:
+    """Return one short peak of report.json; times count from the experiment's start."""
+    return {
+        "at_s": needle.at - start,
+        "height_mm": needle.height_mm,
+        "tool_speed_m_s": needle.speed,
+        "timing_ms": needle.timing_ms,
+        "cause": needle.cause.name.lower(),
+    }
+
+
 def _rest(rest: Rest, start: float) -> dict[str, Any]:
     """Return one rest of report.json."""
     return {
@@ -141,6 +154,19 @@ def rounded_tree(value: Any) -> Any:
     return [rounded_tree(item) for item in value] if isinstance(value, list) else value
 
 
+SHORT_HEADINGS = (
+    "experiment",
+    "leads",
+    "speed",
+    "apart while moving",
+    "apart at rest",
+    "follower behind",
+    "verdict",
+)
+"""What somebody reads who reads one table only."""
+
+LEADS = {"real": "real robot", "twin": "twin"}
+
 HEADINGS = (
     "experiment",
     "leader",
@@ -158,6 +184,46 @@ HEADINGS = (
 def summary_rows(results: Sequence[Result], reach_mm: float) -> list[tuple[str, ...]]:
     """Return one row of text for each experiment, cells as in ``HEADINGS``."""
     return [_row(result, reach_mm) for result in results]
+
+
+def short_rows(
+    results: Sequence[Result], reach_mm: float, limits: Limits, paper: PaperFigures
+) -> list[tuple[str, ...]]:
+    """Return the short table, cells as in ``SHORT_HEADINGS``; limits and the article come last."""
+    asked, article = (
+        (
+            name,
+            "",
+            "",
+            f"{figures.path_error_percent:g} %",
+            f"{figures.positioning_error_percent:g} %",
+            "",
+            "",
+        )
+        for name, figures in (("allowed here", limits), ("in the article", paper))
+    )
+    return [*(_short_row(result, reach_mm) for result in results), asked, article]
+
+
+def _short_row(result: Result, reach_mm: float) -> tuple[str, ...]:
+    verdict, comparison = "pass" if result.passed else "FAIL", result.comparison
+    speed = "-" if result.speed_percent is None else f"{result.speed_percent:.0f} %"
+    head = (result.span.label, LEADS[result.leader], speed)
+    if comparison is None:
+        return (*head, "-", "-", "-", verdict)
+    at_rest, lag = comparison.positioning_max_mm, comparison.lag_s
+    return (
+        *head,
+        _plain(comparison.path.max_mm, reach_mm),
+        "-" if at_rest is None else _plain(at_rest, reach_mm),
+        "-" if lag is None else f"{1e3 * lag:.0f} ms".replace("-0 ms", "0 ms"),
+        verdict,
+    )
+
+
+def _plain(length_mm: float, reach_mm: float) -> str:
+    """Return a length with the digits that matter: percent of reach, and mm."""
+    return f"{100.0 * length_mm / reach_mm:.2f} % ({length_mm:.2f} mm)"
 
 
 def paper_rows(limits: Limits, paper: PaperFigures) -> list[tuple[str, ...]]:

@@ -13,6 +13,9 @@ from twin_experiments.metrics.pauses import Pause
 from twin_experiments.metrics.series import FEWEST_SAMPLES, Array, Motion
 from twin_experiments.palletising.outcome import Handled
 
+WHOLE = "recording"
+"""Name of the one experiment of a recording without marks."""
+
 
 class RecordError(ValueError):
     """The recording does not hold what is needed; the text names it."""
@@ -22,7 +25,8 @@ class RecordError(ValueError):
 class Span:
     """One experiment between its markers [s]; ``finished`` is False if the recording ended first.
 
-    ``repeat`` counts experiments of one name from 1.
+    ``repeat`` counts experiments of one name from 1. ``marked`` is False for a recording without
+    marks, which counts as one experiment.
     """
 
     name: str
@@ -30,6 +34,7 @@ class Span:
     end: float
     finished: bool
     repeat: int = 1
+    marked: bool = True
 
     @property
     def label(self) -> str:
@@ -72,7 +77,7 @@ class Run:
     """All of a bag that the report uses.
 
     ``configuration`` and its digest are empty if the bag holds none; ``plant`` is None if no
-    stand-in said it.
+    stand-in said it. ``real_is_truth`` is False where the real side is what the robot reads.
     """
 
     path: str
@@ -92,6 +97,14 @@ class Run:
     plant: RecordedPlant | None = None
     configuration_digest: str = ""
     pauses: tuple[Pause, ...] = ()
+    real_is_truth: bool = True
+
+
+def whole_span(real: Motion, twin: Motion) -> Span:
+    """Return a recording without marks as one experiment: from where both sides are known."""
+    start = float(max(real.stamps[0], twin.stamps[0]))
+    end = float(min(real.stamps[-1], twin.stamps[-1]))
+    return Span(WHOLE, start, max(start, end), True, marked=False)
 
 
 def find_spans(markers: list[tuple[float, str]], end: float) -> tuple[Span, ...]:

@@ -4,28 +4,33 @@ from __future__ import annotations
 
 import asyncio
 import threading
-from collections.abc import Awaitable, Mapping
+from collections.abc import Awaitable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import msgspec
 import rosgraph
 import rospy
+from nicegui import run
 from scara_config import Robot
+from scara_config.modbus_map import load_modbus_map
 from scara_ros.io.service_connection import ServiceError
 from scara_ros.nodes.registration import keep_registered
 from scara_ros.nodes.service_client import look_up
-from std_srvs.srv import SetBool
+from std_srvs.srv import SetBool, Trigger
 
 from control_msgs.msg import JointJog
 from operator_panel.config import PanelConfig, Surroundings
 from operator_panel.door import Answer, Gains, Picture, Seat
 from operator_panel.io.pendant import Pendant
+from operator_panel.io.register_reader import RegisterError, read_registers
+from operator_panel.io.reporter import Reporter
 from operator_panel.io.stop_line import StopLine
 from operator_panel.nodes.calling import Lane, as_answer
 from operator_panel.nodes.camera_link import CameraLink
 from operator_panel.nodes.listening import Listening
 from operator_panel.nodes.tuning_link import TuningLink
+from operator_panel.view.robot.registers import Entry
 from operator_panel.view.snapshot import Snapshot
 from scara_msgs.srv import (
     Control,
@@ -62,6 +67,9 @@ class CellLink:
         self._tokens = tokens
         self._listening = Listening(robot)
         self._pendant = Pendant(around.real, config_dir, config.program_timeout_s)
+        self._reporter = Reporter(config_dir, config.report_timeout_s)
+        self._real, self._layout = around.real, load_modbus_map(config_dir)
+        self._reading = asyncio.Lock()
         timeout = config.call_timeout_s
         self._commands = Lane(COMMAND, TwinCommand, timeout)
         self._control = Lane("twin_controller/control", Control, timeout)
@@ -71,6 +79,9 @@ class CellLink:
         self._start = Lane("recorder/start", StartRecording, RECORDER_TIMEOUT_S)
         self._stop = Lane("recorder/stop", StopRecording, RECORDER_TIMEOUT_S)
         self._gripper = Lane("gripper", SetBool, timeout)
+        self._parts_back = {
+            side: Lane(f"{side}/put_parts_back", Trigger, timeout) for side in ("real", "twin")
+        }
         self._tuning = TuningLink([joint.name for joint in robot.twin_joints], timeout)
         self._camera = CameraLink()
         self._jog: Any = None
@@ -153,6 +164,15 @@ class CellLink:
         """Stop the recording."""
         return _with_path(as_answer(await self._stop.call(), "path"), "complete:")
 
+    async def report(self, bag: Path) -> Answer:
+        """Write the report of a bag, in a program of its own."""
+        self.say(f"report of {bag.parent.name}")
+        return await self._reporter.make(bag)
+
+    def reporting(self) -> str:
+        """Return whose report is being made."""
+        return self._reporter.running
+
     def gains(self, joint: str) -> Gains | None:
         """Return what the joint's tuning server has published."""
         return self._tuning.gains(joint)
@@ -178,6 +198,24 @@ class CellLink:
         """Switch the twin's gripper; the twin controller passes it on to the real robot."""
         self.say(f"gripper {'closed' if close else 'opened'}")
         return as_answer(await self._gripper.call(data=close))
+
+    async def registers(self) -> tuple[Sequence[Entry], str]:
+        """Read the robot over a connection of its own, which is closed again."""
+        async with self._reading:
+            try:
+                found = await run.io_bound(read_registers, self._real, self._layout)
+            except RegisterError as error:
+                return (), str(error)
+        return found or (), "" if found else "the page's server ends"
+
+    async def put_parts_back(self) -> Answer:
+        """Put the parts of both sides back; the first side that does not do it is the answer."""
+        self.say("parts put back")
+        for side, lane in self._parts_back.items():
+            answer = as_answer(await lane.call())
+            if not answer.success:
+                return Answer(False, f"{side}: {answer.message}", lost=answer.lost)
+        return Answer(True, "the parts of both cells stand where they stood at the start")
 
     async def pendant(self, *words: str) -> Answer:
         """Press a key of the real robot's pendant."""

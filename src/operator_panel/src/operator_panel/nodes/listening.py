@@ -17,6 +17,8 @@ from std_msgs.msg import String
 from visualization_msgs.msg import Marker, MarkerArray
 
 from control_msgs.msg import JointControllerState
+from industrial_msgs.msg import RobotStatus as RobotStatusMessage
+from operator_panel.view.robot.status import RobotStatus
 from operator_panel.view.snapshot import (
     CellState,
     DecisionLine,
@@ -27,9 +29,10 @@ from operator_panel.view.snapshot import (
     RobotPackage,
     Snapshot,
 )
-from scara_msgs.msg import Decision, RobotData, TwinControllerState
+from scara_msgs.msg import Decision, PartEvent, RobotData, TwinControllerState
 
 DECISIONS_KEPT = 30
+TRI_STATES = ("drives_powered", "e_stopped", "motion_possible", "in_motion", "in_error")
 CLOCK = "%H:%M:%S"
 UNWATCHED_S = 0.5
 """So often what comes all the time is read while no page is open; our choice: as often as chart
@@ -69,8 +72,10 @@ class Listening:
                 JointControllerState,
                 self._seldom(self._loop_of(joint)),
             )
+        self._listen("robot_status", RobotStatusMessage, self._seldom(self._status))
         for side in ("twin", "real"):
             self._listen(f"{side}/parts", MarkerArray, self._seldom(self._parts_of(side), UNSEEN_S))
+            self._listen(f"{side}/part_events", PartEvent, self._placed_by(side), 20)
         self._change(master=True)
 
     def snapshot(self) -> Snapshot:
@@ -154,6 +159,26 @@ class Listening:
                     self._snapshot = msgspec.structs.replace(
                         self._snapshot, parts={**self._snapshot.parts, side: parts}
                     )
+
+        return take
+
+    def _status(self, message: RobotStatusMessage) -> None:
+        self._change(
+            status=RobotStatus(
+                mode=message.mode.val,
+                error_code=message.error_code,
+                **{name: getattr(message, name).val for name in TRI_STATES},
+            )
+        )
+
+    def _placed_by(self, side: str) -> Callable[[PartEvent], None]:
+        def take(message: PartEvent) -> None:
+            if message.kind != PartEvent.PLACED:
+                return
+            with self._lock:
+                placed = dict(self._snapshot.placed)
+                placed[side] = placed.get(side, 0) + 1
+                self._snapshot = msgspec.structs.replace(self._snapshot, placed=placed)
 
         return take
 

@@ -9,12 +9,15 @@ the environment, else the file operator_token in ROS_HOME, made if missing; neve
 everybody on the machine can read.
 Subscribes: ``twin_controller/state``, ``twin_controller/decisions``, ``real/robot_data``,
 ``joint_vel_controller/state``, ``/diagnostics``, ``camera/image_raw`` (while a page shows it),
+``robot_status``, ``real/part_events``, ``twin/part_events``,
 ``twin/<joint>_position_controller/state``, ``twin/pid/<joint>/parameter_descriptions``,
 ``twin/pid/<joint>/parameter_updates``.
 Publishes: ``joint_vel_controller/command`` (control_msgs/JointJog) while a jog button is held.
 Calls: ``twin_controller/command``, ``twin_controller/control``, ``twin_controller/shadow``,
 ``twin_controller/judge``, ``recorder/start``, ``recorder/stop``, ``gripper``,
-``twin/pid/<joint>/set_parameters``; starts ``rosrun fanuc_emulator pendant``.
+``real/put_parts_back``, ``twin/put_parts_back``,
+``twin/pid/<joint>/set_parameters``; starts ``rosrun fanuc_emulator pendant`` and
+``rosrun twin_experiments report``.
 """
 
 from __future__ import annotations
@@ -42,7 +45,7 @@ from scara_ros.page_door import PageDoor
 
 from operator_panel.config import PanelConfig, load_panel, load_surroundings
 from operator_panel.control.jog import DeadMan
-from operator_panel.io.api import offer_camera, offer_events
+from operator_panel.io.api import offer_camera, offer_events, offer_past
 from operator_panel.io.desk import Desk
 from operator_panel.io.live import Live
 from operator_panel.io.page.shell import Shell
@@ -114,6 +117,7 @@ def serve(private: dict[str, str]) -> None:
     TwinApi(link.shadow).offer(app)
     offer_camera(link.picture)
     offer_events(live.events.csv)
+    offer_past(live.past, config.chart_window_s)
     Shell(
         robot,
         model,

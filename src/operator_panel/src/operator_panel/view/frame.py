@@ -8,6 +8,8 @@ import msgspec
 from scara_config import Robot
 
 from operator_panel.view import words
+from operator_panel.view.robot.program_lines import current_line
+from operator_panel.view.robot.status import status_texts
 from operator_panel.view.snapshot import CellState, Link, Loop, Snapshot
 from scara_description.urdf import Model, link_pose
 
@@ -31,6 +33,7 @@ class Frame(msgspec.Struct, frozen=True, omit_defaults=True):
         tool: For each side the tool's position [m].
         gauge: Share of its limit, 0..1, for each gauge.
         silent: Text: since when the twin controller is silent; absent while it is not.
+        program: The program of the real robot that runs or is paused, and its line.
         no_stop: Text: why no STOP can be sent from the page, and what to do; absent while it can.
     """
 
@@ -44,6 +47,7 @@ class Frame(msgspec.Struct, frozen=True, omit_defaults=True):
     gauge: dict[str, float] = {}
     silent: str = ""
     no_stop: str = ""
+    program: tuple[str, int] = ("", 0)
 
 
 class FrameMaker:
@@ -102,6 +106,7 @@ class FrameMaker:
             else {},
             silent=silent,
             no_stop=words.no_stop_text(snapshot.no_stop),
+            program=current_line(snapshot.package.program) if snapshot.package else ("", 0),
         )
 
     def points(self, snapshot: Snapshot, now: float) -> Points:
@@ -152,7 +157,7 @@ class FrameMaker:
             text[f"tool.{side}"] = self._tool_text(poses.get(side))
         for link in state.links:
             text |= _link_texts(link)
-        return text | _package_texts(snapshot)
+        return text | _package_texts(snapshot) | status_texts(snapshot.status)
 
     def _poses(self, state: CellState) -> dict[str, dict[str, float]]:
         """Return joint positions in SI for each side that is known."""

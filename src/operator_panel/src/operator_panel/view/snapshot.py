@@ -6,6 +6,8 @@ import math
 
 import msgspec
 
+from operator_panel.view.robot.status import RobotStatus
+
 
 class Link(msgspec.Struct, frozen=True):
     """One link of the twin controller; fields as scara_msgs/LinkState, times in [s]."""
@@ -118,6 +120,8 @@ class Snapshot(msgspec.Struct, frozen=True):
         received: When it came.
         silent_since: Time of day of the last one, as text, for people.
         parts: Parts of each side, ``twin`` and ``real``.
+        status: The real robot in the words of ROS-Industrial.
+        placed: Side to how many parts it has placed since the page's server was started.
         no_stop: Why a STOP of the page would not get through now, or an empty text.
     """
 
@@ -131,6 +135,8 @@ class Snapshot(msgspec.Struct, frozen=True):
     diagnoses: dict[str, Diagnosis] = {}
     decisions: tuple[DecisionLine, ...] = ()
     parts: dict[str, tuple[Part, ...]] = {}
+    status: RobotStatus | None = None
+    placed: dict[str, int] = {}
     no_stop: str = ""
 
     def refused(self) -> dict[str, str]:

@@ -1,7 +1,4 @@
-"""The figures of a report.
-
-The article's Figure 15 (paths) and 16 (joints over time), and the errors over time.
-"""
+"""The figures of a report over time: the article's Figure 16 (joints), and the errors."""
 
 from __future__ import annotations
 
@@ -16,11 +13,13 @@ from matplotlib.figure import Figure
 from scara_config import Joint
 
 from twin_experiments.analysis import Result
+from twin_experiments.io.paths_figure import draw_paths
 from twin_experiments.metrics.errors import Comparison
 from twin_experiments.metrics.series import Array, Motion
+from twin_experiments.scales import LEAST_JOINT, least_distance, spread
 
 BLUE, ORANGE, GREY, RED = "#1667c2", "#ff9a1f", "#6b7280", "#c81e3a"
-PAUSE_GREY = "#9ca3af"
+PAUSE_GREY, MOVE_BLUE, GAP_RED, NEEDLE_VIOLET = "#9ca3af", "#dbe5f0", "#fbcaca", "#a78bfa"
 REAL_LINE: dict[str, Any] = {
     "color": BLUE,
     "linewidth": 3.0,
@@ -43,6 +42,12 @@ STYLE: Any = {
     "figure.constrained_layout.use": True,
 }
 ABOVE: Any = {"loc": "lower right", "bbox_to_anchor": (1.0, 0.98), "ncols": 3, "borderaxespad": 0.1}
+BANDS: dict[str, Any] = {
+    "move": {"color": MOVE_BLUE, "linewidth": 0, "alpha": 0.6},
+    "gap": {"color": GAP_RED, "linewidth": 0},
+    "pause": {"color": PAUSE_GREY, "linewidth": 0},
+    "needle": {"color": NEEDLE_VIOLET, "linewidth": 0, "alpha": 0.35},
+}
 MOST_POINTS = 6000
 MM = 1e3
 
@@ -65,7 +70,7 @@ def draw(
     name = result.span.label.replace(" #", "_")
     with mpl.rc_context(STYLE):
         figures = {
-            "paths": _paths(result.comparison, positions),
+            "paths": draw_paths(result.comparison, positions),
             "joints": _joints(result.motions, joints, result.span.start),
             "errors": _errors(result, reach_mm, path_limit_percent),
         }
@@ -81,47 +86,6 @@ def thinning(length: int) -> slice:
     return slice(None, None, max(1, length // MOST_POINTS))
 
 
-def _paths(comparison: Comparison, positions: Mapping[str, Array]) -> Figure:
-    """Figure 15: paths of both tools seen from above and from the side, with the set positions."""
-    figure = Figure(figsize=(10.5, 5.2))
-    axes = figure.subplots(1, 2)
-    seen = comparison.trace
-    middle = MM * float(np.mean([position[0] for position in positions.values()] or [0.0]))
-    for axis, (across, up, title) in zip(axes, ((0, 1, "from above"), (0, 2, "from the side"))):
-        for tool, line in ((seen.real_tool, REAL_LINE), (seen.twin_tool, TWIN_LINE)):
-            thin = tool[thinning(len(tool))] * MM
-            axis.plot(thin[:, across], thin[:, up], **line)
-        for name, position in positions.items():
-            place = (position[across] * MM, position[up] * MM)
-            axis.plot(
-                *place,
-                "o",
-                markersize=9,
-                markerfacecolor="none",
-                markeredgecolor="black",
-                markeredgewidth=1.2,
-            )
-            outward = 1.0 if place[0] > middle else -1.0
-            align: Any = "left" if outward > 0.0 else "right"
-            axis.annotate(
-                name,
-                place,
-                (9.0 * outward, 6),
-                textcoords="offset points",
-                fontweight="bold",
-                ha=align,
-            )
-        axis.set(title=title, xlabel="x [mm]", ylabel="xyz"[up] + " [mm]")
-        axis.set_aspect("equal", adjustable="datalim")
-        axis.margins(0.14)
-    if positions:
-        axes[0].plot(
-            [], [], "o", markerfacecolor="none", markeredgecolor="black", label="set position"
-        )
-    axes[0].legend(loc="best")
-    return figure
-
-
 def _joints(motions: tuple[Motion, Motion], joints: list[Joint], start: float) -> Figure:
     """Figure 16: each joint over time, in the unit that the robot's display shows."""
     figure = Figure(figsize=(10.5, 1.9 * len(joints) + 0.4))
@@ -133,10 +97,9 @@ def _joints(motions: tuple[Motion, Motion], joints: list[Joint], start: float) -
                 motion.stamps[thin] - start, motion.positions[thin, column] / joint.scale, **line
             )
         axis.set_ylabel(f"{joint.name}\n[{joint.unit}]")
-        low, high = axis.get_ylim()
-        least = 1.0  # a joint that stands still shall not show its noise as a mountain
-        if high - low < least:
-            axis.set_ylim(0.5 * (low + high - least), 0.5 * (low + high + least))
+        both = [motion.positions[:, column] / joint.scale for motion in motions]
+        low, high = min(each.min() for each in both), max(each.max() for each in both)
+        axis.set_ylim(*spread(float(low), float(high), LEAST_JOINT[joint.unit]))
     axes[0].legend(**ABOVE)
     axes[-1].set_xlabel("time [s]")
     figure.align_ylabels(list(axes))
@@ -149,17 +112,9 @@ def _errors(result: Result, reach_mm: float, path_limit_percent: float) -> Figur
     comparison, start = result.comparison, result.span.start
     figure = Figure(figsize=(10.5, 5.6))
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
-    for axis in (upper, lower):
-        for move in comparison.moves:
-            axis.axvspan(move.start - start, move.end - start, color="#eef2f7", linewidth=0)
-        for gap in comparison.trace.aligned.gaps:
-            axis.axvspan(
-                gap.start - start, gap.start + gap.duration - start, color="#fde2e2", linewidth=0
-            )
-        for pause in result.pauses:
-            left = max(pause.start, result.span.start)
-            right = min(pause.end, result.span.end)
-            axis.axvspan(left - start, right - start, color=PAUSE_GREY, linewidth=0)
+    for kind, left, right in bands(result):
+        for axis in (upper, lower) if kind != "needle" else (upper,):
+            axis.axvspan(left, right, **BANDS[kind])
     for seen, line in (
         (
             comparison.trace_after_lag,
@@ -174,18 +129,36 @@ def _errors(result: Result, reach_mm: float, path_limit_percent: float) -> Figur
                 largest_of_bins(seen.deviation_mm, thin.step),
                 **line,
             )
-    shades = "shaded: a side moves" + ("; grey: a pause" if result.pauses else "")
-    upper.set(ylabel="|real - twin| [mm]", title=f"distance of the tools ({shades})")
+    named = {"move": "blue: a side moves", "gap": "red: samples are missing"}
+    named |= {"pause": "grey: a pause", "needle": "violet: a needle"}
+    found = {kind for kind, *_ in bands(result)}
+    shades = ", ".join(text for kind, text in named.items() if kind in found)
+    upper.set(ylabel="apart [mm]", title=f"distance of the tools ({shades})")
     upper.legend(**ABOVE)
-    upper.set_ylim(bottom=0.0)
+    upper.set_ylim(0.0, max(upper.get_ylim()[1], least_distance("mm", reach_mm)))
     _percent_axis(upper, reach_mm)
     limit = path_limit_percent * reach_mm / 100.0
     if upper.get_ylim()[1] > limit:
         upper.axhline(limit, color=GREY, linestyle="--", linewidth=1.0)
-    _positions(lower, comparison, start)
+    _positions(lower, comparison, start, least_distance("mm", reach_mm))
     _percent_axis(lower, reach_mm)
     lower.set_xlabel("time [s]")
     return figure
+
+
+def bands(result: Result) -> list[tuple[str, float, float]]:
+    """Return what is shaded: move, gap, pause or needle, from and to [s] since the start."""
+    assert result.comparison is not None
+    start, end = result.span.start, result.span.end
+    comparison = result.comparison
+    found = [("move", move.start, move.end) for move in comparison.moves]
+    found += [("gap", gap.start, gap.start + gap.duration) for gap in comparison.trace.aligned.gaps]
+    found += [("pause", pause.start, pause.end) for pause in result.pauses]
+    found += [("needle", needle.start, needle.end) for needle in result.needles]
+    return [
+        (kind, round(max(left, start) - start, 4), round(min(right, end) - start, 4))
+        for kind, left, right in found
+    ]
 
 
 def largest_of_bins(values: Array, step: int) -> Array:
@@ -206,8 +179,8 @@ def _percent_axis(axis: Axes, reach_mm: float) -> None:
     axis.secondary_yaxis("right", functions=(to_percent, to_length)).set_ylabel("% of reach")
 
 
-def _positions(axis: Axes, comparison: Comparison, start: float) -> None:
-    """Draw the three distances of each rest."""
+def _positions(axis: Axes, comparison: Comparison, start: float, least: float) -> None:
+    """Draw the three distances of each rest; the axis is ``least`` [mm] high."""
     series: tuple[tuple[str, str, str, list[float | None]], ...] = (
         ("real - twin", RED, "o", [rest.deviation_mm for rest in comparison.rests]),
         ("real - set", BLUE, "s", [rest.real_error_mm for rest in comparison.rests]),
@@ -222,7 +195,7 @@ def _positions(axis: Axes, comparison: Comparison, start: float) -> None:
         axis.plot(
             *zip(*known) if known else ([], []), marker, color=color, label=label, markersize=6
         )
-    top = 1.35 * max((rest.worst_mm for rest in comparison.rests), default=1.0)
+    top = max(1.35 * max((rest.worst_mm for rest in comparison.rests), default=1.0), least)
     axis.set_ylim(-0.06 * top, top)
     for middle, rest in zip(middles, comparison.rests):
         axis.text(

@@ -19,16 +19,24 @@ from scara_control.kinematics.screws import ScrewModel, tool_positions
 from twin_experiments.analysis import Result, analyse
 from twin_experiments.config import load_experiments, metrics_settings
 from twin_experiments.configuration import Configuration, choose
-from twin_experiments.document import HEADINGS, paper_rows, report_document, summary_rows
+from twin_experiments.document import (
+    HEADINGS,
+    SHORT_HEADINGS,
+    paper_rows,
+    report_document,
+    short_rows,
+    summary_rows,
+)
 from twin_experiments.io.bag_reader import open_bag
 from twin_experiments.io.figures import draw
 from twin_experiments.io.label.workspace import this_workspace
-from twin_experiments.io.page import embedded, render, table
+from twin_experiments.io.page.chart_data import errors_chart, joints_chart
+from twin_experiments.io.page.render import anchor, figure, render, table
 from twin_experiments.io.palletising.parts_reader import read_work
 from twin_experiments.io.run_reader import read_configuration, read_run
 from twin_experiments.label.made_with import MadeWith
 from twin_experiments.label.notes import notes
-from twin_experiments.label.sentence import sentence
+from twin_experiments.label.sentence import sentence, verdict_sentence
 from twin_experiments.label.true_arm import true_arm
 from twin_experiments.palletising.outcome import SUMMARY, error_rows
 from twin_experiments.palletising.outcome import summary_rows as summary_of_parts
@@ -53,13 +61,21 @@ LEGEND = (
     "removed; of travelled: largest error of a move in percent of that move's length; lag > 0: "
     "the follower is behind; positioning: after both stood still 0.5 s, the largest of real - "
     "twin, real - set position, twin - set position. The article does not say what its percent "
-    "are of. Both sides are the simulators' own truth, not what the twin controller read."
+    "are of. "
+)
+LEGEND_TRUTH = "Both sides are the simulators' own truth, not what the twin controller read."
+LEGEND_MEASURED = (
+    "The real side is what the twin controller read from the robot: nobody recorded the truth."
 )
 CAPTIONS = {
-    "paths": "Paths in xy and xz (the article's Figure 15)",
+    "errors": "How far the tools are apart, over time",
+    "paths": "Paths of the real tool, coloured by the twin's distance (the article's Figure 15)",
     "joints": "Joints over time (the article's Figure 16)",
-    "errors": "Errors over time",
 }
+SHORT_LEGEND = (
+    "Apart while moving: the largest distance of both tools at one instant. Apart at rest: the "
+    "largest after 0.5 s, between both tools or from the set position."
+)
 
 
 @dataclass(frozen=True)
@@ -144,6 +160,15 @@ def _page(run: Run, report: Report, document: dict[str, Any]) -> str:
             "title": "How well real robot and twin move as one",
             "subtitle": f"{robot.name}, reach {robot.reach_mm:g} mm, recorded {recorded}, "
             f"{run.duration:.1f} s{repaired}",
+            "verdict": (
+                "pass" if report.passed else "FAIL",
+                verdict_sentence(report.results, robot.reach_mm, config.limits),
+            ),
+            "short": table(
+                SHORT_HEADINGS,
+                short_rows(report.results, robot.reach_mm, config.limits, config.paper),
+            ),
+            "short_legend": SHORT_LEGEND,
             "sentences": [
                 (
                     "pass" if result.passed else "FAIL",
@@ -157,7 +182,7 @@ def _page(run: Run, report: Report, document: dict[str, Any]) -> str:
                 *summary_rows(report.results, robot.reach_mm),
                 *paper_rows(config.limits, config.paper),
             ],
-            "legend": LEGEND,
+            "legend": LEGEND + (LEGEND_TRUTH if run.real_is_truth else LEGEND_MEASURED),
             "experiments": [
                 _experiment(result, entry, report)
                 for result, entry in zip(report.results, document["experiments"])
@@ -199,13 +224,26 @@ def _experiment(result: Result, entry: dict[str, Any], report: Report) -> dict[s
         config.limits.path_error_percent,
         report.folder,
     )
+    charts = {
+        "errors": errors_chart(result, robot.reach_mm),
+        "joints": joints_chart(result, robot.twin_joints),
+    }
     return {
         "name": result.span.label,
+        "id": f"experiment_{anchor(result.span.label)}",
         "verdict": "pass" if result.passed else "FAIL",
         "reasons": result.reasons,
         "notes": notes(result, robot.reach_mm),
-        "figures": [(CAPTIONS[kind], embedded(file)) for kind, file in drawn.items()],
+        "figures": [
+            figure(caption, drawn[kind], charts.get(kind))
+            for kind, caption in CAPTIONS.items()
+            if kind in drawn
+        ],
         "tables": [
+            (
+                "Needles",
+                table(("s", "mm", "tool m/s", "as time ms", "what was going on"), _needles(result)),
+            ),
             ("Parts", table(SUMMARY, summary_of_parts(result.parts))),
             (
                 "Placement error",
@@ -279,6 +317,20 @@ def _rests(result: Result) -> list[tuple[str, ...]]:
             *map(_cell, (rest.deviation_mm, rest.real_error_mm, rest.twin_error_mm)),
         )
         for rest in rests
+    ]
+
+
+def _needles(result: Result) -> list[tuple[str, ...]]:
+    """Return one row for each needle."""
+    return [
+        (
+            f"{needle.at - result.span.start:.2f}",
+            f"{needle.height_mm:.2f}",
+            f"{needle.speed:.2f}",
+            "-" if needle.timing_ms is None else f"{needle.timing_ms:.1f}",
+            str(needle.cause),
+        )
+        for needle in result.needles
     ]
 
 

@@ -12,12 +12,22 @@ from twin_experiments.io.bag_reader import Bag, BagError
 from twin_experiments.io.palletising.parts_reader import read_handled
 from twin_experiments.label.plant import PLANT, PlantError, RecordedPlant, parse_plant
 from twin_experiments.metrics.pauses import Pause, find_pauses
-from twin_experiments.record import Age, Event, RecordError, Run, Side, build_side, find_spans
+from twin_experiments.record import (
+    Age,
+    Event,
+    RecordError,
+    Run,
+    Side,
+    build_side,
+    find_spans,
+    whole_span,
+)
 
 MARKER = "experiment/marker"
 REAL, TWIN = "real/ground_truth", "twin/joint_states"
-NEEDED = (MARKER, REAL, TWIN)
-AGED = ("real/joint_states", "joint_pose_controller/follow")
+MEASURED = "real/joint_states"
+"""Stands for the real side where nobody knows the truth: at a real robot."""
+AGED = (MEASURED, "joint_pose_controller/follow")
 CONFIGURATION, DECISIONS, DIAGNOSTICS = (
     "twin_controller/configuration",
     "twin_controller/decisions",
@@ -26,7 +36,7 @@ CONFIGURATION, DECISIONS, DIAGNOSTICS = (
 
 
 def read_run(bag: Bag, joint_names: list[str]) -> Run:
-    """Read everything that the report uses.
+    """Read everything that the report uses; a bag without marks is one experiment.
 
     Args:
         bag: An open bag.
@@ -35,21 +45,25 @@ def read_run(bag: Bag, joint_names: list[str]) -> Run:
     Raises:
         BagError: A needed topic has no messages, a message cannot be read, or the plant is not
             understood.
-        RecordError: A joint or a velocity is missing, or no experiment was started.
+        RecordError: A joint or a velocity is missing, or the marks start no experiment.
     """
-    bag.require(NEEDED)
+    real_topic = REAL if bag.count(REAL) or not bag.count(MEASURED) else MEASURED
+    bag.require((real_topic, TWIN))
     origin, end = bag.start, bag.end
+    real = _side(bag, "real", real_topic, joint_names, origin)
+    twin = _side(bag, "twin", TWIN, joint_names, origin)
+    markers = [(at - origin, message.data) for at, message in bag.messages(MARKER)]
+    whole = (whole_span(real.motion, twin.motion),)
     return Run(
         path=str(bag.path),
         origin=origin,
         duration=end - origin,
         repaired=bag.repaired,
         joint_names=tuple(joint_names),
-        spans=find_spans(
-            [(at - origin, message.data) for at, message in bag.messages(MARKER)], end - origin
-        ),
-        real=_side(bag, "real", REAL, joint_names, origin),
-        twin=_side(bag, "twin", TWIN, joint_names, origin),
+        spans=find_spans(markers, end - origin) if markers else whole,
+        real=real,
+        twin=twin,
+        real_is_truth=real_topic == REAL,
         ages={topic: _age(bag, topic, origin) for topic in AGED if bag.count(topic)},
         decisions=_decisions(bag, origin),
         warnings=_warnings(bag, origin),

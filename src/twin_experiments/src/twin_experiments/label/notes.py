@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections import Counter
+
 from twin_experiments.analysis import Result
+from twin_experiments.metrics.needles import WIDEST_S
 from twin_experiments.metrics.pauses import AFTERMATH_S, LONGEST_SILENCE_S, longest_ms
 
 MS = 1e3
@@ -10,7 +13,8 @@ MS = 1e3
 
 def notes(result: Result, reach_mm: float) -> list[str]:
     """Return what a reader must know before taking the figures of an experiment for granted."""
-    return [positioning_note(result, reach_mm), pause_note(result)]
+    found = [positioning_note(result, reach_mm), pause_note(result)]
+    return [*found, needle_note(result)] if result.comparison is not None else found
 
 
 def positioning_note(result: Result, reach_mm: float) -> str:
@@ -48,3 +52,28 @@ def pause_note(result: Result) -> str:
         f"{text} Path error max {result.comparison.path.max_percent:.3f} % of reach; "
         f"without the pauses and the {AFTERMATH_S:g} s after each: {without}."
     )
+
+
+def needle_note(result: Result) -> str:
+    """Say how many needles there are, what the highest means as time, and what was going on."""
+    needles = result.needles
+    if not needles:
+        return (
+            f"No needles: the distance has no peak shorter than {WIDEST_S * MS:.0f} ms that stands "
+            "out."
+        )
+    count = "1 needle" if len(needles) == 1 else f"{len(needles)} needles"
+    highest = max(needles, key=lambda needle: needle.height_mm)
+    since = highest.at - result.span.start
+    text = (
+        f"{count} (peaks of the distance shorter than {WIDEST_S * MS:.0f} ms, violet bands); the "
+        f"highest is {highest.height_mm:.2f} mm at {since:.2f} s."
+    )
+    if highest.timing_ms is not None:
+        text += (
+            f" There the tool moves at {highest.speed:.2f} m/s, so a difference of "
+            f"{highest.timing_ms:.1f} ms in time between both sides is that long."
+        )
+    causes = Counter(needle.cause for needle in needles)
+    told = "; ".join(f"at {number} of them {cause}" for cause, number in causes.most_common())
+    return f"{text} {told[0].upper()}{told[1:]}."

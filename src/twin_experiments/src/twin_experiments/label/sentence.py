@@ -1,9 +1,40 @@
-"""Say in one sentence whether an experiment was good, and why."""
+"""Say in one sentence whether a run, or an experiment of it, was good, and why."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from twin_experiments.analysis import Result, exceeded
 from twin_experiments.config import Limits
+
+
+def verdict_sentence(results: Sequence[Result], reach_mm: float, limits: Limits) -> str:
+    """Return the one sentence that stands above everything: is the whole run good, and why.
+
+    Args:
+        results: All experiments of the run, at least one.
+        reach_mm: 100 percent of an error.
+        limits: Of the verdict.
+    """
+    bad = [result for result in results if not result.passed]
+    if bad:
+        first = "; ".join(_missed(bad[0], reach_mm, limits))
+        which = (
+            "the experiment" if len(results) == 1 else f"{len(bad)} of {len(results)} experiments"
+        )
+        return f"Not good: {which} missed what is asked, first {bad[0].span.label}: {first}."
+    count = {1: "the experiment", 2: "both experiments"}.get(
+        len(results), f"all {len(results)} experiments"
+    )
+    text = f"Good: real robot and twin moved as one in {count}"
+    compared = [result.comparison for result in results if result.comparison is not None]
+    if not compared:
+        return f"{text}."
+    worst = max(one.path.max_percent for one in compared)
+    return (
+        f"{text}; moving, the tools were at most {worst:.2f} % of reach "
+        f"({worst * reach_mm / 100.0:.1f} mm) apart, allowed are {limits.path_error_percent:g} %."
+    )
 
 
 def sentence(result: Result, reach_mm: float, limits: Limits) -> str:

@@ -17,7 +17,15 @@ def build_charts(view: PageView) -> dict[str, Any]:
     joints = {joint.name: joint for joint in view.robot.twin_joints}
     with ui.element("section").classes("card charts-card"):
         with ui.element("div").classes("charts-head"):
-            plain(f"Last {view.config.chart_window_s:g} s", "card-title", "h2")
+            title = ui.element("h2").classes("card-title").props("data-chart-title")
+            with title:
+                plain(f"Last {view.config.chart_window_s:g} s")
+            with (
+                ui.element("button")
+                .classes("button plain-button")
+                .props("type=button data-pause aria-pressed=false")
+            ):
+                plain("Freeze")
             with ui.element("div").classes("segmented chart-choice").props('role="tablist"'):
                 for kind, text in (("motion", "Motion"), ("loop", "Loop")):
                     with ui.element("button").props(f"type=button data-chart={kind}"):
@@ -77,6 +85,11 @@ def _options(
     axis = {"type": "value", "axisLabel": {"hideOverlap": True}, "splitLine": {"show": False}}
     return {
         "animation": False,
+        "tooltip": {"trigger": "axis", "confine": True, "transitionDuration": 0},
+        "axisPointer": {"link": [{"xAxisIndex": "all"}]},
+        "dataZoom": [
+            {"type": "inside", "xAxisIndex": [0, 1], "filterMode": "none", "disabled": True}
+        ],
         "legend": {"top": 0, "right": 4, "itemWidth": 14, "itemHeight": 2, "icon": "rect"},
         "grid": [
             {**sides, "top": 26, "height": "42%"},

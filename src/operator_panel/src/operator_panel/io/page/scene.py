@@ -7,7 +7,10 @@ from typing import Any
 
 import numpy as np
 from nicegui import ui
+from scara_config import Robot
 
+from operator_panel.io.page.landmarks import VIEWS, build_landmarks, build_views
+from operator_panel.io.page.look_back import build_look_back_button, build_time_line
 from operator_panel.io.page.view import plain
 from scara_description.urdf import (
     JointFrame,
@@ -21,12 +24,14 @@ from scara_description.urdf import (
 REAL, PREVIEW = "#2f7fe0", "#9b5de5"
 GHOST_OPACITY, PREVIEW_OPACITY = 0.38, 0.42
 SEGMENTS = 36
+LEGEND = {"twin": "twin", "real": "real robot", "preview": "target", "zone": "keep out"}
 
 
-def build_scene(model: Model, tool_link: str) -> dict[str, Any]:
+def build_scene(model: Model, robot: Robot) -> dict[str, Any]:
     """Build the picture; return the object that the browser moves for each side and joint."""
     with ui.element("section").classes("card scene-card"):
         with ui.element("div").classes("scene-head"):
+            build_look_back_button()
             _choice()
         with ui.element("div").classes("scene-body"):
             scene = ui.scene(
@@ -42,12 +47,14 @@ def build_scene(model: Model, tool_link: str) -> dict[str, Any]:
             _still()
             _legend()
             _tools()
+            build_views(scene)
             _camera()
+            build_time_line()
+    build_landmarks(scene, robot)
     builder = _Builder(scene, model)
     moved = {side: builder.tree(side) for side in ("twin", "real", "preview")}
-    scene.move_camera(
-        x=1.42, y=-1.30, z=0.72, look_at_x=0.26, look_at_y=-0.08, look_at_z=-0.04, duration=0
-    )
+    eye, (x, y, z) = VIEWS["Whole"]
+    scene.move_camera(*eye, look_at_x=x, look_at_y=y, look_at_z=z, duration=0)
     return {"scene": scene.id, "joints": moved, "ghosts": builder.ghosts}
 
 
@@ -75,7 +82,12 @@ def _still() -> None:
 
 def _legend() -> None:
     with ui.element("div").classes("legend"):
-        for style, text in (("twin", "twin"), ("real", "real robot"), ("preview", "target")):
+        for style, text in (
+            ("twin", "twin"),
+            ("real", "real robot"),
+            ("preview", "target"),
+            ("zone", "keep out"),
+        ):
             with ui.element("span").classes(f"legend-item legend-{style}"):
                 plain(text)
 

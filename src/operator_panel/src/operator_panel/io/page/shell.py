@@ -21,8 +21,7 @@ from operator_panel.io.live import PATH, Live
 from operator_panel.io.page.charts import build_charts
 from operator_panel.io.page.header import build_header
 from operator_panel.io.page.moving import build_commands, build_jog
-from operator_panel.io.page.programs import build_programs
-from operator_panel.io.page.recordings import build_recordings
+from operator_panel.io.page.records.recordings import build_recordings
 from operator_panel.io.page.scene import build_scene
 from operator_panel.io.page.status import (
     build_alarms,
@@ -35,10 +34,16 @@ from operator_panel.io.page.status import (
 from operator_panel.io.page.target import build_target
 from operator_panel.io.page.tuning import build_tuning
 from operator_panel.io.page.view import PageView, plain
+from operator_panel.io.page.work.programs import build_programs
+from operator_panel.io.page.work.robot import build_robot
+from operator_panel.io.page.work.today import build_today
 from operator_panel.io.run_folders import file_of
 from scara_description.urdf import Model
 
-TABS = ("Jog", "Target", "Programs", "Tuning", "Recordings", "Events")
+TABS = ("Jog", "Target", "Programs", "Robot", "Tuning", "Recordings", "Events", "Today")
+
+
+SANDBOX = "sandbox allow-scripts allow-modals allow-downloads"
 
 
 class Shell:
@@ -93,7 +98,7 @@ class Shell:
             with ui.element("div").classes("pillar pillar-middle"):
                 build_lead()
                 with ui.element("div").classes("stage"):
-                    scene = build_scene(self._model, self._robot.tool_frame)
+                    scene = build_scene(self._model, self._robot)
                     charts = build_charts(view)
                 build_deviation()
             with ui.element("div").classes("pillar pillar-right"):
@@ -117,9 +122,12 @@ class Shell:
             lambda view: build_jog(view, self._model),
             build_target,
             build_programs,
+            build_robot,
             build_tuning,
+            lambda view: build_recordings(view, self._runs),
+            build_events,
+            build_today,
         ]
-        builders += [lambda view: build_recordings(view, self._runs), build_events]
         for name, build in zip(TABS, builders, strict=True):
             with ui.element("div").classes("tab-panel").props(f'role=tabpanel data-panel="{name}"'):
                 build(view)
@@ -127,11 +135,10 @@ class Shell:
     def _report(self, run: str, file: str) -> Response:
         """Serve a report's page, pictures and bag; nothing else of a run leaves the machine."""
         path = file_of(self._runs, run, file)
-        return (
-            FileResponse(path)
-            if path is not None
-            else PlainTextResponse("there is no such file", status_code=404)
-        )
+        if path is None:
+            return PlainTextResponse("there is no such file", status_code=404)
+        # Whoever opens a report alone opens it without our origin: its scripts reach no button.
+        return FileResponse(path, headers={"Content-Security-Policy": SANDBOX})
 
 
 async def _nothing_here(_: Request, __: Exception) -> Response:

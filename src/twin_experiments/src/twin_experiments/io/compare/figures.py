@@ -18,6 +18,7 @@ from twin_experiments.comparison.differences import PairErrors
 from twin_experiments.comparison.document import ExperimentComparison
 from twin_experiments.comparison.tracks import Mechanism
 from twin_experiments.io.figures import STYLE, largest_of_bins, thinning
+from twin_experiments.scales import LEAST_JOINT, least_distance, spread
 
 COLORS = ("#1667c2", "#ff9a1f", "#15803d", "#c81e3a", "#7c3aed", "#0891b2", "#a16207", "#6b7280")
 SIDES: dict[str, Any] = {
@@ -28,7 +29,7 @@ BELOW: Any = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.02), "frameon": 
 CAPTIONS = {
     "paths": "Paths of the tool",
     "joints": "Joints from the leader's first motion on",
-    "distance": "Distance of real and twin over time and along the leader's path",
+    "distance": "How far real and twin are apart, over time and along the leader's path",
 }
 
 
@@ -103,6 +104,8 @@ def _joints(pairs: Sequence[PairErrors], mechanism: Mechanism) -> Figure:
                 axis.plot(motion.stamps[thin] - pair.begun, values, color=_color(number), **style)
     for axis, name, unit in zip(axes, mechanism.names, mechanism.units):
         axis.set_ylabel(f"{name}\n[{unit}]")
+        low, high = axis.dataLim.intervaly
+        axis.set_ylim(*spread(float(low), float(high), LEAST_JOINT[unit]))
     axes[-1].set_xlabel("time after the leader's first motion [s]")
     figure.align_ylabels(list(axes))
     return figure
@@ -122,8 +125,8 @@ def _distance(pairs: Sequence[PairErrors], mechanism: Mechanism) -> Figure:
                 linewidth=1.1,
             )
     unit = mechanism.place_unit
-    upper.set(ylabel=f"|real - twin| [{unit}]", xlabel="time after the leader's first motion [s]")
-    lower.set(ylabel=f"|real - twin| [{unit}]", xlabel=f"way of the leader [{unit}]")
+    upper.set(ylabel=f"apart [{unit}]", xlabel="time after the leader's first motion [s]")
+    lower.set(ylabel=f"apart [{unit}]", xlabel=f"way of the leader [{unit}]")
     for axis in (upper, lower):
-        axis.set_ylim(bottom=0.0)
+        axis.set_ylim(0.0, max(axis.get_ylim()[1], least_distance(unit)))
     return figure

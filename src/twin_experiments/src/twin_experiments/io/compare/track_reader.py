@@ -18,12 +18,9 @@ from twin_experiments.config import ExperimentsFile, load_experiments
 from twin_experiments.configuration import choose
 from twin_experiments.io.bag_reader import Bag, open_bag
 from twin_experiments.io.compare.joint_topics import JointTopic, read_joint_topic
-from twin_experiments.io.run_reader import MARKER, REAL, TWIN, read_configuration
+from twin_experiments.io.run_reader import MARKER, MEASURED, REAL, TWIN, read_configuration
 from twin_experiments.metrics.series import Motion
-from twin_experiments.record import RecordError, Span, cut, find_spans
-
-MEASURED = "real/joint_states"
-WHOLE = "recording"
+from twin_experiments.record import WHOLE, RecordError, Span, cut, find_spans
 
 
 @dataclass(frozen=True)
@@ -77,7 +74,7 @@ def _spans(bag: Bag) -> tuple[Span, ...]:
     """Return the experiments of a bag; one over everything if nothing was marked."""
     duration = bag.end - bag.start
     if not bag.count(MARKER):
-        return (Span(WHOLE, float("-inf"), float("inf"), True),)
+        return (Span(WHOLE, float("-inf"), float("inf"), True, marked=False),)
     return find_spans(
         [(at - bag.start, message.data) for at, message in bag.messages(MARKER)], duration
     )

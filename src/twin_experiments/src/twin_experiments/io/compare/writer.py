@@ -19,9 +19,10 @@ from twin_experiments.comparison.document import (
     run_rows,
 )
 from twin_experiments.comparison.fidelity import FidelityError
+from twin_experiments.comparison.sentences import comparison_sentences
 from twin_experiments.comparison.tracks import Mechanism, Track
 from twin_experiments.config import metrics_settings
-from twin_experiments.io.compare.figures import CAPTIONS, draw_comparison
+from twin_experiments.io.compare.figures import CAPTIONS, COLORS, draw_comparison
 from twin_experiments.io.compare.track_reader import (
     Opened,
     Topics,
@@ -29,7 +30,8 @@ from twin_experiments.io.compare.track_reader import (
     read_bag,
     tracks_of,
 )
-from twin_experiments.io.page import embedded, render, table
+from twin_experiments.io.page.chart_data import compared_charts
+from twin_experiments.io.page.render import anchor, figure, render, table
 from twin_experiments.metrics.series import MetricsError
 
 LEGEND = (
@@ -175,8 +177,11 @@ def _page(written: WrittenComparison) -> str:
             "title": "Recordings held against each other",
             "subtitle": f"{len(written.labels)} recordings; joints {', '.join(mechanism.names)}; "
             f"distances are of {place}",
-            "sentences": [],
-            "label": [],
+            "sentences": [
+                ("", text)
+                for experiment in written.experiments
+                for text in comparison_sentences(experiment, mechanism.place_unit)
+            ],
             "headings": ("experiment", *PAIR_HEADINGS),
             "rows": [
                 (experiment.name, *row)
@@ -191,7 +196,6 @@ def _page(written: WrittenComparison) -> str:
             ],
             "configuration_origin": "Profile and thresholds: "
             "of the first recording if it holds them, else of this machine.",
-            "configuration": [],
         }
     )
 
@@ -199,22 +203,24 @@ def _page(written: WrittenComparison) -> str:
 def _experiment(experiment: ExperimentComparison, written: WrittenComparison) -> dict[str, Any]:
     """Return one experiment as the page takes it, after drawing its figures."""
     drawn = draw_comparison(experiment, written.mechanism, written.folder)
+    charts = compared_charts(experiment, written.mechanism, COLORS)
     joints = [
         (
             pair.track.label,
             joint.name,
-            f"{joint.rms:.4f} {joint.unit}",
-            f"{joint.max:.4f} {joint.unit}",
+            f"{joint.rms:.3f} {joint.unit}",
+            f"{joint.max:.3f} {joint.unit}",
         )
         for pair in experiment.pairs
         for joint in pair.joints
     ]
     return {
         "name": experiment.name,
+        "id": f"experiment_{anchor(experiment.name)}",
         "verdict": "",
         "reasons": experiment.reasons,
         "notes": [],
-        "figures": [(CAPTIONS[kind], embedded(file)) for kind, file in drawn.items()],
+        "figures": [figure(CAPTIONS[kind], file, charts.get(kind)) for kind, file in drawn.items()],
         "tables": [
             (
                 "Against the first recording",

@@ -16,8 +16,8 @@ from twin_controller.reporting.snapshots import decode_events
 from twin_experiments.comparison.tracks import Mechanism
 from twin_experiments.io.bag_reader import Bag, open_bag
 from twin_experiments.io.compare.joint_topics import read_joint_topic
-from twin_experiments.io.compare.track_reader import MEASURED
 from twin_experiments.io.decision_reader import INPUTS
+from twin_experiments.io.run_reader import MEASURED
 from twin_experiments.metrics.series import Mask, Motion
 from twin_experiments.record import RecordError, build_side
 

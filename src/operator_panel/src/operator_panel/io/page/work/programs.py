@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from nicegui import ui
 
+from operator_panel.config import Program
 from operator_panel.control.fields import error_text, parse_number
 from operator_panel.door import Answer
 from operator_panel.io.page.view import PageView, live, plain
+from operator_panel.view.robot.program_lines import listing
 
 KEYS = {"run": ("RUN", "Program"), "override": ("OVERRIDE", "Override of the robot")}
 """Key of the pendant: the command that the page follows, and its title."""
@@ -29,6 +31,7 @@ def build_programs(view: PageView) -> None:
                 plain(program.name, "row-name")
                 ui.label(program.comment).classes("row-text")
                 _press(view, "Run", "RUN", f"run-{program.name.lower()}", "run", program.name)
+            _lines(program)
     with ui.element("div").classes("row-line"):
         plain("Override", "field-title")
 
@@ -49,6 +52,17 @@ def build_programs(view: PageView) -> None:
         plain("10 % after a cold start", "row-text")
     with ui.element("div").classes("hint"):
         plain("Keys of the robot's own pendant. The twin follows.")
+
+
+def _lines(program: Program) -> None:
+    """Build a program's listing; the browser marks the line that it is in."""
+    with ui.element("details").classes("listing"):
+        with ui.element("summary"):
+            ui.label(f"Lines of {program.name}")
+        with ui.element("ol").props(f'data-program="{program.name}"'):
+            for line in listing(program.lines):
+                with ui.element("li").props(f"data-line={line.number} value={line.number}"):
+                    ui.label(line.text).style(f"padding-left: {line.depth}rem")
 
 
 def _press(view: PageView, text: str, command: str, mark: str, *keys: str) -> None:

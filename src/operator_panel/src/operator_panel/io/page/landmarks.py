@@ -1,0 +1,81 @@
+"""What stands around the robot in the picture: keep-out zones and reach; and views of it all."""
+
+from __future__ import annotations
+
+import math
+
+from nicegui import ui
+from scara_config import Robot
+
+from operator_panel.io.page.view import plain
+
+ZONE, ZONE_OPACITY = "#c81e1e", 0.08
+REACH, REACH_OPACITY = "#6b7886", 0.55
+LINE_M = 0.004
+LOWEST_M = -0.4  # a zone that goes on below the floor is shown down to here
+SEGMENTS = 96
+VIEWS = {
+    "Whole": ((1.42, -1.30, 0.72), (0.26, -0.08, -0.04)),
+    "Top": ((0.26, -0.001, 2.0), (0.26, 0.0, 0.0)),
+    "Front": ((2.1, 0.0, 0.25), (0.26, 0.0, 0.05)),
+    "Side": ((0.26, -1.9, 0.25), (0.26, 0.0, 0.05)),
+}
+"""Name of a view: where the eye is and what it looks at [m]. None is called as a command is."""
+
+
+def build_landmarks(scene: ui.scene, robot: Robot) -> None:
+    """Add zones and reach to a scene."""
+    with scene:
+        for zone in robot.keep_out:
+            lower = [max(value * 1e-3, LOWEST_M) for value in zone.lower_mm]
+            upper = [value * 1e-3 for value in zone.upper_mm]
+            size = [high - low for low, high in zip(lower, upper)]
+            middle = [0.5 * (low + high) for low, high in zip(lower, upper)]
+            box = scene.box(size[0], size[1], size[2])
+            box.move(*middle).material(ZONE, ZONE_OPACITY)
+            box.with_name(f"zone {zone.name}")
+        start, length = _turn(robot)
+        for radius in reach_radii(robot):
+            ring = scene.ring(
+                radius - LINE_M,
+                radius,
+                theta_segments=SEGMENTS,
+                theta_start=start,
+                theta_length=length,
+            )
+            ring.material(REACH, REACH_OPACITY, side="both").with_name("reach")
+
+
+def reach_radii(robot: Robot) -> list[float]:
+    """Return how far the tool can be from the base axis [m]: at most, and at least if known."""
+    radii = [robot.reach_mm * 1e-3]
+    if robot.geometry is not None:
+        first, second = robot.geometry.l1_mm * 1e-3, robot.geometry.l2_mm * 1e-3
+        bend = min(abs(robot.arm_joints[1].lower), abs(robot.arm_joints[1].upper))
+        radii.append(math.sqrt(first**2 + second**2 + 2.0 * first * second * math.cos(bend)))
+    return radii
+
+
+def _turn(robot: Robot) -> tuple[float, float]:
+    """Return where the reach begins and how far it goes round [rad]; the whole turn if unknown."""
+    joint = robot.arm_joints[0]
+    if tuple(joint.screw_axis or ()) != (0, 0, 1, 0, 0, 0):
+        return 0.0, 2.0 * math.pi
+    return joint.lower, min(joint.upper - joint.lower, 2.0 * math.pi)
+
+
+def build_views(scene: ui.scene) -> None:
+    """Build a button for each view, on the picture."""
+    with ui.element("div").classes("views"):
+        for name, (eye, target) in VIEWS.items():
+
+            def look(
+                eye: tuple[float, float, float] = eye,
+                target: tuple[float, float, float] = target,
+            ) -> None:
+                scene.move_camera(
+                    *eye, look_at_x=target[0], look_at_y=target[1], look_at_z=target[2], duration=0
+                )
+
+            with ui.element("button").props(f"type=button data-view={name}").on("click", look):
+                plain(name)

@@ -1,0 +1,1 @@
+"""What people work with beside moving by hand: programs, the robot itself, what was done today."""

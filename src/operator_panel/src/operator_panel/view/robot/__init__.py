@@ -1,0 +1,1 @@
+"""The real robot in words: its programs, its state, its registers."""

@@ -1,0 +1,59 @@
+"""A program as the robot's listing shows it, and the line that it is in."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import msgspec
+
+SAID = re.compile(r"(?P<name>\S+) line (?P<line>\d+) (?P<state>\w+)")
+"""As scara_msgs/RobotData.program says it."""
+
+
+class ProgramLine(msgspec.Struct, frozen=True):
+    """One line: its number in the listing, how deep it stands in loops, its text."""
+
+    number: int
+    depth: int
+    text: str
+
+
+def listing(lines: Sequence[Mapping[str, Any]]) -> tuple[ProgramLine, ...]:
+    """Return the lines of a program file, numbered as the robot counts them.
+
+    A loop takes a number of its own, and its lines follow.
+    """
+    numbered = enumerate(_walked(lines, 0), start=1)
+    return tuple(ProgramLine(number, depth, text) for number, (depth, text) in numbered)
+
+
+def current_line(said: str) -> tuple[str, int]:
+    """Return program and line that run or are paused now; an empty name if none does."""
+    found = SAID.fullmatch(said)
+    if found is None or found["state"] not in ("running", "paused", "held"):
+        return "", 0
+    return found["name"], int(found["line"])
+
+
+def _walked(lines: Sequence[Mapping[str, Any]], depth: int) -> Iterator[tuple[int, str]]:
+    for line in lines:
+        yield depth, _text(line)
+        yield from _walked(line.get("lines", ()), depth + 1)
+
+
+def _text(line: Mapping[str, Any]) -> str:
+    """Return one line in words."""
+    match line.get("do"):
+        case "move":
+            ending = "stop there" if line.get("termination", "fine") == "fine" else "pass by"
+            return f"Move to {line['position']} at {line['speed_percent']:g} %, {ending}"
+        case "wait":
+            return f"Wait {line['wait_s']:g} s"
+        case "gripper":
+            return "Grip" if line["value"] == "on" else "Let go"
+        case "repeat":
+            return f"Repeat {line['times']} times:"
+        case other:
+            return str(other)

@@ -1,0 +1,50 @@
+"""The real robot's own state in words: who may move it, drives, stop, motion."""
+
+from __future__ import annotations
+
+import msgspec
+
+YES, NO = 1, 0
+MODES = {1: "by hand, at its pendant", 2: "automatic"}
+UNKNOWN = "not known"
+
+
+class RobotStatus(msgspec.Struct, frozen=True):
+    """Values of industrial_msgs/RobotStatus: mode 1 manual, 2 automatic; else 1 yes, 0 no, -1."""
+
+    mode: int = -1
+    drives_powered: int = -1
+    e_stopped: int = -1
+    motion_possible: int = -1
+    in_motion: int = -1
+    in_error: int = -1
+    error_code: int = 0
+
+
+def status_texts(status: RobotStatus | None) -> dict[str, str]:
+    """Return what stands on the page, by place."""
+    if status is None:
+        return dict.fromkeys(
+            ("status.mode", "status.drives", "status.stop", "status.motion", "status.error"),
+            UNKNOWN,
+        )
+    error = _answer(status.in_error, "yes", "none")
+    if status.in_error == YES and status.error_code:
+        error = f"yes, number {status.error_code}"
+    return {
+        "status.mode": MODES.get(status.mode, UNKNOWN),
+        "status.drives": _answer(status.drives_powered, "on", "off"),
+        "status.stop": _answer(status.e_stopped, "pressed", "not pressed"),
+        "status.motion": _motion(status),
+        "status.error": error,
+    }
+
+
+def _motion(status: RobotStatus) -> str:
+    if status.in_motion == YES:
+        return "moves"
+    return _answer(status.motion_possible, "stands, can move", "stands, cannot move")
+
+
+def _answer(value: int, yes: str, no: str) -> str:
+    return {YES: yes, NO: no}.get(value, UNKNOWN)

@@ -1,0 +1,117 @@
+"""The paths of a report (the article's Figure 15): coloured by error, the worst place magnified."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+
+from twin_experiments.metrics.errors import MM, Comparison, Trace
+from twin_experiments.metrics.series import Array
+
+BLUE, ORANGE = "#1667c2", "#ff9a1f"
+COLORS = "plasma_r"
+INK, RED = "#374151", "#c81e3a"
+MOST_POINTS = 2500
+LEAST_COLOR_MM = 0.1  # our choice: where nothing is further apart, the whole path has one colour
+NEAR_S = 0.12  # our choice: so long before and after the worst instant is magnified
+LEAST_WINDOW_MM = 2.0  # our choice: half of the magnified square, at least
+WINDOW = 1.6
+"""Half of the magnified square, in parts of the largest error; our choice."""
+VIEWS = ((0, 1, "from above"), (0, 2, "from the side"))
+
+
+def draw_paths(comparison: Comparison, positions: Mapping[str, Array]) -> Figure:
+    """Draw where the real tool went, coloured by how far the twin was off at that instant.
+
+    Args:
+        comparison: Errors and tool positions.
+        positions: Name of a set position to its place [m], shape ``(3,)``.
+    """
+    seen = comparison.trace
+    figure = Figure(figsize=(13.0, 5.0))
+    axes = figure.subplots(1, 3, width_ratios=(1.0, 1.0, 0.9))
+    step = max(1, len(seen.deviation_mm) // MOST_POINTS)
+    tool, error = seen.real_tool[::step] * MM, seen.deviation_mm[::step]
+    norm = mpl.colors.Normalize(0.0, max(float(error.max()), LEAST_COLOR_MM))
+    for axis, (across, up, title) in zip(axes, VIEWS):
+        points = tool[:, [across, up]]
+        pieces = [*np.stack((points[:-1], points[1:]), axis=1)]
+        # Starts above white: the ends of the path, where all is well, must be seen too.
+        lines = LineCollection(pieces, norm=norm, linewidth=3.0, cmap=COLORS)
+        lines.set_array(error[1:])
+        lines.set_capstyle("round")
+        axis.add_collection(lines)
+        _set_positions(axis, positions, across, up)
+        axis.set(title=title, xlabel="x [mm]", ylabel=f"{'xyz'[up]} [mm]")
+        axis.set_aspect("equal", adjustable="datalim")
+        axis.margins(0.14)
+    scale = mpl.cm.ScalarMappable(norm, COLORS)
+    figure.colorbar(scale, ax=axes[:2], label="tools apart [mm]", shrink=0.9, pad=0.01)
+    _magnified(axes, seen)
+    return figure
+
+
+def _set_positions(axis: Axes, positions: Mapping[str, Array], across: int, up: int) -> None:
+    """Mark the set positions with their names outside the path."""
+    middle = MM * float(np.mean([place[0] for place in positions.values()] or [0.0]))
+    for name, position in positions.items():
+        place = (float(position[across] * MM), float(position[up] * MM))
+        ring: dict[str, Any] = {"markerfacecolor": "none", "markeredgecolor": "black"}
+        axis.plot(*place, "o", markersize=9, markeredgewidth=1.2, **ring)
+        outward = 1.0 if place[0] > middle else -1.0
+        align: Any = "left" if outward > 0.0 else "right"
+        offset = (9.0 * outward, 6)
+        axis.annotate(name, place, offset, textcoords="offset points", fontweight="bold", ha=align)
+
+
+def _magnified(axes: Any, seen: Trace) -> None:
+    """Draw both tools around the instant at which they were furthest apart, and mark the place."""
+    worst = int(np.argmax(np.where(seen.moving, seen.deviation_mm, -1.0)))
+    between = (seen.real_tool[worst] - seen.twin_tool[worst]) * MM
+    number = 0 if abs(between[1]) >= abs(between[2]) else 1
+    across, up, title = VIEWS[number]
+    middle = 0.5 * (seen.real_tool[worst] + seen.twin_tool[worst])[[across, up]] * MM
+    half = max(WINDOW * float(seen.deviation_mm[worst]), LEAST_WINDOW_MM)
+    instants = seen.aligned.instants
+    near = np.abs(instants - instants[worst]) <= NEAR_S
+    axis = axes[2]
+    for name, tool, color, width in (
+        ("real", seen.real_tool, BLUE, 3.0),
+        ("twin", seen.twin_tool, ORANGE, 2.2),
+    ):
+        path = tool[near][:, [across, up]] * MM
+        axis.plot(path[:, 0], path[:, 1], color=color, linewidth=width, label=name)
+        place = tool[worst][[across, up]] * MM
+        axis.plot(*place, "o", color=color, markersize=8, markeredgecolor="white", zorder=4)
+    ends = np.array([side[worst][[across, up]] for side in (seen.real_tool, seen.twin_tool)]) * MM
+    axis.plot(ends[:, 0], ends[:, 1], color=RED, linewidth=1.4, label="at the same instant")
+    axis.set_xlim(middle[0] - half, middle[0] + half)
+    axis.set_ylim(middle[1] - half, middle[1] + half)
+    axis.set_aspect("equal", adjustable="box")
+    axis.set(
+        title=f"magnified, {title}: {seen.deviation_mm[worst]:.2f} mm",
+        xlabel="x [mm]",
+        ylabel=f"{'xyz'[up]} [mm]",
+    )
+    axis.legend(loc="best", frameon=True, framealpha=0.85)
+    # A mark that can be found, however small the magnified place is.
+    low, high = axes[number].dataLim.intervalx
+    mark = max(half, 0.03 * float(high - low))
+    axes[number].add_patch(
+        Rectangle(
+            (middle[0] - mark, middle[1] - mark),
+            2.0 * mark,
+            2.0 * mark,
+            fill=False,
+            edgecolor=INK,
+            linewidth=1.4,
+            zorder=5,
+        )
+    )

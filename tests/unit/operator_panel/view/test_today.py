@@ -1,0 +1,85 @@
+"""What was done today, from what the cell says."""
+
+from __future__ import annotations
+
+import math
+
+import msgspec
+from operator_panel.view.robot.status import RobotStatus, status_texts
+from operator_panel.view.snapshot import CellState, RobotPackage, Snapshot
+from operator_panel.view.today import Today
+
+DAY = "2030-03-17"
+
+
+def cell(
+    running: bool, deviation_mm: float = 0.0, leader: str = "real", placed: int = 0
+) -> Snapshot:
+    """Return a cell with a program that runs or not."""
+    state = CellState("REAL_LEADS" if leader else "IDLE", leader=leader, deviation_mm=deviation_mm)
+    package = RobotPackage("program", 50.0, True, running, "ARTICLE line 1 running")
+    return Snapshot(True, state, package=package, placed={"real": placed})
+
+
+def test_cycle_is_the_time_from_start_to_end_of_a_program() -> None:
+    """Two programs of 10 and 14 s: the last one, and their mean."""
+    today = Today()
+    for now, running in ((0.0, False), (1.0, True), (11.0, False), (20.0, True), (34.0, False)):
+        today.look(cell(running), False, DAY, "12:00:00", now)
+    texts = today.texts(cell(False), 40.0)
+    assert (texts["today.cycles"], texts["today.last"]) == ("2", "14.0 s")
+    assert (texts["today.mean"], texts["today.running"]) == ("12.0 s", "none runs")
+    today.look(cell(True), False, DAY, "12:00:00", 50.0)
+    assert today.texts(cell(True), 57.0)["today.running"] == "ARTICLE, 7 s so far"
+
+
+def test_cycle_that_nobody_saw_to_its_end_is_not_counted() -> None:
+    """The twin controller was silent: when the program ended is not known."""
+    today = Today()
+    today.look(cell(True), False, DAY, "12:00:00", 0.0)
+    today.look(cell(True), True, DAY, "12:00:05", 5.0)
+    today.look(cell(False), False, DAY, "12:00:09", 9.0)
+    assert today.texts(cell(False), 9.0)["today.cycles"] == "0"
+
+
+def test_largest_deviation_counts_while_a_side_leads_and_has_its_time() -> None:
+    """A robot that is turned on 100 mm away from its twin is no bad following."""
+    today = Today()
+    for clock, leader, apart in (
+        ("08:00:00", "", 136.0),
+        ("08:01:00", "real", 1.5),
+        ("08:02:00", "real", math.nan),
+        ("08:03:00", "twin", 0.7),
+    ):
+        today.look(cell(False, apart, leader), False, DAY, clock, 0.0)
+    assert today.texts(cell(False), 0.0)["today.deviation"] == "1.50 mm at 08:01:00"
+
+
+def test_a_new_day_begins_at_nothing() -> None:
+    """Parts of yesterday stay with yesterday."""
+    today = Today()
+    today.look(cell(False, 1.5, placed=4), False, DAY, "23:59:59", 0.0)
+    today.look(cell(False, 0.2, placed=6), False, DAY, "23:59:59", 0.5)
+    assert today.texts(cell(False, placed=6), 0.5)["today.parts"] == "real 2, twin 0"
+    today.look(cell(False, 0.1, placed=6), False, "2030-03-18", "00:00:00", 1.0)
+    texts = today.texts(cell(False, placed=7), 1.0)
+    assert texts["today.parts"] == "real 1, twin 0"
+    assert texts["today.deviation"] == "0.10 mm at 00:00:00"
+
+
+def test_status_is_in_words_and_unknown_stays_unknown() -> None:
+    """A robot that says nothing is neither stopped nor ready."""
+    assert set(status_texts(None).values()) == {"not known"}
+    good = RobotStatus(2, 1, 0, 1, 0, 0)
+    assert status_texts(good) == {
+        "status.mode": "automatic",
+        "status.drives": "on",
+        "status.stop": "not pressed",
+        "status.motion": "stands, can move",
+        "status.error": "none",
+    }
+    bad = msgspec.structs.replace(good, mode=1, e_stopped=1, motion_possible=0, in_error=1)
+    texts = status_texts(msgspec.structs.replace(bad, error_code=21))
+    assert texts["status.mode"] == "by hand, at its pendant"
+    assert (texts["status.stop"], texts["status.motion"]) == ("pressed", "stands, cannot move")
+    assert texts["status.error"] == "yes, number 21"
