@@ -25,6 +25,7 @@ from scara_simulation.simulation import Snapshot
 from twin_controller.core.actions import Command as CoreCommand
 from twin_controller.core.actions import FollowTwin, MoveTwin, Send
 from twin_controller.core.events import AnyEvent, ClockProbe, TwinMeasured, TwinMotion
+from twin_controller.twin.fields import PacketError
 from twin_controller.twin.held_joints import HeldJoints
 from twin_controller.twin.packets import plan_of
 
@@ -266,7 +267,16 @@ class TwinSide:
         begin = setpoints.times[0]
         counted = replace(setpoints, times=tuple(at - begin for at in setpoints.times))
         stamp = self._offset + begin
-        self._tell(lambda now: plan_of(self._held.complete(counted, now), stamp, now, jog))
+        self._report.send(lambda: self._take_plan(counted, stamp, jog))
+
+    def _take_plan(self, setpoints: Setpoints, stamp: float, jog: bool) -> None:
+        """Complete coming set points at the controller's link, which drops what it refuses."""
+        now = self._controller_clock()
+        try:
+            plan = plan_of(self._held.complete(setpoints, now), stamp, now, jog)
+        except PacketError:
+            return
+        self._put(plan)
 
     def _track(self, setpoints: Setpoints) -> None:
         try:
