@@ -69,6 +69,10 @@ class Ros:
         """Resolve a relative name into the test's namespace; an absolute name stays as it is."""
         return relative if relative.startswith("/") else f"{self.namespace}/{relative}"
 
+    def frame(self, plain: str) -> str:
+        """Return a tf frame as the nodes in the test's namespace call it."""
+        return self.name(plain)[1:]
+
     def run(
         self, package: str, node: str, *args: str, env: dict[str, str] | None = None
     ) -> Process:

@@ -11,12 +11,12 @@ import time
 from multiprocessing.connection import Connection
 from typing import Any
 
-from scara_config import load_robot
 from twin_experiments.walk import walked
 from typing_extensions import Self
 
 from harness.ros import Ros
 from harness.workspace import ROOT
+from scara_config import load_robot
 
 Place = tuple[float, float, float]
 Walk = tuple[float, Place, Place, float]
@@ -39,7 +39,8 @@ class Person:
         self._walks: list[Walk] = [(time.time(), FAR, FAR, 1.0)]
         context = multiprocessing.get_context("spawn")
         self._line, far = context.Pipe()
-        topic, frame = ros.name("people/nearest"), load_robot(ROOT / "config").base_frame
+        topic = ros.name("people/nearest")
+        frame = ros.frame(load_robot(ROOT / "config").base_frame)
         self._process = context.Process(
             target=_serve, args=(far, self._walks[0], topic, frame), daemon=True
         )

@@ -49,7 +49,7 @@ def test_camera_draws_the_joints_it_hears_and_says_where_it_stands(ros: Ros, twi
             text in status.message
             for report in reports
             for status in report.status
-            if status.name == "/camera: pictures"
+            if status.name == f"{ros.name('camera')}: pictures"
         )
 
     wait_until(lambda: said("nobody looks"), 30.0, "a camera that rests")
@@ -70,7 +70,7 @@ def test_camera_draws_the_joints_it_hears_and_says_where_it_stands(ros: Ros, twi
 
     first, second = picture(0.0, 100), picture(0.5, 200)
     assert (first.width, first.height, first.encoding, first.step) == (160, 120, "rgb8", 480)
-    assert place.child_frame_id == first.header.frame_id == "camera_optical_frame"
+    assert place.child_frame_id == first.header.frame_id == ros.frame("camera_optical_frame")
     pixels = [np.frombuffer(image.data, np.uint8).reshape(120, 160, 3) for image in (first, second)]
     assert np.count_nonzero((pixels[0] != pixels[1]).any(axis=2)) > 100
     wait_until(lambda: any(info.header.stamp.secs == 200 for info in infos), 10.0, "the intrinsics")

@@ -16,11 +16,12 @@ import pytest
 from harness.processes import Process, wait_until
 from harness.ros import Ros
 from harness.workspace import ROOT
-from scara_config import load_robot
 from scara_control.kinematics.screws import ScrewModel, forward_kinematics
 from scara_description.ghost import ghost_of
 from scara_ros.io.master import UNREACHABLE, MasterClient
 from scipy.spatial.transform import Rotation
+
+from scara_config import load_robot
 
 NODE = "robot_state_publisher"
 STATES = ("twin/joint_states", "real/joint_states")
@@ -92,7 +93,7 @@ def moved(messages: list[Any], child: str) -> list[tuple[float, Any]]:
         (each.header.stamp.to_sec(), each.transform)
         for message in list(messages)
         for each in message.transforms
-        if each.child_frame_id == child
+        if each.child_frame_id.partition("/")[2] == child  # after the test's namespace
     ]
 
 
@@ -102,7 +103,7 @@ def looked_up(
     """Publish one joint state until tf knows it; return the pose that tf makes of it."""
     import rospy
 
-    base, tool = frames
+    base, tool = (cell.ros.frame(name) for name in frames)
 
     def known() -> bool:
         cell.publish(side, q, second)
