@@ -11,9 +11,8 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from operator_panel.door import Answer, Picture
-from operator_panel.view.past import Past
 
-TWIN, CAMERA, EVENTS, PAST = "/api/twin", "/camera.jpg", "/events.csv", "/past.json"
+TWIN, CAMERA, EVENTS = "/api/twin", "/camera.jpg", "/events.csv"
 FRESH = {"Cache-Control": "no-store"}
 
 
@@ -55,21 +54,6 @@ def offer_camera(picture: Callable[[str], Awaitable[Picture | None]]) -> None:
         )
 
     app.add_api_route(CAMERA, answer, methods=["GET"], include_in_schema=False)
-
-
-def offer_past(past: Past, window_s: float) -> None:
-    """Offer what the page showed; ``?at=`` system time [s], ``window_s`` of charts with it."""
-
-    async def answer(at: str = "") -> Response:
-        time = _number(at)
-        if time is None:
-            return _refusal(400, f"at = {at!r} is no number of seconds since 1970")
-        found = past.look(time, window_s)
-        if found is None:
-            return _refusal(404, "nothing is remembered yet")
-        return Response(msgspec.json.encode(found), media_type="application/json", headers=FRESH)
-
-    app.add_api_route(PAST, answer, methods=["GET"], include_in_schema=False)
 
 
 def offer_events(csv: Callable[[], str]) -> None:
