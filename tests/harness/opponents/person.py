@@ -11,12 +11,12 @@ import time
 from multiprocessing.connection import Connection
 from typing import Any
 
+from scara_config import load_robot
 from twin_experiments.walk import walked
 from typing_extensions import Self
 
 from harness.ros import Ros
 from harness.workspace import ROOT
-from scara_config import load_robot
 
 Place = tuple[float, float, float]
 Walk = tuple[float, Place, Place, float]

@@ -16,12 +16,11 @@ import pytest
 from harness.processes import Process, wait_until
 from harness.ros import Ros
 from harness.workspace import ROOT
+from scara_config import load_robot
 from scara_control.kinematics.screws import ScrewModel, forward_kinematics
 from scara_description.ghost import ghost_of
 from scara_ros.io.master import UNREACHABLE, MasterClient
 from scipy.spatial.transform import Rotation
-
-from scara_config import load_robot
 
 NODE = "robot_state_publisher"
 STATES = ("twin/joint_states", "real/joint_states")

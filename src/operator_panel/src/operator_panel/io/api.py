@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Awaitable, Callable
 
 import msgspec
@@ -10,9 +9,8 @@ from nicegui import app
 from starlette.responses import Response
 
 from operator_panel.door import Picture
-from operator_panel.view.past import Past
 
-CAMERA, EVENTS, PAST = "/camera.jpg", "/events.csv", "/past.json"
+CAMERA, EVENTS = "/camera.jpg", "/events.csv"
 FRESH = {"Cache-Control": "no-store"}
 
 
@@ -33,21 +31,6 @@ def offer_camera(picture: Callable[[str], Awaitable[Picture | None]]) -> None:
     app.add_api_route(CAMERA, answer, methods=["GET"], include_in_schema=False)
 
 
-def offer_past(past: Past, window_s: float) -> None:
-    """Offer what the page showed; ``?at=`` system time [s], ``window_s`` of charts with it."""
-
-    async def answer(at: str = "") -> Response:
-        time = _number(at)
-        if time is None:
-            return _refusal(400, f"at = {at!r} is no number of seconds since 1970")
-        found = past.look(time, window_s)
-        if found is None:
-            return _refusal(404, "nothing is remembered yet")
-        return Response(msgspec.json.encode(found), media_type="application/json", headers=FRESH)
-
-    app.add_api_route(PAST, answer, methods=["GET"], include_in_schema=False)
-
-
 def offer_events(csv: Callable[[], str]) -> None:
     """Offer the kept events as a file for a spreadsheet."""
 
@@ -65,11 +48,3 @@ def _refusal(status: int, why: str) -> Response:
         media_type="application/json",
         headers=FRESH,
     )
-
-
-def _number(text: str) -> float | None:
-    try:
-        value = float(text)
-    except ValueError:
-        return None
-    return value if math.isfinite(value) else None
