@@ -91,7 +91,7 @@ def _plant(plant: dict[str, Any] | None) -> str:
 def _demo(folder: Path) -> dict[str, Any] | None:
     """Run one demo on ports of its own; return its report.json, None without a report."""
     config = folder / "config_in_use"
-    copy_with_ports(ROOT / "config", config, None, None)
+    copy_with_ports(ROOT / "config", config)
     ports = [f"--{kind}-port={free_port()}" for kind in ("master", "modbus", "gateway")]
     command = ["rosrun", "scara_bringup", "cell", "demo", "--output", str(folder / "run"), *ports]
     environment = {**os.environ, "SCARA_CONFIG_DIR": str(config)}

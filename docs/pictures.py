@@ -47,7 +47,6 @@ PATIENCE: list[tuple[str, list[str | int], float]] = [
     ("operator_panel.yaml", ["silent_ms"], 5000.0),
 ]
 LOW, WIDE, TABLET, PHONE = (1280, 720), (1920, 1080), (768, 1024), (390, 844)
-PENDANT_TOKEN = "token-of-the-pictures"
 RVIZ_SIZE = "1280x800"
 PATIENCE_MS = 120_000
 MOTION_S = 9.0  # so long after its start a played recording is in the middle of the motion
@@ -69,6 +68,8 @@ class Cell:
         )
         words = [f"--{name}-port={free_port()}" for name in ("modbus", "gateway")]
         words += [
+            "--no-browser",
+            f"--pendant-port={self.pendant_page}",
             f"--master-port={master.rsplit(':', 1)[1]}",
             f"--panel-port={self.panel}",
             f"--output={folder / 'output'}",
@@ -80,8 +81,14 @@ class Cell:
             120.0,
             "a ready cell",
         )
-        (token,) = re.findall(r"token=(\S+)", self._up.output)
-        self.address = f"http://127.0.0.1:{self.panel}/?token={token}"
+        self.address = self._address(self.panel)
+        self.pendant_address = self._address(self.pendant_page)
+
+    def _address(self, port: int) -> str:
+        """Return the address of a page, with its token, as the bring-up says it."""
+        pattern = rf"http://127\.0\.0\.1:{port}/\?token=[\w-]+"
+        (found,) = re.findall(pattern, self._up.output)
+        return str(found)
 
     def tool(self, *words: str) -> None:
         """Run a command to its end."""
@@ -171,16 +178,8 @@ def take_pages(cell: Cell, browser: Browser, out: Path) -> None:
         page.evaluate("window.scrollTo(0, 48)")
         picture_health.take(page, out / "operator_phone.png")
         expect(page.locator(mode)).not_to_have_text("Real robot leads", timeout=120_000)
-    words = ("rosrun", "fanuc_emulator", "pendant_page", f"--page-port={cell.pendant_page}")
-    env = {
-        "SCARA_CONFIG_DIR": str(cell.folder / "output" / "config"),
-        "PENDANT_PAGE_TOKEN": PENDANT_TOKEN,
-    }
-    pendant = cell.stage.start(*words, env=env)
     cell.run_program(20)
-    wait_until(lambda: "http" in pendant.output, 30.0, "the pendant page")
-    address = f"http://127.0.0.1:{cell.pendant_page}/?token={PENDANT_TOKEN}"
-    with opened(browser, address, WIDE, "light") as page:
+    with opened(browser, cell.pendant_address, WIDE, "light") as page:
         page.wait_for_timeout(3000)
         page.screenshot(path=out / "pendant_page.png")
 
