@@ -112,7 +112,7 @@ def main(
         ),
     ] = False,
     demos: Annotated[
-        bool, typer.Option("--demos", help="The demo, --seeds times; writes README's figures.")
+        bool, typer.Option("--demos", help="The demo, --seeds times; writes docs/benchmarks.md.")
     ] = False,
     day: Annotated[
         bool,

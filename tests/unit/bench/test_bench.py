@@ -15,7 +15,10 @@ from rich.console import Console
 if str(ROOT) not in sys.path:
     sys.path.append(str(ROOT))
 
+from unit.bench.test_plant_tables import MEASURED
+
 from bench import demos, page, run
+from bench.demo_tables import demo_table
 from bench.readme import with_figures
 from bench.record import Beside, Goal, Record, interleaved, median, p99, spread_percent
 from bench.rows import GROUPS, names
@@ -103,7 +106,13 @@ def test_page_shows_all_rows_that_results_hold() -> None:
 def test_figures_of_the_readme_are_those_of_the_results() -> None:
     """One source: what stands in README.md is what its script would write now."""
     text = page.README.read_text()
-    assert with_figures(text, page.readme_figures(page.so_far())) == text
+    assert with_figures(text, page.so_far()) == text
+
+
+def test_only_the_block_of_the_readme_is_written_anew() -> None:
+    """What stands around it is a person's."""
+    text = with_figures(FIGURES, {"plants": MEASURED})
+    assert "old" not in text and text.endswith("after\n") and "| the article | up to 5 %" in text
 
 
 def test_demos_are_shown_with_median_worst_speed_and_plant() -> None:
@@ -114,9 +123,9 @@ def test_demos_are_shown_with_median_worst_speed_and_plant() -> None:
         run_["twin_leads"] = one
     told = {"date": "2026-01-02", "commit": "abc1234", "machine": "a machine"}
     demos = {"robot": "a robot", "plant": "ideal", "failed": 1, "runs": runs, **told}
-    text = with_figures(FIGURES, {"rows": [], "demos": demos})
+    text = "\n".join(demo_table(demos))
     line = "| the real robot leads | 50 % of its largest speed | 0.20 % | 0.90 % | 0.0010 % |"
-    assert line in text and "old" not in text and text.endswith("after\n")
+    assert line in text
     assert "3 runs" in text and "1 more ended without a report" in text
     assert all(word in text for word in ("a robot", "ideal", *told.values()))
 

@@ -86,6 +86,7 @@ def test_a_cell_that_was_killed_is_forgotten(
     with running.announced(cell_of(os.getppid(), tmp_path)):
         assert running.running_cells() == []
         assert list(running.index().iterdir()) == []
+    assert not running.index().exists()
 
 
 def test_a_browser_is_opened_only_where_there_is_a_display(tmp_path: Path) -> None:

@@ -76,6 +76,7 @@ def announced(cell: RunningCell) -> Iterator[None]:
     finally:
         with contextlib.suppress(OSError):
             link.unlink(missing_ok=True)
+            link.parent.rmdir()  # where no other cell runs
 
 
 def running_cells() -> list[RunningCell]:
