@@ -38,8 +38,15 @@ make_machine() {
   rm -rf --one-file-system "$folder"
   mkdir -p "$folder"
   touch "$folder/.fresh_machine"
-  debootstrap --variant=minbase --include=bash,ca-certificates,git,python3,sudo,passwd \
-    bookworm "$folder" "${DEBIAN_MIRROR:-$(mirror_of_this_machine)}"
+  # The bare system is the same each time: it is kept beside the folder, and unpacked again.
+  if [ -f "$folder.tar" ]; then
+    tar --extract --file "$folder.tar" --directory "$folder" --numeric-owner
+  else
+    debootstrap --variant=minbase --include=bash,ca-certificates,git,python3,sudo,passwd \
+      bookworm "$folder" "${DEBIAN_MIRROR:-$(mirror_of_this_machine)}"
+    tar --create --file "$folder.tar.part" --directory "$folder" --numeric-owner .
+    mv "$folder.tar.part" "$folder.tar"
+  fi
   # Where this machine's packages come from, those of the new one come from too.
   cp -a /etc/apt/. "$folder/etc/apt/"
   cp -L /etc/resolv.conf "$folder/etc/resolv.conf" 2>/dev/null || true
@@ -52,7 +59,7 @@ make_machine() {
   mount --rbind --make-rslave /sys "$folder/sys"
   mount --rbind --make-rslave /dev "$folder/dev"
   chroot "$folder" update-ca-certificates >/dev/null 2>&1 || true
-  chroot "$folder" useradd --create-home --shell /bin/bash person
+  chroot "$folder" id person >/dev/null 2>&1 || chroot "$folder" useradd --create-home --shell /bin/bash person
   echo 'person ALL=(ALL) NOPASSWD: ALL' >"$folder/etc/sudoers.d/person"
 }
 
@@ -66,7 +73,7 @@ mirror_of_this_machine() {
 # Run the command in a copy of the committed state: person, their home.
 try_as() {
   local person=$1 home=$2 begun=$SECONDS
-  local kept=()
+  local kept=(LANG=C.UTF-8)
   for name in http_proxy https_proxy no_proxy HTTP_PROXY HTTPS_PROXY NO_PROXY PIP_INDEX_URL PIP_CONFIG_FILE; do
     [ -z "${!name:-}" ] || kept+=("$name=${!name}")
   done
