@@ -114,7 +114,8 @@ def main(
     demos: Annotated[
         bool,
         typer.Option(
-            "--demos", help="The demo of both plants at 50 and 100 %, --seeds times each: README."
+            "--demos",
+            help="The demo of both plants at 50 and 100 %, --seeds times each; docs/benchmarks.md.",
         ),
     ] = False,
     day: Annotated[

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import re
 import subprocess
@@ -65,7 +66,8 @@ def run(repeats: int, folder: Path, console: Console) -> list[Row]:
 
 
 def _worst(runs: Sequence[dict[str, dict[str, Any]]], name: str, key: str) -> float:
-    return max(float(run[name][key]) for run in runs)
+    """Return the largest figure; without any run there is none that holds."""
+    return max((float(run[name][key]) for run in runs), default=math.inf)
 
 
 def _series(
@@ -84,7 +86,8 @@ def _series(
         failed += figures is None
         runs += [figures] if figures else []
         labels += [report["made_with"]] if report else []
-    return {**label(labels), "asked_percent": speed, "failed": failed, "runs": runs}
+    known = label(labels) if labels else {"robot": load_robot().name, "plant": f"plant {plant}"}
+    return {**known, "asked_percent": speed, "failed": failed, "runs": runs}
 
 
 def label(made_with: Sequence[dict[str, Any]]) -> dict[str, str]:
@@ -115,7 +118,7 @@ def _plant(plant: dict[str, Any] | None) -> str:
 def _demo(folder: Path, plant: str, speed: float) -> dict[str, Any] | None:
     """Run one demo on ports of its own; return its report.json, None without a report."""
     config = folder / "config_in_use"
-    copy_with_ports(ROOT / "config", config, None, None)
+    copy_with_ports(ROOT / "config", config)
     _set_speed(config, speed)
     ports = [f"--{kind}-port={free_port()}" for kind in ("master", "modbus", "gateway")]
     asked = ["--plant", plant, "--output", str(folder / "run")]

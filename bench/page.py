@@ -13,6 +13,7 @@ from typing import Any
 
 from twin_experiments.io.label.workspace import PROCESSORS, UNKNOWN, commit_of, processor_of
 
+from bench.demo_tables import demo_table, virtual_table
 from bench.plant_tables import tables
 from bench.readme import with_figures
 
@@ -102,14 +103,7 @@ def write(content: dict[str, Any]) -> None:
     """Write results.json, docs/benchmarks.md and the figures of README.md."""
     RESULTS.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
     PAGE.write_text(page(content, NOTES.read_text(encoding="utf-8")), encoding="utf-8")
-    README.write_text(
-        with_figures(README.read_text(encoding="utf-8"), readme_figures(content)), encoding="utf-8"
-    )
-
-
-def readme_figures(content: dict[str, Any]) -> dict[str, Any]:
-    """Return what the README shows: the results, and the tests' figures in virtual time."""
-    return {**content, "virtual": json.loads(VIRTUAL.read_text(encoding="utf-8"))}
+    README.write_text(with_figures(README.read_text(encoding="utf-8"), content), encoding="utf-8")
 
 
 def page(content: dict[str, Any], notes: str) -> str:
@@ -128,7 +122,10 @@ def page(content: dict[str, Any], notes: str) -> str:
         f"Ours: {content['versions']}. Peers: {content['peers']}.\n"
     )
     plants = tables(content["plants"]) if "plants" in content else []
-    parts = [head, _table(rows), *plants]
+    demos = [*demo_table(content["demos"]), ""] if "demos" in content else []
+    virtual = virtual_table(json.loads(VIRTUAL.read_text(encoding="utf-8")))
+    experiments = ["## The article's two experiments", "", *demos, *virtual, ""]
+    parts = [head, _table(rows), *experiments, *plants]
     parts += ["## What each row compares\n", *(_entry(row) for row in rows)]
     return notes.replace("<!-- table -->", "\n".join(parts))
 

@@ -8,9 +8,12 @@ from typing import Any
 SPEEDS = {50.0: "article's moves", 100.0: "long moves"}
 ARTICLE_PATH, ARTICLE_REST = 5.0, 2.0
 WORDS = {"real_leads": "real leads", "twin_leads": "twin leads"}
+MADE = (
+    "In virtual time: real core, stand-in and simulator in one process that is never late; the "
+    "first move included, lag not removed."
+)
 LABEL = (
-    "Percent of reach, in virtual time: real core, stand-in and simulator in one process that is "
-    "never late; the first move included, lag not removed. In brackets: what the leader's fastest "
+    f"Percent of reach. {MADE} In brackets: what the leader's fastest "
     "joint reached, in percent of its largest speed; a twin that leads is held to 76 %."
 )
 SHOWN = {"as it is": "ideal", "field plant": "field"}
@@ -46,36 +49,55 @@ def _columns() -> str:
 
 
 def _cell(trials: Sequence[Mapping[str, Any]], variant: str, leader: str, speed: float) -> str:
-    for trial in trials:
-        if (trial["variant"], trial["leader"], trial["speed_percent"]) == (variant, leader, speed):
-            if trial["ended"]:
-                return f"**ended** ({trial['ended'].partition(':')[0]})"
-            bad = trial["path_percent"] > ARTICLE_PATH
-            path = f"{trial['path_percent']:.2f} %"
-            return (
-                f"{f'**{path}**' if bad else path} ({trial['fastest_percent']:.0f} %), "
-                f"{abs(trial['lag_ms']):.0f} ms; {trial['rest_percent']:.3f} %"
-            )
-    return "-"
+    trial = _found(trials, variant, leader, speed)
+    if trial is None or trial["ended"]:
+        return _short(trial)
+    return (
+        f"{_short(trial)} ({trial['fastest_percent']:.0f} %), "
+        f"{abs(trial['lag_ms']):.0f} ms; {trial['rest_percent']:.3f} %"
+    )
+
+
+def _found(
+    trials: Sequence[Mapping[str, Any]], variant: str, leader: str, speed: float
+) -> Mapping[str, Any] | None:
+    """Return one trial, None if it was not made."""
+    wanted = (variant, leader, speed)
+    made = (t for t in trials if (t["variant"], t["leader"], t["speed_percent"]) == wanted)
+    return next(made, None)
+
+
+def _short(trial: Mapping[str, Any] | None) -> str:
+    """Return a trial's path error, bold beyond the article's limit."""
+    if trial is None:
+        return "-"
+    if trial["ended"]:
+        return f"**ended** ({trial['ended'].partition(':')[0]})"
+    path = f"{trial['path_percent']:.2f} %"
+    return f"**{path}**" if trial["path_percent"] > ARTICLE_PATH else path
 
 
 def first_table(measured: Mapping[str, Any]) -> list[str]:
-    """Return the table of README.md: both plants of each robot, at both speeds."""
+    """Return the table of README.md: both plants of each robot, one figure in each cell."""
+    heads = [f"{words}, {moves}" for moves in SPEEDS.values() for words in WORDS.values()]
     lines = [
-        "| robot, plant | " + _columns() + " |",
-        "|---|" + "---|" * (len(SPEEDS) * len(WORDS)),
-        "| the article | " + " | ".join(["up to 5 %; 2 %"] * (len(SPEEDS) * len(WORDS))) + " |",
+        "| robot, stand-in | " + " | ".join([*heads, "at rest"]) + " |",
+        "|---|" + "---|" * (len(heads) + 1),
+        "| the article | " + " | ".join(["up to 5 %"] * len(heads)) + " | 2 % |",
     ]
     trials = measured["trials"]
     for robot in dict.fromkeys(trial["robot"] for trial in trials):
         of_it = [trial for trial in trials if trial["robot"] == robot]
         for variant, plant in SHOWN.items():
-            cells = [_cell(of_it, variant, leader, v) for v in SPEEDS for leader in WORDS]
-            lines.append(f"| {robot}, {plant} | {' | '.join(cells)} |")
+            tried = [_found(of_it, variant, leader, v) for v in SPEEDS for leader in WORDS]
+            rests = [one["rest_percent"] for one in tried if one and not one["ended"]]
+            rest = f"{max(rests):.3f} %" if rests else "-"
+            lines.append(f"| {robot}, {plant} | {' | '.join(map(_short, tried))} | {rest} |")
     return [
         *lines,
         "",
-        "Largest distance of both tools at the same instant (speed), the follower's lag; the "
-        f"largest distance at rest. {LABEL} "
+        "Largest distance of both tools at the same instant, in percent of the robot's reach; the "
+        f"largest of all at rest. {MADE} In long moves a real robot that leads reaches its largest "
+        "speed, a twin that leads 76 % of it, where it is held. "
         f"{measured['date']}, commit {measured['commit']}.",
     ]

@@ -92,7 +92,7 @@ def run(folder: Path, console: Console) -> list[Row]:
 def _report(folder: Path, speed: float, changes: Changes) -> dict[str, Any] | None:
     """Run one demo with a changed configuration and return its report, None if it has none."""
     config = folder / "changed_config"
-    copy_with_ports(ROOT / "config", config, None, None)
+    copy_with_ports(ROOT / "config", config)
     for name, values in changes.items():
         write_values(config / name, values)
     ports = [f"--{kind}-port={free_port()}" for kind in ("master", "modbus", "gateway")]

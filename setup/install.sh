@@ -2,8 +2,20 @@
 
 venv="$root/.venv"
 
-# Print the packages of setup/apt.txt, one a line.
-wanted_packages() { sed -e 's/#.*//' -e 's/[[:space:]]*$//' -e '/^$/d' setup/apt.txt; }
+# What is set up: "run", all that a cell needs; or "test", what tests, checks, benches and documents need too.
+scope=${scope:-run}
+
+# Print a file of the scope, and the one for tests beside it: setup/NAME.txt, setup/NAME_test.txt.
+scope_files() {
+  echo "setup/$1.txt"
+  [ "$scope" != test ] || echo "setup/$1_test.txt"
+}
+
+# Print the lines of a list without comments: files.
+lines_of() { sed -e 's/#.*//' -e 's/[[:space:]]*$//' -e '/^$/d' "$@"; }
+
+# Print the packages that are wanted, one a line.
+wanted_packages() { lines_of $(scope_files apt); }
 
 # Print name=version of those that are installed.
 installed_packages() {
@@ -38,9 +50,16 @@ step_debian() {
     apt_install "${missing[@]}"
 }
 
-# Print the lines of requirements.txt that pins.txt does not hold.
+# Print the lines of the requirements that the pins do not hold.
 unpinned_requirements() {
-  grep -vixFf <(sed 's/ .*//' setup/pins.txt) <(sed -e 's/#.*//' -e 's/[[:space:]]*$//' -e '/^$/d' setup/requirements.txt)
+  grep -vixFf <(sed 's/ .*//' $(scope_files pins)) <(lines_of $(scope_files requirements))
+}
+
+# Install what a file pins: name. Everything anew, for a package that is there already would not be
+# compared with its hash.
+install_pins() {
+  "$venv/bin/python" -m pip install --disable-pip-version-check --no-input --force-reinstall --no-deps \
+    --only-binary :all: --require-hashes -r "setup/$1.txt"
 }
 
 make_venv() {
@@ -52,9 +71,12 @@ make_venv() {
     /usr/bin/python3 -m venv --system-site-packages "$venv" || return 1
   fi
   touch "$venv/CATKIN_IGNORE" # rospack and catkin shall not look inside
-  # Everything anew: a package that is there already would not be compared with its hash.
-  "$venv/bin/python" -m pip install --disable-pip-version-check --no-input --force-reinstall --no-deps \
-    --only-binary :all: --require-hashes -r setup/pins.txt
+  install_pins pins
+}
+
+# Add what tests need to the libraries that are there.
+add_test_libraries() {
+  [ -z "$(unpinned_requirements)" ] && install_pins pins_test
 }
 
 # Print what to do when the libraries could not be installed: log file.
@@ -77,15 +99,22 @@ advise_python() {
 step_python() {
   local stamp
   stamp=$({ echo "$venv"; /usr/bin/python3 -V; cat setup/requirements.txt setup/pins.txt; } | hash_of)
-  [ -x "$venv/bin/python" ] && stamped "$venv/.cell-stamp" "$stamp" && return 0
-  run_step 2/3 "Python libraries in .venv" "$logs/pip.log" advise_python make_venv
-  echo "$stamp" >"$venv/.cell-stamp"
+  if ! [ -x "$venv/bin/python" ] || ! stamped "$venv/.cell-stamp" "$stamp"; then
+    rm -f "$venv/.cell-stamp-test"
+    run_step 2/3 "Python libraries in .venv" "$logs/pip.log" advise_python make_venv
+    echo "$stamp" >"$venv/.cell-stamp"
+  fi
+  [ "$scope" = test ] || return 0
+  stamp=$({ echo "$stamp"; cat setup/requirements_test.txt setup/pins_test.txt; } | hash_of)
+  stamped "$venv/.cell-stamp-test" "$stamp" && return 0
+  run_step 2/3 "Python libraries of the tests in .venv" "$logs/pip_test.log" advise_python add_test_libraries
+  echo "$stamp" >"$venv/.cell-stamp-test"
 }
 
 # Print everything that asks for a new build when it changes.
 build_inputs() {
   echo "$root"
-  installed_packages
+  (scope=run && installed_packages) # what only tests need changes no build
   find src \( -name package.xml -o -name CMakeLists.txt -o -name setup.py -o -name '*.msg' -o -name '*.srv' \
     -o -name '*.action' -o -name '*.cfg' -o -name '*.test' \) -type f -print0 | sort -z | xargs -0 sha256sum
   find src -path '*/nodes/*' -type f ! -name '*.py*' | sort

@@ -1,9 +1,13 @@
-"""Write setup/pins.txt anew: what setup/requirements.txt needs, with the SHA-256 of each wheel.
+"""Write setup/pins.txt and pins_test.txt anew: what is needed, with the SHA-256 of each wheel.
 
 Usage: /usr/bin/python3 setup/renew_pins.py
 
+pins.txt holds what setup/requirements.txt needs, which is all that a cell needs to run.
+pins_test.txt holds what setup/requirements_test.txt needs beside that: tests, checks, benches and
+the documents.
+
 What is pinned keeps its version and its file. To upgrade a package, change its line in
-requirements.txt, or delete its lines from pins.txt if another package brings it along.
+its requirements file, or delete its lines from the pins if another package brings it along.
 Debian's packages count as installed, as they do in .venv, and are not pinned: start this where no
 Python packages but those of apt.txt are installed.
 """
@@ -21,11 +25,17 @@ from typing import Any
 
 FOLDER = Path(__file__).resolve().parent
 REQUIREMENTS = FOLDER / "requirements.txt"
+REQUIREMENTS_TEST = FOLDER / "requirements_test.txt"
 PINS = FOLDER / "pins.txt"
+PINS_TEST = FOLDER / "pins_test.txt"
 PIN = re.compile(r"^([\w.-]+)==(\S+)((?:\s+--hash=sha256:[0-9a-f]{64})+)$")
 HEAD = """\
 # What ./cell installs into .venv, each with the SHA-256 of its wheel for Debian 12 on amd64.
 # Written by setup/renew_pins.py from setup/requirements.txt.
+"""
+HEAD_TEST = """\
+# What ./cell test, bench, check and docs install into .venv beside pins.txt, each with its SHA-256.
+# Written by setup/renew_pins.py from setup/requirements_test.txt.
 """
 
 Pins = dict[str, tuple[str, list[str]]]
@@ -63,13 +73,13 @@ def read_pins(text: str) -> Pins:
     return pins
 
 
-def pins_text(pins: Pins) -> str:
-    """Return the text of pins.txt, in the order of the alphabet."""
+def pins_text(pins: Pins, head: str = HEAD) -> str:
+    """Return the text of a file of pins, in the order of the alphabet."""
     entries = (
         " \\\n    ".join([f"{name}=={version}", *(f"--hash=sha256:{digest}" for digest in hashes)])
         for name, (version, hashes) in sorted(pins.items(), key=lambda item: plain(item[0]))
     )
-    return HEAD + "".join(f"{entry}\n" for entry in entries)
+    return head + "".join(f"{entry}\n" for entry in entries)
 
 
 def pins_of_report(report: dict[str, Any]) -> Pins:
@@ -110,7 +120,23 @@ def merge(old: Pins, new: Pins) -> Pins:
     return merged
 
 
-def resolve(constraints: str) -> dict[str, Any]:
+def without(pins: Pins, other: Pins) -> Pins:
+    """Return the pins of packages that ``other`` does not hold.
+
+    Raises:
+        PinsError: Both hold a package, in different versions.
+    """
+    there = {plain(name): version for name, (version, _) in other.items()}
+    for name, (version, _) in pins.items():
+        if there.get(plain(name), version) != version:
+            raise PinsError(
+                f"the tests need {name}=={version}, the cell {there[plain(name)]}: name a version "
+                "in requirements.txt that suits both."
+            )
+    return {name: pin for name, pin in pins.items() if plain(name) not in there}
+
+
+def resolve(constraints: str, requirements: list[Path]) -> dict[str, Any]:
     """Let pip find everything that is needed beside Debian's packages; install nothing.
 
     Raises:
@@ -124,7 +150,8 @@ def resolve(constraints: str) -> dict[str, Any]:
         make = ["/usr/bin/python3", "-m", "venv", "--system-site-packages", str(venv)]
         ask = [str(venv / "bin" / "python"), "-m", "pip", "install", "--quiet", "--no-input"]
         ask += ["--disable-pip-version-check", "--dry-run", "--report", str(report)]
-        ask += ["--only-binary", ":all:", "-r", str(REQUIREMENTS), "-c", str(kept)]
+        ask += ["--only-binary", ":all:", "-c", str(kept)]
+        ask += [word for file in requirements for word in ("-r", str(file))]
         try:
             for command in (make, ask):
                 subprocess.run(command, env=environment, check=True)
@@ -138,21 +165,31 @@ def resolve(constraints: str) -> dict[str, Any]:
 
 
 def main() -> int:
-    """Renew the file, and say what is different."""
+    """Renew both files, and say what is different."""
     try:
-        old = read_pins(PINS.read_text()) if PINS.exists() else {}
-        report = resolve(kept_versions(old, REQUIREMENTS.read_text()))
-        new = merge(old, pins_of_report(report))
+        old: Pins = {}
+        for file in (PINS, PINS_TEST):
+            old |= read_pins(file.read_text()) if file.exists() else {}
+        # Both together first: so the cell runs with the versions that the tests have seen.
+        asked = REQUIREMENTS.read_text() + REQUIREMENTS_TEST.read_text()
+        both = [REQUIREMENTS, REQUIREMENTS_TEST]
+        new = merge(old, pins_of_report(resolve(kept_versions(old, asked), both)))
+        run = merge(new, pins_of_report(resolve(kept_versions(new, asked), [REQUIREMENTS])))
+        test = without(new, run)
     except PinsError as error:
         print(f"renew_pins: {error}", file=sys.stderr)
         return 1
-    PINS.write_text(pins_text(new))
+    PINS.write_text(pins_text(run))
+    PINS_TEST.write_text(pins_text(test, HEAD_TEST))
     versions_before = {f"{name}=={version}" for name, (version, _) in old.items()}
     versions = {f"{name}=={version}" for name, (version, _) in new.items()}
     for sign, changed in (("-", versions_before - versions), ("+", versions - versions_before)):
         for pin in sorted(changed):
             print(f"{sign} {pin}")
-    print(f"{len(new)} packages are pinned in setup/pins.txt. Next: ./cell setup")
+    print(
+        f"{len(run)} packages are pinned in setup/pins.txt, {len(test)} in setup/pins_test.txt. "
+        "Next: ./cell setup"
+    )
     return 0
 
 

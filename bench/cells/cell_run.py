@@ -43,7 +43,7 @@ def running_cell(
         changes: Values of the configuration by file and key.
         without: Nodes to leave out.
     """
-    config = copy_with_ports(config_directory(), folder / "changed", None, None)
+    config = copy_with_ports(config_directory(), folder / "changed")
     for name, values in changes.items():
         write_values(config / name, dict(values))
     words = [word for name in without for word in ("--without", name)]

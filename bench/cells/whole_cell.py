@@ -78,12 +78,14 @@ def _start(cell: LiveCell) -> float:
         "modbus": cell.modbus_port,
         "gateway": cell.gateway_port,
         "panel": free_port(),
+        "pendant": free_port(),
     }
     words = [word for name, port in ports.items() for word in (f"--{name}-port", str(port))]
     begun = time.monotonic()
     process = cell.stage.start(
         str(ROOT / "cell"),
         "up",
+        "--no-browser",
         "--output",
         str(cell.output),
         "--runs",

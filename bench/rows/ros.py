@@ -17,6 +17,7 @@ import websocket
 import websockets
 from harness.processes import free_port, wait_until
 from harness.ros import Ros
+from scara_bringup.config import Ports
 from scara_bringup.io.configuration import copy_with_ports
 from scara_config import config_directory
 from scara_config.writer import write_values
@@ -117,7 +118,9 @@ class _Gateway:
     def __init__(self, room: Room, stack: ExitStack) -> None:
         ros, self._stack = room.ros, stack
         self.port, echo_port = free_port(), free_port()
-        config = copy_with_ports(config_directory(), room.place("gateway_config"), None, self.port)
+        config = copy_with_ports(
+            config_directory(), room.place("gateway_config"), Ports(gateway=self.port)
+        )
         write_values(
             config / "gateway.yaml", {("ping_interval",): 20.0, ("ping_timeout",): 20.0}
         )  # our clients take turns

@@ -9,7 +9,6 @@ import json
 import math
 from collections.abc import Callable, Iterator
 from functools import partial
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -19,39 +18,24 @@ from harness.workspace import ROOT
 from harness.yaml_files import copy_configuration, shipped
 from ruamel.yaml import YAML
 from scara_config import ConfigError, files_in_force, load_robot, locate
+from scara_config.profile import CHOICE, PLANT_CHOICE, known_robots
+from scara_config.readers import OPTIONAL, READERS, READERS_WITH_ROBOT, check_files, reader
 
 CONFIG = ROOT / "config"
 ROBOT = load_robot(CONFIG)
-SINGLE: dict[str, str] = {
-    "bringup.yaml": "scara_bringup.config:load_bringup",
-    "camera.yaml": "scara_simulation.camera.config:load_camera",
-    "comparison.yaml": "twin_experiments.comparison.config:load_comparison",
-    "gateway.yaml": "rosbridge_gateway.config:load_gateway_config",
-    "modbus_map.yaml": "scara_config.modbus_map:load_modbus_map",
-    "operator_panel.yaml": "operator_panel.config:load_panel",
-    "palletise.yaml": "scara_config.palletise:load_palletise",
-    "payloads.yaml": "scara_config.payload:load_payloads",
-    "motion.yaml": "scara_control.config:load_motion",
-    "persons.yaml": "scara_ros.io.persons:load_persons",
-    "robot.yaml": "scara_config.robot:load_robot",
-}
-WITH_ROBOT: dict[str, str] = {
-    "experiments.yaml": "twin_experiments.config:load_experiments",
-    "emulator.yaml": "fanuc_emulator.config:load_emulator",
-    "pid_gains.yaml": "scara_simulation.config:load_gains",
-    "simulation.yaml": "scara_simulation.config:load_simulation",
-    "twin_controller.yaml": "twin_controller.config:load_twin_controller",
-}
 
 
 def loader(name: str) -> Callable[[Path], Any]:
     """Return the loader of a file: a function of the folder it stands in."""
-    module, _, function = (SINGLE.get(name) or WITH_ROBOT[name]).partition(":")
-    load = getattr(import_module(module), function)
-    return load if name in SINGLE else partial(load, ROBOT)
+    load = reader(name)
+    return load if name in READERS else partial(load, ROBOT)
 
 
-LOADERS = {name: loader(name) for name in sorted(SINGLE | WITH_ROBOT)}
+LOADERS = {
+    name: loader(name)
+    for name in sorted(READERS | READERS_WITH_ROBOT)
+    if name.endswith(".yaml") and (name not in OPTIONAL or locate(name, CONFIG).exists())
+}
 PROGRAMS = sorted(file.name for file in locate("programs", CONFIG).glob("*.yaml"))
 TREES: dict[str, Any] = {name: YAML(typ="safe").load(shipped(name)) for name in LOADERS}
 Path_ = tuple[str | int, ...]
@@ -130,6 +114,15 @@ def test_every_yaml_file_has_a_typed_loader() -> None:
 def test_shipped_files_load() -> None:
     """The cell starts with what is shipped."""
     assert [name for name in LOADERS if not LOADERS[name](CONFIG)] == []
+
+
+def test_files_of_every_robot_and_plant_are_found_right(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What `./cell up` looks at before it starts a node."""
+    for robot in known_robots(CONFIG):
+        monkeypatch.setenv(CHOICE, robot)
+        for plant in sorted(file.stem for file in locate("plants", CONFIG).glob("*.yaml")):
+            monkeypatch.setenv(PLANT_CHOICE, plant)
+            assert check_files(CONFIG) == [], (robot, plant)
 
 
 def test_shipped_programs_load() -> None:

@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from harness.workspace import ROOT
+from scara_bringup.config import load_doors
+from scara_bringup.plan import ROSOUT, cell_plan
 from scara_config import files_in_force
 
 DOCUMENTS = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])
@@ -68,3 +70,14 @@ def test_decisions_are_numbered_without_gaps_and_titled() -> None:
     for file in files:
         assert re.fullmatch(r"\d{4}-[a-z0-9-]+\.md", file.name)
         assert file.read_text(encoding="utf-8").startswith("# ")
+
+
+def test_the_lines_by_hand_are_all_of_a_cell() -> None:
+    """Who types them has what `./cell up` has, with the same arguments."""
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    section = text.partition("## By hand")[2].partition("Then, for example")[0]
+    typed = {line.partition("#")[0].strip() for line in section.splitlines()}
+    nodes = [ROSOUT, *cell_plan(load_doors(ROOT / "config"), with_panel=True)]
+    wanted = [" ".join(("rosrun", n.package, n.executable, *n.arguments)) for n in nodes]
+    assert [line for line in wanted if line not in typed] == []
+    assert {line for line in typed if line.startswith("rosrun")} == set(wanted)

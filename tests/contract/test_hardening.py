@@ -9,8 +9,9 @@ from harness.sources import modules
 BECOMES = {"become_node", "init_node"}
 HARDENS = {"become_node", "keep_registered", "harden_process"}
 ELSEWHERE = {
-    # The bring-up's main hardens the process before it makes the watch.
+    # The bring-up's main hardens the process before it makes the watch or shows the status.
     "src/scara_bringup/src/scara_bringup/nodes/controller_watch.py": "scara_bringup.nodes.cell",
+    "src/scara_bringup/src/scara_bringup/nodes/status.py": "scara_bringup.nodes.cell",
 }
 
 

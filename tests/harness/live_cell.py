@@ -43,6 +43,7 @@ FOR_PEOPLE = (
     "robot_state_publisher",
     "camera",
     "operator_panel",
+    "pendant_page",
 )  # their tests start them themselves
 
 

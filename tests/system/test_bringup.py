@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import signal
@@ -13,6 +14,7 @@ import pytest
 from harness.live_cell import NODES, LiveCell
 from harness.processes import Process, free_port, wait_until
 from harness.yaml_files import changed_yaml, copy_configuration, shipped
+from scara_bringup.io.status.running import index
 
 pytestmark = pytest.mark.system
 
@@ -31,8 +33,9 @@ SMALL = tuple(
 
 
 def pid_of(bringup: Process, node: str) -> int:
-    """Read a node's process id from the table that ``up`` prints."""
-    (found,) = re.findall(rf"^\W*{node}\s*\W\s*(\d+)", bringup.output, re.MULTILINE)
+    """Read a node's process id from what the bring-up says to ``./cell status``."""
+    cell = json.loads((index() / f"{bringup.pid}.json").read_text())
+    (found,) = (one["pid"] for one in cell["nodes"] if one["name"] == node)
     return int(found)
 
 

@@ -64,6 +64,9 @@ def test_demo_ends_by_itself_without_error_and_leaves_no_process(
     """The exit code is the experiments'."""
     cell, bringup = demo
     assert bringup.poll() == 0, bringup.output
+    sentence, address = bringup.output.splitlines()[-2:]
+    assert sentence.startswith("Good: all 2 experiments passed. While moving, ")
+    assert address == f"report: {(cell.output / 'report.html').as_uri()}"
     assert cell.stage.left_over() == []
 
 

@@ -8,20 +8,17 @@ from __future__ import annotations
 import copy
 import functools
 import os
-import re
 from pathlib import Path
 from typing import Any, TypeVar
 
 import msgspec
 from ruamel.yaml import YAML
-from ruamel.yaml.error import YAMLError
+from ruamel.yaml.error import MarkedYAMLError, YAMLError
+from scara_config.faults import Fault, find_faults, line_of
 
 T = TypeVar("T")
 
 OVERRIDE = "SCARA_CONFIG_DIR"
-
-_AT = re.compile(r"^(?P<what>.*?)(?: - at `(?P<path>\$.*)`)?$", re.DOTALL)
-_STEP = re.compile(r"\.([^.\[\]]+)|\[(\d+)\]|\[\.\.\.\]")
 
 
 class ConfigError(ValueError):
@@ -71,8 +68,16 @@ def load(path: Path | str, kind: type[T]) -> T:
     try:
         tree = copy.deepcopy(_parsed(text))
     except YAMLError as error:
-        raise ConfigError(f"{path}: is no valid YAML: {error}") from error
-    return convert(tree, kind, str(path))
+        raise ConfigError(f"{path}: is no valid YAML: {_syntax(error)}") from error
+    return convert(tree, kind, str(path), text)
+
+
+def _syntax(error: YAMLError) -> str:
+    """Say on one line what is wrong with a YAML text, and where."""
+    if not isinstance(error, MarkedYAMLError) or error.problem_mark is None:
+        return " ".join(str(error).split())
+    mark = error.problem_mark
+    return f"{error.problem} (line {mark.line + 1}, column {mark.column + 1})"
 
 
 @functools.lru_cache(maxsize=64)
@@ -81,64 +86,28 @@ def _parsed(text: str) -> Any:
     return YAML(typ="safe").load(text)
 
 
-def convert(tree: Any, kind: type[T], source: str) -> T:
-    """Convert parsed YAML to ``kind``; ``source`` is named in errors.
+def convert(tree: Any, kind: type[T], source: str, text: str = "") -> T:
+    """Convert parsed YAML to ``kind``.
+
+    Args:
+        tree: Parsed YAML.
+        kind: A msgspec structure; its constraints are the allowed values.
+        source: Named in errors.
+        text: What ``tree`` was parsed from, for the lines in errors; empty: they name no line.
 
     Raises:
-        ConfigError: A value does not fit ``kind``.
+        ConfigError: A value does not fit ``kind``. The text has one line for each that does not.
     """
     try:
         return msgspec.convert(tree, kind, strict=True)
     except msgspec.ValidationError as error:
-        match = _AT.match(str(error))
-        what, path = (match["what"], match["path"]) if match else (str(error), None)
-        path = _with_keys(tree, kind, str(error), path)
-        key = (path or "$")[1:].lstrip(".") or "(top level)"
-        raise ConfigError(f"{source}: {key} = {_value_at(tree, path)}: {what}") from error
+        faults = find_faults(tree, kind)
+        lines = [f"{source}: {fault.text(_line(text, fault))}" for fault in faults]
+        raise ConfigError("\n".join(lines) or f"{source}: {error}") from error
 
 
-def _with_keys(tree: Any, kind: type[Any], text: str, path: str | None) -> str | None:
-    """Put the names of mapping keys into a msgspec path.
-
-    It shows each of them only as ``[...]``.
-
-    The culprit is found by converting the tree again with each single entry of the mapping.
-    """
-    tree = copy.deepcopy(tree)
-    while path and "[...]" in path:
-        head, _, rest = path.partition("[...]")
-        mapping = _walk(tree, head)
-        if not isinstance(mapping, dict):
-            return path
-        whole = dict(mapping)
-        found = None
-        for key, value in whole.items():
-            mapping.clear()
-            mapping[key] = value
-            try:
-                msgspec.convert(tree, kind, strict=True)
-            except msgspec.ValidationError as error:
-                if str(error) == text:
-                    found = key
-                    break
-        if found is None:
-            return path
-        path = f"{head}.{found}{rest}"
-    return path
-
-
-def _value_at(tree: Any, path: str | None) -> str:
-    """Return the value a msgspec path points to, shortened, for an error text."""
-    try:
-        value = _walk(tree, path or "$")
-    except (KeyError, IndexError, TypeError, ValueError):
-        return "(a value below)"
-    text = repr(value) if not isinstance(value, dict) else "{" + ", ".join(map(str, value)) + "}"
-    return text if len(text) <= 80 else text[:77] + "..."
-
-
-def _walk(tree: Any, path: str) -> Any:
-    """Return what a path like ``$.joints[2].name`` points to."""
-    for key, index in _STEP.findall(path):
-        tree = tree[key] if key else tree[int(index)]
-    return tree
+def _line(text: str, fault: Fault) -> int | None:
+    """Return the line of a fault in its file; None without a text."""
+    if not text:
+        return None
+    return line_of(text, (*fault.keys, fault.word) if fault.word else fault.keys)

@@ -12,6 +12,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+from scara_config.faults import nearest
 from scara_config.loader import ConfigError, config_directory
 
 CHOICE = "SCARA_ROBOT"
@@ -53,7 +54,9 @@ def robot_folder(directory: Path | str | None = None) -> Path:
         return folder
     name = chosen_robot()
     if name not in known:
-        raise ConfigError(f"unknown robot {name!r}: {folder / FOLDER} has {', '.join(known)}")
+        raise ConfigError(
+            f"unknown robot {name!r}: {folder / FOLDER} has {', '.join(known)}{_meant(name, known)}"
+        )
     return folder / FOLDER / name
 
 
@@ -116,8 +119,16 @@ def plant_path(directory: Path | str | None = None, name: str | None = None) -> 
     wanted = name or chosen_plant()
     if wanted not in known:
         there = ", ".join(known) or "none"
-        raise ConfigError(f"unknown plant {wanted!r}: {folder} has {there}")
+        raise ConfigError(
+            f"unknown plant {wanted!r}: {folder} has {there}{_meant(wanted, list(known))}"
+        )
     return known[wanted]
+
+
+def _meant(word: str, known: list[str]) -> str:
+    """Return the question whether a known name was meant, empty if none is near."""
+    meant = nearest(word, known)
+    return f"; did you mean {meant}?" if meant else ""
 
 
 def description_path(urdf: str) -> Path:

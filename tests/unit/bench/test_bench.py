@@ -15,8 +15,11 @@ from rich.console import Console
 if str(ROOT) not in sys.path:
     sys.path.append(str(ROOT))
 
+from unit.bench.test_plant_tables import MEASURED
+
 from bench import demos, page, run
-from bench.readme import p95, with_figures
+from bench.demo_tables import demo_table, p95
+from bench.readme import with_figures
 from bench.record import Beside, Goal, Record, interleaved, median, p99, spread_percent
 from bench.rows import GROUPS, names
 
@@ -103,7 +106,13 @@ def test_page_shows_all_rows_that_results_hold() -> None:
 def test_figures_of_the_readme_are_those_of_the_results() -> None:
     """One source: what stands in README.md is what its script would write now."""
     text = page.README.read_text()
-    assert with_figures(text, page.readme_figures(page.so_far())) == text
+    assert with_figures(text, page.so_far()) == text
+
+
+def test_only_the_block_of_the_readme_is_written_anew() -> None:
+    """What stands around it is a person's."""
+    text = with_figures(FIGURES, {"plants": MEASURED})
+    assert "old" not in text and text.endswith("after\n") and "| the article | up to 5 %" in text
 
 
 def test_demos_are_shown_with_median_worst_speed_and_plant() -> None:
@@ -116,12 +125,12 @@ def test_demos_are_shown_with_median_worst_speed_and_plant() -> None:
     told = {"date": "2026-01-02", "commit": "abc1234", "machine": "a machine"}
     demos = {"robot": "a robot", "plant": "plant ideal: good", "asked_percent": 50.0, **told}
     demos |= {"failed": 1, "runs": runs}
-    text = with_figures(FIGURES, {"rows": [], "demos": [demos]})
+    text = "\n".join(demo_table([demos]))
     line = (
         "| plant ideal, 50 % asked for: the real robot leads | 50 % of its largest speed "
         "| 0.20 % | 0.90 % | 0.90 % | 0.15 % | 0.0010 % | not known |"
     )
-    assert line in text and "old" not in text and text.endswith("after\n")
+    assert line in text
     assert "3 runs" in text and "1 more ended without a report" in text
     assert all(word in text for word in ("a robot", "ideal", *told.values()))
 
@@ -151,6 +160,15 @@ def test_demos_of_two_plants_are_not_mixed(made_with: list[Any], text: str) -> N
     """A figure of two plants has no label."""
     with pytest.raises(ValueError, match=text):
         demos.label(made_with)
+
+
+def test_a_series_without_a_report_is_told_and_not_left_out() -> None:
+    """A robot that is stopped each time has no figure; that is a result too."""
+    told = {"date": "2026-01-02", "commit": "abc1234", "machine": "a machine"}
+    entry = {"robot": "a robot", "plant": "plant field: rough", "asked_percent": 100.0, **told}
+    text = "\n".join(demo_table([entry | {"failed": 3, "runs": []}]))
+    assert "plant field, 100 % asked for: the twin leads | none of 3 runs ended" in text
+    assert "0 runs of `./cell demo` in a row, 3 more ended without a report" in text
 
 
 @pytest.mark.parametrize(("count", "place"), [(1, 1), (3, 3), (19, 19), (20, 19), (100, 95)])

@@ -176,7 +176,7 @@ def test_a_missing_file_is_to_be_written_where_the_robot_has_its_own(
         item for item in examine(read_profile(tmp_path / "config")) if file in item.advice
     )
     assert str(own) in finding.what
-    assert finding.advice.startswith(f"write {file}:")
+    assert finding.advice.startswith(f"write {own}:")
 
 
 def float_words(values: list[float]) -> list[int]:

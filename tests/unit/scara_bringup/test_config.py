@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from harness.workspace import ROOT
 from harness.yaml_files import shipped
-from scara_bringup.config import load_bringup, load_doors
+from scara_bringup.config import Ports, load_bringup, load_doors
 from scara_bringup.io.configuration import copy_with_ports
 from scara_config import ConfigError, files_in_force, load
 
@@ -30,7 +30,7 @@ def test_missing_file_is_named(tmp_path: Path) -> None:
 @pytest.mark.parametrize("port", ["0", "65536", "'9090'"])
 def test_impossible_port_is_refused(tmp_path: Path, port: str) -> None:
     """File, key and value are in the text."""
-    for file in ("emulator.yaml", "operator_panel.yaml"):
+    for file in ("emulator.yaml", "operator_panel.yaml", "pendant_page.yaml"):
         shutil.copy(shipped(file), tmp_path)
     (tmp_path / "gateway.yaml").write_text(f"host: 127.0.0.1\nport: {port}\n")
     with pytest.raises(ConfigError, match=r"gateway\.yaml: port = "):
@@ -39,9 +39,11 @@ def test_impossible_port_is_refused(tmp_path: Path, port: str) -> None:
 
 def test_copy_with_ports_changes_both_ends_and_nothing_else(tmp_path: Path) -> None:
     """Server and client of each link agree, every other value stays, comments too."""
-    copied = copy_with_ports(CONFIG, tmp_path / "config", 15021, 19091, 18081)
+    copied = copy_with_ports(CONFIG, tmp_path / "config", Ports(15021, 19091, 18081, 18091))
     doors = load_doors(copied)
-    assert (doors.modbus.port, doors.gateway.port, doors.panel.port) == (15021, 19091, 18081)
+    assert (doors.modbus.port, doors.gateway.port) == (15021, 19091)
+    assert (doors.panel.port, doors.pendant.port) == (18081, 18091)
+    assert Ports(gateway=7).over(doors).gateway.port == 7
     before, after = (
         load(CONFIG / "twin_controller.yaml", dict),
         load(copied / "twin_controller.yaml", dict),
@@ -57,6 +59,6 @@ def test_copy_with_ports_changes_both_ends_and_nothing_else(tmp_path: Path) -> N
 
 def test_copy_without_wishes_is_the_original(tmp_path: Path) -> None:
     """No port given, no file touched."""
-    copied = copy_with_ports(CONFIG, tmp_path / "config", None, None)
+    copied = copy_with_ports(CONFIG, tmp_path / "config")
     for name, file in files_in_force(CONFIG).items():
         assert (copied / name).read_bytes() == file.read_bytes()

@@ -10,6 +10,7 @@ DOORS = Doors(
     modbus=Door("127.0.0.1", 15020),
     gateway=Door("127.0.0.1", 19090),
     panel=Door("127.0.0.1", 18080),
+    pendant=Door("127.0.0.1", 18090),
 )
 PLAN = cell_plan(DOORS)
 
@@ -54,9 +55,17 @@ def test_page_and_camera_belong_to_a_cell_for_people_only() -> None:
     A page goes first when the cell ends, so that nobody commands a cell that ends.
     """
     added = {node.name: node for node in cell_plan(DOORS, with_panel=True) if node not in PLAN}
-    assert set(added) == {"camera", "operator_panel"}
-    assert added["operator_panel"].port == 18080
-    assert ending_order(cell_plan(DOORS, with_panel=True))[0] == frozenset({"operator_panel"})
+    assert set(added) == {"camera", "operator_panel", "pendant_page"}
+    assert added["operator_panel"].port == 18080 and added["pendant_page"].port == 18090
+    pages = frozenset({"operator_panel", "pendant_page"})
+    assert ending_order(cell_plan(DOORS, with_panel=True))[0] == pages
+
+
+def test_pendant_page_goes_with_the_stand_in() -> None:
+    """A real robot brings a pendant of its own; to leave out both by name is no mistake."""
+    for without in (("emulator",), ("emulator", "pendant_page")):
+        names = [node.name for node in cell_plan(DOORS, without, with_panel=True)]
+        assert "operator_panel" in names and "pendant_page" not in names
 
 
 def test_every_node_shows_a_sign_of_readiness() -> None:
@@ -72,7 +81,9 @@ def test_left_out_node_is_not_in_the_plan() -> None:
 
 def test_unknown_node_to_leave_out_is_refused_with_the_known_ones() -> None:
     """A typing error must not start a second robot beside the real one."""
-    with pytest.raises(ValueError, match=r"no node is called emulatr; there are: .*emulator"):
+    with pytest.raises(
+        ValueError, match=r"emulatr; there are: .*emulator.*; did you mean emulator\?"
+    ):
         cell_plan(DOORS, ("emulatr",))
 
 

@@ -15,6 +15,7 @@ PLAN = cell_plan(
         modbus=Door("127.0.0.1", 15020),
         gateway=Door("127.0.0.1", 19090),
         panel=Door("127.0.0.1", 18080),
+        pendant=Door("127.0.0.1", 18090),
     )
 )
 

@@ -23,7 +23,9 @@ renew_pins = importlib.util.module_from_spec(SPEC)
 SPEC.loader.exec_module(renew_pins)
 
 PINS_TEXT = (ROOT / "setup" / "pins.txt").read_text()
+PINS_TEST_TEXT = (ROOT / "setup" / "pins_test.txt").read_text()
 REQUIREMENTS = renew_pins.statements((ROOT / "setup" / "requirements.txt").read_text())
+REQUIREMENTS_TEST = renew_pins.statements((ROOT / "setup" / "requirements_test.txt").read_text())
 A, B = "a" * 64, "b" * 64
 MISMATCH = """\
 ERROR: THESE PACKAGES DO NOT MATCH THE HASHES FROM THE REQUIREMENTS FILE. If you have updated ...
@@ -50,10 +52,23 @@ def installed_by(script: str, root: Path) -> subprocess.CompletedProcess[str]:
 
 def test_every_requirement_is_pinned_with_its_version() -> None:
     """Only pins.txt is installed: what it does not hold would be missing."""
-    pins = renew_pins.read_pins(PINS_TEXT)
-    pinned = {f"{renew_pins.plain(name)}=={version}" for name, (version, _) in pins.items()}
-    asked = (line.split("==") for line in REQUIREMENTS)
-    assert [f"{n}=={v}" for n, v in asked if f"{renew_pins.plain(n)}=={v}" not in pinned] == []
+    for text, requirements in ((PINS_TEXT, REQUIREMENTS), (PINS_TEST_TEXT, REQUIREMENTS_TEST)):
+        pins = renew_pins.read_pins(text)
+        pinned = {f"{renew_pins.plain(name)}=={version}" for name, (version, _) in pins.items()}
+        asked = (line.split("==") for line in requirements)
+        assert [f"{n}=={v}" for n, v in asked if f"{renew_pins.plain(n)}=={v}" not in pinned] == []
+
+
+def test_what_tests_need_is_not_installed_for_a_cell() -> None:
+    """No package is pinned twice, and the browser's driver is not among those of a cell."""
+    both = [
+        {renew_pins.plain(name) for name in renew_pins.read_pins(text)}
+        for text in (PINS_TEXT, PINS_TEST_TEXT)
+    ]
+    assert both[0] & both[1] == set()
+    assert {"pytest", "playwright", "mypy", "mkdocs"} <= both[1]
+    with pytest.raises(renew_pins.PinsError, match="need x==2, the cell 1"):
+        renew_pins.without({"x": ("2", [A])}, {"X": ("1", [A])})
 
 
 def test_every_pin_has_a_hash_and_none_twice() -> None:
@@ -88,6 +103,8 @@ def unmet(name: str, pinned: set[str]) -> Iterator[str]:
 def test_what_pinned_packages_need_is_there() -> None:
     """Pip is told to follow no needs: the pins, and Debian's packages, have to be complete."""
     pins = renew_pins.read_pins(PINS_TEXT)
+    assert [t for name in pins for t in unmet(name, set(map(renew_pins.plain, pins)))] == []
+    pins |= renew_pins.read_pins(PINS_TEST_TEXT)
     wrong = {name: v for name, (v, _) in pins.items() if importlib.metadata.version(name) != v}
     assert wrong == {}, "installed in another version"
     pinned = {renew_pins.plain(name) for name in pins}
@@ -108,6 +125,8 @@ def test_written_pins_are_read_back() -> None:
     assert renew_pins.read_pins(text) == pins
     assert text.index("alpha.b==1.0 \\\n    --hash=sha256:aaa") < text.index("Zeta==2")
     assert renew_pins.pins_text(renew_pins.read_pins(PINS_TEXT)) == PINS_TEXT
+    tests = renew_pins.pins_text(renew_pins.read_pins(PINS_TEST_TEXT), renew_pins.HEAD_TEST)
+    assert tests == PINS_TEST_TEXT
 
 
 @pytest.mark.parametrize(

@@ -39,6 +39,13 @@ class EmulatorFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_o
     desk_heartbeat_timeout_ms: Annotated[int, Meta(ge=10, le=10000)] | None = None
 
 
+class PendantPageFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The file pendant_page.yaml: where the pendant's page is served."""
+
+    host: str
+    port: Annotated[int, Meta(ge=1, le=65535)]
+
+
 class EmulatorConfig(EmulatorFile, frozen=True, kw_only=True):
     """The file emulator.yaml, and the plant that says how the robot moves."""
 
@@ -170,3 +177,12 @@ def _place(path: Path, position: str, key: str) -> str:
         else section.lc.key(position)[0]
     )
     return f"{path}, line {line + 1}: positions.{position}"
+
+
+def load_pendant_page(directory: Path | str | None = None) -> PendantPageFile:
+    """Read pendant_page.yaml of ``directory`` (default: the package scara_config).
+
+    Raises:
+        ConfigError: The file is missing or a value does not fit.
+    """
+    return load(locate("pendant_page.yaml", directory), PendantPageFile)

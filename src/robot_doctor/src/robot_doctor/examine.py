@@ -15,6 +15,9 @@ from robot_doctor.register_checks import check_registers
 from robot_doctor.robot_checks import check_programs, check_robot
 from robot_doctor.simulation_checks import check_description, check_gains
 
+EXAMPLE = "articulated_six"
+"""The robot that a new one begins with."""
+
 
 class Profile(msgspec.Struct, frozen=True):
     """What the files of a profile hold, as far as it could be read.
@@ -46,26 +49,36 @@ def examine(profile: Profile) -> Iterator[Finding]:
     robot = profile.robot
     if isinstance(robot, ConfigError):
         then = "the other checks of the robot follow then"
-        yield wrong(Group.ROBOT, str(robot), f"{_mend('robot.yaml', robot)}; {then}")
+        yield wrong(Group.ROBOT, str(robot), f"{mend(str(robot), profile.folder)}; {then}")
         return
     yield from check_robot(robot, profile.folder)
     yield from check_programs(robot, profile.programs)
     yield from _simulation(profile, robot)
     if isinstance(profile.layout, ConfigError):
-        advice = _mend("modbus_map.yaml", profile.layout)
-        yield wrong(Group.REGISTERS, str(profile.layout), advice)
+        what = str(profile.layout)
+        yield wrong(Group.REGISTERS, what, mend(what, profile.folder))
     else:
         yield from check_registers(robot, profile.layout, profile.decimals)
 
 
-def _mend(name: str, error: ConfigError) -> str:
-    """Return what to do about a file that cannot be used.
+def mend(what: str, robot: str) -> str:
+    """Return what to do about a file that cannot be used: where it is, and the next command.
 
-    Write one that is missing, correct another.
+    Args:
+        what: The error: file, then what is wrong.
+        robot: Name of the robot's folder, empty for a flat one.
     """
-    if isinstance(error.__cause__, FileNotFoundError):
-        return f"write {name}: docs/methodology.md says how, config/robots/articulated_six has one"
-    return f"correct {name}"
+    file, _, rest = what.partition(": ")
+    name = file.rpartition("/")[2]
+    if rest.startswith("cannot be read: No such file"):
+        if name == "pid_gains.yaml":
+            return f"write {file}: rosrun scara_simulation propose_gains --robot {robot} --write"
+        return (
+            f"write {file}: docs/methodology.md says how, config/robots/{EXAMPLE}/{name} is an "
+            f"example. All files at once, in a new folder: rosrun robot_doctor doctor new NAME "
+            f"--from {EXAMPLE}"
+        )
+    return f"correct {file}"
 
 
 def _simulation(profile: Profile, robot: Robot) -> Iterator[Finding]:
@@ -89,6 +102,7 @@ def _simulation(profile: Profile, robot: Robot) -> Iterator[Finding]:
             yield fine(Group.SIMULATION, f"{robot.urdf} has {len(described.links)} links")
             yield from check_description(robot, described)
     if isinstance(profile.gains, ConfigError):
-        yield wrong(Group.SIMULATION, str(profile.gains), _mend("pid_gains.yaml", profile.gains))
+        what = str(profile.gains)
+        yield wrong(Group.SIMULATION, what, mend(what, profile.folder))
     else:
         yield from check_gains(robot, profile.gains)

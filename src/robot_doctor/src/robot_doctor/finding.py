@@ -9,12 +9,13 @@ import msgspec
 
 
 class Group(Enum):
-    """The four groups of the article's section 6."""
+    """The four groups of the article's section 6, and what else a cell reads."""
 
     ROBOT = "the robot"
     SIMULATION = "the simulation"
     REGISTERS = "the registers"
     LINKS = "the links"
+    FILES = "the other files"
 
 
 class Level(Enum):

@@ -11,6 +11,34 @@ from scara_config import load, locate
 
 Seconds = Annotated[float, Meta(gt=0.0, le=3600.0)]
 Port = Annotated[int, Meta(ge=1, le=65535)]
+DOOR_FILES = {
+    "modbus": "emulator.yaml",
+    "gateway": "gateway.yaml",
+    "panel": "operator_panel.yaml",
+    "pendant": "pendant_page.yaml",
+}
+
+
+class Ports(msgspec.Struct, frozen=True):
+    """Ports that stand in place of the files'; None: as the file says."""
+
+    modbus: int | None = None
+    gateway: int | None = None
+    panel: int | None = None
+    pendant: int | None = None
+
+    def __bool__(self) -> bool:
+        """Whether any is given."""
+        return self != Ports()
+
+    def over(self, doors: Doors) -> Doors:
+        """Return the addresses with these ports."""
+        given = {name: port for name, port in msgspec.structs.asdict(self).items() if port}
+        changed = {
+            name: msgspec.structs.replace(getattr(doors, name), port=port)
+            for name, port in given.items()
+        }
+        return msgspec.structs.replace(doors, **changed)
 
 
 class Bringup(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -39,6 +67,7 @@ class Doors(msgspec.Struct, frozen=True):
     modbus: Door
     gateway: Door
     panel: Door
+    pendant: Door
 
 
 def load_bringup(directory: Path | str | None = None) -> Bringup:
@@ -51,10 +80,9 @@ def load_bringup(directory: Path | str | None = None) -> Bringup:
 
 
 def load_doors(directory: Path | str | None = None) -> Doors:
-    """Read the addresses from emulator.yaml, gateway.yaml and operator_panel.yaml of ``directory``.
+    """Read the addresses from the files of ``DOOR_FILES`` in ``directory``.
 
     Raises:
         ConfigError: A file is missing, or its host or port does not fit.
     """
-    files = {"modbus": "emulator.yaml", "gateway": "gateway.yaml", "panel": "operator_panel.yaml"}
-    return Doors(**{name: load(locate(file, directory), Door) for name, file in files.items()})
+    return Doors(**{name: load(locate(file, directory), Door) for name, file in DOOR_FILES.items()})

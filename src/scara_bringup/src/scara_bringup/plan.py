@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from scara_config.faults import nearest
+
 from scara_bringup.config import Doors
 
 
@@ -36,6 +38,7 @@ MASTER = NodePlan("rosmaster", "scara_bringup", "master", leaves=5)
 ROSOUT = NodePlan("rosout", "scara_bringup", "rosout", topics=("/rosout_agg",), leaves=4)
 CONTROLLER = "twin_controller"
 PANEL = "operator_panel"
+PENDANT_PAGE = "pendant_page"
 POSE = "joint_pose_controller"
 MODELS = "robot_state_publisher"
 DESK_LINKS = ("_links:=desk",)
@@ -60,8 +63,8 @@ def cell_plan(
     Args:
         doors: Where emulator, gateway and operator page will listen.
         without: Names to leave out, for example the emulator when a real robot is there.
-        with_panel: Whether what people look at belongs to it, the operator page and the camera:
-            in a cell for people, not in one that runs experiments.
+        with_panel: Whether what people look at belongs to it, the two pages and the camera: in a
+            cell for people, not in one that runs experiments.
         runs: The folder of all recordings; empty: the nodes' own default.
 
     Raises:
@@ -112,25 +115,34 @@ def cell_plan(
         ),
     ]
     if with_panel:
-        nodes += _for_people(doors, runs)
-    unknown = sorted(set(without) - {node.name for node in nodes})
+        nodes += _for_people(doors, runs, with_pendant="emulator" not in without)
+    # Without the emulator there is no pendant page either; who leaves out both is right as well.
+    known = {node.name for node in nodes} | {PENDANT_PAGE}
+    unknown = sorted(set(without) - known)
     if unknown:
+        meant = nearest(unknown[0], known)
         raise ValueError(
             f"no node is called {', '.join(unknown)}; there are: "
             f"{', '.join(node.name for node in nodes)}"
+            + (f"; did you mean {meant}?" if meant else "")
         )
     return [node for node in nodes if node.name not in without]
 
 
-def _for_people(doors: Doors, runs: str) -> list[NodePlan]:
+def _for_people(doors: Doors, runs: str, with_pendant: bool) -> list[NodePlan]:
     """List what shows the cell.
 
-    The page goes first when it ends, so that nobody commands a cell that ends.
+    The pages go first when it ends, so that nobody commands a cell that ends. A real robot brings a
+    pendant of its own.
     """
     panel = (f"_runs_dir:={runs}",) if runs else ()
+    pendant = NodePlan(
+        PENDANT_PAGE, "fanuc_emulator", PENDANT_PAGE, port=doors.pendant.port, leaves=0
+    )
     return [
         NodePlan("camera", "scara_simulation", "camera", topics=("camera/image_raw",)),
         NodePlan(PANEL, PANEL, PANEL, panel, port=doors.panel.port, leaves=0),
+        *([pendant] if with_pendant else []),
     ]
 
 

@@ -4,7 +4,7 @@ It talks only Modbus.
 
 The operator's page belongs to the cell, this one to the robot's vendor: programs, override, hold,
 reset, and troubles to inject. Options: ``--host``, ``--port`` of the robot (default:
-emulator.yaml), ``--page-host``, ``--page-port``, ``--config-dir``.
+emulator.yaml), ``--page-host``, ``--page-port`` (default: pendant_page.yaml), ``--config-dir``.
 
 Only who brings the token gets the page, for it starts programs: PENDANT_PAGE_TOKEN of the
 environment, else the file pendant_token in ROS_HOME, made if missing.
@@ -32,15 +32,13 @@ from scara_ros.io.page_token import address, page_token, refuse_token_in, ros_ho
 from scara_ros.io.token_file import TokenError
 from scara_ros.page_door import PageDoor
 
-from fanuc_emulator.config import load_emulator, load_programs
+from fanuc_emulator.config import load_emulator, load_pendant_page, load_programs
 from fanuc_emulator.io.pendant_link import PendantLink
 from fanuc_emulator.io.pendant_station import PendantStation, expire_heartbeat
 from fanuc_emulator.nodes.pendant import ConfigDir, Host, Port
 from fanuc_emulator.program import Program
 
 TOKEN_VARIABLE, TOKEN_FILE = "PENDANT_PAGE_TOKEN", "pendant_token"
-PAGE_HOST = "127.0.0.1"  # our choice: only this machine, for there is no encryption
-PAGE_PORT = 8090  # our choice: next to the operator's page
 REFRESH_S = 0.2
 KNOCK_PERIOD_S = 0.02
 LAMPS = ("sysrdy", "cmdenbl", "progrun", "paused", "held", "fault", "atperch", "busy")
@@ -207,13 +205,20 @@ def _rows(rows: tuple[tuple[str, float, float, str], ...]) -> str:
 def serve(
     host: Host = None,
     port: Port = None,
-    page_host: Annotated[str, typer.Option(help="Address of the page.")] = PAGE_HOST,
-    page_port: Annotated[int, typer.Option(help="Port of the page.", min=1, max=65535)] = PAGE_PORT,
+    page_host: Annotated[
+        str | None, typer.Option(help="Address of the page; default: pendant_page.yaml.")
+    ] = None,
+    page_port: Annotated[
+        int | None,
+        typer.Option(help="Port of the page; default: pendant_page.yaml.", min=1, max=65535),
+    ] = None,
     config_dir: ConfigDir = None,
 ) -> None:
     """Serve the robot's teach pendant as a page; it finds the robot by itself, now or later."""
     file = ros_home() / TOKEN_FILE
     try:
+        place = load_pendant_page(config_dir)
+        page_host, page_port = page_host or place.host, page_port or place.port
         token = page_token(TOKEN_VARIABLE, file)
         robot, layout = load_robot(config_dir), load_modbus_map(config_dir)
         config, programs = load_emulator(robot, config_dir), load_programs(robot, config_dir)

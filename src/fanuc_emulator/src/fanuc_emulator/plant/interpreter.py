@@ -55,7 +55,8 @@ class StreamInterpreter:
         """Go on for one period and return where the axes should be.
 
         Args:
-            wanted: PR[1] [rad or m], shape ``(n,)``; None: it is not valid, nothing new is planned.
+            wanted: ``PR[1]`` [rad or m], shape ``(n,)``; None: it is not valid, nothing new is
+                planned.
             speed: Fraction 0..1 of the greatest speed; 0 ends what was planned where it is.
         """
         if speed <= 0.0:

@@ -1,8 +1,9 @@
-"""Check a robot profile: rosrun robot_doctor doctor --robot NAME.
+"""Check a robot profile: rosrun robot_doctor doctor --robot NAME; make one: doctor new NAME.
 
 The article's methodology as checks, in four groups: the robot, its simulation, its registers, the
 links. Without ``--move`` nothing is written to the robot. Exit code 0 nothing is wrong, 1 something
-is, 2 there is no such profile.
+is, 2 there is no such profile. ``doctor new NAME --from ROBOT`` copies the files of a robot that is
+there, renames it in them and writes its URDF.
 """
 
 from __future__ import annotations
@@ -17,12 +18,14 @@ from rich.console import Console
 from scara_config import ConfigError, config_directory, load
 from scara_config.modbus_map import ModbusMap, problems
 from scara_config.profile import CHOICE, chosen_robot, locate
+from scara_config.readers import check_files
 from twin_controller.config import TwinControllerConfig, load_twin_controller
 from twin_controller.io.modbus.port import LinkLostError
 from twin_controller.io.rosbridge_access import read_access
 
-from robot_doctor.examine import Profile, examine
+from robot_doctor.examine import EXAMPLE, Profile, examine, mend
 from robot_doctor.finding import Finding, Group, Level, is_healthy, note, wrong
+from robot_doctor.io.new_profile import make_profile
 from robot_doctor.io.profile_files import read_profile
 from robot_doctor.io.robot_probe import Mover, ask
 from robot_doctor.io.twin_probe import ask_twin
@@ -37,8 +40,9 @@ app = typer.Typer(
 )
 
 
-@app.command()
+@app.callback(invoke_without_command=True)
 def doctor(
+    context: typer.Context,
     robot: Annotated[
         str | None,
         typer.Option(help="Folder of config/robots; default: SCARA_ROBOT, else fanuc_sr6ia."),
@@ -63,6 +67,8 @@ def doctor(
     ] = None,
 ) -> None:
     """Check a robot profile: robot, simulation, registers, links."""
+    if context.invoked_subcommand:
+        return
     console = Console(highlight=False, soft_wrap=True)
     if robot is not None:
         os.environ[CHOICE] = robot
@@ -71,12 +77,62 @@ def doctor(
         profile = read_profile(folder)
     except ConfigError as error:
         console.print(f"doctor: {error}", style="red", markup=False)
+        console.print(f"        -> a new robot: {new_command(chosen_robot())}", markup=False)
         raise typer.Exit(2) from error
     findings = list(examine(profile))
+    findings += other_files(folder, findings)
     if not offline:
         findings += _links(profile, folder, host, port, twin_url, move)
     show(console, profile, findings)
+    console.print(f"next: {next_command(is_healthy(findings), offline)}", markup=False)
     raise typer.Exit(0 if is_healthy(findings) else 1)
+
+
+@app.command()
+def new(
+    name: Annotated[str, typer.Argument(help="Of the new robot: its folder in config/robots.")],
+    source: Annotated[
+        str, typer.Option("--from", help="The robot whose files it begins with.")
+    ] = EXAMPLE,
+    config_dir: Annotated[
+        Path | None,
+        typer.Option(help="Folder with the YAML files; default: the package scara_config."),
+    ] = None,
+) -> None:
+    """Make the files of a new robot from those of one that is there."""
+    console = Console(highlight=False, soft_wrap=True)
+    try:
+        folder = make_profile(Path(config_dir or config_directory()), name, source)
+    except ConfigError as error:
+        console.print(f"doctor: {error}", style="red", markup=False)
+        raise typer.Exit(2) from error
+    for file in sorted(folder.rglob("*.yaml")):
+        console.print(f"made {file}", markup=False)
+    console.print(
+        f"It is {source} under another name. Begin with {folder / 'robot.yaml'}: "
+        "docs/methodology.md says how.\n"
+        f"next: rosrun robot_doctor doctor --robot {name} --offline",
+        markup=False,
+    )
+
+
+def new_command(name: str) -> str:
+    """Return what makes the files of a robot."""
+    return f"rosrun robot_doctor doctor new {name} --from {EXAMPLE}"
+
+
+def next_command(healthy: bool, offline: bool) -> str:
+    """Return what to type next."""
+    again = f"rosrun robot_doctor doctor --robot {chosen_robot()}{' --offline' * offline}"
+    return f"./cell demo --robot {chosen_robot()}" if healthy else f"correct this, then {again}"
+
+
+def other_files(folder: Path, found: list[Finding]) -> Iterator[Finding]:
+    """Yield the faults of all other files that a cell of this robot reads."""
+    told = "\n".join(finding.what for finding in found)
+    for fault in check_files(folder):
+        if fault.partition(" (line ")[0] not in told:
+            yield wrong(Group.FILES, fault, mend(fault, chosen_robot()))
 
 
 def show(console: Console, profile: Profile, findings: list[Finding]) -> None:

@@ -6,17 +6,16 @@ import shutil
 from pathlib import Path
 from typing import Any
 
+import msgspec
 from ruamel.yaml import YAML
 from scara_config import files_in_force
 
+from scara_bringup.config import DOOR_FILES, Ports
 
-def copy_with_ports(
-    source: Path,
-    target: Path,
-    modbus_port: int | None,
-    gateway_port: int | None,
-    panel_port: int | None = None,
-) -> Path:
+NO_PORTS = Ports()
+
+
+def copy_with_ports(source: Path, target: Path, ports: Ports = NO_PORTS) -> Path:
     """Copy the chosen robot's files from ``source`` to ``target`` and change the ports.
 
     Both ends of a line read the port, so it is changed for both.
@@ -27,14 +26,13 @@ def copy_with_ports(
     for name, file in files_in_force(source).items():
         (target / name).parent.mkdir(exist_ok=True)
         shutil.copy(file, target / name)
-    if modbus_port is not None:
-        _change(target / "emulator.yaml", ["port"], modbus_port)
-        _change(target / "twin_controller.yaml", ["real", "port"], modbus_port)
-    if gateway_port is not None:
-        _change(target / "gateway.yaml", ["port"], gateway_port)
-        _change(target / "twin_controller.yaml", ["twin", "url"], f"ws://127.0.0.1:{gateway_port}")
-    if panel_port is not None:
-        _change(target / "operator_panel.yaml", ["port"], panel_port)
+    for name, port in msgspec.structs.asdict(ports).items():
+        if port is not None:
+            _change(target / DOOR_FILES[name], ["port"], port)
+    if ports.modbus is not None:
+        _change(target / "twin_controller.yaml", ["real", "port"], ports.modbus)
+    if ports.gateway is not None:
+        _change(target / "twin_controller.yaml", ["twin", "url"], f"ws://127.0.0.1:{ports.gateway}")
     return target
 
 

@@ -1,24 +1,25 @@
-"""``rosrun scara_bringup cell up|demo``: start roscore and all nodes, watch them, end all of them.
+"""``rosrun scara_bringup cell up|demo|status``: start, watch and end all nodes, or look at them.
 
 Parameters are command line options (``--help``). It publishes nothing and offers no service. The
 decisions are in :mod:`scara_bringup.supervisor`, what carries them out in
-:mod:`scara_bringup.nodes.cell_shell`.
+:mod:`scara_bringup.nodes.cell_shell`. Exit code: 0 all went well, 1 it did not, 2 wrong
+configuration or options; that of a node that died; 128 and the number of the signal that ended it.
 """
 
 from __future__ import annotations
 
 import os
 import sys
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
 
 import typer
 from scara_config import ConfigError, config_directory, load_robot
-from scara_config.profile import CHOICE, PLANT_CHOICE, plant_path
+from scara_config.profile import CHOICE, PLANT_CHOICE, chosen_plant, plant_path
+from scara_config.readers import check_files
 from scara_ros.io.hardening import harden_process
 
-from scara_bringup.config import load_bringup, load_doors
-from scara_bringup.io import screen
+from scara_bringup.config import Ports, load_bringup, load_doors
 from scara_bringup.io.configuration import copy_with_ports
 from scara_bringup.io.forked import WarmParent, WarmParentError
 from scara_bringup.io.master import MasterProbe
@@ -30,55 +31,63 @@ from scara_bringup.io.preflight import (
     node_address,
 )
 from scara_bringup.io.processes import Processes
-from scara_bringup.nodes.cell_shell import CellShell
-from scara_bringup.plan import NodePlan, cell_plan, experiment_plan
+from scara_bringup.io.terminal import screen
+from scara_bringup.nodes.cell_shell import CellShell, Shown
+from scara_bringup.nodes.options import (
+    Browser,
+    GatewayPort,
+    MasterPort,
+    ModbusPort,
+    Network,
+    Output,
+    PanelPort,
+    PendantPort,
+    PlantName,
+    RobotName,
+    Runs,
+    Speed,
+    Without,
+)
+from scara_bringup.nodes.status import show_status
+from scara_bringup.plan import cell_plan, experiment_plan
+
+REPORT = "report.html"
+FAILED, WRONG = 1, 2
 
 app = typer.Typer(
     add_completion=False, no_args_is_help=True, help=__doc__.split("\n\n")[0], rich_markup_mode=None
 )
 
-RobotName = Annotated[
-    str | None, typer.Option("--robot", help="Its folder in config/robots. Default: fanuc_sr6ia.")
-]
-PlantName = Annotated[
-    str | None,
-    typer.Option(
-        "--plant", help="How the robot's stand-in behaves: ideal or field. Default: ideal."
-    ),
-]
-Output = Annotated[
-    Path | None,
-    typer.Option(help="Folder of logs, bags and report. Default: runs/<time> of the workspace."),
-]
-Runs = Annotated[
-    Path | None,
-    typer.Option(
-        help="Folder of all runs: recordings go nowhere else. Default: runs of the workspace if "
-        "--output lies in it, else --output."
-    ),
-]
-Without = Annotated[
-    list[str] | None,
-    typer.Option(help="Leave out a node, e.g. the emulator when a real robot is there."),
-]
-MasterPort = Annotated[
-    int | None, typer.Option(help="Port of the ROS master. Default: ROS_MASTER_URI.")
-]
-ModbusPort = Annotated[
-    int | None, typer.Option(help="Port of the robot stand-in. Default: emulator.yaml.")
-]
-Network = Annotated[
-    bool,
-    typer.Option(
-        help="Let ROS_IP or ROS_HOSTNAME open the nodes to the network. Without it: 127.0.0.1 only."
-    ),
-]
-PanelPort = Annotated[
-    int | None, typer.Option(help="Port of the operator page. Default: operator_panel.yaml.")
-]
-GatewayPort = Annotated[
-    int | None, typer.Option(help="Port of the twin's web socket. Default: gateway.yaml.")
-]
+
+@dataclass(frozen=True)
+class Wishes:
+    """What a cell is to be, as its options say.
+
+    Attributes:
+        robot, plant: Their names; None: as the environment says.
+        output, runs: Folders; None: the usual ones.
+        without: Nodes to leave out.
+        master_port: Of the ROS master; None: as ROS_MASTER_URI says.
+        ports: Of the servers.
+        network: Whether the nodes may be open to the network.
+        people: Whether it is a cell for people, with pages.
+        browser: Whether the operator's page is opened.
+        experiments: What is run before the cell ends; empty: it stays.
+        arguments: Of these.
+    """
+
+    robot: str | None
+    plant: str | None
+    output: Path | None
+    without: tuple[str, ...]
+    master_port: int | None
+    ports: Ports
+    network: bool
+    runs: Path | None = None
+    people: bool = False
+    browser: bool = False
+    experiments: tuple[str, ...] = ()
+    arguments: tuple[str, ...] = ()
 
 
 @app.command()
@@ -92,26 +101,16 @@ def up(
     modbus_port: ModbusPort = None,
     gateway_port: GatewayPort = None,
     panel_port: PanelPort = None,
+    pendant_port: PendantPort = None,
+    browser: Browser = True,
     network: Network = False,
 ) -> None:
     """Start the cell and keep it until Ctrl-C."""
-    choose_address(network)
-    choose_robot(robot)
-    choose_plant(plant)
-    folder = prepare(output)
-    raise typer.Exit(
-        run(
-            folder,
-            None,
-            tuple(without or ()),
-            master_port,
-            modbus_port,
-            gateway_port,
-            panel_port,
-            True,
-            runs,
-        )
+    ports = Ports(modbus_port, gateway_port, panel_port, pendant_port)
+    wishes = Wishes(
+        robot, plant, output, tuple(without or ()), master_port, ports, network, runs, True, browser
     )
+    raise typer.Exit(run(wishes)[0])
 
 
 @app.command()
@@ -119,9 +118,7 @@ def demo(
     robot: RobotName = None,
     plant: PlantName = None,
     output: Output = None,
-    speed: Annotated[
-        float | None, typer.Option(help="Program speed in percent. Default: experiments.yaml.")
-    ] = None,
+    speed: Speed = None,
     without: Without = None,
     master_port: MasterPort = None,
     modbus_port: ModbusPort = None,
@@ -129,102 +126,114 @@ def demo(
     network: Network = False,
 ) -> None:
     """Start the cell, run the article's two experiments, write the report, end the cell."""
-    choose_address(network)
-    choose_robot(robot)
-    choose_plant(plant)
-    folder = prepare(output)
-    if output is None:
-        link_latest(folder)
-    arguments = () if speed is None else ("--speed", f"{speed:g}")
-    experiments = experiment_plan(str(folder), ("real_leads", "twin_leads"), arguments)
-    raise typer.Exit(
-        run(folder, experiments, tuple(without or ()), master_port, modbus_port, gateway_port)
+    ports = Ports(modbus_port, gateway_port)
+    wishes = Wishes(
+        robot,
+        plant,
+        output,
+        tuple(without or ()),
+        master_port,
+        ports,
+        network,
+        experiments=("real_leads", "twin_leads"),
+        arguments=() if speed is None else ("--speed", f"{speed:g}"),
     )
+    code, folder = run(wishes)
+    if output is None and folder is not None and (folder / REPORT).is_file():
+        link_latest(folder)
+    raise typer.Exit(code)
 
 
-def run(
-    folder: Path,
-    foreground: NodePlan | None,
-    without: tuple[str, ...],
-    master_port: int | None,
-    modbus_port: int | None,
-    gateway_port: int | None,
-    panel_port: int | None = None,
-    with_panel: bool = False,
-    runs: Path | None = None,
-) -> int:
-    """Start, watch and end one cell; return the exit code."""
-    try:
-        if master_port is not None:
-            os.environ["ROS_MASTER_URI"] = f"http://127.0.0.1:{master_port}"
-        if (modbus_port, gateway_port, panel_port) != (None, None, None):
-            copied = copy_with_ports(
-                config_directory(), folder / "config", modbus_port, gateway_port, panel_port
-            )
-            os.environ["SCARA_CONFIG_DIR"] = str(copied)
-        os.environ["ROS_HOME"] = str(folder / "ros_home")
-        deadlines, doors = load_bringup(), load_doors()
-        nodes = cell_plan(doors, without, with_panel, str(runs_of(folder, runs)))
-        master = MasterProbe(os.environ["ROS_MASTER_URI"])
-        own_master = check_before_start(nodes, master)
-        with (
-            WarmParent({**os.environ, "PYTHONUNBUFFERED": "1"}) as warm,
-            Processes(folder / "log", os.environ, warm) as processes,
-        ):
-            shell = CellShell(processes, master, deadlines, doors, folder)
-            return shell.run(nodes, foreground, own_master)
-    except ConfigError as error:
-        screen.complain(str(error))
-        return 2
-    except (CannotStartError, WarmParentError, ValueError) as error:
-        screen.complain(str(error))
-        return 1
+@app.command()
+def status(
+    commands: bool = typer.Option(
+        False, "--commands", help="Show what starts each node by hand, and its log."
+    ),
+) -> None:
+    """Show the nodes of each running cell: alive, processor time, memory, what they say."""
+    raise typer.Exit(show_status(commands))
 
 
-def choose_address(network: bool) -> None:
-    """Keep every program of the cell to this machine and to one spelling of its namespace.
+def run(wishes: Wishes) -> tuple[int, Path | None]:
+    """Start, watch and end one cell; return the exit code and the folder of the run, if it began.
 
-    End with the reason if that cannot be.
+    Everything that can be wrong is looked at before anything is started or written.
     """
     try:
-        os.environ.update(node_address(os.environ, network))
+        os.environ.update(node_address(os.environ, wishes.network))
         os.environ["ROS_NAMESPACE"] = namespace()
-    except CannotStartError as error:
-        screen.complain(str(error))
-        raise typer.Exit(1) from error
-
-
-def choose_robot(name: str | None) -> None:
-    """Choose the robot for every program of the cell, or end with the reason why not."""
-    try:
-        if name is not None:
-            os.environ[CHOICE] = name
-        held = load_robot().name
-        if name not in (None, held):
-            raise ConfigError(f"--robot {name}: {config_directory()} holds {held} only")
+        robot, plant = choose(wishes.robot, wishes.plant)
+        if wishes.master_port is not None:
+            os.environ["ROS_MASTER_URI"] = f"http://127.0.0.1:{wishes.master_port}"
+        doors = wishes.ports.over(load_doors())
+        nodes = cell_plan(doors, wishes.without, wishes.people)
+        own_master = check_before_start(nodes, MasterProbe(os.environ["ROS_MASTER_URI"]))
+        folder = prepare(wishes.output)
+        if wishes.ports:
+            copied = copy_with_ports(config_directory(), folder / "config", wishes.ports)
+            os.environ["SCARA_CONFIG_DIR"] = str(copied)
+        os.environ["ROS_HOME"] = str(folder / "ros_home")
+        shown = Shown("up" if wishes.people else "demo", robot, plant, wishes.browser)
+        return _run(wishes, folder, shown, own_master), folder
     except ConfigError as error:
         screen.complain(str(error))
-        raise typer.Exit(2) from error
-
-
-def choose_plant(name: str | None) -> None:
-    """Choose how the robot's stand-in behaves, or end with the reason why not."""
-    try:
-        if name is not None:
-            os.environ[PLANT_CHOICE] = name
-        plant_path()
-    except ConfigError as error:
+        return WRONG, None
+    except (CannotStartError, WarmParentError, ValueError) as error:
         screen.complain(str(error))
-        raise typer.Exit(2) from error
+        return FAILED, None
+
+
+def _run(wishes: Wishes, folder: Path, shown: Shown, own_master: bool) -> int:
+    """Run a cell that was found right, in the environment that its nodes inherit."""
+    deadlines, doors = load_bringup(), load_doors()
+    runs = str(runs_of(folder, wishes.runs))
+    nodes = cell_plan(doors, wishes.without, wishes.people, runs)
+    foreground = None
+    if wishes.experiments:
+        foreground = experiment_plan(str(folder), wishes.experiments, wishes.arguments)
+    master = MasterProbe(os.environ["ROS_MASTER_URI"])
+    with (
+        WarmParent({**os.environ, "PYTHONUNBUFFERED": "1"}) as warm,
+        Processes(folder / "log", os.environ, warm) as processes,
+    ):
+        shell = CellShell(processes, master, deadlines, doors, folder, shown)
+        return shell.run(nodes, foreground, own_master)
+
+
+def choose(robot: str | None, plant: str | None) -> tuple[str, str]:
+    """Choose robot and plant for every program of the cell, and return their names.
+
+    Raises:
+        ConfigError: There is no such robot or plant, or a file of theirs is wrong; the text has a
+            line for everything that is.
+    """
+    if robot is not None:
+        os.environ[CHOICE] = robot
+    if plant is not None:
+        os.environ[PLANT_CHOICE] = plant
+    plant_path()
+    if faults := check_files():
+        count = "a fault" if len(faults) == 1 else f"{len(faults)} faults"
+        lines = "".join(f"\n  {fault}" for fault in faults)
+        raise ConfigError(f"{count} in the configuration, nothing was started:{lines}")
+    held = load_robot().name
+    if robot not in (None, held):
+        raise ConfigError(f"--robot {robot}: {config_directory()} holds {held} only")
+    return held, chosen_plant()
 
 
 def prepare(wanted: Path | None) -> Path:
-    """Create the folder of this run, or end with the reason why not."""
+    """Create the folder of this run.
+
+    Raises:
+        CannotStartError: It cannot be made.
+    """
     try:
         return make_output(wanted)
     except OSError as error:
-        screen.complain(f"{error.filename}: cannot be used as output: {error.strerror}")
-        raise typer.Exit(1) from error
+        raise CannotStartError(
+            f"{error.filename}: cannot be used as output: {error.strerror}"
+        ) from error
 
 
 def main() -> None:

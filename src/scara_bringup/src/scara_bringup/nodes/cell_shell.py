@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import time
-from dataclasses import replace
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from scara_ros.io.scheduling import may_go_first
 from scara_ros.pacing import Pace
 
 from scara_bringup.config import Bringup, Doors
-from scara_bringup.io import screen
 from scara_bringup.io.master import Address, MasterProbe
 from scara_bringup.io.ports import listening_ports
 from scara_bringup.io.preflight import CannotStartError, namespace
 from scara_bringup.io.processes import Processes
+from scara_bringup.io.status.running import RunningCell, RunningNode, announced
+from scara_bringup.io.terminal import screen
+from scara_bringup.io.terminal.browser import open_page
 from scara_bringup.nodes.controller_watch import ControllerWatch
 from scara_bringup.plan import MASTER, ROSOUT, NodePlan
 from scara_bringup.readiness import Seen, missing
@@ -42,6 +46,23 @@ PATIENCE_PERIOD = 5.0
 LOG_PERIOD = 10.0
 
 
+@dataclass(frozen=True)
+class Shown:
+    """What a person is told of the cell.
+
+    Attributes:
+        verb: What was asked for.
+        robot: Its name.
+        plant: How its stand-in behaves.
+        browser: Whether the operator's page is opened where there is a display.
+    """
+
+    verb: str
+    robot: str
+    plant: str
+    browser: bool = False
+
+
 class CellShell:
     """Carries out what the supervisor decides, and tells it what happens."""
 
@@ -52,6 +73,7 @@ class CellShell:
         deadlines: Bringup,
         doors: Doors,
         folder: Path,
+        shown: Shown,
     ) -> None:
         """Take over the resources of one run."""
         self._processes = processes
@@ -59,6 +81,8 @@ class CellShell:
         self._deadlines = deadlines
         self._doors = doors
         self._folder = folder
+        self._shown = shown
+        self._announced = ExitStack()
         self._watch: ControllerWatch | None = None
         self._signals: list[int] = []
         self._began = time.monotonic()
@@ -69,6 +93,11 @@ class CellShell:
 
     def run(self, nodes: list[NodePlan], foreground: NodePlan | None, own_master: bool) -> int:
         """Run the cell to its end and return the exit code."""
+        with self._announced:
+            return self._run(nodes, foreground, own_master)
+
+    def _run(self, nodes: list[NodePlan], foreground: NodePlan | None, own_master: bool) -> int:
+        """Start, watch and end the nodes."""
         for number in SIGNALS:
             signal.signal(number, lambda received, _frame: self._signals.append(received))
         screen.say(f"cell: starting {len(nodes)} nodes; logs: {self._processes.log_folder}")
@@ -135,18 +164,50 @@ class CellShell:
                 self._leave_master()
                 self._processes.signal(action.names, action.number)
             elif isinstance(action, Announce):
-                if not self._foreground:
-                    screen.show_cell(
-                        cell.nodes,
-                        self._processes.pids(),
-                        self._doors,
-                        self._master.uri,
-                        self._folder,
-                    )
-                ending = "" if self._foreground else "; Ctrl-C ends it"
-                screen.say(f"cell: ready after {time.monotonic() - self._began:.1f} s{ending}")
+                self._announce(cell)
             elif isinstance(action, Explain):
                 self._explain(action)
+
+    def _announce(self, cell: Cell) -> None:
+        """Tell that the cell is ready: to the person here, and to whoever asks for its status."""
+        addresses = screen.page_addresses(self._doors, cell.nodes, self._folder)
+        self._announced.enter_context(announced(self._running(cell, addresses)))
+        seconds = time.monotonic() - self._began
+        if self._foreground:
+            screen.say(f"cell: ready after {seconds:.1f} s")
+            return
+        screen.show_cell(addresses, self._master.uri, self._folder, seconds)
+        if self._shown.browser and addresses:
+            open_page(next(iter(addresses.values())), self._folder / "ros_home")
+
+    def _running(self, cell: Cell, addresses: dict[str, str]) -> RunningCell:
+        """Describe the cell to whoever asks for its status."""
+        pids = self._processes.pids()
+        nodes = [
+            RunningNode(
+                node.name,
+                pids[node.name],
+                " ".join(("rosrun", node.package, node.executable, *node.arguments)),
+                str(self._processes.log_of(node.name)),
+            )
+            for node in cell.nodes
+            if node.name in pids
+        ]
+        doors = {
+            "Twin's web socket": f"ws://{self._doors.gateway.host}:{self._doors.gateway.port}",
+            "Robot's Modbus TCP": f"{self._doors.modbus.host}:{self._doors.modbus.port}",
+        }
+        return RunningCell(
+            pid=os.getpid(),
+            verb=self._shown.verb,
+            robot=self._shown.robot,
+            plant=self._shown.plant,
+            master_uri=self._master.uri,
+            namespace=namespace(),
+            folder=str(self._folder),
+            addresses={**addresses, **doors},
+            nodes=nodes,
+        )
 
     def _explain(self, action: Explain) -> None:
         """Say why the cell ends, with the logs that belong to it."""

@@ -33,7 +33,7 @@ class ZeroOffset(msgspec.Struct, frozen=True):
 class RecordedPlant(msgspec.Struct, frozen=True):
     """What a recording says of its plant.
 
-    Args:
+    Attributes:
         name: File name without its ending.
         description: Stands beside each figure.
         payload_kg: What the tool carries.

@@ -10,6 +10,7 @@ from twin_experiments.document import HEADINGS, paper_rows, report_document, sum
 from twin_experiments.io.report import Report
 from twin_experiments.label.notes import pause_note
 from twin_experiments.label.plant import plant_label
+from twin_experiments.label.verdict import run_verdict
 from twin_experiments.palletising.outcome import SUMMARY
 from twin_experiments.palletising.outcome import summary_rows as summary_of_parts
 from twin_experiments.repeats import HEADINGS as REPEAT_HEADINGS
@@ -47,7 +48,9 @@ def print_report(report: Report, console: Console) -> None:
         pauses = [pause_note(result)] if result.pauses else []
         for text in (*result.reasons, *pauses):
             console.print(f"{result.span.label}: {text}", markup=False, soft_wrap=True)
-    console.print(f"report: {report.folder / 'report.html'}", soft_wrap=True)
+    document = report_document(report.results, reach_mm, config.paper)
+    console.print(run_verdict(document, config.limits), style="bold", markup=False, soft_wrap=True)
+    console.print(f"report: {(report.folder / 'report.html').resolve().as_uri()}", soft_wrap=True)
 
 
 def _print_repeats(report: Report, console: Console) -> None:

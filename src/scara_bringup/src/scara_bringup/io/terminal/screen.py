@@ -1,0 +1,107 @@
+"""What the bring-up shows to a person."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+from rich.console import Console
+from rich.text import Text
+from scara_config import load_robot
+from scara_config.profile import CHOICE, PLANT_CHOICE
+
+from scara_bringup.config import Doors
+from scara_bringup.plan import PANEL, PENDANT_PAGE, NodePlan
+
+DEFAULT_MASTER = "http://127.0.0.1:11311"
+EXAMPLES = (
+    "rosrun fanuc_emulator pendant run ARTICLE",
+    "rosservice call twin_controller/why 5",
+)
+TOKENS = {
+    PANEL: ("OPERATOR_PANEL_TOKEN", "operator_token"),
+    PENDANT_PAGE: ("PENDANT_PAGE_TOKEN", "pendant_token"),
+}
+"""Of each page: the variable that holds its token, else the file in ROS_HOME."""
+TITLES = {PANEL: "Operator's page", PENDANT_PAGE: "Robot's pendant"}
+
+
+def say(text: str) -> None:
+    """Print one message at once."""
+    print(text, flush=True)
+
+
+def complain(text: str) -> None:
+    """Print one message about a fault."""
+    print(f"cell: {text}", file=sys.stderr, flush=True)
+
+
+def show_log(path: str, lines: Iterable[str]) -> None:
+    """Print the last lines of a log."""
+    print(f"--- the last lines of {path}:", file=sys.stderr)
+    for line in lines:
+        print(f"    {line}", file=sys.stderr)
+    sys.stderr.flush()
+
+
+def page_addresses(doors: Doors, nodes: Iterable[NodePlan], folder: Path) -> dict[str, str]:
+    """Return the address with its token of each page that belongs to the cell, by its title."""
+    names = {node.name for node in nodes}
+    places = {PANEL: doors.panel, PENDANT_PAGE: doors.pendant}
+    found = {}
+    for name, door in places.items():
+        if name in names:
+            token = _token(*TOKENS[name], folder)
+            query = f"?token={token}" if token else ""
+            found[TITLES[name]] = f"http://{door.host}:{door.port}/{query}"
+    return found
+
+
+def _token(variable: str, file_name: str, folder: Path) -> str:
+    """Return the token of a page, empty if it cannot be told."""
+    file = folder / "ros_home" / file_name
+    return os.environ.get(variable) or (
+        file.read_text(encoding="ascii").strip() if file.is_file() else ""
+    )
+
+
+def show_cell(addresses: Mapping[str, str], master_uri: str, folder: Path, seconds: float) -> None:
+    """Print what one can do now; the addresses of the pages come last, where nobody misses them.
+
+    All of it goes out in one piece, so that whoever waits for the first line has the last one too.
+    """
+    text = Text()
+    text.append(f"cell: ready after {seconds:.1f} s; Ctrl-C ends it\n")
+    text.append(f"results and logs: {folder}\n")
+    text.append("nodes, what they use and what they say: ./cell status\n")
+    text.append("\nIn another shell, after `source env.sh`:\n")
+    for line in (*_settings(master_uri), _move(), *EXAMPLES):
+        text.append(f"  {line}\n")
+    for title, address in addresses.items():
+        text.append("\n  ")
+        text.append(f" {title.upper()} ", style="bold reverse")
+        text.append("\n  ")
+        text.append(address, style="bold underline")
+        text.append("\n")
+    console = Console(highlight=False, soft_wrap=True)
+    with console.capture() as captured:
+        console.print(text)
+    say(captured.get().rstrip("\n"))
+
+
+def _move() -> str:
+    """Return a call that sends the tool of this very robot somewhere."""
+    x, y, z = list(load_robot().positions_m.values())[-1]
+    return f'rosservice call move_to "{{x: {x}, y: {y}, z: {z}}}"'
+
+
+def _settings(master_uri: str) -> list[str]:
+    """Return the exports without which another shell would not meet this very cell."""
+    wanted = {"ROS_MASTER_URI": master_uri if master_uri != DEFAULT_MASTER else ""}
+    wanted |= {
+        name: os.environ.get(name, "")
+        for name in ("ROS_NAMESPACE", "SCARA_CONFIG_DIR", CHOICE, PLANT_CHOICE)
+    }
+    return [f"export {name}={value}" for name, value in wanted.items() if value]

@@ -1,0 +1,90 @@
+"""The tutorial and the example scripts do what they say, in a cell as its reader starts one."""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from fanuc_emulator.config import load_programs
+from harness.live_cell import LiveCell
+from harness.workspace import ROOT
+from harness.yaml_files import copy_configuration
+from scara_config import load_robot
+
+pytestmark = pytest.mark.system
+
+TUTORIAL = (ROOT / "docs" / "learn" / "tutorial.md").read_text(encoding="utf-8")
+EXAMPLES = sorted(file.name for file in (ROOT / "examples").glob("*.py"))
+
+
+def own_program(config: Path) -> None:
+    """Write the tutorial's program where it says."""
+    (text,) = re.findall(r"<!-- program: .*?-->\n```yaml\n(.*?)```", TUTORIAL, re.DOTALL)
+    (config / "programs" / "mine.yaml").write_text(text)
+
+
+@pytest.fixture(scope="module")
+def cell(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LiveCell]:
+    """Start a cell with the tutorial's program."""
+    folder = tmp_path_factory.mktemp("tutorial")
+    config = copy_configuration(folder / "config")
+    own_program(config)
+    cell = LiveCell(folder)
+    try:
+        cell.wait_ready(cell.start(env={"SCARA_CONFIG_DIR": str(config)}))
+        yield cell
+    finally:
+        cell.close()
+
+
+def test_the_tutorials_program_loads(tmp_path: Path) -> None:
+    """Its name and its number are free."""
+    config = copy_configuration(tmp_path / "config")
+    own_program(config)
+    assert "MINE" in {one.name for one in load_programs(load_robot(config), config).values()}
+
+
+def test_the_tutorials_program_runs(cell: LiveCell) -> None:
+    """By the two lines of the tutorial."""
+
+    def scene() -> None:
+        for line in ("override 100", "run MINE"):
+            assert f"rosrun fanuc_emulator pendant {line}\n" in TUTORIAL
+            cell.tool("rosrun", "fanuc_emulator", "pendant", *line.split())
+        assert "MINE" in cell.tool("rosrun", "fanuc_emulator", "pendant", "status")
+        cell.tool("rosrun", "fanuc_emulator", "pendant", "abort")
+        cell.make_ready()
+
+    cell.beside_lost_links(scene)
+
+
+def test_the_tutorial_names_every_example() -> None:
+    """One that nobody finds helps nobody."""
+    assert [name for name in EXAMPLES if name not in TUTORIAL] == []
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("move_and_watch.py", r"TWIN_LEADS: [^\n]*\n(?:.*\n)*?at \(0\.51, -0\.16, 0\.16\): "),
+        ("read_robot_over_modbus.py", r"J1 +-?\d+\.\d{3}\n(?:J\d .*\n){4}"),
+        ("roslibpy_first_steps.py", r"joint_1"),
+    ],
+)
+def test_an_example_runs_as_it_is(cell: LiveCell, name: str, said: str) -> None:
+    """With the port of this cell where it takes one."""
+    ports = {
+        "read_robot_over_modbus.py": [str(cell.modbus_port)],
+        "roslibpy_first_steps.py": [str(cell.gateway_port)],
+    }
+    output: list[str] = []
+
+    def scene() -> None:
+        words = (sys.executable, str(ROOT / "examples" / name), *ports.get(name, []))
+        output[:] = [cell.tool(*words)]
+
+    cell.beside_lost_links(scene)
+    assert re.search(said, output[0]), output[0]

@@ -1,0 +1,123 @@
+"""What runs can be seen: which cells, what each node uses, and what it says about itself."""
+
+from __future__ import annotations
+
+import os
+import stat
+import subprocess
+from pathlib import Path
+
+import msgspec
+import pytest
+from harness.processes import wait_until
+from scara_bringup.io.status import running
+from scara_bringup.io.status.usage import usage_of
+from scara_bringup.io.terminal.browser import find_opener, open_page
+from scara_bringup.io.terminal.screen import page_addresses, show_cell
+from scara_bringup.plan import cell_plan
+from scara_bringup.status import Said, Usage, in_words, node_state
+from unit.scara_bringup.test_plan import DOORS
+
+OK, WARN, ERROR = Said(0, "a", "fine"), Said(1, "b", "late"), Said(2, "c", "gone")
+
+
+@pytest.mark.parametrize(
+    ("said", "words"),
+    [
+        ((), "-"),
+        ((OK,), "ok"),
+        ((OK, WARN), "warning: late"),
+        ((WARN, OK, ERROR), "ERROR: gone (and 1 more)"),
+    ],
+)
+def test_the_worst_that_a_node_says_is_shown(said: tuple[Said, ...], words: str) -> None:
+    """What is fine needs one word."""
+    state = node_state("n", 1, Usage(1.0, 50.0), Usage(1.3, 60.0), 1.5, said)
+    assert in_words(state) == words
+    assert state.cpu_percent == pytest.approx(20.0) and state.memory_mb == 60.0
+
+
+def test_a_node_that_has_ended_says_nothing_else() -> None:
+    """Whatever it said before."""
+    state = node_state("n", 1, Usage(1.0, 50.0), None, 1.5, (OK,))
+    assert not state.alive and in_words(state) == "ENDED: see its log"
+
+
+def test_processor_time_and_memory_are_the_kernels() -> None:
+    """Of this very process; one that is gone has none."""
+    used = usage_of(os.getpid())
+    assert used is not None and used.processor_s > 0.0 and used.memory_mb > 1.0
+    ended = subprocess.Popen(["true"])
+    wait_until(lambda: usage_of(ended.pid) is None, 5.0, "a process that has ended")
+    ended.wait()
+    assert usage_of(ended.pid) is None
+
+
+def cell_of(pid: int, folder: Path) -> running.RunningCell:
+    """Describe a cell."""
+    nodes = [running.RunningNode("gateway", 1, "rosrun a b", "log")]
+    uri = "http://127.0.0.1:11311"
+    return running.RunningCell(pid, "up", "r", "ideal", uri, "/", str(folder), {}, nodes)
+
+
+def test_a_cell_is_found_while_it_runs_and_by_its_user_only(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Its file holds the pages' tokens."""
+    monkeypatch.setenv("CELL_ROOT", str(tmp_path))
+    words = ["bash", "-c", "exec -a cell sleep 100"]
+    with subprocess.Popen(words) as process:
+        wait_until(lambda: running.is_bring_up(process.pid), 5.0, "a process called cell")
+        cell = cell_of(process.pid, tmp_path)
+        with running.announced(cell):
+            assert running.running_cells() == [cell]
+            file = tmp_path / running.FILE
+            assert stat.S_IMODE(file.stat().st_mode) == 0o600
+            assert msgspec.json.decode(file.read_bytes(), type=running.RunningCell) == cell
+        assert running.running_cells() == []
+        process.kill()
+
+
+def test_a_cell_that_was_killed_is_forgotten(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Its link is left behind, and its number may be another process's by now."""
+    monkeypatch.setenv("CELL_ROOT", str(tmp_path))
+    with running.announced(cell_of(os.getppid(), tmp_path)):
+        assert running.running_cells() == []
+        assert list(running.index().iterdir()) == []
+    assert not running.index().exists()
+
+
+def test_a_browser_is_opened_only_where_there_is_a_display(tmp_path: Path) -> None:
+    """The token is on no command line: the browser gets a file that this user alone can read."""
+    seen, opener = tmp_path / "seen", tmp_path / "open"
+    opener.write_text(f'#!/bin/sh\necho "$@" >{seen}.part && mv {seen}.part {seen}\n')
+    opener.chmod(0o755)
+    address = "http://127.0.0.1:8080/?token=secret-of-the-tests"
+    env = {"BROWSER": str(opener), "PATH": os.environ["PATH"]}
+    assert find_opener(env) == "" and not open_page(address, tmp_path, env)
+    assert open_page(address, tmp_path, {**env, "DISPLAY": ":9"})
+    wait_until(seen.is_file, 5.0, "the browser")
+    told = seen.read_text().strip()
+    assert "secret" not in told and told.startswith("file://")
+    page = Path(told.removeprefix("file://"))
+    assert f"url={address}" in page.read_text() and stat.S_IMODE(page.stat().st_mode) == 0o600
+
+
+def test_the_addresses_of_the_pages_come_last(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Nothing stands below them, and all of it fits on a screen of 24 lines and 80 columns."""
+    monkeypatch.setenv("OPERATOR_PANEL_TOKEN", "t" * 43)
+    monkeypatch.setenv("PENDANT_PAGE_TOKEN", "u" * 43)
+    for name in ("ROS_NAMESPACE", "SCARA_CONFIG_DIR"):
+        monkeypatch.delenv(name, raising=False)
+    addresses = page_addresses(DOORS, cell_plan(DOORS, with_panel=True), tmp_path)
+    show_cell(addresses, "http://127.0.0.1:11311", Path("runs/now"), 5.0)
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == "cell: ready after 5.0 s; Ctrl-C ends it"
+    assert lines[-1].strip() == f"http://127.0.0.1:18090/?token={'u' * 43}"
+    assert f"http://127.0.0.1:18080/?token={'t' * 43}" in [line.strip() for line in lines[-4:]]
+    assert len(lines) <= 23 and max(map(len, lines)) <= 80
+    assert page_addresses(DOORS, cell_plan(DOORS), tmp_path) == {}

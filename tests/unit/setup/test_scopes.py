@@ -1,0 +1,85 @@
+"""What a cell needs and what tests need are set up apart."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from harness.workspace import ROOT
+from unit.setup.test_setup import bash, tree
+
+__all__ = ["tree"]
+
+
+def test_a_cell_asks_for_less_than_its_tests(tree: Path) -> None:
+    """No browser and no type checker for who only wants to see the robots move."""
+    run, test = (
+        set(bash(tree, f"scope={scope}; wanted_packages").stdout.split())
+        for scope in ("run", "test")
+    )
+    assert run < test and {"chromium", "mbpoll", "python3-pykdl", "catkin-lint"} <= test - run
+    assert {"python3-rospy", "catkin"} <= run
+
+
+def test_each_verb_sets_up_what_it_needs() -> None:
+    """What continuous integration calls needs everything."""
+    text = (ROOT / "cell").read_text()
+    for verb in ("test", "bench", "check", "docs"):
+        (body,) = re.findall(rf"^  {verb}\)(.*?);;", text, re.MULTILINE | re.DOTALL)
+        assert body.index("scope=test") < body.index("ensure_setup"), verb
+    (body,) = re.findall(r"^  demo \| up \| status\)(.*?);;", text, re.MULTILINE | re.DOTALL)
+    assert "scope" not in body
+
+
+@pytest.mark.parametrize(
+    ("before", "change", "count"),
+    [
+        ("", "", 1),
+        ("scope=test; ", "", 2),
+        ("scope=test; ", "echo '# new' >>setup/pins_test.txt", 1),
+        ("", "echo '# new' >>setup/pins_test.txt", 0),
+    ],
+    ids=["run", "test", "changed", "changed for tests only"],
+)
+def test_libraries_of_the_tests_are_installed_beside_and_once(
+    tree: Path, before: str, change: str, count: int
+) -> None:
+    """A cell never waits for what only tests have changed."""
+    install = (
+        "run_step() { echo installed; mkdir -p $venv/bin; touch $venv/bin/python; "
+        "chmod +x $venv/bin/python; }; "
+    )
+    first = f"{install}{before}step_python"
+    done = bash(tree, first)
+    if change:
+        done = bash(tree, f"{change}; {first}")
+    assert done.stdout.count("installed") == count, done.stdout + done.stderr
+    assert bash(tree, first).stdout.count("installed") == 0
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("", "name a folder for the machine"),
+        ("FOLDER", "was not made by this script"),
+    ],
+)
+def test_the_fresh_machine_is_made_where_nothing_is_lost(
+    tmp_path: Path, words: str, said: str
+) -> None:
+    """A folder of a person is never emptied."""
+    (tmp_path / "precious").write_text("x")
+    command = f"setup/fresh_machine.sh {words.replace('FOLDER', str(tmp_path))}"
+    pretended = "debootstrap() { :; }; id() { echo 0; }; export -f debootstrap id; "
+    done = bash(ROOT, f"{pretended}{command}")
+    assert done.returncode == 1 and said in done.stderr, done.stderr
+    assert (tmp_path / "precious").read_text() == "x"
+
+
+def test_the_container_holds_what_a_cell_needs() -> None:
+    """And nothing of this folder's own builds."""
+    text = (ROOT / "setup" / "Containerfile").read_text()
+    assert "FROM debian:12" in text and "./cell setup run" in text
+    ignored = (ROOT / ".dockerignore").read_text().split("\n")
+    assert {".venv", "build", "devel", "runs"} <= set(ignored)
