@@ -48,12 +48,6 @@ MODULES = {"tomllib", "wsgiref.types", "annotationlib", "string.templatelib", "c
 METHODS = {"add_note", "from_uri", "full_match", "walk_up", "with_segments"}
 SEPARATE = {"asyncio.wait_for", "asyncio.wait", "asyncio.timeout"}
 """What they raise is TimeoutError since 3.11 only; before, it was ``asyncio.TimeoutError``."""
-OWED = {
-    "src/twin_controller/src/twin_controller/core/actions.py": {"enum.StrEnum"},
-    "src/twin_controller/src/twin_controller/core/lead/modes.py": {"enum.StrEnum"},
-    "src/twin_controller/src/twin_controller/core/orders/order.py": {"enum.StrEnum"},
-}
-"""What is still there; ``scara_config.text_enum.StrEnum`` takes its place."""
 FILES = sorted(
     path
     for folder in ("config", "src", "tests", "bench", "setup", "examples", "docs")
@@ -107,7 +101,7 @@ def test_no_source_needs_a_newer_python() -> None:
     found = {
         str(path.relative_to(ROOT)): set(newer(path.read_text(encoding="utf-8"))) for path in FILES
     }
-    assert {name: names for name, names in found.items() if names} == OWED
+    assert {name: names for name, names in found.items() if names} == {}
 
 
 def test_ruff_refuses_newer_syntax() -> None:
