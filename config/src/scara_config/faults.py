@@ -6,6 +6,7 @@ msgspec stops at the first fault. A person who mends a file wants all of them at
 from __future__ import annotations
 
 import difflib
+import functools
 import re
 import types
 import typing
@@ -23,6 +24,7 @@ _STEP = re.compile(r"\.?([^.\[\]]+)|\[(\d+)\]")
 _AT = re.compile(r"^(?P<what>.*?)(?: - at `\$(?P<path>.*)`)?$", re.DOTALL)
 _NEAR = 0.6  # our choice: two letters of a short word may differ
 _SHOWN = 80
+_UNIONS = (typing.Union, types.UnionType)
 
 
 class Fault(NamedTuple):
@@ -137,18 +139,29 @@ def _faults(value: Any, kind: Any, keys: Keys) -> Iterator[Fault]:
         match = _AT.match(str(error))
         what, path = (match["what"], match["path"] or "") if match else (str(error), "")
         # A path of a mapping's unnamed key cannot be followed: the whole mapping is named then.
-        place = keys if "[...]" in path else (*keys, *keys_of(path))
+        inner = () if "[...]" in path else keys_of(path)
+        there = functools.reduce(_part, inner, value)
         choices = [str(choice) for choice in typing.get_args(_bare(kind))]
         meant = nearest(value, choices) if isinstance(value, str) else ""
         if choices and typing.get_origin(_bare(kind)) is typing.Literal:
             what = f"{what}, allowed are {', '.join(choices)}"
-        yield Fault(place, value, what, meant=meant)
+        yield Fault((*keys, *inner), there, what, meant=meant)
+
+
+def _part(value: Any, key: str | int) -> Any:
+    """Return what stands under a key; None if nothing does."""
+    try:
+        return value[key]
+    except (LookupError, TypeError):
+        return None
 
 
 def _below(value: Any, kind: Any, keys: Keys) -> Iterator[Fault]:
     """Yield what is wrong with the parts of a mapping or list."""
     kind = _member(value, _bare(kind))
     origin, arguments = typing.get_origin(kind), typing.get_args(kind)
+    if origin in _UNIONS:
+        return  # nobody knows which of them was meant: what is wrong is wrong with the whole
     if isinstance(kind, type) and issubclass(kind, msgspec.Struct) and isinstance(value, dict):
         yield from _of_struct(value, kind, keys)
     elif origin is not None and isinstance(value, dict) and len(arguments) == 2:
@@ -188,7 +201,7 @@ def _bare(kind: Any) -> Any:
 
 def _member(value: Any, kind: Any) -> Any:
     """Return the member of a union that ``value`` was meant for; another type as it is."""
-    if typing.get_origin(kind) not in (typing.Union, types.UnionType):
+    if typing.get_origin(kind) not in _UNIONS:
         return kind
     members = [_bare(member) for member in typing.get_args(kind)]
     if isinstance(value, Mapping):

@@ -23,6 +23,7 @@ CELLS = (
 """Whole cells and browsers: each wants one of two cores for itself."""
 TIMED = (
     "tests/unit/bench/test_journal.py",
+    "tests/unit/fanuc_emulator/modbus/",
     "tests/unit/fanuc_emulator/nodes/",
     "tests/unit/fanuc_emulator/other/",
     "tests/unit/fanuc_emulator/test_modbus_server.py",
@@ -39,6 +40,7 @@ TIMED = (
     "tests/unit/scara_ros/",
     "tests/unit/setup/",
     "tests/unit/twin_controller/io/",
+    "tests/unit/twin_controller/nodes/",
 )
 """Unit tests with sockets, threads or processes: they wait for answers, and for time to pass."""
 SHARED = {

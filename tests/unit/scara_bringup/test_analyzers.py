@@ -35,13 +35,14 @@ def told() -> set[str]:
     for node, name in (
         ("simulator", "physics"),
         ("simulator", "parts"),
+        ("simulator", "payload"),
         ("camera", "pictures"),
         ("gateway", "web socket"),
     ):
         assert f"get_name()}}: {name}" in text
         names.add(f"/{node}: {name}")
     count = len(re.findall(r"get_name\(\)\}: [a-z]", text))
-    assert count == 4, "a status was added: name it here and in analyzers.yaml"
+    assert count == 5, "a status was added: name it here and in analyzers.yaml"
     return names | {"/recorder", "/motion_server/log"}
 
 

@@ -53,6 +53,6 @@ def test_this_workspace_has_all_fields() -> None:
     """Versions of what decides the figures, and the number of cores."""
     here = this_workspace()
     assert list(here.versions) == ["twin_experiments", "Python", "numpy", "pybullet"]
-    assert here.versions["twin_experiments"] == "0.1.0"
+    assert here.versions["twin_experiments"] == "1.0.0"
     assert here.cores == os.cpu_count()
     assert here.now.tzinfo is not None

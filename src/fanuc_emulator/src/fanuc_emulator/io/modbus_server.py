@@ -12,6 +12,7 @@ import struct
 import threading
 import traceback
 from collections.abc import Callable
+from typing import Any
 
 import pymodbus
 from pymodbus.constants import ExcCodes
@@ -158,7 +159,8 @@ class RobotServer:
             await asyncio.sleep(half)
         try:
             # The two methods of its context that a request uses are those of our datastore.
-            answer = await request.datastore_update(self._datastore, self._unit)  # type: ignore[arg-type]
+            store: Any = self._datastore
+            answer = await request.datastore_update(store, self._unit)
         except Exception:
             self._tell(f"could not answer {pdu.hex()}:\n{traceback.format_exc()}")
             return ExceptionResponse(pdu[0], ExcCodes.DEVICE_FAILURE)

@@ -53,7 +53,7 @@ class Reporter:
             return Answer(False, f"the report cannot be started: {error}")
         try:
             _, said = await asyncio.wait_for(process.communicate(), self._timeout)
-        except TimeoutError:
+        except asyncio.TimeoutError:
             process.kill()
             await process.wait()
             return Answer(

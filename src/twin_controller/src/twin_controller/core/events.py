@@ -49,7 +49,6 @@ class RealMeasured(Event, frozen=True, tag="real"):
         received: When the answer was complete.
         clock_ms: The robot's own clock when the position was true.
         own_program: The robot moves by a program of its own, not by our set points.
-        program: The name of its running or last program; empty if it tells none.
         streaming: The robot's stream program runs and follows our set points.
         paused: A program is paused, or the robot is held.
         drives_on: Servo power is on.
@@ -62,6 +61,7 @@ class RealMeasured(Event, frozen=True, tag="real"):
         ring_places: How many set points it takes ahead of their time; 0: none.
         ring_read: Number of the one that it took last, 1..32760; 0 before the first.
         ring_underruns: So often it had none left.
+        program: The name of its running or last program; empty if it tells none.
     """
 
     sent: float
@@ -70,7 +70,6 @@ class RealMeasured(Event, frozen=True, tag="real"):
     q: Joints
     qdot: Joints
     own_program: bool = False
-    program: str = ""
     streaming: bool = False
     paused: bool = False
     drives_on: bool = True
@@ -84,6 +83,7 @@ class RealMeasured(Event, frozen=True, tag="real"):
     ring_places: int = 0
     ring_read: int = 0
     ring_underruns: int = 0
+    program: str = ""
 
 
 class RealAlarm(Event, frozen=True, tag="alarm"):

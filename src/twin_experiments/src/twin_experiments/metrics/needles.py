@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from enum import StrEnum
 
 import numpy as np
+from scara_config.text_enum import StrEnum
 from scipy.signal import find_peaks
 
 from twin_experiments.metrics.errors import Move, Trace
