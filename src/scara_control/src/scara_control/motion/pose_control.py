@@ -126,7 +126,11 @@ class PoseController:
         if not (math.isfinite(percent) and 1.0 <= percent <= 100.0):
             self._message = f"speed_limit_percent = {percent:g} is outside [1, 100]"
             raise MotionRefusedError(self._message)
-        self._cap.set(float(percent), now + self._driver.follower.delay)
+        follower, due = self._driver.follower, now + self._driver.follower.delay
+        # What it was given ahead of its time is slower: a controller that stands still meanwhile
+        # cannot take it back. A lower cap never waits for that.
+        later = follower.ahead if percent > self._cap.newest else 0.0
+        self._cap.set(float(percent), due + later)
 
     def carry(self, load: Load | None) -> None:
         """Plan from now on for what hangs at the tool; None: nothing."""
