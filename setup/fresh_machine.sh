@@ -67,7 +67,8 @@ make_machine() {
 mirror_of_this_machine() {
   local found
   found=$(apt-get indextargets --format '$(SITE)' 'Codename: bookworm' 'Created-By: Packages' 2>/dev/null | head -n 1)
-  echo "${found:-http://deb.debian.org/debian}"
+  [ -n "$found" ] || refuse "this machine's apt sources name no mirror: set DEBIAN_MIRROR"
+  echo "$found"
 }
 
 # Run the command in a copy of the committed state: person, their home.

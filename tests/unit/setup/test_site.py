@@ -89,4 +89,4 @@ def test_the_site_has_messages_modules_and_the_tutorial(site: Path) -> None:
     kinematics = (site / "reference" / "modules" / "scara_control.html").read_text()
     assert "forward_kinematics" in kinematics and "Homogeneous transform" in kinematics
     assert "The first move" in (site / "learn" / "tutorial.html").read_text()
-    assert "Two commands" in (site / "index.html").read_text()
+    assert "Start it" in (site / "index.html").read_text()
