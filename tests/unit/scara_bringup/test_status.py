@@ -83,9 +83,11 @@ def test_a_cell_that_was_killed_is_forgotten(
 ) -> None:
     """Its link is left behind, and its number may be another process's by now."""
     monkeypatch.setenv("CELL_ROOT", str(tmp_path))
-    with running.announced(cell_of(os.getppid(), tmp_path)):
-        assert running.running_cells() == []
-        assert list(running.index().iterdir()) == []
+    with subprocess.Popen(["sleep", "100"]) as other:
+        with running.announced(cell_of(other.pid, tmp_path)):
+            assert running.running_cells() == []
+            assert list(running.index().iterdir()) == []
+        other.kill()
     assert not running.index().exists()
 
 
