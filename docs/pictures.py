@@ -152,7 +152,7 @@ def follows(page: Page) -> None:
     """Wait until the twin follows in the middle of a program."""
     expect(page.locator('[data-live="mode"]')).to_have_text("Real robot leads", timeout=60_000)
     expect(page.locator('[data-live="motion"]')).to_have_text("both move", timeout=60_000)
-    moved = page.locator('[data-live="robot.program"]')
+    moved = page.locator('[data-live="robot.program"]').first
     expect(moved).to_have_text(re.compile("line [4-8] running"), timeout=60_000)
 
 
@@ -352,9 +352,9 @@ def main() -> None:
         try:
             with sync_playwright() as playwright:
                 browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-                take_film(cell, browser, out)
                 if not only_film:
                     take_pages(cell, browser, out)
+                take_film(cell, browser, out)
                 browser.close()
             if not only_film:
                 take_camera(cell, out)
