@@ -225,6 +225,33 @@ def test_page_of_an_earlier_server_is_told_to_load_again(panel: Panel) -> None:
         live.recv(timeout=10.0)
 
 
+class HeldButton:
+    """A jog button under a finger: a sign each 50 ms.
+
+    A press ends for good when its signs stay away, as they do when this machine stands still. A
+    person then presses again, and so does this: a press lasts for forty signs.
+    """
+
+    def __init__(self, live: ClientConnection, joint: str, direction: int) -> None:
+        """Press nothing yet."""
+        self._live = live
+        self._joint, self._direction = joint, direction
+        self._sent = 0
+        self.press = 0
+
+    def sign(self) -> None:
+        """Send a sign and wait for the next one's time."""
+        self.press = 7 + self._sent // 40
+        self._sent += 1
+        self.late_sign()
+        time.sleep(0.05)
+
+    def late_sign(self) -> None:
+        """Send a sign of the press that was last."""
+        sign = {"hold": self.press, "joint": self._joint, "direction": self._direction}
+        self._live.send(json.dumps(sign | {"percent": 2}))
+
+
 def test_jog_is_sent_while_signs_come_and_ends_with_a_zero(
     ros_module: Ros, operator: ClientConnection
 ) -> None:
@@ -232,22 +259,21 @@ def test_jog_is_sent_while_signs_come_and_ends_with_a_zero(
     from control_msgs.msg import JointJog
 
     jogs = ros_module.collect("joint_vel_controller/command", JointJog)
-    sent = 0
+    button = HeldButton(operator, "joint_3", -1)
 
-    def hold() -> bool:
-        nonlocal sent
-        operator.send('{"hold": 7, "joint": "joint_3", "direction": -1, "percent": 2}')
-        sent += 1
-        time.sleep(0.05)
-        return len(jogs) >= 10
+    def moves() -> list[tuple[tuple[str, ...], float]]:
+        named = [(tuple(jog.joint_names), round(jog.velocities[0], 6)) for jog in jogs]
+        return [(names, velocity) for names, velocity in named if velocity]
 
-    wait_until(hold, 20.0, "jog commands", period=0.0)
-    assert {(tuple(jog.joint_names), round(jog.velocities[0], 6)) for jog in jogs} == {
-        (("joint_3",), -0.04)
-    }
+    def held() -> bool:
+        button.sign()
+        return len(moves()) >= 10
+
+    wait_until(held, 20.0, "jog commands", period=0.0)
+    assert set(moves()) == {(("joint_3",), -0.04)}
     wait_until(lambda: jogs[-1].velocities == (0.0,), 5.0, "the zero")
     count = len(jogs)
-    operator.send('{"hold": 7, "joint": "joint_3", "direction": -1, "percent": 2}')
+    button.late_sign()
     for _ in range(20):
         heard(operator, "frame")
     assert len(jogs) == count, "a late sign of the same press started the joint again"
@@ -259,13 +285,13 @@ def test_lost_page_stops_its_joint(ros_module: Ros, panel: Panel, stand_in: Stan
 
     jogs = ros_module.collect("joint_vel_controller/command", JointJog)
     with in_control(panel, stand_in) as live:
+        button = HeldButton(live, "table_joint", 1)
 
-        def hold() -> bool:
-            live.send('{"hold": 1, "joint": "table_joint", "direction": 1, "percent": 2}')
-            time.sleep(0.05)
-            return bool(jogs)
+        def held() -> bool:
+            button.sign()
+            return bool(jogs) and jogs[-1].velocities != (0.0,)
 
-        wait_until(hold, 20.0, "a jog command", period=0.0)
+        wait_until(held, 20.0, "a jog command", period=0.0)
     wait_until(lambda: jogs[-1].velocities == (0.0,), 5.0, "the zero")
 
 

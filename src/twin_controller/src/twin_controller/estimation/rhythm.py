@@ -14,6 +14,7 @@ then what their distance from our own clock varies by tells how rough they are.
 from __future__ import annotations
 
 import math
+from functools import cached_property
 
 import msgspec
 
@@ -37,8 +38,11 @@ CLEAR = 0.4
 """A stamp within this part of a period tells its reading from the ones beside it."""
 
 
-class Rhythm(msgspec.Struct, frozen=True):
-    """What the stamps of a robot's readings have shown so far."""
+class Rhythm(msgspec.Struct, frozen=True, dict=True):
+    """What the stamps of a robot's readings have shown so far.
+
+    It never changes, so its period is looked for once: each reading is asked for it several times.
+    """
 
     # Readings seen, at most FORGET.
     count: int = 0
@@ -101,7 +105,7 @@ class Rhythm(msgspec.Struct, frozen=True):
         """How far what :meth:`instant` gives may be from the reading [s]."""
         return 0.0 if self.corrects else self.roughness
 
-    @property
+    @cached_property
     def _period_ms(self) -> int:
         if not self.known:
             return ASSUMED_MS
