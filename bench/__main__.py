@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -36,6 +36,7 @@ class Options:
     console: Console
     first: int = 0
     scene: int | None = None
+    rows: tuple[str, ...] = ()
 
 
 def _faults(options: Options) -> list[Row]:
@@ -62,7 +63,7 @@ def _variations(options: Options) -> list[Row]:
 def _demos(options: Options) -> list[Row]:
     from bench.demos import run
 
-    return run(_seeds(options), options.folder, options.console)
+    return run(_seeds(options), options.rows, options.folder, options.console)
 
 
 def _day(options: Options) -> list[Row]:
@@ -115,7 +116,8 @@ def main(
         bool,
         typer.Option(
             "--demos",
-            help="The demo of both plants at 50 and 100 %, --seeds times each; docs/benchmarks.md.",
+            help="The demo of both plants at 50 and 100 %, --seeds times each, all or ROW ... "
+            "(ideal_50 ideal_100 field_50 field_100); docs/benchmarks.md.",
         ),
     ] = False,
     day: Annotated[
@@ -192,25 +194,23 @@ def main(
     if continued and chosen not in (["faults"], ["storm"]):
         typer.echo("--continue: allowed with --faults or --storm alone", err=True)
         raise typer.Exit(2)
+    if chosen == ["demos"]:
+        from bench.demos import NAMES
+
+        _check_rows(rows, NAMES)
     if show or not chosen:
         from bench.rows import names
         from bench.run import measure
 
-        unknown = sorted(set(rows or ()) - set(names()))
-        if unknown or show:
-            typer.echo(
-                "\n".join(
-                    [f"no row is called {name}" for name in unknown]
-                    + ["rows: " + " ".join(names())]
-                ),
-                err=not show,
-            )
-            raise typer.Exit(0 if show and not unknown else 2)
+        _check_rows(rows, names())
+        if show:
+            typer.echo("rows: " + " ".join(names()))
+            raise typer.Exit(0)
     if not chosen:
         raise typer.Exit(0 if measure(rows or [], _folder(False), console, as_json) else 1)
     try:
         folder = _folder(continued, "storm" if chosen == ["storm"] else "bench")
-        options = Options(seeds, minutes, folder, console, first, scene)
+        options = Options(seeds, minutes, folder, console, first, scene, tuple(rows or ()))
         measured = [row for name in chosen for row in SECTIONS[name](options)]
     except JournalError as error:
         typer.echo(str(error), err=True)
@@ -223,6 +223,15 @@ def main(
     broken = sum(not row.holds for row in measured)
     console.print(f"{len(measured)} rows, {broken} beyond their limit; {folder / 'bench.json'}")
     raise typer.Exit(1 if broken else 0)
+
+
+def _check_rows(rows: list[str] | None, known: Sequence[str]) -> None:
+    """End with exit code 2 where a row is not known."""
+    unknown = sorted(set(rows or ()) - set(known))
+    if unknown:
+        lines = [f"no row is called {name}" for name in unknown]
+        typer.echo("\n".join([*lines, "rows: " + " ".join(known)]), err=True)
+        raise typer.Exit(2)
 
 
 def _folder(continued: bool, kind: str = "bench") -> Path:

@@ -31,13 +31,22 @@ SERIES = (("ideal", 50.0), ("ideal", 100.0), ("field", 50.0), ("field", 100.0))
 SPEED = re.compile(r"\bspeed_percent: [0-9.]+")
 
 
-def run(repeats: int, folder: Path, console: Console) -> list[Row]:
-    """Run the demo ``repeats`` times for each of SERIES, keep the figures and write the pages.
+def series_name(plant: str, speed: float) -> str:
+    """Return how a series is asked for, such as ``field_100``."""
+    return f"{plant}_{speed:g}"
+
+
+NAMES = tuple(series_name(*series) for series in SERIES)
+
+
+def run(repeats: int, wanted: Sequence[str], folder: Path, console: Console) -> list[Row]:
+    """Run the demo ``repeats`` times for each series, keep the figures and write the pages.
 
     The pages are written after each series: one that is ended keeps those before it.
 
     Args:
         repeats: How many runs of each; one that ends without a report is counted and said.
+        wanted: Some of NAMES: the others stay as they were measured last; all if empty.
         folder: Where bags and reports go.
         console: For progress.
 
@@ -47,11 +56,15 @@ def run(repeats: int, folder: Path, console: Console) -> list[Row]:
     Raises:
         ValueError: See :func:`label`.
     """
-    load, entries, rows = os.getloadavg()[0], [], []
+    load, rows = os.getloadavg()[0], []
     for plant, speed in SERIES:
-        entry = _series(plant, speed, repeats, folder / f"{plant}_{speed:g}", console)
-        entries.append(page.measured(entry, load))
-        page.write({**page.so_far(), "demos": entries})
+        name = series_name(plant, speed)
+        if wanted and name not in wanted:
+            continue
+        entry = _series(plant, speed, repeats, folder / name, console)
+        known = {each["series"]: each for each in page.so_far().get("demos", ())}
+        known[name] = page.measured({"series": name, **entry}, load)
+        page.write({**page.so_far(), "demos": [known[each] for each in NAMES if each in known]})
         rows += [
             Row(
                 f"demo, {plant}, {speed:g} %: {name}", what, limit, _worst(entry["runs"], name, key)

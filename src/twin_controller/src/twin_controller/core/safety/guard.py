@@ -137,7 +137,9 @@ def _zone_ahead(setup: Setup, guard: Guard, real: RealSide, ahead: Ways) -> tupl
     reached = _reached(setup, real, braking)
     stop = stop_from(q, real.last.qdot, reached, braking)
     violation = heads_into(setup.points, setup.keep_out, q, stop)
-    return violation, _allowed_share(setup, guard, q, reached, _asked(real))
+    # The override is slower than a stop: by then the robot may be faster, too.
+    slowing = Braking(setup.braking, cell.slowing_delay_ms * 1e-3, together=own)
+    return violation, _allowed_share(setup, guard, q, _reached(setup, real, slowing), _asked(real))
 
 
 def _reached(setup: Setup, real: RealSide, braking: Braking) -> Joints:
