@@ -146,6 +146,15 @@ def _costs_over(cell: LiveCell, action: Callable[[], object]) -> dict[str, Cost]
     return costs
 
 
+def process_id(cell: LiveCell, name: str) -> int:
+    """Return the process of a node.
+
+    Raises:
+        KeyError: No such node runs.
+    """
+    return _counts(cell)[name][0]
+
+
 def _counts(cell: LiveCell) -> Mapping[str, tuple[int, int, dict[str, int]]]:
     """Return what all that the cell has started has taken so far.
 

@@ -20,7 +20,7 @@ GROUPS = {
     "wires": ("modbus_read", "loop_jitter"),
     "ros": ("service_call", "gateway"),
     "cells": ("sync_error", "sync_error_slow", "state_age", "cell_cost", "start"),
-    "pauses": ("pause_twin_leads", "pause_real_leads"),
+    "pauses": ("pause_twin_leads", "pause_real_leads", "stopped_twin_leads"),
     "oracles": ("oracle_kinematics", "oracle_dynamics"),
     "recording": ("recorder_write", "recorder_loss", "report"),
 }

@@ -1,15 +1,20 @@
-"""Rows of a machine that stands still now and then: pause_twin_leads, pause_real_leads.
+"""Rows of a machine that stands still now and then.
 
-In virtual time, so that the pauses of this machine are not measured with those of the row.
+pause_twin_leads and pause_real_leads in virtual time, so that the pauses of this machine are not
+measured with those of the row; stopped_twin_leads with a whole cell.
 """
 
 from __future__ import annotations
 
 import statistics
+from random import Random
 
 from harness.plants.trials import run_trial
 from harness.plants.variants import IDEAL, Variant
 
+from bench.cells.cell_run import run_experiments, running_cell
+from bench.cells.stopped import LENGTHS, Stops, while_it_moved
+from bench.cells.whole_cell import process_id
 from bench.record import Beside, Goal, Record
 from bench.room import Room
 
@@ -18,6 +23,9 @@ ARTICLE = Goal("ours", 5.0)
 """The article's path error [percent of reach]."""
 UNSEEN = Goal("ratio", 1.2)
 """A robot that has its set points ahead of their time goes on by them; our choice."""
+STOPPED = Goal("ratio", 1.5)
+"""Of a live cell, whose rounds lie apart by themselves."""
+REPEATS = 5
 SHORT_MS, LONG_MS = 20, 50
 PHASES_S = (0.9, 1.1, 1.3)
 """When the first pause begins: another part of the motion each time."""
@@ -31,6 +39,44 @@ def pause_twin_leads(room: Room) -> Record:
 def pause_real_leads(room: Room) -> Record:
     """The controller stands still while the twin follows the robot."""
     return _paused(room, "pause_real_leads", "real_leads", (ARTICLE,))
+
+
+def stopped_twin_leads(room: Room) -> Record:
+    """The controller of a whole cell is stopped (SIGSTOP) while the twin leads at full speed."""
+    folder = room.place("stopped_twin_leads")
+    hit: list[float] = []
+    errors: list[float] = []
+    with running_cell(folder, {}) as cell:
+        room.say("without stops")
+        outcome = run_experiments(cell, folder / "calm", "twin_leads", repeat=REPEATS)
+        calm = [entry["path_error_max_percent"] for entry in outcome.entries]
+        rng = Random(1)
+        while len(hit) < LENGTHS:
+            room.say(f"{len(hit)} of {LENGTHS} stops")
+            with Stops(process_id(cell, "twin_controller"), rng) as stops:
+                place = folder / f"stopped_{len(hit)}"
+                outcome = run_experiments(cell, place, "twin_leads", repeat=REPEATS)
+            found, speed = while_it_moved(outcome.bag, room.robot, stops.done)
+            hit += found
+            errors += [entry["path_error_max_percent"] for entry in outcome.entries]
+    return Record(
+        "stopped_twin_leads",
+        max(errors),
+        max(calm),
+        "% of reach",
+        (ARTICLE, STOPPED),
+        measured="largest distance of both tools at the same instant, the twin leads the article's "
+        f"visits, 100 % asked for ({100.0 * speed:.0f} % of the fastest joint's largest), plant "
+        "ideal, live; SIGSTOP of twin_controller",
+        against=f"the same without stops, {REPEATS} runs",
+        statistic="largest",
+        rounds=len(errors),
+        spread_percent=100.0 * (max(errors) - min(errors)) / statistics.median(errors),
+        beside=(
+            Beside("stops while the twin moved", float(len(hit)), ""),
+            Beside("the longest of them", 1e3 * max(hit), "ms"),
+        ),
+    )
 
 
 def _paused(room: Room, name: str, leader: str, goals: tuple[Goal, ...]) -> Record:

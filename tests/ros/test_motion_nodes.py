@@ -267,8 +267,11 @@ def test_the_speed_cap_stretches_a_move(cell):
 
 
 def test_pause_freezes_a_move_and_resume_ends_it(cell):
-    """Nothing moves while paused, the caller waits, the target is reached."""
-    answers = cell.background(cell.move, joint_positions=FAR, speed_percent=20.0)
+    """Nothing moves while paused, the caller waits, the target is reached.
+
+    The move is slow, so that a machine that is late still pauses it on its way.
+    """
+    answers = cell.background(cell.move, joint_positions=FAR, speed_percent=5.0)
     cell.state("moving")
     cell.command("PAUSE")
     cell.state("paused")
@@ -298,7 +301,7 @@ def test_stop_cancels_move_to_with_its_reason(cell):
 
 def test_emergency_stop_is_latched_until_reset(cell):
     """Moves, streams and jogs are refused; RESET moves nothing."""
-    answers = cell.background(cell.move, joint_positions=FAR, speed_percent=20.0)
+    answers = cell.background(cell.move, joint_positions=FAR, speed_percent=5.0)
     cell.state("moving")
     cell.command("ESTOP", "button")
     answer = cell.answer(answers)
