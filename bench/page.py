@@ -14,6 +14,7 @@ from typing import Any
 from twin_experiments.io.label.workspace import PROCESSORS, UNKNOWN, commit_of, processor_of
 
 from bench.demo_tables import demo_table, virtual_table
+from bench.goal_table import goal_table
 from bench.plant_tables import tables
 from bench.readme import with_figures
 
@@ -125,7 +126,7 @@ def page(content: dict[str, Any], notes: str) -> str:
     demos = [*demo_table(content["demos"]), ""] if "demos" in content else []
     virtual = virtual_table(json.loads(VIRTUAL.read_text(encoding="utf-8")))
     experiments = ["## The article's two experiments", "", *demos, *virtual, ""]
-    parts = [head, _table(rows), *experiments, *plants]
+    parts = [head, _table(rows), *experiments, *goal_table(content), *plants]
     parts += ["## What each row compares\n", *(_entry(row) for row in rows)]
     return notes.replace("<!-- table -->", "\n".join(parts))
 

@@ -19,6 +19,7 @@ from unit.bench.test_plant_tables import MEASURED
 
 from bench import demos, page, run
 from bench.demo_tables import demo_table, p95
+from bench.goal_table import goal_table
 from bench.readme import with_figures
 from bench.record import Beside, Goal, Record, interleaved, median, p99, spread_percent
 from bench.rows import GROUPS, names
@@ -181,3 +182,21 @@ def test_a_readme_without_its_block_is_refused() -> None:
     """Figures that are written nowhere would be lost in silence."""
     with pytest.raises(ValueError, match=r"README\.md has 0 blocks of figures, expected 1"):
         with_figures("nothing", {"rows": []})
+
+
+def test_goals_name_the_worst_and_mark_what_is_beyond() -> None:
+    """Of all robots and speeds; a series that is too short says nothing of the worst."""
+    trial = {"variant": "field plant", "leader": "twin_leads", "robot": "one", "rest_percent": 0.1}
+    trial |= {"speed_percent": 50.0, "path_percent": 2.4, "ended": ""}
+    worse = trial | {"robot": "other", "speed_percent": 100.0, "path_percent": 2.6}
+    ended = trial | {"path_percent": None, "rest_percent": None, "ended": "STOPPED: why"}
+    run_ = {"real_leads": {"path_percent": 0.5, "true_percent": None}}
+    series = {"series": "ideal_50", "asked_percent": 50.0, "runs": [run_] * 19}
+    content = {"plants": {"trials": [trial, worse, ended]}, "demos": [series], "rows": []}
+    text = "\n".join(goal_table(content))
+    assert "| path, twin leads | 0.5 % | not measured | 2.5 % | **2.6 % (other, 100 %)** |" in text
+    assert "demo, path" not in text
+    series["runs"].append(run_)
+    found = "| demo, path, worst of 20 | 1 % | 0.5 % (real leads, 50 %) | 5 % | not measured |"
+    assert found in goal_table(content)
+    assert goal_table({}) == []
