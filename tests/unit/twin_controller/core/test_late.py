@@ -6,10 +6,13 @@ None of the rules may depend on answers at once.
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import count
 
+import msgspec
 import pytest
 from harness.pair import HOME, SETUP, Pair, ramp, shifted
-from twin_controller.core.actions import Command, Send, StreamReal
+from twin_controller.core.actions import Command, FollowTwin, Send, StreamAhead, StreamReal
+from twin_controller.core.events import AnyEvent, RealMeasured
 from twin_controller.core.lead.modes import Mode
 
 AWAY = shifted(HOME, 20.0, -30.0, 40.0, 10.0)
@@ -238,3 +241,52 @@ def test_a_move_right_after_another_does_not_meet_the_end_of_the_old_stream(
         assert modes(pair, since) == ["TWIN_LEADS", "IDLE"]
         pair.run(1e-3 * after_ms)
     assert far(pair) < 0.1
+
+
+@pytest.mark.parametrize("lead", [real_leads, twin_leads])
+def test_overtaken_reading_is_judged_and_not_followed(
+    monkeypatch: pytest.MonkeyPatch, lead: Callable[[Pair], None]
+) -> None:
+    """A machine that is late takes many readings at once: only the newest gives set points."""
+    pair = Pair()
+    pair.connect()
+    lead(pair)
+    feed = pair.feed
+
+    def late(event: AnyEvent) -> None:
+        if isinstance(event, RealMeasured):
+            event = msgspec.structs.replace(event, overtaken=True)
+        feed(event)
+
+    def setpoints() -> int:
+        return sum(isinstance(a, StreamReal | StreamAhead | FollowTwin) for a in pair.actions)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(pair, "feed", late)
+        before, seen = setpoints(), pair.state.sides.real.last.t
+        pair.run(0.05)
+        assert setpoints() == before and pair.state.sides.real.last.t > seen
+        pair.drives = False
+        pair.run(0.2)
+        assert pair.state.lead.mode == Mode.ESTOP
+    pair.drives = True
+
+
+@pytest.mark.parametrize("lead", [real_leads, twin_leads])
+def test_pair_goes_on_behind_overtaken_readings(
+    monkeypatch: pytest.MonkeyPatch, lead: Callable[[Pair], None]
+) -> None:
+    """Each third reading is followed: the pair stays together."""
+    pair = Pair()
+    pair.connect()
+    lead(pair)
+    feed, number = pair.feed, count()
+
+    def late(event: AnyEvent) -> None:
+        if isinstance(event, RealMeasured):
+            event = msgspec.structs.replace(event, overtaken=next(number) % 3 != 2)
+        feed(event)
+
+    monkeypatch.setattr(pair, "feed", late)
+    pair.run(1.0)
+    assert pair.state.lead.mode in (Mode.REAL_LEADS, Mode.TWIN_LEADS) and far(pair) < 1.0

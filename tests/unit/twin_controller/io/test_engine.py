@@ -6,10 +6,10 @@ import threading
 from typing import Any
 
 import pytest
-from harness.pair import SETUP
+from harness.pair import HOME, SETUP
 from harness.processes import wait_until
 from twin_controller.core.actions import Decided
-from twin_controller.core.events import AnyEvent, LinkChanged, Tick
+from twin_controller.core.events import AnyEvent, LinkChanged, RealMeasured, Tick
 from twin_controller.core.state import CoreState
 from twin_controller.io.engine import ALIVE, Engine
 
@@ -91,6 +91,28 @@ def test_core_hears_of_the_engines_own_gap_before_what_has_waited(
         wait_until(lambda: len(listener.batches) > 5, 5.0, "some batches")
     late = [batch for batch in listener.batches if any(_gap(event) for event in batch)]
     assert len(late) == 1 and _gap(late[0][0]) == 0.05
+
+
+def test_readings_that_waited_are_overtaken_by_the_newest() -> None:
+    """While the engine hangs, readings pile up; two of one instant do not overtake each other."""
+    listener = Listener()
+    with Engine(SETUP, Links(), Links(), listener) as engine:
+        listener.go_on.clear()
+        engine.link_changed("real", False, "cut")
+        wait_until(lambda: any(map(_of_links, listener.batches)), 2.0, "an engine that hangs")
+        for clock_ms in (10, 20, 30, 30):
+            engine.put(RealMeasured(0.0, 0.0, 0.0, clock_ms, HOME, (0.0,) * len(HOME)))
+        listener.go_on.set()
+        wait_until(lambda: _readings(listener), 2.0, "the readings")
+    assert [reading.overtaken for reading in _readings(listener)] == [True, True, False, False]
+
+
+def _of_links(batch: list[AnyEvent]) -> bool:
+    return any(isinstance(event, LinkChanged) for event in batch)
+
+
+def _readings(listener: Listener) -> list[RealMeasured]:
+    return [e for batch in listener.batches for e in batch if isinstance(e, RealMeasured)]
 
 
 def _gap(event: AnyEvent) -> float:

@@ -62,6 +62,7 @@ class RealMeasured(Event, frozen=True, tag="real"):
         ring_read: Number of the one that it took last, 1..32760; 0 before the first.
         ring_underruns: So often it had none left.
         program: The name of its running or last program; empty if it tells none.
+        overtaken: A newer answer has come in already: it is judged, but nobody follows it.
     """
 
     sent: float
@@ -84,6 +85,7 @@ class RealMeasured(Event, frozen=True, tag="real"):
     ring_read: int = 0
     ring_underruns: int = 0
     program: str = ""
+    overtaken: bool = False
 
 
 class RealAlarm(Event, frozen=True, tag="alarm"):

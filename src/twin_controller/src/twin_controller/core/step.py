@@ -15,6 +15,7 @@ from twin_controller.core.lead.modes import Mode
 from twin_controller.core.lead.reports import agree_when_stopped, note_ended, note_pauses
 from twin_controller.core.lead.sending import (
     cap_both,
+    note_overtaken,
     order_grippers,
     order_real,
     order_twin,
@@ -92,11 +93,15 @@ def step(setup: Setup, before: CoreState, event: AnyEvent) -> Result:
         state, sent = hear_control(setup, state, event)
         actions += sent
 
-    # 7 Follow: who follows now gets its set points, once for each new sample of the real robot.
+    # 7 Follow: who follows now gets its set points, once for each new sample of the real robot. A
+    # machine that is late takes several at once: they would all be told anew, and it never catches
+    # up.
     newest = state.sides.real.history[-1:]
     sampled = isinstance(event, RealMeasured) and newest != before.sides.real.history[-1:]
     streamed = False
-    if sampled:
+    if sampled and isinstance(event, RealMeasured) and event.overtaken:
+        state = note_overtaken(setup, state)
+    elif sampled:
         state, sent, streamed = send_setpoints(setup, state, now)
         actions += sent
 

@@ -169,10 +169,15 @@ class Engine:
 
     def _process(self, batch: list[AnyEvent]) -> None:
         decided: list[Decided] = []
+        newest = next((e for e in reversed(batch) if isinstance(e, RealMeasured)), None)
         for k, event in enumerate(batch):
-            if isinstance(event, RealMeasured | Tick):
-                # What is decided now is aimed from now: time in the queue is no lag of the robot.
-                batch[k] = event = msgspec.structs.replace(event, now=time.monotonic())
+            # What is decided now is aimed from now: time in the queue is no lag of the robot.
+            now = time.monotonic()
+            if isinstance(event, RealMeasured):
+                overtaken = newest is not None and event.clock_ms != newest.clock_ms
+                batch[k] = event = msgspec.structs.replace(event, now=now, overtaken=overtaken)
+            elif isinstance(event, Tick):
+                batch[k] = event = msgspec.structs.replace(event, now=now)
             self.state, actions = step(self._setup, self.state, event)
             for action in actions:
                 self._carry_out(action)

@@ -9,7 +9,7 @@ from twin_controller.core.events import AnyEvent, TwinMeasured
 from twin_controller.core.follow.ahead import stream_ahead
 from twin_controller.core.follow.blend import finished
 from twin_controller.core.follow.real import follower_pace, stream_real
-from twin_controller.core.follow.remembered import note_sample
+from twin_controller.core.follow.remembered import Remembered, note_sample
 from twin_controller.core.follow.twin import follow_twin
 from twin_controller.core.lead.effects import send_twin
 from twin_controller.core.lead.modes import Mode
@@ -37,9 +37,7 @@ def send_setpoints(
     """Send the follower its next set points; tell whether the stream program may be started."""
     sides, follow, cap = state.sides, state.follow, state.orders.speeds.cap
     actions: list[AnyAction] = []
-    remembered = follow.remembered
-    if follow.twin is not None and sides.known:
-        remembered = note_sample(setup, remembered, sides)
+    remembered = _noted(setup, state)
     twin_follows, setpoint = follow_twin(setup, follow.twin, sides, remembered, now)
     if setpoint is not None:
         at = sides.real.last.t
@@ -67,6 +65,18 @@ def send_setpoints(
     # A set point that may not be sent ends the lead: nothing is repaired, and nothing left out.
     state, stopped = reject(setup, state, streamed.rejected, now)
     return state, actions + stopped, False
+
+
+def note_overtaken(setup: Setup, state: CoreState) -> CoreState:
+    """Take a sample in that nobody follows, for a newer one has come in already."""
+    return replace(state, follow=replace(state.follow, remembered=_noted(setup, state)))
+
+
+def _noted(setup: Setup, state: CoreState) -> Remembered:
+    """Return what is remembered of the real robot's ways, with the newest sample if it leads."""
+    if state.follow.twin is None or not state.sides.known:
+        return state.follow.remembered
+    return note_sample(setup, state.follow.remembered, state.sides)
 
 
 def order_real(setup: Setup, state: CoreState, streamed: bool, now: float) -> Result:
