@@ -15,7 +15,11 @@ ensure_clients() {
   done
 }
 
+# A line "# Debian: PACKAGE ..." in a file names what the client needs besides.
 install_python_client() {
+  local packages
+  read -ra packages < <(sed -n 's/^# Debian: //p' "$1")
+  [ ${#packages[@]} -eq 0 ] || dpkg-query --status "${packages[@]}" >/dev/null 2>&1 || apt_install "${packages[@]}" || return 1
   /usr/bin/python3 -m venv "$2" &&
     "$2/bin/python" -m pip install --quiet --disable-pip-version-check --no-input -r "$1"
 }
@@ -24,7 +28,7 @@ install_python_client() {
 install_node_client() {
   command -v node >/dev/null && command -v npm >/dev/null || apt_install nodejs npm || return 1
   mkdir -p "$2" && cp "$1" "$2/package.json" &&
-    npm install --prefix "$2" --silent --ignore-scripts --omit=optional --no-audit --no-fund --no-update-notifier
+    npm install --prefix "$2" --loglevel error --ignore-scripts --omit=optional --no-audit --no-fund --no-update-notifier
 }
 
 run_clients() {

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from harness.opponents.clients_page import MODBUS, ROSBRIDGE, write
+from harness.clients.page import MODBUS, ROSBRIDGE, write
 
 Record = dict[tuple[str, str], dict[str, str | None]]
 

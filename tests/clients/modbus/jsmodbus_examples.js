@@ -1,9 +1,10 @@
 // What jsmodbus' documentation shows, against a robot. Usage: jsmodbus_examples.js PORT;
-// prints one line of JSON for each check, see checks.js.
+// prints one line of JSON for each check, see ../checks.js.
 'use strict'
 const net = require('net')
 const Modbus = require('jsmodbus')
-const { run, same, float32, toFloat, assignment } = require('./checks')
+const { run, same } = require('../checks')
+const { float32, toFloat, assignment } = require('./registers')
 
 const port = Number(process.argv[2])
 const socket = new net.Socket()

@@ -1,8 +1,9 @@
 // What modbus-serial's documentation shows, against a robot. Usage: modbus_serial_examples.js PORT;
-// prints one line of JSON for each check, see checks.js.
+// prints one line of JSON for each check, see ../checks.js.
 'use strict'
 const ModbusRTU = require('modbus-serial')
-const { run, same, float32, toFloat, assignment } = require('./checks')
+const { run, same } = require('../checks')
+const { float32, toFloat, assignment } = require('./registers')
 
 const client = new ModbusRTU()
 client.setTimeout(3000)

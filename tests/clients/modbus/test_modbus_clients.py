@@ -6,14 +6,11 @@ its own.
 
 from __future__ import annotations
 
-import json
 import os
-import shutil
 import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import pytest
 from fanuc_emulator.config import load_emulator, load_programs
@@ -21,45 +18,21 @@ from fanuc_emulator.controller import Controller
 from fanuc_emulator.io.modbus_server import RobotServer
 from fanuc_emulator.io.servo_loop import ServoLoop
 from fanuc_emulator.register_image import RegisterImage
+from harness.clients.environments import ALL, OWN, Environment, installed, results
 from harness.processes import free_port
 from harness.workspace import ROOT
 from scara_config import load_robot
 from scara_config.modbus_map import load_modbus_map
 
 HERE, CONFIG = Path(__file__).parent, ROOT / "config"
-ENVIRONMENTS = ROOT / ".venv" / "clients"
-NODE = shutil.which("node") or "node"
+NAMES = ("jsmodbus", "modbus_serial", "pymodbustcp", "umodbus")
+OTHERS = [environment for name in NAMES for environment in installed(name + "*")]
+PYMODBUS = OWN._replace(name="pymodbus")
+CLIENTS = [pytest.param(client, id=client.name) for client in (PYMODBUS, *OTHERS)]
+FIRST_STEPS = [one for one in CLIENTS[1:] if one.id != "umodbus"]
 
 
-class Client(NamedTuple):
-    """What runs a client's scripts, and where it finds the client."""
-
-    name: str
-    program: str
-    suffix: str
-    modules: str = ""
-
-    @property
-    def env(self) -> dict[str, str]:
-        """The environment: no path of ours leads it to ours."""
-        kept = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
-        return kept | {"NODE_PATH": self.modules}
-
-
-def _others() -> Iterator[Client]:
-    """Yield the clients of setup/clients that talk Modbus."""
-    yield Client("pymodbustcp", str(ENVIRONMENTS / "pymodbustcp" / "bin" / "python"), "py")
-    for name in ("jsmodbus", "modbus_serial"):
-        yield Client(name, NODE, "js", str(ENVIRONMENTS / name / "node_modules"))
-
-
-OWN = Client("pymodbus", sys.executable, "py")
-OTHERS = list(_others()) if os.environ.get("CELL_CLIENTS_PAGE") else []
-CLIENTS = [pytest.param(client, id=client.name) for client in (OWN, *OTHERS)]
-FIRST_STEPS = [pytest.param(client, id=client.name) for client in OTHERS]
-
-
-@pytest.fixture(scope="module")
+@pytest.fixture
 def port() -> Iterator[int]:
     """Run a robot."""
     robot, layout = load_robot(CONFIG), load_modbus_map(CONFIG)
@@ -70,30 +43,30 @@ def port() -> Iterator[int]:
         yield chosen
 
 
-def run(client: Client, script: Path, port: int) -> list[str]:
-    """Run a script to its end and return its lines."""
-    command = (client.program, str(script), str(port))
-    done = subprocess.run(command, capture_output=True, text=True, timeout=60, env=client.env)
+def run(client: Environment, folder: Path, port: int) -> list[str]:
+    """Run the script in ``folder`` that is written for a client, and return its lines."""
+    kind = "js" if client.modules else "py"
+    part = "examples" if folder == HERE else "first_steps"
+    command = (client.program, str(folder / f"{client.name}_{part}.{kind}"), str(port))
+    env = os.environ | client.variables
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, env=env)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout.splitlines()
 
 
 @pytest.mark.parametrize("client", CLIENTS)
 def test_examples_of_the_clients_documentation_work(
-    port: int, client: Client, modbus_record: dict[Any, Any]
+    port: int, client: Environment, modbus_record: dict[Any, Any]
 ) -> None:
     """Registers, coils, units, exceptions, several at once, own registers; nothing is adapted."""
-    script = HERE / f"{client.name}_examples.{client.suffix}"
-    found = [json.loads(line) for line in run(client, script, port) if line.startswith("{")]
-    wrong = {one["check"]: one["wrong"] for one in found[1:]}
-    modbus_record[found[0]["client"], found[0]["version"]] = wrong
-    assert len(wrong) >= 9
+    found, wrong = results(run(client, HERE, port))
+    modbus_record[found] = wrong
+    assert len(wrong) >= 8
     assert {check: text for check, text in wrong.items() if text} == {}
 
 
-@pytest.mark.skipif(not OTHERS, reason="./cell test --clients installs them")
+@pytest.mark.skipif(not ALL, reason="./cell test --clients installs them")
 @pytest.mark.parametrize("client", FIRST_STEPS)
-def test_script_of_ten_lines_reads_the_joints(port: int, client: Client) -> None:
+def test_script_of_ten_lines_reads_the_joints(port: int, client: Environment) -> None:
     """What docs/clients.md shows to begin with, as it stands."""
-    script = ROOT / "examples" / f"{client.name}_first_steps.{client.suffix}"
-    assert "-160" in run(client, script, port)[0]
+    assert "-160" in run(client, ROOT / "examples", port)[0]

@@ -8,7 +8,6 @@ import json
 import math
 import struct
 import threading
-from collections.abc import Iterator
 from typing import Any
 
 import cbor2
@@ -16,24 +15,10 @@ import pytest
 import rospy
 from geometry_msgs.msg import PointStamped
 from harness.opponents.running_gateway import DEADLINE, RosbridgeClient, RunningGateway
-from harness.ros import Ros
 from PIL import Image
 from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool
 from websocket import ABNF
-
-
-@pytest.fixture(scope="module")
-def running(ros_module: Ros) -> RunningGateway:
-    """Start one gateway for the tests of this module."""
-    return RunningGateway(ros_module)
-
-
-@pytest.fixture
-def gateway(running: RunningGateway) -> Iterator[RunningGateway]:
-    """Give a test the gateway; its clients go at the end."""
-    yield running
-    running.end_clients()
 
 
 def whole(client: RosbridgeClient) -> tuple[int, Any]:

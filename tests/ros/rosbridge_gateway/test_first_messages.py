@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 import threading
 import time
-from collections.abc import Iterator
 
 import pytest
 import rospy
@@ -25,19 +24,6 @@ talker.unadvertise()
 client.get_time()  # roslibpy sends in a thread of its own, and terminate() does not wait for it
 client.terminate()
 """
-
-
-@pytest.fixture(scope="module")
-def running(ros_module: Ros) -> RunningGateway:
-    """Start one gateway for the tests of this module."""
-    return RunningGateway(ros_module)
-
-
-@pytest.fixture
-def gateway(running: RunningGateway) -> Iterator[RunningGateway]:
-    """Give a test the gateway; its clients go at the end."""
-    yield running
-    running.end_clients()
 
 
 def advertise_and_publish(client: RosbridgeClient, topic: str, *texts: str, **more: object) -> None:

@@ -19,9 +19,8 @@ from std_srvs.srv import Trigger, TriggerResponse
 
 
 @pytest.fixture(scope="module")
-def gateway(ros_module: Ros) -> Iterator[RunningGateway]:
-    """Start a gateway beside a topic and a service of the test's own node."""
-    running = RunningGateway(ros_module)
+def gateway(running: RunningGateway, ros_module: Ros) -> Iterator[RunningGateway]:
+    """Give the module's gateway beside a topic and a service of the test's own node."""
     publisher = rospy.Publisher(ros_module.name("notes"), String, queue_size=1)
     service = rospy.Service(ros_module.name("try"), Trigger, lambda _: TriggerResponse(True, ""))
     yield running

@@ -18,7 +18,7 @@ from harness.opponents.graph_and_clients import (
     MakeCell,
 )
 from harness.opponents.secured_gateway import write_certificate
-from harness.processes import wait_until
+from harness.processes import free_port, wait_until
 from rosbridge_gateway.io.door import GatewayError
 from rosbridge_gateway.io.server import GatewayServer
 
@@ -89,6 +89,25 @@ def test_page_of_this_machine_is_a_viewer_without_a_token(cell: Cell) -> None:
     program = cell.client()
     program.say(op="call_service", service="twin_controller/command")
     assert cell.graph.calls.get(timeout=DEADLINE).caller.startswith("operator@")
+
+
+@pytest.mark.parametrize("host", ["localhost", "127.0.0.1", "[::1]"])
+def test_origin_of_the_gateways_own_address_is_a_programs(make_cell: MakeCell, host: str) -> None:
+    """websocket-client says so by itself; the gateway serves no page that could."""
+    cell = make_cell(port=free_port())
+    client = cell.client(origin=f"http://{host}:{cell.server.port}")
+    client.say(op="call_service", service="twin_controller/command")
+    assert cell.graph.calls.get(timeout=DEADLINE).caller.startswith("operator@")
+
+
+@pytest.mark.parametrize("origin", ["https://127.0.0.1:{port}", "http://127.0.0.1:{other}"])
+def test_origin_beside_the_gateways_own_is_a_pages(make_cell: MakeCell, origin: str) -> None:
+    """Another scheme or port may have a page, whoever made it."""
+    cell = make_cell(port=free_port())
+    port = cell.server.port
+    page = cell.client(origin=origin.format(port=port, other=port + 1))
+    answer = page.ask(op="call_service", id="1", service="twin_controller/command")
+    assert "role viewer may not" in answer["values"]
 
 
 @pytest.mark.parametrize("origin", ["file://", "null"])

@@ -23,6 +23,7 @@ _FILE = {"null": "null", "file://": "file"}
 of files only.
 """
 _LARGEST_PORT = 65535
+_LOOPBACK_HOSTS = ("localhost", "127.0.0.1", "[::1]")
 
 
 class OriginError(ValueError):
@@ -82,6 +83,17 @@ class Origin:
             None,
             origin.port,
         )
+
+
+def own_origins(port: int, is_tls: bool) -> tuple[Origin, ...]:
+    """Return the origins that a page of this server would have in a browser of this machine.
+
+    Example:
+        >>> own_origins(9090, is_tls=False)[0]
+        Origin(scheme='http', host='localhost', port=9090)
+    """
+    scheme = "https" if is_tls else "http"
+    return tuple(Origin(scheme, host, port) for host in _LOOPBACK_HOSTS)
 
 
 def is_file(header: str) -> bool:

@@ -12,7 +12,7 @@ from urllib.parse import parse_qs, urlsplit
 from websockets.datastructures import Headers
 
 from rosbridge_gateway.admission.guesses import Guesses
-from rosbridge_gateway.admission.origin import is_allowed, is_file
+from rosbridge_gateway.admission.origin import is_allowed, is_file, own_origins
 from rosbridge_gateway.admission.places import Visitor
 from rosbridge_gateway.admission.tokens import Tokens
 from rosbridge_gateway.config import GatewayConfig, origin_patterns
@@ -47,6 +47,7 @@ class Door:
         self._persons = dict(persons or {})
         self._loopback_role, self._page_role = config.loopback_role, config.page_role
         self._origins = origin_patterns(config)
+        self._own_origins = own_origins(config.port, is_tls=config.tls_certificate is not None)
         self._tokens = Tokens(tokens)
         self._guesses = Guesses(config.guesses)
 
@@ -63,7 +64,7 @@ class Door:
             NotAdmittedError: It is a web page that may not connect, its token is unknown, it needs
                 one, or it has brought too many wrong ones.
         """
-        origins = headers.get_all("Origin")
+        origins = self._page_origins(headers)
         if any(not is_allowed(origin, self._origins) for origin in origins):
             raise NotAdmittedError(
                 HTTPStatus.FORBIDDEN, f"a page of {origins[0][:_SHOWN]!r} may not connect"
@@ -80,6 +81,15 @@ class Door:
         if role and ipaddress.ip_address(host.partition("%")[0]).is_loopback:
             return Visitor(role, is_page=bool(origins))
         raise NotAdmittedError(HTTPStatus.UNAUTHORIZED, "a token is needed")
+
+    def _page_origins(self, headers: Headers) -> list[str]:
+        """Return the origins that a browser may have given for its page.
+
+        There is no page at the gateway's own address: a program names it so (websocket-client).
+        """
+        given = headers.get_all("Origin")
+        is_own = len(given) == 1 and is_allowed(given[0], self._own_origins)
+        return [] if is_own else given
 
     def _file_page(self) -> Visitor:
         """Let a page read that was opened from a file, whatever token it has brought.

@@ -1,25 +1,5 @@
-// What the scripts of the Node clients share: it needs no client and nothing of the project.
+// The words of the robot's registers, for the Node.js clients: it needs no client and nothing of the project.
 'use strict'
-const fs = require('fs')
-const path = require('path')
-
-// Print name and version, then each check and what went wrong, null if nothing did.
-exports.run = async function (client, checks) {
-  const found = path.join(process.env.NODE_PATH, client, 'package.json')
-  console.log(JSON.stringify({ client, version: JSON.parse(fs.readFileSync(found)).version }))
-  for (const [check, act] of Object.entries(checks)) {
-    let wrong = null
-    try { await act() } catch (error) { wrong = String(error && error.message ? error.message : JSON.stringify(error)) }
-    console.log(JSON.stringify({ check, wrong }))
-  }
-}
-
-// Refuse what is not as expected.
-exports.same = function (found, expected) {
-  if (JSON.stringify(found) !== JSON.stringify(expected)) {
-    throw new Error(`${JSON.stringify(found)} is not ${JSON.stringify(expected)}`)
-  }
-}
 
 // The words of a number, the low one first, and back.
 exports.float32 = function (value) {

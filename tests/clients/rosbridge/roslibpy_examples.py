@@ -1,23 +1,26 @@
 """What roslibpy's documentation shows, by roslibpy alone: run by the Python of its own venv.
 
-Usage: roslibpy_examples.py PORT NAMESPACE. Prints one line of JSON for each check: its name and
-what went wrong, null if nothing did.
-
-A node of the test publishes NAMESPACE/states, echoes NAMESPACE/question on NAMESPACE/answer, offers
-NAMESPACE/switch and calls NAMESPACE/lamp when it hears NAMESPACE/use_lamp.
+Usage: roslibpy_examples.py PORT NAMESPACE. Prints one line of JSON for each check, see
+../checks.py. The test's own nodes are below NAMESPACE: see harness/clients/ros_side.py.
 """
 
 from __future__ import annotations
 
-import json
+import contextlib
 import sys
 import threading
 import time
-from collections.abc import Callable
 from importlib.metadata import version
 from typing import Any
 
+import checks
 import roslibpy
+from roslibpy.core import RosTimeoutError
+
+try:
+    from roslibpy.ros1 import actionlib
+except ModuleNotFoundError:  # roslibpy 1
+    from roslibpy import actionlib
 
 DEADLINE = 10.0
 
@@ -167,6 +170,21 @@ class Examples:
         self._ros.get_action_servers(take)
         assert done.wait(DEADLINE) and "action_servers" in answers[0], answers
 
+    def check_send_an_action_goal(self) -> None:
+        """Feedback while it is done, and the result."""
+        client = actionlib.ActionClient(self._ros, self._name("count"), "actionlib/TestAction")
+        feedback: list[Any] = []
+        end = time.monotonic() + DEADLINE
+        # A goal that nobody could take yet is never delivered late: send it until somebody does.
+        while not feedback and time.monotonic() < end:
+            goal = actionlib.Goal(client, roslibpy.Message({"goal": 3}))
+            goal.on("feedback", feedback.append)
+            goal.send()
+            with contextlib.suppress(RosTimeoutError):
+                result = goal.wait(2)
+        client.dispose()
+        assert result == {"result": 3} and feedback, (result, feedback)
+
     def check_refused_call_raises(self) -> None:
         """With the reason."""
         try:
@@ -183,24 +201,14 @@ class Examples:
         self._ros.get_time()
 
 
-def outcome(check: Callable[[], None]) -> str | None:
-    """Return what went wrong."""
-    try:
-        check()
-    except Exception as error:
-        return f"{type(error).__name__}: {error}"[:200]
-    return None
-
-
 def main() -> None:
     """Run all checks."""
     ros = roslibpy.Ros(host="127.0.0.1", port=int(sys.argv[1]))
     ros.run(timeout=DEADLINE)
     examples = Examples(ros, sys.argv[2])
-    print(json.dumps({"client": "roslibpy", "version": version("roslibpy")}))
-    for name in [name for name in vars(Examples) if name.startswith("check_")]:
-        check = name.removeprefix("check_").replace("_", " ")
-        print(json.dumps({"check": check, "wrong": outcome(getattr(examples, name))}), flush=True)
+    checks.run(
+        "roslibpy", version("roslibpy"), {name: getattr(examples, name) for name in vars(Examples)}
+    )
     ros.terminate()
 
 

@@ -1,0 +1,1 @@
+"""Other people's programs: where they are installed, what they meet, what they have found."""
