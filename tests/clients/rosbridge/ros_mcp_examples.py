@@ -72,11 +72,13 @@ class Examples:
         assert "image" in self._tool("view_saved_image")["content"]
 
     def check_publish_right_after_advertise(self) -> None:
-        """The tool returns: it hears nothing for a second, twice."""
+        """The tool returns, though it hears nothing for a second; and a node has heard it."""
         begun = time.monotonic()
         text = {"topic": self._name("question"), "msg_type": "std_msgs/String"}
-        assert self._tool("publish_once", msg={"data": "hello"}, **text)["success"]
+        assert self._tool("publish_once", msg={"data": "by ros-mcp"}, **text)["success"]
         assert time.monotonic() - begun < 10.0
+        found = self._tool("get_parameter", name=self._name("asked"))
+        assert "by ros-mcp" in found["value"], found
 
     def check_call_a_service(self) -> None:
         """It answers with its fields."""

@@ -23,12 +23,14 @@ PIXELS = bytes(range(12))
 class RosSide:
     """Below the test's namespace, in the test's own process.
 
-    ``states`` and ``image`` are published, ``question`` is echoed on ``answer``, ``switch`` is
-    offered. Who publishes on ``use_lamp`` has the service ``lamp`` called, and what came of it on
-    ``lamp_used``. The action ``count`` counts up to its goal.
+    ``states`` and ``image`` are published, ``question`` is echoed on ``answer`` and kept in the
+    parameter ``asked``, ``switch`` is offered. Who publishes on ``use_lamp`` has the service
+    ``lamp`` called, and what came of it on ``lamp_used``. The action ``count`` counts up to its
+    goal.
     """
 
     def __init__(self, ros: Ros) -> None:
+        self._asked = ros.name("asked")
         self._lamp = rospy.ServiceProxy(ros.name("lamp"), SetBool)
         self._used = rospy.Publisher(ros.name("lamp_used"), String, queue_size=1)
         self._answer = rospy.Publisher(ros.name("answer"), String, queue_size=1)
@@ -37,7 +39,7 @@ class RosSide:
         self._image.publish(Image(width=2, height=2, encoding="rgb8", step=6, data=PIXELS))
         self._handles: list[Any] = [
             *(self._used, self._answer, self._states, self._image),
-            rospy.Subscriber(ros.name("question"), String, self._answer.publish),
+            rospy.Subscriber(ros.name("question"), String, self._echo),
             rospy.Subscriber(ros.name("use_lamp"), String, self._use_lamp),
         ]
         self._switch = rospy.Service(ros.name("switch"), SetBool, self._switched)
@@ -61,6 +63,10 @@ class RosSide:
     def _publish(self) -> None:
         while not self._stop.wait(PERIOD):
             self._states.publish(JointState(name=["joint_1"], position=[0.5]))
+
+    def _echo(self, question: String) -> None:
+        self._answer.publish(question)
+        rospy.set_param(self._asked, question.data)
 
     def _switched(self, request: SetBoolRequest) -> SetBoolResponse:
         return SetBoolResponse(True, "on" if request.data else "off")
