@@ -18,8 +18,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 from scara_config import KeepOut
+from scara_control.keep_out.points import positions
 from twin_controller.core.lead.modes import Mode
-from twin_controller.core.safety.points import positions
 from twin_controller.core.safety.stopping import speed_reached
 from twin_controller.core.setup import Setup
 
