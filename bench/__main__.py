@@ -79,6 +79,12 @@ def _plants(options: Options) -> list[Row]:
     return run(options.folder, options.console)
 
 
+def _what_if(options: Options) -> list[Row]:
+    from bench.what_if import run
+
+    return run(_seeds(options, 1000), options.folder, options.console)
+
+
 def _seeds(options: Options, default: int = 20) -> int:
     return default if options.seeds is None else options.seeds
 
@@ -90,6 +96,7 @@ SECTIONS: dict[str, Callable[[Options], list[Row]]] = {
     "demos": _demos,
     "day": _day,
     "plants": _plants,
+    "what_if": _what_if,
 }
 
 
@@ -128,10 +135,15 @@ def main(
         bool,
         typer.Option("--plants", help="The experiments on robots that were made different."),
     ] = False,
+    what_if: Annotated[
+        bool,
+        typer.Option("--what-if", help="Random programs, half with a planted harm: verdicts."),
+    ] = False,
     seeds: Annotated[
         int | None,
         typer.Option(
-            help="Faults: how often each is done, each time otherwise (20). Storm: so many (10).",
+            help="Faults: how often each is done, each time otherwise (20). Storm: so many (10). "
+            "What-if: so many programs (1000).",
             min=0,
         ),
     ] = None,
@@ -183,6 +195,7 @@ def main(
         ("demos", demos),
         ("day", day),
         ("plants", plants),
+        ("what_if", what_if),
     )
     chosen = [name for name, wanted in sections if wanted]
     enter_workspace()

@@ -11,12 +11,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from cell_recorder.io.reading.bag_reader import open_bag
 from harness.faults.rows import Row
 from harness.processes import free_port
 from rich.console import Console
 from scara_bringup.io.configuration import copy_with_ports
 from scara_config import load_robot
-from twin_experiments.io.bag_reader import open_bag
 from twin_experiments.io.run_reader import read_run
 from twin_experiments.record import cut
 

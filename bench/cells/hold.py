@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from cell_recorder.io.reading.bag_reader import Bag, open_bag
 from numpy.typing import NDArray
 from scara_config import Robot
 from scara_control.kinematics.screws import ScrewModel, tool_positions
-from twin_experiments.io.bag_reader import Bag, open_bag
 
 FOLLOW, TRUTH, MARKER = "joint_pose_controller/follow", "real/ground_truth", "experiment/marker"
 RATE_HZ = 1000.0

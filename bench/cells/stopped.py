@@ -12,8 +12,8 @@ from random import Random
 from types import TracebackType
 
 import numpy as np
+from cell_recorder.io.reading.bag_reader import open_bag
 from scara_config import Robot
-from twin_experiments.io.bag_reader import open_bag
 from twin_experiments.io.run_reader import read_run
 from typing_extensions import Self
 

@@ -14,9 +14,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from cell_recorder.io.reading.bag_reader import open_bag
 from harness.live_cell import LiveCell
 from harness.processes import free_port
-from twin_experiments.io.bag_reader import open_bag
 
 from bench.cells.cell_run import READY_S, run_experiments, started
 from bench.room import Room

@@ -17,7 +17,6 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("", "events"),
     ("actions",),
     ("authority",),
-    ("safety.points",),
     ("safety.fastest",),
     ("setup",),
     ("orders.order", "orders.book"),

@@ -14,9 +14,9 @@ from typing import Any
 
 import msgspec
 import pytest
+from cell_recorder.io.reading.bag_reader import open_bag
 from harness.live_cell import LiveCell
 from harness.wires.service_line import ServiceLine
-from twin_experiments.io.bag_reader import open_bag
 from twin_experiments.io.decision_reader import read_inputs, read_setups
 from twin_experiments.replay.history import shadow_at
 

@@ -12,11 +12,12 @@ from collections import Counter
 from dataclasses import replace
 
 import pytest
-from fanuc_emulator.program import MoveStep, Program
+from fanuc_emulator.program import Program
 from harness.scenes.steps import ROBOT
 from harness.virtual_cell.cell import VirtualCell
 from harness.virtual_cell.files import load_files
 from harness.zones.moves import Outcome, ZoneCell
+from scara_config.programs.lines import MoveStep
 
 FEW, MANY, EACH = 16, 2000, 8
 MOVES = int(os.environ.get("ZONE_MOVES", MANY if "HYPOTHESIS_SEARCH" in os.environ else FEW))

@@ -29,6 +29,7 @@ READERS: dict[str, str] = {
     "pendant_page.yaml": "fanuc_emulator.config:load_pendant_page",
     "persons.yaml": "scara_ros.io.persons:load_persons",
     "robot.yaml": "scara_config.robot:load_robot",
+    "what_if.yaml": "what_if.config:load_what_if",
 }
 """File -> ``module:function`` of the folder."""
 

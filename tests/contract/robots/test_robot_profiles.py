@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 import rosparam
 from fanuc_emulator.config import load_emulator, load_programs
-from fanuc_emulator.program import MoveStep
 from harness.workspace import ROOT
 from robot_doctor.examine import examine
 from robot_doctor.finding import Level
@@ -21,6 +20,7 @@ from robot_doctor.io.profile_files import read_profile
 from scara_config import Robot, load, load_robot, locate
 from scara_config.modbus_map import load_modbus_map
 from scara_config.profile import CHOICE, known_robots
+from scara_config.programs.lines import MoveStep
 from scara_control.kinematics.tool import tool_kinematics
 from scara_description.body import load_body, urdf_of
 from scara_simulation.config import load_gains, load_simulation

@@ -10,8 +10,9 @@ from collections.abc import Callable
 
 from fanuc_emulator.config import load_emulator
 from fanuc_emulator.controller import Controller
-from fanuc_emulator.program import MoveStep, Program, ProgramState
+from fanuc_emulator.program import Program, ProgramState
 from fanuc_emulator.snapshot import ControlType
+from scara_config.programs.lines import MoveStep
 from twin_controller.core.actions import AnyAction, Command, OverrideReal, Send, StreamReal
 from twin_controller.core.events import RealMeasured
 from twin_controller.core.setup import Setup

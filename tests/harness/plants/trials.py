@@ -7,7 +7,8 @@ from itertools import cycle
 
 import msgspec
 import numpy as np
-from fanuc_emulator.program import MoveStep, Program, WaitStep
+from fanuc_emulator.program import Program
+from scara_config.programs.lines import MoveStep, WaitStep
 from scara_control.kinematics.screws import ScrewModel, tool_positions
 
 from harness.plants.variants import Variant

@@ -13,8 +13,9 @@ from random import Random
 
 import msgspec
 import numpy as np
-from fanuc_emulator.program import MoveStep, Program
+from fanuc_emulator.program import Program
 from scara_config import KeepOut
+from scara_config.programs.lines import MoveStep
 from twin_controller.core.events import AnyEvent, RealMeasured, TwinMeasured
 
 from harness.virtual_cell.cell import VirtualCell

@@ -14,11 +14,11 @@ from typing import Any
 import pytest
 import rosbag
 import rospy
+from cell_recorder.io.reading.bag_reader import open_bag
 from diagnostic_msgs.msg import DiagnosticArray
 from harness.ros import Ros
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
-from twin_experiments.io.bag_reader import open_bag
 
 from scara_msgs.srv import StartRecording, StopRecording
 

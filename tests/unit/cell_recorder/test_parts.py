@@ -10,10 +10,10 @@ import msgspec
 import pytest
 import rosbag
 from cell_recorder.io.bag_writer import BagWriter, BagWriterError
+from cell_recorder.io.reading.bag_reader import BagError, open_bag
 from cell_recorder.io.runs_folder import mark_of, parts_of
 from cell_recorder.recording import RecorderSettings
 from rosbags.highlevel import AnyReader
-from twin_experiments.io.bag_reader import BagError, open_bag
 
 FLOAT64 = {
     "type": "std_msgs/Float64",

@@ -18,10 +18,10 @@ from fanuc_emulator.config import (
     on_a_desk,
 )
 from fanuc_emulator.plant.config import axis_parameters
-from fanuc_emulator.program import MoveStep
 from harness.yaml_files import REMOVED, changed_yaml, shipped
 from msgspec.structs import replace
 from scara_config import ConfigError, Robot
+from scara_config.programs.lines import MoveStep
 
 CONFIG = Path(__file__).resolve().parents[3] / "config"
 ARTICLE = shipped("programs/article.yaml")

@@ -1,14 +1,11 @@
 """Programs: line numbers, loops, waits and states."""
 
 import pytest
-from fanuc_emulator.program import (
-    Executor,
+from fanuc_emulator.program import Executor, Program, ProgramState, StreamStep
+from scara_config.programs.lines import (
     MoveLine,
     MoveStep,
-    Program,
-    ProgramState,
     RepeatLine,
-    StreamStep,
     WaitLine,
     WaitStep,
     count_lines,

@@ -11,8 +11,8 @@ from typing import Any
 import pytest
 import rosbag
 from cell_recorder.io.bag_writer import BagWriter
+from cell_recorder.io.reading.bag_reader import BagError, open_bag
 from cell_recorder.recording import RecorderSettings
-from twin_experiments.io.bag_reader import BagError, open_bag
 from twin_experiments.io.run_reader import read_pauses
 
 FLOAT64 = {

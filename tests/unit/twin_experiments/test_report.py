@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from cell_recorder.io.reading.bag_reader import BagError
 from rich.console import Console
 from scara_config import ConfigError
 from twin_experiments.document import report_document
-from twin_experiments.io.bag_reader import BagError
 from twin_experiments.io.report import Report, analyse_bag, write_report
 from twin_experiments.nodes.live.terminal import print_report
 from twin_experiments.record import RecordError

@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import msgspec
 import pytest
-from fanuc_emulator.program import MoveStep
 from harness.plants.variants import FIELD, IDEAL, Variant
 from harness.scenes.troubled import TroubledCell
 from harness.virtual_cell.experiments import run_experiments
 from harness.virtual_cell.files import CellFiles
+from scara_config.programs.lines import MoveStep
 
 PATH_PERCENT = 2.5
 """Of reach."""

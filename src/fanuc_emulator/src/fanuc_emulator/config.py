@@ -2,27 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 import msgspec
 from msgspec import Meta
-from ruamel.yaml import YAML
 from scara_config import ConfigError, Robot, load, locate
+from scara_config.programs.files import joint_positions, read_program
 
 from fanuc_emulator.plant.config import Plant, load_plant
-from fanuc_emulator.program import (
-    GripperLine,
-    GripperStep,
-    MoveStep,
-    Program,
-    ProgramFile,
-    WaitLine,
-    WaitStep,
-    unroll,
-)
+from fanuc_emulator.program import Program
 
 
 class EmulatorFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -83,41 +72,6 @@ def on_a_desk(config: EmulatorConfig) -> EmulatorConfig:
     return msgspec.structs.replace(config, heartbeat_timeout_ms=patience)
 
 
-def joint_positions(
-    values: Mapping[str, float], robot: Robot, source: Callable[[str], str]
-) -> tuple[float, ...]:
-    """Convert positions with units in their keys to joint positions.
-
-    ``{joint_1_deg: .., joint_3_mm: ..}`` becomes [rad or m] in the order of robot.yaml.
-
-    Args:
-        values: One value for each joint of robot.yaml.
-        robot: The joints and their ranges.
-        source: Names the place of a key in the file, for errors.
-
-    Raises:
-        ConfigError: A joint is missing or unknown, or its value outside the range.
-    """
-    keys = {f"{joint.name}_{joint.unit}": joint for joint in robot.joints}
-    for key in values:
-        if key not in keys:
-            raise ConfigError(
-                f"{source(key)}.{key} = {values[key]}: unknown, allowed are {', '.join(keys)}"
-            )
-    positions = []
-    for key, joint in keys.items():
-        if key not in values:
-            raise ConfigError(f"{source(key)}.{key}: is missing")
-        position = values[key] * joint.scale
-        if not joint.lower <= position <= joint.upper:
-            low, high = round(joint.lower / joint.scale, 6), round(joint.upper / joint.scale, 6)
-            raise ConfigError(
-                f"{source(key)}.{key} = {values[key]}: outside [{low}, {high}] {joint.unit}"
-            )
-        positions.append(position)
-    return tuple(positions)
-
-
 def load_programs(robot: Robot, directory: Path | str | None = None) -> dict[int, Program]:
     """Read all files of programs/ in ``directory`` and return them by RSR number.
 
@@ -127,7 +81,8 @@ def load_programs(robot: Robot, directory: Path | str | None = None) -> dict[int
     """
     programs: dict[int, Program] = {}
     for path in sorted(locate("programs", directory).glob("*.yaml")):
-        program = _load_program(path, robot)
+        file = read_program(path, robot)
+        program = Program(file.name, file.rsr, file.steps)
         for other in programs.values():
             if other.rsr == program.rsr or other.name == program.name:
                 raise ConfigError(
@@ -136,47 +91,6 @@ def load_programs(robot: Robot, directory: Path | str | None = None) -> dict[int
                 )
         programs[program.rsr] = program
     return programs
-
-
-def _load_program(path: Path, robot: Robot) -> Program:
-    """Read one program."""
-    file = load(path, ProgramFile)
-    positions = {
-        name: joint_positions(values, robot, partial(_place, path, name))
-        for name, values in file.positions.items()
-    }
-    steps: list[MoveStep | WaitStep | GripperStep] = []
-    for number, line in unroll(file.lines):
-        if isinstance(line, WaitLine):
-            steps.append(WaitStep(number, line.wait_s))
-        elif isinstance(line, GripperLine):
-            steps.append(GripperStep(number, line.value == "on"))
-        elif line.position in positions:
-            steps.append(
-                MoveStep(
-                    number, positions[line.position], line.speed_percent, line.termination == "fine"
-                )
-            )
-        else:
-            raise ConfigError(
-                f"{path}: line {number}: position {line.position!r} is unknown, there are "
-                f"{', '.join(positions)}"
-            )
-    return Program(file.name, file.rsr, tuple(steps))
-
-
-def _place(path: Path, position: str, key: str) -> str:
-    """Return file, line and section of ``key``.
-
-    If the key is not there, return those of the position.
-    """
-    section = YAML(typ="rt").load(path)["positions"]
-    line = (
-        section[position].lc.key(key)[0]
-        if key in section[position]
-        else section.lc.key(position)[0]
-    )
-    return f"{path}, line {line + 1}: positions.{position}"
 
 
 def load_pendant_page(directory: Path | str | None = None) -> PendantPageFile:

@@ -9,24 +9,19 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from scara_config import Robot
+from scara_config.programs.files import joint_positions
+from scara_config.programs.lines import GripperStep, MoveStep
 
 from fanuc_emulator import alarms
 from fanuc_emulator.alarms import Alarm, AlarmCode, AlarmList, Severity
-from fanuc_emulator.config import EmulatorConfig, joint_positions
+from fanuc_emulator.config import EmulatorConfig
 from fanuc_emulator.drives.group import MotionGroup
 from fanuc_emulator.gripping.cell_parts import CellParts
 from fanuc_emulator.plant.config import axes_of, zero_offset
 from fanuc_emulator.plant.interpreter import interpreter_of
 from fanuc_emulator.plant.late_signals import LateSignals
 from fanuc_emulator.plant.readings import Readings
-from fanuc_emulator.program import (
-    Executor,
-    GripperStep,
-    MoveStep,
-    Program,
-    ProgramState,
-    StreamStep,
-)
+from fanuc_emulator.program import Executor, Program, ProgramState, StreamStep
 from fanuc_emulator.snapshot import ControlType, Snapshot
 from fanuc_emulator.streaming.source import SetpointRefusedError, StreamSource
 from fanuc_emulator.uop import NORMALLY_ON, Inputs, Outputs, Request

@@ -91,16 +91,21 @@ class Model:
         return tuple(reversed(found))
 
 
-def parse_urdf(text: str) -> Model:
+def parse_urdf(text: str, seen: bool = True) -> Model:
     """Read a robot description with its shapes.
+
+    Args:
+        text: The URDF.
+        seen: Take the shapes that are seen (``visual``); else those that collide.
 
     Raises:
         UrdfError: It is no XML, a shape is of another kind, or the joints are no tree.
     """
     robot = parse_robot(text)
+    tag = "visual" if seen else "collision"
     colours = {m.get("name", ""): _colour(m) for m in robot.findall("material")}
     shapes = {
-        link.get("name", ""): tuple(_shape(visual, colours) for visual in link.findall("visual"))
+        link.get("name", ""): tuple(_shape(shape, colours) for shape in link.findall(tag))
         for link in robot.findall("link")
     }
     return tree_of(robot, shapes)
@@ -247,7 +252,7 @@ def _shape(visual: ElementTree.Element, colours: Mapping[str, str]) -> Shape:
         if element.tag == "sphere":
             return Shape("sphere", (float(element.get("radius", "")),), xyz, rpy, colour)
         raise UrdfError(f"a shape of kind {element.tag} cannot be shown: box, cylinder, sphere can")
-    raise UrdfError("a visual has no geometry")
+    raise UrdfError("a shape has no geometry")
 
 
 def _origin(element: ElementTree.Element) -> tuple[Vector, Vector]:

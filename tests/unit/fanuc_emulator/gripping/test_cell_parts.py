@@ -12,10 +12,11 @@ import pytest
 from fanuc_emulator.config import load_emulator, load_programs
 from fanuc_emulator.controller import Controller
 from fanuc_emulator.gripping.cell_parts import CellParts
-from fanuc_emulator.program import GripperStep, Program, ProgramState
+from fanuc_emulator.program import Program, ProgramState
 from fanuc_emulator.snapshot import Snapshot
 from scara_config import load_robot
 from scara_config.palletise import load_palletise
+from scara_config.programs.lines import GripperStep
 
 from fanuc_emulator import alarms
 

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from cell_recorder.io.reading.bag_reader import BagError
 from harness.workspace import ROOT
-from twin_experiments.io.bag_reader import BagError
 from twin_experiments.io.compare.track_reader import Topics
 from twin_experiments.io.compare.writer import WrittenComparison, write_comparison
 from twin_experiments.record import RecordError

@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from cell_recorder.io.reading.bag_reader import BagError, open_bag
 from harness.pair import Pair
 from harness.recording import Recording, eventful
 from harness.workspace import ROOT
 from scara_config import ConfigError, files_in_force
-from twin_experiments.io.bag_reader import BagError, open_bag
 from twin_experiments.io.decision_reader import read_decisions, read_inputs, read_setups
 from twin_experiments.nodes.replay_decisions import app
 from twin_experiments.record import RecordError

@@ -6,10 +6,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from cell_recorder.io.reading.bag_reader import BagError, open_bag
 from mcap.reader import make_reader
 from rosbags.rosbag1 import Reader
 from rosbags.rosbag2.storage_mcap import McapReader
-from twin_experiments.io.bag_reader import BagError, open_bag
 from twin_experiments.io.mcap import Compression, Profile, convert_to_mcap
 
 MakeBag = Callable[..., Path]

@@ -6,13 +6,13 @@ import math
 from functools import cached_property
 
 from scara_config import Robot
+from scara_control.keep_out.points import watched_points
 from scara_control.kinematics.screws import ScrewModel
 from scara_control.kinematics.tool import ToolKinematics, tool_kinematics
 
 from twin_controller.config import TwinControllerConfig
 from twin_controller.core.events import Joints
 from twin_controller.core.safety.fastest import fastest_speed, speed_cap
-from twin_controller.core.safety.points import watched_points
 
 
 class Setup:

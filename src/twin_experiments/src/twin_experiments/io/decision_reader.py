@@ -11,11 +11,11 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+from cell_recorder.io.reading.bag_reader import Bag, BagError
 from scara_config import ConfigError, load_robot
 from twin_controller.config import load_twin_controller
 from twin_controller.core.setup import Setup
 
-from twin_experiments.io.bag_reader import Bag, BagError
 from twin_experiments.io.run_reader import CONFIGURATION, DECISIONS
 from twin_experiments.replay.decisions import RecordedDecision, RecordedInput
 

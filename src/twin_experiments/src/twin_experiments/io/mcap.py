@@ -14,6 +14,7 @@ from enum import Enum
 from pathlib import Path
 from typing import Any
 
+from cell_recorder.io.reading.bag_reader import BagError, open_bag
 from mcap.exceptions import McapError
 from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
@@ -22,8 +23,6 @@ from rosbags.highlevel import AnyReader, AnyReaderError
 from rosbags.rosbag1 import Reader
 from rosbags.rosbag2 import ReaderError
 from scara_config.text_enum import StrEnum
-
-from twin_experiments.io.bag_reader import BagError, open_bag
 
 VERSION = 9  # of the ROS 2 bag format that the file is written in
 

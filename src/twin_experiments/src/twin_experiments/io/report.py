@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from cell_recorder.io.reading.bag_reader import open_bag
 from scara_config import load_robot
 from scara_control.kinematics.screws import ScrewModel, tool_positions
 
@@ -27,7 +28,6 @@ from twin_experiments.document import (
     short_rows,
     summary_rows,
 )
-from twin_experiments.io.bag_reader import open_bag
 from twin_experiments.io.figures import draw
 from twin_experiments.io.label.workspace import this_workspace
 from twin_experiments.io.page.chart_data import errors_chart, joints_chart

@@ -13,12 +13,12 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from cell_recorder.io.reading.bag_reader import BagError
 from rich.console import Console
 from rich.table import Table
 from scara_config import ConfigError
 
 from twin_experiments.comparison.document import PAIR_HEADINGS, RUN_HEADINGS, pair_rows, run_rows
-from twin_experiments.io.bag_reader import BagError
 from twin_experiments.io.compare.track_reader import Topics
 from twin_experiments.io.compare.writer import WrittenComparison, write_comparison
 from twin_experiments.io.run_reader import TWIN

@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from cell_recorder.io.reading.bag_reader import BagError
 from rich.console import Console
 
-from twin_experiments.io.bag_reader import BagError
 from twin_experiments.io.mcap import Compression, Profile, convert_to_mcap
 
 UNUSABLE = 3

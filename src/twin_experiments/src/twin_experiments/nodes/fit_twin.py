@@ -14,6 +14,7 @@ from typing import Annotated
 
 import numpy as np
 import typer
+from cell_recorder.io.reading.bag_reader import BagError, open_bag
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
@@ -26,7 +27,6 @@ from twin_controller.config import load_twin_controller
 
 from twin_experiments.fitting.search import Fit, fit_twin
 from twin_experiments.fitting.twin_model import Choice, FloatArray, TwinModel, names_of, yaml_values
-from twin_experiments.io.bag_reader import BagError, open_bag
 from twin_experiments.io.fitting.offline_twin import SNAPSHOT_STEPS, OfflineTwin
 from twin_experiments.io.fitting.recording import Recording, read_recording
 

@@ -24,6 +24,7 @@ from typing import Annotated
 
 import rospy
 import typer
+from cell_recorder.io.reading.bag_reader import BagError
 from fanuc_emulator.config import load_emulator
 from fanuc_emulator.io.modbus_server import PortError
 from rich.console import Console
@@ -34,7 +35,6 @@ from twin_controller.reporting.snapshots import SnapshotError
 
 from twin_experiments.comparison.config import load_comparison
 from twin_experiments.comparison.tracks import Mechanism, Track
-from twin_experiments.io.bag_reader import BagError
 from twin_experiments.io.compare.track_reader import (
     Opened,
     Topics,

@@ -13,10 +13,10 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from cell_recorder.io.reading.bag_reader import BagError
 from rich.console import Console
 from scara_config import ConfigError
 
-from twin_experiments.io.bag_reader import BagError
 from twin_experiments.io.report import write_report
 from twin_experiments.nodes.live.terminal import print_report
 from twin_experiments.record import RecordError

@@ -25,6 +25,7 @@ import msgspec
 import rosgraph
 import rospy
 import typer
+from cell_recorder.io.reading.bag_reader import BagError
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 from scara_config import ConfigError, Robot, load_robot
@@ -40,7 +41,6 @@ from twin_experiments.config import (
     TwinPalletises,
     load_experiments,
 )
-from twin_experiments.io.bag_reader import BagError
 from twin_experiments.io.pendant import Pendant, PendantError
 from twin_experiments.io.report import write_report
 from twin_experiments.io.runs import link_latest, new_run_folder

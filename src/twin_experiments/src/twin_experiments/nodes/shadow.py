@@ -16,11 +16,11 @@ from typing import Annotated
 
 import msgspec
 import typer
+from cell_recorder.io.reading.bag_reader import BagError, open_bag
 from rich.console import Console
 from scara_config import ConfigError
 from twin_controller.reporting.snapshots import SnapshotError
 
-from twin_experiments.io.bag_reader import BagError, open_bag
 from twin_experiments.io.decision_reader import read_inputs, read_setups
 from twin_experiments.record import RecordError
 from twin_experiments.replay.history import shadow_at

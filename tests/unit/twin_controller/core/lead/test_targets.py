@@ -7,12 +7,12 @@ import re
 import numpy as np
 import pytest
 from harness.pair import SETUP, Pair
+from scara_control.keep_out.points import positions
 from twin_controller.core.actions import MoveTwin
 from twin_controller.core.events import MoveEnded, Operator
 from twin_controller.core.lead.commands.allowed import refusals
 from twin_controller.core.lead.commands.judging import judge_move
 from twin_controller.core.lead.modes import Mode
-from twin_controller.core.safety.points import positions
 from twin_controller.view import state_view
 
 BELOW_TABLE = (0.4, 0.0, -0.045)

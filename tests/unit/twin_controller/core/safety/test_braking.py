@@ -10,7 +10,6 @@ from itertools import product
 import numpy as np
 import pytest
 from fanuc_emulator.config import load_programs
-from fanuc_emulator.program import MoveStep
 from harness.emulated.emulated_pair import EmulatedPair, moves
 from harness.pair import ROBOT, SETUP
 from harness.workspace import ROOT
@@ -18,8 +17,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 from scara_config import KeepOut
+from scara_config.programs.lines import MoveStep
+from scara_control.keep_out.points import positions
 from twin_controller.core.lead.modes import Mode
-from twin_controller.core.safety.points import positions
 from twin_controller.core.safety.stopping import speed_reached
 from twin_controller.core.setup import Setup
 

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from harness.pair import HOME, ROBOT, SETUP, Pair, ramp, shifted
 from msgspec.structs import replace
+from scara_control.keep_out.points import positions
 from twin_controller.core.actions import Command, Send
 from twin_controller.core.events import PersonSeen
 from twin_controller.core.lead.modes import Mode
-from twin_controller.core.safety.points import positions
 from twin_controller.core.setup import Setup
 
 RETRY_S = SETUP.config.stop.retry_ms * 1e-3

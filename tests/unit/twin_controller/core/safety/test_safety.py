@@ -15,11 +15,12 @@ from harness.watch import Watch
 from hypothesis import given
 from hypothesis import strategies as st
 from scara_config import ConfigError, KeepOut
+from scara_control.keep_out.points import all_positions, positions, watched_points
+from scara_control.keep_out.zones import entered, judge_way
 from twin_controller.core.actions import Command, Send
 from twin_controller.core.events import PersonSeen
 from twin_controller.core.lead.modes import Mode
 from twin_controller.core.safety.fastest import fastest_point, speed_cap
-from twin_controller.core.safety.points import all_positions, positions, watched_points
 from twin_controller.core.safety.separation import (
     allowed_speed,
     judge_separation,
@@ -27,7 +28,6 @@ from twin_controller.core.safety.separation import (
 )
 from twin_controller.core.safety.sightings import Person
 from twin_controller.core.safety.stopping import braking_way
-from twin_controller.core.safety.zones import entered, judge_way
 from twin_controller.core.setup import Setup
 
 replace = msgspec.structs.replace

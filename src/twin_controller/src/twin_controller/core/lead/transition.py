@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import msgspec
+from scara_control.keep_out.zones import Way
 
 from twin_controller.core.actions import AnyAction, Decided
 from twin_controller.core.authority.control import NOBODY, THIS_MACHINE, Control, Seat
@@ -22,7 +23,6 @@ from twin_controller.core.orders.order import tell
 from twin_controller.core.orders.stop import safety_patience
 from twin_controller.core.orders.twin_stop import defied_text, defy
 from twin_controller.core.safety.divergence import DelayState, DivergenceState
-from twin_controller.core.safety.zones import Way
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides.change import drop_baseline
 from twin_controller.core.sides.own_gap import stall_text

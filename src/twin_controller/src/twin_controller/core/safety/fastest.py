@@ -6,9 +6,9 @@ import itertools
 from collections.abc import Sequence
 
 import numpy as np
+from scara_control.keep_out.points import FloatArray, WatchedPoint, all_positions, positions
 
 from twin_controller.core.events import Joints
-from twin_controller.core.safety.points import FloatArray, WatchedPoint, all_positions, positions
 
 GRID = np.pi / 4.0
 """Spacing of the revolute joints' positions among which the fastest pose is sought [rad]."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import msgspec
+from scara_control.keep_out.zones import Way, free_part, heads_into, widened
 
 from twin_controller.config import CellLimits
 from twin_controller.core.events import Joints
@@ -20,7 +21,6 @@ from twin_controller.core.safety.stopping import (
     stop_from,
     stop_on_plan,
 )
-from twin_controller.core.safety.zones import Way, free_part, heads_into, widened
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides.measure import answers
 from twin_controller.core.sides.side import RealSide, Sides

@@ -16,10 +16,10 @@ from collections.abc import Sequence
 
 import msgspec
 import numpy as np
+from scara_control.keep_out.points import FloatArray, WatchedPoint, all_positions
 
 from twin_controller.config import Separation
 from twin_controller.core.events import Joints
-from twin_controller.core.safety.points import FloatArray, WatchedPoint, all_positions
 from twin_controller.core.safety.sightings import Person
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import msgspec
+from scara_control.keep_out.zones import Way, judge_way
 
 from twin_controller.core.events import (
     AnyEvent,
@@ -22,7 +23,6 @@ from twin_controller.core.safety.divergence import (
 from twin_controller.core.safety.guard import Guard, Ways, judge_guard, known_ahead, point_speed
 from twin_controller.core.safety.separation import Distance, judge_separation
 from twin_controller.core.safety.sightings import Person, newest
-from twin_controller.core.safety.zones import Way, judge_way
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides.measure import answers
 from twin_controller.core.sides.side import Sides, TwinSide

@@ -6,8 +6,8 @@ from collections import Counter
 from dataclasses import dataclass
 
 import numpy as np
+from cell_recorder.io.reading.bag_reader import Bag, BagError
 
-from twin_experiments.io.bag_reader import Bag, BagError
 from twin_experiments.metrics.series import Array, Motion
 from twin_experiments.record import RecordError, build_side
 

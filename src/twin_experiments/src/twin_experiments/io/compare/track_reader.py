@@ -10,13 +10,13 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+from cell_recorder.io.reading.bag_reader import Bag, open_bag
 from scara_config import Robot, load_robot
 from scara_control.kinematics.screws import ScrewModel, tool_positions
 
 from twin_experiments.comparison.tracks import Mechanism, Track, first_to_move
 from twin_experiments.config import ExperimentsFile, load_experiments
 from twin_experiments.configuration import choose
-from twin_experiments.io.bag_reader import Bag, open_bag
 from twin_experiments.io.compare.joint_topics import JointTopic, read_joint_topic
 from twin_experiments.io.run_reader import MARKER, MEASURED, REAL, TWIN, read_configuration
 from twin_experiments.metrics.series import Motion

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 
 import msgspec
 import numpy as np
+from cell_recorder.io.reading.bag_reader import Bag, BagError
 from ruamel.yaml import YAML
 from scipy.interpolate import CubicHermiteSpline
 
 from twin_experiments.fitting.twin_model import FloatArray
-from twin_experiments.io.bag_reader import Bag, BagError
 from twin_experiments.io.fitting.offline_twin import Packet
 
 FOLLOW, TRUTH, MEASURED = "joint_pose_controller/follow", "real/ground_truth", "real/joint_states"

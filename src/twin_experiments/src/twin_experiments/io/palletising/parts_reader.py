@@ -6,12 +6,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from cell_recorder.io.reading.bag_reader import Bag
 from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
 from scara_config import ConfigError, convert
 from scara_config.palletise import FILE, Palletise, find_palletise
 
-from twin_experiments.io.bag_reader import Bag
 from twin_experiments.palletising.outcome import SIDES, Handled
 
 

@@ -9,12 +9,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from cell_recorder.io.reading.bag_reader import Bag, open_bag
 from twin_controller.core.events import RealMeasured
 from twin_controller.core.sides.clock import unwrap_ms
 from twin_controller.reporting.snapshots import decode_events
 
 from twin_experiments.comparison.tracks import Mechanism
-from twin_experiments.io.bag_reader import Bag, open_bag
 from twin_experiments.io.compare.joint_topics import read_joint_topic
 from twin_experiments.io.decision_reader import INPUTS
 from twin_experiments.io.run_reader import MEASURED

@@ -9,12 +9,12 @@ import math
 from typing import NamedTuple
 
 from scara_control.errors import ScaraControlError
+from scara_control.keep_out.zones import judge_way
 from scara_control.kinematics.arm_kinematics import parse_elbow
 
 from twin_controller.core.events import Joints, Operator
 from twin_controller.core.follow.limit import check_setpoint
 from twin_controller.core.follow.real import bounds_of
-from twin_controller.core.safety.zones import judge_way
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides.side import TwinSide
 

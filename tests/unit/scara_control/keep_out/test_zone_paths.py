@@ -14,7 +14,7 @@ from harness.pair import SETUP
 from hypothesis import given
 from hypothesis import strategies as st
 from scara_config import KeepOut
-from twin_controller.core.safety.zones import entered, first_hit, heads_into, judge_way
+from scara_control.keep_out.zones import entered, first_hit, heads_into, judge_way
 
 POINTS = SETUP.points
 Q = st.tuples(

@@ -8,9 +8,12 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 from scara_config import ConfigError, Robot
+
 from scara_control.kinematics.screws import ScrewModel, forward_kinematics_batch, tool_positions
 
 FloatArray = npt.NDArray[np.float64]
+Joints = tuple[float, ...]
+"""Joint positions in the order of the twin's joints, SI."""
 
 
 class WatchedPoint(msgspec.Struct, frozen=True):

@@ -10,8 +10,7 @@ import msgspec
 import numpy as np
 from scara_config import KeepOut
 
-from twin_controller.core.events import Joints
-from twin_controller.core.safety.points import FloatArray, WatchedPoint, all_positions
+from scara_control.keep_out.points import FloatArray, Joints, WatchedPoint, all_positions
 
 COARSE_STEPS = 8
 MOST_STEPS = 2000

@@ -14,15 +14,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from cell_recorder.io.runs_folder import parts_of
+from numpy.typing import NDArray
 from rosbags.interfaces import Connection, MessageDefinitionFormat
 from rosbags.rosbag1 import Reader
 from rosbags.rosbag1.reader import ReaderError
 from rosbags.typesys import Stores, TypesysError, get_types_from_msg, get_typestore
 
-from twin_experiments.io.bag_parts import Parts
-from twin_experiments.io.bag_repair import is_indexed, repair
-from twin_experiments.metrics.series import Array
+from cell_recorder.io.reading.bag_parts import Parts
+from cell_recorder.io.reading.bag_repair import is_indexed, repair
+from cell_recorder.io.runs_folder import parts_of
+
+Array = NDArray[np.float64]
 
 
 class BagError(RuntimeError):

@@ -1,0 +1,1 @@
+"""The robot's programs as files: their lines, and how they are read."""

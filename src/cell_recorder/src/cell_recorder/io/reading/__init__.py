@@ -1,0 +1,1 @@
+"""Reads bags without ROS, also those that were not finished."""

@@ -1,0 +1,74 @@
+"""The numbers of what_if.yaml, and those of the twin controller that count here too."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import msgspec
+from msgspec import Meta
+from scara_config import load, locate
+from scara_config.percent import SpeedPercent
+
+Length = Annotated[float, Meta(ge=0.0, le=100.0)]
+Milliseconds = Annotated[float, Meta(ge=0.0, le=5000.0)]
+
+
+class ProgramConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """How the robot runs a program."""
+
+    acceleration_percent: SpeedPercent
+    fine_ms: Milliseconds
+    cnt_ms: Milliseconds
+
+
+class LagConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The lag of a robot that was not measured."""
+
+    mean_ms: Milliseconds
+    spread_ms: Milliseconds
+
+
+class WhatIfConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Everything of what_if.yaml."""
+
+    nearer_mm: Length
+    lay_mm: Length
+    person_radius_mm: Annotated[float, Meta(gt=0.0, le=2000.0)]
+    person_height_mm: Annotated[float, Meta(gt=0.0, le=3000.0)]
+    sample_ms: Annotated[float, Meta(ge=0.5, le=50.0)]
+    program: ProgramConfig
+    lag: LagConfig
+
+
+class _Cell(msgspec.Struct, frozen=True):
+    keep_out_clearance_mm: Length
+
+
+class _Limit(msgspec.Struct, frozen=True):
+    speed_percent: SpeedPercent
+
+
+class ControllerLimits(msgspec.Struct, frozen=True):
+    """What of twin_controller.yaml limits a motion; its other keys are the controller's own."""
+
+    cell: _Cell
+    limit: _Limit
+
+
+def load_what_if(directory: Path | str | None = None) -> WhatIfConfig:
+    """Read what_if.yaml of ``directory`` (default: the package scara_config).
+
+    Raises:
+        ConfigError: The file is missing or a value does not fit.
+    """
+    return load(locate("what_if.yaml", directory), WhatIfConfig)
+
+
+def load_limits(directory: Path | str | None = None) -> ControllerLimits:
+    """Read what counts here of twin_controller.yaml.
+
+    Raises:
+        ConfigError: The file is missing or a value does not fit.
+    """
+    return load(locate("twin_controller.yaml", directory), ControllerLimits)

@@ -1,0 +1,1 @@
+"""Where bodies are, and how near they come to each other. Pure."""

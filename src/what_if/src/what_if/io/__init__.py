@@ -1,0 +1,1 @@
+"""Reads the cell's files and bags."""

@@ -1,0 +1,225 @@
+"""Judge a motion: from its legs, the bodies and what the gripper does to a verdict."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from what_if.figures import Figures
+from what_if.geometry.bodies import Body, FloatArray, Kind, box_between, upright
+from what_if.geometry.distances import ERROR
+from what_if.geometry.scene import Press, Scene
+from what_if.geometry.sweep import Nearest, Swept, sweep
+from what_if.geometry.way import Way
+from what_if.handling import MM, part_bodies, switch
+from what_if.motions import Motion
+from what_if.timing.leg import Leg
+from what_if.timing.planning import plan
+from what_if.timing.use import use_of
+from what_if.verdict import Cause, Outcome, Reason, Verdict
+from what_if.world import World
+from what_if.zones import first_zone
+
+LIMITING = (Cause.SPEED, Cause.EFFORT)
+"""What makes a motion slower, but does not forbid it."""
+
+
+def judge(world: World, motion: Motion) -> Verdict:
+    """Judge what would come of a motion that begins in a world as it is.
+
+    Args:
+        world: The cell now.
+        motion: What is asked for.
+
+    Raises:
+        WhatIfError: The question itself is wrong: an unknown joint, a speed out of range.
+    """
+    planned = plan(world, motion)
+    if not planned.legs:
+        return Verdict(Outcome.REFUSED, planned.reasons)
+    trial = _Trial(world, list(planned.reasons))
+    for leg in planned.legs:
+        trial.take(leg)
+    return trial.verdict(planned.legs)
+
+
+class _Trial:
+    """The second world while a motion goes on in it."""
+
+    def __init__(self, world: World, reasons: list[Reason]) -> None:
+        self._world, self._cell = world, world.cell
+        self._reasons = reasons
+        self._parts, self._q = world.parts, world.q
+        self._figures = Figures(len(world.q))
+        self._swept: dict[bytes, Swept] = {}
+        self._scene = self._furnished()
+
+    def take(self, leg: Leg) -> None:
+        """Go through a leg."""
+        if leg.course is not None:
+            self._look_at_use(leg)
+        if leg.way is not None:
+            self._look_at_bodies(leg, leg.way)
+            self._look_at_zones(leg, leg.way)
+            self._q = tuple(leg.way.knots[-1].tolist())
+        if leg.grip is not None:
+            self._switch(leg, leg.grip)
+
+    def verdict(self, legs: Sequence[Leg]) -> Verdict:
+        """Put the verdict together."""
+        refusing = [reason for reason in self._reasons if reason.cause not in LIMITING]
+        limiting = [reason for reason in self._reasons if reason.cause in LIMITING]
+        outcome = Outcome.REFUSED if refusing else Outcome.LIMITED if limiting else Outcome.OK
+        refusing.sort(key=lambda reason: reason.time_s)
+        last = legs[-1]
+        waits = sum(leg.waits for leg in legs)
+        joints = [joint.name for joint in self._cell.robot.twin_joints]
+        return self._figures.verdict(
+            joints,
+            outcome,
+            (*refusing, *limiting),
+            last.begin + last.duration,
+            math.sqrt(waits) * self._world.lag.spread,
+            self._q,
+        )
+
+    def _furnished(self) -> Scene:
+        """Return the cell with everything that stands in it now."""
+        cell, world = self._cell, self._world
+        root, tool, config = cell.tree.links[0], cell.robot.tool_frame, cell.config
+        bodies: list[Body] = list(cell.bodies)
+        press = Press()
+        if cell.work is not None:
+            bodies += part_bodies(cell.work, tool, self._parts)
+            # What is nearer than this counts as a hit, so what is allowed begins that far away.
+            room = config.nearer_mm * MM + ERROR
+            gripper = cell.work.gripper
+            press = Press(
+                gripper.offset_mm * MM + room, cell.work.give + room, config.lay_mm * MM + room
+            )
+        for thing in world.obstacles:
+            bodies.append(
+                upright(thing.name, Kind.OBSTACLE, root, thing.shape, thing.size, thing.middle)
+            )
+        floor = cell.work.floor_mm * MM if cell.work else 0.0
+        size = (config.person_radius_mm * MM, config.person_height_mm * MM)
+        for number, (x, y, _) in enumerate(world.people, 1):
+            middle = (x, y, floor + 0.5 * size[1])
+            bodies.append(upright(f"person {number}", Kind.PERSON, root, "cylinder", size, middle))
+        for zone in world.zones:
+            low, high = (np.array(corner) * MM for corner in (zone.lower_mm, zone.upper_mm))
+            bodies.append(box_between(zone.name, Kind.ZONE, root, low, high))
+        return Scene(cell.tree, bodies, press)
+
+    def _look_at_use(self, leg: Leg) -> None:
+        """Note what the leg asks of the joints."""
+        assert leg.course is not None
+        holds = any(part.link == self._cell.robot.tool_frame for part in self._parts)
+        joints = self._cell.robot.twin_joints
+        use = use_of(joints, self._cell.points, self._world.models[holds], leg.course)
+        self._figures.add_use(use)
+        largest = int(np.argmax(use.effort))
+        if use.effort[largest] > 1.0 and not self._has(Cause.EFFORT):
+            share = 100.0 * use.effort[largest]
+            text = f"{joints[largest].name} would need {share:.0f} % of its effort"
+            time = leg.begin + use.effort_at
+            self._reasons.append(Reason(Cause.EFFORT, time, leg.step, None, text))
+
+    def _has(self, cause: Cause) -> bool:
+        return any(reason.cause is cause for reason in self._reasons)
+
+    def _look_at_bodies(self, leg: Leg, way: Way) -> None:
+        """Note how near bodies come, and where they hit each other."""
+        key = way.knots.tobytes()
+        swept = self._swept.get(key)
+        if swept is None:
+            swept = sweep(self._scene, way, self._cell.config.nearer_mm * MM)
+            self._swept[key] = swept
+        if swept.nearest is not None:
+            between = self._words(swept.nearest)
+            self._figures.add_clearance(swept, between, leg.time_at(swept.nearest.u))
+        if swept.hit is None:
+            return
+        one, other = self._words(swept.hit)
+        zone = self._zone_of(swept.hit)
+        does = "would enter keep-out zone" if zone else "would hit"
+        if zone:
+            self._figures.add_zone(zone)
+        self._reasons.append(
+            Reason(
+                Cause.ZONE if zone else Cause.COLLISION,
+                leg.time_at(swept.hit.u),
+                leg.step,
+                self._place(way, swept.hit),
+                f"{one} {does} {other}",
+            )
+        )
+
+    def _bodies(self, found: Nearest) -> tuple[Body, Body]:
+        """Return the two bodies, that of the arm first."""
+        pair = self._scene.pairs[found.pair]
+        one, other = self._scene.bodies[pair.first], self._scene.bodies[pair.second]
+        moved = (Kind.ARM, Kind.NOZZLE, Kind.HELD)
+        return (one, other) if one.kind in moved else (other, one)
+
+    def _words(self, found: Nearest) -> tuple[str, str]:
+        one, other = (_named(body) for body in self._bodies(found))
+        return one, other
+
+    def _zone_of(self, found: Nearest) -> str:
+        other = self._bodies(found)[1]
+        return other.name if other.kind is Kind.ZONE else ""
+
+    def _place(self, way: Way, found: Nearest) -> tuple[float, float, float]:
+        """Return where two bodies are nearest to each other [mm]."""
+        poses = self._scene.body_poses(way.at(np.array([found.u])))[0]
+        pair = self._scene.pairs[found.pair]
+        one, other = self._scene.distances.points(poses, pair.first, pair.second)
+        x, y, z = (0.5 * (one + other) / MM).tolist()
+        return round(x, 1), round(y, 1), round(z, 1)
+
+    def _look_at_zones(self, leg: Leg, way: Way) -> None:
+        """Note the zones that watched points come too near to, as the twin controller judges."""
+        margin = self._cell.limits.cell.keep_out_clearance_mm
+        for zone in self._world.zones:
+            found = first_zone(self._cell.points, zone, way, margin)
+            if found is None:
+                continue
+            self._figures.add_zone(zone.name)
+            text, u = found
+            place = self._tool_at(way, u)
+            time = leg.time_at(u)
+            self._reasons.append(Reason(Cause.ZONE, time, leg.step, place, text))
+
+    def _tool_at(self, way: Way, u: float) -> tuple[float, float, float]:
+        poses: FloatArray = self._cell.tree.poses(way.at(np.array([u])))[0]
+        tool = self._cell.tree.index[self._cell.robot.tool_frame]
+        x, y, z = (poses[tool, :3, 3] / MM).tolist()
+        return round(x, 1), round(y, 1), round(z, 1)
+
+    def _switch(self, leg: Leg, on: bool) -> None:
+        """Grip, set down or drop."""
+        done = switch(self._cell, self._parts, self._q, on)
+        time = leg.begin + leg.duration
+        still = Way(np.array([self._q]))
+        if done.placed:
+            self._figures.placed.append(done.placed)
+        if done.dropped:
+            self._figures.dropped.append(done.part)
+        for cause, text in ((Cause.DROP, done.dropped), (Cause.GRIP, done.missed)):
+            if text:
+                place = self._tool_at(still, 0.0)
+                self._reasons.append(Reason(cause, time, leg.step, place, text))
+        if done.parts != self._parts:
+            self._parts = done.parts
+            self._swept.clear()
+            self._scene = self._furnished()
+
+
+def _named(body: Body) -> str:
+    """Return a body in the words of somebody who stands in front of it."""
+    if body.kind is Kind.HELD:
+        return f"{body.name} in hand"
+    return "the nozzle" if body.kind is Kind.NOZZLE else body.name

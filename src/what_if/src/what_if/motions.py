@@ -1,0 +1,85 @@
+"""What can be asked for: motions that are not begun yet, or were recorded."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from scara_config.programs.files import ProgramSteps
+from scara_control.joint_motion import JointMotion
+
+from what_if.geometry.bodies import FloatArray
+
+
+@dataclass(frozen=True)
+class ToolTarget:
+    """Move the tool to a point by a joint move, as MOVE and ``move_to`` do.
+
+    Attributes:
+        x: In the base frame [m].
+        y: Likewise.
+        z: Likewise.
+        yaw: Wanted rotation of the tool about the vertical [rad]; None: as it comes.
+        elbow: righty, lefty or empty.
+        speed_percent: Program speed; 0: the default.
+    """
+
+    x: float
+    y: float
+    z: float
+    yaw: float | None = None
+    elbow: str = ""
+    speed_percent: float = 0.0
+
+
+@dataclass(frozen=True)
+class JointTarget:
+    """Move all of the twin's joints, as MOVE_JOINTS does.
+
+    Attributes:
+        q: Joint positions, shape (n,): [rad], prismatic [m].
+        speed_percent: Program speed; 0: the default.
+    """
+
+    q: tuple[float, ...]
+    speed_percent: float = 0.0
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """Follow points over time, as a FollowJointTrajectory goal does.
+
+    Attributes:
+        names: Some or all of the twin's joints; the others stay where they are.
+        points: In this order of joints; ``time`` from the start [s], velocities and accelerations
+            may be empty.
+    """
+
+    names: tuple[str, ...]
+    points: tuple[JointMotion, ...]
+
+
+@dataclass(frozen=True)
+class ProgramRun:
+    """Run a program of config/programs on the robot."""
+
+    program: ProgramSteps
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """The way that a bag holds.
+
+    Attributes:
+        names: The joints of the columns.
+        times: From the start [s], increasing, shape (m,).
+        q: Joint positions, shape (m, len(names)): [rad], prismatic [m].
+        grips: When the suction was switched [s], and whether on.
+    """
+
+    names: tuple[str, ...]
+    times: FloatArray
+    q: FloatArray
+    grips: tuple[tuple[float, bool], ...] = ()
+
+
+Motion = ToolTarget | JointTarget | Trajectory | ProgramRun | Recorded

@@ -1,0 +1,125 @@
+"""Try a motion before steel moves: rosrun what_if judge PROGRAM|x,y,z[,yaw]|BAG.
+
+It begins where the arm of the running cell stands, or at home with parts on their stands
+(``--resting``, or if no cell runs). Nothing is written to any wire. Exit code 0 OK, 1 LIMITED,
+2 REFUSED, 3 it could not be judged.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated
+
+import msgspec
+import typer
+from scara_config import ConfigError
+from scara_config.profile import CHOICE
+
+from what_if.errors import WhatIfError
+from what_if.io.cell_files import find_program, resting_cell
+from what_if.io.recorded_way import read_way
+from what_if.judging import judge as judged
+from what_if.motions import Motion, ProgramRun, Recorded
+from what_if.question import point_of
+from what_if.text import lines_of
+from what_if.verdict import Outcome
+from what_if.world import World
+
+CODES = {Outcome.OK: 0, Outcome.LIMITED: 1, Outcome.REFUSED: 2}
+FAILED = 3
+app = typer.Typer(
+    add_completion=False,
+    help="Try a motion before steel moves.",
+    rich_markup_mode=None,
+    context_settings={"ignore_unknown_options": True},
+)
+
+
+@app.command()
+def judge(
+    motion: Annotated[
+        str,
+        typer.Argument(
+            help="A program's name or file; a point x,y,z[,yaw] in m and deg; a bag.",
+            metavar="PROGRAM|x,y,z[,yaw]|BAG",
+        ),
+    ],
+    speed: Annotated[
+        float, typer.Option(help="Of a move to a point [%]; default: motion.yaml.", max=100.0)
+    ] = 0.0,
+    elbow: Annotated[str, typer.Option(help="Of a move to a point: righty or lefty.")] = "",
+    resting: Annotated[
+        bool, typer.Option("--resting", help="Begin at home, whatever cell runs.")
+    ] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the verdict as JSON.")] = False,
+    robot: Annotated[
+        str | None,
+        typer.Option(help="Folder of config/robots; default: SCARA_ROBOT, else fanuc_sr6ia."),
+    ] = None,
+    config_dir: Annotated[
+        Path | None,
+        typer.Option(help="Folder with the YAML files; default: the package scara_config."),
+    ] = None,
+) -> None:
+    """Try a motion before steel moves."""
+    if robot is not None:
+        os.environ[CHOICE] = robot
+    try:
+        with _world(config_dir, resting) as world:
+            verdict = judged(*_asked(world, motion, speed, elbow, config_dir))
+    except (ConfigError, WhatIfError) as error:
+        typer.echo(f"judge: {error}", err=True)
+        raise typer.Exit(FAILED) from error
+    if as_json:
+        typer.echo(msgspec.json.format(msgspec.json.encode(verdict), indent=1).decode())
+    else:
+        typer.echo("\n".join(lines_of(verdict)))
+    raise typer.Exit(CODES[verdict.outcome])
+
+
+def _asked(
+    world: World, text: str, speed: float, elbow: str, config_dir: Path | None
+) -> tuple[World, Motion]:
+    """Return what the argument means, and the world in which it begins.
+
+    Raises:
+        ConfigError: There is no such program.
+        WhatIfError: The point or the bag is wrong.
+    """
+    point = point_of(text, speed, elbow)
+    if point is not None:
+        return world, point
+    if text.endswith(".bag"):
+        return at_begin(world, read_way(world.cell, Path(text)))
+    return world, ProgramRun(find_program(world.cell, text, config_dir))
+
+
+def at_begin(world: World, way: Recorded) -> tuple[World, Motion]:
+    """Return the world with the joints where a recorded way begins."""
+    return replace(world, q=tuple(way.q[0].tolist())), way
+
+
+@contextmanager
+def _world(config_dir: Path | None, resting: bool) -> Iterator[World]:
+    """Yield the live cell's world, or one at rest where no cell runs."""
+    with resting_cell(config_dir) as (world, models):
+        if resting:
+            yield world
+            return
+        from what_if.nodes.live_world import live_world
+
+        live = live_world(world, models)
+        if live is None:
+            typer.echo("judge: no cell answers: from home, parts on their stands", err=True)
+        yield live or world
+
+
+def main() -> None:
+    """Run the command; rosrun may pass remappings."""
+    sys.argv[1:] = [word for word in sys.argv[1:] if ":=" not in word]
+    app(prog_name="judge")

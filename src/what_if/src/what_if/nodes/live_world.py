@@ -1,0 +1,164 @@
+"""The world as the topics of a running cell show it."""
+
+from __future__ import annotations
+
+import threading
+import time
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import rosgraph
+import rospy
+from geometry_msgs.msg import PointStamped
+from scara_config.payload import Payload
+from scara_ros.io.hardening import harden_process
+from sensor_msgs.msg import JointState
+from visualization_msgs.msg import MarkerArray
+
+from scara_msgs.msg import GripperState, PayloadState, TwinControllerState
+from what_if.geometry.bodies import FloatArray
+from what_if.handling import found_part
+from what_if.io.cell_files import Models
+from what_if.world import Lag, World
+
+TOPICS = {
+    "twin/joint_states": JointState,
+    "twin/gripper": GripperState,
+    "twin/parts": MarkerArray,
+    "twin/payload": PayloadState,
+    "twin_controller/state": TwinControllerState,
+    "people/nearest": PointStamped,
+}
+JOINTS = "twin/joint_states"
+PERSON_S = 5.0
+"""A person who was seen so long ago is no longer there; our choice. With monitoring on, the twin
+controller stops the pair long before."""
+WAIT_S = 2.0
+"""A cell that runs publishes its joints and its state within this time."""
+
+
+class LiveWorld:
+    """Keeps the newest message of each topic and makes a world of them.
+
+    Args:
+        base: What the topics do not tell.
+        models: Dynamics for the payload that the controller was told.
+    """
+
+    def __init__(self, base: World, models: Models) -> None:
+        self._base, self._models = base, models
+        self._lock = threading.Lock()
+        self._newest: dict[str, tuple[float, Any]] = {}
+        self._heard = threading.Condition(self._lock)
+        self._subscribers = [
+            rospy.Subscriber(topic, kind, self._keep, topic, queue_size=1, tcp_nodelay=True)
+            for topic, kind in TOPICS.items()
+        ]
+
+    def close(self) -> None:
+        """Listen no longer."""
+        for subscriber in self._subscribers:
+            subscriber.unregister()
+
+    def wait(self, deadline: float) -> bool:
+        """Wait for the joints and what the cell latches; return whether the joints are known.
+
+        Args:
+            deadline: At most so long [s].
+        """
+        wanted = set(TOPICS) - {"people/nearest"}
+        if self._base.cell.work is None:
+            wanted -= {"twin/gripper", "twin/parts"}
+        with self._heard:
+            self._heard.wait_for(lambda: wanted <= set(self._newest), deadline)
+            return JOINTS in self._newest
+
+    def now(self) -> World | None:
+        """Return the world; None while no joint state was heard."""
+        with self._lock:
+            newest = dict(self._newest)
+        if JOINTS not in newest:
+            return None
+        world = replace(self._base, q=self._joints(newest[JOINTS][1]))
+        if "twin_controller/state" in newest:
+            world = self._commanded(world, newest["twin_controller/state"][1])
+        if "twin/payload" in newest:
+            payload = _payload(newest["twin/payload"][1].told)
+            world = replace(world, payload=payload, models=self._models.told(payload))
+        if "twin/parts" in newest:
+            gripper = newest.get("twin/gripper")
+            held = gripper[1].part if gripper else ""
+            world = self._with_parts(world, newest["twin/parts"][1], held)
+        return self._with_people(world, newest.get("people/nearest"))
+
+    def _keep(self, message: Any, topic: str) -> None:
+        with self._heard:
+            self._newest[topic] = (time.monotonic(), message)
+            self._heard.notify_all()
+
+    def _joints(self, message: JointState) -> tuple[float, ...]:
+        at = dict(zip(message.name, message.position))
+        names = [joint.name for joint in self._base.cell.robot.twin_joints]
+        return tuple(at.get(name, home) for name, home in zip(names, self._base.q))
+
+    def _commanded(self, world: World, state: TwinControllerState) -> World:
+        """Take in the robot's lag and the speed that it is given."""
+        lag = world.lag
+        if state.follower_lag > 0.0:
+            lag = Lag(state.follower_lag, lag.spread, measured=True)
+        percent = state.speed_applied_percent
+        return replace(world, lag=lag, override_percent=percent if percent > 0.0 else 100.0)
+
+    def _with_parts(self, world: World, message: MarkerArray, held: str) -> World:
+        if world.cell.work is None:
+            return world
+        parts = tuple(
+            found_part(world.cell, marker.text, _pose(marker.pose), world.q, marker.text == held)
+            for marker in message.markers
+        )
+        return replace(world, parts=parts)
+
+    def _with_people(self, world: World, seen: tuple[float, PointStamped] | None) -> World:
+        if seen is None or time.monotonic() - seen[0] > PERSON_S:
+            return world
+        point = seen[1].point
+        return replace(world, people=((point.x, point.y, point.z),))
+
+
+def live_world(base: World, models: Models) -> World | None:
+    """Return the world of the cell that runs now; None if none answers. Becomes a node for it."""
+    if not rosgraph.is_master_online():
+        return None
+    harden_process()
+    rospy.init_node("what_if_judge", anonymous=True, disable_signals=True)
+    live = LiveWorld(base, models)
+    try:
+        live.wait(WAIT_S)
+        return live.now()
+    finally:
+        live.close()
+
+
+def _payload(message: Any) -> Payload:
+    centre, inertia = message.centre, message.inertia
+    return Payload(
+        number=message.number,
+        name=message.name,
+        mass_kg=message.mass,
+        centre_m=(centre.x, centre.y, centre.z),
+        inertia_kg_m2=(inertia.x, inertia.y, inertia.z),
+    )
+
+
+def _pose(message: Any) -> FloatArray:
+    """Return a pose message as a homogeneous transform."""
+    x, y, z, w = (getattr(message.orientation, name) for name in "xyzw")
+    pose = np.eye(4)
+    pose[:3, :3] = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+    ]
+    pose[:3, 3] = message.position.x, message.position.y, message.position.z
+    return pose

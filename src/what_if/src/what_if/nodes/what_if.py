@@ -1,0 +1,142 @@
+"""Judge motions in a second world, beside the cell and with low priority.
+
+Parameters:
+    ~config_dir: Folder with the YAML files (default: the package scara_config).
+
+Topics (in): twin/joint_states, twin/gripper, twin/parts, twin/payload, twin_controller/state,
+    people/nearest.
+
+Services:
+    what_if/judge (scara_msgs/JudgeMotion).
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import threading
+import traceback
+from pathlib import Path
+
+import numpy as np
+import rospy
+from geometry_msgs.msg import Point
+from scara_config import ConfigError, config_directory
+from scara_control.joint_motion import JointMotion
+from scara_ros.nodes.starting import become_node
+
+from scara_msgs.srv import JudgeMotion, JudgeMotionResponse
+from what_if.errors import WhatIfError
+from what_if.io.cell_files import find_program, resting_cell
+from what_if.judging import judge
+from what_if.motions import JointTarget, Motion, ProgramRun, ToolTarget, Trajectory
+from what_if.nodes.live_world import LiveWorld
+from what_if.verdict import Verdict
+from what_if.world import Cell
+
+NICENESS = 10
+"""Below everything that moves the pair; our choice, as for the operator's page."""
+KINDS = ("MOVE", "MOVE_JOINTS", "TRAJECTORY", "PROGRAM")
+
+
+class WhatIfServer:
+    """Answers one question after the other; the engine of the dynamics serves one at a time."""
+
+    def __init__(self, live: LiveWorld, cell: Cell, folder: Path) -> None:
+        """Advertise the service."""
+        self._live, self._cell, self._folder = live, cell, folder
+        self._lock = threading.Lock()
+        rospy.Service("what_if/judge", JudgeMotion, self._answer)
+
+    def _answer(self, request: JudgeMotion._request_class) -> JudgeMotionResponse:
+        try:
+            with self._lock:
+                world = self._live.now()
+                if world is None:
+                    text = "where the twin stands is not known: wait for twin/joint_states"
+                    return JudgeMotionResponse(success=False, message=text)
+                return answer_of(judge(world, self._motion(request)), self._cell)
+        except (WhatIfError, ConfigError) as error:
+            return JudgeMotionResponse(success=False, message=str(error))
+        except Exception as error:
+            rospy.logerr("what_if/judge failed:\n%s", traceback.format_exc())
+            text = f"what_if/judge failed: {type(error).__name__}: {error}"
+            return JudgeMotionResponse(success=False, message=text)
+
+    def _motion(self, request: JudgeMotion._request_class) -> Motion:
+        """Convert a request.
+
+        Raises:
+            WhatIfError: There is no such motion, or a count is wrong.
+            ConfigError: There is no such program.
+        """
+        kind = request.motion.strip().upper()
+        if kind == "MOVE":
+            yaw = request.yaw if request.has_yaw else None
+            place = (request.x, request.y, request.z)
+            return ToolTarget(*place, yaw, request.elbow, request.speed_percent)
+        if kind == "MOVE_JOINTS":
+            return JointTarget(tuple(request.joint_positions), request.speed_percent)
+        if kind == "PROGRAM":
+            return ProgramRun(find_program(self._cell, request.program, self._folder))
+        if kind == "TRAJECTORY":
+            count, width = len(request.times), len(request.name)
+            if len(request.positions) != count * width or not count * width:
+                raise WhatIfError(
+                    f"positions = {len(request.positions)} values: expected {count} points of "
+                    f"{width} joints"
+                )
+            rows = np.array(request.positions).reshape(count, width).tolist()
+            points = tuple(
+                JointMotion(tuple(row), (), (), float(at)) for row, at in zip(rows, request.times)
+            )
+            return Trajectory(tuple(request.name), points)
+        raise WhatIfError(f"motion = {request.motion!r}: allowed are {', '.join(KINDS)}")
+
+
+def answer_of(verdict: Verdict, cell: Cell) -> JudgeMotionResponse:
+    """Convert a verdict to the service's answer; lengths become [m]."""
+    first = verdict.reasons[0] if verdict.reasons else None
+    near = verdict.clearance
+    place = Point()
+    if first is not None and first.place_mm is not None:
+        place = Point(*(1e-3 * value for value in first.place_mm))
+    return JudgeMotionResponse(
+        success=True,
+        message=verdict.sentence,
+        verdict=verdict.outcome.value,
+        cause=first.cause.value if first else "",
+        time=first.time_s if first else 0.0,
+        step=first.step if first else "",
+        place=place,
+        duration=verdict.duration_s,
+        duration_spread=verdict.duration_spread_s,
+        clearance=1e-3 * near.distance_mm if near else -1.0,
+        clearance_between=list(near.between) if near else [],
+        clearance_time=near.time_s if near else 0.0,
+        joint=[joint.name for joint in cell.robot.twin_joints],
+        speed_used_percent=[use.speed_percent for use in verdict.joints],
+        acceleration_used_percent=[use.acceleration_percent for use in verdict.joints],
+        effort_used_percent=[use.effort_percent for use in verdict.joints],
+        tool_speed=1e-3 * verdict.tool_speed_mm_s,
+        zones=list(verdict.zones),
+        placed=list(verdict.placed),
+        dropped=list(verdict.dropped),
+        energy=verdict.energy_j,
+        target=list(verdict.target),
+    )
+
+
+def main() -> None:
+    """Start the node and answer until it is told to end."""
+    os.nice(NICENESS)
+    become_node("what_if")
+    folder = Path(rospy.get_param("~config_dir", "") or config_directory())
+    try:
+        with resting_cell(folder) as (base, models):
+            WhatIfServer(LiveWorld(base, models), base.cell, folder)
+            rospy.loginfo("what_if is ready")
+            rospy.spin()
+    except ConfigError as error:
+        rospy.logfatal("%s", error)
+        sys.exit(2)

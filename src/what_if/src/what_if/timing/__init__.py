@@ -1,0 +1,1 @@
+"""A motion in time: legs, speeds, efforts. Pure."""

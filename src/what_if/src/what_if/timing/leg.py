@@ -1,0 +1,58 @@
+"""One piece of a motion: a move, a pause, or a switch of the suction."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from what_if.geometry.bodies import FloatArray
+from what_if.geometry.way import Way
+
+
+@dataclass(frozen=True)
+class Course:
+    """The motion of the joints at chosen times.
+
+    Attributes:
+        times: From the beginning of the leg [s], shape (m,).
+        q: Joint positions, shape (m, n), SI.
+        qdot: Velocities, shape (m, n).
+        qddot: Accelerations, shape (m, n).
+        u: Place on the leg's way, shape (m,).
+    """
+
+    times: FloatArray
+    q: FloatArray
+    qdot: FloatArray
+    qddot: FloatArray
+    u: FloatArray
+
+
+@dataclass(frozen=True)
+class Leg:
+    """A piece of a motion.
+
+    Attributes:
+        begin: From the beginning of the motion [s].
+        duration: Until the next one may begin [s].
+        step: In words, for example ``line 3``.
+        way: Where the joints go; None: they stand.
+        course: When they are where; None: they stand.
+        grip: The suction is switched on or off at the end; None: it stays.
+        waits: The duration contains the robot's lag once.
+    """
+
+    begin: float
+    duration: float
+    step: str
+    way: Way | None = None
+    course: Course | None = None
+    grip: bool | None = None
+    waits: bool = False
+
+    def time_at(self, u: float) -> float:
+        """Return when a place of the way is passed, from the beginning of the motion [s]."""
+        if self.course is None:
+            return self.begin
+        return self.begin + float(np.interp(u, self.course.u, self.course.times))

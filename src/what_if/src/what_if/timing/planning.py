@@ -1,0 +1,315 @@
+"""Turn what is asked for into legs with times, by the planners that the cell moves with."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scara_config import Joint
+from scara_config.programs.lines import GripperStep, MoveStep
+from scara_control.dynamics.effort import load_of
+from scara_control.dynamics.planner import Planner
+from scara_control.errors import JointLimitError, ScaraControlError
+from scara_control.joint_motion import JointMotion
+from scara_control.kinematics.arm_kinematics import parse_elbow
+from scara_control.limits import check_limits
+from scara_control.motion.plan import Path
+from scara_control.trajectory.goal import named_joints, plan_path
+from scipy.signal import savgol_filter
+
+from what_if.errors import WhatIfError
+from what_if.geometry.way import Way
+from what_if.motions import JointTarget, Motion, ProgramRun, Recorded, ToolTarget, Trajectory
+from what_if.timing.law import move_leg, trapezoid
+from what_if.timing.leg import Course, Leg
+from what_if.verdict import Cause, Reason
+from what_if.world import World
+
+SMOOTHING_S = 0.12
+"""What was recorded is smoothed over this time before accelerations are taken of it (our choice:
+the shortest ramps of the three robots take as long)."""
+
+
+@dataclass(frozen=True)
+class Planned:
+    """A motion in time, and what stands against it before anybody looks at bodies."""
+
+    legs: tuple[Leg, ...]
+    reasons: tuple[Reason, ...] = ()
+
+
+def plan(world: World, motion: Motion) -> Planned:
+    """Plan a motion from where the joints are.
+
+    Raises:
+        WhatIfError: It cannot be a motion of this robot at all: a wrong count, an unknown joint.
+    """
+    try:
+        if isinstance(motion, ProgramRun):
+            return _program(world, motion)
+        if isinstance(motion, Trajectory):
+            return _trajectory(world, motion)
+        if isinstance(motion, Recorded):
+            return _recorded(world, motion)
+        return _move(world, motion)
+    except JointLimitError as error:
+        return _refused(Cause.LIMIT, str(error))
+    except ScaraControlError as error:
+        cause = Cause.REACH if isinstance(motion, ToolTarget) else Cause.LIMIT
+        return _refused(cause, str(error))
+
+
+def _refused(cause: Cause, text: str) -> Planned:
+    return Planned((), (Reason(cause, 0.0, "", None, text),))
+
+
+def _move(world: World, motion: ToolTarget | JointTarget) -> Planned:
+    """Plan as joint_pose_controller does; the robot follows by its lag."""
+    joints, settings = world.cell.robot.twin_joints, world.cell.motion.move
+    percent = motion.speed_percent or settings.default_speed_percent
+    if not 1.0 <= percent <= 100.0:
+        raise WhatIfError(f"speed_percent = {percent:g}: is neither 0 (default) nor in [1, 100]")
+    target = _destination(world, motion)
+    check_limits(joints, target)
+    planner = Planner(joints)
+    if (world.payload is not None and world.payload.mass_kg) or world.held:
+        planner.load = load_of(world.models[bool(world.held)], joints, settings.effort_percent)
+    allowed = min(percent, world.cap_percent)
+    path = planner.move(JointMotion.at_rest(world.q), target, allowed)
+    reasons = [*_capped(world, percent), *_lighter(path)]
+    course = _sampled(path, world.cell.config.sample_ms * 1e-3)
+    step = f"move at {percent:g} %"
+    return Planned((move_leg(course, 0.0, step, world.lag.mean),), tuple(reasons))
+
+
+def _capped(world: World, percent: float, step: str = "", time: float = 0.0) -> list[Reason]:
+    if percent <= world.cap_percent:
+        return []
+    text = f"{percent:g} % is asked for; the robot gets {world.cap_percent:g} %, its cap"
+    return [Reason(Cause.SPEED, time, step, None, text)]
+
+
+def _lighter(path: Path) -> list[Reason]:
+    if path.share >= 1.0:
+        return []
+    text = f"the payload leaves {100.0 * path.share:.0f} % of the joints' acceleration"
+    return [Reason(Cause.EFFORT, 0.0, "", None, text)]
+
+
+def _destination(world: World, motion: ToolTarget | JointTarget) -> tuple[float, ...]:
+    """Return the joint positions at the end.
+
+    Raises:
+        ScaraControlError: The point is out of reach, or there is no such elbow.
+        WhatIfError: The robot cannot turn its tool.
+    """
+    if isinstance(motion, JointTarget):
+        return motion.q
+    names = [joint.name for joint in world.cell.robot.twin_joints]
+    columns = [names.index(joint.name) for joint in world.cell.robot.arm_joints]
+    seed = [world.q[column] for column in columns]
+    elbow = parse_elbow(motion.elbow)
+    answer = world.cell.kinematics.inverse(motion.x, motion.y, motion.z, elbow, seed)
+    q = list(world.q)
+    for column, value in zip(columns, answer.chosen.q):
+        q[column] = value
+    if motion.yaw is not None:
+        _check_yaw(world, answer.chosen.q, motion.yaw)
+    return tuple(q)
+
+
+def _check_yaw(world: World, q: Sequence[float], yaw: float) -> None:
+    """Refuse a yaw that the last joint cannot reach: R = J1 + J2 + J4 of a SCARA.
+
+    Raises:
+        WhatIfError: The robot is no SCARA, or has no joint for it.
+        JointLimitError: The joint would leave its range.
+    """
+    robot = world.cell.robot
+    own = [joint for joint in robot.joints if not joint.twin and joint.screw_axis is not None]
+    if robot.geometry is None or not own:
+        raise WhatIfError(f"yaw: {robot.name} has no joint that turns the tool about the vertical")
+    wrist = own[-1]
+    wanted = math.remainder(yaw - q[0] - q[1], math.tau)
+    check_limits([wrist], [wanted])
+
+
+def _sampled(path: Path, sample: float) -> Course:
+    """Look at a path at chosen times; from rest it is straight, so the way is where it is on it."""
+    count = max(2, math.ceil(path.duration / sample) + 1)
+    times = np.linspace(0.0, path.duration, count)
+    motions = [path.at(float(t)) for t in times]
+    q = np.array([motion.q for motion in motions])
+    qdot, qddot = (np.array([getattr(m, name) for m in motions]) for name in ("qdot", "qddot"))
+    whole = q[-1] - q[0]
+    column = int(np.argmax(np.abs(whole)))
+    far = whole[column]
+    u = (q[:, column] - q[0, column]) / far if far else np.linspace(0.0, 1.0, count)
+    return Course(times, q, qdot, qddot, np.clip(u, 0.0, 1.0))
+
+
+def _program(world: World, motion: ProgramRun) -> Planned:
+    """Lay a program's steps in a row, each move by the robot's own law."""
+    robot, settings = world.cell.robot, world.cell.config.program
+    columns = [k for k, joint in enumerate(robot.joints) if joint.twin]
+    joints = robot.joints
+    acceleration = [j.acceleration * settings.acceleration_percent / 100.0 for j in joints]
+    sample, now, legs = world.cell.config.sample_ms * 1e-3, 0.0, list[Leg]()
+    here = [0.0] * len(joints)
+    for column, q in zip(columns, world.q):
+        here[column] = q
+    reasons: list[Reason] = []
+    for step in motion.program.steps:
+        words = f"line {step.line} of {motion.program.name}"
+        if isinstance(step, MoveStep):
+            percent = step.speed_percent * world.override_percent / 100.0
+            if not any(reason.cause is Cause.SPEED for reason in reasons):
+                reasons += _capped(world, percent, words, now)
+            share = min(percent, world.cap_percent) / 100.0
+            speed = [joint.velocity * share for joint in joints]
+            reasons += _beyond(joints, step.target, words, now)
+            course = trapezoid(here, step.target, speed, acceleration, sample)
+            after = (settings.fine_ms if step.fine else settings.cnt_ms) * 1e-3
+            leg = move_leg(_twins(course, columns), now, words, after)
+            here = list(step.target)
+        elif isinstance(step, GripperStep):
+            leg = Leg(now, _switching(world, step.on), words, grip=step.on)
+        else:
+            leg = Leg(now, step.seconds, words)
+        legs.append(leg)
+        now += leg.duration
+    return Planned(tuple(legs), tuple(reasons))
+
+
+def _beyond(
+    joints: Sequence[Joint], target: Sequence[float], words: str, time: float
+) -> list[Reason]:
+    """Return a reason if a position of a program is outside the joints' ranges."""
+    try:
+        check_limits(joints, target)
+    except JointLimitError as error:
+        return [Reason(Cause.LIMIT, time, words, None, str(error))]
+    return []
+
+
+def _twins(course: Course, columns: Sequence[int]) -> Course:
+    """Leave out the joints that the twin does not have."""
+    chosen = list(columns)
+    return Course(
+        course.times,
+        course.q[:, chosen],
+        course.qdot[:, chosen],
+        course.qddot[:, chosen],
+        course.u,
+    )
+
+
+def _switching(world: World, on: bool) -> float:
+    if world.cell.work is None:
+        return 0.0
+    gripper = world.cell.work.gripper
+    return (gripper.vacuum_ms if on else gripper.release_ms) * 1e-3
+
+
+def _trajectory(world: World, motion: Trajectory) -> Planned:
+    """Plan as trajectory_server does.
+
+    Raises:
+        ScaraControlError: A joint is unknown, a count or a time is wrong, the end is no rest.
+    """
+    joints = world.cell.robot.twin_joints
+    names = [joint.name for joint in joints]
+    chosen = named_joints(joints, motion.names)
+    columns = [names.index(joint.name) for joint in chosen]
+    path = plan_path(chosen, tuple(world.q[k] for k in columns), motion.points)
+    sample = world.cell.config.sample_ms * 1e-3
+    count = max(2, math.ceil(path.duration / sample) + 1)
+    times = np.linspace(0.0, path.duration, count)
+    rows = np.zeros((3, count, len(joints)))
+    rows[0] = world.q
+    for k, t in enumerate(times):
+        at = path.at(float(t))
+        rows[0, k, columns], rows[1, k, columns], rows[2, k, columns] = at.q, at.qdot, at.qddot
+    course = Course(times, rows[0], rows[1], rows[2], np.arange(count, dtype=float))
+    leg = _curved(world, course, "trajectory", world.lag.mean)
+    return Planned((leg,), tuple(_too_much(world, course)))
+
+
+def _recorded(world: World, motion: Recorded) -> Planned:
+    """Take the way of a bag; speeds and accelerations are taken from smoothed positions.
+
+    Raises:
+        WhatIfError: A joint is unknown, or there are too few positions.
+    """
+    names = [joint.name for joint in world.cell.robot.twin_joints]
+    unknown = sorted(set(motion.names) - set(names))
+    if unknown or len(motion.times) < 2:
+        what = f"unknown joints {', '.join(unknown)}" if unknown else "fewer than two positions"
+        raise WhatIfError(f"the recorded way has {what}: expected {', '.join(names)}")
+    sample = world.cell.config.sample_ms * 1e-3
+    times = np.arange(motion.times[0], motion.times[-1], sample)
+    q = np.tile(np.array(world.q), (len(times), 1))
+    for k, name in enumerate(motion.names):
+        q[:, names.index(name)] = np.interp(times, motion.times, motion.q[:, k])
+    window = min(2 * int(0.5 * SMOOTHING_S / sample) + 1, len(times) - (len(times) + 1) % 2)
+    order = min(3, window - 1)
+    smooth, qdot, qddot = (
+        savgol_filter(q, window, order, deriv=d, delta=sample, axis=0) for d in (0, 1, 2)
+    )
+    u = np.arange(len(times), dtype=float)
+    course = Course(times - times[0], smooth, qdot, qddot, u)
+    legs, begin = [], 0
+    for when, on in motion.grips:
+        end = int(np.clip(np.searchsorted(times, when), begin + 1, len(times) - 1))
+        legs += [_part(world, course, begin, end), Leg(float(course.times[end]), 0.0, "", grip=on)]
+        begin = end
+    if begin < len(times) - 1:
+        legs.append(_part(world, course, begin, len(times) - 1))
+    return Planned(tuple(legs), tuple(_too_much(world, course)))
+
+
+def _part(world: World, course: Course, begin: int, end: int) -> Leg:
+    """Return a piece of what was recorded."""
+    cut = slice(begin, end + 1)
+    piece = Course(
+        course.times[cut] - course.times[begin],
+        course.q[cut],
+        course.qdot[cut],
+        course.qddot[cut],
+        np.arange(end + 1 - begin, dtype=float),
+    )
+    leg = _curved(world, piece, "recorded way", 0.0)
+    return Leg(float(course.times[begin]), leg.duration, leg.step, leg.way, leg.course)
+
+
+def _curved(world: World, course: Course, step: str, after: float) -> Leg:
+    r"""Return a leg whose way is no straight line, but nearly one between two samples.
+
+    A joint with the acceleration a strays from a straight piece that lasts h by at most
+    :math:`a h^2 / 8`.
+    """
+    h = float(np.max(np.diff(course.times)))
+    slack = np.max(np.abs(course.qddot), axis=0) * h * h / 8.0
+    return Leg(0.0, float(course.times[-1]) + after, step, Way(course.q, slack.tolist()), course)
+
+
+def _too_much(world: World, course: Course) -> list[Reason]:
+    """Return the first joint that leaves its range or is too fast."""
+    found = []
+    for k, joint in enumerate(world.cell.robot.twin_joints):
+        for values, low, high, per in (
+            (course.q[:, k], joint.lower, joint.upper, ""),
+            (course.qdot[:, k], -joint.velocity, joint.velocity, "/s"),
+        ):
+            slack = 1e-6 + 1e-4 * (high - low)
+            outside = np.flatnonzero((values < low - slack) | (values > high + slack))
+            if outside.size:
+                at = int(outside[0])
+                text = (
+                    f"{joint.name} = {values[at] / joint.scale:.2f} {joint.unit}{per} is outside "
+                    f"[{low / joint.scale:.6g}, {high / joint.scale:.6g}]"
+                )
+                found.append(Reason(Cause.LIMIT, float(course.times[at]), "", None, text))
+    return sorted(found, key=lambda reason: reason.time_s)

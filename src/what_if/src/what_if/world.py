@@ -1,0 +1,150 @@
+"""The world in which a motion is tried: a frozen snapshot of the cell."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+from scara_config import KeepOut, Robot
+from scara_config.palletise import Palletise
+from scara_config.payload import Payload
+from scara_control.config import MotionConfig
+from scara_control.dynamics.effort import Model
+from scara_control.keep_out.points import WatchedPoint, watched_points
+from scara_control.kinematics.arm_kinematics import ArmKinematics
+
+from scara_description.urdf import Model as Description
+from what_if.config import ControllerLimits, WhatIfConfig
+from what_if.geometry.bodies import Body, FloatArray, bodies_of
+from what_if.geometry.tree import Tree, stroke
+
+
+@dataclass(frozen=True)
+class Cell:
+    """What of a cell does not change while it runs.
+
+    Attributes:
+        robot: robot.yaml.
+        description: The URDF with its collision shapes.
+        config: what_if.yaml.
+        motion: motion.yaml.
+        limits: What counts here of twin_controller.yaml.
+        work: palletise.yaml; None without parts and gripper.
+        rated_kg: The most that the robot may carry.
+    """
+
+    robot: Robot
+    description: Description
+    config: WhatIfConfig
+    motion: MotionConfig
+    limits: ControllerLimits
+    work: Palletise | None
+    rated_kg: float
+
+    @cached_property
+    def tree(self) -> Tree:
+        """The links."""
+        joints = self.robot.twin_joints
+        strokes = [stroke(joint.lower, joint.upper) for joint in joints]
+        return Tree(self.description, [joint.name for joint in joints], strokes)
+
+    @cached_property
+    def kinematics(self) -> ArmKinematics:
+        """Inverse kinematics with its checks."""
+        return ArmKinematics(self.robot)
+
+    @cached_property
+    def points(self) -> tuple[WatchedPoint, ...]:
+        """The points that may enter no zone."""
+        return watched_points(self.robot)
+
+    @cached_property
+    def bodies(self) -> tuple[Body, ...]:
+        """The description's bodies."""
+        rests = [*self.work.table.stands_mm, "pallet"] if self.work else []
+        return bodies_of(self.description, self.robot.tool_frame, rests)
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part and the link that it lies on or hangs at.
+
+    Attributes:
+        name: Of the part.
+        link: What carries it.
+        pose: Of its middle in the link's frame, shape (4, 4), translation in [m].
+    """
+
+    name: str
+    link: str
+    pose: FloatArray
+
+
+@dataclass(frozen=True)
+class Obstacle:
+    """Something that stands in the cell and is in no file: a post, a box.
+
+    Attributes:
+        name: For people.
+        shape: box, cylinder (upright) or sphere.
+        size: box: lengths in x, y, z; cylinder: radius, length; sphere: radius [m].
+        middle: Its middle in the base frame [m].
+    """
+
+    name: str
+    shape: str
+    size: tuple[float, ...]
+    middle: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Lag:
+    """How late the robot does what it is told.
+
+    Attributes:
+        mean: [s].
+        spread: Standard deviation [s].
+        measured: Whether somebody measured it; else it is assumed.
+    """
+
+    mean: float
+    spread: float
+    measured: bool = False
+
+
+@dataclass(frozen=True)
+class World:
+    """The cell at one instant.
+
+    Attributes:
+        cell: What does not change.
+        q: Positions of the twin's joints, shape (n,): [rad], prismatic [m].
+        lag: Of the robot.
+        models: Dynamics of the arm with its payload: without and with a part in hand.
+        parts: All parts; the one in hand hangs at the tool's link.
+        payload: What the controller was told; None: nothing.
+        people: Where people are, in the base frame [m].
+        obstacles: What else stands there.
+        zones: Keep-out zones.
+        override_percent: Of every programmed speed, as set at the robot.
+        cap_percent: Of every joint's speed: nothing moves faster.
+    """
+
+    cell: Cell
+    q: tuple[float, ...]
+    lag: Lag
+    models: Mapping[bool, Model]
+    parts: tuple[Part, ...] = ()
+    payload: Payload | None = None
+    people: tuple[tuple[float, float, float], ...] = ()
+    obstacles: tuple[Obstacle, ...] = ()
+    zones: tuple[KeepOut, ...] = ()
+    override_percent: float = 100.0
+    cap_percent: float = 100.0
+
+    @property
+    def held(self) -> str:
+        """The part in hand; empty if none is."""
+        tool = self.cell.robot.tool_frame
+        return next((part.name for part in self.parts if part.link == tool), "")

@@ -1,0 +1,137 @@
+"""Nothing slips between two samples, and no clearance is promised that is not there."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from harness.yaml_files import CONFIG
+from scara_config.profile import CHOICE
+from what_if.geometry.bodies import Body, FloatArray, Kind, upright
+from what_if.geometry.scene import Press, Scene
+from what_if.geometry.sweep import sweep
+from what_if.geometry.tree import Tree
+from what_if.geometry.way import Way, straight
+from what_if.io.cell_files import read_cell
+from what_if.world import Cell, World
+
+NEARER = 1e-3
+ROBOTS = ("fanuc_sr6ia", "fanuc_sr3ia", "articulated_six")
+
+
+@pytest.fixture(params=ROBOTS)
+def cell(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Cell:
+    """Each robot of the configuration."""
+    monkeypatch.setitem(os.environ, CHOICE, request.param)
+    return read_cell(CONFIG)
+
+
+def random_poses(tree: Tree, cell: Cell, count: int, seed: int) -> FloatArray:
+    """Return joint positions all over the ranges, shape (count, n)."""
+    low, high = np.array([(j.lower, j.upper) for j in cell.robot.twin_joints]).T
+    return np.random.default_rng(seed).uniform(low, high, (count, len(tree.joints)))
+
+
+def test_no_point_moves_further_than_the_bound(cell: Cell) -> None:
+    """The corners of each body, over joint moves of any size: the proof rests on this."""
+    q = random_poses(cell.tree, cell, 400, 1)
+    ways = np.abs(np.diff(q, axis=0))
+    poses = cell.tree.poses(q)
+    for body in cell.bodies:
+        at = poses[:, cell.tree.index[body.link]]
+        corners = np.einsum("mij,kj->mki", at[:, :3, :3], body.corners) + at[:, None, :3, 3]
+        moved = np.linalg.norm(np.diff(corners, axis=0), axis=2).max(axis=1)
+        assert np.all(moved <= ways @ cell.tree.reach(body) + 1e-12), body.name
+
+
+def test_the_bound_is_reached(cell: Cell) -> None:
+    """A small turn of the first joint moves the tool's link by most of what the bound says."""
+    body = next(b for b in cell.bodies if b.link == cell.robot.tool_frame)
+    q = random_poses(cell.tree, cell, 2000, 2)
+    turned = q + np.eye(len(cell.tree.joints))[0] * 1e-6
+    index = cell.tree.index[body.link]
+    moved = cell.tree.poses(turned)[:, index, :3, 3] - cell.tree.poses(q)[:, index, :3, 3]
+    assert np.linalg.norm(moved, axis=1).max() > 0.6e-6 * cell.tree.reach(body)[0]
+
+
+def post(world: World, x: float, y: float, radius: float) -> Body:
+    """Return an upright post as high as the forearm."""
+    root = world.cell.tree.links[0]
+    return upright("post", Kind.OBSTACLE, root, "cylinder", (radius, 0.7), (x, y, 0.05))
+
+
+def posts() -> Iterator[tuple[float, float]]:
+    """Yield places all around the robot, each in the way of a turn of joint 1."""
+    for angle in np.linspace(-2.0, 2.0, 37):
+        for radius in (0.2, 0.45, 0.655):
+            yield float(radius * np.cos(angle)), float(radius * np.sin(angle))
+
+
+@pytest.mark.parametrize("radius", [1e-4, 2e-3])
+def test_a_thin_post_is_never_missed(world: World, radius: float) -> None:
+    """A post of 0.2 mm that a stretched arm sweeps over in one turn, wherever it stands."""
+    way = straight((-2.4, 0.0, -0.05, 0.0), (2.4, 0.0, -0.05, 0.0))
+    for x, y in posts():
+        scene = Scene(world.cell.tree, [*world.cell.bodies, post(world, x, y, radius)], Press())
+        hit = sweep(scene, way, NEARER).hit
+        assert hit is not None, (x, y)
+        names = {scene.bodies[k].name for k in (scene.pairs[hit.pair].first,)}
+        names.add(scene.bodies[scene.pairs[hit.pair].second].name)
+        assert "post" in names
+
+
+def test_the_first_of_two_posts_is_told(world: World) -> None:
+    """The reason is the first in time, not the deepest."""
+    near, far = post(world, 0.45, -0.3, 0.02), post(world, 0.45, 0.3, 0.05)
+    scene = Scene(world.cell.tree, [*world.cell.bodies, near, far], Press())
+    hit = sweep(scene, straight((-2.4, 0.0, -0.05, 0.0), (2.4, 0.0, -0.05, 0.0)), NEARER).hit
+    assert hit is not None
+    angle = -2.4 + 4.8 * hit.u
+    assert -0.95 < angle < -0.55
+
+
+def densely(scene: Scene, way: Way, count: int) -> float:
+    """Return the smallest distance of all pairs by looking everywhere."""
+    u = np.linspace(0.0, way.length, count)
+    scene.distances.forget()
+    poses = scene.body_poses(way.at(u))
+    gaps, least = scene.gaps(poses), np.inf
+    for k in range(count):
+        for number in np.flatnonzero((gaps[k] < least) & scene.never):
+            least = min(least, scene.distance(k, poses[k], int(number)))
+    return float(least)
+
+
+def test_the_clearance_is_what_a_dense_look_finds(cell: Cell) -> None:
+    """On ways through the whole workspace: never less than promised, and as near as told."""
+    scene = Scene(cell.tree, cell.bodies, Press())
+    q = random_poses(cell.tree, cell, 24, 3)
+    for start, end in zip(q[::2], q[1::2]):
+        way = straight(start, end)
+        found, least = sweep(scene, way, NEARER), densely(scene, way, 300)
+        if found.hit is not None:
+            continue
+        assert found.nearest is not None
+        assert least >= found.at_least
+        assert found.nearest.distance <= least * 1.06 + 6e-4
+
+
+def test_a_way_of_many_knots_is_that_of_its_pieces(world: World) -> None:
+    """A polyline along a straight way finds what the straight way finds."""
+    scene = Scene(world.cell.tree, [*world.cell.bodies, post(world, 0.45, 0.3, 0.02)], Press())
+    start, end = np.array((-2.0, 0.5, -0.1, 0.0)), np.array((2.0, -0.5, -0.05, 0.0))
+    knots = start + np.linspace(0.0, 1.0, 501)[:, None] * (end - start)
+    one, many = sweep(scene, straight(start, end), NEARER), sweep(scene, Way(knots), NEARER)
+    assert one.hit is not None and many.hit is not None
+    assert many.hit.u / 500.0 == pytest.approx(one.hit.u, abs=2e-3)
+
+
+def test_what_stands_still_is_looked_at_too(world: World) -> None:
+    """A way of no length: an arm that touches something already is told."""
+    scene = Scene(world.cell.tree, [*world.cell.bodies, post(world, 0.65, 0.0, 0.02)], Press())
+    here = np.array([[0.0, 0.0, -0.16, 0.0]])
+    assert sweep(scene, Way(here), NEARER).hit is not None
+    free = Scene(world.cell.tree, world.cell.bodies, Press())
+    assert sweep(free, Way(here), NEARER).hit is None

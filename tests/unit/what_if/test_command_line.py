@@ -1,0 +1,56 @@
+"""The command line: exit codes, JSON, what it says of a wrong question."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import msgspec
+import pytest
+from harness.yaml_files import CONFIG
+from typer.testing import CliRunner
+from what_if.errors import WhatIfError
+from what_if.nodes.judge import app
+from what_if.question import point_of
+from what_if.verdict import Outcome, Verdict
+
+
+def run(*words: str) -> tuple[int, str]:
+    """Run the command; return its exit code and all that it wrote."""
+    done = CliRunner().invoke(app, ["--resting", "--config-dir", str(CONFIG), *words])
+    return done.exit_code, done.output
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "said"),
+    [
+        (("article",), 0, "OK: takes"),
+        (("0.51,0.16,0.10", "--speed", "100"), 1, "LIMITED at 0.00 s"),
+        (("0.65,0,-0.02",), 2, "the nozzle would hit part_"),
+        (("-0.4,0.3,0.1",), 0, "OK: takes"),
+        (("NOPE",), 3, "there are ARTICLE, PALLETISE, TWO_POINT"),
+        (("0.5,0.1",), 3, "expected x,y,z [m]"),
+        (("none.bag",), 3, "there is no such bag"),
+    ],
+)
+def test_exit_codes(words: tuple[str, ...], code: int, said: str) -> None:
+    """0 OK, 1 LIMITED, 2 REFUSED, 3 no verdict."""
+    got, text = run(*words)
+    assert got == code, text
+    assert said in text
+
+
+def test_json_is_the_verdict() -> None:
+    """What a program reads is what the library gives."""
+    code, text = run("0.65,0,-0.02", "--json")
+    verdict = msgspec.json.decode(text, type=Verdict)
+    assert (code, verdict.outcome) == (2, Outcome.REFUSED)
+    assert verdict.reasons[0].text.startswith("the nozzle would hit part_")
+
+
+def test_a_point_has_three_numbers_or_four() -> None:
+    """A yaw is in degrees; a name is no point."""
+    point = point_of("0.5, .1,-0.05, 90")
+    assert point is not None and point.yaw == pytest.approx(1.5708, abs=1e-4)
+    assert point_of("ARTICLE") is None and point_of(str(Path("a.bag"))) is None
+    with pytest.raises(WhatIfError, match="expected x,y,z"):
+        point_of("1,2")

@@ -1,0 +1,195 @@
+"""Verdicts: what is free passes, and each kind of harm is refused with its reason."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from harness.pair import SETUP
+from harness.yaml_files import CONFIG
+from scara_config import KeepOut
+from scara_config.payload import load_payloads
+from scara_config.programs.files import ProgramSteps
+from scara_config.programs.lines import GripperStep, MoveStep, WaitStep
+from scara_control.dynamics.planner import Planner
+from scara_control.joint_motion import JointMotion
+from scara_control.keep_out.zones import judge_way
+from what_if.errors import WhatIfError
+from what_if.io.cell_files import find_program, resting_cell
+from what_if.judging import judge
+from what_if.motions import JointTarget, Motion, ProgramRun, Recorded, ToolTarget, Trajectory
+from what_if.verdict import Cause, Outcome
+from what_if.world import Obstacle, World
+
+HOME = (0.0, 0.0, -0.16, 0.0)
+WALL = KeepOut("wall", (400.0, 200.0, -300.0), (420.0, 500.0, 500.0))
+
+
+def steps(*lines: MoveStep | WaitStep | GripperStep) -> ProgramRun:
+    """Return lines as a program."""
+    return ProgramRun(ProgramSteps("TEST", 8, lines))
+
+
+def move(number: int, *q: float) -> MoveStep:
+    """Return a move of the program: the twin's joints, joint_4 at 0."""
+    return MoveStep(number, (q[0], q[1], q[2], 0.0, q[3]), 40.0, True)
+
+
+@pytest.mark.parametrize(("name", "placed"), [("ARTICLE", 0), ("TWO_POINT", 0), ("PALLETISE", 9)])
+def test_the_shipped_programs_are_free(world: World, name: str, placed: int) -> None:
+    """What the cell does each day is not refused, and its parts arrive."""
+    verdict = judge(world, ProgramRun(find_program(world.cell, name, CONFIG)))
+    assert verdict.outcome is Outcome.OK, verdict.sentence
+    assert (len(verdict.placed), verdict.dropped) == (placed, ())
+    assert verdict.clearance is not None and verdict.clearance.at_least_mm > 0.0
+    assert verdict.energy_j > 0.0 and verdict.tool_speed_mm_s > 0.0
+
+
+@pytest.mark.parametrize(
+    ("motion", "cause", "said"),
+    [
+        (ToolTarget(0.9, 0.0, 0.1), Cause.REACH, "outside the reach"),
+        (JointTarget((0.0, 0.0, -0.3, 0.0)), Cause.LIMIT, "joint_3 = -0.3 m is outside"),
+        (ToolTarget(0.51, 0.16, -0.04), Cause.ZONE, "below_table"),
+        (ToolTarget(0.65, 0.0, -0.02), Cause.COLLISION, "the nozzle would hit part_"),
+        (ToolTarget(0.05, -0.45, -0.045), Cause.COLLISION, "would hit pallet"),
+        (
+            Trajectory(("joint_1",), (JointMotion((2.0,), (), (), 0.1),)),
+            Cause.LIMIT,
+            "joint_1 = ",
+        ),
+        (Trajectory(("joint_9",), (JointMotion((2.0,), (), (), 1.0),)), Cause.LIMIT, "joint_9"),
+        (steps(GripperStep(1, True)), Cause.GRIP, "there is nothing to grip"),
+    ],
+)
+def test_harm_is_refused_with_its_reason(
+    world: World, motion: Motion, cause: Cause, said: str
+) -> None:
+    """Each kind, in words that name what is concerned."""
+    verdict = judge(world, motion)
+    assert verdict.outcome is Outcome.REFUSED
+    assert verdict.reasons[0].cause is cause
+    assert said in verdict.sentence
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"obstacles": (Obstacle("post", "cylinder", (0.001, 0.6), (0.45, 0.3, 0.0)),)}, "post"),
+        ({"people": ((0.5, 0.6, 0.0),)}, "person 1"),
+        ({"zones": (WALL,)}, "zone wall"),
+    ],
+)
+def test_what_stands_in_the_way_is_told(
+    world: World, changes: dict[str, object], said: str
+) -> None:
+    """A turn of joint 1 that is free without it."""
+    turn = JointTarget((1.4, 0.0, -0.05, 0.0))
+    assert judge(world, turn).outcome is Outcome.OK
+    verdict = judge(replace(world, **changes), turn)  # type: ignore[arg-type]
+    assert verdict.outcome is Outcome.REFUSED
+    assert said in verdict.sentence
+    first = verdict.reasons[0]
+    assert 0.0 < first.time_s < verdict.duration_s and first.place_mm is not None
+
+
+def test_a_part_in_hand_hits_what_the_bare_nozzle_passes(world: World) -> None:
+    """Over the pallet's board at a height between the nozzle and the underside of the part."""
+    lines = list(find_program(world.cell, "PALLETISE", CONFIG).steps)
+    grip = next(k for k, s in enumerate(lines) if isinstance(s, GripperStep))
+    release = next(k for k in range(grip + 1, len(lines)) if isinstance(lines[k], GripperStep))
+    moves = [s for s in lines[grip:release] if isinstance(s, MoveStep)]
+    low = replace_joint(moves[-1], 2, moves[-1].target[2] - 0.01)
+    holding = [s for s in lines[:release] if s is not moves[-1]]
+    bare = [s for s in holding if not isinstance(s, GripperStep)]
+    assert judge(world, steps(*bare[-1:], low)).outcome is Outcome.OK
+    verdict = judge(world, steps(*holding, low))
+    assert verdict.reasons[0].text == "part_1 in hand would hit pallet"
+
+
+def replace_joint(step: MoveStep, column: int, value: float) -> MoveStep:
+    """Return a move with another position of one joint."""
+    target = (*step.target[:column], value, *step.target[column + 1 :])
+    return MoveStep(step.line, target, step.speed_percent, step.fine)
+
+
+def test_a_part_let_go_in_the_air_is_dropped(world: World) -> None:
+    """The first part of PALLETISE, let go where the arm is above the pallet."""
+    lines = list(find_program(world.cell, "PALLETISE", CONFIG).steps)
+    grip = next(k for k, s in enumerate(lines) if isinstance(s, GripperStep))
+    lift = next(k for k in range(grip, len(lines)) if isinstance(lines[k], MoveStep))
+    verdict = judge(world, steps(*lines[: lift + 1], GripperStep(99, False)))
+    assert verdict.outcome is Outcome.REFUSED
+    assert verdict.reasons[0].cause is Cause.DROP
+    assert verdict.dropped == ("part_1",)
+
+
+def test_more_than_the_cap_is_limited_and_judged_at_the_cap(world: World) -> None:
+    """The robot gets 80 %; asking for more only says so."""
+    slow = judge(world, JointTarget((1.0, 0.5, -0.1, 0.0), 80.0))
+    fast = judge(world, JointTarget((1.0, 0.5, -0.1, 0.0), 100.0))
+    assert (slow.outcome, fast.outcome) == (Outcome.OK, Outcome.LIMITED)
+    assert fast.reasons[0].cause is Cause.SPEED
+    assert fast.duration_s == slow.duration_s
+
+
+def test_a_heavy_payload_slows_the_move(world: World) -> None:
+    """The rated payload leaves less than all of the acceleration at full speed."""
+    with resting_cell(CONFIG) as (_, models):
+        rated = load_payloads(CONFIG).find(4)
+        heavy = replace(world, payload=rated, models=models.told(rated), cap_percent=100.0)
+        target = JointTarget((2.0, 1.5, -0.1, 0.0), 100.0)
+        light = replace(world, cap_percent=100.0)
+        loaded, bare = judge(heavy, target), judge(light, target)
+    assert loaded.outcome is Outcome.LIMITED
+    assert loaded.reasons[0].cause is Cause.EFFORT
+    assert loaded.duration_s > bare.duration_s
+
+
+@pytest.mark.parametrize("angle", [0.3, 0.6, 0.9, 1.2])
+@pytest.mark.parametrize("height", [-0.2, -0.15, -0.05])
+def test_what_the_controller_refuses_is_refused_here(
+    world: World, angle: float, height: float
+) -> None:
+    """The zones of twin_controller/judge, and whatever else it does not see."""
+    end = (angle, 0.4, height, 0.0)
+    way = judge_way(SETUP.points, (WALL,), HOME, end, SETUP.velocity, 5.0)
+    verdict = judge(replace(world, zones=(WALL,)), JointTarget(end))
+    if way.violation:
+        assert verdict.outcome is Outcome.REFUSED
+        assert "wall" in verdict.zones
+
+
+@pytest.mark.parametrize("percent", [0.5, 120.0])
+def test_a_speed_out_of_range_is_no_question(world: World, percent: float) -> None:
+    """Neither 0, the default, nor from 1 to 100."""
+    with pytest.raises(WhatIfError, match=r"speed_percent = .*: is neither 0"):
+        judge(world, JointTarget(HOME, percent))
+
+
+def test_a_yaw_beyond_the_wrist_and_without_one(world: World) -> None:
+    """Joint 4 turns far enough for each yaw; the verdict stays that of the point."""
+    assert judge(world, ToolTarget(0.51, 0.16, 0.1, yaw=1.0)).outcome is Outcome.OK
+
+
+def recorded(world: World, end: tuple[float, ...]) -> Recorded:
+    """Return what a bag would hold of a move: positions, 100 a second, with the encoder's noise."""
+    path = Planner(world.cell.robot.twin_joints).move(JointMotion.at_rest(HOME), end, 50.0)
+    times = np.arange(0.0, path.duration + 0.2, 0.01)
+    q = np.array([path.at(float(t)).q for t in times])
+    q += np.random.default_rng(7).normal(0.0, 2e-6, q.shape)
+    return Recorded(tuple(joint.name for joint in world.cell.robot.twin_joints), times, q)
+
+
+def test_a_recorded_way_is_judged_like_the_move_that_it_was(world: World) -> None:
+    """Free where the move was free, as fast and as strong; refused where a post stands now."""
+    end = (1.2, 0.4, -0.06, 0.0)
+    way, move = recorded(world, end), judge(world, JointTarget(end))
+    verdict = judge(world, way)
+    assert verdict.outcome is Outcome.OK, verdict.sentence
+    for seen, planned in zip(verdict.joints, move.joints):
+        assert seen.speed_percent == pytest.approx(planned.speed_percent, abs=3.0)
+    assert verdict.energy_j == pytest.approx(move.energy_j, rel=0.15)
+    post = Obstacle("post", "cylinder", (0.002, 0.6), (0.45, 0.3, 0.0))
+    assert "post" in judge(replace(world, obstacles=(post,)), way).sentence
