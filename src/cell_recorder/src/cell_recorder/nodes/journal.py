@@ -150,7 +150,7 @@ class Journal:
 
     def _watch(self) -> None:
         """Look at what time brings, tell the newest number, listen to motion while there is any."""
-        pace, told = Pace(PERIOD_S), -1
+        pace, told, problem = Pace(PERIOD_S), -1, ""
         with until_shutdown():
             while not rospy.is_shutdown():
                 self._woken.wait(PERIOD_S)
@@ -165,6 +165,10 @@ class Journal:
                 if status.number != told:
                     told = status.number
                     self._number.publish(told)
+                if status.problem != problem:
+                    problem = status.problem
+                    say = rospy.logerr if problem else rospy.loginfo
+                    say("journal: %s", f"not written: {problem}" if problem else "written again")
                 found = diagnose(status, active, rospy.resolve_name("journal"))
                 if pace.is_due(time.monotonic(), (found.level, status.problem)):
                     self._diagnostics.publish(found)

@@ -186,6 +186,7 @@ class JournalWriter:
         with self._changed:
             self._waiting.extendleft(reversed(entries))
             self._taken = 0
+            self._number = self._files.last_number
 
     def _sync(self) -> None:
         """Make all entries safe."""
