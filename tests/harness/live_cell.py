@@ -31,6 +31,7 @@ NODES = (
     "emulator",
     "twin_controller",
     "recorder",
+    "journal",
 )
 
 WAYS_OUT = {

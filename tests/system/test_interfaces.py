@@ -113,6 +113,7 @@ PACKAGE_OF = {
     "emulator": "fanuc_emulator",
     "twin_controller": "twin_controller",
     "recorder": "cell_recorder",
+    "journal": "cell_recorder",
     "operator_panel": "operator_panel",
 }
 

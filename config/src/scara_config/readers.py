@@ -21,6 +21,7 @@ READERS: dict[str, str] = {
     "camera.yaml": "scara_simulation.camera.config:load_camera",
     "comparison.yaml": "twin_experiments.comparison.config:load_comparison",
     "gateway.yaml": "rosbridge_gateway.config:load_gateway_config",
+    "journal.yaml": "cell_recorder.config:load_journal",
     "modbus_map.yaml": "scara_config.modbus_map:load_modbus_map",
     "motion.yaml": "scara_control.config:load_motion",
     "operator_panel.yaml": "operator_panel.config:load_panel",

@@ -23,6 +23,7 @@ CELLS = (
 """Whole cells and browsers: each wants one of two cores for itself."""
 TIMED = (
     "tests/unit/bench/test_journal.py",
+    "tests/unit/cell_recorder/journal/test_writer.py",
     "tests/unit/fanuc_emulator/modbus/",
     "tests/unit/fanuc_emulator/nodes/",
     "tests/unit/fanuc_emulator/other/",

@@ -19,11 +19,12 @@ def test_recorder_and_page_are_told_one_folder_of_runs() -> None:
     """What the page records, the recorder may write."""
     told = {node.name: node.arguments for node in cell_plan(DOORS, (), True, runs="/data/runs")}
     assert "_directory:=/data/runs" in told["recorder"]
+    assert "_directory:=/data/runs" in told["journal"]
     assert "_runs_dir:=/data/runs" in told["operator_panel"]
 
 
 def test_plan_holds_every_node_of_the_design() -> None:
-    """A cell is these eleven nodes, each once."""
+    """A cell is these twelve nodes, each once."""
     names = [node.name for node in PLAN]
     assert len(set(names)) == len(names)
     assert set(names) == {
@@ -36,6 +37,7 @@ def test_plan_holds_every_node_of_the_design() -> None:
         "trajectory_server",
         "emulator",
         "recorder",
+        "journal",
         "robot_state_publisher",
         "twin_controller",
     }

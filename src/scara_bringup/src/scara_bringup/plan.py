@@ -106,6 +106,13 @@ def cell_plan(
             leaves=2,
         ),
         NodePlan(
+            "journal",
+            "cell_recorder",
+            "journal",
+            (f"_directory:={runs}",) if runs else (),
+            topics=("journal/number",),
+        ),
+        NodePlan(
             CONTROLLER,
             CONTROLLER,
             CONTROLLER,

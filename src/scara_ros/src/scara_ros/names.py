@@ -60,6 +60,16 @@ def frame_in(frame: str, namespace: str) -> str:
     return resolve(frame, namespace)[1:]
 
 
+def cell_of(namespace: str) -> str:
+    """Return what people call the cell in a namespace.
+
+    Example:
+        >>> cell_of("/"), cell_of("/milk_2"), cell_of("hall/cell_2")
+        ('cell', 'milk_2', 'hall/cell_2')
+    """
+    return namespace_of(namespace)[1:] or "cell"
+
+
 def folder_of(stamp: str, namespace: str) -> str:
     """Return the name of a folder that a cell makes at a time: two cells never make the same.
 

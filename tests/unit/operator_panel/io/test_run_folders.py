@@ -35,7 +35,8 @@ def made(folder: Path, name: str, when: float, report: bool) -> Path:
 
 
 def test_newest_run_comes_first_and_the_link_to_it_is_not_listed_twice(tmp_path: Path) -> None:
-    """`latest` is a link."""
+    """`latest` is a link; the folder of the journals is no run either."""
+    (tmp_path / "journal").mkdir()
     made(tmp_path, "one", 1000.0, False)
     made(tmp_path, "two", 2000.0, True)
     (tmp_path / "latest").symlink_to("two")
@@ -88,6 +89,7 @@ def test_run_is_renamed_and_the_link_to_the_newest_follows(tmp_path: Path) -> No
         ("a/b", "cannot be a name"),
         ("", "cannot be a name"),
         ("latest", "cannot be a name"),
+        ("journal", "cannot be a name"),
         (".hidden", "cannot be a name"),
     ],
 )

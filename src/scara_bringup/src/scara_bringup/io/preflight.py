@@ -42,8 +42,9 @@ def check_before_start(nodes: list[NodePlan], master: MasterProbe) -> bool:
     for port in sorted(listening_ports() & set(wanted)):
         owner = owner_of(port) or "a process of another user"
         raise CannotStartError(
-            f"port {port}, wanted by {wanted[port]}, is taken by {owner}: end that, or "
-            "choose another port (cell up --help)"
+            f"port {port}, wanted by {wanted[port]}, is taken by {owner}: end that, "
+            "choose another port (cell up --help), or give this cell a name and it finds free "
+            "ones (cell up --name)"
         )
     if answers:
         running = [
@@ -53,7 +54,7 @@ def check_before_start(nodes: list[NodePlan], master: MasterProbe) -> bool:
             raise CannotStartError(
                 f"at {master.uri} these nodes run already in namespace {namespace()}: "
                 f"{', '.join(running)}; "
-                "end them, or set ROS_NAMESPACE and other ports for a second cell"
+                "end them, or give the second cell a name (cell up --name)"
             )
     return not answers
 

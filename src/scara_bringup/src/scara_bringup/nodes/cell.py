@@ -1,4 +1,4 @@
-"""``rosrun scara_bringup cell up|demo|status``: start, watch and end all nodes, or look at them.
+"""``rosrun scara_bringup cell up|demo|status|why``: start, watch and end a cell, or look at it.
 
 Parameters are command line options (``--help``). It publishes nothing and offers no service. The
 decisions are in :mod:`scara_bringup.supervisor`, what carries them out in
@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import os
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import typer
@@ -23,7 +23,9 @@ from scara_bringup.config import Ports, load_bringup, load_doors
 from scara_bringup.io.configuration import copy_with_ports
 from scara_bringup.io.forked import WarmParent, WarmParentError
 from scara_bringup.io.master import MasterProbe
+from scara_bringup.io.named.turn import Turn
 from scara_bringup.io.output import link_latest, make_output, runs_of
+from scara_bringup.io.ports import listening_ports
 from scara_bringup.io.preflight import (
     CannotStartError,
     check_before_start,
@@ -32,13 +34,18 @@ from scara_bringup.io.preflight import (
 )
 from scara_bringup.io.processes import Processes
 from scara_bringup.io.terminal import screen
+from scara_bringup.naming import free_ports, namespace_by_name
 from scara_bringup.nodes.cell_shell import CellShell, Shown
+from scara_bringup.nodes.named import ask_why, refuse_second, refuse_without_room, take_turn
 from scara_bringup.nodes.options import (
+    Anyway,
     Browser,
     GatewayPort,
     MasterPort,
     ModbusPort,
+    Name,
     Network,
+    OfCell,
     Output,
     PanelPort,
     PendantPort,
@@ -74,6 +81,8 @@ class Wishes:
         browser: Whether the operator's page is opened.
         experiments: What is run before the cell ends; empty: it stays.
         arguments: Of these.
+        name: Of the cell; None: it has none, and takes the ports of the files.
+        anyway: Whether a cell with a name is started on a machine without room, too.
     """
 
     robot: str | None
@@ -88,6 +97,8 @@ class Wishes:
     browser: bool = False
     experiments: tuple[str, ...] = ()
     arguments: tuple[str, ...] = ()
+    name: str | None = None
+    anyway: bool = False
 
 
 @app.command()
@@ -104,11 +115,24 @@ def up(
     pendant_port: PendantPort = None,
     browser: Browser = True,
     network: Network = False,
+    name: Name = None,
+    anyway: Anyway = False,
 ) -> None:
     """Start the cell and keep it until Ctrl-C."""
     ports = Ports(modbus_port, gateway_port, panel_port, pendant_port)
     wishes = Wishes(
-        robot, plant, output, tuple(without or ()), master_port, ports, network, runs, True, browser
+        robot,
+        plant,
+        output,
+        tuple(without or ()),
+        master_port,
+        ports,
+        network,
+        runs,
+        people=True,
+        browser=browser,
+        name=name,
+        anyway=anyway,
     )
     raise typer.Exit(run(wishes)[0])
 
@@ -146,12 +170,22 @@ def demo(
 
 @app.command()
 def status(
+    name: OfCell = None,
     commands: bool = typer.Option(
         False, "--commands", help="Show what starts each node by hand, and its log."
     ),
 ) -> None:
     """Show the nodes of each running cell: alive, processor time, memory, what they say."""
-    raise typer.Exit(show_status(commands))
+    raise typer.Exit(show_status(commands, name))
+
+
+@app.command(
+    add_help_option=False,
+    context_settings={"ignore_unknown_options": True, "allow_extra_args": True},
+)
+def why(context: typer.Context) -> None:
+    """Tell what stopped a cell and why, from its journal (./cell why --help)."""
+    raise typer.Exit(ask_why(context.args))
 
 
 def run(wishes: Wishes) -> tuple[int, Path | None]:
@@ -159,10 +193,16 @@ def run(wishes: Wishes) -> tuple[int, Path | None]:
 
     Everything that can be wrong is looked at before anything is started or written.
     """
+    turn: Turn | None = None
     try:
         os.environ.update(node_address(os.environ, wishes.network))
+        if wishes.name is not None:
+            os.environ["ROS_NAMESPACE"] = namespace_by_name(wishes.name)
         os.environ["ROS_NAMESPACE"] = namespace()
         robot, plant = choose(wishes.robot, wishes.plant)
+        if wishes.name is not None:
+            turn = take_turn()
+            wishes = with_room(wishes, wishes.name)
         if wishes.master_port is not None:
             os.environ["ROS_MASTER_URI"] = f"http://127.0.0.1:{wishes.master_port}"
         doors = wishes.ports.over(load_doors())
@@ -174,16 +214,34 @@ def run(wishes: Wishes) -> tuple[int, Path | None]:
             os.environ["SCARA_CONFIG_DIR"] = str(copied)
         os.environ["ROS_HOME"] = str(folder / "ros_home")
         shown = Shown("up" if wishes.people else "demo", robot, plant, wishes.browser)
-        return _run(wishes, folder, shown, own_master), folder
+        return _run(wishes, folder, shown, own_master, turn), folder
     except ConfigError as error:
         screen.complain(str(error))
         return WRONG, None
     except (CannotStartError, WarmParentError, ValueError) as error:
         screen.complain(str(error))
         return FAILED, None
+    finally:
+        if turn is not None:
+            turn.end()
 
 
-def _run(wishes: Wishes, folder: Path, shown: Shown, own_master: bool) -> int:
+def with_room(wishes: Wishes, name: str) -> Wishes:
+    """Return the wishes of a cell with a name, with ports that are free.
+
+    Raises:
+        CannotStartError: It runs already, or no processor is free.
+    """
+    refuse_second(name)
+    if not wishes.anyway:
+        refuse_without_room(name)
+    ports, master = free_ports(
+        load_doors(), wishes.ports, wishes.master_port, wishes.without, listening_ports()
+    )
+    return replace(wishes, ports=ports, master_port=master)
+
+
+def _run(wishes: Wishes, folder: Path, shown: Shown, own_master: bool, turn: Turn | None) -> int:
     """Run a cell that was found right, in the environment that its nodes inherit."""
     deadlines, doors = load_bringup(), load_doors()
     runs = str(runs_of(folder, wishes.runs))
@@ -196,6 +254,7 @@ def _run(wishes: Wishes, folder: Path, shown: Shown, own_master: bool) -> int:
         WarmParent({**os.environ, "PYTHONUNBUFFERED": "1"}) as warm,
         Processes(folder / "log", os.environ, warm) as processes,
     ):
+        shown = replace(shown, runs=runs, on_ready=turn.end if turn is not None else None)
         shell = CellShell(processes, master, deadlines, doors, folder, shown)
         return shell.run(nodes, foreground, own_master)
 

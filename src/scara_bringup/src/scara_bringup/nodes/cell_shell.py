@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import time
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -55,12 +56,16 @@ class Shown:
         robot: Its name.
         plant: How its stand-in behaves.
         browser: Whether the operator's page is opened where there is a display.
+        runs: The folder of all recordings and journals.
+        on_ready: Is called when the cell is ready.
     """
 
     verb: str
     robot: str
     plant: str
     browser: bool = False
+    runs: str = ""
+    on_ready: Callable[[], None] | None = None
 
 
 class CellShell:
@@ -172,6 +177,8 @@ class CellShell:
         """Tell that the cell is ready: to the person here, and to whoever asks for its status."""
         addresses = screen.page_addresses(self._doors, cell.nodes, self._folder)
         self._announced.enter_context(announced(self._running(cell, addresses)))
+        if self._shown.on_ready is not None:
+            self._shown.on_ready()
         seconds = time.monotonic() - self._began
         if self._foreground:
             screen.say(f"cell: ready after {seconds:.1f} s")
@@ -207,6 +214,7 @@ class CellShell:
             folder=str(self._folder),
             addresses={**addresses, **doors},
             nodes=nodes,
+            runs=self._shown.runs,
         )
 
     def _explain(self, action: Explain) -> None:

@@ -5,7 +5,9 @@ from __future__ import annotations
 import threading
 
 import rospy
+from scara_ros.names import resolve
 
+from scara_bringup.io.preflight import namespace
 from scara_msgs.msg import TwinControllerState
 
 
@@ -17,8 +19,10 @@ class ControllerWatch:
         self._lock = threading.Lock()
         self._mode, self._why = "", ""
         rospy.init_node("cell", anonymous=True, disable_signals=True)
+        # rospy has read the namespace when it was imported, before the cell had its name.
+        state = resolve("twin_controller/state", namespace())
         self._subscriber: rospy.Subscriber | None = rospy.Subscriber(
-            "twin_controller/state", TwinControllerState, self._keep, queue_size=1, tcp_nodelay=True
+            state, TwinControllerState, self._keep, queue_size=1, tcp_nodelay=True
         )
 
     def last(self) -> tuple[str, str]:

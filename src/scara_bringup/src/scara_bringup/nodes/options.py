@@ -40,6 +40,18 @@ Without = Annotated[
     list[str] | None,
     typer.Option(help="Leave out a node, e.g. the emulator when a real robot is there."),
 ]
+Name = Annotated[
+    str | None,
+    typer.Option(
+        "--name",
+        help="Name of this cell among several, e.g. milk_2: its namespace, its journal. It gets "
+        "free ports and a ROS master of its own.",
+    ),
+]
+Anyway = Annotated[
+    bool, typer.Option("--anyway", help="Start a cell with a name though no processor is free.")
+]
+OfCell = Annotated[str | None, typer.Option("--name", help="Of the cell. Default: all that run.")]
 Speed = Annotated[
     float | None,
     typer.Option(help="Program speed in percent. Default: experiments.yaml.", min=1, max=100),

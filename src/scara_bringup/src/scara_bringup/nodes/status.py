@@ -48,8 +48,12 @@ class Listener:
                 self._said[who][status.name] = Said(level, status.name, status.message)
 
 
-def show_status(commands: bool) -> int:
+def show_status(commands: bool, name: str | None = None) -> int:
     """Print every running cell; return 0, 1 if a node has ended, 3 if no cell runs.
+
+    Args:
+        commands: Whether to print what starts each node.
+        name: Of the one cell that is wanted; None: all.
 
     The nodes of one ROS master are heard: that of ROS_MASTER_URI, else that of the first cell.
     """
@@ -58,6 +62,12 @@ def show_status(commands: bool) -> int:
     if not cells:
         console.print("cell: no cell of this workspace runs. Start one: ./cell up")
         return NOBODY
+    if name is not None:
+        there = ", ".join(cell.name for cell in cells)
+        cells = [cell for cell in cells if cell.name == name]
+        if not cells:
+            console.print(f"cell: no cell called {name} runs; there are: {there}", markup=False)
+            return NOBODY
     heard = os.environ["ROS_MASTER_URI"] = _master_to_hear(cells)
     listener = Listener(heard)
     before = {node.pid: usage_of(node.pid) for cell in cells for node in cell.nodes}
@@ -94,7 +104,8 @@ def _master_to_hear(cells: list[RunningCell]) -> str:
 def _print_cell(console: Console, cell: RunningCell, states: list[NodeState]) -> None:
     """Print a cell: what it is, its nodes, its addresses."""
     where = "" if cell.namespace == "/" else f", namespace {cell.namespace}"
-    title = f"{cell.robot}, stand-in {cell.plant}: ./cell {cell.verb}, pid {cell.pid}{where}"
+    what = f"{cell.name}: {cell.robot}, stand-in {cell.plant}"
+    title = f"{what}: ./cell {cell.verb}, pid {cell.pid}{where}"
     console.print(escape(title), style="bold", soft_wrap=True)
     table = Table(box=None, pad_edge=False)
     table.add_column("node", no_wrap=True)

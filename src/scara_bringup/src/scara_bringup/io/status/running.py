@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import msgspec
+from scara_ros.names import cell_of
 
 from scara_bringup.io.output import runs_folder
 
@@ -38,6 +39,7 @@ class RunningCell(msgspec.Struct, frozen=True):
         folder: Of logs and results.
         addresses: Of its pages, by what they are.
         nodes: In the order in which they were started.
+        runs: The folder of its recordings and its journal.
     """
 
     pid: int
@@ -49,6 +51,12 @@ class RunningCell(msgspec.Struct, frozen=True):
     folder: str
     addresses: dict[str, str]
     nodes: list[RunningNode]
+    runs: str = ""
+
+    @property
+    def name(self) -> str:
+        """What people call it."""
+        return cell_of(self.namespace)
 
 
 def index() -> Path:

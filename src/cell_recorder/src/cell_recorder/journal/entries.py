@@ -1,0 +1,223 @@
+"""The entries of a journal: one JSON object a line, numbered without gaps.
+
+The keys are those of docs/interfaces.md. ``number``, ``time`` and ``cell`` are given by the
+writer; whoever makes an entry leaves them out.
+"""
+
+from __future__ import annotations
+
+from typing import Any, TypeAlias
+
+import msgspec
+
+LONGEST_TEXT = 2000  # our choice: signs; what a client sends may be of any length
+MOST_ITEMS = 50  # our choice: as above
+ERROR, WARNING = "error", "warning"
+DONE, STOPPED, ESTOP, FAULT = "done", "stopped", "emergency stop", "fault"
+LINK_LOST, TAKEN_OVER, UNFINISHED = "link lost", "taken over", "unfinished"
+"""Outcomes of a cycle. Unfinished: the journal ended before it."""
+
+
+class Entry(msgspec.Struct, frozen=True, kw_only=True, tag_field="kind"):
+    """What all entries have.
+
+    Attributes:
+        number: 1 for the first of a cell, one more for each entry; never given twice.
+        time: When it came to the journal [s], Unix time.
+        cell: Its namespace without the first slash; ``cell`` for the one without a namespace.
+    """
+
+    number: int = 0
+    time: float = 0.0
+    cell: str = ""
+
+    @property
+    def kind(self) -> str:
+        """Which kind of entry it is."""
+        return str(self.__struct_config__.tag)
+
+
+class Decision(Entry, frozen=True, kw_only=True, tag="decision"):
+    """A transition or refusal of the twin controller: the fields of scara_msgs/Decision."""
+
+    seq: int
+    mode_before: str
+    event: str
+    mode_after: str
+    leader: str
+    actions: list[str]
+    why: str
+    who: str
+
+
+class Audit(Entry, frozen=True, kw_only=True, tag="audit"):
+    """Who commanded what, and what came of it: the fields of scara_msgs/Audit."""
+
+    who: str
+    what: str
+    success: bool
+    outcome: str
+
+
+class Alarm(Entry, frozen=True, kw_only=True, tag="alarm"):
+    """An alarm was raised, changed, or cleared.
+
+    Attributes:
+        source: Name of the status on /diagnostics, or the node that fell silent.
+        level: ``warning`` or ``error``.
+        active: False: it has been cleared.
+        text: In words; of a cleared alarm what it said last.
+        seconds: Of a cleared alarm: how long it lasted.
+        raised: Of a changed or cleared alarm: when it was raised [s], Unix time.
+    """
+
+    source: str
+    level: str
+    active: bool
+    text: str
+    seconds: float = 0.0
+    raised: float = 0.0
+
+
+class Cycle(Entry, frozen=True, kw_only=True, tag="cycle"):
+    """Something was done from a first motion to rest, or to what ended it.
+
+    Attributes:
+        start: First motion [s], Unix time.
+        end: Last motion, or what ended it [s].
+        program: Of the real robot; empty: none ran.
+        leader: real, twin or operator.
+        who: Who asked for it; empty: nobody.
+        parts_placed: By the real robot where it tells of parts, else by the twin.
+        parts_dropped: Same.
+        worst_error_mm: Largest distance of the two tools, lag removed; None: never measured.
+        paused_s: How long of it the pair was paused.
+        outcome: How it ended.
+        why: What ended it, in words; empty if it came to its end.
+    """
+
+    start: float
+    end: float
+    program: str
+    leader: str
+    who: str
+    parts_placed: int
+    parts_dropped: int
+    worst_error_mm: float | None
+    paused_s: float
+    outcome: str
+    why: str
+
+
+class Start(Entry, frozen=True, kw_only=True, tag="start"):
+    """The journal was started: what was active before is told anew if it still is.
+
+    Attributes:
+        robot: Its name.
+        plant: How its stand-in behaves.
+        pid: Of the node.
+    """
+
+    robot: str
+    plant: str
+    pid: int
+
+
+class Gap(Entry, frozen=True, kw_only=True, tag="gap"):
+    """Something is missing here; no number is.
+
+    Attributes:
+        lost: So many entries were counted and not kept.
+        since: First of them [s], Unix time; 0: none was lost.
+        until: Last of them [s].
+        why: In words.
+        removed: Files that were removed whole, because the journal was beyond its limits.
+    """
+
+    lost: int
+    since: float
+    until: float
+    why: str
+    removed: list[str] = []
+
+
+class Torn(Entry, frozen=True, kw_only=True, tag="torn"):
+    """A last line that was not whole was found at the start, and kept aside.
+
+    Attributes:
+        file: In which it was.
+        kept: The file, in the same folder, that holds it now.
+        size: In bytes.
+        text: How it begins.
+    """
+
+    file: str
+    kept: str
+    size: int
+    text: str
+
+
+AnyEntry: TypeAlias = Decision | Audit | Alarm | Cycle | Start | Gap | Torn
+KINDS = tuple(kind.__struct_config__.tag for kind in AnyEntry.__args__)
+"""All kinds of entries."""
+
+
+class Numbered(msgspec.Struct, frozen=True):
+    """What makes a line an entry, whatever its kind."""
+
+    number: int
+    time: float
+    kind: str
+
+
+_ENCODER = msgspec.json.Encoder()
+_DECODER: msgspec.json.Decoder[AnyEntry] = msgspec.json.Decoder(AnyEntry)
+_NUMBERED = msgspec.json.Decoder(Numbered)
+
+
+def encode(entry: Entry) -> bytes:
+    """Return an entry as a line of the file."""
+    return _ENCODER.encode(entry) + b"\n"
+
+
+def decode(line: bytes) -> AnyEntry:
+    """Return the entry of a line.
+
+    Raises:
+        msgspec.DecodeError: The line is not whole, or no entry of a known kind.
+
+    Example:
+        >>> line = encode(Start(number=7, time=1.5, cell="c", robot="r", plant="p", pid=1))
+        >>> decode(line).number, decode(line).kind
+        (7, 'start')
+    """
+    return _DECODER.decode(line)
+
+
+def numbered(line: bytes) -> Numbered | None:
+    """Return number, time and kind of a whole line; None if it is none."""
+    try:
+        return _NUMBERED.decode(line)
+    except (msgspec.DecodeError, UnicodeDecodeError):
+        return None
+
+
+def stamped(entry: Entry, number: int, cell: str) -> Entry:
+    """Return an entry with its number and cell, and with texts that a line can hold.
+
+    A text beyond ``LONGEST_TEXT`` is cut; what is no UTF-8 becomes a question mark.
+    """
+    changed: dict[str, Any] = {}
+    for name, value in msgspec.structs.asdict(entry).items():
+        if isinstance(value, str) and value != (kept := _kept(value)):
+            changed[name] = kept
+        elif isinstance(value, list) and value != (some := [_kept(v) for v in value[:MOST_ITEMS]]):
+            changed[name] = some
+    return msgspec.structs.replace(entry, number=number, cell=cell, **changed)
+
+
+def _kept(text: str) -> str:
+    """Return what is kept of a text."""
+    if len(text) > LONGEST_TEXT:
+        text = f"{text[:LONGEST_TEXT]}..."
+    return text if text.isascii() else text.encode("utf-8", "replace").decode("utf-8")

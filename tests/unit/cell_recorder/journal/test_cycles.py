@@ -1,0 +1,141 @@
+"""Cycles: from the first motion to rest, or to what ended it."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from cell_recorder.journal.cycles import ENDS, LEADS, REAL, TWIN, Cycles
+from cell_recorder.journal.entries import Cycle
+from hypothesis import given
+from hypothesis import strategies as st
+
+from scara_msgs.msg import PartEvent, TwinControllerState
+
+IDLE, PAUSED = TwinControllerState.IDLE, TwinControllerState.PAUSED
+REAL_LEADS, TWIN_LEADS = TwinControllerState.REAL_LEADS, TwinControllerState.TWIN_LEADS
+STOPPED = TwinControllerState.STOPPED
+
+
+def begun(now: float = 10.0, who: str = "") -> Cycles:
+    """Return a cycle that the real robot leads."""
+    cycles = Cycles(rest_s=3.0)
+    assert cycles.decided(now, REAL_LEADS, "real", "the real robot moved first", who) == []
+    return cycles
+
+
+def test_cycle_ends_when_the_pair_rested_long_enough() -> None:
+    """It ended with the last motion."""
+    cycles = begun(who="Ada")
+    cycles.measured(0.4)
+    cycles.measured(math.nan)
+    cycles.measured(0.2)
+    assert cycles.decided(20.0, IDLE, "") == []
+    cycles.measured(9.0)  # at rest: no longer part of it
+    assert cycles.look(22.9) == []
+    (cycle,) = cycles.look(23.0)
+    assert (cycle.start, cycle.end, cycle.leader, cycle.outcome) == (10.0, 20.0, "real", "done")
+    assert (cycle.worst_error_mm, cycle.who, cycle.program) == (0.4, "Ada", "")
+    assert not cycles.is_open and cycles.look(99.0) == []
+
+
+def test_short_rests_belong_to_the_cycle() -> None:
+    """A gripper that closes ends no cycle."""
+    cycles = begun()
+    for n in range(5):
+        cycles.decided(20.0 + 4 * n, IDLE, "")
+        assert cycles.look(22.0 + 4 * n) == []
+        cycles.decided(22.0 + 4 * n, REAL_LEADS, "real")
+    cycles.decided(50.0, IDLE, "")
+    assert [cycle.end for cycle in cycles.look(60.0)] == [50.0]
+
+
+def test_program_holds_a_cycle_through_its_waiting_and_each_run_is_one() -> None:
+    """From run to run, also without a rest between them."""
+    cycles = begun()
+    cycles.program(10.2, "PALLET", True)
+    cycles.decided(12.0, IDLE, "")
+    assert cycles.look(30.0) == []
+    cycles.decided(30.0, REAL_LEADS, "real")
+    assert cycles.program(40.0, "PALLET", False) == []
+    (first,) = cycles.program(40.5, "ARTICLE", True)
+    assert (first.start, first.end, first.program) == (10.0, 40.5, "PALLET")
+    cycles.decided(50.0, IDLE, "")
+    cycles.program(50.1, "ARTICLE", False)
+    (second,) = cycles.look(60.0)
+    assert (second.start, second.end, second.program) == (40.5, 50.1, "ARTICLE")
+
+
+@pytest.mark.parametrize(("mode", "outcome"), ENDS.items())
+def test_what_stops_the_pair_ends_the_cycle(mode: str, outcome: str) -> None:
+    """With the reason."""
+    (cycle,) = begun().decided(12.0, mode, "", "a person is too close")
+    assert (cycle.end, cycle.outcome, cycle.why) == (12.0, outcome, "a person is too close")
+
+
+def test_pause_is_part_of_the_cycle_and_counted() -> None:
+    """However long it is."""
+    cycles = begun()
+    cycles.decided(20.0, PAUSED, "real")
+    assert cycles.look(1000.0) == []
+    cycles.decided(1020.0, REAL_LEADS, "real")
+    cycles.decided(1025.0, IDLE, "")
+    (cycle,) = cycles.look(1030.0)
+    assert (cycle.paused_s, cycle.end, cycle.outcome) == (1000.0, 1025.0, "done")
+
+
+def test_stop_in_a_pause_ends_the_cycle_with_the_pause_counted() -> None:
+    """STOP clears what RESUME would have gone on with."""
+    cycles = begun()
+    cycles.decided(20.0, PAUSED, "real")
+    (cycle,) = cycles.decided(25.0, STOPPED, "", "STOP by the operator")
+    assert (cycle.paused_s, cycle.outcome) == (5.0, "stopped")
+
+
+def test_another_leader_begins_another_cycle() -> None:
+    """At rest the first was done; in motion it was taken over."""
+    cycles = begun()
+    cycles.decided(20.0, IDLE, "")
+    (first,) = cycles.decided(21.0, TWIN_LEADS, "twin")
+    assert (first.end, first.outcome) == (20.0, "done")
+    (second,) = cycles.decided(25.0, REAL_LEADS, "real")
+    assert (second.start, second.end, second.leader) == (21.0, 25.0, "twin")
+    assert (second.outcome, second.why) == ("taken over", "real leads")
+
+
+def test_parts_are_the_real_robots_where_it_tells_of_them() -> None:
+    """A robot without sensors has the twin's parts; both together count once."""
+    cycles = begun()
+    cycles.part(TWIN, PartEvent.PLACED)
+    cycles.part(TWIN, PartEvent.GRIPPED)
+    assert cycles.close(20.0)[0].parts_placed == 1
+    cycles = begun()
+    for _ in range(2):
+        cycles.part(TWIN, PartEvent.PLACED)
+    cycles.part(REAL, PartEvent.PLACED)
+    cycles.part(REAL, PartEvent.DROPPED)
+    (cycle,) = cycles.close(20.0)
+    assert (cycle.parts_placed, cycle.parts_dropped) == (1, 1)
+    assert (cycle.outcome, cycle.worst_error_mm) == ("unfinished", None)
+
+
+MODES = [value for name, value in vars(TwinControllerState).items() if name.isupper()]
+LEADERS = dict(zip(LEADS, ("real", "twin", "operator")))
+
+
+@given(st.lists(st.tuples(st.sampled_from(MODES), st.floats(0.0, 5.0), st.booleans()), max_size=60))
+def test_cycles_never_overlap_and_none_is_told_twice(
+    steps: list[tuple[str, float, bool]],
+) -> None:
+    """Whatever order the modes come in."""
+    cycles, now, told = Cycles(rest_s=3.0), 100.0, list[Cycle]()
+    for mode, dt, running in steps:
+        now += dt
+        told += cycles.look(now)
+        told += cycles.decided(now, mode, LEADERS.get(mode, ""))
+        told += cycles.program(now, "P", running)
+    told += cycles.close(now)
+    assert cycles.close(now) == []
+    times = [time for cycle in told for time in (cycle.start, cycle.end)]
+    assert times == sorted(times)
+    assert all(0.0 <= cycle.paused_s <= cycle.end - cycle.start + 1e-3 for cycle in told)

@@ -1,0 +1,282 @@
+"""The journal's files: numbers without gaps, torn lines, limits; read as they were written."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+from cell_recorder.config import JournalSettings
+from cell_recorder.io.journal import DayFiles, JournalError, journals, read, read_between
+from cell_recorder.journal.entries import (
+    LONGEST_TEXT,
+    AnyEntry,
+    Audit,
+    Gap,
+    Torn,
+    encode,
+    stamped,
+)
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from msgspec.structs import replace
+
+NOON = 1_795_348_800.0  # 2026-11-22 12:00 UTC
+DAY = 86400.0
+SETTINGS = JournalSettings(
+    keep_days=100,
+    limit_mb=10.0,
+    day_limit_mb=10.0,
+    fsync_ms=0.0,
+    queue_entries=100,
+    alarm_hold_s=3.0,
+    silent_s=5.0,
+    cycle_rest_s=3.0,
+)
+
+
+def said(time: float, what: str = "MOVE") -> Audit:
+    """Return an entry."""
+    return Audit(time=time, who="a program", what=what, success=True, outcome="")
+
+
+@contextmanager
+def opened(folder: Path, now: float = NOON, **changes: Any) -> Iterator[DayFiles]:
+    """Open a journal that a process before may have left in any state."""
+    files = DayFiles(folder, "milk_2", replace(SETTINGS, **changes))
+    files.open(now)
+    try:
+        yield files
+    finally:
+        files.close()
+
+
+def write(files: DayFiles, *entries: Any) -> None:
+    """Write all of some entries, day by day."""
+    left = list(entries)
+    while left:
+        left = left[files.append(left) :]
+
+
+def numbers(folder: Path, since: int = 0) -> list[int]:
+    """Return the numbers that a reader finds; fail at lines that are no entries."""
+    return [entry.number for entry in read(folder, since, pytest.fail)]
+
+
+def test_one_file_a_day_in_utc_and_numbers_go_on_over_days_and_starts(tmp_path: Path) -> None:
+    """The format that others read."""
+    with opened(tmp_path) as files:
+        write(files, said(NOON), said(NOON + DAY), said(NOON + DAY + 1.0))
+    with opened(tmp_path, NOON + 2 * DAY) as files:
+        write(files, said(NOON + 2 * DAY))
+    names = sorted(path.name for path in tmp_path.glob("*.jsonl"))
+    assert names == ["2026-11-22.jsonl", "2026-11-23.jsonl", "2026-11-24.jsonl"]
+    assert numbers(tmp_path) == [1, 2, 3, 4]
+    assert numbers(tmp_path, 2) == [3, 4] and numbers(tmp_path, 4) == []
+    line = (tmp_path / names[0]).read_text()
+    assert line.startswith('{"kind":"audit","number":1,"time":1795348800.0,"cell":"milk_2",')
+
+
+@given(
+    starts=st.lists(
+        st.tuples(
+            st.lists(st.floats(-3 * DAY, 3 * DAY), max_size=6),
+            st.integers(0, 400),
+            st.binary(max_size=6),
+        ),
+        min_size=1,
+        max_size=6,
+    )
+)
+@settings(max_examples=60, deadline=None)
+def test_numbers_have_no_gap_whatever_is_torn(
+    starts: list[tuple[list[float], int, bytes]], tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    """Any clock, any cut through the newest file, any bytes behind it.
+
+    What stood whole before the cut is read again; what did not is kept aside and told.
+    """
+    folder = tmp_path_factory.mktemp("journal")
+    kept: list[AnyEntry] = []
+    for times, cut, behind in starts:
+        with opened(folder, NOON) as files:
+            torn = [entry for entry in files.told if isinstance(entry, Torn)]
+            assert all((folder / entry.kept).stat().st_size >= entry.size for entry in torn)
+            found = list(read(folder, 0, pytest.fail))
+            assert found[: len(kept)] == kept
+            write(files, *(said(NOON + time) for time in times))
+        whole = list(read(folder, 0, pytest.fail))
+        assert [entry.number for entry in whole] == list(range(1, len(whole) + 1))
+        newest = max(folder.glob("*.jsonl"))
+        content = newest.read_bytes()
+        left = content[: max(0, len(content) - cut)]
+        newest.write_bytes(left + behind)
+        gone = content.count(b"\n") - left.count(b"\n")
+        kept = whole[: len(whole) - gone]
+
+
+@pytest.mark.parametrize("torn", [b'{"kind":"au', b"\0" * 5000, b"\xff\xfe\n\n", b"{}\n"])
+def test_torn_end_is_kept_aside_and_told(tmp_path: Path, torn: bytes) -> None:
+    """Nothing is swallowed: the bytes are in a file that the entry names."""
+    with opened(tmp_path) as files:
+        write(files, said(NOON), said(NOON))
+    path = tmp_path / "2026-11-22.jsonl"
+    path.write_bytes(path.read_bytes() + torn)
+    with opened(tmp_path) as files:
+        (told,) = files.told
+        assert isinstance(told, Torn)
+        assert (told.file, told.kept, told.size) == (path.name, "2026-11-22.torn", len(torn))
+        write(files, told)
+    assert (tmp_path / told.kept).read_bytes().startswith(torn)
+    assert numbers(tmp_path) == [1, 2, 3]
+
+
+def test_line_that_lacks_its_end_only_is_whole(tmp_path: Path) -> None:
+    """All of the entry is there; nobody read it before, and its number is not given again."""
+    with opened(tmp_path) as files:
+        write(files, said(NOON), said(NOON))
+    path = tmp_path / "2026-11-22.jsonl"
+    path.write_bytes(path.read_bytes()[:-1])
+    assert numbers(tmp_path) == [1]
+    with opened(tmp_path) as files:
+        assert files.told == []
+        write(files, said(NOON))
+    assert numbers(tmp_path) == [1, 2, 3]
+
+
+def test_torn_line_longer_than_what_is_looked_at_first(tmp_path: Path) -> None:
+    """The search for the last whole line goes on to the start of the file."""
+    with opened(tmp_path) as files:
+        write(files, said(NOON))
+    path = tmp_path / "2026-11-22.jsonl"
+    path.write_bytes(path.read_bytes() + b"x" * 3_000_000)
+    with opened(tmp_path) as files:
+        assert files.last_number == 1 and isinstance(files.told[0], Torn)
+    assert numbers(tmp_path) == [1]
+
+
+def test_clock_that_is_set_back_writes_on_into_the_newest_file(tmp_path: Path) -> None:
+    """Numbers grow from file to file; times are found all the same."""
+    with opened(tmp_path) as files:
+        write(files, said(NOON), said(NOON - 2 * DAY))
+    assert [path.name for path in tmp_path.glob("*.jsonl")] == ["2026-11-22.jsonl"]
+    early = read_between(tmp_path, NOON - 3 * DAY, NOON - DAY)
+    assert [entry.number for entry in early] == [2]
+
+
+def test_entries_of_a_time(tmp_path: Path) -> None:
+    """The start counts, the end does not; files of days before are not opened."""
+    with opened(tmp_path) as files:
+        write(files, *(said(NOON + n * DAY) for n in range(4)))
+    (tmp_path / "2026-11-22.jsonl").write_text("no entry\n")
+    found = read_between(tmp_path, NOON + DAY, NOON + 3 * DAY, pytest.fail)
+    assert [entry.number for entry in found] == [2, 3]
+
+
+def test_line_that_is_no_entry_is_told_and_the_rest_is_read(tmp_path: Path) -> None:
+    """A broken block in the middle of a file."""
+    with opened(tmp_path) as files:
+        write(files, said(NOON))
+    path = tmp_path / "2026-11-22.jsonl"
+    whole = encode(stamped(said(NOON), 2, "milk_2"))
+    path.write_bytes(path.read_bytes() + b'{"kind": "nobody"}\n' + whole)
+    bad: list[str] = []
+    assert [entry.number for entry in read(tmp_path, 0, bad.append)] == [1, 2]
+    assert len(bad) == 1 and f"{path}, line 2: is no entry" in bad[0]
+
+
+def test_old_files_are_removed_whole_and_that_is_told(tmp_path: Path) -> None:
+    """The newest days stay; what goes is named."""
+    with opened(tmp_path, keep_days=3) as files:
+        write(files, *(said(NOON + n * DAY) for n in range(4)))
+        (told,) = files.told
+    assert isinstance(told, Gap)
+    assert told.removed == ["2026-11-22.jsonl"] and "keep_days = 3" in told.why and not told.lost
+    assert numbers(tmp_path) == [2, 3, 4]
+
+
+def test_beyond_the_limit_the_oldest_go(tmp_path: Path) -> None:
+    """All files together stay within limit_mb; today's is never removed."""
+    with opened(tmp_path, limit_mb=0.01) as files:
+        for n in range(40):
+            write(files, said(NOON + n * DAY / 4, "x" * 500))
+        size = sum(path.stat().st_size for path in tmp_path.glob("*.jsonl"))
+        assert size <= 10_000 and abs(files.held_mb * 1e6 - size) < 1.0
+        assert {type(each) for each in files.told} == {Gap}
+    found = numbers(tmp_path)
+    assert found == list(range(found[0], 41)) and found[0] > 1
+
+
+def test_a_flood_ends_at_the_limit_of_a_day_and_the_next_day_goes_on(tmp_path: Path) -> None:
+    """The error says what to do; what was written stays whole."""
+    with opened(tmp_path, day_limit_mb=0.001) as files:
+        with pytest.raises(JournalError, match=r"day_limit_mb = 0\.001 of journal\.yaml"):
+            while True:
+                write(files, said(NOON))
+        count = files.last_number
+        write(files, said(NOON + DAY))
+    assert numbers(tmp_path) == list(range(1, count + 2))
+
+
+def test_full_disk_takes_a_whole_line_or_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Half a line is cut off, and the number is given to the next one."""
+    with opened(tmp_path) as files:
+        write(files, said(NOON))
+        real = os.write
+
+        def full(fd: int, data: Any) -> int:
+            if len(data) <= 20:
+                raise OSError(28, "No space left on device")
+            return real(fd, data[:20])
+
+        with monkeypatch.context() as patched:
+            patched.setattr(os, "write", full)
+            with pytest.raises(OSError, match="No space left"):
+                files.append([said(NOON)])
+        write(files, said(NOON))
+    assert numbers(tmp_path) == [1, 2]
+
+
+def test_two_writers_of_one_journal_are_refused(tmp_path: Path) -> None:
+    """The second one is told who writes, and what to do."""
+    refused = pytest.raises(JournalError, match=rf"process {os.getpid()}, .*--name")
+    with opened(tmp_path), refused:
+        DayFiles(tmp_path, "milk_2", SETTINGS).open(NOON)
+    with opened(tmp_path):
+        pass
+
+
+def test_numbers_go_on_where_somebody_removed_the_file(tmp_path: Path) -> None:
+    """It is told, and no number is given twice."""
+    with opened(tmp_path) as files:
+        write(files, said(NOON), said(NOON))
+        files.path.unlink()
+        with pytest.raises(JournalError, match=r"2026-11-22\.jsonl was removed by somebody"):
+            files.sync()
+        files.open(NOON)
+        write(files, *files.told, said(NOON))
+    assert numbers(tmp_path) == [3, 4]
+
+
+def test_texts_of_any_kind_fit_into_a_line(tmp_path: Path) -> None:
+    """What a client sends may be long, or no text at all."""
+    with opened(tmp_path) as files:
+        write(files, said(NOON, "x" * 100_000), said(NOON, "a\ud800b\nc\u2028d"))
+    long, odd = read(tmp_path)
+    assert isinstance(long, Audit) and len(long.what) == LONGEST_TEXT + 3
+    assert isinstance(odd, Audit) and odd.what == "a?b\nc\u2028d"
+
+
+def test_journals_are_found_by_the_names_of_their_cells(tmp_path: Path) -> None:
+    """A namespace below another one is a folder below another one."""
+    for name in ("cell", "hall", "hall/cell_2"):
+        with opened(tmp_path / "journal" / name) as files:
+            write(files, said(NOON))
+    assert set(journals(tmp_path)) == {"cell", "hall", "hall/cell_2"}
+    assert numbers(tmp_path / "journal" / "hall") == [1]
+    assert journals(tmp_path / "nowhere") == {} and numbers(tmp_path / "nowhere") == []
