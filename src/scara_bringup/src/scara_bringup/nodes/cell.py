@@ -35,6 +35,7 @@ from scara_bringup.io.terminal import screen
 from scara_bringup.nodes.cell_shell import CellShell, Shown
 from scara_bringup.nodes.options import (
     Browser,
+    Farm,
     GatewayPort,
     MasterPort,
     ModbusPort,
@@ -72,6 +73,7 @@ class Wishes:
         network: Whether the nodes may be open to the network.
         people: Whether it is a cell for people, with pages.
         browser: Whether the operator's page is opened.
+        farm: Whether it has a link to the farm.
         experiments: What is run before the cell ends; empty: it stays.
         arguments: Of these.
     """
@@ -86,6 +88,7 @@ class Wishes:
     runs: Path | None = None
     people: bool = False
     browser: bool = False
+    farm: bool = False
     experiments: tuple[str, ...] = ()
     arguments: tuple[str, ...] = ()
 
@@ -104,11 +107,22 @@ def up(
     pendant_port: PendantPort = None,
     browser: Browser = True,
     network: Network = False,
+    farm: Farm = False,
 ) -> None:
     """Start the cell and keep it until Ctrl-C."""
     ports = Ports(modbus_port, gateway_port, panel_port, pendant_port)
     wishes = Wishes(
-        robot, plant, output, tuple(without or ()), master_port, ports, network, runs, True, browser
+        robot,
+        plant,
+        output,
+        tuple(without or ()),
+        master_port,
+        ports,
+        network,
+        runs,
+        people=True,
+        browser=browser,
+        farm=farm,
     )
     raise typer.Exit(run(wishes)[0])
 
@@ -166,7 +180,7 @@ def run(wishes: Wishes) -> tuple[int, Path | None]:
         if wishes.master_port is not None:
             os.environ["ROS_MASTER_URI"] = f"http://127.0.0.1:{wishes.master_port}"
         doors = wishes.ports.over(load_doors())
-        nodes = cell_plan(doors, wishes.without, wishes.people)
+        nodes = cell_plan(doors, wishes.without, wishes.people, with_farm=wishes.farm)
         own_master = check_before_start(nodes, MasterProbe(os.environ["ROS_MASTER_URI"]))
         folder = prepare(wishes.output)
         if wishes.ports:
@@ -187,7 +201,7 @@ def _run(wishes: Wishes, folder: Path, shown: Shown, own_master: bool) -> int:
     """Run a cell that was found right, in the environment that its nodes inherit."""
     deadlines, doors = load_bringup(), load_doors()
     runs = str(runs_of(folder, wishes.runs))
-    nodes = cell_plan(doors, wishes.without, wishes.people, runs)
+    nodes = cell_plan(doors, wishes.without, wishes.people, runs, wishes.farm)
     foreground = None
     if wishes.experiments:
         foreground = experiment_plan(str(folder), wishes.experiments, wishes.arguments)
