@@ -79,6 +79,13 @@ def _plants(options: Options) -> list[Row]:
     return run(options.folder, options.console)
 
 
+def _farm(options: Options) -> list[Row]:
+    from bench.farm import QUICK_S, run
+
+    seconds = QUICK_S if options.minutes is None else 60.0 * options.minutes
+    return run(seconds, options.folder, options.console)
+
+
 def _seeds(options: Options, default: int = 20) -> int:
     return default if options.seeds is None else options.seeds
 
@@ -90,6 +97,7 @@ SECTIONS: dict[str, Callable[[Options], list[Row]]] = {
     "demos": _demos,
     "day": _day,
     "plants": _plants,
+    "farm": _farm,
 }
 
 
@@ -128,6 +136,9 @@ def main(
         bool,
         typer.Option("--plants", help="The experiments on robots that were made different."),
     ] = False,
+    farm: Annotated[
+        bool, typer.Option("--farm", help="Many invented cells under one desk.")
+    ] = False,
     seeds: Annotated[
         int | None,
         typer.Option(
@@ -139,7 +150,7 @@ def main(
         float | None,
         typer.Option(
             help="Faults: of random faults, at most 10 of noise (60). Storm: of a seed (6). "
-            "Day: of recording (1440).",
+            "Day: of recording (1440). Farm: of 100 cells (1).",
             min=0.0,
         ),
     ] = None,
@@ -183,6 +194,7 @@ def main(
         ("demos", demos),
         ("day", day),
         ("plants", plants),
+        ("farm", farm),
     )
     chosen = [name for name, wanted in sections if wanted]
     enter_workspace()
