@@ -20,6 +20,7 @@ READERS: dict[str, str] = {
     "bringup.yaml": "scara_bringup.config:load_bringup",
     "camera.yaml": "scara_simulation.camera.config:load_camera",
     "comparison.yaml": "twin_experiments.comparison.config:load_comparison",
+    "farm.yaml": "farm.config:load_farm",
     "gateway.yaml": "rosbridge_gateway.config:load_gateway_config",
     "modbus_map.yaml": "scara_config.modbus_map:load_modbus_map",
     "motion.yaml": "scara_control.config:load_motion",
