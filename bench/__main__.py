@@ -85,6 +85,13 @@ def _what_if(options: Options) -> list[Row]:
     return run(_seeds(options, 1000), options.folder, options.console)
 
 
+def _farm(options: Options) -> list[Row]:
+    from bench.farm import QUICK_S, run
+
+    seconds = QUICK_S if options.minutes is None else 60.0 * options.minutes
+    return run(seconds, options.folder, options.console)
+
+
 def _seeds(options: Options, default: int = 20) -> int:
     return default if options.seeds is None else options.seeds
 
@@ -97,6 +104,7 @@ SECTIONS: dict[str, Callable[[Options], list[Row]]] = {
     "day": _day,
     "plants": _plants,
     "what_if": _what_if,
+    "farm": _farm,
 }
 
 
@@ -139,6 +147,9 @@ def main(
         bool,
         typer.Option("--what-if", help="Random programs, half with a planted harm: verdicts."),
     ] = False,
+    farm: Annotated[
+        bool, typer.Option("--farm", help="Many invented cells under one desk.")
+    ] = False,
     seeds: Annotated[
         int | None,
         typer.Option(
@@ -151,7 +162,7 @@ def main(
         float | None,
         typer.Option(
             help="Faults: of random faults, at most 10 of noise (60). Storm: of a seed (6). "
-            "Day: of recording (1440).",
+            "Day: of recording (1440). Farm: of 100 cells (1).",
             min=0.0,
         ),
     ] = None,
@@ -196,6 +207,7 @@ def main(
         ("day", day),
         ("plants", plants),
         ("what_if", what_if),
+        ("farm", farm),
     )
     chosen = [name for name, wanted in sections if wanted]
     enter_workspace()

@@ -2,13 +2,15 @@
 
 venv="$root/.venv"
 
-# What is set up: "run", all that a cell needs; or "test", what tests, checks, benches and documents need too.
+# What is set up: "run", all that a cell needs; "farm", what the farm needs too; or "test", what tests, checks,
+# benches and documents need too.
 scope=${scope:-run}
 
-# Print a file of the scope, and the one for tests beside it: setup/NAME.txt, setup/NAME_test.txt.
+# Print a file of the scope, and those of larger scopes beside it: setup/NAME.txt, NAME_farm.txt, NAME_test.txt.
 scope_files() {
   echo "setup/$1.txt"
-  [ "$scope" != test ] || echo "setup/$1_test.txt"
+  if [ "$scope" != run ] && [ -f "setup/$1_farm.txt" ]; then echo "setup/$1_farm.txt"; fi
+  if [ "$scope" = test ]; then echo "setup/$1_test.txt"; fi
 }
 
 # Print the lines of a list without comments: files.
@@ -74,9 +76,9 @@ make_venv() {
   install_pins pins
 }
 
-# Add what tests need to the libraries that are there.
-add_test_libraries() {
-  [ -z "$(unpinned_requirements)" ] && install_pins pins_test
+# Add what a larger scope needs to the libraries that are there: farm or test.
+add_libraries() {
+  [ -z "$(unpinned_requirements)" ] && install_pins "pins_$1"
 }
 
 # Print what to do when the libraries could not be installed: log file.
@@ -100,15 +102,21 @@ step_python() {
   local stamp
   stamp=$({ echo "$venv"; /usr/bin/python3 -V; cat setup/requirements.txt setup/pins.txt; } | hash_of)
   if ! [ -x "$venv/bin/python" ] || ! stamped "$venv/.cell-stamp" "$stamp"; then
-    rm -f "$venv/.cell-stamp-test"
+    rm -f "$venv/.cell-stamp-farm" "$venv/.cell-stamp-test"
     run_step 2/3 "Python libraries in .venv" "$logs/pip.log" advise_python make_venv
     echo "$stamp" >"$venv/.cell-stamp"
   fi
-  [ "$scope" = test ] || return 0
-  stamp=$({ echo "$stamp"; cat setup/requirements_test.txt setup/pins_test.txt; } | hash_of)
-  stamped "$venv/.cell-stamp-test" "$stamp" && return 0
-  run_step 2/3 "Python libraries of the tests in .venv" "$logs/pip_test.log" advise_python add_test_libraries
-  echo "$stamp" >"$venv/.cell-stamp-test"
+  [ "$scope" = run ] || step_libraries farm "of the farm" "$stamp"
+  [ "$scope" != test ] || step_libraries test "of the tests" "$stamp"
+}
+
+# Add the libraries of a larger scope: its name, in words, and the stamp of what a cell needs.
+step_libraries() {
+  local stamp
+  stamp=$({ echo "$3"; cat "setup/requirements_$1.txt" "setup/pins_$1.txt"; } | hash_of)
+  stamped "$venv/.cell-stamp-$1" "$stamp" && return 0
+  run_step 2/3 "Python libraries $2 in .venv" "$logs/pip_$1.log" advise_python add_libraries "$1"
+  echo "$stamp" >"$venv/.cell-stamp-$1"
 }
 
 # Print everything that asks for a new build when it changes.

@@ -1,9 +1,10 @@
-"""Write setup/pins.txt and pins_test.txt anew: what is needed, with the SHA-256 of each wheel.
+"""Write setup/pins.txt, pins_farm.txt and pins_test.txt anew, with the SHA-256 of each wheel.
 
 Usage: /usr/bin/python3 setup/renew_pins.py
 
 pins.txt holds what setup/requirements.txt needs, which is all that a cell needs to run.
-pins_test.txt holds what setup/requirements_test.txt needs beside that: tests, checks, benches and
+pins_farm.txt holds what setup/requirements_farm.txt needs beside that: the farm.
+pins_test.txt holds what setup/requirements_test.txt needs beside both: tests, checks, benches and
 the documents.
 
 What is pinned keeps its version and its file. To upgrade a package, change its line in
@@ -25,16 +26,22 @@ from typing import Any
 
 FOLDER = Path(__file__).resolve().parent
 REQUIREMENTS = FOLDER / "requirements.txt"
+REQUIREMENTS_FARM = FOLDER / "requirements_farm.txt"
 REQUIREMENTS_TEST = FOLDER / "requirements_test.txt"
 PINS = FOLDER / "pins.txt"
+PINS_FARM = FOLDER / "pins_farm.txt"
 PINS_TEST = FOLDER / "pins_test.txt"
 PIN = re.compile(r"^([\w.-]+)==(\S+)((?:\s+--hash=sha256:[0-9a-f]{64})+)$")
 HEAD = """\
 # What ./cell installs into .venv, each with the SHA-256 of its wheel for Debian 12 on amd64.
 # Written by setup/renew_pins.py from setup/requirements.txt.
 """
+HEAD_FARM = """\
+# What ./cell farm installs into .venv beside pins.txt, each with its SHA-256.
+# Written by setup/renew_pins.py from setup/requirements_farm.txt.
+"""
 HEAD_TEST = """\
-# What ./cell test, bench, check and docs install into .venv beside pins.txt, each with its SHA-256.
+# What ./cell test, bench, check and docs install into .venv beside both, each with its SHA-256.
 # Written by setup/renew_pins.py from setup/requirements_test.txt.
 """
 
@@ -165,21 +172,25 @@ def resolve(constraints: str, requirements: list[Path]) -> dict[str, Any]:
 
 
 def main() -> int:
-    """Renew both files, and say what is different."""
+    """Renew all files, and say what is different."""
     try:
         old: Pins = {}
-        for file in (PINS, PINS_TEST):
+        for file in (PINS, PINS_FARM, PINS_TEST):
             old |= read_pins(file.read_text()) if file.exists() else {}
-        # Both together first: so the cell runs with the versions that the tests have seen.
-        asked = REQUIREMENTS.read_text() + REQUIREMENTS_TEST.read_text()
-        both = [REQUIREMENTS, REQUIREMENTS_TEST]
-        new = merge(old, pins_of_report(resolve(kept_versions(old, asked), both)))
-        run = merge(new, pins_of_report(resolve(kept_versions(new, asked), [REQUIREMENTS])))
-        test = without(new, run)
+        # All together first: so the cell runs with the versions that the tests have seen.
+        all_files = [REQUIREMENTS, REQUIREMENTS_FARM, REQUIREMENTS_TEST]
+        asked = "".join(file.read_text() for file in all_files)
+        new = merge(old, pins_of_report(resolve(kept_versions(old, asked), all_files)))
+        run, with_farm = (
+            merge(new, pins_of_report(resolve(kept_versions(new, asked), all_files[:count])))
+            for count in (1, 2)
+        )
+        farm, test = without(with_farm, run), without(new, with_farm)
     except PinsError as error:
         print(f"renew_pins: {error}", file=sys.stderr)
         return 1
     PINS.write_text(pins_text(run))
+    PINS_FARM.write_text(pins_text(farm, HEAD_FARM))
     PINS_TEST.write_text(pins_text(test, HEAD_TEST))
     versions_before = {f"{name}=={version}" for name, (version, _) in old.items()}
     versions = {f"{name}=={version}" for name, (version, _) in new.items()}
@@ -187,8 +198,8 @@ def main() -> int:
         for pin in sorted(changed):
             print(f"{sign} {pin}")
     print(
-        f"{len(run)} packages are pinned in setup/pins.txt, {len(test)} in setup/pins_test.txt. "
-        "Next: ./cell setup"
+        f"{len(run)} packages are pinned in setup/pins.txt, {len(farm)} in setup/pins_farm.txt, "
+        f"{len(test)} in setup/pins_test.txt. Next: ./cell setup"
     )
     return 0
 

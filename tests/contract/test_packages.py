@@ -141,7 +141,7 @@ def test_every_yaml_file_of_the_configuration_is_installed() -> None:
     assert {file.name for file in (ROOT / "config").glob("*.yaml")} == set(
         re.findall(r"\w+\.yaml", text)
     )
-    assert "install(DIRECTORY config/robots" in text
+    assert "install(DIRECTORY config/farm config/robots" in text
 
 
 def test_modules_have_telling_names_and_a_readable_length() -> None:

@@ -11,7 +11,7 @@ import re
 from collections.abc import Iterator
 
 import pytest
-from harness.sources import Module, dotted, imported_names, modules
+from harness.sources import PACKAGES, Module, dotted, imported_names, modules, package_name
 
 ROS: tuple[str, ...] = (
     "rospy",
@@ -44,6 +44,9 @@ MACHINE: tuple[str, ...] = (
     "websockets",
     "nicegui",
     "playwright",
+    "zenoh",
+    "duckdb",
+    "pyarrow",
 )
 MACHINE += (
     "socket",
@@ -68,6 +71,7 @@ MACHINE += (
 )
 MACHINE += ("os", "shutil", "tempfile", "glob", "fileinput", "io")
 CLOCK_AND_CHANCE = ("time", "random", "secrets", "uuid")
+ROOMS = {package_name(folder) for folder in PACKAGES}
 FORBIDDEN = frozenset(ROS + MACHINE + CLOCK_AND_CHANCE)
 MESSAGES = re.compile(r"^[a-z0-9_]+_(msgs|srvs)$")
 CALLS = frozenset({"open", "input", "print", "exec", "eval", "__import__"})
@@ -145,7 +149,7 @@ def offences(module: Module) -> Iterator[str]:
         forbidden = top in FORBIDDEN or MESSAGES.match(top)
         if forbidden and top not in allowed and name not in constants:
             yield f"{line}: imports {name}"
-        if len(parts) > 2 and parts[1] in ("nodes", "io"):
+        if top in ROOMS and {"nodes", "io"} & set(parts[1:-1]):
             yield f"{line}: imports {name} of an outer layer"
     for node in ast.walk(module.tree):
         if isinstance(node, ast.ImportFrom) and node.level:

@@ -34,10 +34,15 @@ ROOMS: dict[str, set[str]] = {
     | {"fanuc_emulator", "twin_controller", "cell_recorder", "robot_doctor"},
     "operator_panel": NODE | {"scara_description"},
     "scara_bringup": NODE,
+    "farm": NODE,
 }
 """For each room the others that it may import. scara_bringup reaches nodes by rosrun only."""
 
 OUR = set(ROOMS)
+DOOR = tuple(f"scara_ros.{name}" for name in ("page_door", "io.page_", "io.token_file"))
+"""What the farm's desk may use of scara_ros: no ROS is in it."""
+LINK_OF_THE_FARM = tuple(f"src/farm/src/farm/{part}/" for part in ("link", "nodes", "synthetic"))
+"""Where messages and nodes are used; invented cells pass for links."""
 LINKS = ("config", "registers", "robot_sample", "estimation", "io")
 """What robot_doctor may use of twin_controller: what talks to the two sides, and its settings."""
 
@@ -80,6 +85,18 @@ def test_the_doctor_uses_the_controllers_links_alone() -> None:
         if room == "robot_doctor"
         and name.startswith("twin_controller.")
         and name.split(".")[1] not in LINKS
+    ] == []
+
+
+def test_only_the_farms_link_knows_ros() -> None:
+    """The desk runs where no ROS is: it uses settings, and the door of our pages."""
+    allowed = ("scara_config", *DOOR)
+    assert [
+        f"{where}: {name}"
+        for room, name, where in arrows()
+        if room == "farm"
+        and not where.startswith(LINK_OF_THE_FARM)
+        and not name.startswith(allowed)
     ] == []
 
 

@@ -38,7 +38,9 @@ class Module:
 
     @property
     def is_pure(self) -> bool:
-        """Whether it stands outside nodes/ and io/."""
+        """Whether it stands outside nodes/ and io/, and is no program of its own."""
+        if self.path.name == "__main__.py":
+            return False
         return not {"nodes", "io"} & set(self.path.parts[self.path.parts.index("src") :])
 
 

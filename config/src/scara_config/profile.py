@@ -19,6 +19,8 @@ CHOICE = "SCARA_ROBOT"
 DEFAULT = "fanuc_sr6ia"
 FOLDER = "robots"
 PROGRAMS = "programs"
+FARM = "farm"
+"""Folder of what a cell tells a farm, and keeps for it."""
 PLANTS = "plants"
 PLANT_CHOICE = "SCARA_PLANT"
 DEFAULT_PLANT = "ideal"
@@ -82,7 +84,7 @@ def locate(name: str, directory: Path | str | None = None) -> Path:
 def files_in_force(directory: Path | str | None = None) -> dict[str, Path]:
     """Return every YAML file of the chosen robot's cell by its name.
 
-    ``programs/article.yaml`` and ``plants/ideal.yaml`` are among them.
+    ``programs/article.yaml``, ``plants/ideal.yaml`` and ``farm/journal.yaml`` are among them.
 
     Raises:
         ConfigError: There is no such robot.
@@ -93,7 +95,7 @@ def files_in_force(directory: Path | str | None = None) -> dict[str, Path]:
         for place in (folder, robot_folder(folder))
         for path in sorted(place.glob("*.yaml"))
     }
-    for kind in (PROGRAMS, PLANTS):
+    for kind in (PROGRAMS, PLANTS, FARM):
         for path in sorted(locate(kind, folder).glob("*.yaml")):
             found[f"{kind}/{path.name}"] = path
     return found

@@ -16,6 +16,7 @@ PARTS = ("cells", "nodes", "pure")
 """What ``./cell test`` runs side by side."""
 CELLS = (
     "tests/system/",
+    "tests/ros/farm/test_page.py",
     "tests/ros/operator_panel/test_for_hands.py",
     "tests/ros/operator_panel/test_stop.py",
     "tests/ros/operator_panel/test_tuning_form.py",
@@ -28,6 +29,7 @@ TIMED = (
     "tests/unit/fanuc_emulator/nodes/",
     "tests/unit/fanuc_emulator/other/",
     "tests/unit/fanuc_emulator/test_modbus_server.py",
+    "tests/unit/farm/io/",
     "tests/unit/harness/storm/",
     "tests/unit/harness/test_processes.py",
     "tests/unit/harness/test_proxy.py",

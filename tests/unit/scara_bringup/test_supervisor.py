@@ -41,6 +41,7 @@ CONTROLLER = NodePlan("twin_controller", "p", "twin_controller", leaves=1)
 RECORDER = NodePlan("recorder", "p", "recorder", leaves=2)
 SIMULATOR = NodePlan("simulator", "p", "simulator")
 GATEWAY = NodePlan("gateway", "p", "gateway")
+LINK = NodePlan("farm_link", "farm", "link", leaves=0, optional=True)
 RUN = NodePlan("run_experiment", "p", "run_experiment", leaves=0)
 NODES = [SIMULATOR, GATEWAY, RECORDER, CONTROLLER]
 
@@ -262,3 +263,18 @@ def test_every_history_ends_and_every_living_process_is_killed_on_the_way(
 def test_exit_is_described_in_words(code: int, text: str) -> None:
     """Signals have names, and a number without one is still told."""
     assert text in describe_exit(code)
+
+
+@pytest.mark.parametrize("code", [0, 1, -9])
+def test_cell_goes_on_without_what_it_can_do_without(code: int) -> None:
+    """Before it is ready and after; it is said, the others are not touched, and it ends well."""
+    cell = begin([*NODES, LINK], None, DEADLINES, 0.0)[0]
+    starting, actions = step(cell, Ended(LINK.name, code), 0.5)
+    assert starting.phase is Phase.STARTING and LINK not in starting.nodes
+    assert [type(action) for action in actions] == [Explain]
+    assert "the cell goes on without it" in actions[0].text  # type: ignore[union-attr]
+    cell = step(cell, Checked(()), 1.0)[0]
+    cell, _ = step(cell, Ended(LINK.name, code), 2.0)
+    assert (cell.phase, cell.exit_code) == (Phase.RUNNING, 0)
+    cell, _ = step(cell, Ended(GATEWAY.name, 3), 3.0)
+    assert (cell.phase, cell.exit_code) == (Phase.ENDING, 3)

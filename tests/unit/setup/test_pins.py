@@ -23,8 +23,10 @@ renew_pins = importlib.util.module_from_spec(SPEC)
 SPEC.loader.exec_module(renew_pins)
 
 PINS_TEXT = (ROOT / "setup" / "pins.txt").read_text()
+PINS_FARM_TEXT = (ROOT / "setup" / "pins_farm.txt").read_text()
 PINS_TEST_TEXT = (ROOT / "setup" / "pins_test.txt").read_text()
 REQUIREMENTS = renew_pins.statements((ROOT / "setup" / "requirements.txt").read_text())
+REQUIREMENTS_FARM = renew_pins.statements((ROOT / "setup" / "requirements_farm.txt").read_text())
 REQUIREMENTS_TEST = renew_pins.statements((ROOT / "setup" / "requirements_test.txt").read_text())
 A, B = "a" * 64, "b" * 64
 MISMATCH = """\
@@ -52,7 +54,11 @@ def installed_by(script: str, root: Path) -> subprocess.CompletedProcess[str]:
 
 def test_every_requirement_is_pinned_with_its_version() -> None:
     """Only pins.txt is installed: what it does not hold would be missing."""
-    for text, requirements in ((PINS_TEXT, REQUIREMENTS), (PINS_TEST_TEXT, REQUIREMENTS_TEST)):
+    for text, requirements in (
+        (PINS_TEXT, REQUIREMENTS),
+        (PINS_FARM_TEXT, REQUIREMENTS_FARM),
+        (PINS_TEST_TEXT, REQUIREMENTS_TEST),
+    ):
         pins = renew_pins.read_pins(text)
         pinned = {f"{renew_pins.plain(name)}=={version}" for name, (version, _) in pins.items()}
         asked = (line.split("==") for line in requirements)
@@ -61,12 +67,13 @@ def test_every_requirement_is_pinned_with_its_version() -> None:
 
 def test_what_tests_need_is_not_installed_for_a_cell() -> None:
     """No package is pinned twice, and the browser's driver is not among those of a cell."""
-    both = [
+    run, farm, test = (
         {renew_pins.plain(name) for name in renew_pins.read_pins(text)}
-        for text in (PINS_TEXT, PINS_TEST_TEXT)
-    ]
-    assert both[0] & both[1] == set()
-    assert {"pytest", "playwright", "mypy", "mkdocs"} <= both[1]
+        for text in (PINS_TEXT, PINS_FARM_TEXT, PINS_TEST_TEXT)
+    )
+    assert run & farm == run & test == farm & test == set()
+    assert {"pytest", "playwright", "mypy", "mkdocs"} <= test
+    assert {"eclipse-zenoh", "duckdb", "pyarrow"} <= farm
     with pytest.raises(renew_pins.PinsError, match="need x==2, the cell 1"):
         renew_pins.without({"x": ("2", [A])}, {"X": ("1", [A])})
 
@@ -104,6 +111,7 @@ def test_what_pinned_packages_need_is_there() -> None:
     """Pip is told to follow no needs: the pins, and Debian's packages, have to be complete."""
     pins = renew_pins.read_pins(PINS_TEXT)
     assert [t for name in pins for t in unmet(name, set(map(renew_pins.plain, pins)))] == []
+    pins |= renew_pins.read_pins(PINS_FARM_TEXT)
     pins |= renew_pins.read_pins(PINS_TEST_TEXT)
     wrong = {name: v for name, (v, _) in pins.items() if importlib.metadata.version(name) != v}
     assert wrong == {}, "installed in another version"
@@ -125,6 +133,8 @@ def test_written_pins_are_read_back() -> None:
     assert renew_pins.read_pins(text) == pins
     assert text.index("alpha.b==1.0 \\\n    --hash=sha256:aaa") < text.index("Zeta==2")
     assert renew_pins.pins_text(renew_pins.read_pins(PINS_TEXT)) == PINS_TEXT
+    farm = renew_pins.pins_text(renew_pins.read_pins(PINS_FARM_TEXT), renew_pins.HEAD_FARM)
+    assert farm == PINS_FARM_TEXT
     tests = renew_pins.pins_text(renew_pins.read_pins(PINS_TEST_TEXT), renew_pins.HEAD_TEST)
     assert tests == PINS_TEST_TEXT
 

@@ -28,19 +28,23 @@ def test_each_verb_sets_up_what_it_needs() -> None:
     for verb in ("test", "bench", "check", "docs"):
         (body,) = re.findall(rf"^  {verb}\)(.*?);;", text, re.MULTILINE | re.DOTALL)
         assert body.index("scope=test") < body.index("ensure_setup"), verb
+    (body,) = re.findall(r"^  farm\)(.*?);;", text, re.MULTILINE | re.DOTALL)
+    assert body.index("scope=farm") < body.index("ensure_setup")
     (body,) = re.findall(r"^  demo \| up \| status\)(.*?);;", text, re.MULTILINE | re.DOTALL)
-    assert "scope" not in body
+    assert re.findall(r"scope=\w+", body) == ["scope=farm"] and "--farm" in body
 
 
 @pytest.mark.parametrize(
     ("before", "change", "count"),
     [
         ("", "", 1),
-        ("scope=test; ", "", 2),
+        ("scope=farm; ", "", 2),
+        ("scope=test; ", "", 3),
+        ("scope=farm; ", "echo '# new' >>setup/pins_farm.txt", 1),
         ("scope=test; ", "echo '# new' >>setup/pins_test.txt", 1),
         ("", "echo '# new' >>setup/pins_test.txt", 0),
     ],
-    ids=["run", "test", "changed", "changed for tests only"],
+    ids=["run", "farm", "test", "changed for the farm", "changed", "changed for tests only"],
 )
 def test_libraries_of_the_tests_are_installed_beside_and_once(
     tree: Path, before: str, change: str, count: int

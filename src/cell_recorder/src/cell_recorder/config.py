@@ -32,4 +32,4 @@ def load_journal(directory: Path | str | None = None) -> JournalSettings:
     Raises:
         ConfigError: The file is missing or a value does not fit.
     """
-    return load(locate("journal.yaml", directory), JournalSettings)
+    return load(locate("farm/journal.yaml", directory), JournalSettings)

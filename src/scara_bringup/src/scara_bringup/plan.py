@@ -22,6 +22,7 @@ class NodePlan:
         topics: Relative names it publishes when it is ready.
         port: TCP port it listens at when it is ready.
         leaves: When it is ended: 0 first, then 1, and so on.
+        optional: The cell goes on without it if it dies.
     """
 
     name: str
@@ -32,6 +33,7 @@ class NodePlan:
     topics: tuple[str, ...] = ()
     port: int | None = None
     leaves: int = 3
+    optional: bool = False
 
 
 MASTER = NodePlan("rosmaster", "scara_bringup", "master", leaves=5)
@@ -53,6 +55,7 @@ def cell_plan(
     without: tuple[str, ...] = (),
     with_panel: bool = False,
     runs: str = "",
+    with_farm: bool = False,
 ) -> list[NodePlan]:
     """List the nodes of a cell, in the order in which they are started.
 
@@ -66,6 +69,7 @@ def cell_plan(
         with_panel: Whether what people look at belongs to it, the two pages and the camera: in a
             cell for people, not in one that runs experiments.
         runs: The folder of all recordings; empty: the nodes' own default.
+        with_farm: Whether the cell has a link to the farm. It waits for a desk by itself.
 
     Raises:
         ValueError: ``without`` names a node that is not in the plan; the text lists those that are.
@@ -123,6 +127,19 @@ def cell_plan(
     ]
     if with_panel:
         nodes += _for_people(doors, runs, with_pendant="emulator" not in without)
+    if with_farm:
+        folder = (f"_directory:={runs}",) if runs else ()
+        nodes.append(
+            NodePlan(
+                "farm_link",
+                "farm",
+                "link",
+                folder,
+                services=("farm/remote",),
+                leaves=0,
+                optional=True,
+            )
+        )
     # Without the emulator there is no pendant page either; who leaves out both is right as well.
     known = {node.name for node in nodes} | {PENDANT_PAGE}
     unknown = sorted(set(without) - known)

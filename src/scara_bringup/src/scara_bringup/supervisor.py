@@ -2,9 +2,9 @@
 
 No process is touched here.
 
-A cell goes STARTING -> RUNNING -> ENDING -> ENDED. It begins to end when a node dies, when the
-readiness deadline has passed, when a signal comes, or when the run in the foreground is over; the
-first of these gives the exit code.
+A cell goes STARTING -> RUNNING -> ENDING -> ENDED. It begins to end when a node dies that it cannot
+do without, when the readiness deadline has passed, when a signal comes, or when the run in the
+foreground is over; the first of these gives the exit code.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ class Announce:
 
 @dataclass(frozen=True)
 class Explain:
-    """Action: say why the cell ends; show the last lines of these logs."""
+    """Action: say what has ended and what follows; show the last lines of these logs."""
 
     text: str
     logs: tuple[str, ...] = ()
@@ -153,7 +153,8 @@ def step(cell: Cell, event: Event, now: float) -> Step:
             now,
         )
     if isinstance(event, Ended):
-        return _lost(cell, event, now)
+        optional = {node.name for node in cell.nodes if node.optional}
+        return (_do_without if event.name in optional else _lost)(cell, event, now)
     if cell.phase is Phase.STARTING:
         return _while_starting(cell, event, now)
     return cell, []
@@ -187,6 +188,13 @@ def _ready(cell: Cell) -> Step:
         Announce(),
         Start(cell.foreground),
     ]
+
+
+def _do_without(cell: Cell, event: Ended, _now: float) -> Step:
+    """Go on without a node, and say so."""
+    nodes = tuple(node for node in cell.nodes if node.name != event.name)
+    text = f"node {event.name} {describe_exit(event.code)}; the cell goes on without it"
+    return replace(cell, nodes=nodes), [Explain(text, (event.name,))]
 
 
 def _lost(cell: Cell, event: Ended, now: float) -> Step:

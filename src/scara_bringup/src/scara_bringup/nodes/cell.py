@@ -40,6 +40,7 @@ from scara_bringup.nodes.named import ask_why, refuse_second, refuse_without_roo
 from scara_bringup.nodes.options import (
     Anyway,
     Browser,
+    Farm,
     GatewayPort,
     MasterPort,
     ModbusPort,
@@ -79,6 +80,7 @@ class Wishes:
         network: Whether the nodes may be open to the network.
         people: Whether it is a cell for people, with pages.
         browser: Whether the operator's page is opened.
+        farm: Whether it has a link to the farm.
         experiments: What is run before the cell ends; empty: it stays.
         arguments: Of these.
         name: Of the cell; None: it has none, and takes the ports of the files.
@@ -95,6 +97,7 @@ class Wishes:
     runs: Path | None = None
     people: bool = False
     browser: bool = False
+    farm: bool = False
     experiments: tuple[str, ...] = ()
     arguments: tuple[str, ...] = ()
     name: str | None = None
@@ -115,6 +118,7 @@ def up(
     pendant_port: PendantPort = None,
     browser: Browser = True,
     network: Network = False,
+    farm: Farm = False,
     name: Name = None,
     anyway: Anyway = False,
 ) -> None:
@@ -131,6 +135,7 @@ def up(
         runs,
         people=True,
         browser=browser,
+        farm=farm,
         name=name,
         anyway=anyway,
     )
@@ -206,7 +211,7 @@ def run(wishes: Wishes) -> tuple[int, Path | None]:
         if wishes.master_port is not None:
             os.environ["ROS_MASTER_URI"] = f"http://127.0.0.1:{wishes.master_port}"
         doors = wishes.ports.over(load_doors())
-        nodes = cell_plan(doors, wishes.without, wishes.people)
+        nodes = cell_plan(doors, wishes.without, wishes.people, with_farm=wishes.farm)
         own_master = check_before_start(nodes, MasterProbe(os.environ["ROS_MASTER_URI"]))
         folder = prepare(wishes.output)
         if wishes.ports:
@@ -245,7 +250,7 @@ def _run(wishes: Wishes, folder: Path, shown: Shown, own_master: bool, turn: Tur
     """Run a cell that was found right, in the environment that its nodes inherit."""
     deadlines, doors = load_bringup(), load_doors()
     runs = str(runs_of(folder, wishes.runs))
-    nodes = cell_plan(doors, wishes.without, wishes.people, runs)
+    nodes = cell_plan(doors, wishes.without, wishes.people, runs, wishes.farm)
     foreground = None
     if wishes.experiments:
         foreground = experiment_plan(str(folder), wishes.experiments, wishes.arguments)

@@ -62,6 +62,9 @@ Network = Annotated[
         help="Let ROS_IP or ROS_HOSTNAME open the nodes to the network. Without it: 127.0.0.1 only."
     ),
 ]
+Farm = Annotated[
+    bool, typer.Option("--farm", help="Show this cell to the farm: ./cell farm is its desk.")
+]
 Browser = Annotated[
     bool, typer.Option(help="Open the operator's page in a browser, where there is a display.")
 ]

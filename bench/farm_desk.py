@@ -1,0 +1,106 @@
+"""A desk that is measured: it answers words on its standard input with a line of JSON each.
+
+Usage: python -m bench.farm_desk FOLDER PORT. Words: ``count``, ``begin`` a measurement, ``end`` it,
+``stops``.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import statistics
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+from farm.config import FarmConfig, load_farm
+from farm.desk.io.commands import cells_there, order
+from farm.desk.io.desk import Desk
+from farm.desk.io.history import History
+from farm.desk.roster import LOST
+from farm.io.bus import open_router
+from msgspec.structs import replace
+
+STOPS = 200
+
+
+class Measured:
+    """Counts what a desk gets between two words."""
+
+    def __init__(self, desk: Desk, config: FarmConfig) -> None:
+        self._desk, self._config = desk, config
+        self._ages = desk.measure_ages()
+        self._cpu = self._at = 0.0
+
+    def count(self) -> dict[str, Any]:
+        """Return who is there."""
+        rows = self._desk.rows()
+        there = [row for row in rows if row.status != LOST]
+        return {
+            "alive": len(there),
+            "shown": sum(row.state is not None for row in there),
+            "names": [row.name.partition("/")[2] for row in there],
+            "lost_since": {r.name.partition("/")[2]: r.since for r in rows if r.status == LOST},
+        }
+
+    def begin(self) -> dict[str, Any]:
+        """Begin to count processor time and ages."""
+        self._ages.clear()
+        self._cpu, self._at = time.process_time(), time.monotonic()
+        return {}
+
+    def end(self) -> dict[str, Any]:
+        """Return what was counted; states are counted since the desk's start."""
+        seconds = time.monotonic() - self._at
+        cpu = 100.0 * (time.process_time() - self._cpu) / seconds
+        counted = self._desk.counted().values()
+        pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
+        return {
+            "received": sum(each.received for each in counted),
+            "lost": sum(each.lost for each in counted),
+            "age_p50_ms": 1000.0 * statistics.median(self._ages),
+            "age_p99_ms": 1000.0 * statistics.quantiles(self._ages, n=100)[98],
+            "cpu_percent": cpu,
+            "memory_mb": pages * os.sysconf("SC_PAGE_SIZE") / 1e6,
+        }
+
+    def stops(self) -> dict[str, Any]:
+        """Return how soon single cells answer a STOP."""
+        session, site = self._desk.session, self._config.site
+        cells = cells_there(session, site, 1.0)
+        answers = [
+            answer
+            for k in range(STOPS)
+            for answer in order(session, [cells[k % len(cells)]], "STOP", "bench", "bench", 2.0)
+        ]
+        seconds = [answer.seconds for answer in answers]
+        return {
+            "stop_p99_ms": 1000.0 * statistics.quantiles(seconds, n=100)[98],
+            "stop_unanswered": sum(answer.answer is None for answer in answers),
+        }
+
+
+def main(folder: Path, port: int) -> None:
+    """Answer words until the input ends."""
+    shipped = load_farm()
+    config = replace(shipped, router=replace(shipped.router, port=port))
+    with (
+        History(folder, config.desk.small_files, config.desk.small_file_mb) as history,
+        open_router(config.router, config.lease_ms) as session,
+        Desk(session, config, history) as desk,
+    ):
+        measured = Measured(desk, config)
+        words = {
+            "count": measured.count,
+            "begin": measured.begin,
+            "end": measured.end,
+            "stops": measured.stops,
+        }
+        print("{}", flush=True)
+        for line in sys.stdin:
+            print(json.dumps(words[line.strip()]()), flush=True)
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]), int(sys.argv[2]))

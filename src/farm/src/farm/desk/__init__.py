@@ -1,0 +1,1 @@
+"""The room without ROS: who is there, what happened, and the answers to commands."""

@@ -1,0 +1,72 @@
+"""The names of the history's files, and which of them count; pure.
+
+A file is ``FIRST-LAST.parquet``: the places of its events in the order in which they were kept.
+Several small files become one by writing the large one first and removing the small ones then.
+Whoever is killed between the two leaves files whose places another file holds: they do not count.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+NAME = re.compile(r"^(\d{12})-(\d{12})\.parquet$")
+
+
+class Span(NamedTuple):
+    """The places of a file's events: from first to last, both included."""
+
+    first: int
+    last: int
+
+    @property
+    def name(self) -> str:
+        """The file's name.
+
+        Example:
+            >>> Span(1, 20).name
+            '000000000001-000000000020.parquet'
+        """
+        return f"{self.first:012d}-{self.last:012d}.parquet"
+
+
+def span_of(name: str) -> Span | None:
+    """Return the places of a file by its name; None if it is no file of the history."""
+    found = NAME.match(name)
+    return Span(int(found[1]), int(found[2])) if found else None
+
+
+def counting(names: Iterable[str]) -> tuple[list[Span], list[Span]]:
+    """Return the files that count, in their order, and those whose events another one holds.
+
+    Example:
+        >>> counting([Span(1, 2).name, Span(3, 3).name, Span(1, 3).name, "x.tmp"])
+        ([Span(first=1, last=3)], [Span(first=1, last=2), Span(first=3, last=3)])
+    """
+    spans = sorted(
+        (span for name in names if (span := span_of(name))), key=lambda s: (s.first, -s.last)
+    )
+    kept: list[Span] = []
+    held: list[Span] = []
+    for span in spans:
+        inside = bool(kept) and span.last <= kept[-1].last
+        (held if inside else kept).append(span)
+    return kept, held
+
+
+def to_join(spans: Sequence[Span], sizes: Sequence[int], most: int, large: int) -> list[Span]:
+    """Return the small files to make one of: the last ones in a row, or none.
+
+    Args:
+        spans: The files that count, in their order.
+        sizes: Of each [bytes].
+        most: So many small files may be there.
+        large: A file of this size or more is left as it is [bytes].
+    """
+    row: list[Span] = []
+    for span, size in zip(reversed(spans), reversed(sizes)):
+        if size >= large:
+            break
+        row.insert(0, span)
+    return row if len(row) >= most else []

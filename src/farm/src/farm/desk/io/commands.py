@@ -1,0 +1,116 @@
+"""Ask cells for STOP, PAUSE and the rest, all at once; each answers for itself."""
+
+from __future__ import annotations
+
+import queue
+import time
+import uuid
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import zenoh
+
+from farm.keys import ALIVE, COMMAND, CellName, every, owner
+from farm.wire import Answer, Command, WireError, decode, encode
+
+MARGIN_S = 0.2
+"""Our choice: so long after its expiry an answer may still be on its way."""
+
+
+class Answered(NamedTuple):
+    """What one cell said, or that it said nothing.
+
+    Attributes:
+        cell: Which.
+        answer: What it said; None: nothing.
+        seconds: After the question.
+    """
+
+    cell: CellName
+    answer: Answer | None
+    seconds: float
+
+    @property
+    def text(self) -> str:
+        """One line for people."""
+        if self.answer is None:
+            return f"{self.cell}: NO ANSWER within {self.seconds:.1f} s: look at the cell itself"
+        word = "" if self.answer.accepted else "REFUSED: "
+        return f"{self.cell}: {word}{self.answer.text or 'done'} ({1000.0 * self.seconds:.0f} ms)"
+
+
+def cells_there(session: zenoh.Session, site: str, timeout_s: float) -> list[CellName]:
+    """Return the cells whose links are there; the router knows, whatever the desk does."""
+    replies = session.liveliness().get(every(site, ALIVE), timeout=timeout_s)
+    return sorted(owner(str(reply.ok.key_expr)) for reply in replies if reply.ok is not None)
+
+
+def order(
+    session: zenoh.Session,
+    cells: Sequence[CellName],
+    command: str,
+    person: str,
+    desk: str,
+    expiry_s: float,
+) -> Iterator[Answered]:
+    """Ask all cells at once, and yield what they answer, as it comes.
+
+    It is asked once. A cell that does not answer is yielded at the end.
+
+    Args:
+        session: An open session.
+        cells: Whom to ask.
+        command: What for; as in :class:`farm.wire.Command`.
+        person: Who asks.
+        desk: From which machine.
+        expiry_s: The cells take it for so long.
+    """
+    answers: queue.SimpleQueue[tuple[CellName, Answer | None]] = queue.SimpleQueue()
+    begun = time.monotonic()
+    for cell in cells:
+        asked = Command(uuid.uuid4().hex, command, person, desk, time.time() + expiry_s)
+        _ask(session, cell, asked, expiry_s, answers)
+    waiting = set(cells)
+    while waiting:
+        try:
+            left = expiry_s + MARGIN_S - (time.monotonic() - begun)
+            cell, answer = answers.get(timeout=max(0.0, left))
+        except queue.Empty:
+            break
+        if cell in waiting:
+            waiting.discard(cell)
+            yield Answered(cell, answer, time.monotonic() - begun)
+    for cell in sorted(waiting):
+        yield Answered(cell, None, time.monotonic() - begun)
+
+
+def _ask(
+    session: zenoh.Session,
+    cell: CellName,
+    command: Command,
+    expiry_s: float,
+    answers: queue.SimpleQueue[tuple[CellName, Answer | None]],
+) -> None:
+    """Ask one cell; its answer comes into the queue, None when no more can come."""
+
+    def take(reply: zenoh.Reply) -> None:
+        answers.put((cell, _read(reply)))
+
+    session.get(
+        cell.key(COMMAND),
+        zenoh.handlers.Callback(take, lambda: answers.put((cell, None))),
+        payload=encode(command),
+        timeout=expiry_s,
+        priority=zenoh.Priority.REAL_TIME,
+        congestion_control=zenoh.CongestionControl.BLOCK,
+    )
+
+
+def _read(reply: zenoh.Reply) -> Answer | None:
+    """Return what a cell said; None: zenoh gave up."""
+    if reply.ok is None:
+        return None
+    try:
+        return decode(bytes(reply.ok.payload), Answer)
+    except WireError as error:
+        return Answer(False, f"its answer cannot be read: {error}")

@@ -1,0 +1,190 @@
+"""Keep events in Parquet: one writer, files that are whole or not there, small ones joined."""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from farm.desk.files import Span, counting, to_join
+from farm.keys import CellName
+from farm.wire import Event
+
+SCHEMA = pa.schema(
+    [
+        ("site", pa.string()),
+        ("machine", pa.string()),
+        ("cell", pa.string()),
+        ("era", pa.int32()),
+        ("number", pa.int64()),
+        ("time", pa.timestamp("us")),
+        ("kind", pa.string()),
+        ("stop", pa.bool_()),
+        ("text", pa.string()),
+        ("body", pa.string()),
+    ]
+)
+HALF = ".part"
+"""Ending of a file that is being written."""
+
+
+class HistoryError(RuntimeError):
+    """The history cannot be read or written; the text says why and what to do."""
+
+
+class Kept(NamedTuple):
+    """An event to keep: whose, of which journal, and the event."""
+
+    cell: CellName
+    era: int
+    event: Event
+
+
+class Last(NamedTuple):
+    """The newest event that is kept of a cell."""
+
+    era: int
+    number: int
+    time: float
+
+
+class History:
+    """The history's only writer; a context manager."""
+
+    def __init__(self, folder: Path, small_files: int, small_file_mb: float) -> None:
+        """Take the folder, and remove what a killed writer has left.
+
+        Args:
+            folder: Made if missing.
+            small_files: So many small files become one.
+            small_file_mb: A file of this size is left as it is [MB].
+
+        Raises:
+            HistoryError: The folder cannot be used, or another desk writes there.
+        """
+        self.folder = folder
+        self._small_files, self._large = small_files, int(small_file_mb * 1e6)
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            self._lock = (folder / "lock").open("a")
+            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            self._spans = self._tidy()
+        except BlockingIOError as error:
+            self._lock.close()
+            raise HistoryError(
+                f"{folder}: another desk keeps its history there: end it, or name another folder"
+            ) from error
+        except OSError as error:
+            raise HistoryError(f"{folder}: {error.strerror}") from error
+
+    def __enter__(self) -> History:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._lock.close()
+
+    def last(self) -> dict[CellName, Last]:
+        """Return the newest event of each cell.
+
+        Raises:
+            HistoryError: A file cannot be read.
+        """
+        found: dict[CellName, Last] = {}
+        columns = ["site", "machine", "cell", "era", "number", "time"]
+        for span in self._spans:
+            table = self._read(span, columns)
+            table = table.set_column(5, "time", table["time"].cast(pa.int64()))
+            for site, machine, cell, era, number, time in zip(*table.to_pydict().values()):
+                name, newest = CellName(site, machine, cell), Last(era, number, time / 1e6)
+                found[name] = max(found.get(name, newest), newest)
+        return found
+
+    def write(self, kept: Sequence[Kept]) -> None:
+        """Keep events: all of them, or none if this raises.
+
+        Raises:
+            HistoryError: The disk is full, or fails.
+        """
+        if not kept:
+            return
+        first = self._spans[-1].last + 1 if self._spans else 1
+        span = Span(first, first + len(kept) - 1)
+        self._put(span, pa.Table.from_pydict(_columns(kept), schema=SCHEMA))
+        self._spans.append(span)
+
+    def join(self) -> int:
+        """Make one file of the small ones if there are too many; return how many there were.
+
+        Raises:
+            HistoryError: The disk is full, or fails; everything is still there.
+        """
+        sizes = [self._path(span).stat().st_size for span in self._spans]
+        row = to_join(self._spans, sizes, self._small_files, self._large)
+        if not row:
+            return 0
+        whole = Span(row[0].first, row[-1].last)
+        self._put(whole, pa.concat_tables([self._read(span) for span in row]))
+        for span in row:
+            self._path(span).unlink()
+        self._spans = [*self._spans[: -len(row)], whole]
+        return len(row)
+
+    def _tidy(self) -> list[Span]:
+        """Remove halves and files whose events another one holds; return those that count."""
+        for half in self.folder.glob(f"*{HALF}"):
+            half.unlink()
+        kept, held = counting(path.name for path in self.folder.iterdir())
+        for span in held:
+            self._path(span).unlink()
+        return kept
+
+    def _put(self, span: Span, table: pa.Table) -> None:
+        """Write a file; it has its name when all of it is on the disk."""
+        path = self._path(span)
+        half = path.with_suffix(HALF)
+        try:
+            with half.open("wb") as stream:
+                pq.write_table(table, stream, compression="zstd")
+                stream.flush()
+                os.fsync(stream.fileno())
+            half.rename(path)
+            folder = os.open(self.folder, os.O_RDONLY)
+            try:
+                os.fsync(folder)
+            finally:
+                os.close(folder)
+        except OSError as error:
+            half.unlink(missing_ok=True)
+            raise HistoryError(f"{self.folder}: {error.strerror}") from error
+
+    def _read(self, span: Span, columns: list[str] | None = None) -> pa.Table:
+        try:
+            return pq.ParquetFile(self._path(span)).read(columns=columns)
+        except (OSError, pa.ArrowInvalid) as error:
+            raise HistoryError(
+                f"{self._path(span)}: cannot be read: {error}; move it away to go on without it"
+            ) from error
+
+    def _path(self, span: Span) -> Path:
+        return self.folder / span.name
+
+
+def _columns(kept: Sequence[Kept]) -> dict[str, list[object]]:
+    return {
+        "site": [each.cell.site for each in kept],
+        "machine": [each.cell.machine for each in kept],
+        "cell": [each.cell.cell for each in kept],
+        "era": [each.era for each in kept],
+        "number": [each.event.number for each in kept],
+        "time": [int(each.event.time * 1e6) for each in kept],
+        "kind": [each.event.kind for each in kept],
+        "stop": [each.event.stop for each in kept],
+        "text": [each.event.text for each in kept],
+        "body": [json.dumps(each.event.body, ensure_ascii=False) for each in kept],
+    }

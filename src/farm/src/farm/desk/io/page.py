@@ -1,0 +1,227 @@
+"""The desk's page: the wall of cells, the worst first; events; STOP and PAUSE with the answers.
+
+NiceGUI serves the page and its frame; the browser asks ``/farm/wall`` once a second, and sends a
+command to ``/farm/command``, which answers with one line for each cell as it comes. So a STOP needs
+no web socket, and ten pages cost ten times a text that was made once.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import html
+import signal
+import socket
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import msgspec
+from nicegui import app, background_tasks, ui
+from scara_ros.io.page_guard import PageGuard
+from scara_ros.io.page_token import address
+from scara_ros.page_door import PageDoor
+from starlette.requests import Request
+from starlette.responses import PlainTextResponse, Response, StreamingResponse
+
+from farm.desk.io.commands import Answered, cells_there, order
+from farm.desk.io.desk import Desk
+from farm.desk.roster import Row
+from farm.keys import ChoiceError, choose
+from farm.link.rights import ALWAYS
+
+PAGE = "farm_desk"
+KEPT_S = 0.4
+"""Our choice: a wall so old is given to the next page too; pages ask once a second."""
+KNOCK_S = 0.02
+THERE_S = 0.5
+"""Our choice: the router answers who is there within milliseconds."""
+
+
+class PageError(RuntimeError):
+    """The page cannot be served; the text says why and what to do."""
+
+
+class ShownEvent(msgspec.Struct, frozen=True):
+    """One event as the page shows it."""
+
+    cell: str
+    number: int
+    time: float
+    kind: str
+    stop: bool
+    text: str
+
+
+class Wall(msgspec.Struct, frozen=True):
+    """What a page shows."""
+
+    now: float
+    trouble: str
+    cells: list[Row]
+    events: list[ShownEvent]
+
+
+class Asked(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What a page asks for."""
+
+    command: str
+    cell: str
+
+
+class Page:
+    """Serves one desk's page."""
+
+    def __init__(self, desk: Desk, site: str, web: Path, who: tuple[str, str], expiry_s: float):
+        """Offer all routes; :func:`serve` begins.
+
+        Args:
+            desk: What is shown.
+            site: Its site.
+            web: Folder of farm.js and farm.css.
+            who: Person and desk in whose name commands are sent.
+            expiry_s: Of commands.
+        """
+        self._desk, self._site, self._who, self._expiry_s = desk, site, who, expiry_s
+        self._made, self._wall = 0.0, b""
+        self._version = str(max(int(file.stat().st_mtime) for file in web.iterdir()))
+        app.add_static_files("/farm/web", str(web), max_cache_age=0)
+        app.add_api_route("/farm/wall", self._show, methods=["GET"], include_in_schema=False)
+        app.add_api_route("/farm/command", self._command, methods=["POST"], include_in_schema=False)
+        ui.page("/", title=f"{site}: farm", response_timeout=10.0)(self._build)
+
+    def wall(self, now: float) -> bytes:
+        """Return what a page shows, as JSON; the same for all pages that ask at one time."""
+        if now - self._made > KEPT_S:
+            shown = [
+                ShownEvent(str(cell), e.number, e.time, e.kind, e.stop, e.text)
+                for cell, e in reversed(tuple(self._desk.recent))
+            ]
+            wall = Wall(time.time(), self._desk.trouble, self._desk.rows(), shown)
+            self._wall, self._made = msgspec.json.encode(wall), now
+        return self._wall
+
+    def _show(self) -> Response:
+        return Response(self.wall(time.monotonic()), media_type="application/json")
+
+    async def _command(self, request: Request) -> Response:
+        try:
+            asked = msgspec.json.decode(await request.body(), type=Asked)
+        except msgspec.DecodeError as error:
+            return PlainTextResponse(str(error), 400)
+        if asked.command not in ALWAYS:
+            return PlainTextResponse(f"{asked.command}: allowed are {', '.join(ALWAYS)}", 400)
+        return StreamingResponse(self._answers(asked), media_type="application/x-ndjson")
+
+    def _answers(self, asked: Asked) -> Iterator[bytes]:
+        """Yield what each cell says, a line each; this runs in a thread of its own."""
+        try:
+            there = cells_there(self._desk.session, self._site, THERE_S)
+            chosen = choose(asked.cell, there)
+        except ChoiceError as error:
+            yield _line(asked.cell, False, str(error), 0.0)
+            return
+        person, desk = self._who
+        answers = order(self._desk.session, chosen, asked.command, person, desk, self._expiry_s)
+        for answered in answers:
+            yield _answer_line(answered)
+
+    def _build(self) -> None:
+        """Build one page."""
+        ui.add_head_html(f'<link rel="stylesheet" href="/farm/web/farm.css?{self._version}">')
+        ui.add_body_html(f'<script type="module" src="/farm/web/farm.js?{self._version}"></script>')
+        with ui.element("header").classes("bar"):
+            with ui.element("div").classes("bar-title"):
+                _text("h1", f"Farm {self._site}")
+                _text("span", "connecting", "summary").props('id=summary role="status"')
+            for command in reversed(ALWAYS):
+                named = f'data-command={command} data-cell=all aria-label="{command} all"'
+                pressed = ui.element("button").classes(f"button {command.lower()} all")
+                with pressed.props(f"type=button {named}"):
+                    _text("span", f"{command} ALL")
+        _text("div", "", "banner hidden").props('id=banner role="alert"')
+        with ui.element("main"):
+            with ui.element("section").classes("card").props('aria-label="Cells"'):
+                ui.element("div").classes("wall").props("id=wall")
+            with ui.element("aside"):
+                with ui.element("section").classes("card"):
+                    _text("h2", "Answers")
+                    _text("p", f"Commands are sent as {'@'.join(self._who)}.", "muted")
+                    ui.element("ol").classes("answers").props('id=answers aria-live="polite"')
+                with ui.element("section").classes("card"):
+                    _text("h2", "Events")
+                    ui.element("ol").classes("events").props("id=events")
+
+
+def serve(host: str, port: int, token: str, title: str, told: str) -> None:
+    """Serve the page until SIGINT or SIGTERM.
+
+    Args:
+        host: Where to listen.
+        port: The port.
+        token: Who brings it in the address is let in.
+        title: Of the page.
+        told: The address, printed when it can be opened.
+
+    Raises:
+        PageError: Something else listens there.
+    """
+    try:
+        with socket.create_server((host, port)):
+            pass
+    except OSError as error:
+        raise PageError(
+            f"{host}:{port} cannot be listened on: {error.strerror}: give another port, "
+            "./cell farm --port, or desk.port in farm.yaml"
+        ) from error
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: None)  # uvicorn ends by them, then raises them again
+    app.on_startup(lambda: background_tasks.create(_tell(host, port, told), name="tell"))
+    app.add_middleware(PageGuard, door=PageDoor(PAGE, host, port, token))
+    ui.run(
+        host=host,
+        port=port,
+        title=title,
+        dark=None,
+        show=False,
+        reload=False,
+        tailwind=False,
+        show_welcome_message=False,
+        reconnect_timeout=5.0,
+        timeout_graceful_shutdown=1,
+    )
+
+
+async def _tell(host: str, port: int, told: str) -> None:
+    """Print the address once the server answers there; it listens after its start-up handlers."""
+    while True:
+        try:
+            _, writer = await asyncio.open_connection(host, port)
+        except OSError:
+            await asyncio.sleep(KNOCK_S)
+        else:
+            writer.close()
+            print(f"farm: {told}", flush=True)
+            return
+
+
+def page_address(host: str, port: int, token: str, file: Path) -> str:
+    """Return what to open; a log, which others may read, gets the token's place instead."""
+    shown = token if sys.stdout.isatty() else f"TOKEN, which is in {file} unless it was given"
+    return address(host, port, shown)
+
+
+def _text(tag: str, text: str, classes: str = "") -> ui.element:
+    """Add an element with plain text."""
+    return ui.html(html.escape(text), sanitize=False, tag=tag).classes(classes)
+
+
+def _answer_line(answered: Answered) -> bytes:
+    answer = answered.answer
+    good = answer is not None and answer.accepted
+    return _line(str(answered.cell), good, answered.text, answered.seconds)
+
+
+def _line(cell: str, good: bool, text: str, seconds: float) -> bytes:
+    line = {"cell": cell, "good": good, "text": text, "seconds": seconds}
+    return msgspec.json.encode(line) + b"\n"

@@ -1,0 +1,75 @@
+"""Start router, desk and page in this process, and keep them until a signal."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from pathlib import Path
+
+from scara_ros.io.page_token import page_token, ros_home
+from scara_ros.io.token_file import TokenError
+
+from farm.config import FarmConfig
+from farm.desk.io.command_line import TOKEN_FILE, TOKEN_VARIABLE
+from farm.desk.io.desk import Desk
+from farm.desk.io.history import History, HistoryError
+from farm.io.bus import BusError, open_router
+
+EVENTS = "events"
+"""Folder of the history, in the desk's data."""
+
+
+class StartError(RuntimeError):
+    """The desk cannot be started; the text says why and what to do."""
+
+
+def run(config: FarmConfig, folder: Path, who: tuple[str, str], with_page: bool) -> None:
+    """Keep the desk until SIGINT or SIGTERM.
+
+    Args:
+        config: farm.yaml.
+        folder: The desk's data.
+        who: Person and desk in whose name the page sends commands.
+        with_page: Whether the page is served.
+
+    Raises:
+        StartError: A port is taken, or the folder or the token cannot be used.
+    """
+    settings = config.desk
+    try:
+        history = History(folder / EVENTS, settings.small_files, settings.small_file_mb)
+        # First the history: who cannot keep events shall not take the router's port.
+        with history, open_router(config.router, config.lease_ms) as session:
+            print(f"farm: router at {config.router.endpoint}, history in {folder}", flush=True)
+            with Desk(session, config, history) as desk:
+                if with_page:
+                    _serve(desk, config, who)
+                else:
+                    _wait()
+    except (HistoryError, BusError, TokenError) as error:
+        raise StartError(str(error)) from error
+
+
+def _serve(desk: Desk, config: FarmConfig, who: tuple[str, str]) -> None:
+    """Serve the page until a signal."""
+    # Imported late: NiceGUI takes a second, and only the page needs it.
+    from farm.desk.io.page import Page, PageError, page_address, serve
+
+    settings, file = config.desk, ros_home() / TOKEN_FILE
+    token = page_token(TOKEN_VARIABLE, file)
+    web = Path(__file__).resolve().parents[4] / "web"
+    Page(desk, config.site, web, who, settings.expiry_ms * 1e-3)
+    told = page_address(settings.host, settings.port, token, file)
+    try:
+        serve(settings.host, settings.port, token, f"{config.site}: farm", told)
+    except PageError as error:
+        raise StartError(str(error)) from error
+
+
+def _wait() -> None:
+    """Return at SIGINT or SIGTERM."""
+    ended = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: ended.set())
+    print("farm: the desk is ready, without a page", flush=True)
+    ended.wait()

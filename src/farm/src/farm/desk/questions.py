@@ -1,0 +1,124 @@
+"""What people ask of the history, as SQL, and its answers as text; pure."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+
+COLUMNS = (
+    "site",
+    "machine",
+    "cell",
+    "era",
+    "number",
+    "time",
+    "kind",
+    "stop",
+    "text",
+    "body",
+)
+"""Of the table ``events``; time is UTC, body is the whole line of the journal as JSON."""
+SPAN = re.compile(r"^(\d+(?:\.\d+)?)(s|m|h|d|w)$")
+UNITS = {"s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0, "w": 604800.0}
+
+
+class QuestionError(ValueError):
+    """A question that cannot be understood; the text says what is allowed."""
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """Which events.
+
+    Attributes:
+        since: Not before this [s since 1970]; None: from the first on.
+        cell: A cell's name, or MACHINE/CELL; empty: of all.
+        kind: decision, audit, alarm, cycle, start, gap, torn; empty: all.
+        stops: Only those that stopped the pair.
+        limit: The newest so many.
+    """
+
+    since: float | None = None
+    cell: str = ""
+    kind: str = ""
+    stops: bool = False
+    limit: int = 100
+
+
+def since(text: str, now: datetime) -> float:
+    """Return the beginning that a person means [s since 1970].
+
+    Args:
+        text: ``today``, ``yesterday``, a time ago (``90m``, ``12h``, ``2d``), or a date with or
+            without a time, ``2026-05-01 22:00``, in this machine's zone.
+        now: The time, with its zone.
+
+    Raises:
+        QuestionError: It is none of these.
+
+    Example:
+        >>> from datetime import timezone
+        >>> noon = datetime(2026, 5, 2, 12, tzinfo=timezone.utc)
+        >>> [noon.timestamp() - since(text, noon) for text in ("today", "90m", "yesterday")]
+        [43200.0, 5400.0, 129600.0]
+    """
+    midnight = now.replace(hour=0, minute=0, second=0, microsecond=0)
+    if text in ("today", "yesterday"):
+        return (midnight - timedelta(days=text == "yesterday")).timestamp()
+    if found := SPAN.match(text):
+        return now.timestamp() - float(found[1]) * UNITS[found[2]]
+    try:
+        moment = datetime.fromisoformat(text)
+    except ValueError:
+        raise QuestionError(
+            f"--since {text}: allowed are today, yesterday, 30m, 12h, 2d, 2026-05-01 or "
+            "2026-05-01T22:00"
+        ) from None
+    return (moment if moment.tzinfo else moment.replace(tzinfo=now.tzinfo)).timestamp()
+
+
+def query(wanted: Wanted) -> tuple[str, list[object]]:
+    """Return the SQL of a question, and its values; the answer is in the order of time."""
+    conditions: list[str] = []
+    values: list[object] = []
+    if wanted.since is not None:
+        conditions.append("time >= make_timestamp(CAST(? AS BIGINT))")
+        values.append(int(wanted.since * 1e6))
+    if wanted.cell:
+        conditions.append("(cell = ? OR machine || '/' || cell = ?)")
+        values += [wanted.cell, wanted.cell]
+    if wanted.kind:
+        conditions.append("kind = ?")
+        values.append(wanted.kind)
+    if wanted.stops:
+        conditions.append("stop")
+    where = f" WHERE {' AND '.join(conditions)}" if conditions else ""
+    order = "time, machine, cell, era, number"
+    newest = ", ".join(f"{column} DESC" for column in order.split(", "))
+    values.append(wanted.limit)
+    return (
+        "SELECT time, machine || '/' || cell AS cell, number, kind, text FROM "
+        f"(SELECT * FROM events{where} ORDER BY {newest} LIMIT ?) ORDER BY {order}",
+        values,
+    )
+
+
+def as_text(value: object) -> str:
+    """Return a value of an answer as people read it."""
+    if isinstance(value, datetime):
+        return value.isoformat(sep=" ", timespec="milliseconds")
+    return "" if value is None else str(value)
+
+
+def table(names: Sequence[str], rows: Sequence[Sequence[object]]) -> list[str]:
+    """Lay an answer out as lines.
+
+    Example:
+        >>> table(["cell", "n"], [["milk", 2], ["a", 10]])
+        ['cell  n', 'milk  2', 'a     10']
+    """
+    texts = [list(names), *([as_text(value) for value in row] for row in rows)]
+    widths = [max(len(row[k]) for row in texts) for k in range(len(names))]
+    return ["  ".join(t.ljust(w) for t, w in zip(row, widths)).rstrip() for row in texts]

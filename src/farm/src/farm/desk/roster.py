@@ -1,0 +1,160 @@
+"""Which cells are there, how each is, and which was lost when; pure: ``now`` is an argument."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import msgspec
+
+from farm.keys import CellName
+from farm.wire import CellState, Health, Level
+
+LOST, SILENT = "lost", "silent"
+"""Words for a cell that is not there, and for one that is there and says nothing."""
+
+
+class Row(msgspec.Struct, frozen=True):
+    """One cell as people see it.
+
+    Attributes:
+        name: MACHINE/CELL.
+        level: How bad it is; the wall is sorted by it.
+        status: lost, silent, or the cell's mode.
+        since: Since when it has this status [s since 1970, the desk's clock].
+        text: What is wrong, or what it does.
+        state: As the cell sent it last; None: not yet.
+        age_s: Of that state.
+        last_event: Newest number of its journal; 0: not known, or empty.
+        missing: Events that its journal no longer had when they were asked for.
+        cpu_percent, memory_mb: Of its link.
+    """
+
+    name: str
+    level: Level
+    status: str
+    since: float
+    text: str
+    state: CellState | None
+    age_s: float
+    last_event: int
+    missing: int
+    cpu_percent: float
+    memory_mb: float
+
+
+class Counted(NamedTuple):
+    """What was counted of a cell's states."""
+
+    received: int
+    lost: int
+
+
+@dataclass
+class Entry:
+    """What is known of one cell."""
+
+    alive: bool = False
+    since: float = 0.0
+    state: CellState | None = None
+    heard: float = 0.0
+    mode_since: float = 0.0
+    health: Health | None = None
+    received: int = 0
+    lost: int = 0
+    missing: int = 0
+
+
+@dataclass
+class Roster:
+    """All cells that were ever seen by this desk; one thread at a time uses it."""
+
+    silent_s: float
+    entries: dict[CellName, Entry] = field(default_factory=dict)
+
+    def alive(self, cell: CellName, now: float) -> None:
+        """Take in that a cell's link is there."""
+        entry = self._entry(cell)
+        entry.alive, entry.since, entry.heard = True, now, now
+
+    def gone(self, cell: CellName, now: float) -> None:
+        """Take in that a cell's link has gone."""
+        entry = self._entry(cell)
+        entry.alive, entry.since = False, now
+
+    def remember(self, cell: CellName, last_seen: float) -> None:
+        """Take in a cell of the history that is not there: lost since it was heard last."""
+        entry = self._entry(cell)
+        if not entry.alive and not entry.since:
+            entry.since = last_seen
+
+    def shown(self, cell: CellName, state: CellState, now: float) -> None:
+        """Take in a state; one that is older than the last is left out."""
+        entry = self._entry(cell)
+        last = entry.state
+        if last is not None:
+            if state.sequence <= last.sequence and state.stamp <= last.stamp:
+                return
+            # A link that was started again counts from 1.
+            entry.lost += max(0, state.sequence - last.sequence - 1)
+        if last is None or last.mode != state.mode:
+            entry.mode_since = now
+        entry.state, entry.heard = state, now
+        entry.received += 1
+
+    def told(self, cell: CellName, health: Health) -> None:
+        """Take in what a link says of itself."""
+        self._entry(cell).health = health
+
+    def missed(self, cell: CellName, count: int) -> None:
+        """Take in that so many events of a cell are gone for good."""
+        self._entry(cell).missing += count
+
+    def counted(self) -> dict[CellName, Counted]:
+        """Return how many states came, and how many did not."""
+        return {name: Counted(e.received, e.lost) for name, e in self.entries.items()}
+
+    def rows(self, now: float) -> list[Row]:
+        """Return all cells, the worst first; among equals those that became so last."""
+        rows = [self._row(name, entry, now) for name, entry in self.entries.items()]
+        return sorted(rows, key=lambda row: (-_rank(row), -row.since, row.name))
+
+    def _entry(self, cell: CellName) -> Entry:
+        return self.entries.setdefault(cell, Entry())
+
+    def _row(self, name: CellName, entry: Entry, now: float) -> Row:
+        level, status, since, text = self._judged(entry, now)
+        health = entry.health
+        return Row(
+            name=str(name),
+            level=level,
+            status=status,
+            since=since,
+            text=text,
+            state=entry.state,
+            age_s=now - entry.heard if entry.state is not None else 0.0,
+            last_event=health.last_event if health is not None else 0,
+            missing=entry.missing,
+            cpu_percent=health.cpu_percent if health is not None else 0.0,
+            memory_mb=health.memory_mb if health is not None else 0.0,
+        )
+
+    def _judged(self, entry: Entry, now: float) -> tuple[Level, str, float, str]:
+        """Return level, status, since when, and the reason."""
+        state = entry.state
+        if not entry.alive:
+            last = "" if state is None else f"last seen: {state.mode or 'silent'}"
+            return Level.BAD, LOST, entry.since, last
+        if now - entry.heard > self.silent_s:
+            return Level.BAD, SILENT, entry.heard, "its link is there and sends no state"
+        if state is None:
+            return Level.NOTE, "", entry.since, "no state yet"
+        level, text = state.level, state.alarm or state.why
+        if entry.health is not None and entry.health.journal:
+            level, text = max(level, Level.WARN), f"journal: {entry.health.journal}"
+        return level, state.mode or SILENT, entry.mode_since, text
+
+
+def _rank(row: Row) -> int:
+    """Return how far up on the wall a cell stands: a lost one above a bad one."""
+    return int(row.level) * 2 + (row.status == LOST)

@@ -1,0 +1,1 @@
+"""What link and desk both do with the bus."""

@@ -1,0 +1,111 @@
+"""Open the bus: TCP on loopback, no multicast, no shared memory, nothing that is stored.
+
+The desk opens the router in its own process; everybody else is a client of it.
+"""
+
+from __future__ import annotations
+
+import json
+import threading
+from typing import Any
+
+import zenoh
+
+from farm.config import Address, loopback_refusal
+
+MOST_SESSIONS = 10_000
+"""Our choice: zenoh's own limit is 1,000, which is the size of a farm on one desk."""
+RETRY_S = 0.5
+"""Our choice: how soon a desk that was not there is looked for again."""
+
+
+class BusError(RuntimeError):
+    """The bus cannot be opened; the text says why and what to do."""
+
+
+def open_router(address: Address, lease_ms: float) -> zenoh.Session:
+    """Open the router in this process.
+
+    Raises:
+        BusError: The address is not of this machine, or is taken.
+    """
+    _check(address)
+    settings = {
+        "mode": "router",
+        "listen/endpoints": [address.endpoint],
+        "connect/endpoints": [],
+        "transport/unicast/max_sessions": MOST_SESSIONS,
+        "transport/unicast/accept_pending": MOST_SESSIONS,
+    }
+    try:
+        return zenoh.open(_config(settings, lease_ms))
+    except zenoh.ZError as error:
+        raise BusError(
+            f"{address.endpoint} cannot be listened on: does another desk run here (./cell farm "
+            f"cells)? Else give another port, --router-port or farm.yaml. {_first(error)}"
+        ) from error
+
+
+def open_client(address: Address, lease_ms: float, timeout_s: float) -> zenoh.Session:
+    """Connect to the desk; later the connection heals by itself.
+
+    Raises:
+        BusError: The address is not of this machine, or nobody answers there.
+    """
+    _check(address)
+    settings = {
+        "mode": "client",
+        "listen/endpoints": [],
+        "connect/endpoints": [address.endpoint],
+        "connect/timeout_ms": int(timeout_s * 1000),
+        "connect/exit_on_failure": True,
+    }
+    try:
+        return zenoh.open(_config(settings, lease_ms))
+    except zenoh.ZError as error:
+        raise BusError(
+            f"no desk answers at {address.endpoint}: start it with ./cell farm"
+        ) from error
+
+
+def wait_for_desk(
+    address: Address, lease_ms: float, ended: threading.Event
+) -> zenoh.Session | None:
+    """Connect to the desk as soon as it is there; None: ``ended`` was set before.
+
+    Raises:
+        BusError: The address is not of this machine.
+    """
+    _check(address)
+    while not ended.is_set():
+        try:
+            return open_client(address, lease_ms, RETRY_S)
+        except BusError:
+            ended.wait(RETRY_S)
+    return None
+
+
+def _check(address: Address) -> None:
+    if why := loopback_refusal(address.host):
+        raise BusError(f"router.host = {address.host}: {why}")
+
+
+def _config(settings: dict[str, Any], lease_ms: float) -> zenoh.Config:
+    config = zenoh.Config()
+    always = {
+        "scouting/multicast/enabled": False,
+        "scouting/gossip/enabled": False,
+        # With it the wheel hangs silently at about 356 sessions.
+        "transport/shared_memory/enabled": False,
+        "transport/link/tx/lease": int(lease_ms),
+        "adminspace/enabled": False,
+        "timestamping/enabled": False,
+    }
+    for key, value in {**always, **settings}.items():
+        config.insert_json5(key, json.dumps(value))
+    return config
+
+
+def _first(error: zenoh.ZError) -> str:
+    """Return an error of zenoh without the places in its source."""
+    return str(error).split(" at /")[0]

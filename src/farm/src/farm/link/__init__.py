@@ -1,0 +1,1 @@
+"""The room in the cell: what the farm sees of it, and which commands it may give."""

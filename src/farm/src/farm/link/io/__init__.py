@@ -1,0 +1,1 @@
+"""The link on the bus, and the journal in its files."""

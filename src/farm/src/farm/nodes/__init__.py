@@ -1,0 +1,1 @@
+"""The link as a ROS node."""

@@ -1,0 +1,228 @@
+"""Node ``farm_link``: shows this cell to the farm, and takes its commands.
+
+Parameters: ``~config_dir`` (farm.yaml), ``~directory`` (the runs folder, where the journal is;
+default: runs of the environment's CELL_ROOT, else of the working folder), ``~router_port``
+(default: farm.yaml). Service: ``farm/remote`` (std_srvs/SetBool), the local switch that lets the
+farm move this cell; it is off at the start unless farm.yaml says otherwise. Subscribes to
+``twin_controller/state``, and to ``real/joint_states`` and ``twin/joint_states`` while somebody of
+the farm looks at the joints. Calls ``twin_controller/command`` in the name
+``/farm/PERSON@DESK``. Publishes ``/diagnostics``. It waits for the desk and outlives it; its own
+death ends nothing.
+"""
+
+from __future__ import annotations
+
+import os
+import socket
+import sys
+import threading
+import time
+from pathlib import Path
+
+import rospy
+from msgspec.structs import replace
+from scara_config import ConfigError, config_directory
+from scara_ros.diagnosis import Diagnosis, Level
+from scara_ros.io.service_connection import ServiceError
+from scara_ros.memory import keep_for_good
+from scara_ros.nodes.diagnostics import PERIOD_S, Diagnostics
+from scara_ros.nodes.service_client import ServiceClient
+from scara_ros.nodes.starting import become_node, until_shutdown
+from sensor_msgs.msg import JointState
+from std_srvs.srv import SetBool, SetBoolResponse
+
+from farm import keys
+from farm.config import FarmConfig, load_farm
+from farm.io.bus import BusError, wait_for_desk
+from farm.link.commands import caller_id
+from farm.link.event_text import describe
+from farm.link.io.cell_link import CellLink, LinkSettings
+from farm.link.io.journal_files import JournalFiles
+from farm.link.shown import Pair, Shown, show, silent
+from farm.wire import Answer, CellState, Command, Joints
+from scara_msgs.msg import TwinControllerState
+from scara_msgs.srv import TwinCommand
+
+NAME = "farm_link"
+JOURNAL = "journal"
+
+
+class Link:
+    """What the cell's topics say, for the link on the bus."""
+
+    def __init__(self, config: FarmConfig) -> None:
+        """Subscribe and offer the switch; the bus comes later."""
+        self._config = config.link
+        self._shown = Shown(revision=int(time.time()))
+        self._raw: bytes | None = None
+        self._heard = 0.0
+        self._remote = config.link.remote_at_start
+        self._link: CellLink | None = None
+        self._joints: dict[str, JointState] = {}
+        self._listeners: list[rospy.Subscriber] = []
+        self._lock = threading.Lock()
+        self._diagnostics = Diagnostics("farm")
+        self._service = rospy.Service("farm/remote", SetBool, self._switch)
+        # Only what is sent is read: 5 of the controller's 20 states a second.
+        self._subscriber = rospy.Subscriber(
+            "twin_controller/state", rospy.AnyMsg, self._keep, queue_size=1, tcp_nodelay=True
+        )
+
+    def forward(self, command: Command) -> Answer:
+        """Hand a command on to the twin controller, once."""
+        client = ServiceClient(
+            "twin_controller/command",
+            TwinCommand,
+            self._config.answer_ms * 1e-3,
+            caller=caller_id(command),
+        )
+        try:
+            answer = client(command=command.command, speed_percent=command.speed_percent)
+        except ServiceError as error:
+            return Answer(False, str(error))
+        return Answer(bool(answer.success), str(answer.message))
+
+    def watched(self, somebody: bool) -> None:
+        """Listen to both sides' joints only while somebody looks."""
+        with self._lock:
+            for listener in self._listeners:
+                listener.unregister()
+            self._listeners = []
+            self._joints = {}
+            if somebody:
+                self._listeners = [
+                    rospy.Subscriber(
+                        f"{side}/joint_states",
+                        JointState,
+                        lambda message, side=side: self._joints.__setitem__(side, message),
+                        queue_size=1,
+                        tcp_nodelay=True,
+                    )
+                    for side in ("real", "twin")
+                ]
+
+    def say(self) -> None:
+        """Publish on /diagnostics what the link does."""
+        self._diagnostics.publish(self._diagnosis())
+
+    def run(self, link: CellLink) -> None:
+        """Show the cell until the node ends."""
+        self._link = link
+        state_period, joints_period = (
+            1.0 / rate for rate in (self._config.state_rate_hz, self._config.joints_rate_hz)
+        )
+        state_due = joints_due = spoken = 0.0
+        while not rospy.is_shutdown():
+            now = time.monotonic()
+            if now >= state_due:
+                state_due = max(state_due + state_period, now)
+                link.show(self._state(time.time()))
+            if self._listeners and now >= joints_due:
+                joints_due = max(joints_due + joints_period, now)
+                self._show_joints(link)
+            if now >= spoken + PERIOD_S:
+                spoken = now
+                self.say()
+            due = min(state_due, joints_due) if self._listeners else state_due
+            time.sleep(max(0.0, due - time.monotonic()))
+
+    def _diagnosis(self) -> Diagnosis:
+        told = "shown to the farm" if self._link is not None else "waits for the desk"
+        switch = "the farm may move this cell" if self._remote else "the farm may only stop it"
+        return Diagnosis(Level.OK, rospy.resolve_name(NAME), f"{told}; {switch}")
+
+    def _keep(self, message: rospy.AnyMsg) -> None:
+        self._raw, self._heard = message._buff, time.time()
+
+    def _state(self, now: float) -> CellState:
+        raw, heard = self._raw, self._heard
+        if raw is None or now - heard > self._config.silent_ms * 1e-3:
+            self._shown, state = silent(self._shown, heard, now, self._remote)
+            return state
+        self._shown, state = show(self._shown, _pair(raw), self._remote)
+        return state
+
+    def _show_joints(self, link: CellLink) -> None:
+        with self._lock:
+            joints = dict(self._joints)
+        if not joints:
+            return
+        stamp = max(message.header.stamp.to_sec() for message in joints.values())
+        places = {side: dict(zip(m.name, m.position)) for side, m in joints.items()}
+        link.show_joints(Joints(stamp, places.get("real", {}), places.get("twin", {})))
+
+    def _switch(self, request: SetBool._request_class) -> SetBoolResponse:
+        self._remote = bool(request.data)
+        if self._link is not None:
+            self._link.switch(self._remote)
+        text = "the farm may move this cell" if self._remote else "the farm may only stop this cell"
+        rospy.loginfo("%s: %s, by %s", NAME, text, request._connection_header.get("callerid", ""))
+        return SetBoolResponse(True, text)
+
+
+def main() -> None:
+    """Wait for the desk, then show the cell until shut down."""
+    become_node(NAME)
+    try:
+        config = load_farm(Path(rospy.get_param("~config_dir", "") or config_directory()))
+        port = int(rospy.get_param("~router_port", config.router.port))
+        config = replace(config, router=replace(config.router, port=port))
+        namespace = rospy.get_namespace().strip("/")
+        machine = config.machine or keys.as_name(socket.gethostname())
+        cell = keys.checked(config.site, machine, keys.as_name(namespace) or "cell")
+        root = Path(os.environ.get("CELL_ROOT") or Path.cwd())
+        runs = Path(rospy.get_param("~directory", "") or root / "runs").resolve()
+    except (ConfigError, keys.CellNameError) as error:
+        rospy.logfatal("%s: %s", NAME, error)
+        sys.exit(2)
+    journal = JournalFiles(runs / JOURNAL / (namespace or "cell"), describe)
+    link = Link(config)
+    rospy.loginfo("%s is ready: %s, desk at %s", NAME, cell, config.router.endpoint)
+    keep_for_good()
+    with until_shutdown():
+        _serve(config, cell, journal, link)
+
+
+def _serve(config: FarmConfig, cell: keys.CellName, journal: JournalFiles, link: Link) -> None:
+    ended = threading.Event()
+    rospy.on_shutdown(ended.set)
+    waiting = threading.Thread(target=_say_waiting, args=(link, ended), daemon=True)
+    waiting.start()
+    try:
+        session = wait_for_desk(config.router, config.lease_ms, ended)
+    except BusError as error:
+        rospy.logfatal("%s: %s", NAME, error)
+        sys.exit(2)
+    ended.set()
+    if session is None:
+        return
+    settings = LinkSettings(
+        config.link.rights, 1.0 / config.link.health_rate_hz, config.link.events_limit
+    )
+    with session, CellLink(session, cell, settings, journal, link.forward, link.watched) as bus:
+        rospy.loginfo("%s: the desk is there", NAME)
+        link.run(bus)
+
+
+def _say_waiting(link: Link, ended: threading.Event) -> None:
+    """Publish that the link waits, until the desk is there."""
+    with until_shutdown():
+        while not ended.wait(PERIOD_S):
+            link.say()
+
+
+def _pair(raw: bytes) -> Pair:
+    """Read the twin controller's state."""
+    message = TwinControllerState()
+    message.deserialize(raw)
+    return Pair(
+        stamp=message.header.stamp.to_sec(),
+        mode=message.mode,
+        leader=message.leader,
+        why=message.why,
+        alarm=message.alarm,
+        holder=message.holder,
+        speed_percent=message.speed_applied_percent,
+        deviation_mm=message.deviation_mm,
+        diverged=message.diverged,
+    )

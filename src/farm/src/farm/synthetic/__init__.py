@@ -1,0 +1,1 @@
+"""Invented cells, for practice, tests and measurements."""

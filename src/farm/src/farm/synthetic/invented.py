@@ -1,0 +1,138 @@
+"""Invented cells: what they show at a time, and a journal that needs no disk; pure.
+
+Everything follows from the cell's number and the time, so a cell that was killed and started again
+tells the same events with the same numbers.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from farm.link.event_text import describe
+from farm.link.journal import Bounds
+from farm.link.shown import Pair
+from farm.wire import Event, Events, Joints
+from scara_msgs.msg import TwinControllerState
+
+PROGRAMS = ("TWO_POINT", "PALLET", "MILK")
+CYCLE_S = 12.0
+"""Our choice: an invented program takes so long."""
+
+
+@dataclass(frozen=True)
+class Invented:
+    """One cell that does not exist.
+
+    Attributes:
+        index: Its number; everything about it follows from that.
+        begin: When its journal began [s since 1970].
+        events_hz: Events of its journal in a second.
+    """
+
+    index: int
+    begin: float
+    events_hz: float = 0.2
+
+    @property
+    def name(self) -> str:
+        """Its name.
+
+        Example:
+            >>> Invented(7, 0.0).name
+            'made_up_007'
+        """
+        return f"made_up_{self.index:03d}"
+
+    def pair(self, now: float, stopped: str = "") -> Pair:
+        """Return what its twin controller would say.
+
+        Args:
+            now: Time [s since 1970].
+            stopped: The mode that a command has put it into; empty: it works.
+        """
+        turn = (now + 1.7 * self.index) / CYCLE_S % 10.0
+        deviation = 0.3 + 0.2 * math.sin(now + self.index)
+        if stopped:
+            return Pair(now, stopped, why="by the farm", speed_percent=100.0)
+        if self.index % 7 == 3 and turn < 1.0:
+            alarm = "SRVO-014 fan of the controller: clean it"
+            return Pair(now, TwinControllerState.FAULT, alarm=alarm, deviation_mm=deviation)
+        if turn < 2.0:
+            mode, why = TwinControllerState.IDLE, "both stand still and agree"
+            return Pair(now, mode, why=why, speed_percent=100.0)
+        return Pair(
+            now,
+            TwinControllerState.REAL_LEADS,
+            leader="real",
+            why=f"{PROGRAMS[self.index % 3]} runs",
+            speed_percent=100.0,
+            deviation_mm=deviation,
+        )
+
+    def joints(self, now: float) -> Joints:
+        """Return both robots' joints."""
+        real = {f"joint_{k}": math.sin(now + k + self.index) for k in (1, 2, 3)}
+        return Joints(now, real, {name: place + 1e-3 for name, place in real.items()})
+
+    def event(self, number: int) -> Event:
+        """Return an event of its journal."""
+        time = self.begin + number / self.events_hz
+        body = self._body(number, time)
+        body |= {"number": number, "time": time, "cell": self.name}
+        kind = str(body["kind"])
+        return Event(number, time, kind, *describe(kind, body), body)
+
+    def _body(self, number: int, time: float) -> dict[str, object]:
+        """Return what the journal's line of a number holds."""
+        idle, paused = TwinControllerState.IDLE, TwinControllerState.PAUSED
+        if number % 10 == 1:
+            return {"kind": "start", "robot": "fanuc_sr6ia", "plant": "ideal", "pid": self.index}
+        if number % 10 == 5:
+            words = {"event": "PAUSE", "why": "PAUSE by the operator", "who": "ann"}
+            modes = {"mode_before": idle, "mode_after": paused, "leader": ""}
+            return {"kind": "decision", "seq": number, "actions": [], **words, **modes}
+        if number % 10 == 7:
+            alarm = {"source": "real", "level": "warning", "active": True, "text": "R[5] is slow"}
+            return {"kind": "alarm", **alarm}
+        return {
+            "kind": "cycle",
+            "start": time - CYCLE_S,
+            "end": time,
+            "program": PROGRAMS[self.index % 3],
+            "leader": "real",
+            "who": "",
+            "parts_placed": 3,
+            "parts_dropped": 0,
+            "worst_error_mm": round(0.4 + 0.1 * math.sin(number), 3),
+            "outcome": "done",
+            "why": "",
+        }
+
+
+@dataclass(frozen=True)
+class InventedJournal:
+    """The journal of an invented cell; see :class:`farm.link.journal.Journal`.
+
+    Attributes:
+        cell: Whose.
+        clock: Returns the time [s since 1970].
+        until: It grows no further than this number; 0: without end.
+    """
+
+    cell: Invented
+    clock: Callable[[], float]
+    until: int = 0
+
+    def bounds(self) -> Bounds:
+        """Return oldest and newest number."""
+        last = max(0, int((self.clock() - self.cell.begin) * self.cell.events_hz))
+        last = min(last, self.until) if self.until else last
+        return Bounds(min(1, last), last)
+
+    def read(self, since: int, limit: int) -> Events:
+        """Return the events after a number."""
+        first, last = self.bounds()
+        numbers = range(since + 1, min(last, since + limit) + 1)
+        return Events(first, last, tuple(map(self.cell.event, numbers)))

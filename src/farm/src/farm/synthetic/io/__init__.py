@@ -1,0 +1,1 @@
+"""Invented cells on the bus."""

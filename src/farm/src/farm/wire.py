@@ -1,0 +1,170 @@
+"""What travels on the bus, as JSON: each message is one of these.
+
+Times are in [s] since 1970, by the clock of the machine that sends.
+"""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import Any, TypeVar
+
+import msgspec
+
+T = TypeVar("T")
+
+
+class WireError(ValueError):
+    """Bytes that are no such message; the text says what is wrong with them."""
+
+
+class Level(IntEnum):
+    """How a cell is; the cell judges it, the desk only sorts by it."""
+
+    GOOD = 0
+    NOTE = 1
+    WARN = 2
+    BAD = 3
+
+
+class CellState(msgspec.Struct, frozen=True):
+    """The pair as it is shown; a view that may be dropped on the way.
+
+    Attributes:
+        sequence: Counts the states that the link has sent.
+        stamp: When it was true.
+        revision: Changes with what a command could be based on: mode, leader, reason, holder.
+        level: How the cell is.
+        mode: The twin controller's mode; empty: it is silent.
+        leader: real, twin, operator or empty.
+        why: The reason of the mode, or what is wrong.
+        alarm: Active alarm, with what to do; or empty.
+        holder: Who holds control, or empty.
+        speed_percent: Cap of both sides' speed.
+        deviation_mm: Between both tools.
+        remote: Whether the local switch lets the farm move this cell.
+    """
+
+    sequence: int
+    stamp: float
+    revision: int
+    level: Level
+    mode: str
+    leader: str = ""
+    why: str = ""
+    alarm: str = ""
+    holder: str = ""
+    speed_percent: float = 0.0
+    deviation_mm: float = 0.0
+    remote: bool = False
+
+
+class Joints(msgspec.Struct, frozen=True):
+    """Both robots' joint positions [rad] or [m]; sent only while somebody subscribes."""
+
+    stamp: float
+    real: dict[str, float]
+    twin: dict[str, float]
+
+
+class Health(msgspec.Struct, frozen=True):
+    """The link itself, and how far its journal has come.
+
+    Attributes:
+        stamp: When it was true.
+        uptime_s: Of the link.
+        cpu_percent: Of one core, since the last message.
+        memory_mb: Resident memory of the link's process.
+        first_event: Oldest number that the journal still has; 0: it is empty.
+        last_event: Newest number; 0: it is empty.
+        dropped: States that a newer one replaced before they could be sent.
+        journal: Why the journal cannot be read, or empty.
+    """
+
+    stamp: float
+    uptime_s: float
+    cpu_percent: float
+    memory_mb: float
+    first_event: int
+    last_event: int
+    dropped: int
+    journal: str = ""
+
+
+class Event(msgspec.Struct, frozen=True):
+    """One line of a cell's journal.
+
+    Attributes:
+        number: Grows by 1 from line to line, over restarts too.
+        time: When it happened.
+        kind: decision, audit, alarm, cycle, start, gap or torn.
+        stop: Whether it stopped the pair.
+        text: The event in one line, for people.
+        body: The whole line.
+    """
+
+    number: int
+    time: float
+    kind: str
+    stop: bool = False
+    text: str = ""
+    body: dict[str, Any] = {}
+
+
+class Events(msgspec.Struct, frozen=True):
+    """Answer to ``events?since=N&limit=M``: the events after N, at most M of them.
+
+    Attributes:
+        first: Oldest number that the journal still has; 0: it is empty.
+        last: Newest number; 0: it is empty.
+        events: In the order of their numbers.
+    """
+
+    first: int
+    last: int
+    events: tuple[Event, ...] = ()
+
+
+class Command(msgspec.Struct, frozen=True):
+    """A question to a cell: will you? It is answered now or not at all.
+
+    Attributes:
+        id: Unlike all others; a cell takes each only once.
+        command: STOP, PAUSE or another of twin_controller/command.
+        person: Who asks.
+        desk: From which machine.
+        expires: Not taken after this time.
+        revision: Of the state that it was based on; None: of none.
+        speed_percent: SPEED: the cap; HOME: program speed, 0: default.
+    """
+
+    id: str
+    command: str
+    person: str
+    desk: str
+    expires: float
+    revision: int | None = None
+    speed_percent: float = 0.0
+
+
+class Answer(msgspec.Struct, frozen=True):
+    """What a cell says to a command."""
+
+    accepted: bool
+    text: str
+
+
+def encode(message: msgspec.Struct) -> bytes:
+    """Return a message as JSON."""
+    return msgspec.json.encode(message)
+
+
+def decode(data: bytes, kind: type[T]) -> T:
+    """Read a message.
+
+    Raises:
+        WireError: The bytes are no such message.
+    """
+    try:
+        return msgspec.json.decode(data, type=kind)
+    except msgspec.DecodeError as error:
+        raise WireError(f"{kind.__name__}: {error}") from error

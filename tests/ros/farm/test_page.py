@@ -1,0 +1,81 @@
+"""The desk's page in a browser: the wall, a STOP for one and for all, a cell that is lost."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from harness.processes import Process, Stage, free_port, wait_until
+from harness.wires.browser import chromium
+from harness.workspace import workspace_environment
+
+TOKEN = "token-of-the-farms-page"
+DEADLINE_S = 30.0
+
+
+class Farm:
+    """Starts programs of one farm."""
+
+    def __init__(self, folder: Path) -> None:
+        self.stage = Stage(folder, {**workspace_environment(), "FARM_DESK_TOKEN": TOKEN})
+        self._router = str(free_port())
+
+    def start(self, *words: str) -> Process:
+        """Start a program."""
+        return self.stage.start(sys.executable, "-m", *words, "--router-port", self._router)
+
+
+@pytest.fixture
+def farm(tmp_path: Path) -> Iterator[Farm]:
+    """Give a test a farm; all of it is ended."""
+    made = Farm(tmp_path / "processes")
+    yield made
+    made.stage.close()
+
+
+def test_wall_shows_the_worst_first_and_stops_one_and_all(farm: Farm, tmp_path: Path) -> None:
+    """As a person does it: look, press, read each cell's answer."""
+    port = free_port()
+    desk = farm.start("farm", "--folder", str(tmp_path / "farm"), "--port", str(port))
+    farm.start("farm.synthetic", "--cells", "3")
+    other = farm.start("farm.synthetic", "--cells", "1", "--first", "9")
+    wait_until(lambda: "?token=" in desk.output, DEADLINE_S, "the page's address")
+    with chromium(tmp_path) as browser:
+        page = browser.new_page(viewport={"width": 1600, "height": 900})
+        page.goto(f"http://127.0.0.1:{port}/?token={TOKEN}")
+
+        def names() -> list[str]:
+            """Return the cells as they are seen, in their order."""
+            cards: list[Any] = page.evaluate(
+                "[...document.querySelectorAll('.cell')]"
+                ".sort((a, b) => a.style.order - b.style.order)"
+                ".map((card) => [card.querySelector('h3').textContent, card.dataset.status])"
+            )
+            return [" ".join(card) for card in cards]
+
+        wait_until(lambda: len(names()) == 4, DEADLINE_S, "four cells")
+        page.locator("[data-command=STOP][data-cell='practice/made_up_002']").click()
+        page.wait_for_selector("text=/made_up_002: STOP received/")
+        wait_until(lambda: names()[0].startswith("practice/made_up_002 "), DEADLINE_S, "it")
+        page.locator("[data-command=PAUSE][data-cell=all]").focus()
+        page.keyboard.press("Enter")
+        wait_until(
+            lambda: page.locator(".answer", has_text="PAUSE received").count() == 4,
+            DEADLINE_S,
+            "an answer of each cell",
+        )
+        assert page.locator(".answer", has_text="STOP received").count() == 1
+        other.signal(signal.SIGKILL)
+        wait_until(
+            lambda: names()[0] == "practice/made_up_009 lost", DEADLINE_S, "the lost cell on top"
+        )
+        wait_until(lambda: page.locator(".event").count() > 0, DEADLINE_S, "events of the journals")
+        if folder := os.environ.get("FARM_PICTURES"):
+            page.screenshot(path=f"{folder}/farm.png")
+        desk.signal(signal.SIGKILL)
+        page.wait_for_selector("#banner:has-text('The desk does not answer')")

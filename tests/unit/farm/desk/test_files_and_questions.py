@@ -1,0 +1,114 @@
+"""Names of files, questions and their answers as text."""
+
+from __future__ import annotations
+
+from datetime import datetime, timedelta, timezone
+
+import pytest
+from farm.config import loopback_refusal
+from farm.desk.files import Span, counting, to_join
+from farm.desk.questions import QuestionError, Wanted, query, since
+from farm.wire import Command, WireError, decode
+
+from farm import keys
+
+NOW = datetime(2026, 5, 2, 12, 30, tzinfo=timezone(timedelta(hours=2)))
+SPANS = [Span(1, 2), Span(3, 3), Span(4, 9)]
+
+
+@pytest.mark.parametrize(
+    ("there", "kept"),
+    [
+        ([], []),
+        (SPANS, SPANS),
+        ([*SPANS, Span(1, 9)], [Span(1, 9)]),
+        ([*SPANS, Span(3, 9)], [Span(1, 2), Span(3, 9)]),
+        ([Span(4, 9), Span(1, 3)], [Span(1, 3), Span(4, 9)]),
+    ],
+)
+def test_files_that_another_one_holds_do_not_count(there: list[Span], kept: list[Span]) -> None:
+    """Whatever moment the writer was killed in."""
+    names = [span.name for span in there]
+    assert counting([*names, "lock", "000000000001-000000000002.part"])[0] == kept
+
+
+@pytest.mark.parametrize(
+    ("sizes", "joined"),
+    [([5, 5, 5], SPANS), ([100, 5, 5], []), ([5, 5, 100], [])],
+)
+def test_only_the_small_ones_in_a_row_at_the_end_are_joined(
+    sizes: list[int], joined: list[Span]
+) -> None:
+    """So that places stay in their order."""
+    assert to_join(SPANS, sizes, most=3, large=50) == joined
+
+
+@pytest.mark.parametrize(
+    ("text", "moment"),
+    [
+        ("today", "2026-05-02T00:00+02:00"),
+        ("yesterday", "2026-05-01T00:00+02:00"),
+        ("90m", "2026-05-02T11:00+02:00"),
+        ("1.5d", "2026-05-01T00:30+02:00"),
+        ("2026-05-01", "2026-05-01T00:00+02:00"),
+        ("2026-05-01 22:00", "2026-05-01T22:00+02:00"),
+        ("2026-05-01T22:00+00:00", "2026-05-01T22:00+00:00"),
+    ],
+)
+def test_a_beginning_is_understood(text: str, moment: str) -> None:
+    """In this machine's zone."""
+    assert since(text, NOW) == datetime.fromisoformat(moment).timestamp()
+
+
+@pytest.mark.parametrize("text", ["", "12", "last week", "2026-13-01"])
+def test_another_beginning_is_refused(text: str) -> None:
+    """The text says what is allowed."""
+    with pytest.raises(QuestionError, match="allowed are today, yesterday, 30m"):
+        since(text, NOW)
+
+
+def test_words_of_a_question_never_become_sql() -> None:
+    """They are values, whatever they hold."""
+    statement, values = query(Wanted(cell="x'; DROP TABLE events; --", kind="'", stops=True))
+    assert "DROP" not in statement and statement.count("?") == len(values)
+
+
+@pytest.mark.parametrize(
+    ("word", "chosen"),
+    [("all", "m/a m/b n/a"), ("b", "m/b"), ("n/a", "n/a")],
+)
+def test_a_cell_is_chosen_by_its_name(word: str, chosen: str) -> None:
+    """Or with its machine."""
+    there = [keys.CellName("s", *text.split("/")) for text in ("n/a", "m/b", "m/a")]
+    assert " ".join(map(str, keys.choose(word, there))) == chosen
+    with pytest.raises(keys.ChoiceError, match="a: means several: m/a, n/a"):
+        keys.choose("a", there)
+    with pytest.raises(keys.ChoiceError, match="c: is not there: m/a"):
+        keys.choose("c", there)
+    with pytest.raises(keys.ChoiceError, match="no cell is there"):
+        keys.choose("all", [])
+
+
+@pytest.mark.parametrize("part", ["", "a/b", "*", "a b", "$x", "x" * 64])
+def test_names_that_mean_something_to_the_bus_are_refused(part: str) -> None:
+    """A star would be all cells."""
+    with pytest.raises(keys.CellNameError, match="cell = "):
+        keys.checked("s", "m", part)
+    with pytest.raises(keys.CellNameError, match="is no key of a cell"):
+        keys.owner("s/m/c")
+
+
+@pytest.mark.parametrize("data", [b"", b"{", b"[]", b'{"id": 1}', b"\xff"])
+def test_bytes_that_are_no_message_are_refused(data: bytes) -> None:
+    """At the border."""
+    with pytest.raises(WireError, match="Command: "):
+        decode(data, Command)
+
+
+@pytest.mark.parametrize("host", ["0.0.0.0", "192.168.0.4", "desk.example", "::", ""])
+def test_only_this_machine_may_listen(host: str) -> None:
+    """There are no certificates yet, and the text says so."""
+    assert "mTLS" in loopback_refusal(host)
+    assert [loopback_refusal(own) for own in ("127.0.0.1", "127.3.2.1", "::1", "localhost")] == [
+        ""
+    ] * 4

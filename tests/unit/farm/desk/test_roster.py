@@ -1,0 +1,79 @@
+"""Who is there, worst first."""
+
+from __future__ import annotations
+
+from farm.desk.roster import LOST, SILENT, Roster
+from farm.keys import CellName
+from farm.wire import CellState, Health, Level
+
+A, B, C, D = (CellName("s", "m", name) for name in "abcd")
+
+
+def state(
+    sequence: int, level: Level = Level.GOOD, mode: str = "working", **more: str
+) -> CellState:
+    """Return a state."""
+    return CellState(sequence, float(sequence), 1, level, mode, **more)
+
+
+def test_the_worst_cell_comes_first() -> None:
+    """Lost above bad, bad above a warning, then by name."""
+    roster = Roster(2.0)
+    for cell in (A, B, C, D):
+        roster.alive(cell, 10.0)
+    roster.shown(A, state(1), 10.0)
+    roster.shown(B, state(1, Level.BAD, alarm="fan"), 10.0)
+    roster.shown(C, state(1, Level.WARN), 10.0)
+    roster.gone(D, 11.0)
+    rows = roster.rows(11.5)
+    assert [row.name for row in rows] == ["m/d", "m/b", "m/c", "m/a"]
+    assert (rows[0].status, rows[0].since) == (LOST, 11.0) and rows[1].text == "fan"
+
+
+def test_a_cell_that_is_there_and_says_nothing_is_silent() -> None:
+    """Its last state is old; it is shown as what it is."""
+    roster = Roster(2.0)
+    roster.alive(A, 0.0)
+    roster.shown(A, state(1), 1.0)
+    assert roster.rows(2.9)[0].status == "working"
+    row = roster.rows(3.1)[0]
+    assert (row.status, row.level, row.since) == (SILENT, Level.BAD, 1.0)
+
+
+def test_a_cell_of_the_history_is_lost_until_it_comes() -> None:
+    """A desk that was off knows whom to miss, and since when."""
+    roster = Roster(2.0)
+    roster.remember(A, 5.0)
+    assert [(r.status, r.since) for r in roster.rows(9.0)] == [(LOST, 5.0)]
+    roster.alive(A, 9.0)
+    roster.remember(A, 5.0)
+    assert roster.rows(9.1)[0].status != LOST
+
+
+def test_states_that_did_not_come_are_counted() -> None:
+    """A link that was started again counts from 1; an old state is left out."""
+    roster = Roster(2.0)
+    for sequence in (1, 2, 5, 4):
+        roster.shown(A, state(sequence), 0.0)
+    roster.shown(A, CellState(1, 9.0, 2, Level.GOOD, "working"), 1.0)
+    assert roster.counted()[A] == (4, 2)
+    assert roster.entries[A].state is not None and roster.entries[A].state.stamp == 9.0
+
+
+def test_a_journal_that_cannot_be_read_is_told() -> None:
+    """A good cell without its memory needs a look."""
+    roster = Roster(2.0)
+    roster.alive(A, 0.0)
+    roster.shown(A, state(1), 0.0)
+    roster.told(A, Health(0.0, 1.0, 0.5, 30.0, 1, 7, 0, "permission denied"))
+    row = roster.rows(0.1)[0]
+    assert row.level == Level.WARN and "permission denied" in row.text and row.last_event == 7
+
+
+def test_since_is_when_the_mode_began() -> None:
+    """Not when the last state came."""
+    roster = Roster(2.0)
+    roster.alive(A, 0.0)
+    for sequence, mode in enumerate(("one", "two", "two"), 1):
+        roster.shown(A, state(sequence, mode=mode), float(sequence))
+    assert roster.rows(3.5)[0].since == 2.0

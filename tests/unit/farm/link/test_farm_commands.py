@@ -1,0 +1,102 @@
+"""Commands of the farm are judged at the cell."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from farm.link.commands import Guard, caller_id, judge
+from farm.link.rights import ALWAYS, GUARDED, Rights
+from farm.wire import Command
+from msgspec.structs import replace
+
+NOW = 1_000_000.0
+RIGHTS = Rights("watcher", {"watcher": [], "mover": list(GUARDED)}, {"ann": "mover"})
+OPEN = Guard(RIGHTS, remote=True, revision=7)
+GOOD = Command("id1", "RESUME", "ann", "desk_1", NOW + 1.0, revision=7)
+
+
+def refused(command: Command, guard: Guard = OPEN) -> str:
+    """Return why a command is refused; empty: it is not."""
+    return judge(command, guard, NOW)[0]
+
+
+@pytest.mark.parametrize("command", GUARDED)
+def test_who_may_is_let_through(command: str) -> None:
+    """Role, switch and revision fit."""
+    assert refused(replace(GOOD, command=command)) == ""
+
+
+@pytest.mark.parametrize(
+    ("change", "guard", "said"),
+    [
+        ({"person": "bob"}, {}, "bob is watcher here and may only STOP and PAUSE"),
+        ({}, {"remote": False}, "the remote switch of this cell is off"),
+        ({"revision": None}, {}, "names no state that it is based on"),
+        ({"revision": 6}, {}, r"the cell has changed since \(state 7, not 6\): look again"),
+        ({"expires": NOW - 0.8}, {}, "RESUME expired 0.8 s ago: ask again"),
+        ({"expires": NOW + 60.0}, {}, "expires in 60.0 s: allowed are 2 s"),
+        ({"expires": math.nan}, {}, "expired"),
+        ({"command": "MOVE"}, {}, "MOVE: the farm may not ask for this"),
+        ({"command": "x" * 500}, {}, "^x{63}: the farm may not"),
+        ({"person": "ann@home"}, {}, "person = 'ann@home': allowed are 1 to 63"),
+        ({"desk": "a/../b"}, {}, "desk = 'a/../b'"),
+        ({"id": ""}, {}, "id = ''"),
+        ({}, {"seen": {"id1": NOW + 1.0}}, "taken already: a command is never repeated"),
+    ],
+)
+def test_each_reason_is_told(change: dict, guard: dict, said: str) -> None:
+    """Who is refused can do something about it."""
+    import re
+    from dataclasses import replace as changed
+
+    assert re.search(said, refused(replace(GOOD, **change), changed(OPEN, **guard)))
+
+
+@pytest.mark.parametrize("command", ALWAYS)
+def test_stop_needs_neither_role_nor_switch_nor_revision(command: str) -> None:
+    """A stop is never a matter of rights."""
+    stop = Command("id2", command, "nobody", "desk_1", NOW + 2.0)
+    assert refused(stop, Guard(RIGHTS, remote=False, revision=7)) == ""
+
+
+@pytest.mark.parametrize("command", [*ALWAYS, "RESUME"])
+def test_nothing_is_taken_late_or_twice(command: str) -> None:
+    """Not even a stop: what comes late was meant for another moment."""
+    asked = replace(GOOD, command=command)
+    why, seen = judge(asked, OPEN, NOW)
+    assert not why
+    assert "taken already" in judge(asked, Guard(RIGHTS, True, 7, seen), NOW + 0.5)[0]
+    assert "expired" in judge(asked, Guard(RIGHTS, True, 7, seen), NOW + 1.5)[0]
+
+
+def test_a_refused_command_is_not_taken_later() -> None:
+    """The switch is turned on a moment later: the old question stays refused."""
+    _, seen = judge(GOOD, Guard(RIGHTS, remote=False, revision=7), NOW)
+    assert "taken already" in judge(GOOD, Guard(RIGHTS, True, 7, seen), NOW + 0.1)[0]
+
+
+def test_ids_are_forgotten_when_they_have_expired() -> None:
+    """The memory is bounded by the longest expiry."""
+    seen: dict[str, float] = {}
+    for k in range(1000):
+        now = NOW + 0.01 * k
+        command = Command(f"id{k}", "STOP", "ann", "desk_1", now + 0.1)
+        seen = dict(judge(command, Guard(RIGHTS, seen=seen), now)[1])
+    assert len(seen) <= 12
+
+
+def test_shipped_rights_never_move_a_cell() -> None:
+    """By default the farm may stop, never move."""
+    from farm.config import load_farm
+    from harness.workspace import ROOT
+
+    rights = load_farm(ROOT / "config").link.rights
+    guard = Guard(rights, remote=True, revision=7)
+    for command in GUARDED:
+        assert "may only STOP and PAUSE" in refused(replace(GOOD, command=command), guard)
+
+
+def test_caller_holds_person_and_desk() -> None:
+    """As audit, decisions and bag show it."""
+    assert caller_id(GOOD) == "/farm/ann@desk_1"

@@ -1,0 +1,81 @@
+"""What the farm is shown of a cell, and how events are told."""
+
+from __future__ import annotations
+
+import pytest
+from farm.link.event_text import describe
+from farm.link.shown import Pair, Shown, show, silent
+from farm.wire import Level
+
+from scara_msgs.msg import TwinControllerState as Mode
+
+
+@pytest.mark.parametrize(
+    ("pair", "level"),
+    [
+        (Pair(0.0, Mode.IDLE), Level.GOOD),
+        (Pair(0.0, Mode.ALIGNING), Level.NOTE),
+        (Pair(0.0, Mode.IDLE, alarm="fan"), Level.WARN),
+        (Pair(0.0, Mode.STOPPED), Level.WARN),
+        (Pair(0.0, Mode.FAULT, alarm="fan"), Level.BAD),
+        (Pair(0.0, Mode.REAL_LEADS, diverged=True), Level.BAD),
+    ],
+)
+def test_the_cell_judges_how_bad_it_is(pair: Pair, level: Level) -> None:
+    """The desk needs to know no mode."""
+    assert show(Shown(1), pair, False)[1].level == level
+
+
+def test_revision_follows_what_a_command_is_based_on() -> None:
+    """Figures that always change are no change; the sequence counts all."""
+    shown, first = show(Shown(100), Pair(0.0, Mode.IDLE), False)
+    shown, same = show(shown, Pair(1.0, Mode.IDLE, deviation_mm=0.3), True)
+    shown, other = show(shown, Pair(2.0, Mode.PAUSED), True)
+    assert (first.revision, same.revision, other.revision) == (101, 101, 102)
+    assert [s.sequence for s in (first, same, other)] == [1, 2, 3] and same.remote
+
+
+def test_a_silent_controller_is_bad_and_one_state() -> None:
+    """The seconds in its text are no new revision."""
+    shown, first = silent(Shown(1), 10.0, 12.0, False)
+    _, second = silent(shown, 10.0, 15.0, False)
+    assert first.level == Level.BAD and first.mode == "" and "for 2 s" in first.why
+    assert first.revision == second.revision
+    assert "not heard yet" in silent(Shown(1), 0.0, 12.0, False)[1].why
+
+
+@pytest.mark.parametrize(
+    ("kind", "body", "stop", "said"),
+    [
+        (
+            "decision",
+            {"mode_before": Mode.IDLE, "mode_after": Mode.PAUSED, "why": "PAUSE", "who": "ann"},
+            True,
+            f"{Mode.IDLE} -> {Mode.PAUSED}: PAUSE, asked for by ann",
+        ),
+        (
+            "decision",
+            {"mode_before": Mode.PAUSED, "mode_after": Mode.PAUSED, "why": "refused"},
+            False,
+            f"{Mode.PAUSED} -> {Mode.PAUSED}: refused",
+        ),
+        (
+            "audit",
+            {"who": "/farm/ann@d", "what": "STOP", "success": False, "outcome": "late"},
+            False,
+            "/farm/ann@d: STOP: refused: late",
+        ),
+        ("alarm", {"source": "real", "text": "fan", "active": False}, False, "cleared: real: fan"),
+        (
+            "cycle",
+            {"start": 1.0, "end": 3.5, "program": "P", "outcome": "done", "worst_error_mm": 0.5},
+            False,
+            "P: done after 2.5 s, worst error 0.50 mm",
+        ),
+        ("gap", {"number": 3, "lost": 2, "why": "full\ndisk"}, False, "lost 2, why full disk"),
+        ("new_kind", {}, False, ""),
+    ],
+)
+def test_events_are_told_in_one_line(kind: str, body: dict, stop: bool, said: str) -> None:
+    """A kind that is not known, or a line that lacks something, is told as far as it goes."""
+    assert describe(kind, body) == (stop, said)
