@@ -54,6 +54,13 @@ export class Charts {
     this.changed = true;
   }
 
+  // Rows of the past in place of those that come; null: go on.
+  hold(rows) {
+    this.held = rows ?? (this.paused ? [...this.rows] : null);
+    this.changed = this.moved = true;
+    this.fresh = true;
+  }
+
   add(time, points) {
     this.rows.push([time, points]);
     while (time - this.rows[0][0] > this.told.window) this.rows.shift();
@@ -83,10 +90,10 @@ export class Charts {
     const loop = getElement(this.told.loop)?.chart;
     if (!motion || !loop || document.hidden || !this.changed || !isSeen([motion, loop])) return;
     const time = performance.now();
-    if (this.dressed && (this.paused || (!this.moved && time - this.drawn < REST_MS))) return;
+    if (this.dressed && !this.fresh && (this.paused || (!this.moved && time - this.drawn < REST_MS))) return;
     if (!this.dressed) this.dress();
     this.drawn = time;
-    this.changed = this.moved = false;
+    this.changed = this.moved = this.fresh = false;
     const rows = this.held || this.rows;
     const now = rows.at(-1)?.[0] ?? 0;
     const column = (value) => rows.map(([time, points]) => [time - now, value(points[this.joint] || [])]);

@@ -25,9 +25,16 @@ export class Events {
     this.show(this.events);
   }
 
+  // The events up to a moment of the past [s since 1970]; null: all.
+  mark(at) {
+    this.until = at;
+    this.show(this.events);
+  }
+
   show(events) {
     this.events = events;
     const chosen = events.filter((event) => {
+      if (this.until && new Date(event.time).getTime() > 1000 * this.until + 999) return false;
       if (this.filter === "open") return isOpen(event);
       return this.filter === "" || event.severity !== "info";
     });

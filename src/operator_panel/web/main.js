@@ -7,6 +7,7 @@ import { Charts } from "./charts.js";
 import { Stop } from "./stop.js";
 import { Events } from "./events.js";
 import { watchJog } from "./hands.js";
+import { TimeLine } from "./past.js";
 
 const told = window.PANEL;
 
@@ -56,20 +57,38 @@ function start() {
   let odd = false;
   const scene = new Scene(told.scene);
   const charts = new Charts(told.charts);
+  let newest = null;
+  const timeLine = new TimeLine({
+    show: (look) => {
+      texts.showPast(look.frame);
+      scene.show({ pose: look.frame.pose }); // without the tools: trails are of now
+      scene.showParts(look.parts);
+      charts.hold(look.rows);
+      events.mark(look.at);
+    },
+    live: () => {
+      if (newest) scene.showParts(newest);
+      charts.hold(null);
+      events.mark(null);
+    },
+  });
   const live = new Live(`${told.live}?page=${told.page}&tab=${encodeURIComponent(tabId())}`, {
     frame(frame) {
       stop.showTrouble(frame.no_stop || "");
       // Where the processor draws, every second frame is enough to read.
       odd = !odd;
       if (!odd || !scene.software || frame.silent) {
-        texts.show(frame);
-        scene.show(frame);
+        texts.show(frame, timeLine.isPast);
+        if (!timeLine.isPast) scene.show(frame);
       }
       if (frame.point) charts.add(frame.t, frame.point);
     },
     lists: (lists) => texts.showLists(lists),
     events: (list) => events.show(list),
-    parts: (parts) => scene.showParts(parts),
+    parts: (parts) => {
+      newest = parts;
+      if (!timeLine.isPast) scene.showParts(parts);
+    },
     history: (rows) => charts.restart(rows),
     refused: () => {}, // the place of the commands says why
     stopped: (answer) => stop.answered(answer),

@@ -2,7 +2,8 @@
 // its button within half a second; where that is not a confirmed stop, the whole width says what to do.
 const ANSWER_MS = 500;
 const AT_THE_ROBOT = "use the stop at the robot";
-const TYPING = "input, textarea, select, [contenteditable=true]";
+// A slider takes no space: STOP works while the time line is in hand.
+const TYPING = "input:not([type=range]), textarea, select, [contenteditable=true]";
 
 export class Stop {
   constructor(live) {

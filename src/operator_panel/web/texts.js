@@ -1,6 +1,9 @@
 // Texts, bars, tones, lists and banners of the page.
 const OUTCOMES = { running: "under way" };
 
+// What shows a moment of the past while somebody looks back.
+const OF_THE_PAST = ".joints-card, .links-card, .lead-card, .scene-card, .deviation-card";
+
 function clock(date) {
   return date.toLocaleTimeString([], { hour12: false });
 }
@@ -21,11 +24,31 @@ export class Texts {
 
   each(kind, values, apply) {
     for (const [key, value] of Object.entries(values || {})) {
-      for (const place of this.places.get(kind).get(key) || []) apply(place, value);
+      for (const place of this.places.get(kind).get(key) || []) {
+        if (this.part(place)) apply(place, value);
+      }
     }
   }
 
-  show(frame) {
+  // While somebody looks back, the live frame is for the places that stay live.
+  show(frame, onlyLive = false) {
+    this.part = onlyLive ? (place) => !place.closest(OF_THE_PAST) : () => true;
+    this.put(frame);
+    this.markLine(frame.program || ["", 0]);
+    const silent = frame.silent || "";
+    if (silent !== this.silent) {
+      this.silent = silent;
+      document.body.classList.toggle("is-silent", silent !== "");
+      document.querySelector(".silent-text").textContent = silent;
+    }
+  }
+
+  showPast(frame) {
+    this.part = (place) => place.closest(OF_THE_PAST);
+    this.put(frame);
+  }
+
+  put(frame) {
     this.each("text", frame.text, (place, text) => {
       if (place.textContent !== text) place.textContent = text;
     });
@@ -40,13 +63,6 @@ export class Texts {
       const width = `${(100 * share).toFixed(1)}%`;
       if (place.firstElementChild.style.width !== width) place.firstElementChild.style.width = width;
     });
-    this.markLine(frame.program || ["", 0]);
-    const silent = frame.silent || "";
-    if (silent !== this.silent) {
-      this.silent = silent;
-      document.body.classList.toggle("is-silent", silent !== "");
-      document.querySelector(".silent-text").textContent = silent;
-    }
   }
 
   // The line that the robot's program is in.

@@ -25,7 +25,7 @@ from nicegui import app, background_tasks, ui  # noqa: E402
 from operator_panel.config import load_panel, load_surroundings  # noqa: E402
 from operator_panel.control.jog import DeadMan  # noqa: E402
 from operator_panel.door import Answer, Gains, Picture, Seat  # noqa: E402
-from operator_panel.io.api import offer_camera, offer_events  # noqa: E402
+from operator_panel.io.api import offer_camera, offer_events, offer_past  # noqa: E402
 from operator_panel.io.desk import Desk, Session  # noqa: E402
 from operator_panel.io.live import Live  # noqa: E402
 from operator_panel.io.page.shell import Shell  # noqa: E402
@@ -178,6 +178,7 @@ def main() -> None:
     live = Live(door, desk, maker, config)  # type: ignore[arg-type]
     offer_camera(door.picture)
     offer_events(live.events.csv)
+    offer_past(live.past, config.chart_window_s)
     web = ROOT / "src" / "operator_panel" / "web"
     Shell(robot, model, config, around, door, desk, live, web, runs)  # type: ignore[arg-type]
 

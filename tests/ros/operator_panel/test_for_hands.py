@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 import sys
+import time
 import urllib.request
 from collections.abc import Iterator
 from typing import Any
@@ -36,6 +37,19 @@ PLACES = """() => [...document.querySelectorAll(
         const words = place.getAttribute("aria-label") || button || place.className;
         return [words, box.left, box.top + scrollY, box.width, box.height]; })"""
 
+# Moves the time line back, half a second at a time, until the real robot leads.
+FIND_FOLLOWING = """async () => {
+    const range = document.querySelector(".time-line-range");
+    const role = document.querySelector(".lead-real .lead-role");
+    for (let back = 0; back < 240; back += 1) {
+        if (role.textContent === "leads") return true;
+        range.value = -0.5 * back;
+        range.dispatchEvent(new Event("input"));
+        await new Promise((done) => setTimeout(done, 25));
+    }
+    return false;
+}"""
+
 
 class Theatre:
     """The page of a stage whose scenes can be chosen."""
@@ -54,6 +68,16 @@ class Theatre:
         expect(self.page.locator('[data-live="jog"]')).to_have_text(scene)
         alarms = self.page.locator(".alarm.warn, .alarm.error")
         expect(alarms).to_have_count(ALARMS if scene == "alarmed" else 0)
+
+    def remembered(self) -> None:
+        """Wait until the page's server has kept a moment of what is shown now."""
+        now = time.time()
+
+        def newest() -> float:
+            answer = self.page.request.get(f"{self.address}/past.json?at={now}")
+            return float(answer.json()["last"])
+
+        wait_until(lambda: newest() > now, 10.0, "a moment of this scene")
 
     def resize(self, size: str) -> None:
         """Choose a size; it is drawn when two frames have passed."""
@@ -323,6 +347,33 @@ def test_chart_that_is_frozen_stands_still_and_goes_on(theatre: Theatre) -> None
     expect(theatre.page.locator("[data-chart-title]")).to_contain_text("Last 20 s")
     theatre.page.wait_for_function(f"({drawn})() !== {before!r}")
     theatre.play("ready")
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_page_looks_back_while_mode_and_stop_stay_live(theatre: Theatre, size: str) -> None:
+    """The numbers are of that moment, the bar is of now; space stops with the slider in hand."""
+    theatre.resize(size)
+    theatre.play("following")
+    theatre.remembered()
+    theatre.play("ready")
+    mode, lead = theatre.page.locator(".mode-title"), theatre.page.locator(".lead-real .lead-role")
+    expect(lead).not_to_have_text("leads")
+    ready = lead.inner_text()
+    theatre.page.get_by_role("button", name="Look back").click()
+    text = theatre.page.locator("[data-past-text]")
+    expect(text).to_contain_text("Past: ")
+    assert theatre.problems(f"{size}, looking back") == []
+    assert theatre.page.evaluate(FIND_FOLLOWING), "a moment at which the real robot led"
+    expect(lead).to_have_text("leads")
+    expect(mode).to_have_text("Ready")
+    theatre.page.locator(".time-line-range").press("Space")
+    expect(theatre.page.locator("[data-stop-answer=STOP]")).to_have_text("confirmed")
+    theatre.page.get_by_role("button", name="+1 s", exact=True).click()
+    theatre.page.get_by_role("button", name="Live", exact=True).click()
+    expect(text).to_be_hidden()
+    expect(lead).to_have_text(ready)
+    answer = theatre.page.request.get(f"{theatre.address}/past.json?at=noon")
+    assert answer.status == 400 and "no number of seconds" in answer.text()
 
 
 @pytest.mark.parametrize(

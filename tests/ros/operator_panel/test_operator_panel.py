@@ -5,138 +5,19 @@ Who is let in, what reaches the cell, what pages are told.
 
 from __future__ import annotations
 
-import contextlib
 import csv
 import json
 import re
-import signal
 import time
-import xmlrpc.client
-from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
-from harness.page.pair import shadow_document
-from harness.processes import Process, free_port, wait_until
+from harness.page.stand_in import StandIn, in_control
+from harness.processes import wait_until
 from harness.ros import Ros
 from harness.wires.operator_page import TOKEN, VARIABLE, Panel, heard
-from harness.yaml_files import changed_yaml, copy_configuration, shipped
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection
-
-
-class StandIn:
-    """The twin controller, as far as the panel knows it."""
-
-    def __init__(self, ros: Ros) -> None:
-        """Offer the service and publish a state 20 times a second."""
-        import rospy
-
-        from scara_msgs.msg import TwinControllerState
-        from scara_msgs.srv import (
-            Control,
-            ControlResponse,
-            Shadow,
-            ShadowResponse,
-            TwinCommand,
-            TwinCommandResponse,
-        )
-
-        self.commands: list[tuple[str, float]] = []
-        self.asked: list[tuple[str, str, bool]] = []
-        """Seat, token and action, and whether the seat moves the twin."""
-
-        def obey(request: Any) -> TwinCommandResponse:
-            self.commands.append((request.command, request.speed_percent))
-            return TwinCommandResponse(request.command != "HOME", f"{request.command} was heard")
-
-        def hand_out(request: Any) -> ControlResponse:
-            """Give control to whoever takes it last, as if the others were gone."""
-            seat = f"{request.person} {request.session}"
-            self.asked.append((f"{seat} {request.token}", request.action, request.moves))
-            if request.action == "TAKE":
-                self.state.holder = seat
-            return ControlResponse(True, "", self.state.holder)
-
-        self.state = TwinControllerState(mode="IDLE", why="the positions are agreed")
-        self.state.command = ["HOME", "ALIGN", "MOVE", "SPEED", "JOG", "RUN"]
-        self.state.refused = [""] * len(self.state.command)
-        self.state.name, self.state.unit = (
-            ["joint_1", "joint_2", "joint_3", "table_joint"],
-            ["deg", "deg", "mm", "deg"],
-        )
-        self.state.real_position, self.state.twin_position = [12.34, 0, -160, 0], [12.3, 0, -160, 0]
-        self.state.deviation = [0.04, 0, 0, 0]
-        self.state.not_in_control = "nobody holds control: take control first"
-        self._service = rospy.Service(ros.name("twin_controller/command"), TwinCommand, obey)
-        self._control = rospy.Service(ros.name("twin_controller/control"), Control, hand_out)
-
-        def remember(request: Any) -> ShadowResponse:
-            known = request.time > -60.0
-            return ShadowResponse(
-                known,
-                "" if known else "is not remembered",
-                shadow_document(request.time) if known else "",
-            )
-
-        self._memory = rospy.Service(ros.name("twin_controller/shadow"), Shadow, remember)
-        self._publisher = rospy.Publisher(
-            ros.name("twin_controller/state"), TwinControllerState, queue_size=1
-        )
-        self._timer = rospy.Timer(
-            rospy.Duration(0.05), lambda _: self._publisher.publish(self.state)
-        )
-
-    def fall_silent(self) -> None:
-        """Publish no more."""
-        self._timer.shutdown()
-
-    def close(self) -> None:
-        """Leave."""
-        self._timer.shutdown()
-        self._publisher.unregister()
-        self._service.shutdown()
-        self._control.shutdown()
-        self._memory.shutdown()
-
-
-@pytest.fixture(scope="module")
-def stand_in(ros_module: Ros) -> Iterator[StandIn]:
-    """Give a twin controller."""
-    made = StandIn(ros_module)
-    yield made
-    made.close()
-
-
-@pytest.fixture(scope="module")
-def panel(ros_module: Ros, stand_in: StandIn) -> Panel:
-    """Give a panel that hears the twin controller."""
-    made = Panel(ros_module)
-    with made.live() as live:
-        wait_until(
-            lambda: heard(live, "frame")["text"]["mode"] == "Ready", 20.0, "a state on the page"
-        )
-    return made
-
-
-@contextlib.contextmanager
-def in_control(panel: Panel, stand_in: StandIn) -> Iterator[ClientConnection]:
-    """Open a page with the token and wait until it knows that it holds control: it keeps it."""
-    stand_in.state.holder = ""
-    before = len(stand_in.asked)
-    with panel.live(panel.enter()) as live:
-        wait_until(
-            lambda: "KEEP" in [action for _, action, _ in stand_in.asked[before:]], 20.0, "KEEP"
-        )
-        yield live
-
-
-@pytest.fixture
-def operator(panel: Panel, stand_in: StandIn) -> Iterator[ClientConnection]:
-    """Give the live connection of an operator in control."""
-    with in_control(panel, stand_in) as live:
-        yield live
 
 
 @pytest.mark.parametrize(
@@ -356,78 +237,6 @@ def test_silent_controller_is_said_with_the_time(
     wait_until(
         lambda: "silent since" in heard(operator, "frame").get("silent", ""), 20.0, "the silence"
     )
-
-
-def test_panel_outlives_a_roscore_and_is_registered_with_the_next(ros: Ros) -> None:
-    """Open pages stay, and so does who is in control; the new master knows all topics again."""
-    port, topic = free_port(), ros.name("twin_controller/state")
-    uri = f"http://127.0.0.1:{port}"
-
-    def master() -> Process:
-        return ros.stage.start("rosmaster", "--core", "-p", str(port), env={"ROS_MASTER_URI": uri})
-
-    def known() -> bool:
-        try:
-            _, _, (_, subscribers, _) = xmlrpc.client.ServerProxy(uri).getSystemState("/tests")
-        except OSError:
-            return False
-        return topic in dict(subscribers)
-
-    first = master()
-    panel = Panel(ros, env={"ROS_MASTER_URI": uri})
-    wait_until(known, 20.0, "the panel's subscriptions")
-    with panel.live() as live:
-        first.stop()
-        master()
-        wait_until(known, 20.0, "the panel's subscriptions at the next master")
-        begun = time.monotonic()
-        while time.monotonic() < begun + 1.0:  # what has waited, and something new
-            live.recv(timeout=15.0)
-        assert panel.process.output.count("to watch") == 1
-
-
-def test_panel_runs_without_a_ros_master_and_ends_cleanly(ros: Ros) -> None:
-    """Any start order works; it says what it waits for."""
-    panel = Panel(ros, env={"ROS_MASTER_URI": f"http://127.0.0.1:{free_port()}"})
-    with panel.live() as live:
-        assert "No ROS master answers" in heard(live, "frame")["text"]["why"]
-    answer = panel.get("/api/twin")
-    assert (answer.status, json.loads(answer.read())) == (503, {"error": "no ROS master answers"})
-    assert "no ROS master yet" in panel.process.output
-    panel.process.signal(signal.SIGTERM)
-    assert panel.process.wait(15.0) == 0, panel.process.tail()
-
-
-def test_token_is_made_in_ros_home_and_stays_out_of_the_log(ros: Ros, tmp_path: Path) -> None:
-    """A log can be read by others."""
-    node = ros.run(
-        "operator_panel",
-        "operator_panel",
-        f"_port:={free_port()}",
-        env={"ROS_HOME": str(tmp_path / "home")},
-    )
-    wait_until(lambda: "to watch" in node.output, 30.0, "the operator panel")
-    file = tmp_path / "home" / "operator_token"
-    assert file.stat().st_mode & 0o777 == 0o600 and file.read_text().strip() not in node.output
-    assert str(file) in node.output
-
-
-@pytest.mark.parametrize(
-    ("path", "value", "text"),
-    [
-        (["jog", "dead_man_ms"], 1.0, r"operator_panel\.yaml: jog\.dead_man_ms = 1"),
-        (["port"], "eighty", r"port = 'eighty'"),
-    ],
-)
-def test_wrong_configuration_ends_the_node_with_one_line(
-    ros: Ros, path: list[str | int], value: Any, text: str
-) -> None:
-    """File, key, value and what is allowed; exit code 2."""
-    folder = copy_configuration(ros.folder / "config")
-    changed_yaml(shipped("operator_panel.yaml"), folder, path, value)
-    node = ros.run("operator_panel", "operator_panel", f"_config_dir:={folder}")
-    assert node.wait(30.0) == 2
-    assert re.search(text, node.output) and "Traceback" not in node.output
 
 
 def test_taken_port_is_said(ros_module: Ros, panel: Panel) -> None:

@@ -5,227 +5,25 @@ What an operator does, sees and is refused.
 
 from __future__ import annotations
 
-import contextlib
 import re
 import signal
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import pytest
 from harness.live_cell import LiveCell
-from harness.processes import Process, free_port, wait_until
-from harness.wires.browser import chromium
-from harness.yaml_files import changed_yaml, copy_configuration
-from playwright.sync_api import Browser, Locator, Page, expect
+from harness.page.acts import (
+    LONG_MS,
+    Panel,
+    hold_until,
+    is_mode,
+    press,
+    run_program,
+    shown,
+)
+from harness.processes import wait_until
+from playwright.sync_api import Page, expect
 
 pytestmark = pytest.mark.system
-
-TOKEN = "token-of-the-tests"
-LONG_MS = 30_000  # a program of the robot, on a machine that does other things too
-expect.set_options(timeout=15_000)
-
-
-# On a machine that does other things too a process may wait for its turn longer than the shipped
-# values allow. These tests are about the page, so the cell may be patient; what it does when it is
-# late is tested elsewhere.
-PATIENCE: list[tuple[str, list[str | int], float]] = [
-    ("emulator.yaml", ["heartbeat_timeout_ms"], 3000),
-    ("twin_controller.yaml", ["real", "timeout_ms"], 800.0),
-    ("twin_controller.yaml", ["real", "stale_ms"], 3000.0),
-    ("twin_controller.yaml", ["twin", "stale_ms"], 3000.0),
-    (
-        "twin_controller.yaml",
-        ["twin", "stop_quiet_ms"],
-        1200.0,
-    ),  # the twin takes no stream after a stop until follow.timeout
-    ("twin_controller.yaml", ["limit", "source_age_ms"], 1500.0),
-    ("twin_controller.yaml", ["divergence", "path_mm"], 200.0),
-    ("twin_controller.yaml", ["divergence", "rest_mm"], 50.0),
-    ("motion.yaml", ["follow", "timeout"], 1.0),
-    ("motion.yaml", ["jog", "timeout"], 1.0),
-    ("operator_panel.yaml", ["jog", "dead_man_ms"], 1000.0),
-    ("operator_panel.yaml", ["silent_ms"], 5000.0),
-    ("twin_controller.yaml", ["control", "keep_ms"], 3000.0),
-    ("operator_panel.yaml", ["call_timeout_s"], 15.0),
-    ("operator_panel.yaml", ["program_timeout_s"], 40.0),
-]
-
-
-@pytest.fixture(scope="module")
-def patient_cell(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LiveCell]:
-    """Give a ready cell with patient time-outs and gains of its own to change."""
-    cell = LiveCell(tmp_path_factory.mktemp("cell"))
-    config = copy_configuration(cell.folder / "patient")
-    for file, path, value in PATIENCE:
-        changed_yaml(config / file, config, path, value)
-    try:
-        # Page and controller know the same token of the person.
-        env = {"SCARA_CONFIG_DIR": str(config), "OPERATOR_PANEL_TOKEN": TOKEN}
-        cell.wait_ready(cell.start(env=env))
-        yield cell
-    finally:
-        cell.close()
-
-
-class Panel:
-    """One operator panel on a cell."""
-
-    def __init__(self, cell: LiveCell) -> None:
-        """Choose a port."""
-        self.cell, self.port = cell, free_port()
-        self.process: Process | None = None
-
-    def start(self) -> None:
-        """Start the node and wait until it listens."""
-        words = (
-            f"_port:={self.port}",
-            f"_runs_dir:={self.cell.folder / 'runs'}",
-        )
-        env = {
-            "SCARA_CONFIG_DIR": str(self.cell.output / "config"),
-            "OPERATOR_PANEL_TOKEN": TOKEN,
-        }
-        process = self.process = self.cell.stage.start(
-            "rosrun", "operator_panel", "operator_panel", *words, env=env
-        )
-        wait_until(
-            lambda: "to watch" in process.output or process.poll() is not None,
-            30.0,
-            "the operator panel",
-        )
-        assert process.poll() is None, process.tail()
-
-    @contextlib.contextmanager
-    def standing_still(self) -> Iterator[None]:
-        """Let the node do nothing for a while, as on a machine that has stopped."""
-        assert self.process is not None
-        self.process.signal(signal.SIGSTOP)
-        try:
-            yield
-        finally:
-            self.process.signal(signal.SIGCONT)
-
-    def stop(self, number: signal.Signals = signal.SIGINT) -> int:
-        """End the node and return its exit code."""
-        assert self.process is not None
-        self.process.signal(number)
-        return self.process.wait(20.0)
-
-
-@pytest.fixture(scope="module")
-def panel(patient_cell: LiveCell) -> Iterator[Panel]:
-    """Give a running panel."""
-    made = Panel(patient_cell)
-    made.start()
-    yield made
-    if made.process is not None and made.process.poll() is None:
-        assert made.stop() == 0
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    """Give one browser to all tests of this file."""
-    with chromium(tmp_path_factory.mktemp("browser")) as started:
-        yield started
-
-
-@pytest.fixture
-def open_page(browser: Browser, panel: Panel) -> Iterator[Callable[..., Page]]:
-    """Give a function that opens the page in a browser of its own.
-
-    Nothing may be asked of another machine.
-    """
-    contexts = []
-
-    def open_one(token: str = TOKEN) -> Page:
-        context = browser.new_context(viewport={"width": 1280, "height": 720})
-        contexts.append(context)
-        page = context.new_page()
-        page.on("request", lambda request: asked.add(request.url.split("/")[2]))
-        page.goto(f"http://127.0.0.1:{panel.port}/" + (f"?token={token}" if token else ""))
-        expect(page.locator("[data-panel].shown")).to_be_visible()
-        return page
-
-    asked: set[str] = set()
-    yield open_one
-    for context in contexts:
-        for page in context.pages:
-            print(page.locator("body").inner_text())  # pytest shows it where a test failed
-        context.close()
-    assert asked == {f"127.0.0.1:{panel.port}"}
-
-
-@pytest.fixture
-def operator(open_page: Callable[..., Page]) -> Page:
-    """Give the page of an operator in control, with the pair ready."""
-    page = open_page()
-    expect(page.locator(".control-text")).to_have_text(re.compile(r"Operator \d+: in control"))
-    make_ready(page)
-    return page
-
-
-def make_ready(page: Page) -> None:
-    """Bring the pair to rest and agreement, whatever the test before left."""
-    mode = page.locator('[data-live="mode"]')
-    expect(mode).to_have_text(
-        re.compile("Ready|Stopped|Fault|Emergency stop|Paused"), timeout=LONG_MS
-    )
-    for state, button in (
-        ("Paused", "STOP"),
-        ("Fault", "Reset"),
-        ("Emergency stop", "Reset"),
-        ("Stopped", "Align"),
-    ):
-        if mode.inner_text() == state:
-            press(page, button)
-            expect(mode).not_to_have_text(state)
-    expect(mode).to_have_text("Ready", timeout=LONG_MS)
-
-
-def press(page: Page, name: str) -> None:
-    """Press a button once it is enabled."""
-    button = page.get_by_role("button", name=name, exact=True)
-    expect(button).to_be_enabled()
-    button.click()
-
-
-def shown(page: Page, key: str) -> float:
-    """Return a number of the page; not a number while it shows a dash."""
-    text = page.locator(f'[data-live="{key}"]').first.inner_text()
-    return float("nan") if text == "\N{EN DASH}" else float(text.replace("\N{MINUS SIGN}", "-"))
-
-
-def is_mode(page: Page, mode: str, timeout: float = 15_000) -> None:
-    """Wait for a mode."""
-    expect(page.locator('[data-live="mode"]')).to_have_text(mode, timeout=timeout)
-
-
-def hold_until(page: Page, button: Locator, reached: Callable[[], bool]) -> None:
-    """Hold a jog button.
-
-    Where its signs came too late and the joint stopped, press again as a person would.
-    """
-    for _ in range(10):
-        button.hover()
-        page.mouse.down()
-        with contextlib.suppress(AssertionError):
-            wait_until(reached, 3.0)
-            return
-        page.mouse.up()
-    raise AssertionError("the joint did not get there in ten presses")
-
-
-def run_program(page: Page, override: str) -> None:
-    """Start the article's program on the robot's pendant, through the page."""
-    page.get_by_role("tab", name="Programs").click()
-    panel = page.locator('[data-panel="Programs"]')
-    panel.locator("input").fill(override)
-    panel.get_by_role("button", name="Set").click()
-    told = page.locator("[data-command]", has_text="Override of the robot").first
-    expect(told).to_contain_text(f"override {override} %", ignore_case=True)
-    expect(told).to_contain_text("done")
-    panel.locator(".row-line", has_text="ARTICLE").get_by_role("button", name="Run").click()
-    page.get_by_role("button", name="Run ARTICLE", exact=True).click()
-    is_mode(page, "Real robot leads")
 
 
 def test_page_follows_a_run_of_the_real_robot(operator: Page, panel: Panel) -> None:

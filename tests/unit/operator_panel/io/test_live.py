@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import math
+import time
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -110,8 +111,8 @@ async def until(condition: Any) -> None:
     await asyncio.wait_for(wait(), 10.0)
 
 
-def test_without_a_page_no_frame_is_made_and_the_charts_go_on(parts: SimpleNamespace) -> None:
-    """A page that opens later gets the points of that time."""
+def test_without_a_page_frames_are_made_for_the_past_alone(parts: SimpleNamespace) -> None:
+    """A page that opens later gets the points of that time, and can look back to it."""
 
     async def scene() -> None:
         running = asyncio.create_task(parts.live.run())
@@ -119,8 +120,9 @@ def test_without_a_page_no_frame_is_made_and_the_charts_go_on(parts: SimpleNames
         running.cancel()
 
     asyncio.run(scene())
-    assert parts.maker.frames == 0
+    assert parts.maker.frames == len(parts.live._history.rows), "one for each half second"
     assert parts.door.watched == []
+    assert parts.live.past.look(time.time(), 20.0) is not None
 
 
 def test_the_first_page_wakes_the_frames_and_the_last_ends_them(parts: SimpleNamespace) -> None:

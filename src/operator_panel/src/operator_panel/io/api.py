@@ -1,7 +1,8 @@
-"""Read-only routes beside the page, for everybody who may see it: the camera, events."""
+"""Read-only routes beside the page, for everybody who may see it: the camera, the past, events."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Awaitable, Callable
 
 import msgspec
@@ -9,8 +10,9 @@ from nicegui import app
 from starlette.responses import Response
 
 from operator_panel.door import Picture
+from operator_panel.view.past import Past
 
-CAMERA, EVENTS = "/camera.jpg", "/events.csv"
+CAMERA, EVENTS, PAST = "/camera.jpg", "/events.csv", "/past.json"
 FRESH = {"Cache-Control": "no-store"}
 
 
@@ -31,6 +33,21 @@ def offer_camera(picture: Callable[[str], Awaitable[Picture | None]]) -> None:
     app.add_api_route(CAMERA, answer, methods=["GET"], include_in_schema=False)
 
 
+def offer_past(past: Past, window_s: float) -> None:
+    """Offer what the page showed; ``?at=`` system time [s], ``window_s`` of charts with it."""
+
+    async def answer(at: str = "") -> Response:
+        time = _number(at)
+        if time is None:
+            return _refusal(400, f"at = {at!r} is no number of seconds since 1970")
+        found = past.look(time, window_s)
+        if found is None:
+            return _refusal(404, "nothing is remembered yet")
+        return Response(msgspec.json.encode(found), media_type="application/json", headers=FRESH)
+
+    app.add_api_route(PAST, answer, methods=["GET"], include_in_schema=False)
+
+
 def offer_events(csv: Callable[[], str]) -> None:
     """Offer the kept events as a file for a spreadsheet."""
 
@@ -39,6 +56,15 @@ def offer_events(csv: Callable[[], str]) -> None:
         return Response(csv(), media_type="text/csv; charset=utf-8", headers={**FRESH, **name})
 
     app.add_api_route(EVENTS, answer, methods=["GET"], include_in_schema=False)
+
+
+def _number(text: str) -> float | None:
+    """Return the finite number that ``text`` is, else None."""
+    try:
+        number = float(text)
+    except ValueError:
+        return None
+    return number if math.isfinite(number) else None
 
 
 def _refusal(status: int, why: str) -> Response:

@@ -26,6 +26,7 @@ from operator_panel.view.alarms import Alarm, active_alarms
 from operator_panel.view.events import EventLog
 from operator_panel.view.frame import FrameMaker
 from operator_panel.view.history import History
+from operator_panel.view.past import Past
 from operator_panel.view.snapshot import Part, Snapshot
 from operator_panel.view.today import Today
 
@@ -69,6 +70,7 @@ class Live:
         self._watched = asyncio.Event()
         self._lists = ""
         self.events = EventLog()
+        self.past = Past()
         self._today = Today()
         self._sent_events = 0
         self._parts: dict[str, tuple[Part, ...]] = {}
@@ -78,7 +80,7 @@ class Live:
     async def run(self) -> None:
         """Send frames at the update rate, on absolute deadlines, until cancelled.
 
-        While no page is open none is made: only the charts go on, with few points.
+        While no page is open few are made, for those who look back later; the charts go on too.
         """
         period = 1.0 / self._config.update_rate_hz
         due = time.monotonic()
@@ -114,11 +116,18 @@ class Live:
         self.events.ended(self._desk.log.take_ended(), clock)
 
     def _send(self, snapshot: Snapshot, alarms: tuple[Alarm, ...], now: float) -> None:
-        if not self._lines:
+        clock = time.time()
+        is_due = self.past.is_due(clock)
+        if not self._lines and not is_due:
             self._history.add(round(now, 3), self._maker.points(snapshot, now))
             return
         frame = self._maker.make(snapshot, now)
         frame.text.update(self._today.texts(snapshot, now))
+        if is_due:
+            self.past.add(clock, frame, snapshot.parts)
+        if not self._lines:
+            self._history.add(frame.t, frame.point)
+            return
         if not self._history.add(frame.t, frame.point):
             frame = msgspec.structs.replace(frame, point={})
         text = _message("frame", frame)

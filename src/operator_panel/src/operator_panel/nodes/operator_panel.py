@@ -45,7 +45,7 @@ from scara_ros.page_door import PageDoor
 
 from operator_panel.config import PanelConfig, load_panel, load_surroundings
 from operator_panel.control.jog import DeadMan
-from operator_panel.io.api import offer_camera, offer_events
+from operator_panel.io.api import offer_camera, offer_events, offer_past
 from operator_panel.io.desk import Desk
 from operator_panel.io.live import Live
 from operator_panel.io.page.shell import Shell
@@ -117,6 +117,7 @@ def serve(private: dict[str, str]) -> None:
     TwinApi(link.shadow).offer(app)
     offer_camera(link.picture)
     offer_events(live.events.csv)
+    offer_past(live.past, config.chart_window_s)
     Shell(
         robot,
         model,

@@ -10,6 +10,7 @@ from nicegui import ui
 from scara_config import Robot
 
 from operator_panel.io.page.landmarks import VIEWS, build_landmarks, build_views
+from operator_panel.io.page.look_back import build_look_back_button, build_time_line
 from operator_panel.io.page.view import plain
 from scara_description.urdf import (
     JointFrame,
@@ -30,6 +31,7 @@ def build_scene(model: Model, robot: Robot) -> dict[str, Any]:
     """Build the picture; return the object that the browser moves for each side and joint."""
     with ui.element("section").classes("card scene-card"):
         with ui.element("div").classes("scene-head"):
+            build_look_back_button()
             _choice()
         with ui.element("div").classes("scene-body"):
             scene = ui.scene(
@@ -47,6 +49,7 @@ def build_scene(model: Model, robot: Robot) -> dict[str, Any]:
             _tools()
             build_views(scene)
             _camera()
+            build_time_line()
     build_landmarks(scene, robot)
     builder = _Builder(scene, model)
     moved = {side: builder.tree(side) for side in ("twin", "real", "preview")}

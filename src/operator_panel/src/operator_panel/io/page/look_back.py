@@ -1,0 +1,34 @@
+"""The time line: the last ten minutes, looked at again on the same page."""
+
+from __future__ import annotations
+
+from nicegui import ui
+
+from operator_panel.io.page.view import plain
+
+STEPS = (("\N{MINUS SIGN}10 s", -10), ("\N{MINUS SIGN}1 s", -1), ("+1 s", 1), ("+10 s", 10))
+
+
+def build_look_back_button() -> None:
+    """Build the button that opens and closes the time line."""
+    with (
+        ui.element("button")
+        .classes("look-back-button")
+        .props("type=button data-look-back aria-pressed=false")
+    ):
+        plain("Look back")
+
+
+def build_time_line() -> None:
+    """Build the time line; the browser shows it over the picture and asks for moments."""
+    with ui.element("div").classes("time-line").props("data-time-line hidden"):
+        ui.element("span").classes("time-line-text").props('data-past-text aria-live="polite"')
+        ui.element("input").classes("time-line-range").props(
+            'type=range min=-600 max=0 step=0.5 value=0 aria-label="Time"'
+        )
+        with ui.element("div").classes("time-line-steps"):
+            for text, seconds in STEPS:
+                with ui.element("button").props(f'type=button data-past-step="{seconds}"'):
+                    plain(text)
+            with ui.element("button").props("type=button data-past-live"):
+                plain("Live")

@@ -1,0 +1,93 @@
+"""The last minutes of the page: what it showed, to be looked at again."""
+
+from __future__ import annotations
+
+from bisect import bisect_left, bisect_right
+from collections import deque
+from itertools import islice
+
+import msgspec
+
+from operator_panel.view.frame import Frame, Points
+from operator_panel.view.snapshot import Part
+
+KEPT_S = 600.0  # our choice: ten minutes, some 4 MB
+PERIOD_S = 0.5  # our choice: as often as the page's server looks while no page is open
+
+
+class Moment(msgspec.Struct, frozen=True):
+    """What the page showed at a time.
+
+    Attributes:
+        at: System time [s].
+        frame: The frame as it was sent, without its points.
+        points: Its chart points.
+        parts: Parts of each side.
+    """
+
+    at: float
+    frame: Frame
+    points: Points
+    parts: dict[str, tuple[Part, ...]]
+
+
+class Look(msgspec.Struct, frozen=True):
+    """A moment as a page gets it.
+
+    Attributes:
+        at: System time of the moment [s].
+        first: Of the oldest moment that is known [s].
+        last: Of the newest [s].
+        frame: What was shown.
+        parts: Where the parts were.
+        rows: Chart points up to the moment: time as ``frame.t`` has it, points.
+    """
+
+    at: float
+    first: float
+    last: float
+    frame: Frame
+    parts: dict[str, tuple[Part, ...]]
+    rows: list[tuple[float, Points]]
+
+
+class Past:
+    """Keeps moments for ``KEPT_S``, at most one each ``PERIOD_S``. Not thread-safe."""
+
+    def __init__(self) -> None:
+        """Know nothing yet."""
+        self._moments: deque[Moment] = deque()
+
+    def is_due(self, now: float) -> bool:
+        """Return whether a moment at the system time ``now`` [s] would be kept.
+
+        A clock that was set back begins a new past.
+        """
+        if self._moments and now < self._moments[-1].at:
+            self._moments.clear()
+        return not self._moments or now - self._moments[-1].at >= 0.8 * PERIOD_S
+
+    def add(self, now: float, frame: Frame, parts: dict[str, tuple[Part, ...]]) -> None:
+        """Keep what is shown at the system time ``now`` [s], and forget what is too old."""
+        alone = msgspec.structs.replace(frame, point={})
+        self._moments.append(Moment(now, alone, frame.point, parts))
+        while now - self._moments[0].at > KEPT_S:
+            self._moments.popleft()
+
+    def look(self, at: float, window_s: float) -> Look | None:
+        """Return the moment nearest to the system time ``at`` [s]; None if nothing is known.
+
+        Args:
+            at: When.
+            window_s: So far back the charts look [s].
+        """
+        if not self._moments:
+            return None
+        times = [moment.at for moment in self._moments]
+        place = min(bisect_left(times, at), len(times) - 1)
+        if place and at - times[place - 1] < times[place] - at:
+            place -= 1
+        begin = bisect_right(times, times[place] - window_s)
+        rows = [(one.frame.t, one.points) for one in islice(self._moments, begin, place + 1)]
+        found = self._moments[place]
+        return Look(found.at, times[0], times[-1], found.frame, found.parts, rows)

@@ -1,0 +1,127 @@
+"""What a person does at the operator's page of a whole cell, and the node that serves it."""
+
+from __future__ import annotations
+
+import contextlib
+import re
+import signal
+from collections.abc import Callable, Iterator
+
+from playwright.sync_api import Locator, Page, expect
+
+from harness.live_cell import LiveCell
+from harness.processes import Process, free_port, wait_until
+
+TOKEN = "token-of-the-tests"
+LONG_MS = 30_000  # a program of the robot, on a machine that does other things too
+expect.set_options(timeout=15_000)
+
+
+class Panel:
+    """One operator panel on a cell."""
+
+    def __init__(self, cell: LiveCell) -> None:
+        """Choose a port."""
+        self.cell, self.port = cell, free_port()
+        self.process: Process | None = None
+
+    def start(self) -> None:
+        """Start the node and wait until it listens."""
+        words = (
+            f"_port:={self.port}",
+            f"_runs_dir:={self.cell.folder / 'runs'}",
+        )
+        env = {
+            "SCARA_CONFIG_DIR": str(self.cell.output / "config"),
+            "OPERATOR_PANEL_TOKEN": TOKEN,
+        }
+        process = self.process = self.cell.stage.start(
+            "rosrun", "operator_panel", "operator_panel", *words, env=env
+        )
+        wait_until(
+            lambda: "to watch" in process.output or process.poll() is not None,
+            30.0,
+            "the operator panel",
+        )
+        assert process.poll() is None, process.tail()
+
+    @contextlib.contextmanager
+    def standing_still(self) -> Iterator[None]:
+        """Let the node do nothing for a while, as on a machine that has stopped."""
+        assert self.process is not None
+        self.process.signal(signal.SIGSTOP)
+        try:
+            yield
+        finally:
+            self.process.signal(signal.SIGCONT)
+
+    def stop(self, number: signal.Signals = signal.SIGINT) -> int:
+        """End the node and return its exit code."""
+        assert self.process is not None
+        self.process.signal(number)
+        return self.process.wait(20.0)
+
+
+def make_ready(page: Page) -> None:
+    """Bring the pair to rest and agreement, whatever the test before left."""
+    mode = page.locator('[data-live="mode"]')
+    expect(mode).to_have_text(
+        re.compile("Ready|Stopped|Fault|Emergency stop|Paused"), timeout=LONG_MS
+    )
+    for state, button in (
+        ("Paused", "STOP"),
+        ("Fault", "Reset"),
+        ("Emergency stop", "Reset"),
+        ("Stopped", "Align"),
+    ):
+        if mode.inner_text() == state:
+            press(page, button)
+            expect(mode).not_to_have_text(state)
+    expect(mode).to_have_text("Ready", timeout=LONG_MS)
+
+
+def press(page: Page, name: str) -> None:
+    """Press a button once it is enabled."""
+    button = page.get_by_role("button", name=name, exact=True)
+    expect(button).to_be_enabled()
+    button.click()
+
+
+def shown(page: Page, key: str) -> float:
+    """Return a number of the page; not a number while it shows a dash."""
+    text = page.locator(f'[data-live="{key}"]').first.inner_text()
+    return float("nan") if text == "\N{EN DASH}" else float(text.replace("\N{MINUS SIGN}", "-"))
+
+
+def is_mode(page: Page, mode: str, timeout: float = 15_000) -> None:
+    """Wait for a mode."""
+    expect(page.locator('[data-live="mode"]')).to_have_text(mode, timeout=timeout)
+
+
+def hold_until(page: Page, button: Locator, reached: Callable[[], bool]) -> None:
+    """Hold a jog button.
+
+    Where its signs came too late and the joint stopped, press again as a person would.
+    """
+    for _ in range(10):
+        button.hover()
+        page.mouse.down()
+        with contextlib.suppress(AssertionError):
+            wait_until(reached, 3.0)
+            return
+        page.mouse.up()
+    raise AssertionError("the joint did not get there in ten presses")
+
+
+def run_program(page: Page, override: str) -> None:
+    """Start the article's program on the robot's pendant, through the page."""
+    page.get_by_role("tab", name="Programs").click()
+    panel = page.locator('[data-panel="Programs"]')
+    panel.locator("input").fill(override)
+    panel.get_by_role("button", name="Set").click()
+    told = page.locator("[data-command]", has_text="Override of the robot").first
+    expect(told).to_contain_text(f"override {override} %", ignore_case=True)
+    expect(told).to_contain_text("done")
+    panel.locator(".row-line", has_text="ARTICLE").get_by_role("button", name="Run").click()
+    page.get_by_role("button", name="Run ARTICLE", exact=True).click()
+    is_mode(page, "Real robot leads")

@@ -1,0 +1,38 @@
+"""What the tests of the operator panel share: a panel that hears a stand-in of the controller."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+from harness.page.stand_in import StandIn, in_control
+from harness.processes import wait_until
+from harness.ros import Ros
+from harness.wires.operator_page import Panel, heard
+from websockets.sync.client import ClientConnection
+
+
+@pytest.fixture(scope="module")
+def stand_in(ros_module: Ros) -> Iterator[StandIn]:
+    """Give a twin controller."""
+    made = StandIn(ros_module)
+    yield made
+    made.close()
+
+
+@pytest.fixture(scope="module")
+def panel(ros_module: Ros, stand_in: StandIn) -> Panel:
+    """Give a panel that hears the twin controller."""
+    made = Panel(ros_module)
+    with made.live() as live:
+        wait_until(
+            lambda: heard(live, "frame")["text"]["mode"] == "Ready", 20.0, "a state on the page"
+        )
+    return made
+
+
+@pytest.fixture
+def operator(panel: Panel, stand_in: StandIn) -> Iterator[ClientConnection]:
+    """Give the live connection of an operator in control."""
+    with in_control(panel, stand_in) as live:
+        yield live

@@ -1,0 +1,110 @@
+"""A patient cell, and the operator's page on it in a real browser."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+
+import pytest
+from harness.live_cell import LiveCell
+from harness.page.acts import (
+    TOKEN,
+    Panel,
+    make_ready,
+)
+from harness.wires.browser import chromium
+from harness.yaml_files import changed_yaml, copy_configuration
+from playwright.sync_api import Browser, Page, expect
+
+# On a machine that does other things too a process may wait for its turn longer than the shipped
+# values allow. These tests are about the page, so the cell may be patient; what it does when it is
+# late is tested elsewhere.
+PATIENCE: list[tuple[str, list[str | int], float]] = [
+    ("emulator.yaml", ["heartbeat_timeout_ms"], 3000),
+    ("twin_controller.yaml", ["real", "timeout_ms"], 800.0),
+    ("twin_controller.yaml", ["real", "stale_ms"], 3000.0),
+    ("twin_controller.yaml", ["twin", "stale_ms"], 3000.0),
+    (
+        "twin_controller.yaml",
+        ["twin", "stop_quiet_ms"],
+        1200.0,
+    ),  # the twin takes no stream after a stop until follow.timeout
+    ("twin_controller.yaml", ["limit", "source_age_ms"], 1500.0),
+    ("twin_controller.yaml", ["divergence", "path_mm"], 200.0),
+    ("twin_controller.yaml", ["divergence", "rest_mm"], 50.0),
+    ("motion.yaml", ["follow", "timeout"], 1.0),
+    ("motion.yaml", ["jog", "timeout"], 1.0),
+    ("operator_panel.yaml", ["jog", "dead_man_ms"], 1000.0),
+    ("operator_panel.yaml", ["silent_ms"], 5000.0),
+    ("twin_controller.yaml", ["control", "keep_ms"], 3000.0),
+    ("operator_panel.yaml", ["call_timeout_s"], 15.0),
+    ("operator_panel.yaml", ["program_timeout_s"], 40.0),
+]
+
+
+@pytest.fixture(scope="module")
+def patient_cell(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LiveCell]:
+    """Give a ready cell with patient time-outs and gains of its own to change."""
+    cell = LiveCell(tmp_path_factory.mktemp("cell"))
+    config = copy_configuration(cell.folder / "patient")
+    for file, path, value in PATIENCE:
+        changed_yaml(config / file, config, path, value)
+    try:
+        # Page and controller know the same token of the person.
+        env = {"SCARA_CONFIG_DIR": str(config), "OPERATOR_PANEL_TOKEN": TOKEN}
+        cell.wait_ready(cell.start(env=env))
+        yield cell
+    finally:
+        cell.close()
+
+
+@pytest.fixture(scope="module")
+def panel(patient_cell: LiveCell) -> Iterator[Panel]:
+    """Give a running panel."""
+    made = Panel(patient_cell)
+    made.start()
+    yield made
+    if made.process is not None and made.process.poll() is None:
+        assert made.stop() == 0
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    """Give one browser to all tests of this file."""
+    with chromium(tmp_path_factory.mktemp("browser")) as started:
+        yield started
+
+
+@pytest.fixture
+def open_page(browser: Browser, panel: Panel) -> Iterator[Callable[..., Page]]:
+    """Give a function that opens the page in a browser of its own.
+
+    Nothing may be asked of another machine.
+    """
+    contexts = []
+
+    def open_one(token: str = TOKEN) -> Page:
+        context = browser.new_context(viewport={"width": 1280, "height": 720})
+        contexts.append(context)
+        page = context.new_page()
+        page.on("request", lambda request: asked.add(request.url.split("/")[2]))
+        page.goto(f"http://127.0.0.1:{panel.port}/" + (f"?token={token}" if token else ""))
+        expect(page.locator("[data-panel].shown")).to_be_visible()
+        return page
+
+    asked: set[str] = set()
+    yield open_one
+    for context in contexts:
+        for page in context.pages:
+            print(page.locator("body").inner_text())  # pytest shows it where a test failed
+        context.close()
+    assert asked == {f"127.0.0.1:{panel.port}"}
+
+
+@pytest.fixture
+def operator(open_page: Callable[..., Page]) -> Page:
+    """Give the page of an operator in control, with the pair ready."""
+    page = open_page()
+    expect(page.locator(".control-text")).to_have_text(re.compile(r"Operator \d+: in control"))
+    make_ready(page)
+    return page
