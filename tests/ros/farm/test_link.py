@@ -38,8 +38,8 @@ class Cell:
         folder = ros.folder / "config"
         folder.mkdir()
         copy_configuration(folder)
-        text = (folder / "farm" / "farm.yaml").read_text()
-        (folder / "farm" / "farm.yaml").write_text(text.replace("persons: {}", "persons: {ann: mover}"))
+        file = folder / "farm" / "farm.yaml"
+        file.write_text(file.read_text().replace("persons: {}", "persons: {ann: mover}"))
         self.port = ros.free_port()
         self.config: FarmConfig = load_farm(folder)
         self.config = replace(self.config, router=replace(self.config.router, port=self.port))
