@@ -8,7 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import coal
+try:
+    import coal
+except ModuleNotFoundError as error:
+    raise ImportError("what_if needs the library coal, which ./cell setup installs") from error
 import numpy as np
 
 from what_if.geometry.bodies import Body, FloatArray
