@@ -27,7 +27,9 @@ FOR_ROS_2 = ("get_parameters", "get_action_details", "get_action_status")
 class Examples:
     """The checks: each method whose name begins with ``check_`` is one, in this order."""
 
-    def __init__(self, loop: asyncio.Runner, client: Client[Any], port: int, namespace: str):
+    def __init__(
+        self, loop: asyncio.AbstractEventLoop, client: Client[Any], port: int, namespace: str
+    ):
         self._loop = loop
         self._client = client
         self._port = port
@@ -40,7 +42,9 @@ class Examples:
     def _tool(self, tool: str, **arguments: Any) -> dict[str, Any]:
         """Call a tool, and return what it has found."""
         self._called.add(tool)
-        result = self._loop.run(self._client.call_tool(tool, arguments, raise_on_error=False))
+        result = self._loop.run_until_complete(
+            self._client.call_tool(tool, arguments, raise_on_error=False)
+        )
         assert not result.is_error, result.content
         found = result.structured_content
         if found is None:
@@ -146,13 +150,17 @@ class Examples:
 
 def main() -> None:
     """Run all checks."""
-    with asyncio.Runner() as loop:
+    # asyncio.Runner would do, but Python 3.10 has none.
+    loop = asyncio.new_event_loop()
+    try:
         client = Client(StdioTransport(command=str(SERVER), args=[], keep_alive=True))
-        loop.run(client.__aenter__())
+        loop.run_until_complete(client.__aenter__())
         examples = Examples(loop, client, int(sys.argv[1]), sys.argv[2])
         found = {name: getattr(examples, name) for name in vars(Examples)}
         checks.run("ros-mcp", version("ros-mcp"), found)
-        loop.run(client.close())
+        loop.run_until_complete(client.close())
+    finally:
+        loop.close()
 
 
 if __name__ == "__main__":
