@@ -83,11 +83,14 @@ def while_it_moved(
     """
     joints = robot.twin_joints
     with open_bag(bag) as opened:
-        twin = read_run(opened, [joint.name for joint in joints]).twin.motion
+        recorded = read_run(opened, [joint.name for joint in joints])
+    # The stamps of a recording count from its begin.
+    twin, origin = recorded.twin.motion, recorded.origin
     shares = np.abs(twin.velocities / [joint.velocity for joint in joints]).max(axis=1)
+    at = twin.stamps + origin
     hit = [
         length
         for begun, length in stops
-        if np.any(shares[(twin.stamps >= begun) & (twin.stamps <= begun + length + 0.01)] > MOVES)
+        if np.any(shares[(at >= begun) & (at <= begun + length + 0.01)] > MOVES)
     ]
     return hit, float(shares.max())
