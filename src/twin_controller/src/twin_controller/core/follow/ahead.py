@@ -63,6 +63,10 @@ def stream_ahead(
         return Streamed(follows, [])
     real, newest = sides.real, follows.last
     fixed_until = now + arrives_within(real)
+    if follows.told:
+        # What could not be changed before cannot be changed now, though answers come sooner: else
+        # nothing is left to count on from, and numbers that still count would be given anew.
+        fixed_until = max(fixed_until, follows.told[0].t)
     fixed = [told for told in follows.told if told.t <= fixed_until][-1:]
     before = {told.number: told for told in follows.told if told.t > fixed_until}
     follows = replace(follows, told=tuple(fixed))
