@@ -76,8 +76,8 @@ def test_straight_down_towards_a_zone_that_is_not_entered_goes_to_its_end(
         assert cell.real.truth[-1][1] == pytest.approx(down, abs=1e-4)
 
 
-def test_a_jog_towards_a_zone_is_slowed_before_it_is_stopped() -> None:
-    """The cap on the twin's program speed falls as the zone comes nearer; neither side enters."""
+def test_a_jog_towards_a_zone_is_slowed_all_the_way_to_it() -> None:
+    """The cap falls as the zone comes nearer, in its clearance too; neither side enters."""
     with VirtualCell(ROBOT) as cell:
         cell.connect()
         cell.real.robot.write_override(100)
@@ -85,15 +85,16 @@ def test_a_jog_towards_a_zone_is_slowed_before_it_is_stopped() -> None:
         assert cell.operate("MOVE_JOINTS", target=(0.0, 0.0, -0.1, 0.0)).success
         cell.wait_still(0.5)
         begun, fastest = cell.schedule.now, 0.1 * cell.setup.velocity[2]
-        while cell.mode != "STOPPED" and cell.schedule.now < 20.0:
+        while cell.mode != "STOPPED" and cell.schedule.now < begun + 5.0:
             cell.twin.jog(["joint_3"], [-fastest])
             cell.schedule.run(0.05)
-        assert cell.mode == "STOPPED" and "keep-out zone below_table" in cell.why
-        stopped = cell.decisions[-1].now - cell.clock() + cell.schedule.now
-        speeds = {at: abs(qdot[2]) for at, _, qdot in cell.twin.truth if at > begun}
-        assert max(speeds.values()) > 0.95 * fastest
-        assert max(v for at, v in speeds.items() if at >= stopped - 0.01) < 0.7 * fastest
-        cell.schedule.run(0.5)
+        assert cell.mode in ("STOPPED", "IDLE"), cell.why
         surface = cell.setup.keep_out[0].upper_mm[2] * 1e-3
+        clearance = surface + cell.setup.config.cell.keep_out_clearance_mm * 1e-3
+        way = [(0.16 + q[2], abs(qdot[2])) for at, q, qdot in cell.twin.truth if at > begun]
+        assert max(speed for _, speed in way) > 0.95 * fastest
+        near = [speed for height, speed in way if height < clearance]
+        assert near and max(near) < 0.2 * fastest
+        cell.schedule.run(0.5)
         for side in (cell.real, cell.twin):
             assert min(0.16 + q[2] for _, q, _ in side.truth) > surface

@@ -51,10 +51,17 @@ def test_the_field_robot_reaches_as_far_as_its_file_says() -> None:
     assert arm.tool(np.zeros((1, 3)))[0] == pytest.approx([0.64999, 0.0, 0.16])
 
 
-def test_without_a_geometry_nothing_is_known() -> None:
-    """Neither of a real robot nor of a plant that is made as robot.yaml says."""
+def test_without_a_plant_nothing_is_known() -> None:
+    """Of a real robot."""
     assert true_arm(None, load_robot(CONFIG)) is None
-    assert true_arm(plant(None), load_robot(CONFIG)) is None
+
+
+def test_a_plant_without_a_geometry_is_made_as_the_robot_is_told() -> None:
+    """350 and 300 mm, stretched out, and an encoder that is 0.018 deg wrong all the same."""
+    arm = true_arm(plant(None, {"joint_1": ZeroOffset(zero_offset_deg=0.018)}), load_robot(CONFIG))
+    assert arm is not None
+    assert arm.tool(np.zeros((1, 3)))[0] == pytest.approx([0.65, 0.0, 0.16])
+    assert arm.zero_offsets == pytest.approx([math.pi / 1e4, 0.0, 0.0])
 
 
 @pytest.mark.parametrize(

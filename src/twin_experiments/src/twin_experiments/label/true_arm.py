@@ -17,16 +17,18 @@ from twin_experiments.record import RecordError
 
 
 def true_arm(plant: RecordedPlant | None, robot: Robot) -> TrueArm | None:
-    """Build the arm as it was made; None if the plant has no geometry of its own.
+    """Build the arm as it was made; None if the recording names no plant, as of a real robot.
 
-    A joint that the plant does not name is as in robot.yaml.
+    A plant without a geometry of its own is made as robot.yaml says, and so is a joint that its
+    geometry does not name.
 
     Raises:
         RecordError: The geometry names a joint that robot.yaml does not have, or is no mechanism.
     """
-    if plant is None or plant.geometry is None:
+    if plant is None:
         return None
-    chain = _chain(plant.geometry, robot)
+    made = plant.geometry
+    chain = ScrewModel.from_robot(robot) if made is None else _chain(made, robot)
     return TrueArm(partial(tool_positions, chain), zero_offsets(plant, robot.arm_joints))
 
 

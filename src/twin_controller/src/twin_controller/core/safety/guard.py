@@ -182,7 +182,8 @@ def _allowed_share(setup: Setup, guard: Guard, q: Joints, reached: Joints, asked
     most = max(asked, share)
     reach = most * delay + 0.5 * most * most * duration
     end = tuple(p + v * reach for p, v in zip(q, full))
-    zones = widened(setup.keep_out, cell.keep_out_clearance_mm)
+    # A way that begins in a zone's clearance meets the zone itself.
+    zones = (*widened(setup.keep_out, cell.keep_out_clearance_mm), *setup.keep_out)
     free = free_part(setup.points, zones, q, end)
     if free >= 1.0:
         return 1.0
