@@ -44,6 +44,15 @@ def test_thirty_pauses_of_the_controller_cost_next_to_nothing(plant: Variant) ->
     assert found.path_percent <= WORSE * calm.path_percent, (calm, found)
 
 
+def test_the_way_back_from_a_pause_is_bridged_too() -> None:
+    """The longest pause and 10 ms until a process that wakes has read and sent, again and again."""
+    calm = run_trial(ROBOT, IDEAL, "twin_leads", 100.0)
+    longest = replace(shaken(IDEAL), pauses=(0.11,))
+    found = run_trial(ROBOT, longest, "twin_leads", 100.0)
+    assert calm.path_percent is not None and found.path_percent is not None, (calm, found)
+    assert found.path_percent <= WORSE * calm.path_percent, (calm, found)
+
+
 def test_without_set_points_ahead_pauses_are_seen() -> None:
     """The same pauses, one set point at a time: the test above can fail."""
     found = run_trial(ROBOT, shaken(ONE_BY_ONE[0]), "twin_leads", 100.0)

@@ -63,19 +63,28 @@ def stream_ahead(
         return Streamed(follows, [])
     real, newest = sides.real, follows.last
     fixed_until = now + arrives_within(real)
+    first_ms = math.ceil(1e3 * real.clock.to_remote(fixed_until))
     if follows.told:
         # What could not be changed before cannot be changed now, though answers come sooner: else
         # nothing is left to count on from, and numbers that still count would be given anew.
         fixed_until = max(fixed_until, follows.told[0].t)
-    fixed = [told for told in follows.told if told.t <= fixed_until][-1:]
-    before = {told.number: told for told in follows.told if told.t > fixed_until}
+        first_ms = max(first_ms, follows.told[0].clock_ms + 1)
+    # By the robot's clock, which numbers and times are given in: the estimate of it moves from one
+    # reading to the next. A number never gets another time while it counts: the robot hears places
+    # and times one after the other, and takes a place at the wrong time while it has but one.
+    fixed = [told for told in follows.told if told.clock_ms < first_ms][-1:]
+    before = {told.number: told for told in follows.told if told.clock_ms >= first_ms}
     follows = replace(follows, told=tuple(fixed))
     course = twin_course(setup, sides.twin, now)
+    spacing_ms = _spacing_ms(setup, sides.twin, now)
     until = _until(setup, real, sides.twin, now, fixed_until)
     made: list[Told] = []
-    number, clock_ms = _next(setup, follows, real, fixed_until)
-    while (at := real.clock.to_local(clock_ms * 1e-3)) <= until:
+    number, clock_ms = _next(follows, real, first_ms, spacing_ms)
+    while True:
         old = before.get(number)
+        clock_ms = clock_ms if old is None else old.clock_ms
+        if (at := real.clock.to_local(clock_ms * 1e-3)) > until:
+            break
         if old is None:
             follows = reckon(setup, follows, at, response)
         follows, asked = aimed(setup, follows, sides, course, at)
@@ -90,7 +99,7 @@ def stream_ahead(
         else:
             told = old
         follows = replace(follows, told=(*follows.told, told))
-        number, clock_ms = number_after(number), clock_ms + setup.config.stream.ahead_period_ms
+        number, clock_ms = number_after(number), clock_ms + spacing_ms
     last = follows.last
     if last is None or (not made and newest is not None and last.number == newest.number):
         return Streamed(follows, [])
@@ -116,24 +125,34 @@ def _until(setup: Setup, real: RealSide, twin: TwinSide, now: float, fixed_until
     """
     if planned(twin, now):
         return now + reaches_ahead(setup, real)
-    config = setup.config
-    until_next = config.real.poll_period_ms + UNPLANNED * config.stream.ahead_period_ms
+    until_next = setup.config.real.poll_period_ms + UNPLANNED * _spacing_ms(setup, twin, now)
     return min(fixed_until + 1e-3 * until_next, now + reaches_ahead(setup, real))
 
 
-def _next(
-    setup: Setup, follows: RealFollows, real: RealSide, fixed_until: float
-) -> tuple[int, int]:
-    """Return number and time [ms of the robot's clock] of the first set point that may change."""
-    first = math.ceil(1e3 * real.clock.to_remote(fixed_until))
+def _spacing_ms(setup: Setup, twin: TwinSide, now: float) -> int:
+    """Return the time between two new set points [ms].
+
+    Wide ones make the ring reach far, which only a plan can fill. Without one the twin's course is
+    carried on at constant velocity: the closer they stand, the less each of them is wrong.
+    """
+    stream = setup.config.stream
+    if planned(twin, now) or stream.period_ms is None:
+        return stream.ahead_period_ms
+    return min(round(stream.period_ms), stream.ahead_period_ms)
+
+
+def _next(follows: RealFollows, real: RealSide, first_ms: int, spacing_ms: int) -> tuple[int, int]:
+    """Return number and time [ms of the robot's clock] of the first set point that may change.
+
+    It counts at ``first_ms`` or later.
+    """
     last = follows.last
     if last is None:
         taken = real.flags.ring_read if real.flags is not None else 0
-        return number_after(taken), first
-    spacing = setup.config.stream.ahead_period_ms
+        return number_after(taken), first_ms
     # Those that were missed while nothing could be sent are left out.
-    passed = max(1, math.ceil((first - last.clock_ms) / spacing))
-    return number_after(last.number), last.clock_ms + passed * spacing
+    passed = max(1, math.ceil((first_ms - last.clock_ms) / spacing_ms))
+    return number_after(last.number), last.clock_ms + passed * spacing_ms
 
 
 def _changed(setup: Setup, before: tuple[float, ...], asked: tuple[float, ...]) -> bool:
