@@ -58,3 +58,21 @@ def test_no_number_gets_another_time(monkeypatch: pytest.MonkeyPatch) -> None:
                 given[point.number] = point.clock_ms
         seen = len(pair.actions)
     assert len(given) > 50 and pair.state.lead.mode == Mode.TWIN_LEADS
+
+
+def test_one_that_is_held_back_counts_until_the_robot_has_it() -> None:
+    """Those behind it may be free again: its reason stays, and nothing is measured meanwhile."""
+    pair = Pair(places=10)
+    pair.connect()
+    pair.move_twin(ramp(HOME, AWAY, 0.1))
+    held, seen = 0, set[bool]()
+    for _ in range(300):
+        pair.run(0.001)
+        follows = pair.state.follow.real
+        if follows is None or not follows.told:
+            continue
+        back = [told.q != told.asked for told in follows.told]
+        assert bool(follows.slowed) == any(back), follows
+        held += any(back) and not back[-1]
+        seen.add(any(back))
+    assert held and seen == {True, False}

@@ -76,15 +76,12 @@ def stream_ahead(
     before = {told.number: told for told in follows.told if told.clock_ms >= first_ms}
     follows = replace(follows, told=tuple(fixed))
     course = twin_course(setup, sides.twin, now)
-    spacing_ms = _spacing_ms(setup, sides.twin, now)
+    spacing_ms = setup.config.stream.ahead_period_ms
     until = _until(setup, real, sides.twin, now, fixed_until)
     made: list[Told] = []
     number, clock_ms = _next(follows, real, first_ms, spacing_ms)
-    while True:
+    while (at := real.clock.to_local(clock_ms * 1e-3)) <= until:
         old = before.get(number)
-        clock_ms = clock_ms if old is None else old.clock_ms
-        if (at := real.clock.to_local(clock_ms * 1e-3)) > until:
-            break
         if old is None:
             follows = reckon(setup, follows, at, response)
         follows, asked = aimed(setup, follows, sides, course, at)
@@ -94,12 +91,15 @@ def stream_ahead(
                 return Streamed(follows, [], judgement.reason)
             told, slowed = judgement
             told = replace(told, number=number, clock_ms=clock_ms)
-            follows = replace(follows, slowed=slowed)
+            follows = replace(follows, slowed=slowed or follows.slowed)
             made.append(told)
         else:
             told = old
         follows = replace(follows, told=(*follows.told, told))
         number, clock_ms = number_after(number), clock_ms + spacing_ms
+    # One that was slowed down holds the robot back, whatever those behind it are like.
+    if all(told.q == told.asked for told in follows.told):
+        follows = replace(follows, slowed="")
     last = follows.last
     if last is None or (not made and newest is not None and last.number == newest.number):
         return Streamed(follows, [])
@@ -125,20 +125,9 @@ def _until(setup: Setup, real: RealSide, twin: TwinSide, now: float, fixed_until
     """
     if planned(twin, now):
         return now + reaches_ahead(setup, real)
-    until_next = setup.config.real.poll_period_ms + UNPLANNED * _spacing_ms(setup, twin, now)
+    config = setup.config
+    until_next = config.real.poll_period_ms + UNPLANNED * config.stream.ahead_period_ms
     return min(fixed_until + 1e-3 * until_next, now + reaches_ahead(setup, real))
-
-
-def _spacing_ms(setup: Setup, twin: TwinSide, now: float) -> int:
-    """Return the time between two new set points [ms].
-
-    Wide ones make the ring reach far, which only a plan can fill. Without one the twin's course is
-    carried on at constant velocity: the closer they stand, the less each of them is wrong.
-    """
-    stream = setup.config.stream
-    if planned(twin, now) or stream.period_ms is None:
-        return stream.ahead_period_ms
-    return min(round(stream.period_ms), stream.ahead_period_ms)
 
 
 def _next(follows: RealFollows, real: RealSide, first_ms: int, spacing_ms: int) -> tuple[int, int]:

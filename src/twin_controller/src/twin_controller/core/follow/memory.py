@@ -48,7 +48,7 @@ class RealFollows(msgspec.Struct, frozen=True):
     # what is measured bit by bit, or the set points would jump.
     delay: Joints = ()
     smoothing: Joints = ()
-    # Why that set point was slowed down; empty if it was not.
+    # Why one of those that still count was slowed down; empty if none was.
     slowed: str = ""
     # After a pause: the twin goes on once the robot has come to where it stands.
     resumes: bool = False
