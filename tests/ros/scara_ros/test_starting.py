@@ -60,6 +60,49 @@ def test_signal_in_the_middle_of_publishing_ends_the_node(
     assert "ended in order" in node.output
 
 
+ENDLESS = """
+import threading
+import rospy
+from rospy.impl.registration import RegManager, get_registration_listeners
+from scara_ros.nodes.ending import wait_for_end
+from scara_ros.nodes.starting import become_node
+
+become_node("patient")
+(manager,) = [
+    found for found in get_registration_listeners().listeners if isinstance(found, RegManager)
+]
+plain, waits = manager.cond.wait, threading.Event()
+
+
+def for_good(timeout=None):
+    waits.set()
+    return plain()
+
+
+with manager.cond:
+    manager.cond.wait = for_good
+    manager.cond.notify_all()
+waits.wait()
+print("waits", flush=True)
+wait_for_end()
+print("ended in order", flush=True)
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_end_does_not_wait_for_rospys_pauses(
+    ros: Ros, tmp_path: Path, number: signal.Signals
+) -> None:
+    """Rospy's thread that connects topics sleeps for 0.5 s at a time; here it sleeps for ever."""
+    script = tmp_path / "patient.py"
+    script.write_text(ENDLESS, encoding="utf-8")
+    node = ros.stage.start(sys.executable, str(script))
+    ros.wait_until(lambda: "waits" in node.output, 20.0, "a thread that sleeps for ever")
+    node.signal(number)
+    assert node.wait(20.0) == 0, node.tail()
+    assert "ended in order" in node.output
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize(
     ("package", "name"),

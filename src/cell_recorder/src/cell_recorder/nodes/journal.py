@@ -24,6 +24,7 @@ from scara_config.profile import chosen_plant
 from scara_ros.memory import keep_for_good
 from scara_ros.names import cell_of
 from scara_ros.nodes.diagnostics import PERIOD_S, Diagnostics
+from scara_ros.nodes.ending import wait_for_end
 from scara_ros.nodes.own_cell import is_own
 from scara_ros.nodes.starting import become_node, until_shutdown
 from scara_ros.pacing import Pace
@@ -203,4 +204,4 @@ def main() -> None:
     rospy.on_shutdown(journal.close)
     rospy.loginfo("journal is ready")
     keep_for_good()
-    rospy.spin()
+    wait_for_end()

@@ -23,6 +23,7 @@ from scara_config import ConfigError, config_directory, load, locate
 from scara_ros.memory import keep_for_good
 from scara_ros.names import SHARED_TOPICS, folder_of
 from scara_ros.nodes.diagnostics import PERIOD_S, Diagnostics
+from scara_ros.nodes.ending import wait_for_end
 from scara_ros.nodes.own_cell import is_own
 from scara_ros.nodes.starting import become_node
 from scara_ros.pacing import Pace
@@ -188,4 +189,4 @@ def main() -> None:
     rospy.on_shutdown(recorder.close)
     rospy.loginfo("recorder is ready")
     keep_for_good()
-    rospy.spin()
+    wait_for_end()

@@ -18,6 +18,7 @@ from typing import Any
 import rospy
 from geometry_msgs.msg import Quaternion, Twist, Vector3
 from scara_config import ConfigError, config_directory, load_robot
+from scara_ros.nodes.ending import wait_for_end
 from scara_ros.nodes.starting import become_node
 
 from scara_control.errors import ScaraControlError
@@ -124,4 +125,4 @@ def main() -> None:
     _warm_up(kinematics)
     KinematicsServer(kinematics)
     rospy.loginfo("kinematics_server is ready")
-    rospy.spin()
+    wait_for_end()

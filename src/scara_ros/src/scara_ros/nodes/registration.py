@@ -20,6 +20,7 @@ from rospy.impl.registration import get_service_manager, get_topic_manager
 from scara_ros.io.full_disk import limit_log_file
 from scara_ros.io.hardening import harden_process
 from scara_ros.io.master import UNREACHABLE, MasterClient, MasterError
+from scara_ros.nodes.ending import end_promptly
 
 PERIOD = 0.5  # our choice: with the time-out, all is registered again within 2 s
 WATCHED_S = 5.0
@@ -35,9 +36,11 @@ def keep_registered() -> None:
     From then on a log line asks nobody either. As long as the flag below is not set, rospy asks the
     master for it at each line, and waits for the answer without a time-out: a master that hangs
     stopped whoever had something to say. A node that did not become one by ``become_node`` is
-    hardened here. The node's log file has a limit from then on.
+    hardened here. The node's log file has a limit from then on, and its end does not wait for
+    rospy's pauses.
     """
     harden_process()
+    end_promptly()
     limit_log_file()
     get_param_server_cache().set("/rosout_disable_topics_generation", False)
     watch = _Watch(rosgraph.get_master_uri())

@@ -33,7 +33,7 @@ def become_node(name: str) -> None:
     """Become the node ``name`` once there is a master; to be called once, in the main thread.
 
     SIGINT or SIGTERM ends the waiting, later the node: ``rospy.is_shutdown`` is true then and
-    ``rospy.spin`` returns. The shutdown runs in a thread of its own. rospy's own handler runs it
+    ``wait_for_end`` returns. The shutdown runs in a thread of its own. rospy's own handler runs it
     inside the interrupted thread. If that one was publishing and held the lock of a connection,
     the shutdown waited for that lock for ever.
 

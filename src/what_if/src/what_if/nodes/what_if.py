@@ -23,6 +23,7 @@ import rospy
 from geometry_msgs.msg import Point
 from scara_config import ConfigError, config_directory
 from scara_control.joint_motion import JointMotion
+from scara_ros.nodes.ending import wait_for_end
 from scara_ros.nodes.starting import become_node
 
 from scara_msgs.srv import JudgeMotion, JudgeMotionResponse
@@ -136,7 +137,7 @@ def main() -> None:
         with resting_cell(folder) as (base, models):
             WhatIfServer(LiveWorld(base, models), base.cell, folder)
             rospy.loginfo("what_if is ready")
-            rospy.spin()
+            wait_for_end()
     except ConfigError as error:
         rospy.logfatal("%s", error)
         sys.exit(2)
