@@ -71,10 +71,11 @@ become_node("patient")
 (manager,) = [
     found for found in get_registration_listeners().listeners if isinstance(found, RegManager)
 ]
-plain, waits = manager.cond.wait, threading.Event()
+plain, waits, sleepers = manager.cond.wait, threading.Event(), []
 
 
 def for_good(timeout=None):
+    sleepers.append(threading.current_thread())
     waits.set()
     return plain()
 
@@ -85,7 +86,9 @@ with manager.cond:
 waits.wait()
 print("waits", flush=True)
 wait_for_end()
-print("ended in order", flush=True)
+(ending,) = [thread for thread in threading.enumerate() if thread.name == "ending"]
+ending.join()
+print("still asleep" if sleepers[0].is_alive() else "woken", flush=True)
 """
 
 
@@ -100,7 +103,7 @@ def test_end_does_not_wait_for_rospys_pauses(
     ros.wait_until(lambda: "waits" in node.output, 20.0, "a thread that sleeps for ever")
     node.signal(number)
     assert node.wait(20.0) == 0, node.tail()
-    assert "ended in order" in node.output
+    assert "woken" in node.output
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
