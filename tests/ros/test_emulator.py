@@ -186,7 +186,7 @@ def test_twin_controllers_link_streams_and_its_silence_stops_the_robot(cell: Cel
     ) as link:
         wait_until(lambda: link.connected, 10.0)
         link.write_override(100)
-        link.write_setpoint((0.1, -0.2, -0.1, 0.3), 50.0)
+        link.write_now((0.1, -0.2, -0.1, 0.3), 50.0)
         link.pulse("rsr1")
         wait_until(
             lambda: samples[-1].positions == pytest.approx((0.1, -0.2, -0.1, 0.0, 0.3), abs=1e-5),

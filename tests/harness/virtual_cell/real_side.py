@@ -16,7 +16,6 @@ from twin_controller.core.events import RealMeasured
 from twin_controller.modbus.ring import RingCodec
 from twin_controller.registers import RegisterCodec
 from twin_controller.robot.intake import measured
-from twin_controller.robot.link import Ahead, SetpointAhead
 from twin_controller.robot.signals import (
     UI_SIGNALS,
     DropSetpoints,
@@ -106,11 +105,9 @@ class RealSide:
 
     def stream_ahead(self, action: StreamAhead) -> None:
         """Write set points ahead of their time at once, in the link's own requests."""
-        points = tuple(
-            SetpointAhead(self._filled(point.q), point.number, point.clock_ms)
-            for point in action.points
-        )
-        ahead = Ahead(points, action.newest, action.speed_percent)
+        replace = msgspec.structs.replace
+        points = tuple(replace(point, q=self._filled(point.q)) for point in action.points)
+        ahead = replace(action, points=points)
         for offset, words in self._ring.setpoints(ahead):
             self._write.send(partial(self._take, offset, words))
         self._heartbeat = self._heartbeat % 32767 + 1

@@ -146,7 +146,7 @@ def test_the_twin_controllers_link_streams_to_it(
             time.monotonic() - begun < 10.0
             and max(abs(a - b) for a, b in zip(samples[-1].positions, target)) > 1e-4
         ):
-            link.write_setpoint(target, 50.0)
+            link.write_now(target, 50.0)
             time.sleep(0.01)
         assert samples[-1].positions == pytest.approx(target, abs=1e-4)
         link.pulse("cstopi")

@@ -148,7 +148,7 @@ def test_a_set_point_goes_out_in_one_request_with_the_heartbeat(robot: Robot, ow
     robot.put_float(1006, 33.0)
     with owner.link(robot.port) as link:
         owner.wait_for(UP)
-        link.write_setpoint((math.pi / 2, 0.0, -0.1, 0.5), 50.0)
+        link.write_now((math.pi / 2, 0.0, -0.1, 0.5), 50.0)
         (words,) = wait_until(lambda: robot.writes(1050))
     axes = struct.unpack("<9f", struct.pack("<18H", *words[:18]))
     assert axes == pytest.approx(
@@ -165,7 +165,7 @@ def test_the_latest_set_point_wins(robot: Robot, owner: Owner) -> None:
     with owner.link(robot.port) as link:
         owner.wait_for(UP)
         for k in range(200):
-            link.write_setpoint((0.001 * k, 0.0, 0.0, 0.0), 50.0)
+            link.write_now((0.001 * k, 0.0, 0.0, 0.0), 50.0)
         wait_until(
             lambda: (
                 robot.writes(1050) and robot.writes(1050)[-1][0:2] == _words(math.degrees(0.199))
@@ -194,7 +194,7 @@ def test_a_bad_set_point_never_reaches_the_wire(
     """It is told and counted; the link goes on."""
     with owner.link(robot.port) as link:
         owner.wait_for(UP)
-        link.write_setpoint(positions, speed)
+        link.write_now(positions, speed)
         wait_until(lambda: owner.rejects)
         assert text in owner.rejects[0] and link.counters.refused == 1
         seen = len(owner.samples)
@@ -298,7 +298,7 @@ def test_nothing_is_replayed_after_a_reconnect(robot: Robot, owner: Owner) -> No
         owner.wait_for(UP)
         robot.fault = "silent"
         owner.wait_for(UP, DOWN)
-        link.write_setpoint((0.1, 0.0, 0.0, 0.0), 50.0)
+        link.write_now((0.1, 0.0, 0.0, 0.0), 50.0)
         link.pulse("rsr1")
         robot.fault = ""
         owner.wait_for(UP, DOWN, UP)

@@ -9,11 +9,12 @@ from typing import Any
 import pytest
 from scara_config import load_robot
 from scara_config.modbus_map import load_modbus_map
+from twin_controller.core.actions import PointAhead, StreamAhead
 from twin_controller.io.modbus.outbox import Command, Outbox
 from twin_controller.io.modbus.settings import ModbusSettings
 from twin_controller.io.modbus.writer import Writer
 from twin_controller.registers import RegisterCodec
-from twin_controller.robot.link import Ahead, RobotCounters, SetpointAhead
+from twin_controller.robot.link import RobotCounters
 
 CONFIG = Path(__file__).resolve().parents[4] / "config"
 LAYOUT, ROBOT = load_modbus_map(CONFIG), load_robot(CONFIG)
@@ -52,11 +53,11 @@ def line() -> tuple[Writer, Outbox, Port]:
     return writer, box, port
 
 
-def nine() -> Ahead:
+def nine() -> StreamAhead:
     """Return nine set points over the ring's end: three requests, and the times."""
     home = tuple(0.5 * (joint.lower + joint.upper) for joint in ROBOT.joints)
-    points = tuple(SetpointAhead(home, number, 12 * number) for number in range(5, 14))
-    return Ahead(points, 13, 50.0)
+    points = tuple(PointAhead(home, number, 12 * number) for number in range(5, 14))
+    return StreamAhead(points, 13, 50.0)
 
 
 def test_set_points_come_before_their_times(line: tuple[Writer, Outbox, Port]) -> None:

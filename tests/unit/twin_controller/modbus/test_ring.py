@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
 from pathlib import Path
 
 import msgspec
@@ -14,11 +13,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scara_config import ConfigError, load_robot
 from scara_config.modbus_map import load_modbus_map
+from twin_controller.core.actions import PointAhead, StreamAhead
 from twin_controller.modbus.blocks import ring_block
 from twin_controller.modbus.ring import EMPTY, RingCodec
 from twin_controller.registers import RegisterCodec
-from twin_controller.robot.link import Ahead, SetpointAhead
 from twin_controller.robot_sample import SetpointError
+
+replace = msgspec.structs.replace
 
 ROBOTS = Path(__file__).resolve().parents[4] / "config" / "robots"
 NAMES = ("fanuc_sr6ia", "articulated_six")
@@ -44,7 +45,7 @@ class Robot:
         """Take R[2]."""
         self.speed = percent
 
-    def write(self, ahead: Ahead, heartbeat: int = 7) -> None:
+    def write(self, ahead: StreamAhead, heartbeat: int = 7) -> None:
         """Write as the link does."""
         for offset, words in self.client.setpoints(ahead):
             self.take(offset, words)
@@ -55,11 +56,11 @@ class Robot:
         assert len(words) <= 123
         self.image.apply(self, self.image.take(offset, words))  # type: ignore[arg-type]
 
-    def points(self, rows: Iterable[tuple[int, int, float]]) -> tuple[SetpointAhead, ...]:
+    def points(self, rows: Iterable[tuple[int, int, float]]) -> tuple[PointAhead, ...]:
         """Return set points (number, time, fraction of each joint's range)."""
         joints = self.profile.joints
         return tuple(
-            SetpointAhead(tuple(j.lower + part * (j.upper - j.lower) for j in joints), number, time)
+            PointAhead(tuple(j.lower + part * (j.upper - j.lower) for j in joints), number, time)
             for number, time, part in rows
         )
 
@@ -67,7 +68,7 @@ class Robot:
 def test_places_times_and_number_stand_where_the_map_says() -> None:
     """Places 9, 10 and 1 take numbers 9 to 11: two requests, then times, number and R[1], R[2]."""
     robot = Robot("fanuc_sr6ia")
-    ahead = Ahead(robot.points([(9, 900, 0.5), (10, 1000, 0.5), (11, 1100, 0.5)]), 11, 50.7)
+    ahead = StreamAhead(robot.points([(9, 900, 0.5), (10, 1000, 0.5), (11, 1100, 0.5)]), 11, 50.7)
     requests = list(robot.client.setpoints(ahead))
     assert [(offset, len(words)) for offset, words in requests] == [(1500, 18), (1644, 36)]
     offset, words = robot.client.times(ahead, 7)
@@ -89,22 +90,22 @@ def test_the_stand_in_drives_what_was_written(
     ]
     points = robot.points(rows)
     cut = data.draw(st.integers(1, len(points)))
-    early = tuple(replace(p, positions=points[0].positions) for p in points[:cut])
-    robot.write(Ahead(early, early[-1].number, 100.0))
-    robot.write(Ahead(points, points[-1].number, 42.9), heartbeat=32767)
+    early = tuple(replace(p, q=points[0].q) for p in points[:cut])
+    robot.write(StreamAhead(early, early[-1].number, 100.0))
+    robot.write(StreamAhead(points, points[-1].number, 42.9), heartbeat=32767)
     assert (robot.heartbeat, robot.speed) == (32767, 42)
     for point in points:
         seen = robot.ring.at(point.clock_ms % 2**31)
-        assert seen == pytest.approx(point.positions, abs=2e-5)
+        assert seen == pytest.approx(point.q, abs=2e-5)
     assert robot.ring.read == points[-1].number
 
 
 def test_a_place_that_no_longer_counts_is_marked_free() -> None:
     """What stands behind the newest number is not driven later by accident."""
     robot = Robot("fanuc_sr6ia")
-    robot.write(Ahead(robot.points([(1, 100, 0.2), (2, 112, 0.4), (3, 124, 0.6)]), 3, 50.0))
-    robot.write(Ahead((), 2, 50.0))
-    _, words = robot.client.times(Ahead((), 2, 50.0), 1)
+    robot.write(StreamAhead(robot.points([(1, 100, 0.2), (2, 112, 0.4), (3, 124, 0.6)]), 3, 50.0))
+    robot.write(StreamAhead((), 2, 50.0))
+    _, words = robot.client.times(StreamAhead((), 2, 50.0), 1)
     assert words[7:9] == [0xFFFF, 0xFFFF], "number 3 is free"
     assert robot.ring.at(112) == robot.ring.at(200)
 
@@ -112,9 +113,9 @@ def test_a_place_that_no_longer_counts_is_marked_free() -> None:
 def test_nothing_of_a_lost_connection_counts() -> None:
     """The link forgets what it had written, and says so with the next times."""
     robot = Robot("fanuc_sr6ia")
-    robot.write(Ahead(robot.points([(1, 100, 0.2), (2, 112, 0.4)]), 2, 50.0))
+    robot.write(StreamAhead(robot.points([(1, 100, 0.2), (2, 112, 0.4)]), 2, 50.0))
     robot.client.empty()
-    robot.write(Ahead(robot.points([(3, 400, 0.6)]), 3, 50.0))
+    robot.write(StreamAhead(robot.points([(3, 400, 0.6)]), 3, 50.0))
     assert robot.ring.at(112) is None
     assert robot.ring.at(400) is not None
 
@@ -122,9 +123,9 @@ def test_nothing_of_a_lost_connection_counts() -> None:
 def test_a_set_point_out_of_range_is_not_sent() -> None:
     """None of its request's words leaves."""
     robot = Robot("fanuc_sr6ia")
-    bad = replace(robot.points([(1, 100, 0.5)])[0], positions=(9.0, 0.0, -0.1, 0.0, 0.0))
+    bad = replace(robot.points([(1, 100, 0.5)])[0], q=(9.0, 0.0, -0.1, 0.0, 0.0))
     with pytest.raises(SetpointError, match=r"joint_1 = 9\.0 rad is outside"):
-        list(robot.client.setpoints(Ahead((bad,), 1, 50.0)))
+        list(robot.client.setpoints(StreamAhead((bad,), 1, 50.0)))
 
 
 def test_a_gap_in_the_written_block_is_refused() -> None:

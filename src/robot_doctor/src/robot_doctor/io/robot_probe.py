@@ -213,7 +213,7 @@ class Mover:
         """
         sample, received = self._heard
         if not sample.ring_places:
-            self._link.write_setpoint(positions, speed_percent)
+            self._link.write_now(positions, speed_percent)
             return None
         if not self._number:
             self._number = sample.ring_read

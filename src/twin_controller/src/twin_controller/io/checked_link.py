@@ -8,22 +8,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from types import TracebackType
+from typing import TypeVar
 
+import msgspec
 from scara_config import Robot
 from typing_extensions import Self
 
-from twin_controller.core.actions import PointAhead
+from twin_controller.core.actions import PointAhead, StreamAhead, StreamReal
 from twin_controller.plausible import Verdict
 from twin_controller.robot.intake import Intake, begin, take, whole_pose
-from twin_controller.robot.link import (
-    Ahead,
-    Connect,
-    LinkLostError,
-    RobotCounters,
-    SetpointAhead,
-)
+from twin_controller.robot.link import Connect, LinkLostError, RobotCounters
 from twin_controller.robot.signals import DropSetpoints, Number, Pulse, Signal, Step, TakeBack
 from twin_controller.robot_sample import AlarmStatus, ProgramStatus, RobotSample, SetpointError
+
+S = TypeVar("S", StreamReal, PointAhead)
+replace = msgspec.structs.replace
 
 OnSample = Callable[[RobotSample, float, float], None]
 OnChange = Callable[[bool, str], None]
@@ -117,45 +116,34 @@ class CheckedLink:
                 case TakeBack():
                     self._link.take_back_setpoints()
 
-    def write_setpoint(
-        self, positions: Sequence[float], speed_percent: float, at: float = 0.0
-    ) -> None:
-        """Write a set point of the twin's joints [rad or m] at ``at`` (monotonic) or at once.
+    def write_setpoint(self, setpoint: StreamReal) -> None:
+        """Write a set point of the twin's joints at its time.
 
         Joints that the twin does not have stay where they were when the stream began.
         """
         try:
-            whole = whole_pose(self._intake, positions, self._robot.joints)
+            whole = self._whole(setpoint)
         except SetpointError as error:
-            self._link.counters.refused += 1
-            self.rejected(str(error))
+            self._refuse(error)
         else:
-            self._link.write_setpoint(whole, speed_percent, at)
+            self._link.write_setpoint(whole)
 
-    def write_ahead(self, points: Sequence[PointAhead], newest: int, speed_percent: float) -> None:
-        """Write set points of the twin's joints ahead of their time.
-
-        Joints that the twin does not have stay where they were when the stream began.
-
-        Args:
-            points: Set points by their numbers.
-            newest: The last number that counts.
-            speed_percent: Of the robot's stream program.
-        """
+    def write_ahead(self, ahead: StreamAhead) -> None:
+        """Write set points of the twin's joints ahead of their time; the other joints as above."""
         try:
-            whole = tuple(
-                SetpointAhead(
-                    whole_pose(self._intake, point.q, self._robot.joints),
-                    point.number,
-                    point.clock_ms,
-                )
-                for point in points
-            )
+            whole = replace(ahead, points=tuple(map(self._whole, ahead.points)))
         except SetpointError as error:
-            self._link.counters.refused += 1
-            self.rejected(str(error))
+            self._refuse(error)
         else:
-            self._link.write_ahead(Ahead(whole, newest, speed_percent))
+            self._link.write_ahead(whole)
+
+    def _whole(self, setpoint: S) -> S:
+        """Return a set point for all joints of the robot."""
+        return replace(setpoint, q=whole_pose(self._intake, setpoint.q, self._robot.joints))
+
+    def _refuse(self, error: SetpointError) -> None:
+        self._link.counters.refused += 1
+        self.rejected(str(error))
 
     def take_back_setpoints(self) -> None:
         """Tell the robot that none of its set points counts any longer."""

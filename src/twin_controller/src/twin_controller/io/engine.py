@@ -191,7 +191,7 @@ class Engine:
             case FollowTwin():
                 self._twin.follow(action)
             case StreamReal():
-                self._real.stream(action.q, action.speed_percent, action.send_at)
+                self._real.stream(action)
             case StreamAhead():
                 self._real.stream_ahead(action)
             case Send(command=command) if command.name.endswith("_TWIN"):

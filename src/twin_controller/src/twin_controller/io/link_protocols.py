@@ -5,14 +5,21 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Protocol
 
-from twin_controller.core.actions import Command, FollowTwin, MoveTwin, Send, StreamAhead
+from twin_controller.core.actions import (
+    Command,
+    FollowTwin,
+    MoveTwin,
+    Send,
+    StreamAhead,
+    StreamReal,
+)
 
 
 class RealCommands(Protocol):
     """What the engine asks of the link to the real robot."""
 
-    def stream(self, q: tuple[float, ...], speed_percent: float, at: float) -> None:
-        """Write one set point, SI, at ``at`` (monotonic)."""
+    def stream(self, action: StreamReal) -> None:
+        """Write one set point at its time."""
 
     def stream_ahead(self, action: StreamAhead) -> None:
         """Write set points ahead of their time."""

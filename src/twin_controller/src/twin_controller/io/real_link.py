@@ -11,7 +11,7 @@ from types import TracebackType
 from scara_config import Robot
 from typing_extensions import Self
 
-from twin_controller.core.actions import Command, StreamAhead
+from twin_controller.core.actions import Command, StreamAhead, StreamReal
 from twin_controller.core.events import AnyEvent, RealAlarm
 from twin_controller.io.checked_link import CheckedLink
 from twin_controller.robot.intake import alarm_text, is_paused, measured, program_text
@@ -99,15 +99,15 @@ class RealLink:
         found = dataclasses.asdict(self._link.counters)
         return {key: value for key, value in found.items() if isinstance(value, int)}
 
-    def stream(self, q: tuple[float, ...], speed_percent: float, at: float) -> None:
-        """Write one set point, SI, at ``at`` (monotonic)."""
+    def stream(self, action: StreamReal) -> None:
+        """Write one set point at its time."""
         if not self._ends:
-            self._link.write_setpoint(q, speed_percent, at)
+            self._link.write_setpoint(action)
 
     def stream_ahead(self, action: StreamAhead) -> None:
         """Write set points ahead of their time."""
         if not self._ends:
-            self._link.write_ahead(action.points, action.newest, action.speed_percent)
+            self._link.write_ahead(action)
 
     def override(self, speed_percent: float) -> None:
         """Set the override."""

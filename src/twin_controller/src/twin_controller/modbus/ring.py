@@ -7,9 +7,9 @@ from collections.abc import Iterator
 
 from scara_config.modbus_map import RING_NUMBERS, ModbusMap
 
+from twin_controller.core.actions import PointAhead, StreamAhead
 from twin_controller.modbus.blocks import MOST_WRITTEN
 from twin_controller.registers import RegisterCodec
-from twin_controller.robot.link import Ahead, SetpointAhead
 
 EMPTY = -1
 """The time of a place that holds no set point."""
@@ -27,13 +27,13 @@ class RingCodec:
     def __init__(self, layout: ModbusMap, codec: RegisterCodec) -> None:
         self._codec, self._places = codec, layout.ring_places
         # The set point in each place; None: it is free.
-        self._points: list[SetpointAhead | None] = [None] * self._places
+        self._points: list[PointAhead | None] = [None] * self._places
 
     def empty(self) -> None:
         """Forget what stands there."""
         self._points = [None] * self._places
 
-    def setpoints(self, ahead: Ahead) -> Iterator[tuple[int, list[int]]]:
+    def setpoints(self, ahead: StreamAhead) -> Iterator[tuple[int, list[int]]]:
         """Yield offset and words of the requests that write the set points.
 
         Neighbouring places go in one request, as far as it may carry them.
@@ -46,7 +46,7 @@ class RingCodec:
         words: list[int] = []
         for place, point in sorted(points.items()):
             self._points[place] = point
-            row = self._codec.encode_positions(point.positions)
+            row = self._codec.encode_positions(point.q)
             if run and (place != run[-1] + 1 or len(words) + len(row) > MOST_WRITTEN):
                 yield self._codec.place_offset(run[0]), words
                 run, words = [], []
@@ -55,7 +55,7 @@ class RingCodec:
         if run:
             yield self._codec.place_offset(run[0]), words
 
-    def times(self, ahead: Ahead, heartbeat: int) -> tuple[int, list[int]]:
+    def times(self, ahead: StreamAhead, heartbeat: int) -> tuple[int, list[int]]:
         """Return offset and words of the request that makes them count.
 
         Args:

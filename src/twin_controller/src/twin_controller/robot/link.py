@@ -1,8 +1,9 @@
 """The seam to the robot: what a protocol has to do (RobotLink), and whom it tells (RobotListener).
 
 A protocol knows its wire and nothing else. It writes what it is asked to write, and it hands over
-what it has read as a RobotSample: all joints of robot.yaml, in SI. Which signals make a stop, which
-sample is believed and where the joints without a twin stay is decided behind the seam, once for all
+what it has read as a RobotSample: all joints of robot.yaml, in SI. A set point is the core's own
+action, completed by the joints that the twin does not have. Which signals make a stop, which sample
+is believed and where the joints without a twin stay is decided behind the seam, once for all
 protocols: see :mod:`twin_controller.robot.signals` and :mod:`twin_controller.robot.intake`.
 """
 
@@ -12,6 +13,7 @@ import dataclasses
 from collections.abc import Callable
 from typing import Protocol
 
+from twin_controller.core.actions import StreamAhead, StreamReal
 from twin_controller.robot_sample import AlarmStatus, ProgramStatus, RobotSample
 
 
@@ -44,30 +46,6 @@ class RobotCounters:
     longest_round_trip: float = 0.0
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
-class SetpointAhead:
-    """One set point ahead of its time.
-
-    Attributes:
-        positions: Of all joints of the robot [rad or m].
-        number: 1..32760, then from 1 again.
-        clock_ms: When it counts, on the robot's own clock without its wrap.
-    """
-
-    positions: tuple[float, ...]
-    number: int
-    clock_ms: int
-
-
-@dataclasses.dataclass(frozen=True, slots=True)
-class Ahead:
-    """Set points ahead, by their numbers; nothing behind ``newest`` counts any longer."""
-
-    points: tuple[SetpointAhead, ...]
-    newest: int
-    speed_percent: float
-
-
 class RobotLink(Protocol):
     """A connection to the robot that comes back by itself. Every call returns at once.
 
@@ -89,14 +67,17 @@ class RobotLink(Protocol):
     def close(self, disarm: bool = True) -> None:
         """End the link; ``disarm`` the robot's watchdog first, so that the end is no alarm."""
 
-    def write_setpoint(self, positions: tuple[float, ...], speed_percent: float, at: float) -> None:
-        """Write positions of all joints of the robot [rad or m] at ``at`` (monotonic).
+    def write_setpoint(self, setpoint: StreamReal) -> None:
+        """Write a set point of all joints of the robot at its time.
 
         It replaces the set points that wait for then or later.
         """
 
-    def write_ahead(self, ahead: Ahead) -> None:
-        """Write set points ahead of their time; only to a robot whose samples say that it can."""
+    def write_ahead(self, ahead: StreamAhead) -> None:
+        """Write set points of all joints ahead of their time.
+
+        Only to a robot whose samples say that it can.
+        """
 
     def drop_setpoints(self) -> None:
         """Forget the set points that wait for their time: the robot is to stop."""

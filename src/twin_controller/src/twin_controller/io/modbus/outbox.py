@@ -10,9 +10,9 @@ import threading
 import time
 from collections import deque
 
-from twin_controller.robot.link import Ahead
+import msgspec
 
-Setpoint = tuple[tuple[float, ...], float]
+from twin_controller.core.actions import StreamAhead, StreamReal
 
 _ACT_ON_RELEASE = ("fault_reset", "start")
 
@@ -39,32 +39,29 @@ class Outbox:
         self.closed = False
         self.overwritten = 0
         self._changed = threading.Condition()
-        self._setpoints: deque[tuple[float, Setpoint]] = deque()
-        self._ahead: Ahead | None = None
+        self._setpoints: deque[StreamReal] = deque()
+        self._ahead: StreamAhead | None = None
         # Set points were dropped since the last time that something was taken.
         self._dropped = False
         self._commands: deque[Command] = deque()
         self._releases: deque[tuple[float, str]] = deque()
 
-    def put_setpoint(self, setpoint: Setpoint, at: float = 0.0) -> None:
-        """Leave a set point that is to be written at ``at`` (monotonic).
-
-        It replaces those left for then or later.
-        """
+    def put_setpoint(self, setpoint: StreamReal) -> None:
+        """Leave a set point until its time; it replaces those left for then or later."""
         with self._changed:
-            while self._setpoints and self._setpoints[-1][0] >= at:
+            while self._setpoints and self._setpoints[-1].send_at >= setpoint.send_at:
                 self._setpoints.pop()
                 self.overwritten += 1
-            self._setpoints.append((at, setpoint))
+            self._setpoints.append(setpoint)
             self._changed.notify()
 
-    def put_ahead(self, ahead: Ahead) -> None:
+    def put_ahead(self, ahead: StreamAhead) -> None:
         """Leave set points ahead of their time, to be written at once, with those that wait."""
         with self._changed:
             if self._ahead is not None:
                 again = {point.number for point in ahead.points}
                 waiting = [point for point in self._ahead.points if point.number not in again]
-                ahead = dataclasses.replace(ahead, points=(*waiting, *ahead.points))
+                ahead = msgspec.structs.replace(ahead, points=(*waiting, *ahead.points))
             self._ahead = ahead
             self._changed.notify()
 
@@ -98,7 +95,7 @@ class Outbox:
             names.append(self._releases.popleft()[1])
         return names
 
-    def take(self, until: float) -> tuple[Setpoint | None, Ahead | None, list[Command]]:
+    def take(self, until: float) -> tuple[StreamReal | None, StreamAhead | None, list[Command]]:
         """Wait for something to write, the end of a pulse, ``until``, or the end of the box.
 
         A set point is taken when it is due. It is taken sooner only for a command that must not
@@ -113,15 +110,15 @@ class Outbox:
             ):
                 self._changed.wait(left)
             now, setpoint = time.monotonic(), None
-            while self._setpoints and self._setpoints[0][0] <= now:
+            while self._setpoints and self._setpoints[0].send_at <= now:
                 self.overwritten += setpoint is not None
-                setpoint = self._setpoints.popleft()[1]
+                setpoint = self._setpoints.popleft()
             if (
                 setpoint is None
                 and self._setpoints
                 and any(command.behind for command in self._commands)
             ):
-                setpoint = self._setpoints.popleft()[1]
+                setpoint = self._setpoints.popleft()
             commands = list(self._commands)
             self._commands.clear()
             ahead, self._ahead = self._ahead, None
@@ -142,7 +139,9 @@ class Outbox:
             return counts, commands
 
     def _wake(self, until: float) -> float:
-        return min(until, self._setpoints[0][0]) if self._setpoints else until
+        if not self._setpoints:
+            return until
+        return min(until, self._setpoints[0].send_at)
 
     def pause(self, until: float) -> None:
         """Wait until ``until``, or until the box is closed."""

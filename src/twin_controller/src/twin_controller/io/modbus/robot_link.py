@@ -13,6 +13,7 @@ import time
 from scara_config import Robot
 from scara_config.modbus_map import ModbusMap
 
+from twin_controller.core.actions import StreamAhead, StreamReal
 from twin_controller.io.modbus.outbox import Command, Outbox
 from twin_controller.io.modbus.port import ModbusPort
 from twin_controller.io.modbus.settings import ModbusSettings
@@ -21,7 +22,6 @@ from twin_controller.modbus.poll_times import PollTimes
 from twin_controller.modbus.signalling import may_write_signal, signal_names
 from twin_controller.registers import RegisterCodec
 from twin_controller.robot.link import (
-    Ahead,
     LinkLostError,
     NotWritableError,
     RobotCounters,
@@ -86,11 +86,11 @@ class ModbusRobotLink:
         self._outbox.close()
         self._thread.join(timeout=2.0)
 
-    def write_setpoint(self, positions: tuple[float, ...], speed_percent: float, at: float) -> None:
-        """Write a set point of all joints at ``at``; forget those that wait for then or later."""
-        self._outbox.put_setpoint((positions, speed_percent), at)
+    def write_setpoint(self, setpoint: StreamReal) -> None:
+        """Write a set point of all joints at its time; forget those for then or later."""
+        self._outbox.put_setpoint(setpoint)
 
-    def write_ahead(self, ahead: Ahead) -> None:
+    def write_ahead(self, ahead: StreamAhead) -> None:
         """Write set points ahead of their time."""
         self._outbox.put_ahead(ahead)
 

@@ -13,13 +13,14 @@ from typing import ParamSpec
 
 from scara_config.modbus_map import ModbusMap
 
+from twin_controller.core.actions import StreamAhead, StreamReal
 from twin_controller.io.modbus.outbox import Command, Outbox
 from twin_controller.io.modbus.port import ModbusPort, RefusedError
 from twin_controller.io.modbus.settings import ModbusSettings
 from twin_controller.modbus.ring import RingCodec
 from twin_controller.modbus.signalling import CommandLostError, CommandQueue, patience, signal_names
 from twin_controller.registers import RegisterCodec
-from twin_controller.robot.link import Ahead, LinkLostError, RobotCounters, RobotListener
+from twin_controller.robot.link import LinkLostError, RobotCounters, RobotListener
 from twin_controller.robot_sample import SetpointError
 
 BEAT = 1.5
@@ -141,7 +142,7 @@ class Writer:
         until = self._due if wake is None else min(self._due, wake)
         setpoint, ahead, commands = self._outbox.take(until)
         if setpoint is not None:
-            self._attempt(self._write_setpoint, *setpoint)
+            self._attempt(self._write_setpoint, setpoint)
         if ahead is not None:
             self._attempt(self._write_ahead, ahead)
         for command in commands:
@@ -162,15 +163,15 @@ class Writer:
             self._counters.refused += 1
             self._listener.rejected(str(error))
 
-    def _write_setpoint(self, positions: tuple[float, ...], speed_percent: float) -> None:
+    def _write_setpoint(self, setpoint: StreamReal) -> None:
         """Write PR[1] with the heartbeat in one request."""
         heartbeat = self._next_heartbeat() if self._settings.heartbeat else 0
-        words = self._codec.encode_setpoint(positions, heartbeat, speed_percent)
+        words = self._codec.encode_setpoint(setpoint.q, heartbeat, setpoint.speed_percent)
         self._port.write_words(self._codec.setpoint.offset, words)
         self._counters.setpoints += 1
         self._beaten()
 
-    def _write_ahead(self, ahead: Ahead) -> None:
+    def _write_ahead(self, ahead: StreamAhead) -> None:
         """Write the set points that are new, then their times and the newest one's number.
 
         In this order the robot never finds a number before its set point. A stop that comes between
