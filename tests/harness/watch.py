@@ -212,7 +212,7 @@ class Watch:
             if side.history is known.history:
                 continue
             assert len(side.history) <= HISTORY
-            assert all(a.t < b.t for a, b in zip(side.history, side.history[1:])), (
+            assert all(a.time < b.time for a, b in zip(side.history, side.history[1:])), (
                 "samples are in order"
             )
         assert len(after.lead.decisions) <= SETUP.config.decision_history
@@ -222,5 +222,5 @@ def is_fresh(side: Side, now: float, stale_ms: float) -> bool:
     """Return whether a side is known by a sample that was true not longer ago than it may be."""
     return (
         bool(side.connected and side.history)
-        and now - side.last.t <= stale_ms * 1e-3 + side.clock.uncertainty + 1e-6
+        and now - side.last.time <= stale_ms * 1e-3 + side.clock.uncertainty + 1e-6
     )

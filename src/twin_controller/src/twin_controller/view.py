@@ -273,7 +273,7 @@ def _rounded(setup: Setup, side: Side) -> list[float]:
 
 
 def _link_view(name: str, side: Side, now: float) -> LinkView:
-    age = now - side.last.t if side.history else float("inf")
+    age = now - side.last.time if side.history else float("inf")
     return LinkView(
         name=name,
         connected=side.connected and bool(side.history),

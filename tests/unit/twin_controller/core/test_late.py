@@ -263,9 +263,9 @@ def test_overtaken_reading_is_judged_and_not_followed(
 
     with monkeypatch.context() as patched:
         patched.setattr(pair, "feed", late)
-        before, seen = setpoints(), pair.state.sides.real.last.t
+        before, seen = setpoints(), pair.state.sides.real.last.time
         pair.run(0.05)
-        assert setpoints() == before and pair.state.sides.real.last.t > seen
+        assert setpoints() == before and pair.state.sides.real.last.time > seen
         pair.drives = False
         pair.run(0.2)
         assert pair.state.lead.mode == Mode.ESTOP

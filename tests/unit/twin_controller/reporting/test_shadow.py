@@ -43,10 +43,10 @@ def test_stamps_are_ros_time_at_which_a_side_was_so(pair: Pair) -> None:
     found = shadow(pair)
     assert found.real.stamp is not None and found.twin.stamp is not None
     assert found.stamp - found.real.stamp == pytest.approx(
-        pair.now - pair.state.sides.real.last.t, abs=1e-6
+        pair.now - pair.state.sides.real.last.time, abs=1e-6
     )
     assert found.stamp - found.twin.stamp == pytest.approx(
-        pair.now - pair.state.sides.twin.last.t, abs=1e-6
+        pair.now - pair.state.sides.twin.last.time, abs=1e-6
     )
 
 

@@ -62,10 +62,14 @@ def test_foreign_bytes_are_refused(data: bytes) -> None:
     [
         {"lag": 0.0183, "mode": "IDLE", "leader": "", "mode_since": 3.5, "real": {}, "twin": {}},
         {"sides": {}, "lead": {}, "orders": {}, "safety": {}, "follow": {"lag": 0.0183}},
+        {
+            "sides": {"real": {"history": [{"t": 3.5, "q": [0.0], "qdot": [0.0]}]}},
+            **{part: {} for part in ("lead", "orders", "safety", "follow")},
+        },
     ],
 )
 def test_a_state_of_an_older_version_is_refused_with_what_to_do(old: dict[str, object]) -> None:
-    """Once a state was flat, and later it had one lag: both are told apart from broken bytes."""
+    """Once a state was flat, later it had one lag, then samples of their own shape."""
     wanted = "state: recorded by an older version: its states cannot be read; replay the recording"
     with pytest.raises(SnapshotError, match=wanted):
         decode_state(msgspec.msgpack.encode(old))

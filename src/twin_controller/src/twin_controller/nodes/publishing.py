@@ -155,7 +155,7 @@ class Publishing:
     def _publish_joints(
         self, event: RealMeasured, state: CoreState, now: float, stamp: rospy.Time
     ) -> None:
-        true_at = rospy.Time.from_sec(stamp.to_sec() - (now - state.sides.real.last.t))
+        true_at = rospy.Time.from_sec(stamp.to_sec() - (now - state.sides.real.last.time))
         message = JointState(header=_header(true_at), name=list(self._setup.names))
         message.position, message.velocity = list(event.q), list(event.qdot)
         self._joints.publish(message)

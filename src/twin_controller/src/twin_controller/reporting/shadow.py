@@ -165,7 +165,7 @@ def _reported(setup: Setup, side: Side, offset: float, still: bool) -> Reported:
     return Reported(
         _rounded(setup.to_border(last.q)),
         _rounded(setup.to_border(last.qdot)),
-        last.t + offset,
+        last.time + offset,
         still,
     )
 

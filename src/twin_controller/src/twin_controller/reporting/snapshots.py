@@ -67,12 +67,14 @@ def decode_state(data: bytes) -> CoreState:
 
 
 def _is_old(data: bytes) -> bool:
-    """Return whether an older version recorded the bytes: without parts, or with one lag."""
+    """Return whether an older version recorded the bytes: all parts are there, or it had none."""
     try:
         state = msgspec.msgpack.decode(data)
-        return "mode_since" in state or "lag" in state["follow"]
-    except (msgspec.DecodeError, TypeError, KeyError):
+    except msgspec.DecodeError:
         return False
+    if not isinstance(state, dict):
+        return False
+    return "mode_since" in state or state.keys() >= set(CoreState.__struct_fields__)
 
 
 def first_difference(one: CoreState, other: CoreState) -> str:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Sequence
 from functools import partial
 
 import msgspec
 import pytest
 from harness.pair import HOME, SETUP
+from scara_control.joint_motion import JointMotion
 from twin_controller.core.events import Joints, RealMeasured
 from twin_controller.core.follow.remembered import (
     AHEAD_S,
@@ -16,7 +18,7 @@ from twin_controller.core.follow.remembered import (
     note_sample,
     way_on,
 )
-from twin_controller.core.sides.side import RealSide, Sample, Sides
+from twin_controller.core.sides.side import RealSide, Sides
 
 replace = msgspec.structs.replace
 PERIOD_S = 0.008
@@ -26,23 +28,23 @@ DURATION_S = 0.8
 STILL = (0.0,) * len(HOME)
 
 
-def moved(t: float, swing: float = SWING, duration: float = DURATION_S) -> Sample:
+def moved(t: float, swing: float = SWING, duration: float = DURATION_S) -> JointMotion:
     """Return a motion from rest to rest as minimum jerk has it, at ``t`` [s] from its begin."""
     u = min(max(t / duration, 0.0), 1.0)
     s = u**3 * (10.0 - 15.0 * u + 6.0 * u * u)
     ds = 30.0 * u * u * (1.0 - u) ** 2 / duration
     parts = [swing if scale < 1e-1 and scale > 5e-3 else 0.1 * swing for scale in SETUP.scale]
     q = tuple(home + part * s for home, part in zip(HOME, parts))
-    return Sample(t, q, tuple(part * ds for part in parts))
+    return JointMotion.measured(q, tuple(part * ds for part in parts), t)
 
 
-def back(t: float, swing: float = SWING) -> Sample:
+def back(t: float, swing: float = SWING) -> JointMotion:
     """Return the same motion the other way."""
     there = moved(DURATION_S - t, swing)
-    return replace(there, qdot=tuple(-v for v in there.qdot))
+    return dataclasses.replace(there, qdot=tuple(-v for v in there.qdot))
 
 
-Way = Callable[[float], Sample]
+Way = Callable[[float], JointMotion]
 
 
 class Robot:
@@ -53,9 +55,9 @@ class Robot:
         self.remembered, self.t = Remembered(), 0.0
         self.sides = Sides(RealSide(connected=True))
 
-    def show(self, q: Joints, qdot: Joints, program: str, speed: float) -> Sample:
+    def show(self, q: Joints, qdot: Joints, program: str, speed: float) -> JointMotion:
         """Let one sample be seen."""
-        sample = Sample(self.t, q, qdot)
+        sample = JointMotion.measured(q, qdot, self.t)
         flags = RealMeasured(
             self.t,
             self.t,
@@ -145,7 +147,7 @@ def test_a_changed_program_is_given_up_where_it_changes() -> None:
     robot = Robot()
     robot.drive()
 
-    def changed(t: float) -> Sample:
+    def changed(t: float) -> JointMotion:
         turned = t - 0.4
         sample = moved(t)
         if turned <= 0.0:
@@ -154,9 +156,11 @@ def test_a_changed_program_is_given_up_where_it_changes() -> None:
         behind = 5.0 * turned * turned
         q = tuple(a - behind * v for a, v in zip(sample.q, sample.qdot))
         qdot = tuple(v - 2.0 * 5.0 * turned * v for v in sample.qdot)
-        return Sample(sample.t, q, qdot)
+        return JointMotion.measured(q, qdot, sample.time)
 
-    seen = robot.drive(lambda t: changed(t) if t < 0.5 else replace(changed(0.5), qdot=STILL))
+    seen = robot.drive(
+        lambda t: changed(t) if t < 0.5 else dataclasses.replace(changed(0.5), qdot=STILL)
+    )
     assert all(foretold(seen, 0.15, 0.4))
     assert not any(foretold(seen, 0.46, 0.5))
 
@@ -206,8 +210,8 @@ def test_a_jog_is_not_remembered() -> None:
     robot = Robot()
     real = robot.sides.real
     for k in range(150):
-        sample = replace(moved(k * PERIOD_S - 0.1), t=k * PERIOD_S)
-        flags = RealMeasured(sample.t, sample.t, sample.t, 0, sample.q, sample.qdot)
+        sample = dataclasses.replace(moved(k * PERIOD_S - 0.1), time=k * PERIOD_S)
+        flags = RealMeasured(sample.time, sample.time, sample.time, 0, sample.q, sample.qdot)
         real = replace(real, history=(*real.history, sample)[-48:], flags=flags)
         robot.remembered = note_sample(SETUP, robot.remembered, Sides(real))
     assert not robot.remembered.paths

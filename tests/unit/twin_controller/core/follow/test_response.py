@@ -8,11 +8,12 @@ import pytest
 from harness.pair import HOME, ROBOT, SETUP
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scara_control.joint_motion import JointMotion
 from twin_controller.config import MeasuredJoint, load_twin_controller
 from twin_controller.core.follow.response import Response, assumed, known, measured
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides.echo import EchoTube
-from twin_controller.core.sides.side import RealSide, Sample
+from twin_controller.core.sides.side import RealSide
 from twin_controller.estimation.delay import fit_joint
 
 replace = msgspec.structs.replace
@@ -52,7 +53,7 @@ def side(
             for k in range(len(HOME))
         ]
         si = tuple(value * scale for value, scale in zip(q, SETUP.scale))
-        history.append(Sample(float(t), si, (0.0,) * len(HOME)))
+        history.append(JointMotion.measured(si, (0.0,) * len(HOME), float(t)))
     return replace(RealSide(), history=tuple(history), tube=EchoTube(commands))
 
 
@@ -76,11 +77,11 @@ def test_delay_and_smoothing_are_found(
 ) -> None:
     """Wherever in the move, with noise of 0.003 deg: within 2 ms, and as sure as it says."""
     real = side(end + delay, {0: delay}, smoothing, 0.003, seed)
-    rows = [sample for sample in real.history if sample.t > end + delay - 0.3]
+    rows = [sample for sample in real.history if sample.time > end + delay - 0.3]
     fit = fit_joint(
         np.array([t for t, _ in real.tube.commands]),
         np.array([q[0] for _, q in real.tube.commands]),
-        np.array([sample.t for sample in rows]),
+        np.array([sample.time for sample in rows]),
         np.array([sample.q[0] / SETUP.scale[0] for sample in rows]),
         0.0,
         0.4,

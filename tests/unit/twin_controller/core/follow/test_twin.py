@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import msgspec
 import numpy as np
 import pytest
@@ -9,9 +11,9 @@ from harness.pair import HOME, SETUP, Pair, ramp, shifted
 from harness.parts import changed
 from hypothesis import given
 from hypothesis import strategies as st
+from scara_control.joint_motion import JointMotion
 from twin_controller.core.follow.real import stream_real, twin_course
 from twin_controller.core.follow.twin import close_gap, estimate_acceleration
-from twin_controller.core.sides.side import Sample
 
 replace = msgspec.structs.replace
 WIDE = (1e9,)
@@ -27,7 +29,7 @@ def test_acceleration_is_exact_for_velocities_of_second_order(
     """The slope at the newest sample of the parabola through three velocities."""
     velocity = np.polynomial.Polynomial(coefficients)
     times = (1.0, 1.0 + steps[0], 1.0 + steps[0] + steps[1])
-    history = tuple(Sample(t, (0.0,), (float(velocity(t)),)) for t in times)
+    history = tuple(JointMotion.measured((0.0,), (float(velocity(t)),), t) for t in times)
     assert estimate_acceleration(history, WIDE)[0] == pytest.approx(
         velocity.deriv()(times[-1]), abs=1e-6
     )
@@ -36,9 +38,9 @@ def test_acceleration_is_exact_for_velocities_of_second_order(
 @pytest.mark.parametrize(("samples", "expected"), [(0, 0.0), (1, 0.0), (2, 100.0), (3, 100.0)])
 def test_acceleration_needs_two_samples_and_is_bounded(samples: int, expected: float) -> None:
     """A robot cannot accelerate faster than its joints' limits."""
-    history = tuple(Sample(0.01 * k, (0.0,), (1e6 * k,)) for k in range(samples))
+    history = tuple(JointMotion.measured((0.0,), (1e6 * k,), 0.01 * k) for k in range(samples))
     assert estimate_acceleration(history, (100.0,)) == (expected,)
-    backwards = tuple(replace(sample, qdot=(-sample.qdot[0],)) for sample in history)
+    backwards = tuple(dataclasses.replace(sample, qdot=(-sample.qdot[0],)) for sample in history)
     assert estimate_acceleration(backwards, (100.0,)) == (-expected,)
 
 
@@ -77,7 +79,7 @@ def test_without_a_plan_the_twins_last_state_is_carried_on_but_not_far() -> None
     pair, _ = moving_pair()
     twin = replace(pair.state.sides.twin, plan=None)
     last = twin.last
-    for local, ahead in ((last.t + 0.05, 0.05), (last.t + 5.0, 0.2), (last.t - 1.0, 0.0)):
+    for local, ahead in ((last.time + 0.05, 0.05), (last.time + 5.0, 0.2), (last.time - 1.0, 0.0)):
         q, _, _ = twin_course(SETUP, twin, local)(local)
         assert q == pytest.approx(tuple(a + v * ahead for a, v in zip(last.q, last.qdot)))
 

@@ -9,6 +9,7 @@ import pytest
 from harness.pair import SETUP
 from hypothesis import given
 from hypothesis import strategies as st
+from scara_control.joint_motion import JointMotion
 from twin_controller.core.events import TwinPlan
 from twin_controller.core.safety.stopping import (
     FITTED,
@@ -22,7 +23,6 @@ from twin_controller.core.safety.stopping import (
     stop_from,
     stop_on_plan,
 )
-from twin_controller.core.sides.side import Sample
 
 DT = 1e-5
 SPEED = st.floats(-5.0, 5.0)
@@ -83,9 +83,9 @@ def test_the_gain_hardly_changes_when_samples_are_stamped_wrongly(
     slope: float, jitter: tuple[float, ...]
 ) -> None:
     """Two milliseconds too early or too late, of ten: exact without, within a third with."""
-    exact = [Sample(0.01 * k, (0.0,), (slope * 0.01 * k,)) for k in range(FITTED)]
+    exact = [JointMotion.measured((0.0,), (slope * 0.01 * k,), 0.01 * k) for k in range(FITTED)]
     assert gain(exact)[0] == pytest.approx(slope, abs=1e-9)
-    late = [Sample(one.t + d, one.q, one.qdot) for one, d in zip(exact, jitter)]
+    late = [JointMotion.measured(one.q, one.qdot, one.time + d) for one, d in zip(exact, jitter)]
     assert gain(late)[0] == pytest.approx(slope, abs=0.34 * abs(slope) + 1e-9)
     assert gain(exact[:1]) == (0.0,)
 

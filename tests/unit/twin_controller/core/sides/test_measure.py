@@ -11,6 +11,7 @@ import pytest
 from harness.pair import HOME, SETUP, Pair, shifted
 from hypothesis import given
 from hypothesis import strategies as st
+from scara_control.joint_motion import JointMotion
 from twin_controller.core.events import ClockProbe, LinkChanged, RealMeasured, TwinMeasured
 from twin_controller.core.sides import change
 from twin_controller.core.sides.measure import (
@@ -22,7 +23,7 @@ from twin_controller.core.sides.measure import (
     twin_measured,
 )
 from twin_controller.core.sides.pairing import interpolate, paired
-from twin_controller.core.sides.side import RealSide, Sample, Sides, TwinSide
+from twin_controller.core.sides.side import RealSide, Sides, TwinSide
 
 replace = msgspec.structs.replace
 STILL = (0.0,) * len(HOME)
@@ -46,7 +47,9 @@ def test_interpolation_is_exact_for_cubics(coefficients: tuple[float, ...], shar
     """Position and velocity at two instants determine a cubic."""
     curve = np.polynomial.Polynomial(coefficients)
     slope = curve.deriv()
-    history = tuple(Sample(t, (float(curve(t)),), (float(slope(t)),)) for t in (0.0, 0.3, 0.7))
+    history = tuple(
+        JointMotion.measured((float(curve(t)),), (float(slope(t)),), t) for t in (0.0, 0.3, 0.7)
+    )
     t = 0.7 * share
     found = interpolate(history, t)
     assert found is not None
@@ -57,7 +60,7 @@ def test_interpolation_is_exact_for_cubics(coefficients: tuple[float, ...], shar
 @pytest.mark.parametrize("t", [-0.1, 0.71])
 def test_nothing_is_known_outside_the_history(t: float) -> None:
     """Interpolation never extrapolates."""
-    history = tuple(Sample(x, (0.0,), (0.0,)) for x in (0.0, 0.3, 0.7))
+    history = tuple(JointMotion.measured((0.0,), (0.0,), x) for x in (0.0, 0.3, 0.7))
     assert interpolate(history, t) is None
     assert interpolate((), t) is None and interpolate(history[:1], 0.0) is None
 
@@ -68,7 +71,7 @@ def test_a_sample_of_the_real_robot_is_dated_by_its_own_clock() -> None:
     for k in range(20):
         side = real_measured(SETUP, side, real_answer(1.0 + 0.01 * k))
     real = SETUP.config.real
-    age = side.last.t - (1.19 - 1e-3 * real.sample_latency_ms)
+    age = side.last.time - (1.19 - 1e-3 * real.sample_latency_ms)
     assert abs(age) <= side.clock.uncertainty + 1e-9 <= 0.0015 + 0.5 * side.rhythm.period
     assert (side.seen, side.clock_ms) == (pytest.approx(1.19, abs=2e-3), 51190)
 
@@ -149,7 +152,7 @@ def test_pairs_are_of_one_instant() -> None:
     pair = Pair()
     pair.connect()
     found = paired(pair.state.sides)
-    assert found is not None and found[0].t == found[1].t
+    assert found is not None and found[0].time == found[1].time
     assert paired(FRESH) is None
 
 

@@ -96,7 +96,7 @@ def _slots(setup: Setup, follows: RealFollows, sides: Sides, now: float) -> list
         last = follows.last.t
     return next_slots(
         now,
-        sides.real.last.t,
+        sides.real.last.time,
         sides.real.rhythm,
         spacing,
         _decided_ahead(setup, sides.twin, spacing or 0.0, now),
@@ -225,7 +225,7 @@ def _judged(
         if not planned(sides.twin, sides.twin.seen or now):
             # What is carried on at constant velocity is off by what the twin speeds up meanwhile,
             # and its samples are up to a spacing older or younger than those before.
-            ahead = min(max(0.0, aim - sides.twin.last.t), LONGEST_AHEAD_S)
+            ahead = min(max(0.0, aim - sides.twin.last.time), LONGEST_AHEAD_S)
             slack = tuple(2.0 * dt * ahead * most for most in setup.acceleration)
     # A twin that was never seen is as old as can be.
     age = now - (sides.twin.seen if sides.twin.seen is not None else -1e9)
@@ -308,7 +308,7 @@ def twin_course(setup: Setup, twin: TwinSide, now: float) -> Course:
     last, still = twin.last, (0.0,) * len(twin.last.q)
 
     def carried(local: float) -> tuple[Joints, Joints, Joints]:
-        ahead = max(0.0, min(local - last.t, LONGEST_AHEAD_S))
+        ahead = max(0.0, min(local - last.time, LONGEST_AHEAD_S))
         return tuple(p + v * ahead for p, v in zip(last.q, last.qdot)), last.qdot, still
 
     return carried

@@ -19,7 +19,7 @@ from scara_control.joint_track import JointTrack
 
 from twin_controller.core.events import Joints, RealMeasured
 from twin_controller.core.setup import Setup
-from twin_controller.core.sides.side import Sample, Sides
+from twin_controller.core.sides.side import Sides
 
 replace = msgspec.structs.replace
 
@@ -95,7 +95,7 @@ class Motion(msgspec.Struct, frozen=True):
 
     # As it began. None: it is not kept, for a part of it is missing or another program came.
     key: Key | None
-    samples: tuple[Sample, ...]
+    samples: tuple[JointMotion, ...]
     matches: tuple[Match, ...] = ()
 
 
@@ -118,15 +118,15 @@ def note_sample(setup: Setup, remembered: Remembered, sides: Sides) -> Remembere
             paths = _kept(setup, paths, motion, sample)
         return Remembered(paths)
     key = _key_of(flags)
-    if motion is None or sample.t - motion.samples[-1].t > AHEAD_S:
+    if motion is None or sample.time - motion.samples[-1].time > AHEAD_S:
         motion = _begun(setup, remembered.paths, sides.real.history, key)
-    elif sample.t > motion.samples[-1].t:
+    elif sample.time > motion.samples[-1].time:
         motion = _gone_on(setup, motion, sample, key)
     return replace(remembered, motion=motion)
 
 
 def way_on(
-    setup: Setup, remembered: Remembered, sample: Sample
+    setup: Setup, remembered: Remembered, sample: JointMotion
 ) -> tuple[Joints | None, tuple[JointMotion, ...]]:
     """Return how the motion goes on by the path that it keeps to.
 
@@ -162,12 +162,12 @@ def _key_of(flags: RealMeasured) -> Key | None:
     return (flags.program, flags.speed_percent) if flags.own_program else None
 
 
-def _rests(setup: Setup, sample: Sample) -> bool:
+def _rests(setup: Setup, sample: JointMotion) -> bool:
     return all(abs(v) <= REST * most for v, most in zip(sample.qdot, setup.velocity))
 
 
 def _begun(
-    setup: Setup, paths: tuple[Path, ...], history: Sequence[Sample], key: Key | None
+    setup: Setup, paths: tuple[Path, ...], history: Sequence[JointMotion], key: Key | None
 ) -> Motion:
     """Begin with the robot's last rest: who leads is known only when the robot has moved a bit."""
     first = len(history) - 1
@@ -187,7 +187,7 @@ def _begun(
     return motion
 
 
-def _gone_on(setup: Setup, motion: Motion, sample: Sample, key: Key | None) -> Motion:
+def _gone_on(setup: Setup, motion: Motion, sample: JointMotion, key: Key | None) -> Motion:
     """Let the motion go on by one sample; what it no longer keeps to is dropped."""
     # Its speed may change on the way: places and velocities tell whether that is as before.
     if motion.key is None or key is None or key[0] != motion.key[0]:
@@ -202,7 +202,7 @@ def _gone_on(setup: Setup, motion: Motion, sample: Sample, key: Key | None) -> M
     return Motion(motion.key, samples, matches)
 
 
-def _matched(setup: Setup, motion: Motion, match: Match, sample: Sample) -> Match | None:
+def _matched(setup: Setup, motion: Motion, match: Match, sample: JointMotion) -> Match | None:
     """Return where in a path the motion is now, or None if it has left it."""
     at = _time_in(motion, match, sample)
     there = match.path.at(at)
@@ -216,11 +216,11 @@ def _matched(setup: Setup, motion: Motion, match: Match, sample: Sample) -> Matc
     shift = match.shift + way / (speed + REST)
     moved = replace(match, shift=min(max(shift, -MOST_SHIFT_S), MOST_SHIFT_S))
     fits = _fits(setup, match.path.at(_time_in(motion, moved, sample)), sample)
-    begins = sample.t - motion.samples[0].t <= BEGIN_S
+    begins = sample.time - motion.samples[0].time <= BEGIN_S
     return replace(moved, fits=fits) if fits or begins else None
 
 
-def _fits(setup: Setup, there: JointMotion, sample: Sample) -> bool:
+def _fits(setup: Setup, there: JointMotion, sample: JointMotion) -> bool:
     """Return whether a sample is what the path shows."""
     for k, most in enumerate(setup.velocity):
         place = PLACE * setup.scale[k] + PLACE_S * abs(there.qdot[k])
@@ -231,11 +231,13 @@ def _fits(setup: Setup, there: JointMotion, sample: Sample) -> bool:
     return True
 
 
-def _time_in(motion: Motion, match: Match, sample: Sample) -> float:
-    return sample.t - motion.samples[0].t + match.shift
+def _time_in(motion: Motion, match: Match, sample: JointMotion) -> float:
+    return sample.time - motion.samples[0].time + match.shift
 
 
-def _kept(setup: Setup, paths: tuple[Path, ...], motion: Motion, rest: Sample) -> tuple[Path, ...]:
+def _kept(
+    setup: Setup, paths: tuple[Path, ...], motion: Motion, rest: JointMotion
+) -> tuple[Path, ...]:
     """Keep the path of a motion that came to rest, instead of what it repeated."""
     samples = (*motion.samples, rest)
     if motion.key is None or len(samples) < 4 or _has_hole(samples):
@@ -256,19 +258,19 @@ def _same(setup: Setup, a: Joints, b: Joints) -> bool:
     return all(abs(x - y) <= PLACE * scale for x, y, scale in zip(a, b, setup.scale))
 
 
-def _has_hole(samples: Sequence[Sample]) -> bool:
-    return any(after.t - before.t > HOLE_S for before, after in pairwise(samples))
+def _has_hole(samples: Sequence[JointMotion]) -> bool:
+    return any(after.time - before.time > HOLE_S for before, after in pairwise(samples))
 
 
-def _points(samples: Sequence[Sample]) -> tuple[JointMotion, ...]:
+def _points(samples: Sequence[JointMotion]) -> tuple[JointMotion, ...]:
     """Return samples as a path; accelerations are what the velocities around show."""
-    start, still = samples[0].t, (0.0,) * len(samples[0].q)
+    start, still = samples[0].time, (0.0,) * len(samples[0].q)
     middle = [
-        tuple((b - a) / (after.t - before.t) for a, b in zip(before.qdot, after.qdot))
+        tuple((b - a) / (after.time - before.time) for a, b in zip(before.qdot, after.qdot))
         for before, after in zip(samples, samples[2:])
     ]
     return tuple(
-        JointMotion(sample.q, sample.qdot, qddot, sample.t - start)
+        JointMotion(sample.q, sample.qdot, qddot, sample.time - start)
         for sample, qddot in zip(samples, (still, *middle, still), strict=True)
     )
 

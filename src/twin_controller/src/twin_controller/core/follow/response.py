@@ -102,15 +102,15 @@ def measured(setup: Setup, response: Response, real: RealSide, held: bool = Fals
     config = setup.config.response
     if not real.history or not real.tube.commands:
         return response
-    response = _held(response, real.last.t, held)
+    response = _held(response, real.last.time, held)
     due = max(response.at + EVERY_S, response.held_at + config.window_ms * 1e-3)
-    if real.last.t < due:
+    if real.last.time < due:
         return response
-    begin = real.last.t - config.window_ms * 1e-3
-    rows = [sample for sample in real.history if sample.t > begin]
+    begin = real.last.time - config.window_ms * 1e-3
+    rows = [sample for sample in real.history if sample.time > begin]
     told_at = np.array([t for t, _ in real.tube.commands])
     told = np.array([q for _, q in real.tube.commands])
-    seen_at = np.array([sample.t for sample in rows])
+    seen_at = np.array([sample.time for sample in rows])
     seen = np.array([setup.to_border(sample.q) for sample in rows])
     longest = config.longest_ms * 1e-3
     fits: dict[int, Fit] = {}
@@ -124,10 +124,10 @@ def measured(setup: Setup, response: Response, real: RealSide, held: bool = Fals
     if not fits:
         return response
     # What it did in the newer half of the window it was told by its delay before.
-    end = real.last.t - response.longest
+    end = real.last.time - response.longest
     speed = _speed(setup, told_at, told, end - 0.5 * config.window_ms * 1e-3, end)
     paced = _paced(response, fits, speed, config)
-    return replace(_joined(paced, fits, config), at=real.last.t)
+    return replace(_joined(paced, fits, config), at=real.last.time)
 
 
 def _held(response: Response, now: float, held: bool) -> Response:

@@ -13,7 +13,7 @@ from twin_controller.core.follow.remembered import Remembered, way_on
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides.change import stands_still
 from twin_controller.core.sides.pairing import deviation
-from twin_controller.core.sides.side import Sample, Sides
+from twin_controller.core.sides.side import Sides
 
 replace = msgspec.structs.replace
 
@@ -21,7 +21,7 @@ OWN_MOTION = ("announcing", "moving", "stopping")
 """What the twin shows while it does something of its own."""
 
 
-def estimate_acceleration(history: tuple[Sample, ...], limits: Joints) -> Joints:
+def estimate_acceleration(history: tuple[JointMotion, ...], limits: Joints) -> Joints:
     """Estimate the acceleration at the newest sample from the last three velocities.
 
     The slope of the last interval belongs to its middle; the change of slope carries it on to the
@@ -30,10 +30,10 @@ def estimate_acceleration(history: tuple[Sample, ...], limits: Joints) -> Joints
     if len(history) < 2:
         return (0.0,) * len(limits)
     last, before = history[-1], history[-2]
-    h1 = last.t - before.t
+    h1 = last.time - before.time
     slope = [(a - b) / h1 for a, b in zip(last.qdot, before.qdot)]
     if len(history) > 2:
-        h2 = before.t - history[-3].t
+        h2 = before.time - history[-3].time
         older = [(a - b) / h2 for a, b in zip(before.qdot, history[-3].qdot)]
         slope = [s + (s - o) * h1 / (h1 + h2) for s, o in zip(slope, older)]
     return tuple(min(max(s, -limit), limit) for s, limit in zip(slope, limits))
@@ -63,13 +63,13 @@ def follow_twin(
     qddot, points = way_on(setup, remembered, sample)
     if qddot is None:
         qddot = estimate_acceleration(sides.real.history, setup.acceleration)
-    here = _with_gap(JointMotion(sample.q, sample.qdot, qddot), blend, sample.t)
+    here = _with_gap(JointMotion(sample.q, sample.qdot, qddot), blend, sample.time)
     setpoint = FollowTwin(
-        stamp=sides.twin.clock.to_remote(sample.t),
+        stamp=sides.twin.clock.to_remote(sample.time),
         q=here.q,
         qdot=here.qdot,
         qddot=here.qddot,
-        ahead=tuple(_with_gap(point, blend, sample.t) for point in points),
+        ahead=tuple(_with_gap(point, blend, sample.time) for point in points),
     )
     return follows, setpoint
 
@@ -88,12 +88,11 @@ def _with_gap(point: JointMotion, blend: Blend, t: float) -> JointMotion:
 def _begin(setup: Setup, sides: Sides, slowly: bool) -> Blend:
     """Plan how the gap between the twin and the real robot at the same instant is closed."""
     sample, twin = sides.real.last, sides.twin.last
-    ahead = twin.t - sample.t
-    leader = tuple(p + v * ahead for p, v in zip(sample.q, sample.qdot))
+    leader = sample.extrapolated(twin.time)
     offset = tuple(a - b for a, b in zip(twin.q, leader))
     if slowly:
-        return begin_blend(offset, sample.t, setup.align_speeds())
-    return close_gap(setup, offset, sample.t)
+        return begin_blend(offset, sample.time, setup.align_speeds())
+    return close_gap(setup, offset, sample.time)
 
 
 def close_gap(setup: Setup, offset: Joints, start: float) -> Blend:

@@ -40,7 +40,7 @@ def send_setpoints(
     remembered = _noted(setup, state)
     twin_follows, setpoint = follow_twin(setup, follow.twin, sides, remembered, now)
     if setpoint is not None:
-        at = sides.real.last.t
+        at = sides.real.last.time
         way = [(at, setpoint.q), *((at + point.time, point.q) for point in setpoint.ahead)]
         twin = remember(setup, sides.twin, way)
         sides = replace(sides, twin=twin)

@@ -146,13 +146,13 @@ def leader_triggers(setup: Setup, state: CoreState) -> list[Trigger]:
     if found.real is None and found.twin is not None:
         # The real robot may have moved too: its data must reach past what would be a tie.
         tie = found.twin + found.uncertainty
-        waits = real.last.t < tie and found.twin <= twin.last.t
+        waits = real.last.time < tie and found.twin <= twin.last.time
         if waits or _may_be_first(real, tie, wait):
             return []
         return [_twin_moved(setup, state)]
     assert found.real is not None
     if found.twin is None:
-        waits = twin.last.t < found.real
+        waits = twin.last.time < found.real
         if waits or _may_be_first(twin, found.real - found.uncertainty, wait):
             return []
         return [Trigger.REAL_MOVED]
@@ -168,7 +168,7 @@ def _may_be_first(side: Side, onset: float, wait: float) -> bool:
     That shows within a few samples, so it is waited for no longer than ``wait`` [s].
     """
     began = side.change.onset
-    return began is not None and began < onset and side.last.t < onset + wait
+    return began is not None and began < onset and side.last.time < onset + wait
 
 
 def _twin_moved(setup: Setup, state: CoreState) -> Trigger:

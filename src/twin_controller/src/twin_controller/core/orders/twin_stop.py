@@ -62,8 +62,8 @@ def strike_off(stop: TwinStop | None, twin: TwinSide, config: Change) -> TwinSto
     """Return the stop, None once the twin has stood for a while since it was told last."""
     if stop is None or not twin.history:
         return stop
-    told_for = twin.last.t - stop.order.sent
-    stands = stands_still(twin.change, twin.last.t, config)
+    told_for = twin.last.time - stop.order.sent
+    stands = stands_still(twin.change, twin.last.time, config)
     if stands and told_for >= config.still_time_ms * 1e-3:
         return None
     return stop
@@ -97,5 +97,5 @@ def defy(stop: TwinStop | None) -> TwinStop | None:
 def defied_text(stop: TwinStop, twin: TwinSide) -> str:
     """Say what the twin has done instead of obeying."""
     told = stop.order.wanted.name.removesuffix("_TWIN")
-    went_on = max(0.0, twin.last.t - stop.since)
+    went_on = max(0.0, twin.last.time - stop.since)
     return f"it moved on {went_on:.1f} s after {told} was told {stop.order.attempts} times"

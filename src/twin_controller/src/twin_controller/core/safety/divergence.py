@@ -100,7 +100,7 @@ def judge_divergence(
         return state
     real = sides.real.last
     reach = config.history_ms * 1e-3
-    rows = [sample.q for sample in sides.twin.history if abs(sample.t - real.t) <= reach]
+    rows = [sample.q for sample in sides.twin.history if abs(sample.time - real.time) <= reach]
     if not rows:
         return state
     newest = rows[-1]
@@ -109,7 +109,7 @@ def judge_divergence(
         rows += sides.twin.plan.q
     tool = partial(_tool, setup.arm, setup.arm_columns)
     still = all(
-        change.stands_still(side.change, real.t, setup.config.change)
+        change.stands_still(side.change, real.time, setup.config.change)
         for side in (sides.real, sides.twin)
     )
     # What noise alone may bring is no divergence.
@@ -139,6 +139,6 @@ def judge_delay(setup: Setup, state: DelayState, sides: Sides) -> DelayState:
         return DelayState(judged, state.late)
     first, last = sides.twin.history[0], sides.twin.history[-1]
     way = math.dist(*(_tool(setup.arm, setup.arm_columns, side.q) for side in (first, last)))
-    speed = way / max(last.t - first.t, 1e-9)
+    speed = way / max(last.time - first.time, 1e-9)
     late = apart / speed if speed > SLOWEST_M_S else state.late
     return DelayState(judged, late)

@@ -92,7 +92,7 @@ def judge_guard(
     if setup.keep_out and speed > 0.0 and (moves or led):
         violation, share = _zone_ahead(setup, guard, real, ahead)
     guard = replace(guard, moves=moves, violation=violation, share=share, asked=_asked(real))
-    return _too_fast(config.cell, guard, speed, name, real.last.t)
+    return _too_fast(config.cell, guard, speed, name, real.last.time)
 
 
 def known_ahead(setup: Setup, sides: Sides, way: Way) -> Ways:
@@ -111,7 +111,7 @@ def known_ahead(setup: Setup, sides: Sides, way: Way) -> Ways:
     plan = twin.plan
     if plan is None or real.flags is None or not real.flags.streaming or real.flags.own_program:
         return ()
-    at = twin.clock.to_remote(real.last.t)
+    at = twin.clock.to_remote(real.last.time)
     if at >= plan.stamp + plan.times[-1] or not answers(setup, real, real.last):
         return ()
     delay = setup.config.cell.braking_delay_ms * 1e-3

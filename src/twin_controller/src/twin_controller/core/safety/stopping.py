@@ -14,10 +14,10 @@ from collections.abc import Sequence
 
 import msgspec
 import numpy as np
+from scara_control.joint_motion import JointMotion
 from scara_control.joint_track import JointTrack
 
 from twin_controller.core.events import Joints, TwinPlan
-from twin_controller.core.sides.side import Sample
 
 FITTED = 4
 """Over so many samples the gain in speed is fitted: their times are known to some milliseconds."""
@@ -134,14 +134,14 @@ def rest_of_plan(
     return (*rows, target)
 
 
-def gain(samples: Sequence[Sample]) -> Joints:
+def gain(samples: Sequence[JointMotion]) -> Joints:
     """Fit how fast each joint's velocity changes, by least squares; 0 from a single sample.
 
     Args:
         samples: At least one, the newest last; the last few of them count.
     """
     last = samples[-FITTED:]
-    times = np.array([sample.t for sample in last])
+    times = np.array([sample.time for sample in last])
     times = times - times.mean()
     spread = float(times @ times)
     if spread <= 0.0:

@@ -93,7 +93,7 @@ def _watch_real(setup: Setup, safety: Safety, sides: Sides, task: Task) -> Safet
     # The search for the fastest pose takes a while: it is spared where nobody asks for it.
     worst = setup.fastest if config.enabled else 1.0
     separation = judge_separation(
-        setup.points, safety.people, last.q, fastest[0], last.t, config, worst
+        setup.points, safety.people, last.q, fastest[0], last.time, config, worst
     )
     ahead: Ways = ()
     if task.streams and setup.keep_out:

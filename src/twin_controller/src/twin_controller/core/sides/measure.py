@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TypeVar
 
 import msgspec
+from scara_control.joint_motion import JointMotion
 
 from twin_controller.core.events import (
     AnyEvent,
@@ -28,7 +29,6 @@ from twin_controller.core.sides.side import (
     HISTORY,
     Gripper,
     RealSide,
-    Sample,
     Side,
     Sides,
     TwinSide,
@@ -164,8 +164,8 @@ def _real_sampled(setup: Setup, real: RealSide, event: RealMeasured) -> RealSide
         cause = stall_text(real.stall, event.now)
         lost = real_lost(real, f"{cause}: its old answers say little" if cause else CLOCK_JUMPED)
         return replace(lost, clock=ClockEstimate(jumps=estimate.jumps))
-    sample = Sample(estimate.to_local(instant), event.q, event.qdot)
-    seen = min(event.received, sample.t + estimate.uncertainty)
+    sample = JointMotion.measured(event.q, event.qdot, estimate.to_local(instant))
+    seen = min(event.received, sample.time + estimate.uncertainty)
     real = replace(real, clock=estimate, rhythm=rhythm, seen=seen, flags=event, clock_ms=clock_ms)
     return _sampled(setup, real, sample)
 
@@ -174,14 +174,14 @@ def twin_measured(setup: Setup, twin: TwinSide, event: TwinMeasured) -> TwinSide
     """Take one joint state of the twin in; before its clock is known it has no time."""
     if not twin.clock.known:
         return twin
-    sample = Sample(twin.clock.to_local(event.stamp), event.q, event.qdot)
-    if twin.history and sample.t <= twin.last.t:
+    sample = JointMotion.measured(event.q, event.qdot, twin.clock.to_local(event.stamp))
+    if twin.history and sample.time <= twin.last.time:
         return twin
-    latest = sample.t - twin.clock.uncertainty
+    latest = sample.time - twin.clock.uncertainty
     if latest > event.now + FUTURE_S:
         ahead = latest - event.now
         return twin_lost(twin, f"its stamps are {ahead:.3g} s ahead of its clock")
-    seen = min(event.now, sample.t + twin.clock.uncertainty)
+    seen = min(event.now, sample.time + twin.clock.uncertainty)
     return _sampled(setup, replace(twin, seen=seen), sample)
 
 
@@ -202,21 +202,21 @@ def clock_probed(setup: Setup, twin: TwinSide, event: ClockProbe) -> TwinSide:
     return replace(twin, clock=estimate)
 
 
-def _sampled(setup: Setup, side: S, sample: Sample) -> S:
+def _sampled(setup: Setup, side: S, sample: JointMotion) -> S:
     """Append a sample and judge whether the side moved."""
-    if side.history and sample.t <= side.last.t:
+    if side.history and sample.time <= side.last.time:
         return side
-    side = _noise_found(setup, side, sample.t)
+    side = _noise_found(setup, side, sample.time)
     config, settle = change.widened(setup.config.change, side.noise), setup.config.settle
     border = setup.to_border(sample.q)
     own = answers(setup, side, sample)
     # A side that counts as standing may still move by its tolerance.
     reach = settle.tolerance + 2.0 * config.still_tolerance
-    known = change.settle(side.change, sample.t, config, settle.timeout_ms * 1e-3, reach)
+    known = change.settle(side.change, sample.time, config, settle.timeout_ms * 1e-3, reach)
     return replace(
         side,
         history=(*side.history, sample)[-HISTORY:],
-        change=change.update(known, sample.t, border, config, echo=own),
+        change=change.update(known, sample.time, border, config, echo=own),
         echoed=side.echoed + own,
     )
 
@@ -230,19 +230,19 @@ def _noise_found(setup: Setup, side: S, now: float) -> S:
     return replace(side, noise=noise, noise_at=now)
 
 
-def answers(setup: Setup, side: Side, sample: Sample) -> bool:
+def answers(setup: Setup, side: Side, sample: JointMotion) -> bool:
     """Return whether a sample is the side's answer to our own set points."""
     config = change.widened(setup.config.change, side.noise)
     rest = config.hysteresis + 0.5 * 10.0**-config.decimals
     memory = config.echo_memory_ms * 1e-3
     border = setup.to_border(sample.q)
-    return echo.is_echo(side.tube, sample.t, border, memory, rest, config.echo_tolerance)
+    return echo.is_echo(side.tube, sample.time, border, memory, rest, config.echo_tolerance)
 
 
 def agree(setup: Setup, side: S) -> S:
     """Take a side's newest position as agreed."""
     border = setup.to_border(side.last.q)
-    agreed = change.take_baseline(side.change, side.last.t, border, setup.config.change)
+    agreed = change.take_baseline(side.change, side.last.time, border, setup.config.change)
     return replace(side, change=agreed)
 
 

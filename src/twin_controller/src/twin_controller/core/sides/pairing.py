@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
+from scara_control.joint_motion import JointMotion
+
 from twin_controller.core.setup import Setup
-from twin_controller.core.sides.side import Sample, Sides
+from twin_controller.core.sides.side import Sides
 
 
-def interpolate(history: tuple[Sample, ...], t: float) -> Sample | None:
+def interpolate(history: tuple[JointMotion, ...], t: float) -> JointMotion | None:
     """Return the side at ``t`` by cubic interpolation inside the history, None outside."""
     for before, after in zip(reversed(history[:-1]), reversed(history[1:])):
-        if before.t <= t <= after.t:
+        if before.time <= t <= after.time:
             return _hermite(before, after, t)
     return None
 
 
-def paired(sides: Sides) -> tuple[Sample, Sample] | None:
+def paired(sides: Sides) -> tuple[JointMotion, JointMotion] | None:
     """Return the newest sample of the real robot that the twin's history covers, and the twin."""
     for real in reversed(sides.real.history[-4:]):
-        twin = interpolate(sides.twin.history, real.t)
+        twin = interpolate(sides.twin.history, real.time)
         if twin is not None:
             return real, twin
     return None
@@ -31,10 +33,10 @@ def deviation(setup: Setup, sides: Sides) -> float:
     return max(abs(a - b) for a, b in zip(setup.to_border(real.q), setup.to_border(twin.q)))
 
 
-def _hermite(before: Sample, after: Sample, t: float) -> Sample:
+def _hermite(before: JointMotion, after: JointMotion, t: float) -> JointMotion:
     """Interpolate between two samples by position and velocity."""
-    h = after.t - before.t
-    u = (t - before.t) / h
+    h = after.time - before.time
+    u = (t - before.time) / h
     # Weights of the two positions and velocities, and the same for the derivative.
     a, b, c, d = (
         (1 + 2 * u) * (1 - u) ** 2,
@@ -51,4 +53,4 @@ def _hermite(before: Sample, after: Sample, t: float) -> Sample:
     rows = list(zip(before.q, before.qdot, after.q, after.qdot))
     q = tuple(a * p + b * v + c * r + d * w for p, v, r, w in rows)
     qdot = tuple(da * p + db * v + dc * r + dd * w for p, v, r, w in rows)
-    return Sample(t, q, qdot)
+    return JointMotion.measured(q, qdot, t)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import msgspec
+from scara_control.joint_motion import JointMotion
 
-from twin_controller.core.events import Joints, RealMeasured, TwinMotion, TwinPlan
+from twin_controller.core.events import RealMeasured, TwinMotion, TwinPlan
 from twin_controller.core.sides.change import ChangeState
 from twin_controller.core.sides.clock import ClockEstimate
 from twin_controller.core.sides.echo import EchoTube
@@ -12,14 +13,6 @@ from twin_controller.estimation.rhythm import Rhythm
 
 HISTORY = 48
 """So many samples are kept of each side: the divergence and the lag look about 0.4 s back."""
-
-
-class Sample(msgspec.Struct, frozen=True):
-    """One side's joints at one instant; ``t`` is the controller's clock [s], q and qdot are SI."""
-
-    t: float
-    q: Joints
-    qdot: Joints
 
 
 class Gripper(msgspec.Struct, frozen=True):
@@ -40,8 +33,9 @@ class Side(msgspec.Struct, frozen=True):
     reason: str = "not connected yet"
     # When the newest sample was true at the latest [s]; None until the first one after a loss.
     seen: float | None = None
-    # Newest last. Empty means that the side cannot be judged, also while its link stands.
-    history: tuple[Sample, ...] = ()
+    # The joints by our clock, newest last. Empty means that the side cannot be judged, also while
+    # its link stands.
+    history: tuple[JointMotion, ...] = ()
     # Agreed position, onset and standstill.
     change: ChangeState = ChangeState()
     # Our own last commands to it: motion inside them is an echo and no lead.
@@ -62,7 +56,7 @@ class Side(msgspec.Struct, frozen=True):
     stall: tuple[float, float] = (0.0, 0.0)
 
     @property
-    def last(self) -> Sample:
+    def last(self) -> JointMotion:
         """The newest sample; only where one is known to exist."""
         return self.history[-1]
 
