@@ -12,6 +12,7 @@ from functools import partial
 from itertools import count
 
 import msgspec
+from scara_control.joint_motion import JointMotion, Setpoints
 from twin_controller.config import load_twin_controller
 from twin_controller.core.actions import (
     AnyAction,
@@ -224,12 +225,8 @@ class Pair(RealSide, TwinSide):
         self._report(event, lambda: self.real_up)
 
     def _report_twin(self) -> None:
-        event = TwinMeasured(
-            self.now,
-            self.now + self.twin_clock,
-            self._noisy(self.twin_q),
-            self.twin_speed(self.now),
-        )
+        q, qdot = self._noisy(self.twin_q), self.twin_speed(self.now)
+        event = TwinMeasured(self.now, JointMotion.measured(q, qdot, self.now + self.twin_clock))
         self._report(event, lambda: self.twin_up)
         self.report_motion()
 
@@ -244,15 +241,9 @@ class Pair(RealSide, TwinSide):
         rows = self.coming(PLAN_ROWS)
         if rows:
             times = tuple(0.01 * k for k in range(len(rows)))
-            q, qdot = (tuple(column) for column in zip(*rows))
-            event = TwinPlan(
-                self.now,
-                self.now + self.twin_clock,
-                times,
-                q,
-                qdot,
-                ((0.0,) * len(HOME),) * len(rows),
-            )
+            points = tuple(JointMotion.measured(q, qdot, 0.0) for q, qdot in rows)
+            coming = Setpoints(SETUP.names, times, points)
+            event = TwinPlan(self.now, self.now + self.twin_clock, coming)
             self._report(event, lambda: self.twin_up)
 
     def _noisy(self, q: Joints) -> Joints:

@@ -228,7 +228,8 @@ class TwinSide:
         self.barred = self.barred and gap <= FOLLOW_TIMEOUT
         if self.barred or self.shown_motion(now) not in ("idle", "following"):
             return
-        off = [abs(a - b) / scale for a, b, scale in zip(action.q, self.twin_q, SCALE)]
+        here = action.points[0]
+        off = [abs(a - b) / scale for a, b, scale in zip(here.q, self.twin_q, SCALE)]
         if self.motion == "following" or all(
             gap <= allowed for gap, allowed in zip(off, FOLLOW_START)
         ):
@@ -244,10 +245,10 @@ class TwinSide:
             self.twin_q = self.jog(now - self.jog_start)
             self.jog = None if self.twin_q == self.jog(END) else self.jog
         elif self.motion == "following" and self.follow is not None:
+            here = self.follow.points[0]
             age = max(-0.05, min(stamp - self.follow.stamp, 0.05))
             self.twin_q = tuple(
-                p + age * (v + 0.5 * age * a)
-                for p, v, a in zip(self.follow.q, self.follow.qdot, self.follow.qddot)
+                p + age * (v + 0.5 * age * a) for p, v, a in zip(here.q, here.qdot, here.qddot)
             )
             if now - self.followed > FOLLOW_TIMEOUT:
                 self.motion, self.follow, self.ended = "idle", None, now
@@ -279,7 +280,7 @@ class TwinSide:
         if self.jog is not None:
             return rate(self.jog, now - self.jog_start)
         if self.motion == "following" and self.follow is not None:
-            return self.follow.qdot
+            return self.follow.points[0].qdot
         if self.twin_path is None or self.motion == "paused":
             return (0.0,) * len(SCALE)
         return tuple(self.pace * v for v in rate(self.twin_path, self.twin_time))

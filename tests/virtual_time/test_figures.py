@@ -75,18 +75,24 @@ def test_a_common_shift_of_all_clocks_changes_next_to_nothing() -> None:
     assert worse("fanuc_sr6ia", "real_leads", moved["real_leads"], as_baseline) == []
 
 
+def with_first(action: FollowTwin, **changes: tuple[float, ...]) -> FollowTwin:
+    """Return set points for the twin, the first of them changed."""
+    first, *others = action.points
+    return FollowTwin(action.stamp, (msgspec.structs.replace(first, **changes), *others))
+
+
 def without_velocity(action: AnyAction) -> AnyAction:
     """Let the twin hold each position until the next one."""
     if isinstance(action, FollowTwin):
-        still = (0.0,) * len(action.q)
-        return msgspec.structs.replace(action, qdot=still, qddot=still)
+        still = (0.0,) * len(action.points[0].q)
+        return with_first(action, qdot=still, qddot=still)
     return action
 
 
 def without_acceleration(action: AnyAction) -> AnyAction:
     """Let the twin go on in a straight line."""
     if isinstance(action, FollowTwin):
-        return msgspec.structs.replace(action, qddot=(0.0,) * len(action.q))
+        return with_first(action, qddot=(0.0,) * len(action.points[0].q))
     return action
 
 

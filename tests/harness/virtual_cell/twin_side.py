@@ -6,9 +6,9 @@ All its nodes run on one machine and one clock; a node's time is the simulation'
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from functools import partial
 
+import msgspec
 from scara_control.errors import ScaraControlError
 from scara_control.joint_motion import JointMotion, Setpoints
 from scara_control.motion.commands import Command, parse_modes
@@ -102,9 +102,8 @@ class TwinSide:
 
     def follow(self, action: FollowTwin) -> None:
         """Take one set point from the controller."""
-        points = (JointMotion(action.q, action.qdot, action.qddot), *action.ahead)
-        times = tuple(action.stamp - self._offset + point.time for point in points)
-        self._stream(Setpoints(self._pose.names, times, points))
+        times = tuple(action.stamp - self._offset + point.time for point in action.points)
+        self._stream(Setpoints(self._pose.names, times, action.points))
 
     def accept(self, goal: Goal) -> None:
         """Take a trajectory, as trajectory_server does; how it ends comes into ``ended``."""
@@ -198,11 +197,12 @@ class TwinSide:
         if self._now() >= self._joints_due - 1e-4:
             self._joints_due = self._now() + period
             stamp = snapshot.stamp_ns / SECOND
-            self._tell(lambda now: self._heard(TwinMeasured(now, stamp, q, qdot)))
+            true = JointMotion.measured(q, qdot, stamp)
+            self._tell(lambda now: self._heard(TwinMeasured(now, true)))
 
     def _heard(self, event: TwinMeasured) -> TwinMeasured:
         """Remember at the controller's link what joints hold."""
-        self._held.measure(event)
+        self._held.measure(event.motion)
         return event
 
     def _measure(self, measured: JointMotion) -> None:
@@ -265,7 +265,9 @@ class TwinSide:
 
     def _tell_plan(self, setpoints: Setpoints, jog: bool = False) -> None:
         begin = setpoints.times[0]
-        counted = replace(setpoints, times=tuple(at - begin for at in setpoints.times))
+        counted = msgspec.structs.replace(
+            setpoints, times=tuple(at - begin for at in setpoints.times)
+        )
         stamp = self._offset + begin
         self._report.send(lambda: self._take_plan(counted, stamp, jog))
 

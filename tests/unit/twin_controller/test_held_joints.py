@@ -7,7 +7,6 @@ from typing import Any
 import pytest
 from harness.pair import SETUP
 from scara_control.joint_motion import JointMotion, Setpoints
-from twin_controller.core.events import TwinMeasured
 from twin_controller.twin.fields import PacketError
 from twin_controller.twin.held_joints import HeldJoints
 from twin_controller.twin.packets import twin_plan
@@ -16,9 +15,9 @@ NAMES = SETUP.names
 STANDS = (0.0,) * 4
 
 
-def measured(*q: float, qdot: tuple[float, ...] = STANDS) -> TwinMeasured:
+def measured(*q: float, qdot: tuple[float, ...] = STANDS) -> JointMotion:
     """Return where the joints are."""
-    return TwinMeasured(0.0, 100.0, q, qdot)
+    return JointMotion.measured(q, qdot, 100.0)
 
 
 def packet(names: list[str], *rows: list[float], **derivatives: Any) -> dict[str, Any]:
@@ -49,22 +48,23 @@ def test_missing_joints_hold_where_they_are_measured(held: HeldJoints) -> None:
     """In the core's order, at rest; derivatives that were left out are zeros."""
     message = packet(["table_joint", "joint_1"], [0.5, 0.11], [0.6, 0.12])
     plan = twin_plan(message, NAMES, 1.0, held)
-    assert plan.q == ((0.11, 0.2, -0.1, 0.5), (0.12, 0.2, -0.1, 0.6))
-    assert plan.qdot == plan.qddot == (STANDS, STANDS)
-    assert (plan.stamp, plan.times) == (100.0, (0.0, 0.01))
+    rows = ((0.11, 0.2, -0.1, 0.5), (0.12, 0.2, -0.1, 0.6))
+    assert plan.setpoints == Setpoints(NAMES, (0.0, 0.01), tuple(map(JointMotion.at_rest, rows)))
+    assert plan.stamp == 100.0
 
 
 def test_derivatives_of_named_joints_are_kept(held: HeldJoints) -> None:
     """Those of the others are zeros."""
     message = packet(["joint_2"], [0.2], velocities=[0.7], accelerations=[0.8])
     plan = twin_plan(message, NAMES, 1.0, held)
-    assert plan.qdot == ((0.0, 0.7, 0.0, 0.0),) and plan.qddot == ((0.0, 0.8, 0.0, 0.0),)
+    (point,) = plan.setpoints.points
+    assert point.qdot == (0.0, 0.7, 0.0, 0.0) and point.qddot == (0.0, 0.8, 0.0, 0.0)
 
 
 def test_joints_of_others_are_left_away(held: HeldJoints) -> None:
     """A gripper's joint may be in the same message."""
     plan = twin_plan(packet(["gripper", "joint_1"], [9.0, 0.11]), NAMES, 1.0, held)
-    assert plan.q == ((0.11, 0.2, -0.1, 0.4),)
+    assert plan.rows == ((0.0, (0.11, 0.2, -0.1, 0.4)),)
 
 
 def test_within_a_stream_a_joint_holds_one_place(held: HeldJoints) -> None:
@@ -72,20 +72,20 @@ def test_within_a_stream_a_joint_holds_one_place(held: HeldJoints) -> None:
     first = twin_plan(packet(["joint_1"], [0.11]), NAMES, 1.0, held)
     held.measure(measured(0.11, 0.201, -0.1, 0.4, qdot=(1.0, 0.3, 0.0, 0.0)))
     second = twin_plan(packet(["joint_1"], [0.12]), NAMES, 1.01, held)
-    assert second.q[0][1:] == first.q[0][1:]
+    assert second.rows[0][1][1:] == first.rows[0][1][1:]
 
 
 def test_a_joint_goes_on_to_hold_the_end_of_the_set_points_before(held: HeldJoints) -> None:
     """Not where it is measured on its way there."""
     twin_plan(packet(["joint_2"], [0.2], [0.205]), NAMES, 1.0, held)
-    assert twin_plan(packet(["joint_1"], [0.1]), NAMES, 1.1, held).q[0][1] == 0.205
+    assert twin_plan(packet(["joint_1"], [0.1]), NAMES, 1.1, held).rows[0][1][1] == 0.205
 
 
 def test_another_stream_begins_where_the_joints_are(held: HeldJoints) -> None:
     """Meanwhile somebody may have moved them by a step."""
     twin_plan(packet(["joint_1"], [0.11]), NAMES, 1.0, held)
     held.measure(measured(0.11, 0.203, -0.1, 0.4))
-    assert twin_plan(packet(["joint_1"], [0.11]), NAMES, 1.51, held).q[0][1] == 0.203
+    assert twin_plan(packet(["joint_1"], [0.11]), NAMES, 1.51, held).rows[0][1][1] == 0.203
 
 
 def test_a_joint_that_was_taken_elsewhere_holds_there_once_it_stands(held: HeldJoints) -> None:
@@ -95,7 +95,7 @@ def test_a_joint_that_was_taken_elsewhere_holds_there_once_it_stands(held: HeldJ
     with pytest.raises(PacketError, match="joint_2 missing, and it moves"):
         twin_plan(packet(["joint_1"], [0.11]), NAMES, 1.1, held)
     held.measure(measured(0.11, 0.6, -0.1, 0.4))
-    assert twin_plan(packet(["joint_1"], [0.11]), NAMES, 1.2, held).q[0][1] == 0.6
+    assert twin_plan(packet(["joint_1"], [0.11]), NAMES, 1.2, held).rows[0][1][1] == 0.6
 
 
 def test_without_a_measurement_a_missing_joint_is_an_error(held: HeldJoints) -> None:
@@ -104,7 +104,7 @@ def test_without_a_measurement_a_missing_joint_is_an_error(held: HeldJoints) -> 
     with pytest.raises(PacketError, match="joint_2 missing, and never measured"):
         twin_plan(packet(["joint_1"], [0.11]), NAMES, 1.0, held)
     whole = twin_plan(packet(list(NAMES), [0.1, 0.2, 0.3, 0.4]), NAMES, 1.0, held)
-    assert whole.q == ((0.1, 0.2, 0.3, 0.4),)
+    assert whole.rows == ((0.0, (0.1, 0.2, 0.3, 0.4)),)
 
 
 @pytest.mark.parametrize("names", [[], ["gripper"], None])

@@ -11,6 +11,7 @@ import pytest
 from harness.pair import HOME, SETUP
 from hypothesis import given
 from hypothesis import strategies as st
+from scara_control.joint_motion import JointMotion, Setpoints
 from twin_controller.core.actions import Command, FollowTwin, Send
 from twin_controller.core.events import ClockProbe, TwinMeasured, TwinMotion, TwinPlan
 from twin_controller.twin.fields import PacketError
@@ -72,7 +73,7 @@ def test_a_joint_state_becomes_an_input_in_the_cores_order() -> None:
     order = ["table_joint", "gripper", "joint_3", "joint_2", "joint_1"]
     message = joint_state(name=order, position=[4, 9, 3, 2, 1], velocity=[0.4, 9, 0.3, 0.2, 0.1])
     assert twin_measured(message, NAMES, 5.0) == TwinMeasured(
-        5.0, 100.25, (1.0, 2.0, 3.0, 4.0), (0.1, 0.2, 0.3, 0.4)
+        5.0, JointMotion.measured((1.0, 2.0, 3.0, 4.0), (0.1, 0.2, 0.3, 0.4), 100.25)
     )
 
 
@@ -115,14 +116,8 @@ def test_coming_set_points_become_a_plan() -> None:
     order = list(reversed(NAMES))
     message = trajectory(point(0), point(10, positions=[4, 3, 2, 1]), joint_names=order)
     plan = twin_plan(message, NAMES, 5.0)
-    assert plan == TwinPlan(
-        5.0,
-        100.25,
-        (0.0, 0.01),
-        ((0.0,) * 4, (1.0, 2.0, 3.0, 4.0)),
-        ((0.0,) * 4,) * 2,
-        ((0.0,) * 4,) * 2,
-    )
+    points = tuple(map(JointMotion.at_rest, ((0.0,) * 4, (1.0, 2.0, 3.0, 4.0))))
+    assert plan == TwinPlan(5.0, 100.25, Setpoints(NAMES, (0.0, 0.01), points))
 
 
 @pytest.mark.parametrize(
@@ -246,10 +241,11 @@ def test_an_answer_without_a_time_is_refused(values: dict[str, Any]) -> None:
 @given(stamp=st.floats(0.0, 4e9), q=st.tuples(*[st.floats(-5.0, 5.0)] * 4))
 def test_a_set_point_for_the_twin_survives_the_wire(stamp: float, q: tuple[float, ...]) -> None:
     """What is sent reads back as the same plan, its stamp to the nanosecond."""
-    packet = json.loads(json.dumps(follow_packet(FollowTwin(stamp, q, q, q), NAMES)))
+    motion = JointMotion(q, q, q)
+    packet = json.loads(json.dumps(follow_packet(FollowTwin(stamp, (motion,)), NAMES)))
     plan = twin_plan(packet, NAMES, 0.0)
     assert plan.stamp == pytest.approx(stamp, abs=1e-9 + 1e-6)
-    assert (plan.q, plan.qdot, plan.qddot, plan.times) == ((q,), (q,), (q,), (0.0,))
+    assert plan.setpoints == Setpoints(NAMES, (0.0,), (motion,))
     assert 0 <= packet["header"]["stamp"]["nsecs"] < 1_000_000_000
 
 
@@ -339,8 +335,8 @@ def test_whatever_stands_in_a_field_only_packet_errors_come_out(field: str, valu
             event = convert(message, NAMES, 0.0)
         except PacketError:
             continue
-        row = event.q if isinstance(event, TwinMeasured) else event.q[0]
-        assert len(row) == len(HOME)
+        motion = event.motion if isinstance(event, TwinMeasured) else event.setpoints.points[0]
+        assert len(motion.q) == len(HOME)
 
 
 @given(field=st.sampled_from(sorted(motion_state())), value=JSON)

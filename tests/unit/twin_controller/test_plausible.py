@@ -8,6 +8,7 @@ from random import Random
 
 import pytest
 from scara_config import load_robot
+from scara_control.joint_motion import JointMotion
 from twin_controller.plausible import (
     GAP,
     LASTING,
@@ -29,7 +30,8 @@ def still(local: float, *degrees: float, remote: float | None = None) -> Reading
     q = tuple(
         value * joint.scale for value, joint in zip((*degrees, *(0.0,) * len(JOINTS)), JOINTS)
     )
-    return Reading(q, (0.0,) * len(JOINTS), local + 500.0 if remote is None else remote, local)
+    true_at = local + 500.0 if remote is None else remote
+    return Reading(JointMotion.measured(q, (0.0,) * len(JOINTS), true_at), local)
 
 
 def fed(*readings: Reading) -> tuple[Plausibility, list[Verdict]]:
@@ -67,7 +69,8 @@ def test_no_motion_that_the_robot_can_make_is_refused(share: float, seed: int) -
         true_at = max(true_at, math.floor((local - rng.uniform(0.0, 0.003) - held) * 500.0) / 500.0)
         q, qdot = sweep(true_at, share, 3.0)
         noisy = tuple(v + rng.uniform(-0.2, 0.2) * joint.scale for v, joint in zip(qdot, JOINTS))
-        reading = Reading(tuple(q), noisy, (true_at + 2147470.0) % WRAP, local)
+        motion = JointMotion.measured(q, noisy, (true_at + 2147470.0) % WRAP)
+        reading = Reading(motion, local)
         state, verdict = judge(state, reading, JOINTS, wrap=WRAP)
         assert verdict is (Verdict.ACCEPTED if k else Verdict.FIRST), (k, state.reason)
 
@@ -94,11 +97,10 @@ def test_a_single_wrong_reading_is_refused_and_the_next_good_one_accepted(
 
 def test_a_speed_that_no_drive_can_reach_is_refused() -> None:
     """A sign flip of a fast joint's speed."""
-    fast = Reading((0.0,) * len(JOINTS), (4.0,) + (0.0,) * (len(JOINTS) - 1), 500.0, 10.0)
-    flipped = Reading(
-        (0.04,) + (0.0,) * (len(JOINTS) - 1), (-4.0,) + (0.0,) * (len(JOINTS) - 1), 500.01, 10.01
-    )
-    state, verdicts = fed(fast, flipped)
+    others = (0.0,) * (len(JOINTS) - 1)
+    fast = JointMotion.measured((0.0, *others), (4.0, *others), 500.0)
+    flipped = JointMotion.measured((0.04, *others), (-4.0, *others), 500.01)
+    state, verdicts = fed(Reading(fast, 10.0), Reading(flipped, 10.01))
     assert (
         verdicts[-1] is Verdict.REFUSED
         and "joint_1 changed its speed by 458.4 deg/s" in state.reason

@@ -38,7 +38,7 @@ class Rounds:
         self._foretold, take = 0, self.cell.twin.follow
 
         def counted(action: FollowTwin) -> None:
-            self._foretold += bool(action.ahead)
+            self._foretold += len(action.points) > 1
             take(action)
 
         self.cell.twin.follow = counted  # type: ignore[method-assign]

@@ -7,7 +7,8 @@ Converters stand only at wires: ``nodes/setpoint_messages.py`` has those of ROS.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+
+import msgspec
 
 Vector = tuple[float, ...]
 
@@ -15,8 +16,7 @@ AxisMotion = tuple[float, float, float]
 """Position, velocity and acceleration of one joint: a plain tuple, for loops at 1 kHz."""
 
 
-@dataclass(frozen=True, slots=True)
-class JointMotion:
+class JointMotion(msgspec.Struct, frozen=True, array_like=True):
     """What joints do at one instant; each vector of shape (n,), SI.
 
     Attributes:
@@ -71,8 +71,7 @@ class JointMotion:
         return JointMotion(q, qdot, qddot, self.time)
 
 
-@dataclass(frozen=True, slots=True)
-class Setpoints:
+class Setpoints(msgspec.Struct, frozen=True, array_like=True):
     """Set points of the joints ``names`` as a wire carries them; not checked by itself.
 
     Point k is due at ``times[k]`` [s], strictly increasing once it is checked.

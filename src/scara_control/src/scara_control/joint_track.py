@@ -82,7 +82,7 @@ class JointTrack:
                 ("accelerations", accelerations),
             )
         ]
-        _check_times(due)
+        check_times(due)
         if not (limit >= 0.0 and math.isfinite(limit)):
             raise SetpointError(f"extrapolation_limit = {extrapolation_limit} s is no duration")
         if not all(a > 0.0 and math.isfinite(a) for a in stop):
@@ -260,8 +260,12 @@ def _table(
     return table
 
 
-def _check_times(times: Sequence[float]) -> None:
-    """Refuse times that are not finite or do not increase."""
+def check_times(times: Sequence[float]) -> None:
+    """Refuse times that are not finite or do not increase.
+
+    Raises:
+        SetpointError: Names the first point that is wrong.
+    """
     for k, t in enumerate(times):
         if not math.isfinite(t):
             raise SetpointError(f"point {k}: time = {t}: not finite")

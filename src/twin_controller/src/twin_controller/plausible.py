@@ -23,6 +23,7 @@ from enum import Enum
 
 import msgspec
 from scara_config.robot import Joint
+from scara_control.joint_motion import JointMotion
 
 SLACK = 0.005
 """Added to each span [s]: a reading may be one period of the remote older than its clock says.
@@ -65,11 +66,9 @@ Our choice."""
 
 
 class Reading(msgspec.Struct, frozen=True):
-    """One reading: joints in SI, when they were true (remote clock) and came (our clock) [s]."""
+    """One reading: the joints at a time of the remote clock, and when it came, of ours [s]."""
 
-    q: tuple[float, ...]
-    qdot: tuple[float, ...]
-    remote: float
+    motion: JointMotion
     local: float
 
 
@@ -159,7 +158,7 @@ class _Follows(msgspec.Struct, frozen=True):
 
     def spans(self, before: Reading, reading: Reading) -> tuple[float, float]:
         """Return by how much our clock and the remote one went on."""
-        remote = reading.remote - before.remote
+        remote = reading.motion.time - before.motion.time
         if self.wrap and remote < -0.5 * self.wrap:
             remote += self.wrap
         return reading.local - before.local, remote
@@ -175,7 +174,8 @@ class _Follows(msgspec.Struct, frozen=True):
         if remote < 0.0 or not -EARLY <= late + local - remote <= LATEST:
             return f"the clock went on by {remote:.3f} s in {local:.3f} s"
         span = max(local, remote) + SLACK
-        rows = zip(self.joints, before.q, reading.q, before.qdot, reading.qdot)
+        old, new = before.motion, reading.motion
+        rows = zip(self.joints, old.q, new.q, old.qdot, new.qdot)
         found = (
             _jump(joint, q1 - q0, v0, v1, remote, span, self.acceleration)
             for joint, q0, q1, v0, v1 in rows

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
+import msgspec
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -135,7 +135,7 @@ def test_a_good_packet_begins_a_stream(good):
 
 def test_a_robot_that_reads_a_little_beyond_its_limit_is_followed():
     """P3 is at the top of the stroke: noise there is no error."""
-    there = replace(MEASURED, q=(0.1, 0.2, 0.0, 0.0))
+    there = msgspec.structs.replace(MEASURED, q=(0.1, 0.2, 0.0, 0.0))
     FollowSession(JOINTS, packet(point(q=(0.1, 0.2, 0.0003, 0.0))), CONFIG, there, NOW)
 
 

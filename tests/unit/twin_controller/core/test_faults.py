@@ -9,6 +9,7 @@ from harness.parts import changed
 from harness.watch import Watch
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scara_control.joint_motion import JointMotion
 from twin_controller.core.actions import Command, FollowTwin, Send
 from twin_controller.core.events import RealMeasured, Tick, TwinMeasured
 from twin_controller.core.lead.modes import Mode
@@ -215,7 +216,7 @@ def test_stamps_from_the_future_are_not_believed() -> None:
     pair = Pair()
     pair.connect()
     stamp = pair.now + pair.twin_clock + 3600.0
-    pair.feed(TwinMeasured(pair.now, stamp, shifted(HOME, 9.0), (0.0,) * 4))
+    pair.feed(TwinMeasured(pair.now, JointMotion.measured(shifted(HOME, 9.0), (0.0,) * 4, stamp)))
     assert pair.state.lead.mode is Mode.OFFLINE
     assert "ahead of its clock" in pair.state.sides.twin.reason
 
@@ -335,7 +336,7 @@ def test_a_reconnect_moves_the_twin_slowly_and_the_real_robot_not_at_all(
         abs(v) / limit
         for a in pair.actions
         if isinstance(a, FollowTwin)
-        for v, limit in zip(a.qdot, SETUP.velocity)
+        for v, limit in zip(a.points[0].qdot, SETUP.velocity)
     ]
     assert max(speeds) <= SETUP.config.align.speed_percent * 1e-2 + 1e-9
     assert set(triggers(pair)) <= {"LINKS_READY", "LINK_LOST", "ALIGNED"}

@@ -7,11 +7,13 @@ from __future__ import annotations
 
 import math
 import sys
+from itertools import chain
 
 import msgspec
 from harness.pair import SETUP, Pair
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from scara_control.joint_motion import JointMotion, Setpoints
 from twin_controller.core.actions import (
     AnyAction,
     Command,
@@ -65,8 +67,9 @@ TEXT = st.text(max_size=5)
 def plans(draw: st.DrawFn) -> TwinPlan:
     """Return a plan as it passes the check of the packets: times increase, all finite."""
     times = sorted(set(draw(st.lists(st.floats(0.0, 0.5), min_size=1, max_size=4))))
-    row = [tuple(draw(JOINTS) for _ in times) for _ in range(3)]
-    return TwinPlan(draw(NOW), draw(STAMP), tuple(times), row[0], row[1], row[2])
+    rows = [tuple(draw(JOINTS) for _ in times) for _ in range(3)]
+    points = tuple(map(JointMotion, *rows))
+    return TwinPlan(draw(NOW), draw(STAMP), Setpoints(SETUP.names, tuple(times), points))
 
 
 RINGS = st.sampled_from([(0, 0, 0), (10, 0, 0), (10, 32755, 3), (2, 7, 0)])
@@ -247,7 +250,8 @@ def check(action: AnyAction, override: float) -> None:
                 low <= value <= high for value, low, high in zip(point.q, SETUP.lower, SETUP.upper)
             )
     elif isinstance(action, FollowTwin):
-        assert all(map(math.isfinite, (action.stamp, *action.q, *action.qdot, *action.qddot)))
+        rows = [row for point in action.points for row in (point.q, point.qdot, point.qddot)]
+        assert all(map(math.isfinite, (action.stamp, *chain.from_iterable(rows))))
     elif isinstance(action, OverrideReal):
         assert 1.0 <= action.speed_percent <= 100.0
 

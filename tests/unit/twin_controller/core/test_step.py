@@ -43,7 +43,8 @@ def test_the_twin_aligns_slowly_before_anything_is_followed(twin: tuple[float, .
     pair.connect()
     follows = [action for action in pair.actions if isinstance(action, FollowTwin)]
     speeds = [
-        max(abs(v) / limit for v, limit in zip(action.qdot, SETUP.velocity)) for action in follows
+        max(abs(v) / limit for v, limit in zip(action.points[0].qdot, SETUP.velocity))
+        for action in follows
     ]
     assert far(pair) <= SETUP.config.align.tolerance
     assert max(speeds) <= SETUP.config.align.speed_percent * 1e-2 + 1e-9

@@ -158,5 +158,5 @@ def test_readings_that_cannot_be_true_never_reach_the_core(twin: Twin) -> None:
             say(change)
         wait_until(lambda: believed(4), 10.0, "good readings after the bad ones")
         assert link.counters["rejected"] >= 2
-    positions = [event.q[0] for event in events if isinstance(event, TwinMeasured)]
+    positions = [event.motion.q[0] for event in events if isinstance(event, TwinMeasured)]
     assert all(0.0 < q < 2.6 for q in positions)

@@ -76,8 +76,9 @@ def test_an_input_that_was_different_is_found_by_the_next_state(kept: Kept) -> N
         place = next((k for k, event in enumerate(events) if isinstance(event, TwinMeasured)), None)
         if place is not None:
             event = events[place]
-            q = (event.q[0] + 1e-15, *event.q[1:])
-            events[place] = msgspec.structs.replace(event, q=q)
+            q = (event.motion.q[0] + 1e-15, *event.motion.q[1:])
+            motion = msgspec.structs.replace(event.motion, q=q)
+            events[place] = msgspec.structs.replace(event, motion=motion)
             inputs[number] = replace(inputs[number], data=encode_events(events))
             break
     result = run(kept, inputs)

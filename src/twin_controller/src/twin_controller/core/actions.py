@@ -46,14 +46,13 @@ class Send(Action, frozen=True, tag="send"):
 
 
 class FollowTwin(Action, frozen=True, tag="follow_twin"):
-    """Set point for the twin: what was true at ``stamp`` (twin's ROS time), and the way on."""
+    """Set points for the twin; their times count from ``stamp`` (the twin's ROS time) [s].
+
+    The first is what was true at the stamp, the others how a robot that repeats itself goes on.
+    """
 
     stamp: float
-    q: Joints
-    qdot: Joints
-    qddot: Joints
-    # How a robot that repeats itself goes on; ``time`` counts from the stamp [s].
-    ahead: tuple[JointMotion, ...] = ()
+    points: tuple[JointMotion, ...]
 
 
 class StreamReal(Action, frozen=True, tag="stream_real"):

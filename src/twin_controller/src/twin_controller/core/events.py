@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import Literal
 
 import msgspec
+from scara_control.joint_motion import JointMotion, Setpoints
 
 Joints = tuple[float, ...]
 SideName = Literal["real", "twin"]
@@ -95,26 +96,35 @@ class RealAlarm(Event, frozen=True, tag="alarm"):
 
 
 class TwinMeasured(Event, frozen=True, tag="twin"):
-    """Joint state of the twin; ``stamp`` is ROS time at which it was true."""
+    """Joint state of the twin; its time is the ROS time at which it was true."""
 
-    stamp: float
-    q: Joints
-    qdot: Joints
+    motion: JointMotion
 
 
 class TwinPlan(Event, frozen=True, tag="plan"):
-    """Where the twin is going to be: row k at ``stamp + times[k]`` of its ROS time.
+    """Where the twin is going to be.
 
     Attributes:
+        stamp: The twin's ROS time from which the times of the set points count.
+        setpoints: Of all its joints, checked.
         jog: By a jog that waits for the real robot; else by set points.
     """
 
     stamp: float
-    times: tuple[float, ...]
-    q: tuple[Joints, ...]
-    qdot: tuple[Joints, ...]
-    qddot: tuple[Joints, ...]
+    setpoints: Setpoints
     jog: bool = False
+
+    @property
+    def end(self) -> float:
+        """When the last set point is due, of the twin's ROS time [s]."""
+        return self.stamp + self.setpoints.times[-1]
+
+    @property
+    def rows(self) -> tuple[tuple[float, Joints], ...]:
+        """Time from the stamp [s] and joint positions of each set point."""
+        return tuple(
+            (at, point.q) for at, point in zip(self.setpoints.times, self.setpoints.points)
+        )
 
 
 class TwinMotion(Event, frozen=True, tag="motion"):

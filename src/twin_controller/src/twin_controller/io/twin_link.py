@@ -235,7 +235,7 @@ class TwinLink:
         if verdict in (Verdict.REFUSED, Verdict.JUMPED):
             raise PacketError(self._plausible.reason)
         if verdict is Verdict.ACCEPTED:
-            self._held.measure(event)
+            self._held.measure(event.motion)
             self._put(event)
 
     def _reject(self, text: str) -> None:

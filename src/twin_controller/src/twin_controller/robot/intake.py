@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import msgspec
 from scara_config import Robot
 from scara_config.robot import Joint
+from scara_control.joint_motion import JointMotion
 
 from twin_controller.core.events import RealMeasured
 from twin_controller.plausible import Plausibility, Reading, Verdict, judge
@@ -54,8 +55,8 @@ def take(
     Returns:
         What is known now, and the verdict. ``plausible.reason`` says why a sample was refused.
     """
-    reading = Reading(sample.positions, sample.velocities, sample.clock_ms * 1e-3, received)
-    plausible, verdict = judge(intake.plausible, reading, joints, wrap=CLOCK_WRAP)
+    motion = JointMotion.measured(sample.positions, sample.velocities, sample.clock_ms * 1e-3)
+    plausible, verdict = judge(intake.plausible, Reading(motion, received), joints, wrap=CLOCK_WRAP)
     resting = intake.resting
     streams = sample.control_type is ControlType.STREAM
     if verdict is Verdict.ACCEPTED and not (streams and resting):

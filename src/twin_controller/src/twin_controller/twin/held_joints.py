@@ -10,9 +10,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from scara_config.robot import Joint
-from scara_control.joint_motion import Setpoints
+from scara_control.joint_motion import JointMotion, Setpoints
 
-from twin_controller.core.events import TwinMeasured
 from twin_controller.twin.fields import PacketError
 
 _STANDING = 0.005
@@ -34,7 +33,7 @@ class HeldJoints:
     def __init__(self, joints: Sequence[Joint]) -> None:
         self._joints = tuple(joints)
         self._names = tuple(joint.name for joint in joints)
-        self._measured: TwinMeasured | None = None
+        self._measured: JointMotion | None = None
         # Of the running stream; empty before its first set points.
         self._held: dict[str, float] = {}
         self._heard = float("-inf")
@@ -43,7 +42,7 @@ class HeldJoints:
         """Begin anew: the connection is another one."""
         self._measured, self._held = None, {}
 
-    def measure(self, measured: TwinMeasured) -> None:
+    def measure(self, measured: JointMotion) -> None:
         """Take in where the joints are."""
         self._measured = measured
 

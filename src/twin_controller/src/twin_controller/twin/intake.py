@@ -24,10 +24,9 @@ def take(
     Raises:
         PacketError: A joint is far outside its range.
     """
-    for joint, q in zip(joints, event.q):
+    for joint, q in zip(joints, event.motion.q):
         margin = RANGE_MARGIN * (joint.upper - joint.lower)
         if not joint.lower - margin <= q <= joint.upper + margin:
             limits = f"[{joint.lower:.6g}, {joint.upper:.6g}]"
             raise PacketError(f"position of {joint.name} = {q:g} is outside {limits}")
-    reading = Reading(event.q, event.qdot, event.stamp, event.now)
-    return judge(state, reading, joints, TWIN_ACCELERATION)
+    return judge(state, Reading(event.motion, event.now), joints, TWIN_ACCELERATION)

@@ -9,9 +9,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from scara_control.errors import ScaraControlError
 from scara_control.joint_motion import JointMotion, Setpoints
-from scara_control.joint_track import JointTrack
+from scara_control.joint_track import SetpointError, check_times
 
 from twin_controller.core.actions import Command, FollowTwin, MoveTwin, Send
 from twin_controller.core.events import ClockProbe, TwinGripper, TwinMeasured, TwinMotion, TwinPlan
@@ -70,9 +69,8 @@ def twin_measured(message: Mapping[str, Any], names: Sequence[str], now: float) 
         PacketError: A joint is missing, a count is wrong, a value is not finite.
     """
     order = order_of(message, "name", names)
-    return TwinMeasured(
-        now, stamp_of(message), row(message, "position", order), row(message, "velocity", order)
-    )
+    q, qdot = row(message, "position", order), row(message, "velocity", order)
+    return TwinMeasured(now, JointMotion.measured(q, qdot, stamp_of(message)))
 
 
 def coming_setpoints(message: Mapping[str, Any], names: Sequence[str]) -> Setpoints:
@@ -138,21 +136,11 @@ def plan_of(setpoints: Setpoints, stamp: float, now: float, jog: bool = False) -
     Raises:
         PacketError: Times do not increase.
     """
-    q, qdot, qddot = (
-        tuple(getattr(point, kind) for point in setpoints.points) for kind in ("q", "qdot", "qddot")
-    )
     try:
-        JointTrack(
-            setpoints.times,
-            q,
-            qdot,
-            qddot,
-            extrapolation_limit=0.0,
-            stop_accelerations=[1.0] * len(setpoints.names),
-        )
-    except ScaraControlError as error:
+        check_times(setpoints.times)
+    except SetpointError as error:
         raise PacketError(f"points: {error}") from error
-    return TwinPlan(now, stamp, setpoints.times, q, qdot, qddot, jog)
+    return TwinPlan(now, stamp, setpoints, jog)
 
 
 def twin_motion(message: Mapping[str, Any], names: Sequence[str], now: float) -> TwinMotion:
@@ -205,7 +193,6 @@ def clock_probe(values: Mapping[str, Any], sent: float, received: float) -> Cloc
 
 def follow_packet(action: FollowTwin, names: Sequence[str]) -> dict[str, Any]:
     """Build the trajectory_msgs/JointTrajectory of a set point for the twin, and the way on."""
-    here = JointMotion(action.q, action.qdot, action.qddot)
     return {
         "header": {"stamp": ros_time(action.stamp), "frame_id": SENDER},
         "joint_names": list(names),
@@ -216,7 +203,7 @@ def follow_packet(action: FollowTwin, names: Sequence[str]) -> dict[str, Any]:
                 "accelerations": list(point.qddot),
                 "time_from_start": ros_time(point.time),
             }
-            for point in (here, *action.ahead)
+            for point in action.points
         ],
     }
 

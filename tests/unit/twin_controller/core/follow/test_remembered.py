@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable, Sequence
 from functools import partial
 
@@ -41,7 +40,7 @@ def moved(t: float, swing: float = SWING, duration: float = DURATION_S) -> Joint
 def back(t: float, swing: float = SWING) -> JointMotion:
     """Return the same motion the other way."""
     there = moved(DURATION_S - t, swing)
-    return dataclasses.replace(there, qdot=tuple(-v for v in there.qdot))
+    return replace(there, qdot=tuple(-v for v in there.qdot))
 
 
 Way = Callable[[float], JointMotion]
@@ -158,9 +157,7 @@ def test_a_changed_program_is_given_up_where_it_changes() -> None:
         qdot = tuple(v - 2.0 * 5.0 * turned * v for v in sample.qdot)
         return JointMotion.measured(q, qdot, sample.time)
 
-    seen = robot.drive(
-        lambda t: changed(t) if t < 0.5 else dataclasses.replace(changed(0.5), qdot=STILL)
-    )
+    seen = robot.drive(lambda t: changed(t) if t < 0.5 else replace(changed(0.5), qdot=STILL))
     assert all(foretold(seen, 0.15, 0.4))
     assert not any(foretold(seen, 0.46, 0.5))
 
@@ -210,7 +207,7 @@ def test_a_jog_is_not_remembered() -> None:
     robot = Robot()
     real = robot.sides.real
     for k in range(150):
-        sample = dataclasses.replace(moved(k * PERIOD_S - 0.1), time=k * PERIOD_S)
+        sample = replace(moved(k * PERIOD_S - 0.1), time=k * PERIOD_S)
         flags = RealMeasured(sample.time, sample.time, sample.time, 0, sample.q, sample.qdot)
         real = replace(real, history=(*real.history, sample)[-48:], flags=flags)
         robot.remembered = note_sample(SETUP, robot.remembered, Sides(real))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import msgspec
 import numpy as np
 import pytest
@@ -40,7 +38,7 @@ def test_acceleration_needs_two_samples_and_is_bounded(samples: int, expected: f
     """A robot cannot accelerate faster than its joints' limits."""
     history = tuple(JointMotion.measured((0.0,), (1e6 * k,), 0.01 * k) for k in range(samples))
     assert estimate_acceleration(history, (100.0,)) == (expected,)
-    backwards = tuple(dataclasses.replace(sample, qdot=(-sample.qdot[0],)) for sample in history)
+    backwards = tuple(replace(sample, qdot=(-sample.qdot[0],)) for sample in history)
     assert estimate_acceleration(backwards, (100.0,)) == (-expected,)
 
 

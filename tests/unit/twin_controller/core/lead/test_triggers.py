@@ -6,6 +6,7 @@ import msgspec
 import pytest
 from harness.pair import HOME, SETUP, Pair, shifted
 from harness.parts import changed
+from scara_control.joint_motion import JointMotion, Setpoints
 from twin_controller.core.events import Operator, TwinPlan
 from twin_controller.core.lead.modes import Mode, Trigger
 from twin_controller.core.lead.triggers import (
@@ -39,7 +40,7 @@ def moved(
     """Return the state with one side's change, its newest sample ``seen_until`` [s] from now."""
     known = getattr(state.sides, side)
     change = replace(known.change, recent=recent, onset=onset, previous=None)
-    last = replace(known.last, t=state.lead.since + seen_until)
+    last = replace(known.last, time=state.lead.since + seen_until)
     known = replace(known, change=change, history=(*known.history, last))
     return changed(state, **{f"sides__{side}": known})
 
@@ -117,11 +118,9 @@ def test_a_side_that_may_still_prove_to_be_first_is_waited_for(
 
 def plan(state: CoreState, due: float) -> CoreState:
     """Return the state with an announced motion that begins ``due`` seconds after IDLE did."""
-    row, still = shifted(HOME, 1.0), (0.0,) * 4
+    points = tuple(map(JointMotion.at_rest, (HOME, *[shifted(HOME, 1.0)] * 2)))
     stamp = state.sides.twin.clock.to_remote(state.lead.since + due)
-    coming = TwinPlan(
-        0.0, stamp - 0.1, (0.0, 0.1, 0.2), (HOME, row, row), (still,) * 3, (still,) * 3
-    )
+    coming = TwinPlan(0.0, stamp - 0.1, Setpoints(SETUP.names, (0.0, 0.1, 0.2), points))
     return changed(state, sides__twin__plan=coming, sides__twin__motion__state="announcing")
 
 

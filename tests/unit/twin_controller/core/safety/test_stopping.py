@@ -9,7 +9,7 @@ import pytest
 from harness.pair import SETUP
 from hypothesis import given
 from hypothesis import strategies as st
-from scara_control.joint_motion import JointMotion
+from scara_control.joint_motion import JointMotion, Setpoints
 from twin_controller.core.events import TwinPlan
 from twin_controller.core.safety.stopping import (
     FITTED,
@@ -104,14 +104,17 @@ A = SETUP.acceleration[0]
 def plan(start: float, speed: float, rows: int, braking: float = 0.0) -> TwinPlan:
     """Return a plan of one joint among four, 10 ms a row, that brakes from the first row on."""
     times = tuple(0.01 * k for k in range(rows))
-    q, qdot, qddot = [], [], []
+    points = []
     for t in times:
         t = min(t, speed / braking) if braking else t
         moving = speed - braking * t
-        q.append((start + speed * t - 0.5 * braking * t * t, 0.0, 0.0, 0.0))
-        qdot.append((moving if abs(moving) > 1e-12 else 0.0, 0.0, 0.0, 0.0))
-        qddot.append((-braking, 0.0, 0.0, 0.0))
-    return TwinPlan(0.0, 1000.0, times, tuple(q), tuple(qdot), tuple(qddot))
+        of_first = (
+            start + speed * t - 0.5 * braking * t * t,
+            moving if abs(moving) > 1e-12 else 0.0,
+            -braking,
+        )
+        points.append(JointMotion(*((value, 0.0, 0.0, 0.0) for value in of_first)))
+    return TwinPlan(0.0, 1000.0, Setpoints(SETUP.names, times, tuple(points)))
 
 
 def test_on_a_plan_the_delay_is_what_the_plan_says() -> None:
@@ -122,7 +125,8 @@ def test_on_a_plan_the_delay_is_what_the_plan_says() -> None:
     expected = 3.0 * t - 10.0 * t * t + speed * speed / (2.0 * SETUP.braking[0])
     stop = stop_on_plan(made, at, Braking(SETUP.braking, delay))[-1]
     assert stop[0] == pytest.approx(expected, rel=1e-3)
-    without = stop_from(made.q[2], made.qdot[2], made.qdot[2], Braking(SETUP.braking, delay))
+    now = made.setpoints.points[2]
+    without = stop_from(now.q, now.qdot, now.qdot, Braking(SETUP.braking, delay))
     assert stop[0] < without[0] - 0.02, "from the speed alone it would be further"
 
 
@@ -130,7 +134,8 @@ def test_the_rest_of_a_plan_that_ends_at_rest_is_its_rows() -> None:
     """Only what is still to come."""
     made = plan(0.0, 2.0, 16, braking=20.0)
     rest = rest_of_plan(made, 1000.035, (), SETUP.acceleration)
-    assert rest == made.q[4:] and not any(made.qdot[-1])
+    points = made.setpoints.points
+    assert rest == tuple(point.q for point in points[4:]) and not any(points[-1].qdot)
 
 
 @pytest.mark.parametrize(
@@ -141,9 +146,10 @@ def test_a_target_is_believed_while_the_plan_can_still_stop_there(
 ) -> None:
     """A plan that overshoots its announced target, or leads elsewhere, has no known end."""
     made = plan(0.0, 2.0, 11)
-    assert made.q[-1][0] + 2.0**2 / (2.0 * A) < 0.9
+    rows = [q for _, q in made.rows]
+    assert rows[-1][0] + 2.0**2 / (2.0 * A) < 0.9
     end = () if target is None else (target, 0.0, 0.0, 0.0)
     rest = rest_of_plan(made, 1000.0, end, SETUP.acceleration)
     assert bool(rest) is known
     if known:
-        assert rest[-1] == end and np.allclose(rest[:-1], made.q[1:])
+        assert rest[-1] == end and np.allclose(rest[:-1], rows[1:])

@@ -96,9 +96,14 @@ def test_a_jump_of_the_real_clock_forgets_the_real_side() -> None:
     assert "jumped" in jumped.reason
 
 
+def at(now: float, stamp: float, q: tuple[float, ...] = HOME) -> TwinMeasured:
+    """Return a joint state of a twin that stands."""
+    return TwinMeasured(now, JointMotion.measured(q, STILL, stamp))
+
+
 def test_a_jump_of_the_twin_clock_forgets_the_twin() -> None:
     """Likewise."""
-    state = twin_measured(SETUP, known_twin(), TwinMeasured(1.01, 1.01 + 1e9, HOME, STILL))
+    state = twin_measured(SETUP, known_twin(), at(1.01, 1.01 + 1e9))
     assert state.history
     jumped = clock_probed(SETUP, state, ClockProbe(1.02, 1.019, 1.02, 1e9 - 3600.0))
     assert jumped.history == () and jumped.clock.jumps == 1
@@ -108,15 +113,19 @@ def test_a_jump_of_the_twin_clock_forgets_the_twin() -> None:
 def test_a_joint_state_of_the_twin_waits_for_its_clock() -> None:
     """A stamp without a clock is no time."""
     unknown = TwinSide()
-    assert twin_measured(SETUP, unknown, TwinMeasured(1.0, 1e9, HOME, STILL)) == unknown
+    assert twin_measured(SETUP, unknown, at(1.0, 1e9)) == unknown
 
 
 def test_joint_states_out_of_order_are_dropped() -> None:
     """Reordered or repeated packets bring nothing new."""
-    state = twin_measured(SETUP, known_twin(), TwinMeasured(1.02, 1.02 + 1e9, HOME, STILL))
+    state = twin_measured(SETUP, known_twin(), at(1.02, 1.02 + 1e9))
     for stamp in (1.02, 1.01, 0.5):
         assert (
-            twin_measured(SETUP, state, TwinMeasured(1.03, stamp + 1e9, shifted(HOME, 1.0), STILL))
+            twin_measured(
+                SETUP,
+                state,
+                at(1.03, stamp + 1e9, shifted(HOME, 1.0)),
+            )
             == state
         )
 

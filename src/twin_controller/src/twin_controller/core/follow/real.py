@@ -274,7 +274,7 @@ def follower_pace(setup: Setup, follow: Follow) -> tuple[float, str]:
 def planned(twin: TwinSide, local: float) -> bool:
     """Return whether the twin's plan reaches beyond local time ``local``."""
     plan = twin.plan
-    return plan is not None and plan.stamp + plan.times[-1] > twin.clock.to_remote(local)
+    return plan is not None and plan.end > twin.clock.to_remote(local)
 
 
 def jogs_ahead(twin: TwinSide, local: float) -> bool:
@@ -295,14 +295,8 @@ def twin_course(setup: Setup, twin: TwinSide, now: float) -> Course:
     plan = twin.plan
     if plan is not None and planned(twin, twin.seen or now):
         stamp = plan.stamp
-        # Checking a plan takes far longer than reading it: once for all joints and set points.
-        track = JointTrack(
-            plan.times,
-            plan.q,
-            plan.qdot,
-            plan.qddot,
-            extrapolation_limit=0.0,
-            stop_accelerations=setup.acceleration,
+        track = JointTrack.from_checked(
+            plan.setpoints, extrapolation_limit=0.0, stop_accelerations=setup.acceleration
         )
         return lambda local: track.sample(twin.clock.to_remote(local) - stamp)
     last, still = twin.last, (0.0,) * len(twin.last.q)

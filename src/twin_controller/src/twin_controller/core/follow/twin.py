@@ -63,15 +63,9 @@ def follow_twin(
     qddot, points = way_on(setup, remembered, sample)
     if qddot is None:
         qddot = estimate_acceleration(sides.real.history, setup.acceleration)
-    here = _with_gap(JointMotion(sample.q, sample.qdot, qddot), blend, sample.time)
-    setpoint = FollowTwin(
-        stamp=sides.twin.clock.to_remote(sample.time),
-        q=here.q,
-        qdot=here.qdot,
-        qddot=here.qddot,
-        ahead=tuple(_with_gap(point, blend, sample.time) for point in points),
-    )
-    return follows, setpoint
+    here = JointMotion(sample.q, sample.qdot, qddot)
+    way = tuple(_with_gap(point, blend, sample.time) for point in (here, *points))
+    return follows, FollowTwin(sides.twin.clock.to_remote(sample.time), way)
 
 
 def _with_gap(point: JointMotion, blend: Blend, t: float) -> JointMotion:

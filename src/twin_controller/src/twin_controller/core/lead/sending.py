@@ -41,7 +41,7 @@ def send_setpoints(
     twin_follows, setpoint = follow_twin(setup, follow.twin, sides, remembered, now)
     if setpoint is not None:
         at = sides.real.last.time
-        way = [(at, setpoint.q), *((at + point.time, point.q) for point in setpoint.ahead)]
+        way = [(at + point.time, point.q) for point in setpoint.points]
         twin = remember(setup, sides.twin, way)
         sides = replace(sides, twin=twin)
         actions.append(setpoint)

@@ -126,7 +126,7 @@ def _planned_onset(setup: Setup, state: CoreState) -> float | None:
     threshold = setup.config.change.hysteresis
     # What the plan holds from before this mode is no motion in it.
     begin = twin.clock.to_remote(state.lead.since) - plan.stamp
-    for offset, row in zip(plan.times, plan.q):
+    for offset, row in plan.rows:
         if offset < begin:
             continue
         if max(abs(a - b) for a, b in zip(setup.to_border(row), baseline)) > threshold:

@@ -106,7 +106,7 @@ def judge_divergence(
     newest = rows[-1]
     # A robot that follows is aimed ahead of the twin: the way that the twin will take counts too.
     if streams and sides.twin.plan is not None:
-        rows += sides.twin.plan.q
+        rows += [q for _, q in sides.twin.plan.rows]
     tool = partial(_tool, setup.arm, setup.arm_columns)
     still = all(
         change.stands_still(side.change, real.time, setup.config.change)

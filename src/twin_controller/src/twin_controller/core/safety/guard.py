@@ -112,7 +112,7 @@ def known_ahead(setup: Setup, sides: Sides, way: Way) -> Ways:
     if plan is None or real.flags is None or not real.flags.streaming or real.flags.own_program:
         return ()
     at = twin.clock.to_remote(real.last.time)
-    if at >= plan.stamp + plan.times[-1] or not answers(setup, real, real.last):
+    if at >= plan.end or not answers(setup, real, real.last):
         return ()
     delay = setup.config.cell.braking_delay_ms * 1e-3
     stop = stop_on_plan(plan, at, Braking(setup.braking, delay))

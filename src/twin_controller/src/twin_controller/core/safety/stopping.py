@@ -92,12 +92,9 @@ def stop_on_plan(plan: TwinPlan, at: float, braking: Braking) -> tuple[Joints, .
         braking: How it brakes.
     """
     until = at + braking.delay - plan.stamp
-    rows = [q for offset, q in zip(plan.times, plan.q) if at - plan.stamp < offset < until]
-    track = JointTrack(
-        plan.times,
-        plan.q,
-        plan.qdot,
-        plan.qddot,
+    rows = [q for offset, q in plan.rows if at - plan.stamp < offset < until]
+    track = JointTrack.from_checked(
+        plan.setpoints,
         extrapolation_limit=braking.delay,
         stop_accelerations=braking.acceleration,
     )
@@ -120,14 +117,14 @@ def rest_of_plan(
         target: Where the move ends, as announced; empty if it has not been.
         acceleration: The largest of each joint, SI.
     """
-    rows = tuple(q for offset, q in zip(plan.times, plan.q) if offset > at - plan.stamp)
-    last, speed = plan.q[-1], plan.qdot[-1]
-    if not any(speed):
-        return rows or (last,)
+    rows = tuple(q for offset, q in plan.rows if offset > at - plan.stamp)
+    last = plan.setpoints.points[-1]
+    if not any(last.qdot):
+        return rows or (last.q,)
     if not target:
         return ()
-    stop = braking_way(last, tuple(OVERSHOOT * v for v in speed), acceleration, 0.0)
-    for place, from_, end in zip(stop, last, target):
+    stop = braking_way(last.q, tuple(OVERSHOOT * v for v in last.qdot), acceleration, 0.0)
+    for place, from_, end in zip(stop, last.q, target):
         # Nobody steers a joint to the last digit.
         if abs(place - from_) > abs(end - from_) + 1e-4 or (place - from_) * (end - from_) < -1e-8:
             return ()

@@ -174,7 +174,7 @@ def twin_measured(setup: Setup, twin: TwinSide, event: TwinMeasured) -> TwinSide
     """Take one joint state of the twin in; before its clock is known it has no time."""
     if not twin.clock.known:
         return twin
-    sample = JointMotion.measured(event.q, event.qdot, twin.clock.to_local(event.stamp))
+    sample = replace(event.motion, time=twin.clock.to_local(event.motion.time))
     if twin.history and sample.time <= twin.last.time:
         return twin
     latest = sample.time - twin.clock.uncertainty
