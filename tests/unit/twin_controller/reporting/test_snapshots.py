@@ -75,6 +75,14 @@ def test_a_state_of_an_older_version_is_refused_with_what_to_do(old: dict[str, o
         decode_state(msgspec.msgpack.encode(old))
 
 
+def test_inputs_of_another_version_are_refused_with_what_to_do() -> None:
+    """A joint state of the twin had fields of its own once."""
+    old = {"kind": "twin", "now": 3.5, "stamp": 100.5, "q": [0.0], "qdot": [0.0]}
+    wanted = "inputs: recorded by another version: .*`motion`.*; replay the recording with that"
+    with pytest.raises(SnapshotError, match=wanted):
+        decode_events(msgspec.msgpack.encode([old]))
+
+
 @pytest.mark.parametrize("data", [b"", b"\xc1", b"\x01", b"\x80", b"\x81\xa5sides\x80"])
 def test_bytes_that_are_no_state_are_refused(data: bytes) -> None:
     """Empty, broken, or a state with a part missing: none of them passes for a fresh one."""

@@ -19,6 +19,10 @@ class SnapshotError(ValueError):
     """Recorded bytes are not what this version of the core writes; the text says where."""
 
 
+OLD_INPUTS = (
+    "inputs: recorded by another version: {error}; "
+    "replay the recording with that version, or record again with this one"
+)
 OLD_STATE = (
     "state: recorded by an older version: its states cannot be read; "
     "replay the recording with that version, or record again with this one"
@@ -42,6 +46,8 @@ def decode_events(data: bytes) -> list[AnyEvent]:
     """
     try:
         return _EVENTS.decode(data)
+    except msgspec.ValidationError as error:
+        raise SnapshotError(OLD_INPUTS.format(error=error)) from error
     except msgspec.DecodeError as error:
         raise SnapshotError(f"inputs: {error}") from error
 
