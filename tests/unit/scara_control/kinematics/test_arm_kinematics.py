@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 from scara_config import load_robot
+from scara_config.profile import CHOICE
 from scara_control.errors import (
     JointLimitError,
     JointVectorError,
@@ -25,6 +26,13 @@ def tool_yaw(q: list[float]) -> float:
     turned = Rotation.from_quat(KINEMATICS.forward(q).orientation)
     home = Rotation.from_quat(KINEMATICS.forward([0.0] * len(q)).orientation)
     return float((turned * home.inv()).as_euler("zyx")[0])
+
+
+def test_home_is_in_radians_and_metres(monkeypatch):
+    """Of an arm that is bent at home; robot.yaml says degrees and millimetres."""
+    monkeypatch.setenv(CHOICE, "articulated_six")
+    home = ArmKinematics(load_robot()).home
+    assert home == pytest.approx(np.radians([0.0, 39.01, 6.25, 0.0, 44.74, 0.0]))
 
 
 def test_orientation_is_the_tools_at_the_home_pose():

@@ -116,3 +116,11 @@ def test_joint_velocities_give_the_wanted_tool_velocity(arm: NumericArm) -> None
     )
     straight = velocities_for(arm, [0.0, 0.0, -math.pi / 2, 0.0, 0.0, 0.0], (0.05, 0.0, 0.05))
     assert straight.damped and all(math.isfinite(value) for value in straight.qdot)
+
+
+def test_damping_costs_little_of_what_the_arm_can_do(arm: NumericArm) -> None:
+    """Stretched straight up, it still moves sideways, but for a percent."""
+    q = [0.0, 0.0, -math.pi / 2, 0.0, 0.0, 0.0]
+    answer = velocities_for(arm, q, (0.05, 0.0, 0.0))
+    assert answer.damped
+    np.testing.assert_allclose(tool_velocity_of(arm, q, answer.qdot)[0], 0.05, rtol=0.01)

@@ -25,11 +25,23 @@ def skew_arm(joints: int, seed: int) -> ScrewModel:
     return ScrewModel(axes, home)
 
 
-@pytest.mark.parametrize(
-    "arm",
-    [ScrewModel.from_robot(ROBOT), *(skew_arm(n, n) for n in (1, 2, 5, 7))],
-    ids=lambda a: a.joint_count,
-)
+def upright_arm(seed: int) -> ScrewModel:
+    """Return an arm whose joints turn about z, as a SCARA's, with a tool that points anywhere."""
+    home = skew_arm(1, seed).home_pose
+    points = np.random.default_rng(seed).normal(size=(3, 3))
+    axis = np.array([0.0, 0.0, 1.0])
+    axes = [np.concatenate([axis, -np.cross(axis, point)]) for point in points]
+    return ScrewModel(np.array(axes).T, home)
+
+
+ARMS = {
+    "the robot": ScrewModel.from_robot(ROBOT),
+    "upright": upright_arm(3),
+    **{f"{n} joints": skew_arm(n, n) for n in (1, 2, 5, 7)},
+}
+
+
+@pytest.mark.parametrize("arm", list(ARMS.values()), ids=list(ARMS))
 def test_pose_is_that_of_the_matrix_exponentials(arm):
     """Any open chain: position to rounding, quaternion with the same sign."""
     chain = PoseChain(arm)

@@ -39,6 +39,19 @@ def sampled(path, count=200):
     return taus, *(np.array([getattr(m, what) for m in motions]) for what in ("q", "qdot", "qddot"))
 
 
+def test_a_move_from_rest_is_as_quick_as_the_jerks_allow():
+    """Of joints that go different ways in the same time: the one that needs most sets the pace."""
+    start = tuple(0.5 * (j.lower + j.upper) for j in JOINTS)
+    target = tuple(
+        q + k * 0.01 * (j.upper - j.lower) for k, (j, q) in enumerate(zip(JOINTS, start), 1)
+    )
+    path = plan_move(JOINTS, JointMotion.at_rest(start), target, 100.0)
+    taus, _, _, qddot = sampled(path, 2000)
+    jerk = np.abs(np.diff(qddot, axis=0)).max(axis=0) / (taus[1] - taus[0])
+    shares = jerk / [joint.jerk for joint in JOINTS]
+    assert shares.max() == pytest.approx(1.0, abs=0.01)
+
+
 @settings(max_examples=60, deadline=None)
 @given(within(1.0), within(1.0), st.floats(1.0, 100.0))
 def test_a_move_from_rest_is_a_straight_line_that_keeps_all_limits(start, target, percent):

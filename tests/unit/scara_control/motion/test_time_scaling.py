@@ -30,6 +30,17 @@ def driven(wanted, percent=100.0, steps=2000):
     return path, bases, [motion_at(path, base) for base in bases]
 
 
+@pytest.mark.parametrize("rate", [-2.0, -1.0, 0.0, 1.0])
+def test_a_rate_of_the_scale_accelerates_along_the_way(rate):
+    """At full scale too: d/dt (s v) = s^2 a + s' v."""
+    path = plan_move(JOINTS, JointMotion.at_rest(START), TARGET, 100.0)
+    tau = 0.3 * path.duration
+    planned, motion = path.at(tau), motion_at(path, TimeBase(tau, 1.0, rate))
+    assert motion.qdot == planned.qdot
+    wanted = [a + rate * v for v, a in zip(planned.qdot, planned.qddot)]
+    assert motion.qddot == pytest.approx(wanted)
+
+
 PLANS = st.lists(
     st.tuples(st.integers(1, 40), st.sampled_from([0.0, 0.2, 0.5, 0.8, 1.0])),
     min_size=1,

@@ -1,0 +1,96 @@
+"""What a needle is made of: what had just happened when the tools were apart for a moment."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from twin_experiments.metrics.errors import Move, Trace
+from twin_experiments.metrics.needles import Cause, Needle, find_needles
+from twin_experiments.metrics.pauses import Pause
+from twin_experiments.metrics.series import Aligned
+
+RATE, SPEED = 1000.0, 0.5
+AT, LASTS, HEIGHT_MM = 2.0, 0.02, 3.0
+TIMES = np.arange(0.0, 4.0, 1.0 / RATE)
+MOVE = Move(0.5, 3.5, 1500.0, HEIGHT_MM, None)
+
+
+def needle(
+    height_mm: float = HEIGHT_MM,
+    lasts: float = LASTS,
+    moves: tuple[Move, ...] = (MOVE,),
+    pauses: tuple[Pause, ...] = (),
+    late: float | None = None,
+) -> Needle | None:
+    """Return what is found of a bump of the tools' distance at ``AT`` [s] while both go on.
+
+    Args:
+        height_mm: Of the bump.
+        lasts: Its width at half its height [s].
+        moves: Of the experiment.
+        pauses: Of the machine.
+        late: When a sample came 20 ms later than the others [s].
+    """
+    bump = height_mm * np.exp(-np.log(2.0) * (2.0 * (TIMES - AT) / lasts) ** 2)
+    tool = np.column_stack((SPEED * TIMES, 0.0 * TIMES, 0.0 * TIMES))
+    rows = np.zeros((len(TIMES), 1))
+    aligned = Aligned(RATE, TIMES, ((0, len(TIMES)),), rows, rows, rows, rows, (), 4.0)
+    moving = np.ones(len(TIMES), dtype=bool)
+    seen = Trace(aligned, tool, tool, 0.2 + bump, moving, moving)
+    ages = np.full(len(TIMES), 0.004)
+    if late is not None:
+        ages[round(late * RATE)] += 0.02
+    found = find_needles(seen, moves, pauses, {"state": (TIMES, ages)})
+    assert len(found) <= 1
+    return found[0] if found else None
+
+
+def test_a_bump_is_a_needle_with_its_place_height_and_timing() -> None:
+    """A distance of 3.2 mm at 0.5 m/s is 6.4 ms between both sides."""
+    found = needle()
+    assert found is not None
+    assert (found.start, found.at, found.end) == pytest.approx((1.98, 2.0, 2.02), abs=2e-3)
+    assert found.height_mm == pytest.approx(3.2) and found.speed == pytest.approx(SPEED)
+    assert found.timing_ms == pytest.approx(6.4)
+    assert found.cause == Cause.NONE
+
+
+@pytest.mark.parametrize(("height_mm", "lasts"), [(0.2, LASTS), (3.0, 0.1)])
+def test_what_is_low_or_wide_is_no_needle(height_mm: float, lasts: float) -> None:
+    """Unrest, and a distance that comes and goes."""
+    assert needle(height_mm, lasts) is None
+
+
+@pytest.mark.parametrize(
+    ("before", "cause"), [(0.0, Cause.LATE), (0.09, Cause.LATE), (0.12, Cause.NONE)]
+)
+def test_a_late_sample_shows_for_a_tenth_of_a_second(before: float, cause: Cause) -> None:
+    """Not longer: else most needles had one."""
+    found = needle(late=AT - before)
+    assert found is not None and found.cause == cause
+
+
+@pytest.mark.parametrize(
+    ("end", "cause"), [(AT, Cause.PAUSE), (AT - 0.19, Cause.PAUSE), (AT - 0.22, Cause.NONE)]
+)
+def test_a_pause_shows_until_both_are_together_again(end: float, cause: Cause) -> None:
+    """The machine stood still, and both sides need 0.2 s."""
+    found = needle(pauses=(Pause(end - 0.05, 0.05),))
+    assert found is not None and found.cause == cause
+
+
+@pytest.mark.parametrize(("begun", "cause"), [(0.09, Cause.BEGINNING), (0.11, Cause.NONE)])
+def test_a_follower_joins_a_move_in_a_tenth_of_a_second(begun: float, cause: Cause) -> None:
+    """From the move's beginning on."""
+    found = needle(moves=(Move(AT - begun, 3.5, 1500.0, HEIGHT_MM, None),))
+    assert found is not None and found.cause == cause
+
+
+def test_the_surest_cause_is_told() -> None:
+    """A pause makes samples late, and a move can begin in it."""
+    found = needle(
+        moves=(Move(AT - 0.05, 3.5, 1500.0, HEIGHT_MM, None),),
+        pauses=(Pause(AT - 0.1, 0.05),),
+        late=AT - 0.05,
+    )
+    assert found is not None and found.cause == Cause.PAUSE
