@@ -132,25 +132,26 @@ export class Scene {
     this.pace.change();
   }
 
-  // Give new meshes their edges, and ghosts a surface that hides nothing.
+  // Give new meshes their edges, and what is of glass a surface that hides nothing. A mesh can be here
+  // before its material: glass is known by what the page was told.
   finish() {
-    const ghosts = new Map(Object.entries(this.told.ghosts).flatMap(([side, ids]) => ids.map((id) => [id, side])));
     for (const [id, { mesh }] of this.view.objects) {
       if (!mesh?.isMesh || this.finished.has(id)) continue;
       this.finished.add(id);
       this.pace.change();
-      const ghost = ghosts.get(id);
-      const colour = ghost ? mesh.material.color : 0x10161d;
+      const [colour, opacity] = this.told.glass[id] || [0x10161d, 1];
       const edges = new THREE.LineSegments(
         new THREE.EdgesGeometry(mesh.geometry, EDGE_ANGLE_DEG),
-        new THREE.LineBasicMaterial({ color: colour, transparent: true, opacity: ghost ? 0.9 : 0.28 }),
+        new THREE.LineBasicMaterial({ color: colour, transparent: true, opacity: opacity < 1 ? 0.9 : 0.28 }),
       );
       mesh.add(edges);
-      if (!ghost) {
+      if (opacity === 1) {
         mesh.material.transparent = false;
         continue;
       }
-      Object.assign(mesh.material, { depthWrite: false, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
+      mesh.material.color.set(colour);
+      Object.assign(mesh.material, { transparent: true, opacity, depthWrite: false });
+      Object.assign(mesh.material, { polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
       mesh.renderOrder = 1;
     }
   }

@@ -34,6 +34,8 @@
     range.selectNodeContents(node);
     const box = range.getBoundingClientRect();
     if (!box.width || !box.height) continue;
+    const field = element.closest(".q-field__control")?.getBoundingClientRect();
+    if (field && box.bottom > field.bottom + 1) problems.push(`cut: ${name(element)} leaves its field`);
     const frame = clipped(element, box);
     const boxes = [...range.getClientRects()].map(rect).map((line) => within(line, frame));
     texts.push({ element, boxes, style: getComputedStyle(element) });

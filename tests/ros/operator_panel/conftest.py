@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 from harness.page.stand_in import StandIn, in_control
+from harness.page.theatre import Theatre, open_theatre
 from harness.processes import wait_until
 from harness.ros import Ros
 from harness.wires.operator_page import Panel, heard
@@ -36,3 +37,10 @@ def operator(panel: Panel, stand_in: StandIn) -> Iterator[ClientConnection]:
     """Give the live connection of an operator in control."""
     with in_control(panel, stand_in) as live:
         yield live
+
+
+@pytest.fixture(scope="module")
+def theatre(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Theatre]:
+    """Give one page of a stage for all tests of a file; its browser cannot draw the model."""
+    with open_theatre(tmp_path_factory.mktemp("stage")) as made:
+        yield made

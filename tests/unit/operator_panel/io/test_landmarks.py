@@ -6,7 +6,7 @@ import math
 
 import pytest
 from harness.workspace import ROOT
-from operator_panel.io.page.landmarks import reach_radii
+from operator_panel.io.page.picture.landmarks import reach_radii
 from scara_config import load_robot
 
 from scara_description.urdf import link_pose, parse_urdf

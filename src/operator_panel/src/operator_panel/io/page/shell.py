@@ -21,8 +21,8 @@ from operator_panel.io.live import PATH, Live
 from operator_panel.io.page.charts import build_charts
 from operator_panel.io.page.header import build_header
 from operator_panel.io.page.moving import build_commands, build_jog
+from operator_panel.io.page.picture.scene import build_scene
 from operator_panel.io.page.records.recordings import build_recordings
-from operator_panel.io.page.scene import build_scene
 from operator_panel.io.page.status import (
     build_alarms,
     build_deviation,
@@ -65,7 +65,7 @@ class Shell:
         self._robot, self._model, self._config, self._around = robot, model, config, around
         self._door, self._desk, self._live = door, desk, live
         self._runs = runs
-        self._version = str(max(int(file.stat().st_mtime) for file in web.iterdir()))
+        self._version = str(max(int(file.stat().st_mtime) for file in web.rglob("*")))
         app.add_static_files("/panel", str(web), max_cache_age=0)
         app.add_api_route(
             "/runs/{run}/{file}", self._report, methods=["GET"], include_in_schema=False

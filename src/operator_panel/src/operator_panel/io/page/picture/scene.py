@@ -9,8 +9,9 @@ import numpy as np
 from nicegui import ui
 from scara_config import Robot
 
-from operator_panel.io.page.landmarks import VIEWS, build_landmarks, build_views
-from operator_panel.io.page.look_back import build_look_back_button, build_time_line
+from operator_panel.io.page.picture.glass import Glass, Panes
+from operator_panel.io.page.picture.landmarks import VIEWS, build_landmarks, build_views
+from operator_panel.io.page.picture.look_back import build_look_back_button, build_time_line
 from operator_panel.io.page.view import plain
 from scara_description.urdf import (
     JointFrame,
@@ -21,8 +22,7 @@ from scara_description.urdf import (
     origin_transform,
 )
 
-REAL, PREVIEW = "#2f7fe0", "#9b5de5"
-GHOST_OPACITY, PREVIEW_OPACITY = 0.38, 0.42
+GHOSTS = {"real": Glass("#2f7fe0", 0.38), "preview": Glass("#9b5de5", 0.42)}
 SEGMENTS = 36
 LEGEND = {"twin": "twin", "real": "real robot", "preview": "target", "zone": "keep out"}
 
@@ -50,12 +50,12 @@ def build_scene(model: Model, robot: Robot) -> dict[str, Any]:
             build_views(scene)
             _camera()
             build_time_line()
-    build_landmarks(scene, robot)
     builder = _Builder(scene, model)
+    build_landmarks(scene, robot, builder.panes)
     moved = {side: builder.tree(side) for side in ("twin", "real", "preview")}
     eye, (x, y, z) = VIEWS["Whole"]
     scene.move_camera(*eye, look_at_x=x, look_at_y=y, look_at_z=z, duration=0)
-    return {"scene": scene.id, "joints": moved, "ghosts": builder.ghosts}
+    return {"scene": scene.id, "joints": moved, "glass": builder.panes}
 
 
 def _camera() -> None:
@@ -82,12 +82,7 @@ def _still() -> None:
 
 def _legend() -> None:
     with ui.element("div").classes("legend"):
-        for style, text in (
-            ("twin", "twin"),
-            ("real", "real robot"),
-            ("preview", "target"),
-            ("zone", "keep out"),
-        ):
+        for style, text in LEGEND.items():
             with ui.element("span").classes(f"legend-item legend-{style}"):
                 plain(text)
 
@@ -106,7 +101,7 @@ class _Builder:
 
     def __init__(self, scene: ui.scene, model: Model) -> None:
         self._scene, self._model = scene, model
-        self.ghosts: dict[str, list[str]] = {"real": [], "preview": []}
+        self.panes: Panes = {}
 
     def tree(self, side: str) -> dict[str, dict[str, Any]]:
         """Build one side; return its moving groups by joint."""
@@ -153,9 +148,7 @@ class _Builder:
         if side == "twin":
             made.material(shape.colour)
             return
-        colour, opacity = (REAL, GHOST_OPACITY) if side == "real" else (PREVIEW, PREVIEW_OPACITY)
-        made.material(colour, opacity)
-        self.ghosts[side].append(made.id)
+        GHOSTS[side].cover(made, self.panes)
 
 
 def _pose(kind: str, xyz: Vector, rpy: Vector) -> np.ndarray:

@@ -7,10 +7,11 @@ import math
 from nicegui import ui
 from scara_config import Robot
 
+from operator_panel.io.page.picture.glass import Glass, Panes
 from operator_panel.io.page.view import plain
 
-ZONE, ZONE_OPACITY = "#c81e1e", 0.08
-REACH, REACH_OPACITY = "#6b7886", 0.55
+ZONE = Glass("#c81e1e", 0.12)
+REACH = Glass("#6b7886", 0.55)
 LINE_M = 0.004
 LOWEST_M = -0.4  # a zone that goes on below the floor is shown down to here
 SEGMENTS = 96
@@ -23,8 +24,8 @@ VIEWS = {
 """Name of a view: where the eye is and what it looks at [m]. None is called as a command is."""
 
 
-def build_landmarks(scene: ui.scene, robot: Robot) -> None:
-    """Add zones and reach to a scene."""
+def build_landmarks(scene: ui.scene, robot: Robot, glass: Panes) -> None:
+    """Add zones and reach to a scene; what can be seen through is noted in ``glass``."""
     with scene:
         for zone in robot.keep_out:
             lower = [max(value * 1e-3, LOWEST_M) for value in zone.lower_mm]
@@ -32,7 +33,7 @@ def build_landmarks(scene: ui.scene, robot: Robot) -> None:
             size = [high - low for low, high in zip(lower, upper)]
             middle = [0.5 * (low + high) for low, high in zip(lower, upper)]
             box = scene.box(size[0], size[1], size[2])
-            box.move(*middle).material(ZONE, ZONE_OPACITY)
+            ZONE.cover(box.move(*middle), glass)
             box.with_name(f"zone {zone.name}")
         start, length = _turn(robot)
         for radius in reach_radii(robot):
@@ -43,7 +44,8 @@ def build_landmarks(scene: ui.scene, robot: Robot) -> None:
                 theta_start=start,
                 theta_length=length,
             )
-            ring.material(REACH, REACH_OPACITY, side="both").with_name("reach")
+            REACH.cover(ring, glass, side="both")
+            ring.with_name("reach")
 
 
 def reach_radii(robot: Robot) -> list[float]:

@@ -1,0 +1,125 @@
+"""The page of a stage in a browser: scenes are chosen, sizes too, and what is wrong is told."""
+
+from __future__ import annotations
+
+import re
+import sys
+import time
+import urllib.request
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from playwright.sync_api import Page, expect
+
+from harness.processes import Stage, free_port, wait_until
+from harness.wires.browser import chromium
+from harness.workspace import ROOT, workspace_environment
+
+STAGE = ROOT / "tests" / "harness" / "page" / "stage.py"
+MEASURE = (STAGE.parent / "measure.js").read_text(encoding="utf-8")
+TOKEN = "token-of-the-stage"
+SIZES = {"phone": (390, 844), "tablet": (768, 1024), "low": (1280, 720), "wide": (1920, 1080)}
+ALARMS = 4
+expect.set_options(timeout=15_000)
+# All that must stand still while alarms, commands and troubles come and go.
+PLACES = """() => [...document.querySelectorAll(
+    ".card, .strip, .bar, .bar-stop button, .theme, .commands button, .tabs button, " +
+    ".jog button, .scene-choice button, .views button, [data-pause]")]
+    .filter((place) => place.checkVisibility())
+    .map((place) => { const box = place.getBoundingClientRect();
+        const button = place.matches("button") && place.innerText.trim();
+        const words = place.getAttribute("aria-label") || button || place.className;
+        return [words, box.left, box.top + scrollY, box.width, box.height]; })"""
+
+
+class Theatre:
+    """The page of a stage whose scenes can be chosen."""
+
+    def __init__(self, page: Page, address: str) -> None:
+        """Open it as an operator."""
+        self.page, self.address = page, address
+        page.goto(f"{address}/?token={TOKEN}")
+        expect(page.locator("[data-panel].shown")).to_be_visible(timeout=30_000)
+        expect(page.locator(".control-text")).to_have_text(re.compile("in control"))
+
+    def play(self, scene: str) -> None:
+        """Choose a scene, and wait until the page shows it."""
+        with urllib.request.urlopen(f"{self.address}/scene/{scene}", timeout=10.0):
+            pass
+        expect(self.page.locator('[data-live="jog"]')).to_have_text(scene)
+        alarms = self.page.locator(".alarm.warn, .alarm.error")
+        expect(alarms).to_have_count(ALARMS if scene == "alarmed" else 0)
+
+    def remembered(self) -> None:
+        """Wait until the page's server has kept a moment of what is shown now."""
+        now = time.time()
+
+        def newest() -> float:
+            answer = self.page.request.get(f"{self.address}/past.json?at={now}")
+            return float(answer.json()["last"])
+
+        wait_until(lambda: newest() > now, 10.0, "a moment of this scene")
+
+    def resize(self, size: str) -> None:
+        """Choose a size; it is drawn when two frames have passed."""
+        width, height = SIZES[size]
+        self.page.set_viewport_size({"width": width, "height": height})
+        self.settle()
+
+    def settle(self) -> None:
+        """Go to the upper end, and wait until transitions are over."""
+        self.page.evaluate("window.scrollTo(0, 0)")
+        self.page.evaluate(
+            "() => Promise.all(document.getAnimations().map((a) => a.finished.catch(() => 0)))"
+            ".then(() => new Promise(requestAnimationFrame))"
+        )
+
+    def problems(self, where: str) -> list[str]:
+        """Return what is wrong with the page as it is now."""
+        self.settle()
+        found: list[str] = self.page.evaluate(MEASURE)
+        return [f"{where}: {text}" for text in found]
+
+    def places(self) -> dict[Any, list[Any]]:
+        """Return where everything stands."""
+        found: list[list[Any]] = self.page.evaluate(PLACES)
+        return {(index, row[0]): row[1:] for index, row in enumerate(found)}
+
+    def open(self, tab: str) -> None:
+        """Choose a tab."""
+        self.page.get_by_role("tab", name=tab, exact=True).click()
+
+
+@contextmanager
+def open_theatre(folder: Path, draws: bool = False) -> Iterator[Theatre]:
+    """Start a stage and open its page.
+
+    Args:
+        folder: For logs and recordings.
+        draws: Whether the browser draws the model; it does so without a graphics card.
+    """
+    for name in ("a_recording_with_quite_a_long_name_2026-03-01", "to_be_renamed", "to_go"):
+        (folder / "runs" / name).mkdir(parents=True)
+        (folder / "runs" / name / "run.bag").write_bytes(b"x" * 2048)
+    stage = Stage(folder / "log", workspace_environment())
+    port = free_port()
+    try:
+        process = stage.start(sys.executable, str(STAGE), str(port), str(folder / "runs"))
+        address = f"http://127.0.0.1:{port}"
+        wait_until(lambda: answers(address) or process.poll() is not None, 30.0, "the stage")
+        assert process.poll() is None, process.tail()
+        with chromium(folder, draws) as browser:
+            yield Theatre(browser.new_page(), address)
+    finally:
+        stage.close()
+
+
+def answers(address: str) -> bool:
+    """Return whether a server answers there."""
+    try:
+        with urllib.request.urlopen(f"{address}/events.csv", timeout=5.0):
+            return True
+    except OSError:
+        return False
