@@ -24,6 +24,8 @@ class JournalSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     alarm_hold_s: Seconds
     silent_s: Annotated[float, Meta(ge=1.5, le=3600.0)]
     cycle_rest_s: Seconds
+    repeat_entries: Annotated[int, Meta(ge=1, le=10_000)]
+    repeat_s: Annotated[float, Meta(ge=1.0, le=3600.0)]
 
 
 def load_journal(directory: Path | str | None = None) -> JournalSettings:

@@ -13,7 +13,8 @@ ALIVE, STATE, JOINTS, HEALTH, EVENT = "alive", "state", "joints", "health", "eve
 EVENTS, COMMAND = "events", "command"
 """What a cell answers: its journal by number, and commands."""
 ROSTER = "desk/roster"
-"""What the desk answers: who is there, worst first."""
+ALARMS, MARK = "desk/alarms", "desk/mark"
+"""What the desk answers: who is there, worst first; all alarms; what a person does to one."""
 
 
 class CellNameError(ValueError):

@@ -35,6 +35,8 @@ SETTINGS = JournalSettings(
     alarm_hold_s=3.0,
     silent_s=5.0,
     cycle_rest_s=3.0,
+    repeat_entries=20,
+    repeat_s=60.0,
 )
 
 

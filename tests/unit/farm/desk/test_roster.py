@@ -50,6 +50,15 @@ def test_a_cell_of_the_history_is_lost_until_it_comes() -> None:
     assert roster.rows(9.1)[0].status != LOST
 
 
+def test_what_was_sent_before_a_cell_had_joined_is_not_lost() -> None:
+    """A desk that comes late gets one old state that waited, then those from now on."""
+    roster = Roster(2.0)
+    roster.alive(A, 10.0)
+    for sequence in (7, 12, 13, 15):
+        roster.shown(A, state(sequence), 20.0)
+    assert roster.counted()[A] == (4, 1)
+
+
 def test_states_that_did_not_come_are_counted() -> None:
     """A link that was started again counts from 1; an old state is left out."""
     roster = Roster(2.0)

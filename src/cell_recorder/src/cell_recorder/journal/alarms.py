@@ -64,7 +64,7 @@ class AlarmBook:
             self._raised[node, source] = known = _Raised(level, text, now)
             return [_entry(now, source, known)]
         known.away_since = None
-        if level > known.level or _words(text) != _words(known.text):
+        if level > known.level or words(text) != words(known.text):
             known.level, known.text = level, text
             return [_entry(now, source, known, changed=True)]
         return []
@@ -113,11 +113,11 @@ def _entry(now: float, source: str, known: _Raised, changed: bool = False) -> Al
     )
 
 
-def _words(text: str) -> str:
+def words(text: str) -> str:
     """Return a text without its numbers: a count that grows is no other alarm.
 
     Example:
-        >>> _words("12 log lines lost") == _words("13 log lines lost")
+        >>> words("12 log lines lost") == words("13 log lines lost")
         True
     """
     return _NUMBER.sub("#", text)

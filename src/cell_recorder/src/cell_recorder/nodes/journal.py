@@ -38,6 +38,7 @@ from cell_recorder.journal.alarms import AlarmBook
 from cell_recorder.journal.cycles import REAL, TWIN, Cycles
 from cell_recorder.journal.entries import Audit, Decision, Entry, Start
 from cell_recorder.journal.health import diagnose
+from cell_recorder.journal.repeats import Repeats
 from scara_msgs.msg import Audit as AuditMessage
 from scara_msgs.msg import Decision as DecisionMessage
 from scara_msgs.msg import PartEvent, RobotData, TwinControllerState
@@ -56,6 +57,7 @@ class Journal:
         self._lock = threading.Lock()
         self._alarms = AlarmBook(settings.alarm_hold_s, settings.silent_s)
         self._cycles = Cycles(settings.cycle_rest_s)
+        self._repeats = Repeats(settings.repeat_entries, settings.repeat_s)
         self._woken = threading.Event()
         self._number = rospy.Publisher(
             "journal/number", UInt64, queue_size=2, latch=True, tcp_nodelay=True
@@ -78,6 +80,8 @@ class Journal:
         """Write what is known and let go of the files."""
         with self._lock:
             self._put(self._cycles.close(time.time()))
+            for entry in self._repeats.close():
+                self._writer.put(entry)
         status = self._writer.close()
         if status.waiting:
             rospy.logerr("journal: %d entries are lost: %s", status.waiting, status.problem)
@@ -86,10 +90,15 @@ class Journal:
         return rospy.Subscriber(name, kind, callback, queue_size=QUEUE, tcp_nodelay=True)
 
     def _put(self, entries: list[Any]) -> None:
-        """Leave entries with the writer; those without a time get the present one there."""
+        """Leave entries with the writer, unless they are the same again; the caller has the lock.
+
+        Those without a time get the present one there.
+        """
+        now = time.time()
         for entry in entries:
             assert isinstance(entry, Entry)
-            self._writer.put(entry)
+            for kept in self._repeats.take(now, entry):
+                self._writer.put(kept)
 
     def _decision(self, said: DecisionMessage) -> None:
         """Write a decision down; it may begin or end a cycle, which is written before it."""
@@ -115,9 +124,9 @@ class Journal:
     def _audit(self, said: AuditMessage) -> None:
         """Write down who commanded what."""
         if said.who != OWN_ENTRIES:
-            self._put(
-                [Audit(who=said.who, what=said.what, success=said.success, outcome=said.outcome)]
-            )
+            entry = Audit(who=said.who, what=said.what, success=said.success, outcome=said.outcome)
+            with self._lock:
+                self._put([entry])
 
     def _part(self, side: str, said: PartEvent) -> None:
         with self._lock:
@@ -159,6 +168,8 @@ class Journal:
                 now = time.time()
                 with self._lock:
                     self._put([*self._alarms.look(now), *self._cycles.look(now)])
+                    for entry in self._repeats.look(now):
+                        self._writer.put(entry)
                     active = self._alarms.active
                     moves = self._cycles.is_open or not self._knows_state
                 self._listen_to_motion(moves)

@@ -44,7 +44,7 @@ class Row(msgspec.Struct, frozen=True):
 
 
 class Counted(NamedTuple):
-    """What was counted of a cell's states."""
+    """What was counted of a cell's states; lost are those that it sent after it had joined."""
 
     received: int
     lost: int
@@ -56,6 +56,7 @@ class Entry:
 
     alive: bool = False
     since: float = 0.0
+    joined: float = 0.0
     state: CellState | None = None
     heard: float = 0.0
     mode_since: float = 0.0
@@ -75,7 +76,7 @@ class Roster:
     def alive(self, cell: CellName, now: float) -> None:
         """Take in that a cell's link is there."""
         entry = self._entry(cell)
-        entry.alive, entry.since, entry.heard = True, now, now
+        entry.alive, entry.since, entry.heard, entry.joined = True, now, now, now
 
     def gone(self, cell: CellName, now: float) -> None:
         """Take in that a cell's link has gone."""
@@ -95,8 +96,10 @@ class Roster:
         if last is not None:
             if state.sequence <= last.sequence and state.stamp <= last.stamp:
                 return
-            # A link that was started again counts from 1.
-            entry.lost += max(0, state.sequence - last.sequence - 1)
+            # What was shown before the link had joined could not come. A link that was started
+            # again counts from 1.
+            if last.stamp >= entry.joined:
+                entry.lost += max(0, state.sequence - last.sequence - 1)
         if last is None or last.mode != state.mode:
             entry.mode_since = now
         entry.state, entry.heard = state, now
@@ -109,6 +112,10 @@ class Roster:
     def missed(self, cell: CellName, count: int) -> None:
         """Take in that so many events of a cell are gone for good."""
         self._entry(cell).missing += count
+
+    def lost(self) -> dict[str, float]:
+        """Return the cells that are lost, and since when [s since 1970]."""
+        return {str(name): e.since for name, e in self.entries.items() if not e.alive}
 
     def counted(self) -> dict[CellName, Counted]:
         """Return how many states came, and how many did not."""

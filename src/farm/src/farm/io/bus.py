@@ -15,6 +15,8 @@ from farm.config import Address, loopback_refusal
 
 MOST_SESSIONS = 10_000
 """Our choice: zenoh's own limit is 1,000, which is the size of a farm on one desk."""
+BATCH_BYTES = 8192
+"""Our choice: a state needs 400; zenoh's 65,535 are 80 kB more for each session of a router."""
 RETRY_S = 0.5
 """Our choice: how soon a desk that was not there is looked for again."""
 
@@ -97,6 +99,8 @@ def _config(settings: dict[str, Any], lease_ms: float) -> zenoh.Config:
         "scouting/gossip/enabled": False,
         # With it the wheel hangs silently at about 356 sessions.
         "transport/shared_memory/enabled": False,
+        "transport/link/tx/batch_size": BATCH_BYTES,
+        "transport/link/rx/buffer_size": BATCH_BYTES,
         "transport/link/tx/lease": int(lease_ms),
         "adminspace/enabled": False,
         "timestamping/enabled": False,

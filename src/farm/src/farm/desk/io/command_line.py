@@ -70,9 +70,9 @@ def desk(
         return
     from farm.desk.io.running import StartError, run
 
-    config = _config(router_port, port)
+    config = configured(router_port, port)
     try:
-        run(config, _folder(folder), (_person(person), _desk_name()), page)
+        run(config, _folder(folder), (person_name(person), desk_name()), page)
     except StartError as error:
         fail(str(error), WRONG)
 
@@ -80,13 +80,13 @@ def desk(
 @app.command()
 def cells(router_port: RouterPort = None) -> None:
     """List the cells, the worst first."""
-    config = _config(router_port)
-    with _session(config) as session:
+    config = configured(router_port)
+    with open_session(config) as session:
         rows = _rows(config, session)
     if rows is None:
         fail("the desk does not answer, though its router is there", FAILED)
     lines = [(r.name, _status(r), r.text, r.last_event, r.missing or "") for r in rows]
-    _print_table(("cell", "status", "why", "events", "missing"), lines)
+    print_table(("cell", "status", "why", "events", "missing"), lines)
     typer.echo(f"{len(rows)} cells, {sum(row.status == LOST for row in rows)} lost")
 
 
@@ -135,14 +135,14 @@ def pause(cell: CellWord, router_port: RouterPort = None, person: Person = None)
 def _order(command: str, word: str, router_port: int | None, person: str | None) -> None:
     from farm.desk.io.commands import cells_there, order
 
-    config = _config(router_port)
-    with _session(config) as session:
+    config = configured(router_port)
+    with open_session(config) as session:
         try:
             chosen = keys.choose(word, cells_there(session, config.site, CONNECT_S))
         except keys.ChoiceError as error:
             fail(str(error), FAILED)
         bad, expiry = 0, config.desk.expiry_ms * 1e-3
-        for answered in order(session, chosen, command, _person(person), _desk_name(), expiry):
+        for answered in order(session, chosen, command, person_name(person), desk_name(), expiry):
             typer.echo(f"{command} {answered.text}")
             bad += answered.answer is None or not answered.answer.accepted
         # The desk may be slow or gone; it was asked last.
@@ -160,11 +160,12 @@ def _ask_history(folder: Path, statement: str, values: list[object]) -> None:
         found = ask(folder / "events", statement, values)
     except AskingError as error:
         fail(str(error), FAILED)
-    _print_table(found.names, found.rows)
+    print_table(found.names, found.rows)
     typer.echo(f"{len(found.rows)} rows")
 
 
-def _print_table(names: Sequence[str], rows: Sequence[Sequence[object]]) -> None:
+def print_table(names: Sequence[str], rows: Sequence[Sequence[object]]) -> None:
+    """Print an answer."""
     for line in table(names, rows):
         typer.echo(line)
 
@@ -183,14 +184,16 @@ def _status(row: Row) -> str:
     return f"{row.status or 'starting'} for {seconds:.0f} s, since {since_when}"
 
 
-def _session(config: FarmConfig) -> zenoh.Session:
+def open_session(config: FarmConfig) -> zenoh.Session:
+    """Connect to the desk, or end with a text."""
     try:
         return open_client(config.router, config.lease_ms, CONNECT_S)
     except BusError as error:
         fail(str(error), FAILED)
 
 
-def _config(router_port: int | None, port: int | None = None) -> FarmConfig:
+def configured(router_port: int | None, port: int | None = None) -> FarmConfig:
+    """Return farm.yaml with the options of the command line, or end with a text."""
     try:
         config = load_farm()
     except ConfigError as error:
@@ -208,7 +211,7 @@ def _folder(folder: Path | None) -> Path:
     return (folder or root / "runs" / "farm").resolve()
 
 
-def _person(given: str | None) -> str:
+def person_name(given: str | None) -> str:
     """Return who asks, in the form that a cell takes."""
     try:
         name = keys.as_name(given if given is not None else getpass.getuser())
@@ -217,11 +220,15 @@ def _person(given: str | None) -> str:
     return name or "somebody"
 
 
-def _desk_name() -> str:
+def desk_name() -> str:
+    """Return this machine's name, in the form that a cell takes."""
     return keys.as_name(socket.gethostname()) or "desk"
 
 
 def main() -> None:
     """Run the command line; a closed pipe is no error."""
+    # Imported here: they add their words to the application.
+    import farm.desk.io.alarm_lines  # noqa: F401
+
     signal.signal(signal.SIGPIPE, signal.SIG_DFL)
     app(prog_name="./cell farm")

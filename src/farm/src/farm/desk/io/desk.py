@@ -7,6 +7,7 @@ import sys
 import threading
 import time
 from collections import deque
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
@@ -15,11 +16,15 @@ import zenoh
 
 from farm import keys
 from farm.config import FarmConfig
+from farm.desk.alarms import AlarmRow
 from farm.desk.intake import Progress, Taken, take_answer, take_health, take_live
+from farm.desk.io.alarm_desk import KINDS as OF_ALARMS
+from farm.desk.io.alarm_desk import MARKS, AlarmDesk, MarkAsked
 from farm.desk.io.history import History, HistoryError, Kept
+from farm.desk.io.mailbox import Mailbox
 from farm.desk.roster import Counted, Roster, Row
 from farm.keys import CellName
-from farm.wire import CellState, Event, Events, Health, WireError, decode
+from farm.wire import Answer, CellState, Event, Events, Health, WireError, decode, encode
 
 ASKING = 8
 """Our choice: so many journals are read at once."""
@@ -29,6 +34,16 @@ MOST_UNWRITTEN = 20_000
 """Our choice: events that wait for the disk; 20 MB. Journals are asked no further then."""
 AGAIN_S = 5.0
 """Our choice: so long after the disk took nothing it is tried again."""
+
+COMING_S = 10.0
+"""Our choice: so long after the desk's start a cell that does not come is an alarm."""
+
+KINDS: dict[str, type[CellState | Event | Health]] = {
+    keys.STATE: CellState,
+    keys.EVENT: Event,
+    keys.HEALTH: Health,
+}
+"""What each key of a cell brings."""
 
 
 class Desk:
@@ -52,25 +67,34 @@ class Desk:
         self._asking: set[CellName] = set()
         self._queue: list[Kept] = []
         self._ages: list[float] | None = None
-        self._names: dict[str, CellName] = {}
+        self._names: dict[str, tuple[CellName, str]] = {}
         self._trouble, self._set_aside = "", False
         self._bad = 0
         self._ended = threading.Event()
         self.recent: deque[tuple[CellName, Event]] = deque(maxlen=config.desk.recent_events)
         self._begin_where_history_ends()
+        marks = history.folder.parent / MARKS
+        try:
+            self.alarms = AlarmDesk(marks, history.of_kinds(OF_ALARMS))
+        except OSError as error:
+            raise HistoryError(f"{marks}: {error.strerror}") from error
+        self._began = time.monotonic()
         self._written = dict(self._progress)
         self._pool = ThreadPoolExecutor(ASKING, "asking")
         self._writer = threading.Thread(target=self._write, name="writer", daemon=True)
         self._writer.start()
         site = config.site
+        self._mailboxes = [
+            Mailbox(session, keys.every(site, what), self._on_messages)
+            for what in (keys.STATE, keys.EVENT, keys.HEALTH)
+        ]
         self._declared: list[Any] = [
-            session.declare_subscriber(keys.every(site, keys.STATE), self._on_state),
-            session.declare_subscriber(keys.every(site, keys.EVENT), self._on_event),
-            session.declare_subscriber(keys.every(site, keys.HEALTH), self._on_health),
             session.liveliness().declare_subscriber(
                 keys.every(site, keys.ALIVE), self._on_alive, history=True
             ),
             session.declare_queryable(f"{site}/{keys.ROSTER}", self._on_roster),
+            session.declare_queryable(f"{site}/{keys.ALARMS}", self._on_alarms),
+            session.declare_queryable(f"{site}/{keys.MARK}", self._on_mark),
         ]
 
     def __enter__(self) -> Desk:
@@ -78,6 +102,10 @@ class Desk:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+    def alarm_rows(self) -> list[AlarmRow]:
+        """Return the alarms of all cells, the most urgent first."""
+        return self.alarms.rows()
 
     @property
     def trouble(self) -> str:
@@ -114,6 +142,8 @@ class Desk:
         for declared in self._declared:
             with contextlib.suppress(zenoh.ZError):
                 declared.undeclare()
+        for mailbox in self._mailboxes:
+            mailbox.close()
         self._ended.set()
         self._pool.shutdown(wait=True, cancel_futures=True)
         self._writer.join()
@@ -124,61 +154,73 @@ class Desk:
                 self._progress[cell] = Progress(last.era, last.number)
                 self._roster.remember(cell, last.time)
 
-    def _name(self, sample: zenoh.Sample) -> CellName:
-        key = str(sample.key_expr)
-        name = self._names.get(key)
-        if name is None:
-            name = self._names[key] = keys.owner(key)
-        return name
-
-    def _on_state(self, sample: zenoh.Sample) -> None:
+    def _on_messages(self, samples: Sequence[zenoh.Sample]) -> None:
+        """Take what came. Its key says what a message is, whichever subscription brought it."""
         now = time.time()
-        try:
-            state = decode(bytes(sample.payload), CellState)
-        except WireError as error:
-            self._unreadable(sample, error)
-            return
-        if self._ages is not None:
-            self._ages.append(now - state.stamp)
+        behind: set[CellName] = set()
         with self._lock:
-            self._roster.shown(self._name(sample), state, now)
-
-    def _on_health(self, sample: zenoh.Sample) -> None:
-        try:
-            health = decode(bytes(sample.payload), Health)
-        except WireError as error:
-            self._unreadable(sample, error)
-            return
-        cell = self._name(sample)
-        with self._lock:
-            self._roster.told(cell, health)
-            behind = take_health(self._of(cell), health.last_event)
-        if behind:
+            for sample in samples:
+                key = str(sample.key_expr)
+                try:
+                    cell, what = self._names.get(key) or self._named(key)
+                    if self._put(cell, decode(bytes(sample.payload), KINDS[what]), now):
+                        behind.add(cell)
+                except (WireError, keys.CellNameError) as error:
+                    self._unreadable(key, error)
+        for cell in behind:
             self._ask(cell)
 
+    def _named(self, key: str) -> tuple[CellName, str]:
+        """Return whose key it is, and of what; remembered from now on.
+
+        Raises:
+            CellNameError: No message of a cell has such a key.
+        """
+        cell, what = keys.owner(key), key.rpartition("/")[2]
+        if what not in KINDS:
+            raise keys.CellNameError(f"{key}: allowed at its end are {', '.join(KINDS)}")
+        self._names[key] = cell, what
+        return cell, what
+
+    def _put(self, cell: CellName, message: CellState | Event | Health, now: float) -> bool:
+        """Take in a message; return whether to ask the cell's journal. The caller has the lock."""
+        if isinstance(message, CellState):
+            if self._ages is not None:
+                self._ages.append(now - message.stamp)
+            self._roster.shown(cell, message, now)
+            return False
+        if isinstance(message, Health):
+            self._roster.told(cell, message)
+            return take_health(self._of(cell), message.last_event)
+        return self._take(cell, take_live(self._of(cell), message))
+
     def _on_alive(self, sample: zenoh.Sample) -> None:
-        cell, now = self._name(sample), time.time()
+        cell, now = keys.owner(str(sample.key_expr)), time.time()
         there = sample.kind == zenoh.SampleKind.PUT
         with self._lock:
             (self._roster.alive if there else self._roster.gone)(cell, now)
         if there:
             self._ask(cell)
 
-    def _on_event(self, sample: zenoh.Sample) -> None:
-        try:
-            event = decode(bytes(sample.payload), Event)
-        except WireError as error:
-            self._unreadable(sample, error)
-            return
-        cell = self._name(sample)
-        with self._lock:
-            more = self._take(cell, take_live(self._of(cell), event))
-        if more:
-            self._ask(cell)
-
     def _on_roster(self, query: zenoh.Query) -> None:
         with query, contextlib.suppress(zenoh.ZError):
             query.reply(f"{self._config.site}/{keys.ROSTER}", msgspec.json.encode(self.rows()))
+
+    def _on_alarms(self, query: zenoh.Query) -> None:
+        with query, contextlib.suppress(zenoh.ZError):
+            rows = msgspec.json.encode(self.alarms.rows())
+            query.reply(f"{self._config.site}/{keys.ALARMS}", rows)
+
+    def _on_mark(self, query: zenoh.Query) -> None:
+        """Acknowledge or shelve an alarm, for ``?person=PERSON@DESK``."""
+        with query, contextlib.suppress(zenoh.ZError):
+            data = bytes(query.payload) if query.payload is not None else b""
+            try:
+                asked, person = decode(data, MarkAsked), query.parameters.get("person")
+                answer = self.alarms.mark(asked, str(person or "somebody"))
+            except WireError as error:
+                answer = Answer(False, str(error))
+            query.reply(f"{self._config.site}/{keys.MARK}", encode(answer))
 
     def _of(self, cell: CellName) -> Progress:
         return self._progress.get(cell, Progress())
@@ -191,6 +233,7 @@ class Desk:
         for event in taken.events:
             self._queue.append(Kept(cell, taken.progress.era, event))
             self.recent.append((cell, event))
+            self.alarms.told(cell, event)
         return taken.ask
 
     def _ask(self, cell: CellName) -> None:
@@ -233,7 +276,7 @@ class Desk:
             try:
                 return decode(bytes(reply.ok.payload), Events)
             except WireError as error:
-                self._unreadable(reply.ok, error)
+                self._unreadable(str(reply.ok.key_expr), error)
         return None
 
     def _write(self) -> None:
@@ -242,12 +285,20 @@ class Desk:
         last = False
         while not last:
             last = self._ended.wait(period)
+            self._look_for_lost()
             try:
                 self._flush()
             except HistoryError as error:
                 self._set_back(str(error))
                 self._ended.wait(AGAIN_S)
                 self._set_aside = False
+
+    def _look_for_lost(self) -> None:
+        """Raise an alarm for each cell that is lost; cells get some time to come at the start."""
+        if time.monotonic() - self._began > COMING_S:
+            with self._lock:
+                lost = self._roster.lost()
+            self.alarms.there(lost, time.time())
 
     def _flush(self) -> None:
         with self._lock:
@@ -270,8 +321,8 @@ class Desk:
             self._queue = []
             self._progress = dict(self._written)
 
-    def _unreadable(self, sample: zenoh.Sample, error: WireError) -> None:
+    def _unreadable(self, key: str, error: Exception) -> None:
         """Count a message that is none of ours, and say so the first time."""
         self._bad += 1
         if self._bad == 1:
-            print(f"farm: {sample.key_expr}: {error}", file=sys.stderr, flush=True)
+            print(f"farm: {key}: {error}", file=sys.stderr, flush=True)

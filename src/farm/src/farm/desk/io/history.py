@@ -5,11 +5,12 @@ from __future__ import annotations
 import fcntl
 import json
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 import pyarrow as pa
+import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from farm.desk.files import Span, counting, to_join
@@ -104,6 +105,22 @@ class History:
                 name, newest = CellName(site, machine, cell), Last(era, number, time / 1e6)
                 found[name] = max(found.get(name, newest), newest)
         return found
+
+    def of_kinds(self, kinds: Sequence[str]) -> Iterator[Kept]:
+        """Yield the events of some kinds, those of each cell in the order of their numbers.
+
+        Raises:
+            HistoryError: A file cannot be read.
+        """
+        wanted = pa.array(list(kinds))
+        for span in self._spans:
+            table = self._read(span)
+            table = table.filter(pc.is_in(table["kind"], value_set=wanted))
+            table = table.set_column(5, "time", table["time"].cast(pa.int64()))
+            for site, machine, cell, era, *rest in zip(*table.to_pydict().values()):
+                number, time, kind, stop, text, body = rest
+                event = Event(number, time / 1e6, kind, stop, text, json.loads(body))
+                yield Kept(CellName(site, machine, cell), era, event)
 
     def write(self, kept: Sequence[Kept]) -> None:
         """Keep events: all of them, or none if this raises.

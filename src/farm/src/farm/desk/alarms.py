@@ -1,0 +1,267 @@
+"""Alarms of all cells: raised, acknowledged, shelved, cleared; pure: ``now`` is an argument.
+
+In the spirit of ISA 18.2. An alarm that has gone stays on the list until somebody has acknowledged
+it. One that is shelved is out of the way until a time that its shelving named, and is still listed
+as shelved. What the cells say and what people mark are kept apart, so that both can be read again
+from their files in any order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Any
+
+import msgspec
+
+from farm.wire import Event
+
+LINK = "link"
+"""Source of the alarm that a cell is lost; the desk raises it itself."""
+ERROR = "error"
+LONGEST_SHELF_S = 8 * 3600.0
+"""Our choice: a shift. Who comes next shelves again, or looks."""
+
+
+class Status(str, Enum):
+    """How an alarm is."""
+
+    RAISED = "raised"
+    CLEARED = "cleared, not acknowledged"
+    ACKNOWLEDGED = "acknowledged"
+    SHELVED = "shelved"
+
+
+class Mark(msgspec.Struct, frozen=True):
+    """What a person did to an alarm.
+
+    Attributes:
+        id: Of the alarm: MACHINE/CELL and source, see :func:`alarm_id`.
+        person: Who, as PERSON@DESK.
+        time: When [s since 1970].
+        raised: The newest raising that the person has seen; what is raised later is not covered.
+        times: How often it had been raised then.
+        until: Shelved until then; 0: this acknowledges, or takes off the shelf.
+        why: Reason of the shelving.
+        acknowledges: Whether it acknowledges.
+    """
+
+    id: str
+    person: str
+    time: float
+    raised: float = 0.0
+    times: int = 0
+    until: float = 0.0
+    why: str = ""
+    acknowledges: bool = False
+
+
+class AlarmRow(msgspec.Struct, frozen=True):
+    """One alarm as people see it.
+
+    Attributes:
+        id: For :meth:`AlarmBook.mark`.
+        cell: MACHINE/CELL.
+        source: Which of the cell's alarms.
+        level: warning or error.
+        status: How it is.
+        text: In words.
+        raised: When it was raised last [s since 1970].
+        times: How often, since it was acknowledged.
+        cleared: When it went; 0: it is still there.
+        person: Who has acknowledged or shelved it, or empty.
+        marked: When.
+        until: Of a shelved one: until when.
+        why: Of a shelved one.
+    """
+
+    id: str
+    cell: str
+    source: str
+    level: str
+    status: Status
+    text: str
+    raised: float
+    times: int
+    cleared: float = 0.0
+    person: str = ""
+    marked: float = 0.0
+    until: float = 0.0
+    why: str = ""
+
+
+class MarkError(ValueError):
+    """What cannot be done to an alarm; the text says why and what is allowed."""
+
+
+@dataclass
+class _Known:
+    """What a cell said of one alarm."""
+
+    cell: str
+    source: str
+    level: str
+    text: str
+    raised: float
+    times: int = 1
+    cleared: float = 0.0
+
+
+@dataclass
+class AlarmBook:
+    """Knows all alarms; one thread at a time uses it."""
+
+    known: dict[str, _Known] = field(default_factory=dict)
+    acknowledged: dict[str, Mark] = field(default_factory=dict)
+    shelved: dict[str, Mark] = field(default_factory=dict)
+
+    def told(self, cell: str, event: Event) -> None:
+        """Take in an event of a cell's journal; those that are no alarms are passed over.
+
+        Args:
+            cell: MACHINE/CELL.
+            event: Each one once, in the order of their numbers.
+        """
+        if event.kind == "start":
+            # What is still active is raised anew by the journal after its start.
+            for known in self.known.values():
+                if known.cell == cell and known.source != LINK:
+                    known.cleared = known.cleared or event.time
+        elif event.kind == "alarm":
+            self._alarm(cell, event.body, event.time)
+
+    def lost(self, cell: str, since: float) -> None:
+        """Take in that a cell's link has gone."""
+        self._raise(cell, LINK, ERROR, "the cell is lost: nothing is known of it", since)
+
+    def found(self, cell: str, now: float) -> None:
+        """Take in that it is there again."""
+        self._clear(cell, LINK, now)
+
+    def read(self, mark: Mark) -> None:
+        """Take a mark, as it was made now or is read again."""
+        if mark.acknowledges:
+            self.acknowledged[mark.id] = mark
+        else:
+            self.shelved[mark.id] = mark
+
+    def acknowledge(self, name: str, person: str, now: float) -> Mark:
+        """Return the mark of somebody who has looked at an alarm.
+
+        Raises:
+            MarkError: There is no such alarm, or nothing to acknowledge.
+        """
+        known = self._known(name)
+        if self._is_acknowledged(name, known):
+            raise MarkError(f"{name}: is acknowledged, by {self.acknowledged[name].person}")
+        return Mark(name, person, now, known.raised, known.times, acknowledges=True)
+
+    def shelve(self, name: str, person: str, now: float, seconds: float, why: str) -> Mark:
+        """Return the mark of somebody who puts an alarm out of the way for a time.
+
+        Args:
+            name: Of the alarm.
+            person: Who.
+            now: Time [s since 1970].
+            seconds: For how long; 0: it is taken off the shelf.
+            why: In words; must be given, except when it is taken off.
+
+        Raises:
+            MarkError: There is no such alarm, the time is too long, or the reason is missing.
+        """
+        known = self._known(name)
+        if not 0.0 <= seconds <= LONGEST_SHELF_S:
+            most = LONGEST_SHELF_S / 3600.0
+            raise MarkError(f"{name}: {seconds / 3600.0:.2f} h: allowed are 0 to {most:g} h")
+        if seconds and not why.strip():
+            raise MarkError(f"{name}: say why it is shelved: others will ask")
+        until = now + seconds if seconds else 0.0
+        return Mark(name, person, now, known.raised, known.times, until, why.strip()[:300])
+
+    def rows(self, now: float) -> list[AlarmRow]:
+        """Return what asks for somebody: raised ones first, then cleared, acknowledged, shelved."""
+        rows = [self._row(name, known, now) for name, known in self.known.items()]
+        ranks = {status: rank for rank, status in enumerate(Status)}
+        return sorted(
+            (row for row in rows if row is not None),
+            key=lambda row: (ranks[row.status], row.level != ERROR, -row.raised, row.id),
+        )
+
+    def _alarm(self, cell: str, body: Mapping[str, Any], time: float) -> None:
+        source = str(body.get("source", ""))
+        if body.get("active", True):
+            self._raise(cell, source, str(body.get("level", "")), str(body.get("text", "")), time)
+        else:
+            self._clear(cell, source, time)
+
+    def _raise(self, cell: str, source: str, level: str, text: str, time: float) -> None:
+        name = alarm_id(cell, source)
+        known = self.known.get(name)
+        if known is None:
+            self.known[name] = _Known(cell, source, level, text, time)
+            return
+        worse = level == ERROR != known.level
+        # Other words of an alarm that is there are no new one, something worse is.
+        if known.cleared or worse:
+            known.raised, known.cleared = time, 0.0
+            known.times += 1
+        known.level, known.text = level, text
+
+    def _clear(self, cell: str, source: str, time: float) -> None:
+        known = self.known.get(alarm_id(cell, source))
+        if known is not None and not known.cleared:
+            known.cleared = time
+
+    def _known(self, name: str) -> _Known:
+        if name not in self.known:
+            listed = ", ".join(sorted(self.known)[:20]) or "none"
+            raise MarkError(f"{name}: no such alarm; there are: {listed}")
+        return self.known[name]
+
+    def _is_acknowledged(self, name: str, known: _Known) -> bool:
+        mark = self.acknowledged.get(name)
+        return mark is not None and mark.raised >= known.raised
+
+    def _row(self, name: str, known: _Known, now: float) -> AlarmRow | None:
+        """Return an alarm as it is; None: it has gone and somebody has seen it."""
+        acknowledged, shelf = self._is_acknowledged(name, known), self.shelved.get(name)
+        if known.cleared and acknowledged:
+            return None
+        seen = self.acknowledged.get(name)
+        # The count begins again with the first raising after an acknowledgement.
+        times = known.times - (seen.times if seen is not None and not acknowledged else 0)
+        row = AlarmRow(
+            name,
+            known.cell,
+            known.source,
+            known.level,
+            Status.CLEARED if known.cleared else Status.RAISED,
+            known.text,
+            known.raised,
+            max(1, times),
+            known.cleared,
+        )
+        replace = msgspec.structs.replace
+        if acknowledged and seen is not None:
+            row = replace(row, status=Status.ACKNOWLEDGED, person=seen.person, marked=seen.time)
+        if shelf is not None and now < shelf.until:
+            row = replace(
+                row,
+                status=Status.SHELVED,
+                person=shelf.person,
+                marked=shelf.time,
+                until=shelf.until,
+                why=shelf.why,
+            )
+        return row
+
+
+def alarm_id(cell: str, source: str) -> str:
+    """Return the name of an alarm.
+
+    Example:
+        >>> alarm_id("pc_2/milk", "link")
+        'pc_2/milk: link'
+    """
+    return f"{cell}: {source}"

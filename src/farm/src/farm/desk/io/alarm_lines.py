@@ -1,0 +1,88 @@
+"""``./cell farm alarms | acknowledge | shelve``: the desk's alarms as text."""
+
+from __future__ import annotations
+
+import time
+from datetime import datetime
+from typing import Annotated
+
+import msgspec
+import typer
+
+from farm import keys
+from farm.desk.alarms import AlarmRow, Status
+from farm.desk.io.alarm_desk import ACKNOWLEDGE, SHELVE, MarkAsked
+from farm.desk.io.command_line import (
+    CONNECT_S,
+    FAILED,
+    Person,
+    RouterPort,
+    app,
+    configured,
+    desk_name,
+    fail,
+    open_session,
+    person_name,
+    print_table,
+)
+from farm.wire import Answer, decode, encode
+
+Id = Annotated[str, typer.Argument(help='Of the alarm, as listed: "MACHINE/CELL: SOURCE".')]
+
+
+@app.command()
+def alarms(router_port: RouterPort = None) -> None:
+    """List alarms: raised ones first, then those that went unseen, acknowledged, shelved."""
+    config = configured(router_port)
+    with open_session(config) as session:
+        for reply in session.get(f"{config.site}/{keys.ALARMS}", timeout=CONNECT_S):
+            if reply.ok is not None:
+                rows = msgspec.json.decode(bytes(reply.ok.payload), type=list[AlarmRow])
+                break
+        else:
+            fail("the desk does not answer, though its router is there", FAILED)
+    names = ("alarm", "level", "status", "since", "times", "text", "by", "until")
+    print_table(names, [_line(row) for row in rows])
+    waiting = sum(row.status in (Status.RAISED, Status.CLEARED) for row in rows)
+    typer.echo(f"{len(rows)} alarms, {waiting} wait for somebody")
+
+
+@app.command()
+def acknowledge(alarm: Id, router_port: RouterPort = None, person: Person = None) -> None:
+    """Say that you have looked at an alarm; one that has gone leaves the list then."""
+    _mark(MarkAsked(ACKNOWLEDGE, alarm), router_port, person)
+
+
+@app.command()
+def shelve(
+    alarm: Id,
+    hours: Annotated[float, typer.Option(help="For how long; 0: take it off the shelf.")] = 1.0,
+    why: Annotated[str, typer.Option(help="Reason, for those who ask later.")] = "",
+    router_port: RouterPort = None,
+    person: Person = None,
+) -> None:
+    """Put an alarm out of the way for a time, with a reason; it comes back by itself."""
+    _mark(MarkAsked(SHELVE, alarm, 3600.0 * hours, why), router_port, person)
+
+
+def _mark(asked: MarkAsked, router_port: int | None, person: str | None) -> None:
+    config = configured(router_port)
+    who = f"{person_name(person)}@{desk_name()}"
+    with open_session(config) as session:
+        selector = f"{config.site}/{keys.MARK}?person={who}"
+        for reply in session.get(selector, payload=encode(asked), timeout=CONNECT_S):
+            if reply.ok is None:
+                continue
+            answer = decode(bytes(reply.ok.payload), Answer)
+            if not answer.accepted:
+                fail(answer.text, FAILED)
+            typer.echo(answer.text)
+            return
+    fail("the desk does not answer, though its router is there", FAILED)
+
+
+def _line(row: AlarmRow) -> tuple[object, ...]:
+    until = datetime.fromtimestamp(row.until).strftime("%H:%M") if row.until else ""
+    seconds = f"{max(0.0, time.time() - row.raised):.0f} s ago"
+    text = f"{row.text} ({row.why})" if row.why else row.text
+    return (row.id, row.level, row.status.value, seconds, row.times, text, row.person, until)
