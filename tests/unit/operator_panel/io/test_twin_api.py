@@ -10,6 +10,7 @@ import msgspec
 import pytest
 from fastapi import FastAPI
 from harness.page.pair import shadow_document
+from jsonschema import Draft202012Validator
 from operator_panel.door import Answer
 from operator_panel.io.twin_api import MOST_PAIRS, TwinApi
 from operator_panel.view.pair import Pair, json_schema, named, openapi
@@ -194,3 +195,25 @@ def test_schema_and_openapi_describe_the_shadow_document(client: TestClient) -> 
                 place = place[part]
             assert place
     assert set(described["paths"]) == {"/api/twin", "/api/twin/history", "/api/twin/stream"}
+
+
+@pytest.mark.parametrize(
+    ("path", "route", "status"),
+    [
+        ("", "", 200),
+        ("?time=-300", "", 404),
+        ("?time=noon", "", 400),
+        ("/history?seconds=2", "/history", 200),
+        ("/history?step=0", "/history", 400),
+    ],
+)
+def test_each_answer_is_what_openapi_says(
+    client: TestClient, path: str, route: str, status: int
+) -> None:
+    """Refusals too; a program that was generated from it reads them all."""
+    described = client.get("/api/twin/openapi.json").json()
+    answers = described["paths"][f"/api/twin{route}"]["get"]["responses"]
+    schema = answers[str(status)]["content"]["application/json"]["schema"]
+    answer = client.get(f"/api/twin{path}")
+    assert answer.status_code == status
+    Draft202012Validator({**schema, "components": described["components"]}).validate(answer.json())
