@@ -1,0 +1,75 @@
+"""``rosrun PACKAGE EXECUTABLE --help``, for each that rosrun finds in our packages."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from harness.processes import ROSRUN, free_port
+from harness.sources import PACKAGES, package_name
+from harness.workspace import ROOT, workspace_environment
+from scara_ros.nodes.running import help_of
+
+BUILT = ROOT / "devel" / "lib"
+USAGE = "usage: rosrun {} {} [_PARAMETER:=VALUE ...]"
+WRITERS = ("gazebo", "inertia", "urdf")
+"""These only write files."""
+TABLES = ("Parameters:", "Publishes:", "Subscribes to:", "Offers the services:")
+
+
+def executables() -> Iterator[tuple[str, str]]:
+    """Yield package and name of all of them, the scripts of rostest too."""
+    for package in sorted(package_name(folder) for folder in PACKAGES):
+        folder = BUILT / package
+        for file in sorted(folder.iterdir()) if folder.is_dir() else ():
+            if os.access(file, os.X_OK):
+                yield package, file.name
+
+
+def nodes() -> Iterator[tuple[str, str]]:
+    """Yield those that tell what their source declares."""
+    for package, name in executables():
+        script = ROOT / "src" / package / "nodes" / name
+        if script.is_file() and "run(main)" in script.read_text(encoding="utf-8"):
+            yield package, name
+
+
+def test_help_of_each_node_has_its_parameters_and_topics() -> None:
+    """What has neither says how it is called; the tables are those of the source."""
+    found = {node: help_of(".nodes.".join(node)) for node in nodes()}
+    assert len(found) > 15
+    without = {node for node, text in found.items() if not any(table in text for table in TABLES)}
+    assert without == {("scara_description", f"write_{made}") for made in WRITERS}
+    for node, text in found.items():
+        assert USAGE.format(*node) in text, node
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize(("package", "name"), list(executables()))
+def test_rosrun_prints_help_and_starts_nothing(package: str, name: str, tmp_path: Path) -> None:
+    """Exit code 0 without a ROS master, at once, and nothing is written there."""
+    here = tmp_path / "here"
+    here.mkdir()
+    env = workspace_environment() | {
+        "ROS_MASTER_URI": f"http://127.0.0.1:{free_port()}",
+        "ROS_HOME": str(tmp_path),
+        "HOME": str(tmp_path),
+        "COLUMNS": "200",
+    }
+    done = subprocess.run(
+        [ROSRUN, package, name, "--help"],
+        env=env,
+        cwd=here,
+        capture_output=True,
+        text=True,
+        timeout=30.0,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "usage" in done.stdout.lower(), done.stdout
+    assert "Traceback" not in done.stderr, done.stderr
+    assert list(here.iterdir()) == []
+    if (package, name) in nodes():
+        assert done.stdout.strip() == help_of(f"{package}.nodes.{name}").strip()
