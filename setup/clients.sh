@@ -15,13 +15,21 @@ ensure_clients() {
   done
 }
 
-# A line "# Debian: PACKAGE ..." in a file names what the client needs besides.
+# A line "# Debian: PACKAGE ..." in a file names what the client needs besides, a line "# Source, for its own
+# tests: NAME==VERSION" what is unpacked into the folder "source" as its authors have published it.
 install_python_client() {
-  local packages
+  local packages source
+  source=$(sed -n 's/^# Source, for its own tests: //p' "$1")
   read -ra packages < <(sed -n 's/^# Debian: //p' "$1")
   [ ${#packages[@]} -eq 0 ] || dpkg-query --status "${packages[@]}" >/dev/null 2>&1 || apt_install "${packages[@]}" || return 1
   /usr/bin/python3 -m venv "$2" &&
-    "$2/bin/python" -m pip install --quiet --disable-pip-version-check --no-input -r "$1"
+    "$2/bin/python" -m pip install --quiet --disable-pip-version-check --no-input -r "$1" &&
+    { [ -z "$source" ] || install_source "$2" "$source"; }
+}
+
+install_source() {
+  "$1/bin/python" -m pip download --quiet --disable-pip-version-check --no-input --no-deps --no-binary :all: \
+    --dest "$1/source" "$2" && tar -xzf "$1/source"/*.tar.gz -C "$1/source" --strip-components=1
 }
 
 # Node.js is needed for nothing else here: Debian's, unless there is one.

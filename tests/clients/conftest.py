@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from harness.clients.page import MODBUS, ROSBRIDGE, write
+from harness.clients.page import MODBUS, ROSBRIDGE, UPSTREAM, write
 
 Record = dict[tuple[str, str], dict[str, str | None]]
 
@@ -30,3 +30,9 @@ def record() -> Iterator[Record]:
 def modbus_record() -> Iterator[Record]:
     """Collect likewise for clients of the robot."""
     yield from _collect(MODBUS)
+
+
+@pytest.fixture(scope="session")
+def upstream_record() -> Iterator[Record]:
+    """Collect likewise for clients of the gateway at rosbridge_server."""
+    yield from _collect(UPSTREAM)

@@ -33,19 +33,20 @@ def nodes(gateway: RunningGateway) -> Iterator[RosSide]:
 def run_script(gateway: RunningGateway, tmp_path: Path) -> RunScript:
     """Run a client's script to its end and return its lines.
 
-    Its arguments are the gateway's port and ``args``; behind it in ``scripts`` is what it imports.
+    Its arguments are the gateway's port (another server's: ``port``) and ``args``; behind it in
+    ``scripts`` is what it imports.
     """
 
-    def run(client: Environment, scripts: list[Path], *args: str) -> list[str]:
+    def run(client: Environment, scripts: list[Path], *args: str, port: int = 0) -> list[str]:
         script = scripts[0]
         if client.modules:
             script = client.put(tmp_path, *scripts, SHARED / "checks.js")
         process = gateway.ros.stage.start(
-            *(client.program, str(script), str(gateway.port), *args),
+            *(client.program, str(script), str(port or gateway.port), *args),
             env=client.variables,
             cwd=tmp_path,
         )
-        assert process.wait(60.0) == 0, process.tail()
+        assert process.wait(120.0 if port else 60.0) == 0, process.tail()
         return process.output.splitlines()
 
     return run

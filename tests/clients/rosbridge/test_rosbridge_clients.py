@@ -6,14 +6,14 @@ its own.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import pytest
 import rospy
-from harness.clients.environments import ALL, OWN, Environment, installed, results
+from harness.clients.environments import ALL, results
 from harness.clients.ros_side import RosSide
+from harness.clients.rosbridge import Client, rosbridge_clients
 from harness.opponents.running_gateway import RunningGateway
 from harness.workspace import ROOT
 from sensor_msgs.msg import JointState
@@ -27,29 +27,7 @@ from scara_msgs.srv import (
 HERE = Path(__file__).parent
 
 
-class Client(NamedTuple):
-    """A client's environment, what it runs, and how many checks that has."""
-
-    environment: Environment
-    scripts: tuple[str, ...]
-    checks: int
-
-
-def _clients() -> Iterator[Client]:
-    roslibpy = ("roslibpy_examples.py",)
-    for environment in installed("roslibpy_*") or [OWN]:
-        yield Client(environment, roslibpy, 16)
-    for environment in installed("roslibjs_*"):
-        yield Client(environment, ("roslibjs_examples.mjs",), 19)
-    player = ("player", "hooks", "workspace")
-    for environment in installed("foxglove_player*"):
-        more = tuple(f"foxglove_{part}.mjs" for part in player)
-        yield Client(environment, ("foxglove_examples.mjs", *more), 8)
-    for environment in installed("ros_mcp*"):
-        yield Client(environment, ("ros_mcp_examples.py",), 13)
-
-
-CLIENTS = [pytest.param(client, id=client.environment.name) for client in _clients()]
+CLIENTS = [pytest.param(client, id=client.environment.name) for client in rosbridge_clients()]
 FIRST_STEPS = {"roslibpy_examples.py": "py", "roslibjs_examples.mjs": "mjs"}
 
 
@@ -60,7 +38,7 @@ def test_examples_of_the_clients_documentation_work(
     """Topics, services both ways, parameters, questions about the graph; nothing is adapted."""
     scripts = [HERE / script for script in client.scripts]
     found, wrong = results(run_script(client.environment, scripts, gateway.ros.namespace))
-    record[found] = wrong
+    record.setdefault(found, {}).update(wrong)
     assert {check: text for check, text in wrong.items() if text} == {}
     assert len(wrong) == client.checks
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 END = "<!-- end of table -->"
-ROSBRIDGE, MODBUS = "rosbridge", "Modbus"
+ROSBRIDGE, MODBUS, UPSTREAM = "rosbridge", "Modbus", "rosbridge_server"
 
 Results = Mapping[tuple[str, str], Mapping[str, str | None]]
 """What went wrong (None: nothing) by check, by client and version."""
@@ -27,7 +27,8 @@ def table(results: Results) -> str:
         | connect | works |
     """
     columns = sorted(results)
-    checks = dict.fromkeys(check for column in columns for check in results[column])
+    longest_first = sorted(columns, key=lambda column: -len(results[column]))
+    checks = dict.fromkeys(check for column in longest_first for check in results[column])
     rows = [
         ["check", *(" ".join(column) for column in columns)],
         ["---"] * (len(columns) + 1),
@@ -44,15 +45,43 @@ def _cell(found: Mapping[str, str | None], check: str) -> str:
     return "works" if wrong is None else f"fails: {wrong}".replace("|", "/").replace("\n", " ")
 
 
+def read(rows: str) -> dict[tuple[str, str], dict[str, str | None]]:
+    """Return what a table says.
+
+    Example:
+        >>> read(table({("roslibpy", "2.1.0"): {"connect": None, "listen": "Error"}}))
+        {('roslibpy', '2.1.0'): {'connect': None, 'listen': 'Error'}}
+    """
+    lines = [
+        [cell.strip() for cell in line.strip().strip("|").split("|")]
+        for line in rows.strip().splitlines()
+    ]
+    if not lines:
+        return {}
+    heads = [head.rpartition(" ")[::2] for head in lines[0][1:]]
+    found: dict[tuple[str, str], dict[str, str | None]] = {head: {} for head in heads}
+    for check, *cells in lines[2:]:
+        for head, cell in zip(heads, cells):
+            if cell:
+                found[head][check] = None if cell == "works" else cell.removeprefix("fails: ")
+    return found
+
+
 def write(page: Path, results: Results, protocol: str) -> None:
     """Put the table of a protocol into ``page``, between its marks.
+
+    Columns of clients that were not run this time stay as they are: one whose program is in no
+    package, and all others where somebody has run a part of the tests.
 
     Raises:
         ValueError: The page has no marks.
     """
     text, mark = page.read_text(encoding="utf-8"), begin(protocol)
     before, found, rest = text.partition(mark)
-    _, end, after = rest.partition(END)
+    old, end, after = rest.partition(END)
     if not found or not end:
         raise ValueError(f"{page}: no place for the table: it needs the lines {mark} and {END}")
-    page.write_text(f"{before}{mark}\n{table(results)}\n{END}{after}", encoding="utf-8")
+    run = {client for client, _ in results}
+    kept = {column: cells for column, cells in read(old).items() if column[0] not in run}
+    rows = table({**kept, **results})
+    page.write_text(f"{before}{mark}\n{rows}\n{END}{after}", encoding="utf-8")

@@ -53,9 +53,9 @@ class RosbridgeClient:
 class RunningGateway:
     """The node ``gateway`` on a port of its own, and its clients."""
 
-    def __init__(self, ros: Ros, *args: str) -> None:
+    def __init__(self, ros: Ros, *args: str, port: int = 0) -> None:
         self.ros = ros
-        self.port = ros.free_port()
+        self.port = port or ros.free_port()
         self.node: Process = ros.run(
             "rosbridge_gateway", "gateway", f"_port:={self.port}", *args, env=TOKENS
         )

@@ -27,13 +27,23 @@ def test_each_client_is_a_column_and_each_check_a_row() -> None:
 
 
 def test_table_is_written_between_its_marks(tmp_path: Path) -> None:
-    """Whatever stood there goes, the rest stays, the other protocol's table too."""
+    """The rest stays, the other protocol's table too."""
     page = tmp_path / "clients.md"
     other = f"before\n{begin(ROSBRIDGE)}\nkept\n{END}\n"
-    page.write_text(f"{other}{begin(MODBUS)}\nold\n{END}\nafter\n", encoding="utf-8")
+    page.write_text(f"{other}{begin(MODBUS)}\n{END}\nafter\n", encoding="utf-8")
     write(page, RESULTS, MODBUS)
     expected = f"{other}{begin(MODBUS)}\n{table(RESULTS)}\n{END}\nafter\n"
     assert page.read_text(encoding="utf-8") == expected
+
+
+def test_column_of_a_client_that_was_not_run_stays(tmp_path: Path) -> None:
+    """Another version of one that was run goes, with its checks."""
+    page = tmp_path / "clients.md"
+    before = {("a", "1"): {"connect": "Error"}, ("by hand", "3"): {"connect": None, "drive": "No"}}
+    page.write_text(f"{begin(MODBUS)}\n{table(before)}\n{END}\n", encoding="utf-8")
+    write(page, RESULTS, MODBUS)
+    both = table({**RESULTS, ("by hand", "3"): before["by hand", "3"]})
+    assert page.read_text(encoding="utf-8") == f"{begin(MODBUS)}\n{both}\n{END}\n"
 
 
 def test_page_without_marks_is_refused(tmp_path: Path) -> None:
