@@ -276,7 +276,8 @@ class Pair(RealSide, TwinSide):
                 self.take_follow(action, self.now)
             case StreamReal() if self.real_up:
                 self._later(
-                    action.send_at - self.now, lambda: self.setpoints.append((self.now, action.q))
+                    action.send_at - self.now,
+                    lambda: self.setpoints.append((self.now, action.setpoint.q)),
                 )
             case StreamAhead() if self.real_up:
                 points = {

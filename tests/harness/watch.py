@@ -10,8 +10,8 @@ from twin_controller.core.actions import (
     Decided,
     FollowTwin,
     MoveTwin,
-    PointAhead,
     Reply,
+    RobotSetpoint,
     Send,
     StreamAhead,
     StreamReal,
@@ -38,7 +38,7 @@ class Watch:
         self.pair = pair
         self.before = pair.state
         self.streamed: StreamReal | None = None
-        self.ahead: dict[int, PointAhead] = {}
+        self.ahead: dict[int, RobotSetpoint] = {}
         self.reset_asked = False
         pair.watch = self.check
 
@@ -114,7 +114,8 @@ class Watch:
         for action in actions:
             if not isinstance(action, StreamReal):
                 continue
-            for name, value, low, high in zip(SETUP.names, action.q, SETUP.lower, SETUP.upper):
+            q = action.setpoint.q
+            for name, value, low, high in zip(SETUP.names, q, SETUP.lower, SETUP.upper):
                 assert low <= value <= high, f"{name} = {value} is outside [{low}, {high}]"
             flags = after.sides.real.flags
             assert flags is not None and 0.0 < action.speed_percent <= 100.0
@@ -123,14 +124,14 @@ class Watch:
                 "program speed times override is limited"
             )
             if self.streamed is None or action.send_at <= self.streamed.send_at:
-                off = [abs(a - b) for a, b in zip(action.q, after.sides.real.last.q)]
+                off = [abs(a - b) for a, b in zip(q, after.sides.real.last.q)]
                 assert max(off) <= 0.01, "a stream begins where the real robot is"
             else:
                 last = self.streamed
                 # Sent in the robot's rhythm, which may drift by a tick.
                 share = 1e-2 * SETUP.config.limit.told_percent
                 passed = action.send_at - last.send_at + REAL_PERIOD_S
-                for a, b, v in zip(action.q, last.q, SETUP.velocity):
+                for a, b, v in zip(q, last.setpoint.q, SETUP.velocity):
                     allowed = v * passed * share
                     assert abs(a - b) <= allowed + TOLERANCE, "no step is faster than allowed"
             self.streamed = action
@@ -158,7 +159,7 @@ class Watch:
             assert len(coming) <= flags.ring_places - 1, "no place that still counts is overwritten"
             self._steps(sorted(kept.values(), key=lambda point: point.clock_ms))
 
-    def _steps(self, points: list[PointAhead]) -> None:
+    def _steps(self, points: list[RobotSetpoint]) -> None:
         share = 1e-2 * SETUP.config.limit.told_percent
         for point in points:
             for name, value, low, high in zip(SETUP.names, point.q, SETUP.lower, SETUP.upper):

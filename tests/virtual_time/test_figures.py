@@ -28,7 +28,13 @@ from harness.virtual_cell.cell import CellError, VirtualCell
 from harness.virtual_cell.experiments import Figures, measure
 from harness.virtual_cell.files import load_files
 from harness.virtual_cell.timing import CLOCKS, Delays
-from twin_controller.core.actions import AnyAction, FollowTwin, StreamAhead, StreamReal
+from twin_controller.core.actions import (
+    AnyAction,
+    FollowTwin,
+    RobotSetpoint,
+    StreamAhead,
+    StreamReal,
+)
 
 ROBOTS = ("fanuc_sr6ia", "fanuc_sr3ia", "articulated_six")
 Tamper = Callable[[AnyAction], AnyAction]
@@ -103,16 +109,17 @@ def five_ms_older(action: AnyAction) -> AnyAction:
     return action
 
 
+def shifted(setpoint: RobotSetpoint) -> RobotSetpoint:
+    """Return a set point beside."""
+    return msgspec.structs.replace(setpoint, q=(setpoint.q[0] + 3.3e-4, *setpoint.q[1:]))
+
+
 def beside(action: AnyAction) -> AnyAction:
     """Send the robot a third of a milliradian beside: an even delay would be measured."""
     if isinstance(action, StreamReal):
-        return msgspec.structs.replace(action, q=(action.q[0] + 3.3e-4, *action.q[1:]))
+        return msgspec.structs.replace(action, setpoint=shifted(action.setpoint))
     if isinstance(action, StreamAhead):
-        points = tuple(
-            msgspec.structs.replace(point, q=(point.q[0] + 3.3e-4, *point.q[1:]))
-            for point in action.points
-        )
-        return msgspec.structs.replace(action, points=points)
+        return msgspec.structs.replace(action, points=tuple(map(shifted, action.points)))
     return action
 
 

@@ -118,7 +118,7 @@ class EmulatedPair(Pair):
 
     def _set_point(self, action: StreamReal) -> None:
         pose = list(self.shown.positions)
-        for column, value in zip(COLUMNS, action.q):
+        for column, value in zip(COLUMNS, action.setpoint.q):
             pose[column] = value
         self.robot.write_setpoint(pose)
         self.robot.write_setpoint_valid(True)

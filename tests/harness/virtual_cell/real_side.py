@@ -199,7 +199,7 @@ class RealSide:
             return
         self._waiting = [left for left in self._waiting if left.send_at > action.send_at]
         self._heartbeat = self._heartbeat % 32767 + 1
-        filled = self._filled(action.q)
+        filled = self._filled(action.setpoint.q)
         words = self._codec.encode_setpoint(filled, self._heartbeat, action.speed_percent)
         self._write.send(partial(self._take, self._codec.setpoint.offset, words))
 

@@ -233,10 +233,9 @@ def histories(draw: st.DrawFn) -> tuple[str, list[AnyEvent]]:
 def check(action: AnyAction, override: float) -> None:
     """Hold one action against what each side can be told at all."""
     if isinstance(action, StreamReal):
-        assert len(action.q) == len(SETUP.names)
-        assert all(
-            low <= value <= high for value, low, high in zip(action.q, SETUP.lower, SETUP.upper)
-        )
+        q = action.setpoint.q
+        assert len(q) == len(SETUP.names)
+        assert all(low <= value <= high for value, low, high in zip(q, SETUP.lower, SETUP.upper))
         assert 0.0 < action.speed_percent <= 100.0
         assert (
             action.speed_percent * max(override, 1.0) * 1e-2

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import time
 
-from twin_controller.core.actions import PointAhead, StreamAhead, StreamReal
+from twin_controller.core.actions import RobotSetpoint, StreamAhead, StreamReal
 from twin_controller.io.modbus.outbox import Command, Outbox
 
 
 def setpoint(q: float, at: float) -> StreamReal:
     """Return a set point that is to be written at ``at``."""
-    return StreamReal((q,), 50.0, at)
+    return StreamReal(RobotSetpoint((q,)), 50.0, at)
 
 
 def test_a_set_point_waits_for_its_time() -> None:
@@ -65,9 +65,9 @@ def test_the_stream_program_is_asked_for_behind_a_fresh_set_point() -> None:
     assert box.take(time.monotonic()) == (None, None, [])
 
 
-def point(number: int, position: float) -> PointAhead:
+def point(number: int, position: float) -> RobotSetpoint:
     """Return a set point ahead."""
-    return PointAhead((position,), number, 12 * number)
+    return RobotSetpoint((position,), number, 12 * number)
 
 
 def test_set_points_ahead_are_written_at_once_and_together() -> None:

@@ -7,7 +7,7 @@ from typing import cast
 import msgspec
 import pytest
 from harness.pair import ROBOT
-from twin_controller.core.actions import Command, StreamReal
+from twin_controller.core.actions import Command, RobotSetpoint, StreamReal
 from twin_controller.core.events import RealMeasured
 from twin_controller.io.real_link import RealLink
 from twin_controller.robot.link import Connect, RobotCounters, RobotListener
@@ -173,5 +173,5 @@ def test_the_end_stops_a_stream_of_ours_and_no_program_of_the_robot(
     assert (("pulse", "cstopi") in line.asked) is stopped
     assert (("take_back_setpoints",) in line.asked) is stopped
     assert line.asked[-1][0] == "close"
-    made.stream(StreamReal((0.0,) * 4, 50.0, 0.0))
+    made.stream(StreamReal(RobotSetpoint((0.0,) * 4), 50.0, 0.0))
     assert line.asked[-1][0] == "close", "nothing is streamed after the end"

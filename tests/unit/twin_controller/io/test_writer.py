@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from scara_config import load_robot
 from scara_config.modbus_map import load_modbus_map
-from twin_controller.core.actions import PointAhead, StreamAhead
+from twin_controller.core.actions import RobotSetpoint, StreamAhead
 from twin_controller.io.modbus.outbox import Command, Outbox
 from twin_controller.io.modbus.settings import ModbusSettings
 from twin_controller.io.modbus.writer import Writer
@@ -56,7 +56,7 @@ def line() -> tuple[Writer, Outbox, Port]:
 def nine() -> StreamAhead:
     """Return nine set points over the ring's end: three requests, and the times."""
     home = tuple(0.5 * (joint.lower + joint.upper) for joint in ROBOT.joints)
-    points = tuple(PointAhead(home, number, 12 * number) for number in range(5, 14))
+    points = tuple(RobotSetpoint(home, number, 12 * number) for number in range(5, 14))
     return StreamAhead(points, 13, 50.0)
 
 

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scara_config import ConfigError, load_robot
 from scara_config.modbus_map import load_modbus_map
-from twin_controller.core.actions import PointAhead, StreamAhead
+from twin_controller.core.actions import RobotSetpoint, StreamAhead
 from twin_controller.modbus.blocks import ring_block
 from twin_controller.modbus.ring import EMPTY, RingCodec
 from twin_controller.registers import RegisterCodec
@@ -56,11 +56,11 @@ class Robot:
         assert len(words) <= 123
         self.image.apply(self, self.image.take(offset, words))  # type: ignore[arg-type]
 
-    def points(self, rows: Iterable[tuple[int, int, float]]) -> tuple[PointAhead, ...]:
+    def points(self, rows: Iterable[tuple[int, int, float]]) -> tuple[RobotSetpoint, ...]:
         """Return set points (number, time, fraction of each joint's range)."""
         joints = self.profile.joints
         return tuple(
-            PointAhead(tuple(j.lower + part * (j.upper - j.lower) for j in joints), number, time)
+            RobotSetpoint(tuple(j.lower + part * (j.upper - j.lower) for j in joints), number, time)
             for number, time, part in rows
         )
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import msgspec
 import pytest
 from harness.pair import ROBOT
-from twin_controller.core.actions import Command, StreamReal
+from twin_controller.core.actions import Command, RobotSetpoint, StreamReal
 from twin_controller.core.events import AnyEvent, RealAlarm, RealMeasured
 from twin_controller.io.real_link import RealLink
 from twin_controller.robot.link import LinkLostError, RobotCounters, RobotListener
@@ -57,9 +57,9 @@ class MemoryLink:
         """End."""
         self.asked.append(("close", disarm))
 
-    def write_setpoint(self, setpoint: StreamReal) -> None:
+    def write_setpoint(self, action: StreamReal) -> None:
         """Write a set point of all joints."""
-        self.asked.append(("setpoint", setpoint.q, setpoint.speed_percent, setpoint.send_at))
+        self.asked.append(("setpoint", action.setpoint.q, action.speed_percent, action.send_at))
 
     def drop_setpoints(self) -> None:
         """Forget set points."""
@@ -173,14 +173,14 @@ def test_a_set_point_is_made_whole_with_the_joints_that_rest(cell: Cell) -> None
     """They stay where they were when the stream began, whatever is read while it runs."""
     cell.robot.show(0.1, 0.2, -0.05, 0.3001, 0.4)
     cell.robot.show(0.1, 0.2, -0.05, 0.3002, 0.4, control_type=ControlType.STREAM)
-    cell.link.stream(StreamReal((0.11, 0.21, -0.06, 0.41), 30.0, 5.0))
+    cell.link.stream(StreamReal(RobotSetpoint((0.11, 0.21, -0.06, 0.41)), 30.0, 5.0))
     assert cell.robot.asked == [("setpoint", (0.11, 0.21, -0.06, 0.3001, 0.41), 30.0, 5.0)]
 
 
 def test_no_set_point_goes_out_before_the_pose_is_known() -> None:
     """Nobody knows where joint_4 is to stay."""
     cell = Cell()
-    cell.link.stream(StreamReal((0.0, 0.0, 0.0, 0.0), 30.0, 5.0))
+    cell.link.stream(StreamReal(RobotSetpoint((0.0, 0.0, 0.0, 0.0)), 30.0, 5.0))
     assert cell.robot.asked == [] and cell.link.counters["refused"] == 1
 
 

@@ -55,20 +55,26 @@ class FollowTwin(Action, frozen=True, tag="follow_twin"):
     points: tuple[JointMotion, ...]
 
 
+class RobotSetpoint(msgspec.Struct, frozen=True):
+    """One set point for the real robot, as it is decided, remembered and written."""
+
+    # Joint positions, SI: no faster than allowed. Of the twin's joints; on the wire of all.
+    q: Joints
+    # Of a robot that takes set points ahead: its number, and its time by the robot's clock.
+    number: int = 0
+    clock_ms: int = 0
+    # When the robot takes it, by our clock [s].
+    t: float = 0.0
+    # What the twin asked for.
+    asked: Joints = ()
+
+
 class StreamReal(Action, frozen=True, tag="stream_real"):
     """Set point for the real robot, validated and limited; to be sent at ``send_at`` [s]."""
 
-    q: Joints
+    setpoint: RobotSetpoint
     speed_percent: float
     send_at: float
-
-
-class PointAhead(msgspec.Struct, frozen=True):
-    """One set point ahead of its time: the robot takes it when its clock shows ``clock_ms``."""
-
-    q: Joints
-    number: int
-    clock_ms: int
 
 
 class StreamAhead(Action, frozen=True, tag="stream_ahead"):
@@ -77,7 +83,7 @@ class StreamAhead(Action, frozen=True, tag="stream_ahead"):
     Nothing behind number ``newest`` counts any longer.
     """
 
-    points: tuple[PointAhead, ...]
+    points: tuple[RobotSetpoint, ...]
     newest: int
     speed_percent: float
 

@@ -8,20 +8,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from types import TracebackType
-from typing import TypeVar
 
 import msgspec
 from scara_config import Robot
 from typing_extensions import Self
 
-from twin_controller.core.actions import PointAhead, StreamAhead, StreamReal
+from twin_controller.core.actions import RobotSetpoint, StreamAhead, StreamReal
 from twin_controller.plausible import Verdict
 from twin_controller.robot.intake import Intake, begin, take, whole_pose
 from twin_controller.robot.link import Connect, LinkLostError, RobotCounters
 from twin_controller.robot.signals import DropSetpoints, Number, Pulse, Signal, Step, TakeBack
 from twin_controller.robot_sample import AlarmStatus, ProgramStatus, RobotSample, SetpointError
 
-S = TypeVar("S", StreamReal, PointAhead)
 replace = msgspec.structs.replace
 
 OnSample = Callable[[RobotSample, float, float], None]
@@ -116,28 +114,28 @@ class CheckedLink:
                 case TakeBack():
                     self._link.take_back_setpoints()
 
-    def write_setpoint(self, setpoint: StreamReal) -> None:
+    def write_setpoint(self, action: StreamReal) -> None:
         """Write a set point of the twin's joints at its time.
 
         Joints that the twin does not have stay where they were when the stream began.
         """
         try:
-            whole = self._whole(setpoint)
+            whole = replace(action, setpoint=self._whole(action.setpoint))
         except SetpointError as error:
             self._refuse(error)
         else:
             self._link.write_setpoint(whole)
 
-    def write_ahead(self, ahead: StreamAhead) -> None:
+    def write_ahead(self, action: StreamAhead) -> None:
         """Write set points of the twin's joints ahead of their time; the other joints as above."""
         try:
-            whole = replace(ahead, points=tuple(map(self._whole, ahead.points)))
+            whole = replace(action, points=tuple(map(self._whole, action.points)))
         except SetpointError as error:
             self._refuse(error)
         else:
             self._link.write_ahead(whole)
 
-    def _whole(self, setpoint: S) -> S:
+    def _whole(self, setpoint: RobotSetpoint) -> RobotSetpoint:
         """Return a set point for all joints of the robot."""
         return replace(setpoint, q=whole_pose(self._intake, setpoint.q, self._robot.joints))
 

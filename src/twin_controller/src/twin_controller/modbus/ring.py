@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from scara_config.modbus_map import RING_NUMBERS, ModbusMap
 
-from twin_controller.core.actions import PointAhead, StreamAhead
+from twin_controller.core.actions import RobotSetpoint, StreamAhead
 from twin_controller.modbus.blocks import MOST_WRITTEN
 from twin_controller.registers import RegisterCodec
 
@@ -27,7 +27,7 @@ class RingCodec:
     def __init__(self, layout: ModbusMap, codec: RegisterCodec) -> None:
         self._codec, self._places = codec, layout.ring_places
         # The set point in each place; None: it is free.
-        self._points: list[PointAhead | None] = [None] * self._places
+        self._points: list[RobotSetpoint | None] = [None] * self._places
 
     def empty(self) -> None:
         """Forget what stands there."""

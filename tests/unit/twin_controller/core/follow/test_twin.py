@@ -67,7 +67,7 @@ def test_the_twins_plan_tells_where_it_is_going_to_be() -> None:
     """Within the plan's horizon the aim is where the path goes, not an extrapolation."""
     pair, start = moving_pair()
     for ahead in (0.0, 0.03, 0.08):
-        q, _, _ = twin_course(SETUP, pair.state.sides.twin, pair.now)(pair.now + ahead)
+        q = twin_course(SETUP, pair.state.sides.twin, pair.now)(pair.now + ahead).q
         path = ramp(HOME, shifted(HOME, 40.0), 1.0)(pair.now + ahead - start)
         assert q == pytest.approx(path, abs=2e-4)
 
@@ -78,7 +78,7 @@ def test_without_a_plan_the_twins_last_state_is_carried_on_but_not_far() -> None
     twin = replace(pair.state.sides.twin, plan=None)
     last = twin.last
     for local, ahead in ((last.time + 0.05, 0.05), (last.time + 5.0, 0.2), (last.time - 1.0, 0.0)):
-        q, _, _ = twin_course(SETUP, twin, local)(local)
+        q = twin_course(SETUP, twin, local)(local).q
         assert q == pytest.approx(tuple(a + v * ahead for a, v in zip(last.q, last.qdot)))
 
 

@@ -12,9 +12,9 @@ import math
 import msgspec
 from scara_config.modbus_map import number_after
 
-from twin_controller.core.actions import PointAhead, StreamAhead
+from twin_controller.core.actions import RobotSetpoint, StreamAhead
 from twin_controller.core.follow.limit import Rejected
-from twin_controller.core.follow.memory import RealFollows, Told
+from twin_controller.core.follow.memory import RealFollows
 from twin_controller.core.follow.real import (
     Streamed,
     aimed,
@@ -78,7 +78,7 @@ def stream_ahead(
     course = twin_course(setup, sides.twin, now)
     spacing_ms = setup.config.stream.ahead_period_ms
     until = _until(setup, real, sides.twin, now, fixed_until)
-    made: list[Told] = []
+    made: list[RobotSetpoint] = []
     number, clock_ms = _next(follows, real, first_ms, spacing_ms)
     while (at := real.clock.to_local(clock_ms * 1e-3)) <= until:
         old = before.get(number)
@@ -103,8 +103,7 @@ def stream_ahead(
     last = follows.last
     if last is None or (not made and newest is not None and last.number == newest.number):
         return Streamed(follows, [])
-    points = tuple(PointAhead(told.q, told.number, told.clock_ms) for told in made)
-    action = StreamAhead(points, last.number, program_speed(setup, real, cap))
+    action = StreamAhead(tuple(made), last.number, program_speed(setup, real, cap))
     return Streamed(follows, [action], "", follows.told)
 
 

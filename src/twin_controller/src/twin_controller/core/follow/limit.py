@@ -26,14 +26,6 @@ class Bounds(msgspec.Struct, frozen=True):
     step_margin: float
 
 
-class Passed(msgspec.Struct, frozen=True):
-    """The set point that may be sent, whether it was slowed down, and why."""
-
-    q: Joints
-    limited: bool
-    reason: str
-
-
 class Rejected(msgspec.Struct, frozen=True):
     """Nothing may be sent; ``reason`` names the joint, the value and what is allowed."""
 
@@ -102,7 +94,7 @@ def judge_setpoint(
 
 def slow_setpoint(
     q: Joints, sent: Joints | None, dt: float, speed_fraction: float, bounds: Bounds
-) -> Passed:
+) -> tuple[Joints, str]:
     """Go from what was sent before towards ``q``, as far as the speed allows.
 
     What is left is made up for by the next set points, no faster than this one. All joints are
@@ -114,16 +106,19 @@ def slow_setpoint(
         dt: Time that the robot has for the step [s].
         speed_fraction: Allowed part of each joint's largest speed, 0 .. 1.
         bounds: Limits of the robot.
+
+    Returns:
+        What may be sent, and why it was slowed down; empty if it was not.
     """
     if sent is None or dt <= 0.0:
-        return Passed(q, False, "")
+        return q, ""
     worst, step = _fastest(q, sent, dt, bounds)
     if step <= speed_fraction:
-        return Passed(q, False, "")
+        return q, ""
     part = speed_fraction / step
     slowed = tuple(old + part * (new - old) for new, old in zip(q, sent))
     share = f"{bounds.names[worst]} at {100.0 * step:.0f} % of its largest speed"
-    return Passed(slowed, True, f"{share}, allowed {100.0 * speed_fraction:.0f} %")
+    return slowed, f"{share}, allowed {100.0 * speed_fraction:.0f} %"
 
 
 def _fastest(q: Joints, before: Joints, dt: float, bounds: Bounds) -> tuple[int, float]:

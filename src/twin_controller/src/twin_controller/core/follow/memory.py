@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import msgspec
 
+from twin_controller.core.actions import RobotSetpoint
 from twin_controller.core.events import Joints
 from twin_controller.core.follow.blend import Blend
 from twin_controller.core.follow.remembered import Remembered
@@ -21,19 +22,6 @@ class TwinFollows(msgspec.Struct, frozen=True):
     blend: Blend | None = None
 
 
-class Told(msgspec.Struct, frozen=True):
-    """One set point for the real robot."""
-
-    # When the robot takes it [s].
-    t: float
-    # What the twin asked for, and what was sent: no faster than allowed. SI.
-    asked: Joints
-    q: Joints
-    # Of a robot that takes set points ahead: its number, and its time by the robot's clock.
-    number: int = 0
-    clock_ms: int = 0
-
-
 class RealFollows(msgspec.Struct, frozen=True):
     """The real robot follows the twin."""
 
@@ -43,7 +31,7 @@ class RealFollows(msgspec.Struct, frozen=True):
     blend: Blend | None = None
     # Set points that were sent, by their time: the last one that can no longer be changed, and
     # those ahead. Empty before the first.
-    told: tuple[Told, ...] = ()
+    told: tuple[RobotSetpoint, ...] = ()
     # Delay [s] and smoothing [s^2] of each joint that the last set point reckoned with: they follow
     # what is measured bit by bit, or the set points would jump.
     delay: Joints = ()
@@ -54,7 +42,7 @@ class RealFollows(msgspec.Struct, frozen=True):
     resumes: bool = False
 
     @property
-    def last(self) -> Told | None:
+    def last(self) -> RobotSetpoint | None:
         """The last set point; None before the first."""
         return self.told[-1] if self.told else None
 

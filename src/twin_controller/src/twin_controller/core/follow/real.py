@@ -6,9 +6,10 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import msgspec
+from scara_control.joint_motion import JointMotion
 from scara_control.joint_track import JointTrack
 
-from twin_controller.core.actions import StreamAhead, StreamReal
+from twin_controller.core.actions import RobotSetpoint, StreamAhead, StreamReal
 from twin_controller.core.events import Joints
 from twin_controller.core.follow.blend import sample_blend
 from twin_controller.core.follow.limit import (
@@ -17,7 +18,7 @@ from twin_controller.core.follow.limit import (
     judge_setpoint,
     slow_setpoint,
 )
-from twin_controller.core.follow.memory import Follow, RealFollows, Told
+from twin_controller.core.follow.memory import Follow, RealFollows
 from twin_controller.core.follow.response import Response, known
 from twin_controller.core.follow.schedule import SendSlot, next_slots
 from twin_controller.core.follow.twin import close_gap
@@ -36,8 +37,8 @@ SMOOTHING_RATE = 2e-3
 """The smoothing that is reckoned with changes by so much at most [s^2/s]; our choice."""
 
 
-Course = Callable[[float], tuple[Sequence[float], Sequence[float], Sequence[float]]]
-"""Position, velocity and acceleration of all joints at a local time [s], SI."""
+Course = Callable[[float], JointMotion]
+"""The motion of all joints at a local time [s]."""
 
 
 class Streamed(NamedTuple):
@@ -47,7 +48,7 @@ class Streamed(NamedTuple):
     setpoints: Sequence[StreamReal | StreamAhead]
     rejected: str = ""
     # What the robot has been told by now, from the first set point that was made or changed on.
-    told: tuple[Told, ...] = ()
+    told: tuple[RobotSetpoint, ...] = ()
 
 
 def stream_real(
@@ -69,7 +70,7 @@ def stream_real(
         now: Time [s].
     """
     setpoints: list[StreamReal] = []
-    told: tuple[Told, ...] = ()
+    told: tuple[RobotSetpoint, ...] = ()
     if follows is None or not sides.known:
         return Streamed(follows, setpoints)
     course = twin_course(setup, sides.twin, now)
@@ -82,7 +83,7 @@ def stream_real(
             return Streamed(follows, setpoints, judgement.reason, told)
         made, slowed = judgement
         follows = replace(follows, told=(made,), slowed=slowed)
-        setpoints.append(StreamReal(made.q, percent, slot.send_at))
+        setpoints.append(StreamReal(made, percent, slot.send_at))
         # It counts from when it is written: so its delay is measured.
         told = (*told, replace(made, t=slot.send_at))
     return Streamed(follows, setpoints, "", told)
@@ -148,7 +149,7 @@ def judged(
     asked: Joints,
     cap: float,
     now: float,
-) -> tuple[Told, str] | Rejected:
+) -> tuple[RobotSetpoint, str] | Rejected:
     """Let one set point through or not, and no faster than allowed.
 
     Args:
@@ -171,8 +172,8 @@ def judged(
     if before is not None:
         last, dt = before.q, min(slot.taken_at - before.t, _longest_step(setup, real))
     told = min(limit.told_percent, cap) * 1e-2
-    passed = slow_setpoint(passes, last, dt, told, bounds_of(setup))
-    return Told(slot.taken_at, passes, passed.q), passed.reason
+    q, slowed = slow_setpoint(passes, last, dt, told, bounds_of(setup))
+    return RobotSetpoint(q, t=slot.taken_at, asked=passes), slowed
 
 
 def reckon(setup: Setup, follows: RealFollows, at: float, response: Response) -> RealFollows:
@@ -202,15 +203,16 @@ def _target(setup: Setup, follows: RealFollows, course: Course, at: float) -> Jo
     """
     target = []
     for k, (delay, smoothing) in enumerate(zip(follows.delay, follows.smoothing)):
-        q, _, qddot = course(at + delay)
-        ahead = q[k] - smoothing * qddot[k]
-        target.append(min(max(ahead, min(q[k], setup.lower[k])), max(q[k], setup.upper[k])))
+        there = course(at + delay)
+        q = there.q[k]
+        ahead = q - smoothing * there.qddot[k]
+        target.append(min(max(ahead, min(q, setup.lower[k])), max(q, setup.upper[k])))
     return tuple(target)
 
 
 def _judged(
     setup: Setup,
-    last: Told | None,
+    last: RobotSetpoint | None,
     sides: Sides,
     slot: SendSlot,
     q: Joints,
@@ -298,12 +300,13 @@ def twin_course(setup: Setup, twin: TwinSide, now: float) -> Course:
         track = JointTrack.from_checked(
             plan.setpoints, extrapolation_limit=0.0, stop_accelerations=setup.acceleration
         )
-        return lambda local: track.sample(twin.clock.to_remote(local) - stamp)
-    last, still = twin.last, (0.0,) * len(twin.last.q)
+        return lambda local: track.at(twin.clock.to_remote(local) - stamp)
+    last = twin.last
 
-    def carried(local: float) -> tuple[Joints, Joints, Joints]:
+    def carried(local: float) -> JointMotion:
         ahead = max(0.0, min(local - last.time, LONGEST_AHEAD_S))
-        return tuple(p + v * ahead for p, v in zip(last.q, last.qdot)), last.qdot, still
+        q = tuple(p + v * ahead for p, v in zip(last.q, last.qdot))
+        return JointMotion(q, last.qdot, last.qddot)
 
     return carried
 

@@ -98,9 +98,8 @@ def stop_on_plan(plan: TwinPlan, at: float, braking: Braking) -> tuple[Joints, .
         extrapolation_limit=braking.delay,
         stop_accelerations=braking.acceleration,
     )
-    q, qdot, _ = track.sample(until)
-    stop = braking_way(tuple(q), tuple(qdot), braking.acceleration, 0.0)
-    return (*rows, tuple(q), stop)
+    there = track.at(until)
+    return (*rows, there.q, braking_way(there.q, there.qdot, braking.acceleration, 0.0))
 
 
 def rest_of_plan(

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from scara_config import Robot
 from scara_config.modbus_map import ModbusMap
 
-from twin_controller.core.actions import PointAhead, StreamAhead, StreamReal
+from twin_controller.core.actions import RobotSetpoint, StreamAhead, StreamReal
 from twin_controller.io.checked_link import CheckedLink, OnChange, OnReject, OnSample, OnStatus
 from twin_controller.io.modbus.robot_link import ModbusRobotLink
 from twin_controller.io.modbus.settings import ModbusSettings
@@ -50,7 +50,7 @@ class ModbusLink(CheckedLink):
 
     def write_now(self, positions: Sequence[float], speed_percent: float) -> None:
         """Write one set point of the twin's joints [rad or m] at once, as ``write_at``."""
-        self.write_setpoint(StreamReal(tuple(positions), speed_percent, 0.0))
+        self.write_setpoint(StreamReal(RobotSetpoint(tuple(positions)), speed_percent, 0.0))
 
     def write_at(
         self, positions: Sequence[float], speed_percent: float, number: int, clock_ms: int
@@ -63,5 +63,5 @@ class ModbusLink(CheckedLink):
             number: 1 more than that of the set point before.
             clock_ms: When it counts, on the robot's own clock.
         """
-        point = PointAhead(tuple(positions), number, clock_ms)
+        point = RobotSetpoint(tuple(positions), number, clock_ms)
         self.write_ahead(StreamAhead((point,), number, speed_percent))

@@ -46,13 +46,13 @@ class Outbox:
         self._commands: deque[Command] = deque()
         self._releases: deque[tuple[float, str]] = deque()
 
-    def put_setpoint(self, setpoint: StreamReal) -> None:
+    def put_setpoint(self, action: StreamReal) -> None:
         """Leave a set point until its time; it replaces those left for then or later."""
         with self._changed:
-            while self._setpoints and self._setpoints[-1].send_at >= setpoint.send_at:
+            while self._setpoints and self._setpoints[-1].send_at >= action.send_at:
                 self._setpoints.pop()
                 self.overwritten += 1
-            self._setpoints.append(setpoint)
+            self._setpoints.append(action)
             self._changed.notify()
 
     def put_ahead(self, ahead: StreamAhead) -> None:

@@ -163,10 +163,10 @@ class Writer:
             self._counters.refused += 1
             self._listener.rejected(str(error))
 
-    def _write_setpoint(self, setpoint: StreamReal) -> None:
+    def _write_setpoint(self, action: StreamReal) -> None:
         """Write PR[1] with the heartbeat in one request."""
         heartbeat = self._next_heartbeat() if self._settings.heartbeat else 0
-        words = self._codec.encode_setpoint(setpoint.q, heartbeat, setpoint.speed_percent)
+        words = self._codec.encode_setpoint(action.setpoint.q, heartbeat, action.speed_percent)
         self._port.write_words(self._codec.setpoint.offset, words)
         self._counters.setpoints += 1
         self._beaten()
