@@ -148,13 +148,16 @@ class TwinJudge:
         self.samples += 1
         span, self._last = event.now - self._last if self._last else 0.0, event.now
         for k, joint in enumerate(SETUP.joints):
-            q, qdot = (row[k] for row in twin_truth(event.stamp))
+            q, qdot = (row[k] for row in twin_truth(event.motion.time))
             off, off_speed = (
-                abs(event.q[k] - q) / joint.scale,
-                abs(event.qdot[k] - qdot) / joint.scale,
+                abs(event.motion.q[k] - q) / joint.scale,
+                abs(event.motion.qdot[k] - qdot) / joint.scale,
             )
             possible, possible_speed = _possible(
-                joint, span, max(abs(qdot), abs(event.qdot[k])) / joint.scale, TWIN_ACCELERATION
+                joint,
+                span,
+                max(abs(qdot), abs(event.motion.qdot[k])) / joint.scale,
+                TWIN_ACCELERATION,
             )
             self.largest = max(self.largest, off / possible, off_speed / possible_speed)
             if not off <= possible or not off_speed <= possible_speed:

@@ -161,7 +161,8 @@ class TroubledCell(VirtualCell):
             return event
         off = self._source.uniform(-self._clock_jitter, self._clock_jitter)
         if isinstance(event, TwinMeasured):
-            return msgspec.structs.replace(event, stamp=event.stamp + off)
+            moved = msgspec.structs.replace(event.motion, time=event.motion.time + off)
+            return msgspec.structs.replace(event, motion=moved)
         if isinstance(event, RealMeasured):
             return msgspec.structs.replace(event, clock_ms=event.clock_ms + round(off * 1e3))
         return event

@@ -130,7 +130,7 @@ EVENTS: st.SearchStrategy[AnyEvent] = st.one_of(
     st.builds(LinkChanged, NOW, st.sampled_from(["real", "twin"]), FLAGS, TEXT),
     answers(),
     st.builds(RealAlarm, NOW, TEXT),
-    st.builds(TwinMeasured, NOW, STAMP, JOINTS, JOINTS),
+    st.builds(TwinMeasured, NOW, st.builds(JointMotion.measured, JOINTS, JOINTS, STAMP)),
     plans(),
     st.builds(
         TwinMotion,
@@ -208,7 +208,9 @@ def in_time(event: AnyEvent, now: float, pair: Pair) -> AnyEvent:
     if isinstance(event, RealMeasured):
         clock = round((now + pair.real_clock) * 1000) % (1 << 31)
         return replace(event, sent=now - 0.001, received=now, clock_ms=clock)
-    if isinstance(event, TwinMeasured | TwinPlan):
+    if isinstance(event, TwinMeasured):
+        return replace(event, motion=replace(event.motion, time=now + pair.twin_clock))
+    if isinstance(event, TwinPlan):
         return replace(event, stamp=now + pair.twin_clock)
     if isinstance(event, ClockProbe):
         return replace(event, sent=now - 0.001, received=now, remote=now + pair.twin_clock - 0.0005)
