@@ -4,10 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 
 import msgspec
 from scara_config import Robot
+from scara_config.palletise import find_palletise
+from scara_config.payload import load_payloads
 from scara_simulation.config import load_gains, load_simulation
+from scara_simulation.handling.payload_desk import PayloadDesk, part_payload
+from scara_simulation.io.told_dynamics import ToldDynamics
 from scara_simulation.io.world import World
 from scara_simulation.simulation import Simulation
 
@@ -46,7 +51,12 @@ def offline_twin(
             else gain
             for gain, joint in zip(gains, robot.twin_joints)
         ]
-    with simulator._world(
-        robot, config, simulator.find_palletise(None) if parts else None
-    ) as world:
-        yield world, simulator._simulation(world, robot, config, gains)
+    work, carried = find_palletise(None) if parts else None, PayloadDesk(load_payloads(None))
+    part = part_payload(work) if work else None
+    with (
+        simulator._world(robot, config, work, carried.mounted) as world,
+        ToldDynamics(
+            robot, config, carried.told, part, partial(simulator._holds_part, world)
+        ) as told,
+    ):
+        yield world, simulator._simulation(world, robot, config, gains, told)
