@@ -58,6 +58,7 @@ class DeskConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     small_file_mb: Annotated[float, Meta(gt=0.0, le=1000.0)]
     expiry_ms: Annotated[float, Meta(ge=100.0, le=LONGEST_EXPIRY_MS)]
     recent_events: Annotated[int, Meta(ge=1, le=10_000)]
+    planned_run_time_s: dict[str, Annotated[float, Meta(gt=0.0)]]
 
 
 class FarmConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

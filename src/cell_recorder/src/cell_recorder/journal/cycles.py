@@ -43,6 +43,7 @@ class _Open:
     program: str = ""
     running: bool = False
     worst: float = -math.inf
+    lag: float = math.nan
     # Since when the pair is at rest, while it is; and since when it is paused.
     rests: float | None = None
     paused: float | None = None
@@ -96,10 +97,17 @@ class Cycles:
             self._open.rests = now
         return []
 
-    def measured(self, deviation_mm: float) -> None:
-        """Take how far both tools are apart [mm]; NaN: not known."""
-        if self._open is not None and self._open.rests is None and math.isfinite(deviation_mm):
+    def measured(self, deviation_mm: float, lag_s: float = math.nan) -> None:
+        """Take how far both tools are apart [mm] and how late the real robot is [s].
+
+        NaN: not known.
+        """
+        if self._open is None or self._open.rests is not None:
+            return
+        if math.isfinite(deviation_mm):
             self._open.worst = max(self._open.worst, deviation_mm)
+        if math.isfinite(lag_s):
+            self._open.lag = lag_s
 
     def program(self, now: float, name: str, running: bool) -> list[Cycle]:
         """Take what the real robot says of its program; a new run begins a new cycle."""
@@ -184,4 +192,5 @@ class Cycles:
             paused_s=round(cycle.paused_s, 3),
             outcome=outcome,
             why=why,
+            follower_lag_s=round(cycle.lag, 4) if math.isfinite(cycle.lag) else None,
         )

@@ -91,6 +91,8 @@ class Cycle(Entry, frozen=True, kw_only=True, tag="cycle"):
         parts_placed: By the real robot where it tells of parts, else by the twin.
         parts_dropped: Same.
         worst_error_mm: Largest distance of the two tools, lag removed; None: never measured.
+        follower_lag_s: How late the real robot does its set points, at the cycle's end [s]; None:
+            never measured, or written before it was kept.
         paused_s: How long of it the pair was paused.
         outcome: How it ended.
         why: What ended it, in words; empty if it came to its end.
@@ -107,6 +109,7 @@ class Cycle(Entry, frozen=True, kw_only=True, tag="cycle"):
     paused_s: float
     outcome: str
     why: str
+    follower_lag_s: float | None = None
 
 
 class Start(Entry, frozen=True, kw_only=True, tag="start"):

@@ -150,7 +150,7 @@ class Journal:
             if not self._knows_state:
                 self._knows_state = True
                 self._put(self._cycles.decided(time.time(), said.mode, said.leader, said.why))
-            self._cycles.measured(said.deviation_mm)
+            self._cycles.measured(said.deviation_mm, said.follower_lag)
 
     def _robot_data(self, said: RobotData) -> None:
         """Take the real robot's program: its name is the first word."""

@@ -29,11 +29,14 @@ class Invented:
         index: Its number; everything about it follows from that.
         begin: When its journal began [s since 1970].
         events_hz: Events of its journal in a second.
+        drifts: Whether its lag grows with the age of its journal, by a third in its life of 300
+            events or more.
     """
 
     index: int
     begin: float
     events_hz: float = 0.2
+    drifts: bool = False
 
     @property
     def name(self) -> str:
@@ -108,7 +111,13 @@ class Invented:
             "worst_error_mm": round(0.4 + 0.1 * math.sin(number), 3),
             "outcome": "done",
             "why": "",
+            "follower_lag_s": round(self._lag(number), 4),
         }
+
+    def _lag(self, number: int) -> float:
+        """Return its lag at an event [s]; cells differ by more than one of them drifts."""
+        steady = 0.084 * (1.0 + 0.05 * math.sin(7.0 * self.index)) + 5e-4 * math.sin(3.0 * number)
+        return steady * (1.0 + min(number, 600) / 1800.0 * self.drifts)
 
 
 @dataclass(frozen=True)

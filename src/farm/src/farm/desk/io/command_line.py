@@ -211,6 +211,11 @@ def _folder(folder: Path | None) -> Path:
     return (folder or root / "runs" / "farm").resolve()
 
 
+def events_folder(folder: Path | None) -> Path:
+    """Return the folder of the history."""
+    return _folder(folder) / "events"
+
+
 def person_name(given: str | None) -> str:
     """Return who asks, in the form that a cell takes."""
     try:
@@ -228,7 +233,8 @@ def desk_name() -> str:
 def main() -> None:
     """Run the command line; a closed pipe is no error."""
     # Imported here: they add their words to the application.
-    import farm.desk.io.alarm_lines  # noqa: F401
+    import farm.desk.io.lines.alarms
+    import farm.desk.io.lines.key_figures  # noqa: F401
 
     signal.signal(signal.SIGPIPE, signal.SIG_DFL)
     app(prog_name="./cell farm")

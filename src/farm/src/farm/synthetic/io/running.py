@@ -132,6 +132,9 @@ def practise(
         typer.Option(help="When the journals began [s since 1970]. Default: a minute ago."),
     ] = None,
     first: Annotated[int, typer.Option(help="Number of the first cell.", min=0)] = 0,
+    drifting: Annotated[
+        int, typer.Option(help="Number of a cell whose lag grows; -1: none.", min=-1)
+    ] = -1,
     seconds: Annotated[float, typer.Option(help="How long; 0: until Ctrl-C.", min=0.0)] = 0.0,
     machine: Annotated[str, typer.Option(help="Their machine's name.")] = "practice",
     router_port: Annotated[
@@ -145,7 +148,9 @@ def practise(
         if router_port is not None:
             replace = msgspec.structs.replace
             config = replace(config, router=replace(config.router, port=router_port))
-        made = [Invented(first + k, began, events_rate) for k in range(cells)]
+        made = [
+            Invented(first + k, began, events_rate, first + k == drifting) for k in range(cells)
+        ]
         with Practice(config, machine, made, events_until) as practice:
             for number in (signal.SIGINT, signal.SIGTERM):
                 signal.signal(number, lambda *_: practice.ended.set())

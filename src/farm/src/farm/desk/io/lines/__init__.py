@@ -1,0 +1,1 @@
+"""Words of ./cell farm, by subject."""

@@ -1,0 +1,58 @@
+"""The one cell that goes away from its own past is found, and no other."""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+from farm.desk.drift import Bin, find_drifts
+
+FIGURE = "lag of the robot [s]"
+
+
+def bins(
+    cells: int = 100, days: int = 30, seed: int = 0, away: float = 0.0, all_cells: float = 0.0
+) -> list[Bin]:
+    """Return medians of many cells, of which the 17th goes away in the last third of the time."""
+    chance, made = random.Random(seed), []
+    for cell in range(cells):
+        level = 0.084 * chance.uniform(0.9, 1.1)
+        for day in range(days):
+            late = max(0.0, (day - days * 2 / 3) / (days / 3))
+            value = level * (1.0 + all_cells * late + (away * late if cell == 17 else 0.0))
+            made.append(Bin(f"m/cell_{cell:03d}", FIGURE, day, value * chance.gauss(1.0, 0.01)))
+    chance.shuffle(made)
+    return made
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_one_cell_that_drifts_is_found_and_no_other(seed: int) -> None:
+    """Among 100 cells that differ from each other more than the drift is large."""
+    found = find_drifts(bins(seed=seed, away=0.3))
+    assert [drift.cell for drift in found if drift.drifts] == ["m/cell_017"]
+    assert found[0].now > 1.2 * found[0].before
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_cells_at_rest_are_not_named(seed: int) -> None:
+    """2,000 figures, none of which drifts."""
+    assert not any(drift.drifts for drift in find_drifts(bins(seed=seed)))
+
+
+def test_what_moves_all_cells_is_no_drift_of_one() -> None:
+    """A warm week; the one that does not go along is named."""
+    found = find_drifts(bins(all_cells=0.2, away=-0.2))
+    assert [drift.cell for drift in found if drift.drifts] == ["m/cell_017"]
+
+
+def test_a_slow_drift_does_not_become_its_own_past() -> None:
+    """A step of 1 % a day hides in no noise."""
+    row = [Bin("m/a", FIGURE, day, 1.0 + 0.01 * day) for day in range(30)]
+    (drift,) = find_drifts(row)
+    assert drift.drifts and drift.before == pytest.approx(1.065)
+
+
+def test_too_short_a_past_says_nothing() -> None:
+    """Nor does a figure that has no size."""
+    assert find_drifts([Bin("m/a", FIGURE, day, 1.0) for day in range(5)]) == []
+    assert find_drifts([Bin("m/a", FIGURE, day, 0.0) for day in range(30)]) == []

@@ -1,0 +1,65 @@
+"""Key figures and drift out of the history's files, with invented cells."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from cell_recorder.journal import entries
+from farm.desk.io.figures import DONE, FIGURES, figures_of, figures_over
+from farm.desk.io.history import History, Kept
+from farm.keys import CellName
+from farm.synthetic.invented import CYCLE_S, Invented
+
+CELLS, EVENTS, BEGIN = 20, 600, 1_700_000_000.0
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a history of twenty cells, the 17th of which drifts."""
+    made = tmp_path_factory.mktemp("history") / "events"
+    cells = [Invented(k, BEGIN, 1.0 / 60.0, drifts=k == 17) for k in range(CELLS)]
+    with History(made, 4, 16.0) as history:
+        history.write(
+            [
+                Kept(CellName("site", "m", cell.name), 0, cell.event(number))
+                for cell in cells
+                for number in range(1, EVENTS + 1)
+            ]
+        )
+    return made
+
+
+def test_the_cell_with_the_growing_lag_is_named_and_no_other(folder: Path) -> None:
+    """Ten hours of cycles, in spans of half an hour; its lag has grown to 0.110 s."""
+    end = BEGIN + EVENTS * 60.0
+    found = figures_over(folder, BEGIN, end, 1800.0)
+    assert {(d.cell, d.figure) for d in found if d.drifts} == {
+        ("m/made_up_017", "lag of the robot [s] MILK")
+    }
+    assert len(found) == 2 * CELLS
+    assert found[0].now == pytest.approx(0.110, abs=0.006)
+
+
+def test_figures_are_counted_from_the_files(folder: Path) -> None:
+    """By the kinds, keys and outcomes that a cell's journal writes."""
+    end = BEGIN + EVENTS * 60.0
+    rows = figures_of(folder, end - 6000.0, end, {"MILK": 6.0})
+    assert len(rows) == CELLS + 1 and rows[-1].cell == ""
+    row = next(row for row in rows if row.cell == "m/made_up_002")
+    # Of ten events seven are cycles; one is a start, one a pause.
+    assert row.cycles == row.done == 70 and row.cycle_s == pytest.approx(CYCLE_S)
+    assert (row.stops, row.failures, row.parts) == (10, 0, 210)
+    assert row.quality_ratio == 1.0 and row.effectiveness == pytest.approx(6.0 / CYCLE_S)
+    assert rows[0].effectiveness is None
+
+
+def test_a_farm_without_history_has_no_figures(tmp_path: Path) -> None:
+    """And that is no fault."""
+    assert figures_of(tmp_path, 0.0, 1.0, {}) == [] == figures_over(tmp_path, 0.0, 1e6, 86400.0)
+
+
+def test_the_words_are_those_of_the_journal() -> None:
+    """The desk knows no ROS, so it has its own; they must not part."""
+    assert entries.DONE == DONE
+    assert set(FIGURES.values()) <= set(entries.Cycle.__struct_fields__)
