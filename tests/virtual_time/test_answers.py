@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import pytest
+from harness.running.thorough import thorough
 from harness.scenes.steps import ROBOT
 from harness.virtual_cell.cell import VirtualCell
 
@@ -25,7 +26,7 @@ def failures(cell: VirtualCell) -> list[str]:
     return [made.why for made in cell.decisions if made.trigger == "MOVE_FAILED"]
 
 
-@pytest.mark.parametrize("late", [0.005, 0.03, 0.08])
+@pytest.mark.parametrize("late", [*thorough(0.005), 0.03, *thorough(0.08)])
 def test_a_late_zero_of_the_move_before_ends_no_move(cell: VirtualCell, late: float) -> None:
     """The last packets of a trim may come when the next move is announced; nothing moves yet."""
     assert cell.operate("MOVE", target=(0.55, 0.1, 0.1), speed_percent=40.0).success

@@ -17,7 +17,7 @@ from harness.virtual_cell.cell import VirtualCell
 
 APART_MM = 0.05 * 650.0
 """5 % of the reach."""
-FEW = (-30, -10, -4, 0, 4)
+FEW = (-10, 0, 4)
 GAPS_MS = tuple(range(-100, 101)) if "HYPOTHESIS_SEARCH" in os.environ else FEW
 BEGIN_S = 0.2
 LEADS = ("REAL_LEADS", "TWIN_LEADS", "OPERATOR_LEADS")

@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import msgspec
 import pytest
+from harness.running.thorough import thorough
 from harness.scenes.steps import AT_REST_DEG_MM, AWAY, ROBOT, both_stood, go, run_program
 from harness.scenes.truth import standstill_since, travel
 from harness.virtual_cell.cell import VirtualCell
@@ -191,7 +192,7 @@ def test_a_robot_that_moves_during_a_pause_beside_a_person_is_stopped() -> None:
         assert both_stood(cell, moved) - moved < 1.0
 
 
-@pytest.mark.parametrize("speed_percent", [5.0, 30.0, 70.0])
+@pytest.mark.parametrize("speed_percent", [*thorough(5.0), 30.0, 70.0])
 def test_resume_goes_on_on_the_same_path(cell: PausedCell, speed_percent: float) -> None:
     """The twin waits until the robot, held where it was, has come to it; then both go on."""
     start = cell.real.truth[-1][1]

@@ -15,6 +15,7 @@ import msgspec
 import pytest
 from harness.faults.person_faults import KEPT_MM, STALE_S, STANDS_M_S, protective
 from harness.opponents.person import FAR, PERIOD_S, WALK_M_S, Place, place
+from harness.running.thorough import thorough
 from harness.scenes.steps import ROBOT, both_stood, go, nothing_moves, run_program
 from harness.scenes.truth import standstill_since, tool_and_elbow, tool_speed, travel
 from harness.virtual_cell.cell import VirtualCell
@@ -85,7 +86,7 @@ def test_cell_reads_what_the_tests_reckon_with(cell: MonitoredCell) -> None:
 
 
 @pytest.mark.parametrize("leader", ["real", "operator"])
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, *thorough(2)])
 def test_robot_stands_before_somebody_who_walks_in_reaches_it(
     cell: MonitoredCell, leader: str, seed: int
 ) -> None:
@@ -109,7 +110,7 @@ def test_robot_stands_before_somebody_who_walks_in_reaches_it(
     assert travel(cell.real.truth, resumed) > 1.0
 
 
-@pytest.mark.parametrize("away", [1.3, 1.6])
+@pytest.mark.parametrize("away", [1.3, *thorough(1.6)])
 def test_robot_is_slow_enough_beside_somebody_who_stands_by(
     cell: MonitoredCell, away: float
 ) -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 import pytest
+from harness.running.thorough import thorough
 from harness.scenes.troubled import TroubledCell, desk_files, fastest_percent
 from harness.scenes.truth import farthest_apart_mm
 
@@ -59,7 +60,12 @@ def test_moves_at_full_speed_stay_below_80_percent_and_together(cell: TroubledCe
 
 @pytest.mark.parametrize(
     "options",
-    [{"late_write": 0.005}, {"late_write": 0.02}, {"late_answer": 0.025}, {"clock_jitter": 0.002}],
+    [
+        *thorough({"late_write": 0.005}),
+        {"late_write": 0.02},
+        *thorough({"late_answer": 0.025}),
+        {"clock_jitter": 0.002},
+    ],
     ids=["packets 5 ms late", "packets 20 ms late", "answers 25 ms late", "clocks off by 2 ms"],
 )
 def test_a_late_wire_makes_the_robot_no_faster(options: dict[str, float]) -> None:
@@ -74,7 +80,7 @@ def test_a_late_wire_makes_the_robot_no_faster(options: dict[str, float]) -> Non
 @pytest.mark.parametrize(
     "trouble",
     [
-        lambda cell: cell.stand_controller(0.1),
+        *thorough(lambda cell: cell.stand_controller(0.1)),
         lambda cell: cell.stand_controller(0.3),
         lambda cell: cell.stand_robot(0.1),
     ],

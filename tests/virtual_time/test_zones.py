@@ -13,13 +13,14 @@ from dataclasses import replace
 
 import pytest
 from fanuc_emulator.program import Program
+from harness.running.thorough import thorough
 from harness.scenes.steps import ROBOT
 from harness.virtual_cell.cell import VirtualCell
 from harness.virtual_cell.files import load_files
 from harness.zones.moves import Outcome, ZoneCell
 from scara_config.programs.lines import MoveStep
 
-FEW, MANY, EACH = 16, 2000, 8
+FEW, MANY, EACH = 8, 2000, 8
 MOVES = int(os.environ.get("ZONE_MOVES", MANY if "HYPOTHESIS_SEARCH" in os.environ else FEW))
 SEED = int(os.environ.get("ZONE_SEED", 1))
 NUMBER = 7
@@ -49,7 +50,7 @@ def test_no_zone_is_entered_and_no_free_way_is_stopped() -> None:
 
 
 @pytest.mark.parametrize("leader", ["program", "operator"])
-@pytest.mark.parametrize("speed_percent", [40.0, 60.0, 80.0, 100.0])
+@pytest.mark.parametrize("speed_percent", [40.0, *thorough(60.0, 80.0), 100.0])
 def test_straight_down_towards_a_zone_that_is_not_entered_goes_to_its_end(
     leader: str, speed_percent: float
 ) -> None:

@@ -8,6 +8,7 @@ import pytest
 from harness.plants.known_robot import knowing
 from harness.plants.trials import run_trial
 from harness.plants.variants import FIELD, IDEAL, ONE_BY_ONE, Variant
+from harness.running.thorough import thorough
 from harness.scenes.steps import both_stood, go
 from harness.virtual_cell.cell import VirtualCell
 from harness.virtual_cell.files import CellFiles
@@ -35,7 +36,7 @@ def shaken(plant: Variant) -> Variant:
     return OnADesk(plant.name, plant.change, plant.plant, 0.0, PAUSES_S, 0.3, 0.35, plant.ahead)
 
 
-@pytest.mark.parametrize("plant", [IDEAL, FIELD], ids=["ideal", "field"])
+@pytest.mark.parametrize("plant", [*thorough(IDEAL), FIELD], ids=["ideal", "field"])
 def test_thirty_pauses_of_the_controller_cost_next_to_nothing(plant: Variant) -> None:
     """At full speed, in a twin that leads: the robot has its set points."""
     calm = run_trial(ROBOT, plant, "twin_leads", 100.0)
@@ -76,7 +77,7 @@ def stopping_time(variant: Variant, command: str, delay_ms: float) -> float:
 
 @pytest.mark.parametrize(
     ("ahead", "alone", "delay_ms"),
-    [(IDEAL, ONE_BY_ONE[0], 18.0), (FIELD, ONE_BY_ONE[1], 110.0)],
+    [*thorough((IDEAL, ONE_BY_ONE[0], 18.0)), (FIELD, ONE_BY_ONE[1], 110.0)],
     ids=["ideal", "field"],
 )
 @pytest.mark.parametrize("command", ["STOP", "ESTOP", "PAUSE"])

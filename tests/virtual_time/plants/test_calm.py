@@ -7,6 +7,7 @@ from dataclasses import replace
 import msgspec
 import pytest
 from harness.plants.variants import FIELD, IDEAL, Variant
+from harness.running.thorough import thorough
 from harness.scenes.troubled import TroubledCell
 from twin_controller.config import with_links
 
@@ -17,7 +18,6 @@ JITTER_S = 5e-3
 """Each stamp of either side is wrong by up to this."""
 SPEED_PERCENT = 50.0
 PROGRAM = "ARTICLE"
-LONG = pytest.mark.thorough
 
 
 def noisy(plant: Variant) -> TroubledCell:
@@ -39,8 +39,8 @@ def noisy(plant: Variant) -> TroubledCell:
     return cell
 
 
-@pytest.mark.parametrize("seconds", [30.0, pytest.param(600.0, marks=LONG)])
-@pytest.mark.parametrize("plant", [IDEAL, FIELD], ids=["ideal", "field"])
+@pytest.mark.parametrize("seconds", [30.0, *thorough(600.0)])
+@pytest.mark.parametrize("plant", [*thorough(IDEAL), FIELD], ids=["ideal", "field"])
 def test_a_noisy_pair_at_rest_stays_at_rest(plant: Variant, seconds: float) -> None:
     """Nobody is taken for a leader, and no alarm comes."""
     with noisy(plant) as cell:
@@ -50,8 +50,8 @@ def test_a_noisy_pair_at_rest_stays_at_rest(plant: Variant, seconds: float) -> N
         assert cell.decisions[decided:] == []
 
 
-@pytest.mark.parametrize("rounds", [2, pytest.param(50, marks=LONG)])
-@pytest.mark.parametrize("plant", [IDEAL, FIELD], ids=["ideal", "field"])
+@pytest.mark.parametrize("rounds", [2, *thorough(50)])
+@pytest.mark.parametrize("plant", [*thorough(IDEAL), FIELD], ids=["ideal", "field"])
 def test_each_motion_of_a_noisy_pair_has_its_true_leader(plant: Variant, rounds: int) -> None:
     """A move of the twin and a program of the robot by turns, and nothing else is decided."""
     with noisy(plant) as cell:

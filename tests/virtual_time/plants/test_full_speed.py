@@ -7,6 +7,7 @@ from dataclasses import replace
 import msgspec
 import pytest
 from harness.plants.variants import FIELD, IDEAL, Variant
+from harness.running.thorough import thorough
 from harness.scenes.troubled import TroubledCell
 from harness.virtual_cell.experiments import run_experiments
 from harness.virtual_cell.files import CellFiles
@@ -17,7 +18,7 @@ PATH_PERCENT = 2.5
 
 
 @pytest.mark.parametrize("variant", [IDEAL, FIELD], ids=["ideal", "field"])
-@pytest.mark.parametrize("speed_percent", [60.0, 100.0])
+@pytest.mark.parametrize("speed_percent", [*thorough(60.0), 100.0])
 def test_program_that_heads_for_the_table_is_slowed_and_not_stopped(
     variant: Variant, speed_percent: float
 ) -> None:

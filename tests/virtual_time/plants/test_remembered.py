@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import pytest
 from harness.plants.variants import FIELD, IDEAL, Variant
+from harness.running.thorough import thorough
 from harness.scenes.troubled import TroubledCell
 from harness.virtual_cell.experiments import run_experiments
 from twin_controller.config import with_links
@@ -62,7 +63,9 @@ class Rounds:
         self.cell.schedule.after(0.01, lambda: self._watch(pause_s, not fast))
 
 
-@pytest.mark.parametrize(("plant", "limit"), [(IDEAL, 0.2), (FIELD, 0.5)], ids=["ideal", "field"])
+@pytest.mark.parametrize(
+    ("plant", "limit"), [*thorough((IDEAL, 0.2)), (FIELD, 0.5)], ids=["ideal", "field"]
+)
 def test_the_second_round_is_followed_closer(plant: Variant, limit: float) -> None:
     """In the first one only the program's second visits of its stands are foretold."""
     rounds = Rounds(plant)
@@ -72,8 +75,8 @@ def test_the_second_round_is_followed_closer(plant: Variant, limit: float) -> No
     assert second.path_percent <= min(limit, 0.85 * first.path_percent), (first, second)
 
 
-@pytest.mark.parametrize("plant", [IDEAL, FIELD], ids=["ideal", "field"])
-@pytest.mark.parametrize("pause_s", [0.02, 0.045])
+@pytest.mark.parametrize("plant", [*thorough(IDEAL), FIELD], ids=["ideal", "field"])
+@pytest.mark.parametrize("pause_s", [*thorough(0.02), 0.045])
 def test_a_pause_in_the_middle_of_a_move_is_not_seen(plant: Variant, pause_s: float) -> None:
     """On a first round the twin goes astray by what the robot changes meanwhile."""
     rounds = Rounds(plant)

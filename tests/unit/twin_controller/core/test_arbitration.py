@@ -11,6 +11,7 @@ import random
 import numpy as np
 import pytest
 from harness.pair import HOME, REAL_PERIOD_S, SETUP, Pair, ramp, shifted
+from harness.running.thorough import examples, thorough
 from harness.watch import Watch
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
@@ -23,7 +24,7 @@ OFFSETS = st.tuples(
     st.floats(-25.0, 25.0), st.floats(-35.0, 35.0), st.floats(-25.0, 90.0), st.floats(-15.0, 15.0)
 )
 HARMLESS = {"LINK_LOST", "LINKS_READY", "ALIGNED"}
-FEW = settings(max_examples=12, deadline=None)
+FEW = settings(max_examples=examples(6, 12), deadline=None)
 """A run of some virtual seconds costs some tens of milliseconds."""
 
 
@@ -240,7 +241,7 @@ def same_way(here: list[StreamReal], there: list[StreamReal]) -> None:
 
 
 @pytest.mark.slow
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=examples(3, 6), deadline=None)
 @given(shift=SHIFTS)
 @example(shift=-1776)
 def test_a_common_shift_of_both_clocks_changes_nothing(shift: int) -> None:
@@ -261,7 +262,7 @@ def test_a_common_shift_of_both_clocks_changes_nothing(shift: int) -> None:
 
 
 @pytest.mark.slow
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=examples(3, 6), deadline=None)
 @given(start=st.integers(0, 10**6))
 def test_the_controllers_own_clock_may_begin_anywhere(start: int) -> None:
     """Monotonic time has no meaning of its own."""
@@ -283,7 +284,7 @@ CLOCK_FAULT = st.tuples(
 )
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(12, 25), deadline=None)
 @given(faults=st.lists(CLOCK_FAULT, min_size=1, max_size=6), noise=st.booleans())
 def test_clocks_that_jump_drift_stand_or_run_backwards_make_nobody_lead(
     faults: list[tuple[str, str, float, float, int]], noise: bool
@@ -306,8 +307,14 @@ def test_clocks_that_jump_drift_stand_or_run_backwards_make_nobody_lead(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("drift", [200e-6, -200e-6])
-@pytest.mark.parametrize("side", ["real", "twin"])
+@pytest.mark.parametrize(
+    ("side", "drift"),
+    [
+        ("real", 200e-6),
+        ("twin", -200e-6),
+        *thorough(("real", -200e-6), ("twin", 200e-6)),
+    ],
+)
 def test_drifting_clocks_keep_the_pair_together(side: str, drift: float) -> None:
     """After 20 s at 200 ppm (4 ms) the twin follows to the same place.
 

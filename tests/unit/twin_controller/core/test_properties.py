@@ -5,11 +5,10 @@ They do so whatever the two sides, their links, their clocks and the operator do
 
 from __future__ import annotations
 
-import os
-
 import msgspec
 import pytest
 from harness.pair import HOME, SETUP, Pair, ramp, shifted
+from harness.running.thorough import examples
 from harness.watch import Watch
 from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
@@ -235,7 +234,7 @@ def replayed(events: list[AnyEvent]) -> list[AnyAction]:
 
 TestCell = pytest.mark.slow(Cell.TestCase)
 TestCell.settings = settings(
-    max_examples=40 if "HYPOTHESIS_SEARCH" in os.environ else 16,
+    max_examples=examples(8, 40),
     stateful_step_count=10,
     deadline=None,
     suppress_health_check=[HealthCheck.too_slow],
