@@ -45,6 +45,7 @@ FOR_PEOPLE = (
     "camera",
     "operator_panel",
     "pendant_page",
+    "what_if",
 )  # their tests start them themselves
 
 

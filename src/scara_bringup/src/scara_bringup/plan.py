@@ -41,6 +41,7 @@ ROSOUT = NodePlan("rosout", "scara_bringup", "rosout", topics=("/rosout_agg",), 
 CONTROLLER = "twin_controller"
 PANEL = "operator_panel"
 PENDANT_PAGE = "pendant_page"
+JUDGE = "what_if"
 POSE = "joint_pose_controller"
 MODELS = "robot_state_publisher"
 DESK_LINKS = ("_links:=desk",)
@@ -56,6 +57,7 @@ def cell_plan(
     with_panel: bool = False,
     runs: str = "",
     with_farm: bool = False,
+    with_judge: bool = False,
 ) -> list[NodePlan]:
     """List the nodes of a cell, in the order in which they are started.
 
@@ -70,6 +72,7 @@ def cell_plan(
             cell for people, not in one that runs experiments.
         runs: The folder of all recordings; empty: the nodes' own default.
         with_farm: Whether the cell has a link to the farm. It waits for a desk by itself.
+        with_judge: Whether motions are judged in a second world before they begin.
 
     Raises:
         ValueError: ``without`` names a node that is not in the plan; the text lists those that are.
@@ -127,6 +130,8 @@ def cell_plan(
     ]
     if with_panel:
         nodes += _for_people(doors, runs, with_pendant="emulator" not in without)
+    if with_judge:
+        nodes.append(NodePlan(JUDGE, JUDGE, JUDGE, services=("what_if/judge",), optional=True))
     if with_farm:
         folder = (f"_directory:={runs}",) if runs else ()
         nodes.append(
@@ -140,8 +145,9 @@ def cell_plan(
                 optional=True,
             )
         )
-    # Without the emulator there is no pendant page either; who leaves out both is right as well.
-    known = {node.name for node in nodes} | {PENDANT_PAGE}
+    # Without the emulator there is no pendant page either; who leaves out both is right as well,
+    # and so is who leaves out a judge that is not installed.
+    known = {node.name for node in nodes} | {PENDANT_PAGE, JUDGE}
     unknown = sorted(set(without) - known)
     if unknown:
         meant = nearest(unknown[0], known)

@@ -9,6 +9,7 @@ import msgspec
 from msgspec import Meta
 from scara_config import load, locate
 from scara_config.percent import SpeedPercent
+from scara_ros.gate.settings import GateSettings
 
 Length = Annotated[float, Meta(ge=0.0, le=100.0)]
 Milliseconds = Annotated[float, Meta(ge=0.0, le=5000.0)]
@@ -29,7 +30,7 @@ class LagConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     spread_ms: Milliseconds
 
 
-class WhatIfConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class WhatIfConfig(GateSettings, frozen=True, forbid_unknown_fields=True):
     """Everything of what_if.yaml."""
 
     nearer_mm: Length

@@ -29,6 +29,7 @@ from operator_panel.io.stop_line import StopLine
 from operator_panel.nodes.calling import Lane, as_answer
 from operator_panel.nodes.camera_link import CameraLink
 from operator_panel.nodes.listening import Listening
+from operator_panel.nodes.program_gate import ProgramGate, with_note
 from operator_panel.nodes.tuning_link import TuningLink
 from operator_panel.view.robot.registers import Entry
 from operator_panel.view.snapshot import Snapshot
@@ -67,6 +68,7 @@ class CellLink:
         self._tokens = tokens
         self._listening = Listening(robot)
         self._pendant = Pendant(around.real, config_dir, config.program_timeout_s)
+        self._program_gate = ProgramGate(config_dir)
         self._reporter = Reporter(config_dir, config.report_timeout_s)
         self._real, self._layout = around.real, load_modbus_map(config_dir)
         self._reading = asyncio.Lock()
@@ -100,6 +102,7 @@ class CellLink:
         self._jog = rospy.Publisher(
             "joint_vel_controller/command", JointJog, queue_size=1, tcp_nodelay=True
         )
+        self._program_gate.connect()
         self._tuning.subscribe()
         self._listening.subscribe()
         while not ended.wait(MASTER_PERIOD_S):
@@ -220,7 +223,10 @@ class CellLink:
     async def pendant(self, *words: str) -> Answer:
         """Press a key of the real robot's pendant."""
         self.say(f"pendant {' '.join(words)}")
-        return await self._pendant.press(words)
+        found = await self._program_gate.judge(*words)
+        if not found.allowed:
+            return Answer(False, found.text)
+        return with_note(await self._pendant.press(words), found)
 
 
 def _find_command() -> tuple[str, str]:

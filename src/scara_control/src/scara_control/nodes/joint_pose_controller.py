@@ -7,7 +7,8 @@ Subscribes: ``joint_pose_controller/target`` (JointState), ``joint_pose_controll
 ``twin/joint_states``, ``twin/controller_modes``, ``twin/payload`` (what motion is planned for),
 ``twin_controller/state`` (how late the real robot follows, if there is a twin controller).
 Publishes: ``twin/joint_setpoints`` (JointTrajectory), ``joint_pose_controller/state``
-(scara_msgs/MotionState).
+(scara_msgs/MotionState), ``what_if/gate`` (scara_msgs/Audit: what the judge said of each move).
+Calls: ``what_if/judge`` (scara_msgs/JudgeMotion) before each move; a stop never waits for it.
 """
 
 from __future__ import annotations
@@ -34,6 +35,7 @@ from scara_control.motion.commands import Command, CommandInbox, parse_modes
 from scara_control.motion.epoch import Epoch
 from scara_control.motion.pose_control import PoseController
 from scara_control.motion.requests import Outcome
+from scara_control.nodes.gating import move_request, open_gate
 from scara_control.nodes.idle import Attention, IdleWait
 from scara_control.nodes.payload_listener import PayloadListener
 from scara_control.nodes.setpoint_messages import due_times, to_message, to_setpoints
@@ -63,6 +65,8 @@ class JointPoseController:
         self._core = PoseController(robot, config, self._clock.now())
         self._inbox = CommandInbox(config.command_memory)
         self._epoch = Epoch(time.monotonic())
+        self._gate = open_gate()
+        self._measured: JointMotion | None = None
         self._rest = IdleWait(self._is_idle)
         self._reader = JointStateReader(
             robot.twin_joints, config, self._clock, self._measure, self._is_idle
@@ -127,6 +131,7 @@ class JointPoseController:
     def _measure(self, measured: JointMotion) -> None:
         with self._lock:
             self._core.measure(measured)
+            self._measured = measured
 
     def _on_modes(self, message: String) -> None:
         with self._lock:
@@ -145,6 +150,7 @@ class JointPoseController:
         with self._lock:
             now = self._clock.now()
             if self._inbox.accept(message.header.frame_id, message.id, now):
+                self._epoch.hear(command, message.reason)
                 self._core.command(command, message.reason, now)
                 rospy.loginfo("%s (id %d)", command.text(message.reason), message.id)
             self._settle(now)
@@ -224,10 +230,19 @@ class JointPoseController:
         """Begin a move; return why not, or an empty text."""
         for listener in (self._reader, self._delays):
             listener.catch_up()
+        try:
+            with self._lock:
+                epoch = self._epoch.begin(time.monotonic())
+        except ScaraControlError as error:
+            return str(error)
+        # Nothing is locked meanwhile: a stop is obeyed, and ends what is only being judged.
+        refusal = self._judged(names, positions, speed_percent)
+        if refusal:
+            return refusal
         with self._lock:
             now = self._clock.now()
             try:
-                self._epoch.begin(time.monotonic())
+                self._epoch.check(epoch)
                 self._rouse(now)
                 move_id = self._core.move(names, positions, speed_percent, now)
             except ScaraControlError as error:
@@ -237,6 +252,17 @@ class JointPoseController:
             self._settle(now)
             self._go_on()
             return ""
+
+    def _judged(self, names: Any, positions: Any, speed_percent: float) -> str:
+        """Ask the gate; return why it refuses, or an empty text."""
+        with self._lock:
+            measured = self._measured
+        request = move_request(self._core.names, measured, names, positions, speed_percent)
+        if request is None:
+            return ""
+        target = ", ".join(f"{value:.4g}" for value in request["joint_positions"])
+        found = self._gate.ask(f"move to ({target})", **request)
+        return "" if found.allowed else found.text
 
     def _settle(self, now: float) -> None:
         """Answer the moves that have ended; publish the state if it has changed or is due.

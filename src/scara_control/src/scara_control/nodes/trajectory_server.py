@@ -8,7 +8,8 @@ reason, or accepted and streamed to ``joint_pose_controller/follow``; a newer go
 running one, which ramps down on its path first.
 Subscribes: ``twin/joint_states``, ``joint_pose_controller/state``, ``motion_command``,
 ``twin/payload``, ``twin_controller/state`` (if there is a twin controller). Publishes:
-``joint_pose_controller/follow`` (JointTrajectory).
+``joint_pose_controller/follow`` (JointTrajectory), ``what_if/gate`` (scara_msgs/Audit: what the
+judge said of each goal). Calls: ``what_if/judge`` (scara_msgs/JudgeMotion) before each goal.
 """
 
 from __future__ import annotations
@@ -33,6 +34,7 @@ from scara_control.dynamics.effort import Load
 from scara_control.joint_motion import JointMotion
 from scara_control.motion.commands import Command, CommandInbox, MotionRefusedError
 from scara_control.motion.epoch import Epoch
+from scara_control.nodes.gating import Turnstile, open_gate, trajectory_request
 from scara_control.nodes.idle import QUIET_S, Attention, IdleWait
 from scara_control.nodes.payload_listener import PayloadListener
 from scara_control.nodes.setpoint_messages import to_message, to_motion, to_point
@@ -63,6 +65,8 @@ class TrajectoryServer:
         self._inbox = CommandInbox(config.command_memory)
         self._epoch = Epoch(time.monotonic())
         self._goals: dict[str, Any] = {}
+        self._judged: dict[str, Any] = {}
+        self._gate, self._judging = open_gate(), Turnstile()
         self._feedback_due = self._clock.now()
         self._follow = rospy.Publisher(
             "joint_pose_controller/follow", JointTrajectory, queue_size=10, tcp_nodelay=True
@@ -130,19 +134,41 @@ class TrajectoryServer:
     def _on_goal(self, handle: Any) -> None:
         goal = to_goal(handle.get_goal(), self._clock.offset())
         key = handle.get_goal_id().id
-        for listener in (self._reader, self._states, self._modes):
-            listener.catch_up()
         with self._lock:
             try:
-                self._epoch.begin(time.monotonic())
-                begun = self._desk.accept(key, goal, self._clock.now())
-            except GoalError as error:
-                _reject(handle, error)
-                return
+                epoch = self._epoch.begin(time.monotonic())
             except MotionRefusedError as error:
                 _reject(handle, GoalError(Code.INVALID_GOAL, str(error)))
                 return
-            self._goals[key] = handle
+            self._judged[key] = handle
+        # actionlib holds its lock while it calls us: a cancellation must not wait for the judge.
+        self._judging.put(lambda: self._accept(key, handle, goal, epoch))
+
+    def _accept(self, key: str, handle: Any, goal: Goal, epoch: int) -> None:
+        """Let a goal in once it is judged; unless it was cancelled or a stop came meanwhile."""
+        found = self._gate.ask(
+            f"trajectory of {len(goal.points)} points", **trajectory_request(goal)
+        )
+        for listener in (self._reader, self._states, self._modes):
+            listener.catch_up()
+        with self._lock:
+            if self._judged.pop(key, None) is None:
+                return
+            try:
+                self._epoch.check(epoch)
+                if not found.allowed:
+                    raise MotionRefusedError(found.text)
+                begun = self._desk.accept(key, goal, self._clock.now())
+            except GoalError as error:
+                refusal: GoalError | None = error
+            except MotionRefusedError as error:
+                refusal = GoalError(Code.INVALID_GOAL, str(error))
+            else:
+                refusal = None
+                self._goals[key] = handle
+        if refusal is not None:
+            _reject(handle, refusal)
+            return
         self._rest.wake()
         if begun:
             handle.set_accepted()
@@ -150,7 +176,9 @@ class TrajectoryServer:
     def _on_cancel(self, handle: Any) -> None:
         key = handle.get_goal_id().id
         with self._lock:
-            waiting = self._desk.cancel(key) and self._goals.pop(key, None) is not None
+            waiting = self._judged.pop(key, None) is not None
+            if not waiting:
+                waiting = self._desk.cancel(key) and self._goals.pop(key, None) is not None
         if waiting:
             _finish(handle, Ended(Code.SUCCESSFUL, "cancelled before it began", cancelled=True))
 
@@ -175,7 +203,9 @@ class TrajectoryServer:
     def _on_command(self, message: MotionCommand) -> None:
         with self._lock:
             if self._inbox.accept(message.header.frame_id, message.id, self._clock.now()):
-                self._desk.command(Command(message.command), message.reason)
+                command = Command(message.command)
+                self._epoch.hear(command, message.reason)
+                self._desk.command(command, message.reason)
         self._rest.wake()  # a goal that waited is told at once that it never begins
 
 

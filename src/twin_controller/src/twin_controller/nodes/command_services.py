@@ -13,6 +13,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
+import msgspec
 import rospy
 from scara_ros.io.persons import LONGEST, Persons
 from std_srvs.srv import Trigger, TriggerResponse
@@ -32,6 +33,7 @@ from twin_controller.core.lead.commands.allowed import refusals
 from twin_controller.core.lead.commands.judging import judge_move
 from twin_controller.core.setup import Setup
 from twin_controller.io.engine import Engine
+from twin_controller.nodes.move_gate import MoveGate
 
 Audit = Callable[[str, str, bool, str], None]
 TRIGGERS = ("stop", "pause", "resume", "reset")
@@ -42,9 +44,11 @@ SILENT = "KEEP"
 class CommandServices:
     """Judges who asks, hands the command to the engine, and tells the audit."""
 
-    def __init__(self, setup: Setup, engine: Engine, persons: Persons, audit: Audit) -> None:
+    def __init__(
+        self, setup: Setup, engine: Engine, persons: Persons, audit: Audit, gate: MoveGate
+    ) -> None:
         """Remember who is asked; ``offer`` opens the services."""
-        self._setup = setup
+        self._setup, self._gate = setup, gate
         self._engine, self._persons, self._audit = engine, persons, audit
 
     def offer(self) -> list[rospy.Service]:
@@ -71,6 +75,8 @@ class CommandServices:
     def _command(self, request: TwinCommand._request_class) -> TwinCommandResponse:
         command = request.command.strip().upper()
         target = _target(command, request)
+        if command in ENDING:
+            self._gate.stopped()
         event = Operator(
             time.monotonic(),
             command,
@@ -80,11 +86,22 @@ class CommandServices:
             # A stop waits for no disk: its person is compared with what is known.
             **self._who(request, read=command not in ENDING),
         )
-        answer = self._ask(event)
+        answer = self._judged(event)
         speed = f"speed {request.speed_percent:g} %" if target else f"{request.speed_percent:g} %"
         what = f"{command} target {list(target)} {speed}" if target else f"{command} {speed}"
         self._audit(_name(request, event), what, answer.success, answer.message)
         return TwinCommandResponse(answer.success, answer.message)
+
+    def _judged(self, event: Operator) -> Reply:
+        """Hand a command to the engine once the gate lets it through."""
+        found = self._gate.judge(event)
+        if not found.allowed:
+            return Reply(0, False, found.text)
+        # Judging took its time: the command is as old as its way to the engine.
+        answer = self._ask(msgspec.structs.replace(event, now=time.monotonic()))
+        if answer.success and found.note:
+            return Reply(answer.id, True, f"{answer.message}; {found.note}")
+        return answer
 
     def _control(self, request: Control._request_class) -> ControlResponse:
         action = request.action.strip().upper()

@@ -66,10 +66,15 @@ class Publishing:
         self.thread = PublisherThread(self._publish)
         self._lock = threading.Lock()
         self._links: dict[str, dict[str, int]] = {}
+        self._judge = ""
 
     def counted(self, links: dict[str, dict[str, int]]) -> None:
         """Take the links' counters, shown with the state."""
         self._links = links
+
+    def judged(self, text: str) -> None:
+        """Take what the gate said last, shown with the state."""
+        self._judge = text
 
     def __enter__(self) -> Self:
         """Begin to publish."""
@@ -132,6 +137,7 @@ class Publishing:
             sides.twin.gripper,
             orders.grips.trouble,
             _hands(lead.control),
+            self._judge,
         )
         if not self._state_pace.is_due(now, shown):
             return
@@ -141,6 +147,7 @@ class Publishing:
         if self._refused_pace.is_due(now, (lead.mode, lead.paused, lead.why, lead.must_align)):
             self._refused = refusals(self._setup, state, now)
         fields |= {"command": list(self._refused), "refused": list(self._refused.values())}
+        fields["judge"] = self._judge
         self._state.publish(TwinControllerState(header=_header(stamp), **fields))
 
     def _link(self, link: LinkView) -> LinkState:

@@ -7,8 +7,10 @@ Services: ``twin_controller/command`` (scara_msgs/TwinCommand), ``twin_controlle
 (scara_msgs/Control), ``twin_controller/stop``, ``pause``, ``resume``, ``reset``
 (std_srvs/Trigger), ``twin_controller/judge`` (scara_msgs/JudgeMove), ``twin_controller/why``
 (scara_msgs/Why), ``twin_controller/shadow`` (scara_msgs/Shadow).
+Calls: ``what_if/judge`` (scara_msgs/JudgeMotion) before MOVE, MOVE_JOINTS and HOME.
 Subscribes: ``people/nearest`` (geometry_msgs/PointStamped in the base frame), for speed and
-separation monitoring.
+separation monitoring; ``what_if/gate`` (scara_msgs/Audit), what all gates say, which it publishes
+too.
 Publishes: ``twin_controller/state``, ``decisions``, ``inputs``, ``audit``, ``configuration``
 (latched), ``real/joint_states``, ``real/robot_data``, ``robot_status``, ``speed_scaling_factor``,
 ``/diagnostics``.
@@ -28,6 +30,7 @@ from geometry_msgs.msg import PointStamped
 from scara_config import ConfigError, Robot, config_directory, files_in_force, load_robot
 from scara_config.modbus_map import ModbusMap, load_modbus_map
 from scara_config.profile import PLANTS
+from scara_ros.gate.settings import load_gate
 from scara_ros.io.persons import Persons, load_persons
 from scara_ros.io.scheduling import go_first
 from scara_ros.memory import keep_for_good
@@ -54,6 +57,7 @@ from twin_controller.io.real_link import RealLink
 from twin_controller.io.rosbridge_access import Access, read_access
 from twin_controller.io.twin_link import TwinLink
 from twin_controller.nodes.command_services import CommandServices
+from twin_controller.nodes.move_gate import MoveGate
 from twin_controller.nodes.publishing import Publishing
 from twin_controller.nodes.shadow_service import ShadowService
 from twin_controller.robot.link import RobotListener
@@ -76,6 +80,7 @@ class Node:
         url: str,
         access: Access,
         persons: Persons,
+        folder: Path,
     ) -> None:
         """Build everything; nothing connects before ``run``.
 
@@ -87,6 +92,7 @@ class Node:
             url: Of the gateway.
             access: What the gateway asks of us.
             persons: Who may hold control.
+            folder: With what_if.yaml.
         """
         self._setup = Setup(robot, config)
         self._base_frame = own_frame(robot.base_frame)
@@ -97,7 +103,16 @@ class Node:
         self._engine = Engine(self._setup, self._real, self._twin, self._publishing.thread)
         if persons.trouble:
             rospy.logerr("nobody can hold control: %s", persons.trouble)
-        self._commands = CommandServices(self._setup, self._engine, persons, self._publishing.audit)
+        gate = MoveGate(
+            self._setup,
+            folder,
+            lambda: self._engine.state,
+            self._publishing.judged,
+            self._publishing.audit,
+        )
+        self._commands = CommandServices(
+            self._setup, self._engine, persons, self._publishing.audit, gate
+        )
 
     def _real_link(self, robot: Robot, config: TwinControllerConfig, layout: ModbusMap) -> RealLink:
         """Choose the robot's protocol; another one is another ``connect``."""
@@ -217,12 +232,13 @@ def main() -> None:
         url = rospy.get_param("~gateway_url", config.twin.url)
         access = read_access(config.twin, url, os.environ)
         persons = Persons(load_persons(folder))
+        load_gate(folder)
     except ConfigError as error:
         rospy.logfatal("twin_controller: %s", error)
         sys.exit(2)
     rospy.loginfo(links_text(config))
     publisher, configuration = _publish_configuration(folder, config)
-    node = Node(robot, config, layout, configuration, url, access, persons)
+    node = Node(robot, config, layout, configuration, url, access, persons, folder)
     code = node.run()
     publisher.unregister()
     if code:

@@ -32,6 +32,11 @@ SMOOTHING_S = 0.12
 the shortest ramps of the three robots take as long)."""
 
 
+MOST_SAMPLES = 20000
+"""A trajectory that lasts longer than so many samples is looked at less often (our choice: 80 s at
+4 ms). The slack between two samples grows with it, so nothing is missed."""
+
+
 @dataclass(frozen=True)
 class Planned:
     """A motion in time, and what stands against it before anybody looks at bodies."""
@@ -224,7 +229,7 @@ def _trajectory(world: World, motion: Trajectory) -> Planned:
     chosen = named_joints(joints, motion.names)
     columns = [names.index(joint.name) for joint in chosen]
     path = plan_path(chosen, tuple(world.q[k] for k in columns), motion.points)
-    sample = world.cell.config.sample_ms * 1e-3
+    sample = max(world.cell.config.sample_ms * 1e-3, path.duration / MOST_SAMPLES)
     count = max(2, math.ceil(path.duration / sample) + 1)
     times = np.linspace(0.0, path.duration, count)
     rows = np.zeros((3, count, len(joints)))

@@ -1,0 +1,59 @@
+"""A program is judged before the page starts it on the robot's pendant."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import rospy
+from nicegui import run
+from scara_ros.gate.permit import Permit
+from scara_ros.gate.settings import load_gate
+from scara_ros.nodes.judge_gate import JudgeGate
+from scara_ros.nodes.service_client import ServiceClient
+
+from operator_panel.door import Answer
+from scara_msgs.msg import Audit
+from scara_msgs.srv import JudgeMotion
+
+PASSED = Permit(True, "")
+
+
+class ProgramGate:
+    """Asks the judge for a program.
+
+    Args:
+        folder: Of what_if.yaml.
+
+    Raises:
+        ConfigError: what_if.yaml is wrong.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._settings = load_gate(folder)
+        self._gate: JudgeGate | None = None
+
+    def connect(self) -> None:
+        """Advertise, once this process is a node."""
+        self._gate = JudgeGate(
+            self._settings,
+            ServiceClient("what_if/judge", JudgeMotion, self._settings.program_patience),
+            rospy.Publisher("what_if/gate", Audit, queue_size=20, tcp_nodelay=True),
+        )
+
+    async def judge(self, key: str, *words: str) -> Permit:
+        """Return whether a key of the pendant may be pressed; all but ``run`` may."""
+        gate = self._gate
+        if key != "run" or not words or gate is None:
+            return PASSED
+        program = words[0]
+        found: Permit | None = await run.io_bound(
+            lambda: gate.ask(f"program {program}", motion="PROGRAM", program=program)
+        )
+        return found or Permit(False, "the page's server ends")
+
+
+def with_note(answer: Answer, found: Permit) -> Answer:
+    """Return the pendant's answer with what the gate adds to it."""
+    if not found.note or not answer.success:
+        return answer
+    return Answer(True, f"{answer.message}; {found.note}", answer.values)

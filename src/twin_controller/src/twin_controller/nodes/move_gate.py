@@ -1,0 +1,112 @@
+"""The operator's moves are judged before the controller hears of them."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import rospy
+from scara_ros.gate.permit import Permit
+from scara_ros.gate.settings import load_gate
+from scara_ros.nodes.judge_gate import JudgeGate
+from scara_ros.nodes.service_client import ServiceClient
+
+from scara_msgs.msg import Audit
+from scara_msgs.srv import JudgeMotion
+from twin_controller.core.events import Operator
+from twin_controller.core.lead.commands.allowed import refusals
+from twin_controller.core.lead.commands.judging import MOVES, judge_move
+from twin_controller.core.lead.modes import Mode
+from twin_controller.core.setup import Setup
+from twin_controller.core.state import CoreState
+
+HOLDING = (Mode.OFFLINE, Mode.PAUSED, Mode.STOPPED, Mode.ESTOP, Mode.FAULT)
+"""Modes whose beginning ends what is only being judged."""
+PASSED = Permit(True, "")
+
+
+class MoveGate:
+    """Asks the judge for MOVE, MOVE_JOINTS and HOME, and hears of all other gates.
+
+    Args:
+        setup: Profile and numbers.
+        folder: Of what_if.yaml.
+        state: Returns the core's state.
+        shown: Told the newest line for ``twin_controller/state``.
+        audit: Told who, what, whether it may move, and why.
+
+    Raises:
+        ConfigError: what_if.yaml is wrong.
+    """
+
+    def __init__(
+        self,
+        setup: Setup,
+        folder: Path,
+        state: Callable[[], CoreState],
+        shown: Callable[[str], None],
+        audit: Callable[[str, str, bool, str], None],
+    ) -> None:
+        self._setup, self._state, self._shown, self._audit = setup, state, shown, audit
+        settings = load_gate(folder)
+        self._gate = JudgeGate(
+            settings,
+            ServiceClient("what_if/judge", JudgeMotion, settings.patience),
+            rospy.Publisher("what_if/gate", Audit, queue_size=20, tcp_nodelay=True),
+        )
+        self._stops = 0
+        rospy.Subscriber("what_if/gate", Audit, self._told, queue_size=100, tcp_nodelay=True)
+
+    def stopped(self) -> None:
+        """Note a stop or a pause: what is judged now never begins."""
+        self._stops += 1
+
+    def judge(self, event: Operator) -> Permit:
+        """Return whether a command may go on to the controller; all but moves may.
+
+        What the controller refuses by itself is left to it.
+        """
+        if event.command not in MOVES or self._gate.is_off:
+            return PASSED
+        before, stops = self._state(), self._stops
+        refused = refusals(self._setup, before, time.monotonic())["MOVE"]
+        if refused or judge_move(self._setup, before.sides.twin, event).refusal:
+            return PASSED
+        found = self._gate.ask(_words(event), **self._request(event))
+        if found.allowed and (why := self._interrupted(before, stops)):
+            return Permit(False, f"{why} while it was judged: send it again")
+        return found
+
+    def _request(self, event: Operator) -> dict[str, Any]:
+        speed = event.speed_percent
+        if event.command == "MOVE":
+            x, y, z = event.target
+            place = {"x": x, "y": y, "z": z, "elbow": event.elbow}
+            return {"motion": "MOVE", "speed_percent": speed, **place}
+        target = event.target
+        if event.command == "HOME":
+            speed = speed or self._setup.config.home.speed_percent
+            target = self._setup.home
+        return {"motion": "MOVE_JOINTS", "speed_percent": speed, "joint_positions": list(target)}
+
+    def _interrupted(self, before: CoreState, stops: int) -> str:
+        """Return what has stopped the pair meanwhile, or an empty text."""
+        if self._stops != stops:
+            return "a stop or a pause came"
+        for decision in self._state().lead.decisions:
+            if decision.seq > before.lead.seq and decision.mode_after in HOLDING:
+                return f"the pair came to {decision.mode_after} ({decision.why})"
+        return ""
+
+    def _told(self, said: Audit) -> None:
+        """Show and keep what a gate has said, ours too."""
+        self._shown(f"{said.what}: {'' if said.success else 'refused: '}{said.outcome}")
+        self._audit(said.who, f"judged: {said.what}", said.success, said.outcome)
+
+
+def _words(event: Operator) -> str:
+    """Return a move in words."""
+    target = ", ".join(f"{value:.4g}" for value in event.target)
+    return f"{event.command} ({target})" if target else event.command
