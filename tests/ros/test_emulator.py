@@ -189,7 +189,7 @@ def test_twin_controllers_link_streams_and_its_silence_stops_the_robot(cell: Cel
         link.write_now((0.1, -0.2, -0.1, 0.3), 50.0)
         link.pulse("rsr1")
         wait_until(
-            lambda: samples[-1].positions == pytest.approx((0.1, -0.2, -0.1, 0.0, 0.3), abs=1e-5),
+            lambda: samples[-1].motion.q == pytest.approx((0.1, -0.2, -0.1, 0.0, 0.3), abs=1e-5),
             10.0,
         )
         assert (

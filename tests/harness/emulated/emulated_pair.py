@@ -13,6 +13,7 @@ from fanuc_emulator.controller import Controller
 from fanuc_emulator.program import Program, ProgramState
 from fanuc_emulator.snapshot import ControlType
 from scara_config.programs.lines import MoveStep
+from scara_control.joint_motion import JointMotion
 from twin_controller.core.actions import AnyAction, Command, OverrideReal, Send, StreamReal
 from twin_controller.core.events import RealMeasured
 from twin_controller.core.setup import Setup
@@ -85,8 +86,11 @@ class EmulatedPair(Pair):
             sent=self.now - 0.0005,
             received=self.now,
             clock_ms=shown.clock_ms,
-            q=_twin_joints(shown.measured_positions),
-            qdot=_twin_joints(shown.measured_velocities),
+            motion=JointMotion.measured(
+                _twin_joints(shown.measured_positions),
+                _twin_joints(shown.measured_velocities),
+                1e-3 * shown.clock_ms,
+            ),
             own_program=kind is ControlType.PROGRAM,
             streaming=kind is ControlType.STREAM,
             paused=shown.outputs.paused or shown.outputs.held,

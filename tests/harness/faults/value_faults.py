@@ -61,10 +61,10 @@ class Judge:
         ):
             self.wrong.append(f"{others} {sorted(sample.outputs)}")
         for k, joint in enumerate(ROBOT.joints):
-            off = abs(sample.positions[k] / joint.scale - q[k])
-            off_speed = abs(sample.velocities[k] / joint.scale - qdot[k])
+            off = abs(sample.motion.q[k] / joint.scale - q[k])
+            off_speed = abs(sample.motion.qdot[k] / joint.scale - qdot[k])
             possible, possible_speed = _possible(
-                joint, span, max(abs(v) for v in (qdot[k], sample.velocities[k] / joint.scale))
+                joint, span, max(abs(v) for v in (qdot[k], sample.motion.qdot[k] / joint.scale))
             )
             self.unnoticed += off > 1e-3 or off_speed > 1e-2
             self.largest = max(self.largest, off / possible, off_speed / possible_speed)

@@ -171,7 +171,7 @@ class RealSide:
             received = self._clock()
             self._paused = "paused" in sample.outputs
             if sample.control_type is not ControlType.STREAM or not self._idle:
-                self._idle = sample.positions
+                self._idle = sample.motion.q
             decide = partial(self._hand_over, sample, sent, received)
             self._schedule.after(self._delays.decision, decide)
 

@@ -87,8 +87,8 @@ class ZoneCell(VirtualCell):
             event = msgspec.structs.replace(event, clock_ms=event.clock_ms + late)
         elif isinstance(event, TwinMeasured):
             late_s = self.random.uniform(-JITTER_S, JITTER_S)
-            late = msgspec.structs.replace(event.motion, time=event.motion.time + late_s)
-            event = msgspec.structs.replace(event, motion=late)
+            moved = msgspec.structs.replace(event.motion, time=event.motion.time + late_s)
+            event = msgspec.structs.replace(event, motion=moved)
         super().put(event)
 
     def trial(self) -> Outcome:

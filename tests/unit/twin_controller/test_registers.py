@@ -72,8 +72,8 @@ def test_a_state_block_is_decoded_in_si_in_the_order_of_the_profile() -> None:
     """Degrees and millimetres become rad and m; J5 is table_joint; signals have names."""
     sample = CODEC.decode_sample(state_words(), SIGNALS)
     expected = (math.radians(10), math.radians(20), -0.160, math.radians(30), math.radians(-40))
-    assert sample.positions == pytest.approx(expected, rel=1e-6)
-    assert sample.velocities == pytest.approx(
+    assert sample.motion.q == pytest.approx(expected, rel=1e-6)
+    assert sample.motion.qdot == pytest.approx(
         (math.radians(1), math.radians(2), 0.003, math.radians(4), math.radians(5)), rel=1e-6
     )
     assert sample.clock_ms == 0x12345678
@@ -127,7 +127,7 @@ def test_an_impossible_speed_is_refused() -> None:
 def test_a_position_just_over_its_limit_is_read() -> None:
     """Rounding at the end of the range is no error."""
     assert (
-        CODEC.decode_sample(state_words((148.0001, 0.0, 0.0002, 0.0, 0.0)), SIGNALS).positions[2]
+        CODEC.decode_sample(state_words((148.0001, 0.0, 0.0002, 0.0, 0.0)), SIGNALS).motion.q[2]
         > 0.0
     )
 
@@ -176,7 +176,7 @@ def test_what_is_written_is_read_back_by_the_same_layout(positions: tuple[float,
     """PR[1] and POS[0] have one layout: the words of a set point are a legal position block."""
     written = CODEC.encode_setpoint(positions, 1, 100.0)[:18]
     sample = CODEC.decode_sample(written + state_words()[18:], SIGNALS)
-    assert sample.positions == pytest.approx(positions, rel=1e-6, abs=1e-9)
+    assert sample.motion.q == pytest.approx(positions, rel=1e-6, abs=1e-9)
 
 
 def test_high_word_first_is_obeyed() -> None:

@@ -49,7 +49,7 @@ class Stretch:
         latency = self._config.real.sample_latency_ms * 1e-3
         self._least.append(clock + latency - received)
         self._most.append(clock + latency - sent)
-        self._seen.append((clock, sample.positions[self._index] / self.joint.scale))
+        self._seen.append((clock, sample.motion.q[self._index] / self.joint.scale))
 
     def fit(self) -> Fit | None:
         """Fit delay and smoothing; None if too little was seen."""

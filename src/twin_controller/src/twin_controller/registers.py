@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 
 from scara_config import Robot
 from scara_config.modbus_map import ModbusMap, Register
+from scara_control.joint_motion import JointMotion
 
 from twin_controller.modbus.axes import axes_of, positions_of, velocities_of
 from twin_controller.modbus.blocks import (
@@ -96,10 +97,12 @@ class RegisterCodec:
             watchdog = WatchdogState(self._number("watchdog_state", words))
         except ValueError as error:
             raise SampleError(str(error)) from error
+        q = positions_of(self._floats("position", words), self._joints, self._tolerance)
+        qdot = velocities_of(self._floats("velocity", words), self._joints)
+        clock_ms = self._clock(words)
         return RobotSample(
-            positions=positions_of(self._floats("position", words), self._joints, self._tolerance),
-            velocities=velocities_of(self._floats("velocity", words), self._joints),
-            clock_ms=self._clock(words),
+            motion=JointMotion.measured(q, qdot, clock_ms * 1e-3),
+            clock_ms=clock_ms,
             control_type=control,
             program_speed=self._percent("program_speed", words),
             override=self._percent("override_now", words),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from enum import IntEnum
 
 import msgspec
+from scara_control.joint_motion import JointMotion
 
 
 class SampleError(ValueError):
@@ -43,9 +44,8 @@ class RobotSample(msgspec.Struct, frozen=True):
     """One checked reading of the robot.
 
     Attributes:
-        positions: Joint positions in the order of robot.yaml [rad or m].
-        velocities: Joint speeds, same order [rad/s or m/s].
-        clock_ms: The robot's own clock when they were true.
+        motion: Of all joints in the order of robot.yaml; its time is the robot's own clock [s].
+        clock_ms: That clock, as it was read.
         program_speed: Programmed speed of the running motion [percent].
         override: Override in force [percent].
         outputs: Names of the UO signals that are on.
@@ -55,8 +55,7 @@ class RobotSample(msgspec.Struct, frozen=True):
         ring_underruns: So often it had none left.
     """
 
-    positions: tuple[float, ...]
-    velocities: tuple[float, ...]
+    motion: JointMotion
     clock_ms: int
     control_type: ControlType
     program_speed: int

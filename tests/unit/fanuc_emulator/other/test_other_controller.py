@@ -136,7 +136,7 @@ def test_the_twin_controllers_link_streams_to_it(
         settings, layout, robot, lambda sample, *_: samples.append(sample), lambda *_: None
     ) as link:
         wait_until(lambda: samples, 5.0)
-        start = samples[-1].positions
+        start = samples[-1].motion.q
         link.write_override(100)
         link.pulse("rsr1")
         wait_until(lambda: samples[-1].control_type is ControlType.STREAM, 5.0)
@@ -144,11 +144,11 @@ def test_the_twin_controllers_link_streams_to_it(
         begun = time.monotonic()
         while (
             time.monotonic() - begun < 10.0
-            and max(abs(a - b) for a, b in zip(samples[-1].positions, target)) > 1e-4
+            and max(abs(a - b) for a, b in zip(samples[-1].motion.q, target)) > 1e-4
         ):
             link.write_now(target, 50.0)
             time.sleep(0.01)
-        assert samples[-1].positions == pytest.approx(target, abs=1e-4)
+        assert samples[-1].motion.q == pytest.approx(target, abs=1e-4)
         link.pulse("cstopi")
         wait_until(lambda: samples[-1].control_type is ControlType.NONE, 5.0)
     assert link.counters.refused == 0

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from harness.pair import HOME, SETUP
 from harness.processes import wait_until
+from scara_control.joint_motion import JointMotion
 from twin_controller.core.actions import Decided
 from twin_controller.core.events import AnyEvent, LinkChanged, RealMeasured, Tick
 from twin_controller.core.state import CoreState
@@ -101,7 +102,7 @@ def test_readings_that_waited_are_overtaken_by_the_newest() -> None:
         engine.link_changed("real", False, "cut")
         wait_until(lambda: any(map(_of_links, listener.batches)), 2.0, "an engine that hangs")
         for clock_ms in (10, 20, 30, 30):
-            engine.put(RealMeasured(0.0, 0.0, 0.0, clock_ms, HOME, (0.0,) * len(HOME)))
+            engine.put(RealMeasured(0.0, 0.0, 0.0, clock_ms, JointMotion.at_rest(HOME)))
         listener.go_on.set()
         wait_until(lambda: _readings(listener), 2.0, "the readings")
     assert [reading.overtaken for reading in _readings(listener)] == [True, True, False, False]

@@ -80,7 +80,7 @@ def test_samples_come_with_the_times_of_their_request_and_answer(
     times = [(sent, received) for _, sent, received in owner.samples]
     assert all(sent <= received for sent, received in times)
     assert all(before[1] <= after[0] for before, after in itertools.pairwise(times))
-    assert owner.samples[0][0].positions[2] == pytest.approx(-0.160)
+    assert owner.samples[0][0].motion.q[2] == pytest.approx(-0.160)
     assert owner.samples[0][0].outputs == {"cmdenbl", "sysrdy"}
 
 
@@ -357,7 +357,7 @@ def test_a_sample_that_is_not_believed_is_counted_and_kept_out(robot: Robot, own
         wait_until(lambda: owner.rejects)
         assert "joint_1 = nan deg" in owner.rejects[0]
         assert link.connected and link.counters.rejected >= 1
-    assert all(math.isfinite(sample.positions[0]) for sample, _, _ in owner.samples)
+    assert all(math.isfinite(sample.motion.q[0]) for sample, _, _ in owner.samples)
 
 
 def test_status_is_read_at_first_and_when_its_signals_change(robot: Robot, owner: Owner) -> None:

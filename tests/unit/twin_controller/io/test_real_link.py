@@ -7,6 +7,7 @@ from typing import cast
 import msgspec
 import pytest
 from harness.pair import ROBOT
+from scara_control.joint_motion import JointMotion
 from twin_controller.core.actions import Command, RobotSetpoint, StreamReal
 from twin_controller.core.events import RealMeasured
 from twin_controller.io.real_link import RealLink
@@ -96,10 +97,10 @@ def test_a_program_whose_signals_are_gone_has_ended(
     made, _ = pair
     seen: list[RealMeasured] = []
     made._put = seen.append  # type: ignore[assignment]
-    at = tuple(0.0 for _ in ROBOT.joints)
+    at = JointMotion.at_rest((0.0,) * len(ROBOT.joints))
     made._sampled(
         RobotSample(
-            at, at, 0, kind, 50, 100, 0, WatchdogState.DISARMED, frozenset(signals | {"sysrdy"})
+            at, 0, kind, 50, 100, 0, WatchdogState.DISARMED, frozenset(signals | {"sysrdy"})
         ),
         0.0,
         0.001,
@@ -115,10 +116,10 @@ def test_an_alarms_number_comes_from_its_register(pair: tuple[RealLink, Line]) -
     made, _ = pair
     told: list[tuple[object, ...]] = []
     made._on_data = lambda *data: told.append(data)
-    at = tuple(0.0 for _ in ROBOT.joints)
+    at = JointMotion.at_rest((0.0,) * len(ROBOT.joints))
     program = ProgramStatus("", 0, ProgramState.ABORTED)
     sample = RobotSample(
-        at, at, 0, ControlType.NONE, 50, 100, 0, WatchdogState.DISARMED, frozenset({"sysrdy"})
+        at, 0, ControlType.NONE, 50, 100, 0, WatchdogState.DISARMED, frozenset({"sysrdy"})
     )
     for alarm in (AlarmStatus(11, 37, "STOP", "Hand broken", ""), AlarmStatus(0, 0, "", "", "")):
         made._told(program, alarm)
@@ -129,8 +130,7 @@ def test_an_alarms_number_comes_from_its_register(pair: tuple[RealLink, Line]) -
 def sample(control: ControlType, *outputs: str) -> RobotSample:
     """Return a sample of a robot that stands, moved by ``control``."""
     return RobotSample(
-        positions=(0.0,) * len(ROBOT.joints),
-        velocities=(0.0,) * len(ROBOT.joints),
+        motion=JointMotion.at_rest((0.0,) * len(ROBOT.joints)),
         clock_ms=1,
         control_type=control,
         program_speed=50,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import msgspec
 import pytest
 from harness.pair import ROBOT
+from scara_control.joint_motion import JointMotion
 from twin_controller.core.actions import Command, RobotSetpoint, StreamReal
 from twin_controller.core.events import AnyEvent, RealAlarm, RealMeasured
 from twin_controller.io.real_link import RealLink
@@ -80,14 +81,15 @@ class MemoryLink:
     def show(self, *positions: float, **changes: object) -> bool:
         """Let the robot stand at these positions, and say whether it is believed."""
         self.now += PERIOD
-        sample = msgspec.structs.replace(STANDS, positions=positions or STANDS.positions, **changes)
-        sample = msgspec.structs.replace(sample, clock_ms=round(self.now * 1e3))
+        clock_ms = round(self.now * 1e3)
+        still = (0.0,) * len(ROBOT.joints)
+        motion = JointMotion.measured(positions or STANDS.motion.q, still, clock_ms * 1e-3)
+        sample = msgspec.structs.replace(STANDS, motion=motion, clock_ms=clock_ms, **changes)
         return self.listener.sampled(sample, self.now - 0.001, self.now)
 
 
 STANDS = RobotSample(
-    positions=(0.1, 0.2, -0.05, 0.3, 0.4),
-    velocities=(0.0,) * 5,
+    motion=JointMotion.at_rest((0.1, 0.2, -0.05, 0.3, 0.4)),
     clock_ms=0,
     control_type=ControlType.NONE,
     program_speed=50,
@@ -163,7 +165,7 @@ def test_the_link_is_up_with_the_first_believed_sample(cell: Cell) -> None:
     assert cell.changes == [("real", True, "connected to a robot in memory")]
     (event,) = cell.events
     assert isinstance(event, RealMeasured)
-    assert event.q == (0.1, 0.2, -0.05, 0.4)
+    assert event.motion.q == (0.1, 0.2, -0.05, 0.4)
     assert (event.drives_on, event.fault, event.speed_percent) == (True, False, 40.0)
     assert event.gripper is None
     assert cell.link.counters["samples"] == 1 and cell.link.counters["connects"] == 1
@@ -196,7 +198,7 @@ def test_a_reading_that_leaps_is_refused_and_a_robot_that_jumped_begins_anew(cel
     assert cell.changes[-1] == ("real", False, "it jumped")
     cell.robot.start()
     assert [cell.robot.show(1.5, 0.2, -0.05, 0.3, 0.4) for _ in range(2)] == [False, True]
-    positions = [event.q[0] for event in cell.events if isinstance(event, RealMeasured)]
+    positions = [event.motion.q[0] for event in cell.events if isinstance(event, RealMeasured)]
     assert positions == [0.1, 0.1, 1.5]
 
 

@@ -175,7 +175,7 @@ class Mover:
         return self._heard[0]
 
     def _positions(self) -> tuple[float, ...]:
-        return tuple(self._sample.positions[k] for k in self._columns)
+        return tuple(self._sample.motion.q[k] for k in self._columns)
 
     def _start(self) -> str:
         """Start the stream program; return why that is not possible, or an empty text."""
@@ -274,7 +274,7 @@ class Mover:
         while (passed := time.monotonic() - started) < SETTLE_S:
             share = min(passed / RAMP_S, 1.0)
             self._tell([a + share * (b - a) for a, b in zip(begin, end)], SPEED_PERCENT)
-            here = self._sample.velocities[self._columns[index]]
+            here = self._sample.motion.qdot[self._columns[index]]
             speed = here if abs(here) > abs(speed) else speed
             rest = abs(self._positions()[index] - end[index])
             if (

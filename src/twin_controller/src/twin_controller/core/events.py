@@ -48,7 +48,8 @@ class RealMeasured(Event, frozen=True, tag="real"):
     Attributes:
         sent: When the read was sent.
         received: When the answer was complete.
-        clock_ms: The robot's own clock when the position was true.
+        clock_ms: The robot's own clock when the motion was true.
+        motion: The twin's joints; its time is that clock [s], with its wrap.
         own_program: The robot moves by a program of its own, not by our set points.
         streaming: The robot's stream program runs and follows our set points.
         paused: A program is paused, or the robot is held.
@@ -69,8 +70,7 @@ class RealMeasured(Event, frozen=True, tag="real"):
     sent: float
     received: float
     clock_ms: int
-    q: Joints
-    qdot: Joints
+    motion: JointMotion
     own_program: bool = False
     streaming: bool = False
     paused: bool = False

@@ -164,7 +164,7 @@ class Publishing:
     ) -> None:
         true_at = rospy.Time.from_sec(stamp.to_sec() - (now - state.sides.real.last.time))
         message = JointState(header=_header(true_at), name=list(self._setup.names))
-        message.position, message.velocity = list(event.q), list(event.qdot)
+        message.position, message.velocity = list(event.motion.q), list(event.motion.qdot)
         self._joints.publish(message)
 
     def audit(self, who: str, what: str, success: bool, outcome: str) -> None:
@@ -199,7 +199,7 @@ class Publishing:
             [joint.name for joint in joints],
             [joint.unit for joint in joints],
         )
-        message.position = [round(q / joint.scale, 2) for q, joint in zip(sample.positions, joints)]
+        message.position = [round(q / joint.scale, 2) for q, joint in zip(sample.motion.q, joints)]
         self._data.publish(message)
 
     def diagnose(self, found: list[Status]) -> None:

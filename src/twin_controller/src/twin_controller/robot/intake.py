@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import msgspec
 from scara_config import Robot
 from scara_config.robot import Joint
-from scara_control.joint_motion import JointMotion
 
 from twin_controller.core.events import RealMeasured
 from twin_controller.plausible import Plausibility, Reading, Verdict, judge
@@ -55,12 +54,12 @@ def take(
     Returns:
         What is known now, and the verdict. ``plausible.reason`` says why a sample was refused.
     """
-    motion = JointMotion.measured(sample.positions, sample.velocities, sample.clock_ms * 1e-3)
-    plausible, verdict = judge(intake.plausible, Reading(motion, received), joints, wrap=CLOCK_WRAP)
+    reading = Reading(sample.motion, received)
+    plausible, verdict = judge(intake.plausible, reading, joints, wrap=CLOCK_WRAP)
     resting = intake.resting
     streams = sample.control_type is ControlType.STREAM
     if verdict is Verdict.ACCEPTED and not (streams and resting):
-        resting = sample.positions
+        resting = sample.motion.q
     return Intake(plausible, resting), verdict
 
 
@@ -110,8 +109,7 @@ def measured(
         sent=sent,
         received=received,
         clock_ms=sample.clock_ms,
-        q=tuple(sample.positions[k] for k in twin),
-        qdot=tuple(sample.velocities[k] for k in twin),
+        motion=sample.motion.select(twin),
         own_program=sample.moved_by is ControlType.PROGRAM,
         program=program,
         streaming=sample.moved_by is ControlType.STREAM,

@@ -62,8 +62,7 @@ class Robot:
             self.t,
             self.t,
             0,
-            q,
-            qdot,
+            sample,
             own_program=True,
             program=program,
             speed_percent=speed,
@@ -208,7 +207,7 @@ def test_a_jog_is_not_remembered() -> None:
     real = robot.sides.real
     for k in range(150):
         sample = replace(moved(k * PERIOD_S - 0.1), time=k * PERIOD_S)
-        flags = RealMeasured(sample.time, sample.time, sample.time, 0, sample.q, sample.qdot)
+        flags = RealMeasured(sample.time, sample.time, sample.time, 0, sample)
         real = replace(real, history=(*real.history, sample)[-48:], flags=flags)
         robot.remembered = note_sample(SETUP, robot.remembered, Sides(real))
     assert not robot.remembered.paths

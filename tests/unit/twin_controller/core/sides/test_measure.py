@@ -34,7 +34,8 @@ def real_answer(
     t: float, offset: float = 50.0, q: tuple[float, ...] = HOME, qdot: tuple[float, ...] = STILL
 ) -> RealMeasured:
     """Return an answer that was true at ``t`` on the controller's clock."""
-    return RealMeasured(t, t - 0.001, t, round((t + offset) * 1000), q, qdot)
+    clock_ms = round((t + offset) * 1000)
+    return RealMeasured(t, t - 0.001, t, clock_ms, JointMotion.measured(q, qdot, clock_ms * 1e-3))
 
 
 def known_twin(offset: float = 1e9) -> TwinSide:

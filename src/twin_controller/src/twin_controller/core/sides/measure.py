@@ -164,7 +164,7 @@ def _real_sampled(setup: Setup, real: RealSide, event: RealMeasured) -> RealSide
         cause = stall_text(real.stall, event.now)
         lost = real_lost(real, f"{cause}: its old answers say little" if cause else CLOCK_JUMPED)
         return replace(lost, clock=ClockEstimate(jumps=estimate.jumps))
-    sample = JointMotion.measured(event.q, event.qdot, estimate.to_local(instant))
+    sample = replace(event.motion, time=estimate.to_local(instant))
     seen = min(event.received, sample.time + estimate.uncertainty)
     real = replace(real, clock=estimate, rhythm=rhythm, seen=seen, flags=event, clock_ms=clock_ms)
     return _sampled(setup, real, sample)
