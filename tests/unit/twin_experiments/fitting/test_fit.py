@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scara_config import load_robot
+from scara_control.joint_motion import JointMotion
 from scara_control.kinematics.screws import ScrewModel, tool_positions
 from scara_simulation.config import load_gains, load_simulation
 from twin_experiments.fitting.search import errors, fit_twin
@@ -49,7 +50,9 @@ def pose(t: float) -> tuple[tuple[float, ...], tuple[float, ...], tuple[float, .
     )
 
 
-PACKETS = [Packet(0.01 * k + 0.001, 0.01 * k, *pose(0.01 * k)) for k in range(120)]
+PACKETS = [
+    Packet(0.01 * k + 0.001, JointMotion(*pose(0.01 * k), time=0.01 * k)) for k in range(120)
+]
 
 
 def tool_path(model: TwinModel) -> FloatArray:

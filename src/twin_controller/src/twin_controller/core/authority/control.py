@@ -136,7 +136,9 @@ def keep(control: Control, seat: Seat, moves: bool, now: float) -> Outcome:
 
 def heard(control: Control, seat: Seat, now: float) -> Control:
     """Take a command as the sign of life of the holder who sent it."""
-    return replace(control, seen=now) if seat == control.holder != NOBODY else control
+    if seat == control.holder != NOBODY:
+        return replace(control, seen=now)
+    return control
 
 
 def forgive(control: Control, gap: float) -> Control:
@@ -182,7 +184,9 @@ def refusal(control: Control, seat: Seat, now: float) -> str:
     """
     if control.holder == NOBODY:
         return not_held_text() if seat.session else ""
-    return "" if seat == control.holder else held_text(control, now)
+    if seat == control.holder:
+        return ""
+    return held_text(control, now)
 
 
 def held_text(control: Control, now: float) -> str:

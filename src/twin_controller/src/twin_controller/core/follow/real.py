@@ -229,10 +229,12 @@ def _judged(
             # and its samples are up to a spacing older or younger than those before.
             ahead = min(max(0.0, aim - sides.twin.last.time), LONGEST_AHEAD_S)
             slack = tuple(2.0 * dt * ahead * most for most in setup.acceleration)
-    # A twin that was never seen is as old as can be.
-    age = now - (sides.twin.seen if sides.twin.seen is not None else -1e9)
+    seen = sides.twin.seen
+    if seen is None:
+        # A twin that was never seen is as old as can be.
+        seen = -1e9
     age_limit = setup.config.limit.source_age_ms * 1e-3
-    return judge_setpoint(q, before, dt, slack, age, age_limit, bounds_of(setup))
+    return judge_setpoint(q, before, dt, slack, now - seen, age_limit, bounds_of(setup))
 
 
 def _longest_step(setup: Setup, real: RealSide) -> float:

@@ -217,7 +217,9 @@ def _matched(setup: Setup, motion: Motion, match: Match, sample: JointMotion) ->
     moved = replace(match, shift=min(max(shift, -MOST_SHIFT_S), MOST_SHIFT_S))
     fits = _fits(setup, match.path.at(_time_in(motion, moved, sample)), sample)
     begins = sample.time - motion.samples[0].time <= BEGIN_S
-    return replace(moved, fits=fits) if fits or begins else None
+    if not fits and not begins:
+        return None
+    return replace(moved, fits=fits)
 
 
 def _fits(setup: Setup, there: JointMotion, sample: JointMotion) -> bool:

@@ -132,11 +132,16 @@ def measured(setup: Setup, response: Response, real: RealSide, held: bool = Fals
 
 def _held(response: Response, now: float, held: bool) -> Response:
     """Remember when its set points were held back for longer than for a moment."""
+    since = response.held_since
     if not held:
-        return replace(response, held_since=None) if response.held_since is not None else response
-    since = now if response.held_since is None else response.held_since
-    held_at = now if now - since >= HELD_S else response.held_at
-    return replace(response, held_at=held_at, held_since=since)
+        if since is None:
+            return response
+        return replace(response, held_since=None)
+    if since is None:
+        since = now
+    if now - since >= HELD_S:
+        response = replace(response, held_at=now)
+    return replace(response, held_since=since)
 
 
 def _joined(response: Response, fits: dict[int, Fit], config: ResponseConfig) -> Response:

@@ -108,11 +108,14 @@ def reject(setup: Setup, state: CoreState, reason: str, now: float) -> Result:
     state, actions = transition(setup, state, Trigger.REJECTED, now)
     why = f"{state.lead.why} ({reason})"
     state = replace(state, lead=replace(state.lead, why=why))
-    decided = [
-        replace(action, why=f"{action.why} ({reason})") if isinstance(action, Decided) else action
-        for action in actions
-    ]
-    return state, decided
+    return state, [_because(action, reason) for action in actions]
+
+
+def _because(action: AnyAction, reason: str) -> AnyAction:
+    """Add a reason to a decision; other actions have none."""
+    if isinstance(action, Decided):
+        return replace(action, why=f"{action.why} ({reason})")
+    return action
 
 
 def detail(state: CoreState, trigger: Trigger) -> str:

@@ -206,7 +206,9 @@ def speed_answer(speeds: Speeds, flags: RealMeasured | None, allowed: Cap) -> st
     if flags is None:
         unreached = "the real robot is not reached: its override is lowered to that once it is"
         return f"{answer}; {unreached}, but not raised"
-    own = speeds.own_override if speeds.own_override is not None else flags.override_percent
+    own = speeds.own_override
+    if own is None:
+        own = flags.override_percent
     # The override is a whole number: less than one percent below is no limit.
     if allowed.percent < min(percent, own) - 1.0 + 1e-6:
         return f"{answer}; the real robot gets {allowed.percent:g} % for now: {allowed.reason}"

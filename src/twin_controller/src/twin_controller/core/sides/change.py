@@ -56,8 +56,9 @@ def take_baseline(state: ChangeState, t: float, q: Joints, config: Change) -> Ch
     A side that stands has its mean taken: the noise of one sample would stay in every later
     comparison, and eat up half of the hysteresis.
     """
-    settled = state.mean if state.count >= config.agree_samples and len(state.mean) == len(q) else q
-    rounded = _rounded(settled, config)
+    if state.count >= config.agree_samples and len(state.mean) == len(q):
+        q = state.mean
+    rounded = _rounded(q, config)
     return msgspec.structs.replace(
         state, baseline=rounded, taken=(t, rounded), recent=(), onset=None, previous=None
     )

@@ -173,4 +173,6 @@ def unwrap_ms(previous: int | None, clock_ms: int, bits: int = 31) -> int:
         return clock_ms
     span = 1 << bits
     step = (clock_ms - previous) % span
-    return previous + (step if step < span // 2 else step - span)
+    if step >= span // 2:
+        step -= span
+    return previous + step

@@ -112,13 +112,17 @@ def drop_stale(setup: Setup, sides: Sides, now: float) -> Sides:
     if motion is not None and silence(motion.now, now, twin.deaf) > limit * 1e-3:
         silent = f"its pose controller was silent for {limit:g} ms"
         twin = twin_lost(twin, _named(twin, silent, now))
-    return sides if real is sides.real and twin is sides.twin else Sides(real, twin)
+    if real is sides.real and twin is sides.twin:
+        return sides
+    return Sides(real, twin)
 
 
 def _named(side: Side, what: str, now: float) -> str:
     """Say first that this machine stood still, if that is why."""
     cause = stall_text(side.stall, now)
-    return f"{cause}: {what}" if cause else what
+    if not cause:
+        return what
+    return f"{cause}: {what}"
 
 
 def _silent(side: Side, now: float, limit_ms: float) -> bool:
@@ -226,7 +230,9 @@ def _noise_found(setup: Setup, side: S, now: float) -> S:
     if len(side.history) < HISTORY or now < side.noise_at + NOISE_EVERY_S:
         return side
     found = noise_at_rest([setup.to_border(sample.q) for sample in side.history])
-    noise = side.noise if found is None else side.noise + NOISE_GAIN * (found - side.noise)
+    noise = side.noise
+    if found is not None:
+        noise += NOISE_GAIN * (found - noise)
     return replace(side, noise=noise, noise_at=now)
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 from scara_config import Robot
+from scara_control.joint_motion import JointMotion
 from scara_control.joint_track import JointTrack
 from scara_simulation.config import SimulationConfig
 from scara_simulation.io.world import World
@@ -23,16 +24,10 @@ SNAPSHOT_STEPS = 5
 
 
 class Packet(msgspec.Struct, frozen=True):
-    """One set point of the stream.
-
-    When it arrived and when it was true [s], in the twin's joint order, SI.
-    """
+    """One set point of the stream: when it arrived [s], and the twin's joints when it was true."""
 
     arrived: float
-    stamp: float
-    q: tuple[float, ...]
-    qdot: tuple[float, ...]
-    qddot: tuple[float, ...]
+    motion: JointMotion
 
 
 class OfflineTwin:
@@ -110,11 +105,12 @@ class OfflineTwin:
 
     def _track(self, packet: Packet, shift: float) -> JointTrack:
         """Return the set points of one packet, with its stamp moved by ``shift`` [s]."""
+        motion = packet.motion
         return JointTrack(
-            [packet.stamp + shift],
-            [packet.q],
-            [packet.qdot],
-            [packet.qddot],
+            [motion.time + shift],
+            [motion.q],
+            [motion.qdot],
+            [motion.qddot],
             extrapolation_limit=self._config.extrapolation_limit_ms * 1e-3,
             stop_accelerations=[joint.acceleration for joint in self._robot.twin_joints],
         )

@@ -9,10 +9,13 @@ import msgspec
 import numpy as np
 from cell_recorder.io.reading.bag_reader import Bag, BagError
 from ruamel.yaml import YAML
+from scara_control.joint_motion import JointMotion
 from scipy.interpolate import CubicHermiteSpline
 
 from twin_experiments.fitting.twin_model import FloatArray
 from twin_experiments.io.fitting.offline_twin import Packet
+
+replace = msgspec.structs.replace
 
 FOLLOW, TRUTH, MEASURED = "joint_pose_controller/follow", "real/ground_truth", "real/joint_states"
 GAP_S = 0.5
@@ -77,8 +80,7 @@ def read_recording(bag: Bag, joints: Sequence[str], step: float) -> Recording:
     real = spline(times + begin)
     moved = tuple(float(value) for value in np.ptp(real, axis=0))
     shifted = tuple(
-        msgspec.structs.replace(p, arrived=p.arrived - begin, stamp=p.stamp - begin)
-        for p in stretch
+        Packet(p.arrived - begin, replace(p.motion, time=p.motion.time - begin)) for p in stretch
     )
     return Recording(shifted, _delay(bag), truth, times, real, moved)
 
@@ -101,11 +103,11 @@ def _packet(at: float, message: object, joints: Sequence[str], origin: float) ->
     order = [list(message.joint_names).index(name) for name in joints]  # type: ignore[attr-defined]
     stamp = message.header.stamp  # type: ignore[attr-defined]
     true_at = (stamp.sec - int(origin)) + stamp.nanosec * 1e-9 - (origin - int(origin))
-    rows = [
+    q, qdot, qddot = (
         tuple(float(values[k]) for k in order)
         for values in (points[0].positions, points[0].velocities, points[0].accelerations)
-    ]
-    return Packet(at - origin, true_at, *rows)
+    )
+    return Packet(at - origin, JointMotion(q, qdot, qddot, true_at))
 
 
 def _longest(packets: Sequence[Packet]) -> list[Packet]:
