@@ -20,6 +20,9 @@ SHARED = ROOT / "tests" / "clients"
 ALL = "CELL_CLIENTS_PAGE" in os.environ
 """Whether all of them are to be run: `./cell test --clients` says so."""
 
+UPSTREAM = os.environ.get("CELL_ROSBRIDGE_SERVER", "")
+"""The setup.bash of a workspace with rosbridge_server, if somebody has one."""
+
 
 class Environment(NamedTuple):
     """What runs a client's scripts, and where it finds the client."""
