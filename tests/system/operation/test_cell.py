@@ -168,3 +168,31 @@ def test_stop_of_the_operator_stops_both_sides(live_cell: LiveCell) -> None:
         )
 
     live_cell.beside_lost_links(scene)
+
+
+def test_commands_without_words_pause_resume_stop_and_reset(live_cell: LiveCell) -> None:
+    """std_srvs/Trigger, for buttons and scripts: `rosservice call /twin_controller/pause`."""
+
+    def trigger(command: str, mode: str) -> None:
+        answer = live_cell.call(f"/twin_controller/{command}")
+        assert answer["success"], (command, answer)
+        wait_until(lambda: live_cell.mode() == mode, 15.0, f"{mode} after {command}", period=0.05)
+
+    def scene() -> None:
+        assert live_cell.call("/move_to", "{x: 0.65, y: 0.0, z: 0.0}")["success"]
+        wait_until(lambda: live_cell.mode() == "IDLE", 10.0, "mode IDLE", period=0.1)
+        move = live_cell.stage.start(
+            *("rosservice", "call", "/move_to"), "{x: 0.3, y: 0.0, z: 0.0, speed_percent: 1}"
+        )
+        wait_until(lambda: live_cell.mode() == "TWIN_LEADS", 15.0, "TWIN_LEADS", period=0.05)
+        trigger("pause", "PAUSED")
+        assert move.poll() is None, "the goal is kept"
+        trigger("resume", "TWIN_LEADS")
+        trigger("stop", "STOPPED")
+        assert move.wait(20.0) == 0 and "success: False" in move.output
+        assert live_cell.call("/twin_controller/command", "{command: ESTOP}")["success"]
+        wait_until(lambda: live_cell.mode() == "ESTOP", 10.0, "ESTOP", period=0.05)
+        assert not live_cell.call("/twin_controller/resume")["success"], "only RESET leads on"
+        trigger("reset", "STOPPED")
+
+    live_cell.beside_lost_links(scene)

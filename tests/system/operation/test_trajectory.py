@@ -11,12 +11,19 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import rosbag
 from harness.live_cell import LiveCell
 from harness.processes import wait_until
 
 CLIENT = Path(__file__).parents[1] / "clients" / "actionlib_client.py"
 SUCCEEDED, REJECTED = 3, 5
 HOME = (0.0, 0.0, -0.16, 0.0)
+ACTION = "FollowJointTrajectoryAction"
+RECORDED = {
+    "/joint_trajectory_action/goal": f"control_msgs/{ACTION}Goal",
+    "/joint_trajectory_action/feedback": f"control_msgs/{ACTION}Feedback",
+    "/joint_trajectory_action/result": f"control_msgs/{ACTION}Result",
+}
 
 
 def send(cell: LiveCell, seconds: float, *positions: float) -> dict[str, Any]:
@@ -36,6 +43,39 @@ def decisions(cell: LiveCell) -> list[str]:
     """Return the last decisions; each line has its own number and time."""
     lines: list[str] = cell.call("/twin_controller/why", "{count: 20}")["decisions"]
     return lines
+
+
+def test_recording_holds_goal_and_result_of_an_action(live_cell: LiveCell, tmp_path: Path) -> None:
+    """And becomes one packed file for Foxglove that holds each message as it was recorded."""
+
+    def scene() -> None:
+        answer = live_cell.call("/recorder/start")
+        assert answer["success"], answer
+        ended = send(live_cell, 1.0, 0.1, 0.1)
+        idle(live_cell)
+        assert live_cell.call("/recorder/stop")["success"]
+        assert ended["state"] == SUCCEEDED, ended
+        with rosbag.Bag(answer["path"]) as bag:
+            kinds = {
+                name: info.msg_type for name, info in bag.get_type_and_topic_info().topics.items()
+            }
+            assert RECORDED.items() <= kinds.items(), kinds
+            (goal,) = (read.message for read in bag.read_messages("/joint_trajectory_action/goal"))
+            (end,) = (read.message for read in bag.read_messages("/joint_trajectory_action/result"))
+            count = bag.get_message_count()
+        assert goal.goal.trajectory.joint_names == ["joint_1", "joint_2"]
+        assert end.status.goal_id.id == goal.goal_id.id and end.status.status == SUCCEEDED
+        target = tmp_path / f"{Path(answer['path']).stem}.mcap"
+        words = ("--profile", "ros1", "--compression", "zstd")
+        said = live_cell.tool(
+            *("rosrun", "twin_experiments", "convert_bag", answer["path"], str(target)), *words
+        )
+        assert said.startswith(f"{count} messages of {len(kinds)} topics")
+        assert target.stat().st_size < Path(answer["path"]).stat().st_size
+        assert send(live_cell, 1.0, *HOME)["state"] == SUCCEEDED
+        idle(live_cell)
+
+    live_cell.beside_lost_links(scene)
 
 
 def test_the_real_robot_follows_a_trajectory_of_the_twin(live_cell: LiveCell) -> None:
