@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import subprocess
 from pathlib import Path
 
@@ -13,6 +14,7 @@ pytestmark = [pytest.mark.system, pytest.mark.thorough]
 
 NAMES = sorted(package_name(folder) for folder in PACKAGES)
 MESSAGES = ("scara_msgs", "control_msgs", "industrial_msgs")
+LEFT = ("control_msgs", "industrial_msgs")
 ENV = {"PATH": "/usr/bin:/bin", "LANG": "C.UTF-8", "ROS_PYTHON_VERSION": "3"}
 SYSTEM_PYTHON = "-DPYTHON_EXECUTABLE=/usr/bin/python3"
 
@@ -56,3 +58,22 @@ def test_every_package_is_built_in_a_fresh_clone(builder: str, clone: Path, tmp_
     imports = "; ".join(f"import {name}.msg" for name in MESSAGES)
     script = f". {space}/setup.bash && /usr/bin/python3 -c '{imports}'"
     run(["bash", "-c", script], clone, tmp_path)
+
+
+def test_messages_that_the_distribution_has_are_left_to_it(clone: Path, tmp_path: Path) -> None:
+    """As on a Noetic: ours are built nowhere, and what needs them finds the installed ones."""
+    prefix, workspace = tmp_path / "ros", tmp_path / "of_the_distribution"
+    for name in LEFT:
+        package = workspace / "src" / name
+        shutil.copytree(clone / "src" / name, package)
+        text = (package / "package.xml").read_text(encoding="utf-8")
+        other = text.replace("</version>", "9</version>")
+        (package / "package.xml").write_text(other, encoding="utf-8")
+    words = ["catkin_make", "-j2", SYSTEM_PYTHON]
+    run([*words, f"-DCMAKE_INSTALL_PREFIX={prefix}", "install"], workspace, tmp_path)
+    script = f'. {prefix}/setup.bash && "$@"'
+    told = run(["bash", "-c", script, "bash", *words], clone, tmp_path)
+    assert all(f"{name}: skipped, {prefix} has it" in told for name in LEFT), told[:3000]
+    script = '. devel/setup.bash && for name in "$@"; do rospack find "$name"; done'
+    found = run(["bash", "-c", script, "bash", *LEFT], clone, tmp_path).split()
+    assert found == [f"{prefix}/share/{name}" for name in LEFT]
