@@ -124,7 +124,7 @@ build_inputs() {
   echo "$root"
   (scope=run && installed_packages) # what only tests need changes no build
   find src \( -name package.xml -o -name CMakeLists.txt -o -name setup.py -o -name '*.msg' -o -name '*.srv' \
-    -o -name '*.action' -o -name '*.cfg' -o -name '*.test' \) -type f -print0 | sort -z | xargs -0 sha256sum
+    -o -name '*.action' -o -name '*.cfg' -o -name '*.test' -o -name '*.c' \) -type f -print0 | sort -z | xargs -0 sha256sum
   find src -path '*/nodes/*' -type f ! -name '*.py*' | sort
 }
 

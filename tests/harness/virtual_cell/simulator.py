@@ -23,8 +23,13 @@ def open_world(files: CellFiles) -> World:
     )
 
 
-def build_simulation(world: World, files: CellFiles, epoch_ns: int) -> Simulation:
-    """Put world, control and the nominal time axis together, at the home pose."""
+def build_simulation(
+    world: World, files: CellFiles, epoch_ns: int, *, compiled: bool = True
+) -> Simulation:
+    """Put world, control and the nominal time axis together, at the home pose.
+
+    ``compiled``: the joints' loops in C, where they were built.
+    """
     robot, config = files.robot, files.simulation
     factor = config.model_mass_factor
 
@@ -38,6 +43,7 @@ def build_simulation(world: World, files: CellFiles, epoch_ns: int) -> Simulatio
         config.dt,
         model if config.feed_forward else None,
         config.tracking_bandwidth_rad_s,
+        compiled=compiled,
     )
     timing = Timing(
         config.step_ns,

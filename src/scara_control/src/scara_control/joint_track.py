@@ -187,6 +187,36 @@ class JointTrack:
             2.0 * c2 + s * (6.0 * c3 + s * (12.0 * c4 + s * 20.0 * c5)),
         )
 
+    def polynomial(
+        self, column: int, t: float
+    ) -> tuple[float, float, float, tuple[float, ...]] | None:
+        """Return what :meth:`sample_joint` computes at ``t``, for whoever computes it elsewhere.
+
+        Args:
+            column: Of the joint.
+            t: Time [s].
+
+        Returns:
+            From when on and until when it holds [s], how long at most after that begin [s], and
+            its coefficients in the time since: six of a quintic, or position, velocity and
+            acceleration of the extrapolation. None before the first point and in the ramp to
+            standstill.
+        """
+        times = self._times
+        if t < times[0]:
+            return None
+        if t >= times[-1]:
+            last = (
+                self._positions[-1][column],
+                self._velocities[-1][column],
+                self._accelerations[-1][column],
+            )
+            longest = self._extrapolation_limit
+            return (times[-1], math.inf, longest, last) if t - times[-1] <= longest else None
+        segment = bisect_right(times, t) - 1
+        quintics = self._quintics[segment] or self._fit(segment)
+        return times[segment], times[segment + 1], math.inf, quintics[column]
+
     def _fit(self, segment: int) -> tuple[_Quintic, ...]:
         """Compute and keep the polynomials of one segment."""
         duration = self._times[segment + 1] - self._times[segment]

@@ -22,6 +22,8 @@ from collections.abc import Callable, Sequence
 
 from scara_control.joint_track import JointTrack
 
+from scara_simulation.catch_up import JUMP
+from scara_simulation.compiled.cells import step_efforts
 from scara_simulation.config import LoopGains
 from scara_simulation.joint_loop import JointLoop
 from scara_simulation.joint_model import JointModel
@@ -42,6 +44,8 @@ class JointControl:
         dt: float,
         inverse_dynamics: InverseDynamics | None,
         bandwidth: float = 0.0,
+        *,
+        compiled: bool = True,
     ) -> None:
         """Hold the start pose.
 
@@ -52,6 +56,7 @@ class JointControl:
             dt: Length of a step [s].
             inverse_dynamics: None: plain PID, no feed-forward, not even of gravity and friction.
             bandwidth: Of the error in the computed torque [rad/s]; 0: pure feed-forward.
+            compiled: Whether C does the steps, where it was built; the same bits either way.
         """
         model_based = inverse_dynamics is not None
         self.loops = [
@@ -63,6 +68,7 @@ class JointControl:
         self._dt = dt
         self._inverse_dynamics = inverse_dynamics
         self._stiffness, self._damping = bandwidth * bandwidth, 2.0 * bandwidth
+        self._compiled = compiled and step_efforts is not None
         self._no_feed_forward = [0.0] * len(self.loops)
 
     @property
@@ -139,6 +145,19 @@ class JointControl:
         Returns:
             Efforts, shape (n,): [N m], prismatic [N].
         """
+        if self._compiled:
+            found: list[float] = step_efforts(
+                self.loops,
+                t,
+                q,
+                qdot,
+                self._dt,
+                self._inverse_dynamics,
+                self._stiffness,
+                self._damping,
+                JUMP,
+            )
+            return found
         dt, loops = self._dt, self.loops
         wanted = [loop.reference(t, q[k], qdot[k], dt) for k, loop in enumerate(loops)]
         feed_forward: Sequence[float] = self._no_feed_forward

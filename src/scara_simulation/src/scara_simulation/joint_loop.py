@@ -14,15 +14,13 @@ from typing import Literal
 import msgspec
 from scara_control.joint_motion import AxisMotion
 from scara_control.joint_track import JointTrack
-from scara_control.motion.plan import Path
 from scara_control.pid import PidGains, compute_command, integral_for_effort, saturate
 
 from scara_simulation.catch_up import catch_up, has_jumped
+from scara_simulation.compiled.cells import Cells, Mode, step_efforts
 from scara_simulation.config import LoopGains
 from scara_simulation.joint_model import JointModel
 from scara_simulation.track_queue import TrackQueue
-
-Mode = Literal["trajectory", "position", "velocity"]
 
 _BRAKING_LAG = 0.05
 """[s] Three time constants of the velocity loop: how late it may follow a braking command. Our
@@ -42,37 +40,23 @@ class LoopState(msgspec.Struct, frozen=True):
     gains: PidGains
 
 
-class JointLoop:
+class JointLoop(Cells):
     """Set point, mode and integral of one joint.
 
     Each step is two calls: :meth:`reference` (what shall be, for the inverse dynamics) and
-    :meth:`effort`.
+    :meth:`effort`. Compiled, both are done in C where nothing but the next set point is due.
     """
 
     __slots__ = (
-        "_behind",
         "_full",
-        "_integral",
-        "_last_velocity",
-        "_model_based",
         "_next_velocity",
-        "_path",
         "_path_time",
         "_queue",
         "_speed_limit",
         "_target",
         "_velocity_command",
         "_velocity_until",
-        "_wanted",
-        "applied_effort",
-        "holding",
         "limited_steps",
-        "loop_gains",
-        "mode",
-        "model",
-        "position_setpoint",
-        "saturated_steps",
-        "velocity_setpoint",
     )
 
     def __init__(
@@ -92,7 +76,7 @@ class JointLoop:
 
     def reset(self, position: float) -> None:
         """Forget every command and hold ``position``; the counters stay."""
-        self.mode: Mode = "position"
+        self.mode = "position"
         self.holding = True
         self.position_setpoint = position
         self.velocity_setpoint = 0.0
@@ -100,10 +84,11 @@ class JointLoop:
         self._velocity_command = self._last_velocity = self._next_velocity = 0.0
         self._velocity_until = math.inf
         self._queue = TrackQueue()
+        self.keep_piece(None)
         self._behind = False
         self._target = position
-        self._wanted: AxisMotion = (position, 0.0, 0.0)
-        self._path: Path | None = None
+        self._wanted = (position, 0.0, 0.0)
+        self._path = None
         self._path_time = 0.0
 
     @property
@@ -177,10 +162,12 @@ class JointLoop:
         """Follow a column of ``track`` from its first point on; what was sent for earlier stays."""
         self._close_loop("trajectory", holding=True)
         self._queue.add(track, column)
+        self.keep_piece(None)
 
     def postpone(self, duration: float) -> None:
         """Let all set points be due ``duration`` [s] later."""
         self._queue.postpone(duration)
+        self.keep_piece(None)
         self._velocity_until += duration
 
     def reference(self, t: float, q: float, qdot: float, dt: float) -> AxisMotion:
@@ -292,6 +279,8 @@ class JointLoop:
     def _sample(self, t: float) -> AxisMotion:
         """Sample the set points that are due, kept inside the joint's limits."""
         sample, model = self._queue.sample(t), self.model
+        if step_efforts is not None:
+            self.keep_piece(self._queue.piece(t))
         if model.lower - model.tolerance <= sample[0] <= model.upper + model.tolerance:
             return sample
         self.limited_steps += 1
@@ -377,4 +366,5 @@ class JointLoop:
         self.mode = mode
         if mode != "trajectory":
             self._queue.clear()
+            self.keep_piece(None)
             self._behind = False

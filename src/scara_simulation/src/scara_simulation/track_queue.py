@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 from scara_control.joint_motion import AxisMotion
 from scara_control.joint_track import JointTrack
+
+from scara_simulation.compiled.cells import Piece
 
 
 class TrackQueue:
@@ -42,3 +46,16 @@ class TrackQueue:
             entries.pop(0)
         track, column, delay = entries[0]
         return track.sample_joint(column, t - delay)
+
+    def piece(self, t: float) -> Piece | None:
+        """Return the polynomial that :meth:`sample` has just used; None: it is none.
+
+        Args:
+            t: The time that was sampled [s].
+        """
+        (track, column, delay), later = self._entries[0], self._entries[1:2]
+        found = track.polynomial(column, t - delay)
+        if found is None:
+            return None
+        until = later[0][0].first_time + later[0][2] if later else math.inf
+        return Piece(until, delay, *found)

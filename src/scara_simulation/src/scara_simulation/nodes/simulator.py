@@ -38,6 +38,7 @@ from scara_ros.nodes.starting import become_node, until_shutdown
 
 from scara_simulation.command_desk import CommandDesk
 from scara_simulation.commands import CommandGate
+from scara_simulation.compiled.cells import step_efforts
 from scara_simulation.config import (
     LoopGains,
     SimulationConfig,
@@ -118,6 +119,8 @@ def main() -> None:
 
 def _run(clockwork: RealTimeRunner) -> None:
     """Run until a signal comes; say why the simulation died."""
+    if step_efforts is None:
+        rospy.logwarn("the joint loops run in Python, more slowly: ./cell build builds them in C")
     rospy.loginfo("simulator is ready")
     keep_for_good()
     go_first()
