@@ -1,31 +1,15 @@
 // The wall, the events and the buttons. A card stays the same element for as long as its cell is known, and its place
 // is a CSS order, so that nothing jumps away below a finger.
+import { showAlarms } from "./alarms.js";
+import { showFigures } from "./figures.js";
+import { ago, byId, make, put } from "./parts.js";
+
 const PERIOD_MS = 1000;
 const LOST_MS = 3000;
 const MOST_ANSWERS = 200;
 const cards = new Map();
 const shownEvents = new Set();
 let heard = 0;
-
-const byId = (name) => document.getElementById(name);
-
-function make(tag, classes, text = "") {
-  const element = document.createElement(tag);
-  element.className = classes;
-  element.textContent = text;
-  return element;
-}
-
-function put(element, text) {
-  if (element.textContent !== text) element.textContent = text;
-}
-
-function ago(seconds) {
-  if (seconds < 60) return `${Math.max(0, Math.floor(seconds))} s`;
-  if (seconds < 3600) return `${Math.floor(seconds / 60)} min`;
-  if (seconds < 172800) return `${Math.floor(seconds / 3600)} h`;
-  return `${Math.floor(seconds / 86400)} days`;
-}
 
 function button(command, cell) {
   const made = make("button", `button ${command.toLowerCase()}`, command);
@@ -102,6 +86,7 @@ function show(wall) {
   const bad = wall.cells.filter((cell) => cell.level > 1).length - lost;
   put(byId("summary"), `${wall.cells.length} cells, ${lost} lost, ${bad} need a look`);
   showEvents(wall.events);
+  showAlarms(wall.alarms, wall.now, tell);
   warn(wall.trouble ? `Events are not kept: ${wall.trouble}. Nothing is lost: the cells have them.` : "");
 }
 
@@ -168,3 +153,4 @@ document.addEventListener("click", (event) => {
 });
 
 look();
+showFigures();

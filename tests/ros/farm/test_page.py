@@ -1,4 +1,4 @@
-"""The desk's page in a browser: the wall, a STOP for one and for all, a cell that is lost."""
+"""The desk's page in a browser: the wall, STOP, a lost cell, alarms, figures at three widths."""
 
 from __future__ import annotations
 
@@ -41,8 +41,10 @@ def farm(tmp_path: Path) -> Iterator[Farm]:
 def test_wall_shows_the_worst_first_and_stops_one_and_all(farm: Farm, tmp_path: Path) -> None:
     """As a person does it: look, press, read each cell's answer."""
     port = free_port()
-    desk = farm.start("farm", "--folder", str(tmp_path / "farm"), "--port", str(port))
-    farm.start("farm.synthetic", "--cells", "3")
+    desk = farm.start(
+        "farm", "--person", "ann", "--folder", str(tmp_path / "farm"), "--port", str(port)
+    )
+    farm.start("farm.synthetic", "--cells", "3", "--events-rate", "1")
     other = farm.start("farm.synthetic", "--cells", "1", "--first", "9")
     wait_until(lambda: "?token=" in desk.output, DEADLINE_S, "the page's address")
     with chromium(tmp_path) as browser:
@@ -75,7 +77,26 @@ def test_wall_shows_the_worst_first_and_stops_one_and_all(farm: Farm, tmp_path: 
             lambda: names()[0] == "practice/made_up_009 lost", DEADLINE_S, "the lost cell on top"
         )
         wait_until(lambda: page.locator(".event").count() > 0, DEADLINE_S, "events of the journals")
-        if folder := os.environ.get("FARM_PICTURES"):
-            page.screenshot(path=f"{folder}/farm.png")
+        lost = page.locator(".alarm", has_text="made_up_009: link")
+        wait_until(lambda: lost.count() == 1, DEADLINE_S, "the alarm of the lost cell")
+        lost.get_by_role("button", name="Acknowledge").click()
+        wait_until(
+            lambda: lost.get_attribute("data-status") == "acknowledged", DEADLINE_S, "the look"
+        )
+        fan = page.locator(".alarm", has_text="made_up_000: real")
+        page.once("dialog", lambda dialog: dialog.accept("a spare part comes"))
+        fan.get_by_role("button", name="Shelve").click()
+        wait_until(lambda: fan.get_attribute("data-status") == "shelved", DEADLINE_S, "the shelf")
+        assert "a spare part comes" in fan.inner_text()
+        page.reload()
+        wait_until(lambda: page.locator(".figures .all-cells").count() == 1, DEADLINE_S, "figures")
+        for width, height in ((1600, 900), (1280, 720), (390, 844)):
+            page.set_viewport_size({"width": width, "height": height})
+            wide = "document.documentElement.scrollWidth <= innerWidth"
+            held = "((e) => e.scrollWidth <= e.clientWidth)(document.getElementById('kpi'))"
+            assert page.evaluate(wide) and page.evaluate(held), width
+            if pictures := os.environ.get("FARM_PICTURES"):
+                page.screenshot(path=f"{pictures}/farm_{width}.png", full_page=True)
+        page.set_viewport_size({"width": 1600, "height": 900})
         desk.signal(signal.SIGKILL)
         page.wait_for_selector("#banner:has-text('The desk does not answer')")

@@ -9,6 +9,7 @@ import time
 from collections import deque
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 from typing import Any
 
 import msgspec
@@ -106,6 +107,16 @@ class Desk:
     def alarm_rows(self) -> list[AlarmRow]:
         """Return the alarms of all cells, the most urgent first."""
         return self.alarms.rows()
+
+    @property
+    def events_folder(self) -> Path:
+        """Where the history is."""
+        return self._history.folder
+
+    @property
+    def planned_run_time_s(self) -> dict[str, float]:
+        """Planned run time of programs [s], of farm.yaml."""
+        return self._config.desk.planned_run_time_s
 
     @property
     def trouble(self) -> str:

@@ -12,6 +12,7 @@ import html
 import signal
 import socket
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -21,11 +22,18 @@ from nicegui import app, background_tasks, ui
 from scara_ros.io.page_guard import PageGuard
 from scara_ros.io.page_token import address
 from scara_ros.page_door import PageDoor
+from starlette.concurrency import run_in_threadpool
 from starlette.requests import Request
 from starlette.responses import PlainTextResponse, Response, StreamingResponse
 
+from farm.desk.alarms import AlarmRow
+from farm.desk.drift import Drift
+from farm.desk.io.alarm_desk import MarkAsked
 from farm.desk.io.commands import Answered, cells_there, order
 from farm.desk.io.desk import Desk
+from farm.desk.io.figures import figures_of, figures_over
+from farm.desk.io.reading import AskingError
+from farm.desk.kpi import KeyFigures
 from farm.desk.roster import Row
 from farm.keys import ChoiceError, choose
 from farm.link.rights import ALWAYS
@@ -33,6 +41,8 @@ from farm.link.rights import ALWAYS
 PAGE = "farm_desk"
 KEPT_S = 0.4
 """Our choice: a wall so old is given to the next page too; pages ask once a second."""
+FIGURES_S = 25.0
+"""Our choice: pages ask for the figures twice a minute; counting a large farm is work."""
 KNOCK_S = 0.02
 THERE_S = 0.5
 """Our choice: the router answers who is there within milliseconds."""
@@ -60,6 +70,15 @@ class Wall(msgspec.Struct, frozen=True):
     trouble: str
     cells: list[Row]
     events: list[ShownEvent]
+    alarms: list[AlarmRow]
+
+
+class Figures(msgspec.Struct, frozen=True):
+    """Key figures of the last day, the figures that drift, and how many were compared."""
+
+    kpi: list[KeyFigures]
+    drifts: list[Drift]
+    compared: int
 
 
 class Asked(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -84,10 +103,13 @@ class Page:
         """
         self._desk, self._site, self._who, self._expiry_s = desk, site, who, expiry_s
         self._made, self._wall = 0.0, b""
+        self._counted, self._figures, self._counting = 0.0, b"", threading.Lock()
         self._version = str(max(int(file.stat().st_mtime) for file in web.iterdir()))
         app.add_static_files("/farm/web", str(web), max_cache_age=0)
         app.add_api_route("/farm/wall", self._show, methods=["GET"], include_in_schema=False)
         app.add_api_route("/farm/command", self._command, methods=["POST"], include_in_schema=False)
+        app.add_api_route("/farm/figures", self._count, methods=["GET"], include_in_schema=False)
+        app.add_api_route("/farm/alarm", self._mark, methods=["POST"], include_in_schema=False)
         ui.page("/", title=f"{site}: farm", response_timeout=10.0)(self._build)
 
     def wall(self, now: float) -> bytes:
@@ -97,12 +119,39 @@ class Page:
                 ShownEvent(str(cell), e.number, e.time, e.kind, e.stop, e.text)
                 for cell, e in reversed(tuple(self._desk.recent))
             ]
-            wall = Wall(time.time(), self._desk.trouble, self._desk.rows(), shown)
+            desk = self._desk
+            wall = Wall(time.time(), desk.trouble, desk.rows(), shown, desk.alarm_rows())
             self._wall, self._made = msgspec.json.encode(wall), now
         return self._wall
 
     def _show(self) -> Response:
         return Response(self.wall(time.monotonic()), media_type="application/json")
+
+    def _count(self) -> Response:
+        """Count the figures, at most once in a while for all pages; this runs in a thread."""
+        with self._counting:
+            now = time.time()
+            if now - self._counted > FIGURES_S:
+                folder, day = self._desk.events_folder, 86400.0
+                planned = self._desk.planned_run_time_s
+                try:
+                    kpi = figures_of(folder, now - day, now, planned)
+                    drifts = figures_over(folder, now - 30.0 * day, now, day)
+                except AskingError as error:
+                    return PlainTextResponse(str(error), 503)
+                away = [drift for drift in drifts if drift.drifts]
+                self._figures = msgspec.json.encode(Figures(kpi, away, len(drifts)))
+                self._counted = now
+            return Response(self._figures, media_type="application/json")
+
+    async def _mark(self, request: Request) -> Response:
+        """Acknowledge or shelve an alarm in the name of who started the desk."""
+        try:
+            asked = msgspec.json.decode(await request.body(), type=MarkAsked)
+        except msgspec.DecodeError as error:
+            return PlainTextResponse(str(error), 400)
+        answer = await run_in_threadpool(self._desk.alarms.mark, asked, "@".join(self._who))
+        return PlainTextResponse(answer.text, 200 if answer.accepted else 409)
 
     async def _command(self, request: Request) -> Response:
         try:
@@ -140,10 +189,10 @@ class Page:
                 with pressed.props(f"type=button {named}"):
                     _text("span", f"{command} ALL")
         _text("div", "", "banner hidden").props('id=banner role="alert"')
-        with ui.element("main"):
-            with ui.element("section").classes("card").props('aria-label="Cells"'):
-                ui.element("div").classes("wall").props("id=wall")
-            with ui.element("aside"):
+        with ui.element("div").classes("columns"):
+            with ui.element("div").classes("main-column"):
+                self._build_main()
+            with ui.element("aside").classes("side-column"):
                 with ui.element("section").classes("card"):
                     _text("h2", "Answers")
                     _text("p", f"Commands are sent as {'@'.join(self._who)}.", "muted")
@@ -151,6 +200,25 @@ class Page:
                 with ui.element("section").classes("card"):
                     _text("h2", "Events")
                     ui.element("ol").classes("events").props("id=events")
+
+    def _build_main(self) -> None:
+        """Build alarms, cells and figures."""
+        with ui.element("section").classes("card").props('aria-label="Alarms"'):
+            with ui.element("div").classes("card-head"):
+                _text("h2", "Alarms")
+                _text("span", "", "muted").props("id=alarm-count")
+            ui.element("ol").classes("alarms").props("id=alarms")
+        with ui.element("section").classes("card").props('aria-label="Cells"'):
+            ui.element("div").classes("wall").props("id=wall")
+        with ui.element("section").classes("card").props('aria-label="Key figures"'):
+            with ui.element("div").classes("card-head"):
+                _text("h2", "Key figures of 24 hours")
+                _text("span", "empty: not known. Renewed twice a minute.", "muted")
+                _text("span", "", "muted").props("id=figures-trouble")
+            ui.element("div").classes("figures-scroll").props("id=kpi")
+        with ui.element("section").classes("card").props('aria-label="Drift"'):
+            _text("h2", "Away from their own past, 30 days")
+            ui.element("ol").props("id=drifts")
 
 
 def serve(host: str, port: int, token: str, title: str, told: str) -> None:
