@@ -111,7 +111,7 @@ async def until(condition: Any) -> None:
     await asyncio.wait_for(wait(), 10.0)
 
 
-def test_without_a_page_frames_are_made_for_the_past_alone(parts: SimpleNamespace) -> None:
+def test_without_a_page_a_frame_is_made_when_somebody_looks_back(parts: SimpleNamespace) -> None:
     """A page that opens later gets the points of that time, and can look back to it."""
 
     async def scene() -> None:
@@ -120,9 +120,10 @@ def test_without_a_page_frames_are_made_for_the_past_alone(parts: SimpleNamespac
         running.cancel()
 
     asyncio.run(scene())
-    assert parts.maker.frames == len(parts.live._history.rows), "one for each half second"
-    assert parts.door.watched == []
-    assert parts.live.past.look(time.time(), 20.0) is not None
+    assert parts.maker.frames == 0 and parts.door.watched == []
+    look = parts.live.past.look(time.time(), 20.0)
+    assert look is not None and parts.maker.frames == 1
+    assert look.rows[-1][0] == look.frame.t and "today.cycles" in look.frame.text
 
 
 def test_the_first_page_wakes_the_frames_and_the_last_ends_them(parts: SimpleNamespace) -> None:

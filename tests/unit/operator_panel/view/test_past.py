@@ -20,7 +20,7 @@ def filled(seconds: float) -> Past:
 def add(past: Past, after: float) -> None:
     """Add a frame that says how long after the start it was made."""
     frame = Frame(after, {"mode": f"{after:g}"}, {}, point={"joint_1": (after, after)})
-    past.add(START + after, frame, {})
+    past.add(START + after, frame.t, lambda: frame, frame.point, {})
 
 
 def test_moment_nearest_to_the_time_is_found_with_the_points_before_it() -> None:

@@ -11,6 +11,7 @@ import logging
 import time
 from collections.abc import Callable
 from datetime import datetime
+from functools import partial
 from typing import Any
 
 import msgspec
@@ -24,7 +25,7 @@ from operator_panel.io.desk import Desk
 from operator_panel.io.stop_line import ANSWER_S, not_confirmed
 from operator_panel.view.alarms import Alarm, active_alarms
 from operator_panel.view.events import EventLog
-from operator_panel.view.frame import FrameMaker
+from operator_panel.view.frame import Frame, FrameMaker
 from operator_panel.view.history import History
 from operator_panel.view.past import Past
 from operator_panel.view.snapshot import Part, Snapshot
@@ -80,7 +81,8 @@ class Live:
     async def run(self) -> None:
         """Send frames at the update rate, on absolute deadlines, until cancelled.
 
-        While no page is open few are made, for those who look back later; the charts go on too.
+        While no page is open none is made. The charts go on, and what it takes to make a frame
+        is kept for those who look back later.
         """
         period = 1.0 / self._config.update_rate_hz
         due = time.monotonic()
@@ -116,18 +118,16 @@ class Live:
         self.events.ended(self._desk.log.take_ended(), clock)
 
     def _send(self, snapshot: Snapshot, alarms: tuple[Alarm, ...], now: float) -> None:
-        clock = time.time()
-        is_due = self.past.is_due(clock)
-        if not self._lines and not is_due:
-            self._history.add(round(now, 3), self._maker.points(snapshot, now))
-            return
-        frame = self._maker.make(snapshot, now)
-        frame.text.update(self._today.texts(snapshot, now))
-        if is_due:
-            self.past.add(clock, frame, snapshot.parts)
+        clock, t = time.time(), round(now, 3)
+        points = self._maker.points(snapshot, t)
+        today = self._today.texts(snapshot, t)
+        make = partial(self._frame, snapshot, t, today)
+        if self.past.is_due(clock):
+            self.past.add(clock, t, make, points, snapshot.parts)
         if not self._lines:
-            self._history.add(frame.t, frame.point)
+            self._history.add(t, points)
             return
+        frame = make()
         if not self._history.add(frame.t, frame.point):
             frame = msgspec.structs.replace(frame, point={})
         text = _message("frame", frame)
@@ -142,6 +142,12 @@ class Live:
                 line.put("parts", _message("parts", snapshot.parts))
         self._lists, self._parts = lists, snapshot.parts
         self._sent_events = self.events.version
+
+    def _frame(self, snapshot: Snapshot, now: float, today: dict[str, str]) -> Frame:
+        """Make a frame; ``today`` is what :class:`Today` says at that time."""
+        frame = self._maker.make(snapshot, now)
+        frame.text.update(today)
+        return frame
 
     def _lists_text(self, alarms: tuple[Alarm, ...]) -> str:
         content = {

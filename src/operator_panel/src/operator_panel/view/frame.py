@@ -11,7 +11,7 @@ from operator_panel.view import words
 from operator_panel.view.robot.program_lines import current_line
 from operator_panel.view.robot.status import status_texts
 from operator_panel.view.snapshot import CellState, Link, Loop, Snapshot
-from scara_description.urdf import Model, link_pose
+from scara_description.urdf import Model, Vector, link_pose
 
 NOTHING = words.UNKNOWN
 
@@ -92,15 +92,16 @@ class FrameMaker:
             else ""
         )
         poses = self._poses(state)
-        apart = self._deviation_mm(state, poses)
+        tools = {side: self._tool(pose) for side, pose in poses.items()}
+        apart = _deviation_mm(state, tools)
         return Frame(
             t=round(now, 3),
-            text=self._texts(snapshot, state, poses, apart),
+            text=self._texts(snapshot, state, tools, apart),
             tone=_tones(state),
             bar={name: self._bar(state, name) for name in self._joints},
             pose=poses,
             point=self.points(snapshot, now),
-            tool={side: self._tool(pose) for side, pose in poses.items()},
+            tool=tools,
             gauge={"deviation": round(min(apart / self._limit_mm(state), 1.0), 3)}
             if math.isfinite(apart)
             else {},
@@ -128,7 +129,7 @@ class FrameMaker:
         self,
         snapshot: Snapshot,
         state: CellState,
-        poses: dict[str, dict[str, float]],
+        tools: dict[str, Vector],
         apart: float,
     ) -> dict[str, str]:
         real, arrow, twin = words.roles(state)
@@ -154,7 +155,7 @@ class FrameMaker:
                     words.number(values[index], 2, signed) if index < len(values) else NOTHING
                 )
         for side in ("real", "twin"):
-            text[f"tool.{side}"] = self._tool_text(poses.get(side))
+            text[f"tool.{side}"] = _tool_text(tools.get(side))
         for link in state.links:
             text |= _link_texts(link)
         return text | _package_texts(snapshot) | status_texts(snapshot.status)
@@ -173,26 +174,11 @@ class FrameMaker:
             if len(values) == len(state.name)
         }
 
-    def _deviation_mm(self, state: CellState, poses: dict[str, dict[str, float]]) -> float:
-        """Return how far the tools are apart.
-
-        The lag is removed while one side follows; else both count as they are shown.
-        """
-        if state.leader or len(poses) < 2:
-            return state.deviation_mm
-        return 1e3 * math.dist(*(self._tool(pose) for pose in poses.values()))
-
-    def _tool(self, pose: dict[str, float]) -> tuple[float, float, float]:
+    def _tool(self, pose: dict[str, float]) -> Vector:
         x, y, z = (
             round(float(value), 5) for value in link_pose(self._model, self._tool_link, pose)[:3, 3]
         )
         return x, y, z
-
-    def _tool_text(self, pose: dict[str, float] | None) -> str:
-        if pose is None:
-            return NOTHING
-        x, y, z = (words.number(value * 1e3, 1) for value in self._tool(pose))
-        return f"x {x}  y {y}  z {z} mm"
 
     def _bar(self, state: CellState, name: str) -> tuple[float | None, float | None]:
         """Return where both sides are between the joint's limits, 0 to 1."""
@@ -224,6 +210,23 @@ class FrameMaker:
             _finite(value / scale, 5) for value in (loop.set_point, loop.process_value, loop.error)
         ]
         return (*sides, *border, _finite(loop.command, 4))
+
+
+def _deviation_mm(state: CellState, tools: dict[str, Vector]) -> float:
+    """Return how far the tools are apart.
+
+    The lag is removed while one side follows; else both count as they are shown.
+    """
+    if state.leader or len(tools) < 2:
+        return state.deviation_mm
+    return 1e3 * math.dist(*tools.values())
+
+
+def _tool_text(tool: Vector | None) -> str:
+    if tool is None:
+        return NOTHING
+    x, y, z = (words.number(value * 1e3, 1) for value in tool)
+    return f"x {x}  y {y}  z {z} mm"
 
 
 def _columns(state: CellState) -> tuple[tuple[str, tuple[float, ...], bool], ...]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
 from collections import deque
+from collections.abc import Callable
 from itertools import islice
 
 import msgspec
@@ -20,13 +21,16 @@ class Moment(msgspec.Struct, frozen=True):
 
     Attributes:
         at: System time [s].
-        frame: The frame as it was sent, without its points.
+        t: Time of the chart points: monotonic [s].
+        frame: Makes the frame of that time. Nobody may ever look back to it, so it is not made
+            before.
         points: Its chart points.
         parts: Parts of each side.
     """
 
     at: float
-    frame: Frame
+    t: float
+    frame: Callable[[], Frame]
     points: Points
     parts: dict[str, tuple[Part, ...]]
 
@@ -67,10 +71,24 @@ class Past:
             self._moments.clear()
         return not self._moments or now - self._moments[-1].at >= 0.8 * PERIOD_S
 
-    def add(self, now: float, frame: Frame, parts: dict[str, tuple[Part, ...]]) -> None:
-        """Keep what is shown at the system time ``now`` [s], and forget what is too old."""
-        alone = msgspec.structs.replace(frame, point={})
-        self._moments.append(Moment(now, alone, frame.point, parts))
+    def add(
+        self,
+        now: float,
+        t: float,
+        frame: Callable[[], Frame],
+        points: Points,
+        parts: dict[str, tuple[Part, ...]],
+    ) -> None:
+        """Keep what is shown at the system time ``now`` [s], and forget what is too old.
+
+        Args:
+            now: System time [s].
+            t: Time of the chart points: monotonic [s].
+            frame: Makes the frame as a page gets it now; called when somebody looks back.
+            points: Its chart points.
+            parts: Parts of each side.
+        """
+        self._moments.append(Moment(now, t, frame, points, parts))
         while now - self._moments[0].at > KEPT_S:
             self._moments.popleft()
 
@@ -88,6 +106,7 @@ class Past:
         if place and at - times[place - 1] < times[place] - at:
             place -= 1
         begin = bisect_right(times, times[place] - window_s)
-        rows = [(one.frame.t, one.points) for one in islice(self._moments, begin, place + 1)]
+        rows = [(one.t, one.points) for one in islice(self._moments, begin, place + 1)]
         found = self._moments[place]
-        return Look(found.at, times[0], times[-1], found.frame, found.parts, rows)
+        frame = msgspec.structs.replace(found.frame(), point={})
+        return Look(found.at, times[0], times[-1], frame, found.parts, rows)
