@@ -239,9 +239,10 @@ class Pair(RealSide, TwinSide):
     def _report_plan(self) -> None:
         rows = self.coming(PLAN_ROWS)
         if rows:
-            times = tuple(0.01 * k for k in range(len(rows)))
-            points = tuple(JointMotion.measured(q, qdot, 0.0) for q, qdot in rows)
-            coming = Setpoints(SETUP.names, times, points)
+            points = tuple(
+                JointMotion.measured(q, qdot, 0.01 * k) for k, (q, qdot) in enumerate(rows)
+            )
+            coming = Setpoints(SETUP.names, points)
             event = TwinPlan(self.now, self.now + self.twin_clock, coming)
             self._report(event, lambda: self.twin_up)
 

@@ -16,7 +16,7 @@ BESIDE = {"qdot", "velocities", "real_velocities", "t", "time", "times", "stamp"
 BESIDE |= {"at", "send_at", "clock_ms", "instants", "remote", "arrived", "limited", "points"}
 VECTOR = re.compile(r"tuple\[(float|Joints|Vector|JointMotion), \.\.\.\]|Joints|Vector|_Rows|Array")
 LISTS = {"list[float]", "FloatArray"}
-OVER_TIME = {"names", "times", "points"}
+OVER_TIME = {"names", "points"}
 APART = ("fanuc_emulator", "reporting")
 """The stand-in shares nothing with the twin; a report is no motion."""
 
@@ -66,7 +66,7 @@ def test_a_type_of_its_own_is_found() -> None:
     """The test of the test: a struct, a class with slots, points over time; no target."""
     assert list(own_types("class A:\n    q: Joints\n    t: float = 0.0")) == ["A"]
     assert list(own_types('class B:\n    __slots__ = ("_positions", "_times")')) == ["B"]
-    over_time = "class C:\n    names: tuple[str, ...]\n    times: Vector\n    points: Vector"
+    over_time = "class C:\n    names: tuple[str, ...]\n    points: Vector"
     assert list(own_types(over_time)) == ["C"]
     assert not list(own_types("class D:\n    q: Joints\n    speed_percent: float"))
     assert not list(own_types("class E:\n    motion: JointMotion\n    t: float"))

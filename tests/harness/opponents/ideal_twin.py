@@ -76,7 +76,7 @@ class Bench:
     def stream(self, q, qdot=(0.0,) * 4, names=NAMES, stamp=None):
         """Send one streamed point; return what is forwarded."""
         point = JointMotion(tuple(q), tuple(qdot), (0.0,) * len(names))
-        packet = Setpoints(names, (self.now if stamp is None else stamp,), (point,))
+        packet = Setpoints.due(names, [self.now if stamp is None else stamp], [point])
         passed = self.core.follow(packet, self.now)
         self.outcomes += self.core.take_outcomes()
         self.obey(passed)

@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import partial
 
-import msgspec
 from scara_control.errors import ScaraControlError
 from scara_control.joint_motion import JointMotion, Setpoints
 from scara_control.motion.commands import Command, parse_modes
@@ -103,7 +102,7 @@ class TwinSide:
     def follow(self, action: FollowTwin) -> None:
         """Take one set point from the controller."""
         times = tuple(action.stamp - self._offset + point.time for point in action.points)
-        self._stream(Setpoints(self._pose.names, times, action.points))
+        self._stream(Setpoints.due(self._pose.names, times, action.points))
 
     def accept(self, goal: Goal) -> None:
         """Take a trajectory, as trajectory_server does; how it ends comes into ``ended``."""
@@ -265,9 +264,8 @@ class TwinSide:
 
     def _tell_plan(self, setpoints: Setpoints, jog: bool = False) -> None:
         begin = setpoints.times[0]
-        counted = msgspec.structs.replace(
-            setpoints, times=tuple(at - begin for at in setpoints.times)
-        )
+        times = (at - begin for at in setpoints.times)
+        counted = Setpoints.due(setpoints.names, times, setpoints.points)
         stamp = self._offset + begin
         self._report.send(lambda: self._take_plan(counted, stamp, jog))
 

@@ -49,7 +49,9 @@ def test_missing_joints_hold_where_they_are_measured(held: HeldJoints) -> None:
     message = packet(["table_joint", "joint_1"], [0.5, 0.11], [0.6, 0.12])
     plan = twin_plan(message, NAMES, 1.0, held)
     rows = ((0.11, 0.2, -0.1, 0.5), (0.12, 0.2, -0.1, 0.6))
-    assert plan.setpoints == Setpoints(NAMES, (0.0, 0.01), tuple(map(JointMotion.at_rest, rows)))
+    assert plan.setpoints == Setpoints.due(
+        NAMES, (0.0, 0.01), tuple(map(JointMotion.at_rest, rows))
+    )
     assert plan.stamp == 100.0
 
 
@@ -118,7 +120,7 @@ def test_set_points_of_none_of_our_joints_are_refused(
 
 def test_the_converter_says_which_joint_nobody_knows() -> None:
     """It invents none."""
-    given = Setpoints(("a",), (0.0,), (JointMotion((1.0,), (), ()),))
+    given = Setpoints.due(("a",), (0.0,), (JointMotion((1.0,), (), ()),))
     assert given.completed(("b", "a"), {"b": 2.0}).points[0] == JointMotion.at_rest((2.0, 1.0))
     with pytest.raises(KeyError, match="b"):
         given.completed(("a", "b"), {})

@@ -117,7 +117,7 @@ def test_coming_set_points_become_a_plan() -> None:
     message = trajectory(point(0), point(10, positions=[4, 3, 2, 1]), joint_names=order)
     plan = twin_plan(message, NAMES, 5.0)
     points = tuple(map(JointMotion.at_rest, ((0.0,) * 4, (1.0, 2.0, 3.0, 4.0))))
-    assert plan == TwinPlan(5.0, 100.25, Setpoints(NAMES, (0.0, 0.01), points))
+    assert plan == TwinPlan(5.0, 100.25, Setpoints.due(NAMES, (0.0, 0.01), points))
 
 
 @pytest.mark.parametrize(
@@ -245,7 +245,7 @@ def test_a_set_point_for_the_twin_survives_the_wire(stamp: float, q: tuple[float
     packet = json.loads(json.dumps(follow_packet(FollowTwin(stamp, (motion,)), NAMES)))
     plan = twin_plan(packet, NAMES, 0.0)
     assert plan.stamp == pytest.approx(stamp, abs=1e-9 + 1e-6)
-    assert plan.setpoints == Setpoints(NAMES, (0.0,), (motion,))
+    assert plan.setpoints == Setpoints.due(NAMES, (0.0,), (motion,))
     assert 0 <= packet["header"]["stamp"]["nsecs"] < 1_000_000_000
 
 

@@ -13,12 +13,12 @@ from scara_config.payload import load_payloads
 from scara_config.programs.files import ProgramSteps
 from scara_config.programs.lines import GripperStep, MoveStep, WaitStep
 from scara_control.dynamics.planner import Planner
-from scara_control.joint_motion import JointMotion
+from scara_control.joint_motion import JointMotion, Setpoints
 from scara_control.keep_out.zones import judge_way
 from what_if.errors import WhatIfError
 from what_if.io.cell_files import find_program, resting_cell
 from what_if.judging import judge
-from what_if.motions import JointTarget, Motion, ProgramRun, Recorded, ToolTarget, Trajectory
+from what_if.motions import JointTarget, Motion, ProgramRun, Recorded, ToolTarget
 from what_if.verdict import Cause, Outcome
 from what_if.world import Obstacle, World
 
@@ -55,11 +55,11 @@ def test_the_shipped_programs_are_free(world: World, name: str, placed: int) -> 
         (ToolTarget(0.65, 0.0, -0.02), Cause.COLLISION, "the nozzle would hit part_"),
         (ToolTarget(0.05, -0.45, -0.045), Cause.COLLISION, "would hit pallet"),
         (
-            Trajectory(("joint_1",), (JointMotion((2.0,), (), (), 0.1),)),
+            Setpoints(("joint_1",), (JointMotion((2.0,), (), (), 0.1),)),
             Cause.LIMIT,
             "joint_1 = ",
         ),
-        (Trajectory(("joint_9",), (JointMotion((2.0,), (), (), 1.0),)), Cause.LIMIT, "joint_9"),
+        (Setpoints(("joint_9",), (JointMotion((2.0,), (), (), 1.0),)), Cause.LIMIT, "joint_9"),
         (steps(GripperStep(1, True)), Cause.GRIP, "there is nothing to grip"),
     ],
 )

@@ -6,7 +6,7 @@ Converters stand only at wires: ``nodes/setpoint_messages.py`` has those of ROS.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import msgspec
 
@@ -24,7 +24,7 @@ class JointMotion(msgspec.Struct, frozen=True, array_like=True):
         qdot: Velocities; empty only in a goal that leaves them to the planner.
         qddot: Accelerations; likewise.
         time: The instant [s], on the axis of whoever holds the motion. It stays 0 where something
-            else tells the instant: a path, a drive, or the times of :class:`Setpoints`.
+            else tells the instant: a path or a drive.
     """
 
     q: Vector
@@ -74,17 +74,30 @@ class JointMotion(msgspec.Struct, frozen=True, array_like=True):
 class Setpoints(msgspec.Struct, frozen=True, array_like=True):
     """Set points of the joints ``names`` as a wire carries them; not checked by itself.
 
-    Point k is due at ``times[k]`` [s], strictly increasing once it is checked.
+    Each point is due at its time, strictly increasing once it is checked.
     """
 
     names: tuple[str, ...]
-    times: tuple[float, ...]
     points: tuple[JointMotion, ...]
+
+    @classmethod
+    def due(
+        cls, names: tuple[str, ...], times: Iterable[float], motions: Iterable[JointMotion]
+    ) -> Setpoints:
+        """Return motions as set points that are due at ``times`` [s], one for each."""
+        replace = msgspec.structs.replace
+        points = (replace(motion, time=at) for at, motion in zip(times, motions, strict=True))
+        return cls(names, tuple(points))
+
+    @property
+    def times(self) -> tuple[float, ...]:
+        """When each point is due [s]."""
+        return tuple(point.time for point in self.points)
 
     def select(self, names: tuple[str, ...]) -> Setpoints:
         """Return the same points of only some joints."""
         columns = [self.names.index(name) for name in names]
-        return Setpoints(names, self.times, tuple(p.select(columns) for p in self.points))
+        return Setpoints(names, tuple(point.select(columns) for point in self.points))
 
     def completed(self, names: tuple[str, ...], held: Mapping[str, float]) -> Setpoints:
         """Return the points of all ``names``, in their order.
@@ -112,4 +125,4 @@ class Setpoints(msgspec.Struct, frozen=True, array_like=True):
             )
             return JointMotion(q, qdot, qddot, point.time)
 
-        return Setpoints(names, self.times, tuple(map(fill, self.points)))
+        return Setpoints(names, tuple(map(fill, self.points)))

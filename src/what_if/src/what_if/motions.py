@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from scara_config.programs.files import ProgramSteps
-from scara_control.joint_motion import JointMotion
+from scara_control.joint_motion import Setpoints
 
 from what_if.geometry.bodies import FloatArray
 
@@ -45,20 +45,6 @@ class JointTarget:
 
 
 @dataclass(frozen=True)
-class Trajectory:
-    """Follow points over time, as a FollowJointTrajectory goal does.
-
-    Attributes:
-        names: Some or all of the twin's joints; the others stay where they are.
-        points: In this order of joints; ``time`` from the start [s], velocities and accelerations
-            may be empty.
-    """
-
-    names: tuple[str, ...]
-    points: tuple[JointMotion, ...]
-
-
-@dataclass(frozen=True)
 class ProgramRun:
     """Run a program of config/programs on the robot."""
 
@@ -82,4 +68,4 @@ class Recorded:
     grips: tuple[tuple[float, bool], ...] = ()
 
 
-Motion = ToolTarget | JointTarget | Trajectory | ProgramRun | Recorded
+Motion = ToolTarget | JointTarget | Setpoints | ProgramRun | Recorded

@@ -18,9 +18,7 @@ def following() -> PoseController:
     """Return a controller that follows a stream at rest."""
     controller = PoseController(ROBOT, load_motion(ROOT / "config"), 10.0)
     controller.measure(JointMotion.measured(REST, STILL, 10.0))
-    controller.follow(
-        Setpoints(controller.names, (10.0,), (JointMotion(REST, STILL, STILL),)), 10.0
-    )
+    controller.follow(Setpoints(controller.names, (JointMotion(REST, STILL, STILL, 10.0),)), 10.0)
     return controller
 
 

@@ -30,7 +30,8 @@ def point(q=HERE, qdot=(0.0,) * 4, qddot=(0.0,) * 4):
 def packet(*points, times=None, names=NAMES):
     """Make a packet, by default of one point, now."""
     points = points or (point(),)
-    return Setpoints(names, tuple(times or [NOW + 0.01 * k for k in range(len(points))]), points)
+    times = times or [NOW + 0.01 * k for k in range(len(points))]
+    return Setpoints.due(names, times, points)
 
 
 def session(first=None, now=NOW):
@@ -47,7 +48,7 @@ def session(first=None, now=NOW):
         ),
         (packet(names=("joint_1",) * 4), "joint names are missing or occur twice"),
         (packet(names=()), "joint names are missing or occur twice"),
-        (Setpoints(NAMES, (), ()), "no points"),
+        (Setpoints(NAMES, ()), "no points"),
         (packet(point(q=HERE[:3])), "point 0: 3 positions for 4 joints"),
         (packet(point(qdot=())), "point 0: 0 velocities for 4 joints"),
         (packet(point(qddot=(0.0,) * 5)), "point 0: 5 accelerations for 4 joints"),
@@ -63,7 +64,7 @@ def session(first=None, now=NOW):
         ),
         (packet(point(q=(0.1, 0.2, 0.01, 0.0))), r"joint_3 = 0\.01 m is outside \[-0\.21, 0\]"),
         (packet(point(qdot=(0.0, 0.0, 3.1, 0.0))), r"joint_3 = 3\.1 m/s is outside \[-3, 3\]"),
-        (packet(times=[math.nan]), "times are missing or not finite"),
+        (packet(times=[math.nan]), "times are not all finite"),
         (packet(point(), point(), times=[NOW, NOW]), "times do not increase"),
         (packet(times=[NOW - 0.101]), "stale: the last point is 101 ms old, allowed 100"),
         (packet(times=[NOW + 0.6]), "stamp is 600 ms in the future, allowed 500"),

@@ -29,7 +29,7 @@ def point(time=0.0, q=(0.0,), v=(0.0,), a=(0.0,)):
 
 def setpoints(names, points):
     """Make a message of points."""
-    return Setpoints(tuple(names), tuple(p.time for p in points), tuple(points))
+    return Setpoints(tuple(names), tuple(points))
 
 
 @pytest.mark.parametrize(

@@ -69,7 +69,7 @@ def plans(draw: st.DrawFn) -> TwinPlan:
     times = sorted(set(draw(st.lists(st.floats(0.0, 0.5), min_size=1, max_size=4))))
     rows = [tuple(draw(JOINTS) for _ in times) for _ in range(3)]
     points = tuple(map(JointMotion, *rows))
-    return TwinPlan(draw(NOW), draw(STAMP), Setpoints(SETUP.names, tuple(times), points))
+    return TwinPlan(draw(NOW), draw(STAMP), Setpoints.due(SETUP.names, tuple(times), points))
 
 
 RINGS = st.sampled_from([(0, 0, 0), (10, 0, 0), (10, 32755, 3), (2, 7, 0)])

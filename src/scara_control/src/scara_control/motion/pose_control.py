@@ -343,7 +343,8 @@ class PoseController:
         else:
             self._parked = False
             ahead = self._driver.ahead(drive, self._wanted_scale)
-        packet = Setpoints(self.names, tuple(d.time for d in ahead), tuple(d.motion for d in ahead))
+        times, motions = (d.time for d in ahead), (d.motion for d in ahead)
+        packet = Setpoints.due(self.names, times, motions)
         return packet if self._commanded == self.names else packet.select(self._commanded)
 
     def _finish(self, drive: Drive) -> None:

@@ -29,8 +29,8 @@ def to_setpoints(message: JointTrajectory, times: tuple[float, ...]) -> Setpoint
         message: The message.
         times: When each point is due, on the axis of the receiver [s].
     """
-    points = tuple(to_motion(point).filled() for point in message.points)
-    return Setpoints(tuple(message.joint_names), times, points)
+    points = (to_motion(point, at).filled() for at, point in zip(times, message.points))
+    return Setpoints(tuple(message.joint_names), tuple(points))
 
 
 def due_times(message: JointTrajectory, offset: float) -> tuple[float, ...]:
@@ -46,11 +46,11 @@ def to_point(motion: JointMotion, from_start: rospy.Duration) -> JointTrajectory
 
 def to_message(setpoints: Setpoints, offset: float) -> JointTrajectory:
     """Build the message of set points; its stamp is the first point's time."""
-    first = setpoints.times[0]
+    first = setpoints.points[0].time
     message = JointTrajectory(joint_names=list(setpoints.names))
     message.header.stamp = rospy.Time.from_sec(first + offset)
     message.points = [
-        to_point(motion, rospy.Duration.from_sec(at - first))
-        for at, motion in zip(setpoints.times, setpoints.points)
+        to_point(motion, rospy.Duration.from_sec(motion.time - first))
+        for motion in setpoints.points
     ]
     return message

@@ -161,9 +161,8 @@ class Execution:
         horizon = self._follower.delay + self._follower.ahead + self._config.move.horizon
         while len(ahead) <= round(horizon / period) and not ahead[-1].done:
             ahead.append(self._step(ahead[-1]))
-        return Setpoints(
-            self.names, tuple(d.time for d in ahead), tuple(d.motion for d in ahead)
-        ), None
+        times, motions = (d.time for d in ahead), (d.motion for d in ahead)
+        return Setpoints.due(self.names, times, motions), None
 
     def feedback(self, measured: JointMotion) -> Feedback:
         """Return where the joints shall be, where they are, and the difference.
@@ -242,7 +241,8 @@ class Execution:
 
     def _settle(self, measured: JointMotion, now: float) -> tuple[Setpoints | None, Ended | None]:
         """Hold the end until the joints are there, or not in time."""
-        resting = Setpoints(self.names, (self._drive.time,), (JointMotion.at_rest(self._path.end),))
+        rest = JointMotion.at_rest(self._path.end)
+        resting = Setpoints.due(self.names, [self._drive.time], [rest])
         if self._arrived is None:
             self._arrived = now
             return resting, None

@@ -240,9 +240,8 @@ class GoalQueue:
                 and now - running.held_since < self._config.trajectory.goal_time_tolerance
             ):
                 place = JointMotion.at_rest(running.execution.place)
-                return Turn(
-                    Setpoints(running.execution.names, (now + self._config.period,), (place,))
-                )
+                due = now + self._config.period
+                return Turn(Setpoints.due(running.execution.names, [due], [place]))
             running.closed_at = now
             if following:
                 return Turn(end_stream=True)

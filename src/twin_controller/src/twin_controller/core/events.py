@@ -117,14 +117,12 @@ class TwinPlan(Event, frozen=True, tag="plan"):
     @property
     def end(self) -> float:
         """When the last set point is due, of the twin's ROS time [s]."""
-        return self.stamp + self.setpoints.times[-1]
+        return self.stamp + self.setpoints.points[-1].time
 
     @property
     def rows(self) -> tuple[tuple[float, Joints], ...]:
         """Time from the stamp [s] and joint positions of each set point."""
-        return tuple(
-            (at, point.q) for at, point in zip(self.setpoints.times, self.setpoints.points)
-        )
+        return tuple((point.time, point.q) for point in self.setpoints.points)
 
 
 class TwinMotion(Event, frozen=True, tag="motion"):

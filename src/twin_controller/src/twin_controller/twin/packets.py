@@ -91,16 +91,17 @@ def coming_setpoints(message: Mapping[str, Any], names: Sequence[str]) -> Setpoi
     points = message.get("points")
     if not isinstance(points, list) or not points:
         raise PacketError("points: empty")
-    times = tuple(time_of(point, "time_from_start") for point in points)
+    times = [time_of(point, "time_from_start") for point in points]
     motions = tuple(
         JointMotion(
             row(point, "positions", order),
             row_or_zeros(point, "velocities", order),
             row_or_zeros(point, "accelerations", order),
+            at,
         )
-        for point in points
+        for at, point in zip(times, points)
     )
-    return Setpoints(tuple(known), times, motions)
+    return Setpoints(tuple(known), motions)
 
 
 def twin_plan(

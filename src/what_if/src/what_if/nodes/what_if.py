@@ -22,7 +22,7 @@ import numpy as np
 import rospy
 from geometry_msgs.msg import Point
 from scara_config import ConfigError, config_directory
-from scara_control.joint_motion import JointMotion
+from scara_control.joint_motion import JointMotion, Setpoints
 from scara_ros.nodes.ending import wait_for_end
 from scara_ros.nodes.starting import become_node
 
@@ -30,7 +30,7 @@ from scara_msgs.srv import JudgeMotion, JudgeMotionResponse
 from what_if.errors import WhatIfError
 from what_if.io.cell_files import find_program, resting_cell
 from what_if.judging import judge
-from what_if.motions import JointTarget, Motion, ProgramRun, ToolTarget, Trajectory
+from what_if.motions import JointTarget, Motion, ProgramRun, ToolTarget
 from what_if.nodes.live_world import LiveWorld
 from what_if.verdict import Verdict
 from what_if.world import Cell
@@ -85,7 +85,7 @@ class WhatIfServer:
         raise WhatIfError(f"motion = {request.motion!r}: allowed are {', '.join(KINDS)}")
 
 
-def trajectory_of(request: JudgeMotion._request_class) -> Trajectory:
+def trajectory_of(request: JudgeMotion._request_class) -> Setpoints:
     """Convert a request's points.
 
     Raises:
@@ -108,7 +108,7 @@ def trajectory_of(request: JudgeMotion._request_class) -> Trajectory:
     points = tuple(
         JointMotion(q, qdot, qddot, float(at)) for q, qdot, qddot, at in zip(*rows, request.times)
     )
-    return Trajectory(tuple(request.name), points)
+    return Setpoints(tuple(request.name), points)
 
 
 def answer_of(verdict: Verdict, cell: Cell) -> JudgeMotionResponse:

@@ -12,7 +12,7 @@ from scara_config.programs.lines import GripperStep, MoveStep
 from scara_control.dynamics.effort import load_of
 from scara_control.dynamics.planner import Planner
 from scara_control.errors import JointLimitError, ScaraControlError
-from scara_control.joint_motion import JointMotion
+from scara_control.joint_motion import JointMotion, Setpoints
 from scara_control.kinematics.arm_kinematics import parse_elbow
 from scara_control.limits import check_limits
 from scara_control.motion.plan import Path
@@ -21,7 +21,7 @@ from scipy.signal import savgol_filter
 
 from what_if.errors import WhatIfError
 from what_if.geometry.way import Way
-from what_if.motions import JointTarget, Motion, ProgramRun, Recorded, ToolTarget, Trajectory
+from what_if.motions import JointTarget, Motion, ProgramRun, Recorded, ToolTarget
 from what_if.timing.law import move_leg, trapezoid
 from what_if.timing.leg import Course, Leg
 from what_if.verdict import Cause, Reason
@@ -54,7 +54,7 @@ def plan(world: World, motion: Motion) -> Planned:
     try:
         if isinstance(motion, ProgramRun):
             return _program(world, motion)
-        if isinstance(motion, Trajectory):
+        if isinstance(motion, Setpoints):
             return _trajectory(world, motion)
         if isinstance(motion, Recorded):
             return _recorded(world, motion)
@@ -218,7 +218,7 @@ def _switching(world: World, on: bool) -> float:
     return (gripper.vacuum_ms if on else gripper.release_ms) * 1e-3
 
 
-def _trajectory(world: World, motion: Trajectory) -> Planned:
+def _trajectory(world: World, motion: Setpoints) -> Planned:
     """Plan as trajectory_server does.
 
     Raises:

@@ -120,7 +120,7 @@ def plan(state: CoreState, due: float) -> CoreState:
     """Return the state with an announced motion that begins ``due`` seconds after IDLE did."""
     points = tuple(map(JointMotion.at_rest, (HOME, *[shifted(HOME, 1.0)] * 2)))
     stamp = state.sides.twin.clock.to_remote(state.lead.since + due)
-    coming = TwinPlan(0.0, stamp - 0.1, Setpoints(SETUP.names, (0.0, 0.1, 0.2), points))
+    coming = TwinPlan(0.0, stamp - 0.1, Setpoints.due(SETUP.names, (0.0, 0.1, 0.2), points))
     return changed(state, sides__twin__plan=coming, sides__twin__motion__state="announcing")
 
 

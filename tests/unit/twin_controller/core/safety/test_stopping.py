@@ -114,7 +114,7 @@ def plan(start: float, speed: float, rows: int, braking: float = 0.0) -> TwinPla
             -braking,
         )
         points.append(JointMotion(*((value, 0.0, 0.0, 0.0) for value in of_first)))
-    return TwinPlan(0.0, 1000.0, Setpoints(SETUP.names, times, tuple(points)))
+    return TwinPlan(0.0, 1000.0, Setpoints.due(SETUP.names, times, tuple(points)))
 
 
 def test_on_a_plan_the_delay_is_what_the_plan_says() -> None:

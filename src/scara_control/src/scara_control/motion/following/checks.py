@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 
 from scara_config import Joint
 
@@ -41,16 +42,9 @@ def check_setpoints(
     for k, point in enumerate(setpoints.points):
         _check_point(named, point, config, k)
     _check_times(setpoints, config, now)
-    for k in range(1, len(setpoints.points)):
-        dt = setpoints.times[k] - setpoints.times[k - 1]
-        check_step(
-            named,
-            setpoints.points[k - 1].q,
-            setpoints.points[k].q,
-            dt,
-            config,
-            f"between points {k - 1} and {k}",
-        )
+    for k, (before, after) in enumerate(pairwise(setpoints.points)):
+        dt = after.time - before.time
+        check_step(named, before.q, after.q, dt, config, f"between points {k} and {k + 1}")
     return named
 
 
@@ -107,13 +101,12 @@ def _check_point(joints: Sequence[Joint], point: JointMotion, config: FollowConf
 
 def _check_times(setpoints: Setpoints, config: FollowConfig, now: float) -> None:
     """Refuse times that do not increase, are stale or lie in the far future."""
-    if len(setpoints.times) != len(setpoints.points) or not all(
-        map(math.isfinite, setpoints.times)
-    ):
-        raise MotionRefusedError("times are missing or not finite")
-    if any(after <= before for before, after in zip(setpoints.times, setpoints.times[1:])):
+    times = setpoints.times
+    if not all(map(math.isfinite, times)):
+        raise MotionRefusedError("times are not all finite")
+    if any(after <= before for before, after in pairwise(times)):
         raise MotionRefusedError("times do not increase")
-    age = now - setpoints.times[-1]
+    age = now - times[-1]
     if age > config.timeout:
         raise MotionRefusedError(
             f"stale: the last point is {age * 1e3:.0f} ms old, allowed {config.timeout * 1e3:.0f}"

@@ -63,7 +63,7 @@ class FollowSession:
                 f"other joints than before: {', '.join(setpoints.names)} after "
                 f"{', '.join(self.names)}"
             )
-        dt = setpoints.times[0] - self._latest.times[0]
+        dt = setpoints.points[0].time - self._latest.points[0].time
         if dt <= 0.0:
             raise MotionRefusedError(f"stamp is not newer than the one before ({dt * 1e3:.1f} ms)")
         check_step(
@@ -85,7 +85,7 @@ class FollowSession:
 
         Joints that are not streamed rest.
         """
-        early = now - self._latest.times[0]
+        early = now - self._latest.points[0].time
         if early < 0.0:
             streamed = self._latest.points[0].after(max(early, -self._config.extrapolation))
         else:

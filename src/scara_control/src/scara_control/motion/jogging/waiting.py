@@ -86,8 +86,8 @@ class JogQueue:
                 for j, x, a, b, was in zip(joints, here, rows[before], qdot, q)
             ]
             qddot = tuple((b - a) / around for a, b in zip(rows[before], rows[after]))
-            points.append(JointMotion(tuple(here), tuple(qdot), qddot))
-        return Setpoints(tuple(j.name for j in joints), tuple(times), tuple(points))
+            points.append(JointMotion(tuple(here), tuple(qdot), qddot, times[k]))
+        return Setpoints(tuple(joint.name for joint in joints), tuple(points))
 
     def limit(self, joints: Sequence[Joint], percent: float) -> None:
         """Let nothing be faster than ``percent`` of its joint's largest speed any more."""

@@ -71,7 +71,7 @@ class Path(msgspec.Struct, frozen=True):
         """Return the motion at ``t`` [s]: between two points the quintic that meets both."""
         k = min(max(bisect_right(self.points, t, key=_time), 1), len(self.points) - 1)
         pair = self.points[k - 1 : k + 1]
-        ends = Setpoints((), tuple(map(_time, pair)), pair)
+        ends = Setpoints((), pair)
         still = (1.0,) * len(self.begin)
         track = JointTrack.from_checked(ends, extrapolation_limit=0.0, stop_accelerations=still)
         return track.at(min(t, self.duration))
