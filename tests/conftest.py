@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import pytest
 from harness.ros import Master, Ros
 from harness.running.plugin import Running
+from harness.running.thorough import SEARCH, examples
 from harness.workspace import enter_workspace, workspace_environment
 from hypothesis import HealthCheck, settings
 
@@ -15,9 +16,9 @@ enter_workspace()
 
 # A busy machine is no failure: timing claims live in the benchmark. The same examples each time, so
 # that a change that broke nothing is never refused; HYPOTHESIS_SEARCH=1 looks for new ones.
-SEARCH = "HYPOTHESIS_SEARCH" in os.environ
 settings.register_profile(
     "cell",
+    max_examples=examples(50, 100),
     deadline=None,
     suppress_health_check=[HealthCheck.too_slow],
     derandomize=not SEARCH,

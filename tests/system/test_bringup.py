@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 from harness.live_cell import NODES, LiveCell
 from harness.processes import Process, free_port, wait_until
+from harness.running.thorough import thorough
 from harness.yaml_files import changed_yaml, copy_configuration, shipped
 from scara_bringup.io.status.running import index
 
@@ -154,7 +155,7 @@ def taken_port() -> Iterator[int]:
         yield server.getsockname()[1]
 
 
-@pytest.mark.parametrize("which", ["modbus_port", "gateway_port", "master_port"])
+@pytest.mark.parametrize("which", ["modbus_port", *thorough("gateway_port", "master_port")])
 def test_taken_port_is_said_with_its_owner_before_anything_starts(
     cell: LiveCell, which: str, taken_port: int
 ) -> None:

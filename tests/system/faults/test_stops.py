@@ -22,6 +22,7 @@ def test_stop_is_on_both_wires_within_two_cycles(cell: FaultCell, rng: Random) -
     check(lambda: operator_faults.stop_reaches_both(cell, rng, 1))
 
 
+@pytest.mark.thorough
 def test_both_sides_started_at_once_stay_together(cell: FaultCell, rng: Random) -> None:
     """One leads after the other, and they end together; each gap is tried in virtual time.
 
@@ -31,6 +32,7 @@ def test_both_sides_started_at_once_stay_together(cell: FaultCell, rng: Random) 
         check(lambda: operator_faults.started_at_once(cell, rng))
 
 
+@pytest.mark.thorough
 def test_sensor_noise_makes_nobody_a_leader(cell: FaultCell, rng: Random) -> None:
     """An idle cell whose sensors are noisy stays idle.
 
@@ -40,6 +42,10 @@ def test_sensor_noise_makes_nobody_a_leader(cell: FaultCell, rng: Random) -> Non
     check(lambda: operator_faults.noisy(cell, rng, 4.0))
 
 
+@pytest.mark.thorough
 def test_storm_of_faults_moves_nothing_and_ends_idle(cell: FaultCell, rng: Random) -> None:
-    """Cuts, silence, damage, stopped and killed processes at once, without any command."""
+    """Cuts, silence, damage, stopped and killed processes at once, without any command.
+
+    Each time test_storm plays them with commands besides.
+    """
     check(lambda: campaign.storm(cell, rng, 6.0))

@@ -10,10 +10,11 @@ from collections.abc import Iterator
 import pytest
 from harness.faults.fault_cell import FaultCell
 from harness.faults.rows import Row, check
+from harness.running.thorough import SEARCH, thorough
 from harness.storm.crew import Crew, crew
 from harness.storm.storm import scenes, summed
 
-SECONDS = 30.0
+SECONDS = 30.0 if SEARCH else 12.0
 pytestmark = pytest.mark.system
 
 
@@ -26,7 +27,7 @@ def storm_crew(fault_cell: FaultCell) -> Iterator[Crew]:
     fault_cell.recover()
 
 
-@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.thorough)])
+@pytest.mark.parametrize("seed", [1, *thorough(2)])
 def test_storm_breaks_no_rule(storm_crew: Crew, seed: int) -> None:
     """Stops hold, limits hold, one leads, the pair is IDLE again, and no node dies."""
 

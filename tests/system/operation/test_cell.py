@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from harness.live_cell import LiveCell, forward
 from harness.processes import wait_until
+from harness.running.thorough import thorough
 
 pytestmark = pytest.mark.system
 
@@ -34,7 +35,7 @@ def test_cell_starts_at_home_and_mbpoll_reads_the_joints_of_the_robot(live_cell:
     assert joints == pytest.approx([0.0, 0.0, -160.0, 0, 0, 0, 0, 0, 0], abs=0.02)
 
 
-@pytest.mark.parametrize("name", POSITIONS)
+@pytest.mark.parametrize("name", ["P2", *thorough("P3", "P1")])
 def test_move_to_moves_the_twin_there_and_the_robot_follows(live_cell: LiveCell, name: str) -> None:
     """`rosservice call /move_to` brings both to the article's positions, within 0.2 % of reach."""
 

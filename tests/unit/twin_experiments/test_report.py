@@ -201,19 +201,18 @@ def test_a_pause_of_the_machine_is_told_and_its_error_is_given_apart(make_bag: M
     assert "real_leads: 1 pause of the machine, or of the recorder" in console.export_text()
 
 
-def test_a_pause_is_a_grey_band_in_the_figure_of_errors(make_bag: MakeBag) -> None:
+def test_a_pause_is_a_grey_band_in_the_figure_of_errors(make_bag: MakeBag, written: Report) -> None:
     """One in each of its two plots, and none without a pause."""
     from matplotlib.image import imread
 
-    def grey(**options: Any) -> int:
-        bag = make_bag(**options)
-        write_report(bag, bag.parent / "out", CONFIG)
-        image = imread(bag.parent / "out" / "real_leads_errors.png")[..., :3]
+    def grey(report: Report) -> int:
+        image = imread(report.folder / "real_leads_errors.png")[..., :3]
         band = np.abs(image - np.array([0x9C, 0xA3, 0xAF]) / 255.0).max(axis=2) < 0.01
         columns = band.sum(axis=0)
         return int((columns > 300).sum())
 
-    assert grey(pause=(1.0, 1.04)) >= 1 + grey()
+    bag = make_bag(pause=(1.0, 1.04))
+    assert grey(write_report(bag, bag.parent / "out", CONFIG)) >= 1 + grey(written)
 
 
 def test_a_run_without_pauses_says_so(written: Report) -> None:
