@@ -30,7 +30,8 @@ def test_each_verb_sets_up_what_it_needs() -> None:
         assert body.index("scope=test") < body.index("ensure_setup"), verb
     (body,) = re.findall(r"^  farm\)(.*?);;", text, re.MULTILINE | re.DOTALL)
     assert body.index("scope=farm") < body.index("ensure_setup")
-    (body,) = re.findall(r"^  demo \| up \| status \| why\)(.*?);;", text, re.MULTILINE | re.DOTALL)
+    verbs = r"^  demo \| up \| status \| why \| install\)(.*?);;"
+    (body,) = re.findall(verbs, text, re.MULTILINE | re.DOTALL)
     assert re.findall(r"scope=\w+", body) == ["scope=farm"] and "--farm" in body
 
 

@@ -1,4 +1,4 @@
-"""``rosrun scara_bringup cell up|demo|status|why``: start, watch and end a cell, or look at it.
+"""``rosrun scara_bringup cell up|demo|status|why|install``: start, watch and end a cell, or look.
 
 Parameters are command line options (``--help``). It publishes nothing and offers no service. The
 decisions are in :mod:`scara_bringup.supervisor`, what carries them out in
@@ -12,6 +12,7 @@ import os
 import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Annotated
 
 import typer
 from scara_config import ConfigError, config_directory, load_robot
@@ -37,6 +38,7 @@ from scara_bringup.io.processes import Processes
 from scara_bringup.io.terminal import screen
 from scara_bringup.naming import free_ports, namespace_by_name
 from scara_bringup.nodes.cell_shell import CellShell, Shown
+from scara_bringup.nodes.install import install_cell
 from scara_bringup.nodes.named import ask_why, refuse_second, refuse_without_room, take_turn
 from scara_bringup.nodes.options import (
     Anyway,
@@ -188,6 +190,27 @@ def status(
 ) -> None:
     """Show the nodes of each running cell: alive, processor time, memory, what they say."""
     raise typer.Exit(show_status(commands, name))
+
+
+@app.command(context_settings={"allow_interspersed_args": True})
+def install(
+    name: Annotated[str, typer.Argument(help="Of the cell, as for --name.")],
+    robot: RobotName = None,
+    plant: PlantName = None,
+    farm: Farm = False,
+    machine: Annotated[
+        bool, typer.Option("--machine", help="A unit of the machine, for who calls; needs root.")
+    ] = False,
+    folder: Annotated[
+        Path | None, typer.Option(help="Where the unit goes. Default: systemd's own place.")
+    ] = None,
+    remove: Annotated[bool, typer.Option("--remove", help="Remove the unit.")] = False,
+) -> None:
+    """Write a service unit, so that a cell comes back after a reboot; nothing is enabled."""
+    options = [] if robot is None else ["--robot", robot]
+    options += [] if plant is None else ["--plant", plant]
+    options += ["--farm"] if farm else []
+    raise typer.Exit(install_cell(name, options, machine, folder, remove))
 
 
 @app.command(

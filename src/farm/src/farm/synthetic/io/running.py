@@ -119,7 +119,9 @@ app = typer.Typer(add_completion=False, rich_markup_mode=None)
 
 @app.command()
 def practise(
-    cells: Annotated[int, typer.Option(help="How many.", min=1, max=10_000)] = 20,
+    cells: Annotated[
+        int, typer.Option("--cells", "--synthetic", help="How many.", min=1, max=10_000)
+    ] = 20,
     rate: Annotated[float, typer.Option(help="States a second of each.", min=0.1, max=100)] = 5.0,
     events_rate: Annotated[
         float, typer.Option(help="Events a second of each.", min=0.001, max=1000)
