@@ -17,7 +17,7 @@ from scara_control.joint_track import JointTrack
 from scara_control.pid import PidGains, compute_command, integral_for_effort, saturate
 
 from scara_simulation.catch_up import catch_up, has_jumped
-from scara_simulation.compiled.cells import Cells, Mode, step_efforts
+from scara_simulation.compiled.cells import Cells, Mode
 from scara_simulation.config import LoopGains
 from scara_simulation.joint_model import JointModel
 from scara_simulation.track_queue import TrackQueue
@@ -51,7 +51,6 @@ class JointLoop(Cells):
         "_full",
         "_next_velocity",
         "_path_time",
-        "_queue",
         "_speed_limit",
         "_target",
         "_velocity_command",
@@ -279,8 +278,6 @@ class JointLoop(Cells):
     def _sample(self, t: float) -> AxisMotion:
         """Sample the set points that are due, kept inside the joint's limits."""
         sample, model = self._queue.sample(t), self.model
-        if step_efforts is not None:
-            self.keep_piece(self._queue.piece(t))
         if model.lower - model.tolerance <= sample[0] <= model.upper + model.tolerance:
             return sample
         self.limited_steps += 1

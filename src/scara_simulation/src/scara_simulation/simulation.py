@@ -138,8 +138,10 @@ class Simulation:
         """
         world, control, timing = self._world, self.control, self._timing
         snapshots: list[Snapshot] = []
+        since_epoch_ns = self._base_ns - timing.epoch_ns
         for _ in range(steps):
-            self._efforts = control.efforts(self.now, self._q, self._qdot)
+            now = (since_epoch_ns + self.steps * timing.step_ns) * 1e-9
+            self._efforts = control.efforts(now, self._q, self._qdot)
             world.step(self._efforts)
             self._q, self._qdot = world.read()
             self.steps += 1

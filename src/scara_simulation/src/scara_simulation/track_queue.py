@@ -7,7 +7,14 @@ import math
 from scara_control.joint_motion import AxisMotion
 from scara_control.joint_track import JointTrack
 
-from scara_simulation.compiled.cells import Piece
+Piece = tuple[float, float, float, float, float, tuple[float, ...]]
+"""A polynomial of one joint's set points, and when it holds.
+
+Time from which another track counts; how much later than planned the track is due; from when on
+and until when it holds, in the track's time, and how long at most after that begin [s]; six
+coefficients of a quintic in the time since, or position, velocity and acceleration of an
+extrapolation.
+"""
 
 
 class TrackQueue:
@@ -41,21 +48,26 @@ class TrackQueue:
 
     def sample(self, t: float) -> AxisMotion:
         """Return the motion at time ``t``; tracks that have been replaced by then are forgotten."""
-        entries = self._entries
-        while len(entries) > 1 and entries[1][0].first_time + entries[1][2] <= t:
-            entries.pop(0)
-        track, column, delay = entries[0]
+        track, column, delay = self._due(t)
         return track.sample_joint(column, t - delay)
 
     def piece(self, t: float) -> Piece | None:
-        """Return the polynomial that :meth:`sample` has just used; None: it is none.
+        """Return the polynomial that :meth:`sample` computes at ``t``; None: it is none.
 
         Args:
-            t: The time that was sampled [s].
+            t: Time [s].
         """
-        (track, column, delay), later = self._entries[0], self._entries[1:2]
+        track, column, delay = self._due(t)
         found = track.polynomial(column, t - delay)
         if found is None:
             return None
-        until = later[0][0].first_time + later[0][2] if later else math.inf
-        return Piece(until, delay, *found)
+        entries = self._entries
+        until = entries[1][0].first_time + entries[1][2] if len(entries) > 1 else math.inf
+        return until, delay, *found
+
+    def _due(self, t: float) -> tuple[JointTrack, int, float]:
+        """Return the entry that counts at ``t``, and forget those before it."""
+        entries = self._entries
+        while len(entries) > 1 and entries[1][0].first_time + entries[1][2] <= t:
+            entries.pop(0)
+        return entries[0]

@@ -7,13 +7,14 @@ bits, more slowly.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal
 
 from scara_control.joint_motion import AxisMotion
 from scara_control.motion.plan import Path
 
 from scara_simulation.config import LoopGains
 from scara_simulation.joint_model import JointModel
+from scara_simulation.track_queue import Piece, TrackQueue
 
 try:
     import _scara_loops as built
@@ -21,27 +22,6 @@ except ImportError:
     built = None
 
 Mode = Literal["trajectory", "position", "velocity"]
-
-
-class Piece(NamedTuple):
-    """A polynomial of one joint's set points, and when it holds.
-
-    Attributes:
-        until: Time from which another track counts [s].
-        delay: How much later than planned the track is due [s].
-        begin: From when on it holds, in the track's time [s].
-        end: Until when, likewise; infinite after the last point.
-        longest: How long after ``begin`` it holds [s].
-        coefficients: Six of a quintic in the time since ``begin``, or position, velocity and
-            acceleration of an extrapolation.
-    """
-
-    until: float
-    delay: float
-    begin: float
-    end: float
-    longest: float
-    coefficients: tuple[float, ...]
 
 
 class PlainCells:
@@ -53,6 +33,7 @@ class PlainCells:
         "_last_velocity",
         "_model_based",
         "_path",
+        "_queue",
         "_wanted",
         "applied_effort",
         "holding",
@@ -68,6 +49,7 @@ class PlainCells:
     _last_velocity: float
     _model_based: bool
     _path: Path | None
+    _queue: TrackQueue
     _wanted: AxisMotion
     applied_effort: float
     holding: bool

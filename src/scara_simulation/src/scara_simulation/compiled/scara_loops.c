@@ -27,7 +27,7 @@ typedef struct {
 
 typedef struct {
     PyObject_HEAD
-    PyObject *model, *loop_gains, *mode, *path;
+    PyObject *model, *loop_gains, *mode, *path, *queue;
     int kind;
     char holding, model_based, behind;
     long long saturated_steps;
@@ -39,7 +39,7 @@ typedef struct {
 } Cells;
 
 static PyTypeObject CellsType;
-static PyObject *reference_name;
+static PyObject *reference_name, *piece_name;
 
 /* ---- the mathematics: one function of joint_loop.py, joint_model.py or pid.py each ---- */
 
@@ -123,25 +123,6 @@ static int sample(const Piece *piece, double t, double *motion)
     return 1;
 }
 
-/* Go on to the set point of time t where that is plain; 0: the Python method has to. */
-static int plain_reference(Cells *s, double t, double dt, double jump)
-{
-    double motion[3];
-    if (s->kind == TRAJECTORY) {
-        if (!sample(&s->piece, t, motion))
-            return 0;
-        if (!(s->lower - s->tolerance <= motion[0] && motion[0] <= s->upper + s->tolerance))
-            return 0;
-        if (s->model_based && (s->behind || fabs(motion[0] - s->wanted[0]) > jump * s->velocity * dt))
-            return 0;
-        memcpy(s->wanted, motion, sizeof motion);
-    } else if (s->kind != POSITION || s->path != Py_None)
-        return 0;
-    s->position_setpoint = s->wanted[0];
-    s->velocity_setpoint = s->wanted[1] - 0.5 * dt * s->wanted[2];
-    return 1;
-}
-
 /* ---- numbers in and out of Python ---- */
 
 static int numbers(PyObject *from, Py_ssize_t count, double *to)
@@ -159,6 +140,60 @@ static int numbers(PyObject *from, Py_ssize_t count, double *to)
         to[k] = PyFloat_AsDouble(PySequence_Fast_GET_ITEM(fast, k));
     Py_DECREF(fast);
     return PyErr_Occurred() ? -1 : 0;
+}
+
+PyDoc_STRVAR(keep_doc, "Keep the polynomial that holds now: a Piece, or None for none.");
+
+static PyObject *keep_piece(Cells *s, PyObject *piece)
+{
+    PyObject *c;
+    s->piece.count = 0;
+    if (piece != Py_None) {
+        Py_ssize_t count;
+        if (!PyArg_ParseTuple(piece, "dddddO!", &s->piece.until, &s->piece.delay, &s->piece.begin,
+                              &s->piece.end, &s->piece.longest, &PyTuple_Type, &c))
+            return NULL;
+        count = PyTuple_GET_SIZE(c);
+        if ((count != 3 && count != COEFFICIENTS) || numbers(c, count, s->piece.c) < 0)
+            return PyErr_Occurred() ? NULL : PyErr_Format(PyExc_ValueError, "3 or 6 coefficients");
+        s->piece.count = (int)count;
+    }
+    Py_RETURN_NONE;
+}
+
+/* Ask the queue of tracks for the polynomial of time t. */
+static int find_piece(Cells *s, PyObject *t)
+{
+    PyObject *piece = s->queue ? PyObject_CallMethodOneArg(s->queue, piece_name, t) : NULL;
+    PyObject *done = piece ? keep_piece(s, piece) : NULL;
+    if (!s->queue)
+        PyErr_SetString(PyExc_AttributeError, "_queue");
+    Py_XDECREF(piece);
+    Py_XDECREF(done);
+    return done ? 0 : -1;
+}
+
+/* Go on to the set point of time t where that is plain; 0: the Python method has to; -1: error. */
+static int plain_reference(Cells *s, PyObject *at, double t, double dt, double jump)
+{
+    double motion[3];
+    if (s->kind == TRAJECTORY) {
+        if (!sample(&s->piece, t, motion)) {
+            if (find_piece(s, at) < 0)
+                return -1;
+            if (!sample(&s->piece, t, motion))
+                return 0;
+        }
+        if (!(s->lower - s->tolerance <= motion[0] && motion[0] <= s->upper + s->tolerance))
+            return 0;
+        if (s->model_based && (s->behind || fabs(motion[0] - s->wanted[0]) > jump * s->velocity * dt))
+            return 0;
+        memcpy(s->wanted, motion, sizeof motion);
+    } else if (s->kind != POSITION || s->path != Py_None)
+        return 0;
+    s->position_setpoint = s->wanted[0];
+    s->velocity_setpoint = s->wanted[1] - 0.5 * dt * s->wanted[2];
+    return 1;
 }
 
 static PyObject *list_of(const double *values, Py_ssize_t count)
@@ -209,6 +244,7 @@ static PyObject *efforts(PyObject *module, PyObject *const *args, Py_ssize_t cou
     double q[MOST_JOINTS], qdot[MOST_JOINTS], forward[MOST_JOINTS] = {0.0}, wanted[3][MOST_JOINTS];
     double t, dt, stiffness, damping, jump;
     Py_ssize_t n, k;
+    int plain;
     (void)module;
     if (count != 9 || !PyList_Check(args[0]) || (n = PyList_GET_SIZE(args[0])) > MOST_JOINTS) {
         PyErr_SetString(PyExc_TypeError, "efforts: 9 arguments, the first a list of 16 loops at most");
@@ -227,8 +263,9 @@ static PyObject *efforts(PyObject *module, PyObject *const *args, Py_ssize_t cou
             PyErr_SetString(PyExc_TypeError, "efforts: each loop has to hold compiled cells");
             return NULL;
         }
-        if (!plain_reference(s, t, dt, jump) &&
-            call_reference((PyObject *)s, args[1], q[k], qdot[k], args[4]) < 0)
+        plain = plain_reference(s, args[1], t, dt, jump);
+        if (plain < 0 ||
+            (!plain && call_reference((PyObject *)s, args[1], q[k], qdot[k], args[4]) < 0))
             return NULL;
         wanted[0][k] = s->wanted[0];
         wanted[1][k] = s->wanted[1];
@@ -318,25 +355,6 @@ static PyObject *get_model(Cells *s, void *u) { (void)u; return object_or_none(s
 static PyObject *get_loop_gains(Cells *s, void *u) { (void)u; return object_or_none(s->loop_gains); }
 static PyObject *get_mode(Cells *s, void *u) { (void)u; return object_or_none(s->mode); }
 
-PyDoc_STRVAR(keep_doc, "Keep the polynomial that holds now: a Piece, or None for none.");
-
-static PyObject *keep_piece(Cells *s, PyObject *piece)
-{
-    PyObject *c;
-    s->piece.count = 0;
-    if (piece != Py_None) {
-        Py_ssize_t count;
-        if (!PyArg_ParseTuple(piece, "dddddO!", &s->piece.until, &s->piece.delay, &s->piece.begin,
-                              &s->piece.end, &s->piece.longest, &PyTuple_Type, &c))
-            return NULL;
-        count = PyTuple_GET_SIZE(c);
-        if ((count != 3 && count != COEFFICIENTS) || numbers(c, count, s->piece.c) < 0)
-            return PyErr_Occurred() ? NULL : PyErr_Format(PyExc_ValueError, "3 or 6 coefficients");
-        s->piece.count = (int)count;
-    }
-    Py_RETURN_NONE;
-}
-
 static PyGetSetDef getset[] = {
     {"model", (getter)get_model, (setter)set_model, NULL, NULL},
     {"loop_gains", (getter)get_loop_gains, (setter)set_loop_gains, NULL, NULL},
@@ -346,6 +364,7 @@ static PyGetSetDef getset[] = {
 
 #define MEMBER(name, type, field) {name, type, offsetof(Cells, field), 0, NULL}
 static PyMemberDef members[] = {MEMBER("_path", T_OBJECT, path),
+                                MEMBER("_queue", T_OBJECT, queue),
                                 MEMBER("holding", T_BOOL, holding),
                                 MEMBER("_model_based", T_BOOL, model_based),
                                 MEMBER("_behind", T_BOOL, behind),
@@ -366,6 +385,7 @@ static int traverse(Cells *s, visitproc visit, void *arg)
     Py_VISIT(s->loop_gains);
     Py_VISIT(s->mode);
     Py_VISIT(s->path);
+    Py_VISIT(s->queue);
     return 0;
 }
 
@@ -375,6 +395,7 @@ static int clear(Cells *s)
     Py_CLEAR(s->loop_gains);
     Py_CLEAR(s->mode);
     Py_CLEAR(s->path);
+    Py_CLEAR(s->queue);
     return 0;
 }
 
@@ -409,7 +430,9 @@ PyMODINIT_FUNC PyInit__scara_loops(void)
 {
     PyObject *module;
     reference_name = PyUnicode_InternFromString("reference");
-    if (!reference_name || PyType_Ready(&CellsType) < 0 || !(module = PyModule_Create(&definition)))
+    piece_name = PyUnicode_InternFromString("piece");
+    if (!reference_name || !piece_name ||
+        PyType_Ready(&CellsType) < 0 || !(module = PyModule_Create(&definition)))
         return NULL;
     if (PyModule_AddObjectRef(module, "Cells", (PyObject *)&CellsType) < 0)
         Py_CLEAR(module);

@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import msgspec
+import pybullet
 from scara_config import ConfigError
 from scara_config.palletise import MM, Palletise
 from scara_config.payload import Payload
@@ -229,29 +230,36 @@ class PartWorld(World):
 
         See what has fallen.
         """
-        positions, velocities = self.read()
+        angle, turn = self._table_state()
         x, y, z = tool = self.link_position(self._tool)
         margin = NEAR + AHEAD * math.dist(tool, self._last_tool)
         self._last_tool = tool
-        low = z - (
-            self._work.parts.height + self._work.task.gap_mm * MM if self._suction.held else 0.0
-        )
-        slipping = self._slipping(velocities[self._table])
-        turned = abs(positions[self._table] - self._table_at) > TURNED
-        self._table_at = positions[self._table] if turned else self._table_at
+        kind, held = self._work.parts, self._suction.held
+        radius, half = kind.radius, 0.5 * kind.height
+        low = z - (kind.height + self._work.task.gap_mm * MM if held else 0.0)
+        slipping = self._slipping(turn)
+        turned = abs(angle - self._table_at) > TURNED
+        self._table_at = angle if turned else self._table_at
         views = []
         for part in self._bodies.parts:
             if turned or not part.asleep:
                 part.centre = self._bodies.pose(part)[0]
             px, py, pz = part.centre
-            aside = math.hypot(px - x, py - y) - TOOL_RADIUS - self._work.parts.radius
-            near = aside < margin and low - pz - 0.5 * self._work.parts.height < margin
+            aside = math.hypot(px - x, py - y) - TOOL_RADIUS - radius
+            near = aside < margin and low - pz - half < margin
             if not part.asleep:
                 views.append(self._attend(part, near or slipping > 0.0))
             elif near or (slipping > 0.0 and self._slips(part, slipping)):
                 self._bodies.wake(part)
+        if not views:  # the ledger knows of awake parts alone
+            return
         for happening in self._ledger.observe(views):
             self._tell(happening)
+
+    def _table_state(self) -> tuple[float, float]:
+        """Return position and velocity of the joint that turns the stands."""
+        state = pybullet.getJointState(self._body, self._joints[self._table], self._client)
+        return state[0], state[1]
 
     def _attend(self, part: Part, stay: bool) -> PartView:
         """Look after an awake part.
