@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import re
 import urllib.request
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from itertools import islice
 from pathlib import Path
 
 import pytest
@@ -13,6 +15,7 @@ import rosbag
 from harness.live_cell import NODES, LiveCell
 from harness.processes import Process, free_port, wait_until
 from harness.ros import Master
+from jsonschema import Draft202012Validator
 
 pytestmark = pytest.mark.system
 SHARED = ("/diagnostics", "/tf", "/tf_static")
@@ -71,6 +74,7 @@ def test_cells_are_apart_in_every_way(cells: tuple[Shown, Shown, list[Process]])
     first, second, _ = cells
     for cell in (first, second):
         wait_until(lambda cell=cell: cell.get("/api/twin"), 30.0, "a page that knows the pair")
+        judge_api(cell)
     bags = {"/": first.record(), "/cell_2": second.record()}
     assert bags["/cell_2"].parent.name.endswith("_cell_2")
 
@@ -97,6 +101,21 @@ def test_cells_are_apart_in_every_way(cells: tuple[Shown, Shown, list[Process]])
     for namespace, cell in (("/", first), ("/cell_2", second)):
         assert cell.call("recorder/stop")["success"]
         judge_bag(bags[namespace], namespace)
+
+
+def judge_api(cell: Shown) -> None:
+    """Check what programs without ROS get: the schema's document, a stream of them, HEAD."""
+    judge = Draft202012Validator(json.loads(cell.get("/api/twin/schema.json")))
+    judge.validate(json.loads(cell.get("/api/twin")))
+    address = f"http://127.0.0.1:{cell.page_port}/api/twin"
+    with urllib.request.urlopen(f"{address}/stream", timeout=5.0) as stream:
+        assert stream.headers["Content-Type"].startswith("text/event-stream")
+        begun = [line for line in islice(stream, 12) if line.startswith(b"data: ")]
+    stamps = [json.loads(line.removeprefix(b"data: "))["stamp"] for line in begun]
+    assert len(stamps) == 6 and stamps == sorted(set(stamps)), stamps
+    head = urllib.request.Request(address, method="HEAD")
+    with urllib.request.urlopen(head, timeout=5.0) as answer:
+        assert (answer.status, answer.read()) == (200, b"")
 
 
 def judge_bag(path: Path, namespace: str) -> None:
