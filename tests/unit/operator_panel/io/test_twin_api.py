@@ -215,5 +215,6 @@ def test_each_answer_is_what_openapi_says(
     answers = described["paths"][f"/api/twin{route}"]["get"]["responses"]
     schema = answers[str(status)]["content"]["application/json"]["schema"]
     answer = client.get(f"/api/twin{path}")
-    assert answer.status_code == status
+    assert answer.status_code == client.head(f"/api/twin{path}").status_code == status
+    assert set(described["paths"][f"/api/twin{route}"]["head"]["responses"]) == set(answers)
     Draft202012Validator({**schema, "components": described["components"]}).validate(answer.json())

@@ -129,26 +129,26 @@ def openapi() -> dict[str, Any]:
     def route(summary: str, kind: str, schema: str, *parameters: tuple[str, float, str]) -> Any:
         answer = {"schema": {"$ref": f"#/components/schemas/{schema}"}}
         refusal = {"application/json": {"schema": {"$ref": "#/components/schemas/Refusal"}}}
-        return {
-            "get": {
-                "summary": summary,
-                "parameters": [
-                    {
-                        "name": name,
-                        "in": "query",
-                        "description": text,
-                        "schema": {"type": "number", "default": default},
-                    }
-                    for name, default, text in parameters
-                ],
-                "responses": {
-                    "200": {"description": summary, "content": {kind: answer}},
-                    "400": {"description": "A parameter is wrong.", "content": refusal},
-                    "404": {"description": "That time is not remembered.", "content": refusal},
-                    "503": {"description": "The controller is silent.", "content": refusal},
-                },
-            }
+        asked = {
+            "summary": summary,
+            "parameters": [
+                {
+                    "name": name,
+                    "in": "query",
+                    "description": text,
+                    "schema": {"type": "number", "default": default},
+                }
+                for name, default, text in parameters
+            ],
         }
+        answers: dict[str, Any] = {
+            "200": {"description": summary, "content": {kind: answer}},
+            "400": {"description": "A parameter is wrong.", "content": refusal},
+            "404": {"description": "That time is not remembered.", "content": refusal},
+            "503": {"description": "The controller is silent.", "content": refusal},
+        }
+        heads = {status: {"description": one["description"]} for status, one in answers.items()}
+        return {"get": {**asked, "responses": answers}, "head": {**asked, "responses": heads}}
 
     json = "application/json"
     return {
