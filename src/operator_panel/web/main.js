@@ -25,24 +25,28 @@ function startTabs() {
   show(buttons.some((button) => button.dataset.tab === kept) ? kept : buttons[0].dataset.tab);
 }
 
-// One way of jogging at a time, and one length of a step for all of them; no choice outlives the page,
-// because the server knows the length only from here.
+// One way of jogging at a time, and one length, frame and pace for all of them; no choice outlives the page,
+// because the server knows length and frame only from here.
 function startJogWays() {
-  const ways = [...document.querySelectorAll("[data-way]")];
-  const steps = [...document.querySelectorAll("[data-step]")];
-  const show = (way) => {
-    for (const button of ways) button.setAttribute("aria-selected", button.dataset.way === way);
+  choice("way", "hold", (way) => {
     for (const panel of document.querySelectorAll("[data-way-panel]")) {
       panel.classList.toggle("shown", panel.dataset.wayPanel === way);
     }
+  });
+  choice("step", "1");
+  choice("frame", "world");
+  choice("pace", "slow");
+}
+
+// Buttons of which one is chosen, wherever they stand.
+function choice(kind, first, then = () => {}) {
+  const buttons = [...document.querySelectorAll(`[data-${kind}]`)];
+  const choose = (value) => {
+    for (const button of buttons) button.setAttribute("aria-selected", button.dataset[kind] === value);
+    then(value);
   };
-  const choose = (step) => {
-    for (const button of steps) button.setAttribute("aria-selected", button.dataset.step === step);
-  };
-  for (const button of ways) button.addEventListener("click", () => show(button.dataset.way));
-  for (const button of steps) button.addEventListener("click", () => choose(button.dataset.step));
-  show("hold");
-  choose("1");
+  for (const button of buttons) button.addEventListener("click", () => choose(button.dataset[kind]));
+  choose(first);
 }
 
 function tabId() {

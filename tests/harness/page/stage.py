@@ -2,13 +2,15 @@
 
     .venv/bin/python tests/harness/page/stage.py PORT FOLDER
 
-``GET /scene/NAME`` changes the scene. Everything else is the page's own.
+``GET /scene/NAME`` changes the scene, ``GET /jogged`` tells what was jogged since it was asked
+last. Everything else is the page's own.
 """
 
 from __future__ import annotations
 
 import asyncio
 import sys
+import threading
 import time
 from collections.abc import Awaitable, Mapping, Sequence
 from pathlib import Path
@@ -24,6 +26,7 @@ import msgspec  # noqa: E402
 from nicegui import app, background_tasks, ui  # noqa: E402
 from operator_panel.config import load_panel, load_surroundings  # noqa: E402
 from operator_panel.control.jog import DeadMan  # noqa: E402
+from operator_panel.control.tool_jog import ToolArm  # noqa: E402
 from operator_panel.door import Answer, Gains, Picture, Seat  # noqa: E402
 from operator_panel.io.api import offer_camera, offer_events, offer_past  # noqa: E402
 from operator_panel.io.desk import Desk, Session  # noqa: E402
@@ -58,6 +61,7 @@ class StageDoor:
         self.robot = load_robot(folder)
         self._layout = load_modbus_map(folder)
         self.scene, self.holder = "ready", ""
+        self.jogged: list[dict[str, float]] = []
         self.sessions: Mapping[str, Session] = {}
         self._begun = time.monotonic()
 
@@ -138,7 +142,8 @@ class StageDoor:
         return Answer(True, "undone")
 
     def jog(self, velocities: Mapping[str, float]) -> None:
-        """Move nothing."""
+        """Move nothing, and remember what would move."""
+        self.jogged.append(dict(velocities))
 
     async def grip(self, close: bool) -> Answer:
         """Grip nothing."""
@@ -163,6 +168,13 @@ class StageDoor:
         return Answer(True, " ".join(words))
 
 
+def _jog(desk: Desk, period: float) -> None:
+    """Send what is held, as the node's own thread does."""
+    while True:
+        desk.jog_tick()
+        time.sleep(period)
+
+
 def main() -> None:
     """Serve until a signal."""
     port, runs = int(sys.argv[1]), Path(sys.argv[2])
@@ -172,7 +184,8 @@ def main() -> None:
     around = load_surroundings(robot, folder)
     model = parse_urdf(robot.description.read_text(encoding="utf-8"))
     dead_man = DeadMan(robot, around.jog_limit_percent, config.jog.dead_man_ms * 1e-3)
-    desk = Desk(door, dead_man, around.keep_s, 0.6, lambda _: None)  # type: ignore[arg-type]
+    arm = ToolArm(robot, model, config.jog.tool, around.jog_limit_percent)
+    desk = Desk(door, dead_man, arm, around.keep_s, 0.6, lambda _: None)  # type: ignore[arg-type]
     door.sessions = desk.sessions
     maker = FrameMaker(robot, model, 0.6, around.alarm_mm)
     live = Live(door, desk, maker, config)  # type: ignore[arg-type]
@@ -186,7 +199,12 @@ def main() -> None:
         door.scene = name
         return PlainTextResponse(name)
 
+    async def jogged() -> list[dict[str, float]]:
+        told, door.jogged = door.jogged, []
+        return told
+
     app.add_api_route("/scene/{name}", choose, methods=["GET"])
+    app.add_api_route("/jogged", jogged, methods=["GET"])
     doors = {"operator": PageDoor("operator_panel", "127.0.0.1", port, TOKEN)}
     app.add_middleware(PageGuard, doors=doors, stranger=lambda _: "", framed="/runs/")
 
@@ -194,6 +212,7 @@ def main() -> None:
     def start() -> None:
         background_tasks.create(live.run(), name="live")
         background_tasks.create(desk.keep_control(), name="control")
+        threading.Thread(target=_jog, args=(desk, 1.0 / config.jog.rate_hz), daemon=True).start()
 
     ui.run(
         host="127.0.0.1",

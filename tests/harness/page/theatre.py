@@ -48,7 +48,7 @@ class Theatre:
         """Choose a scene, and wait until the page shows it."""
         with urllib.request.urlopen(f"{self.address}/scene/{scene}", timeout=10.0):
             pass
-        expect(self.page.locator('[data-live="jog"]')).to_have_text(scene)
+        expect(self.page.locator('[data-live="jog"]').first).to_have_text(scene)
         alarms = self.page.locator(".alarm.warn, .alarm.error")
         expect(alarms).to_have_count(ALARMS if scene == "alarmed" else 0)
 

@@ -18,6 +18,9 @@ CELLS = (
     "tests/system/",
     "tests/ros/farm/test_page.py",
     "tests/ros/operator_panel/test_for_hands.py",
+    "tests/ros/operator_panel/test_jog_buttons.py",
+    "tests/ros/operator_panel/test_page_shows.py",
+    "tests/ros/operator_panel/test_picture.py",
     "tests/ros/operator_panel/test_stop.py",
     "tests/ros/operator_panel/test_tuning_form.py",
 )

@@ -9,7 +9,7 @@ import pytest
 from harness.page.theatre import SIZES, Theatre
 from playwright.sync_api import expect
 
-WAYS = ("Step joint", "World", "Tool", "Hold")
+WAYS = ("Hold tool", "Step joint", "Step tool", "Hold joint")
 TABS = ("Jog", "Target", "Programs", "Robot", "Tuning", "Recordings", "Events", "Today")
 
 

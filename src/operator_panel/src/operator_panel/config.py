@@ -14,7 +14,17 @@ from scara_config.percent import SharePercent
 Rate = Annotated[float, Meta(ge=1.0, le=50.0)]
 Seconds = Annotated[float, Meta(gt=0.0, le=600.0)]
 Positive = Annotated[float, Meta(gt=0.0, le=1e6)]
+MOST_MM_S = 250.0  # the reduced speed of ISO 10218-1, as a bound for jogs: our choice
 Port = Annotated[int, Meta(ge=1, le=65535)]
+
+
+class ToolSpeeds(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Speeds of a held tool, along an axis [mm/s] and about one [deg/s]."""
+
+    slow_mm_s: Annotated[float, Meta(gt=0.0, le=MOST_MM_S)]
+    fast_mm_s: Annotated[float, Meta(gt=0.0, le=MOST_MM_S)]
+    slow_deg_s: Annotated[float, Meta(gt=0.0, le=90.0)]
+    fast_deg_s: Annotated[float, Meta(gt=0.0, le=90.0)]
 
 
 class Jog(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -23,6 +33,7 @@ class Jog(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     dead_man_ms: Annotated[float, Meta(ge=50.0, le=1000.0)]
     rate_hz: Annotated[float, Meta(ge=5.0, le=100.0)]
     speed_percent: SharePercent
+    tool: ToolSpeeds
 
 
 class Preview(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

@@ -56,6 +56,14 @@ def test_positions_are_those_of_the_loops_else_the_rounded_ones() -> None:
     assert found["joint_3"] == pytest.approx(-0.1)
 
 
+def test_position_of_a_loop_that_a_jog_has_opened_is_old() -> None:
+    """A step after a jog would lead back to where the jog began."""
+    state = CellState("IDLE", name=NAMES, twin_position=(30.0, 40.11, -100.0, 28.65))
+    loops = {"joint_1": Loop(0.3, 0.3, 0.0, 0.0)}
+    found = positions_now(ROBOT, Snapshot(state=state, loops=loops))
+    assert found["joint_1"] == pytest.approx(math.radians(30.0))
+
+
 @pytest.mark.parametrize("state", [None, CellState("OFFLINE", name=NAMES)])
 def test_unknown_position_is_said(state: CellState | None) -> None:
     """Nobody steps from nowhere."""

@@ -9,15 +9,21 @@ from typing import Any
 
 import pytest
 from harness.workspace import ROOT
+from operator_panel.config import load_panel
 from operator_panel.control.authority import Role
 from operator_panel.control.jog import DeadMan
+from operator_panel.control.tool_jog import ToolArm
 from operator_panel.door import Answer, Seat
 from operator_panel.io import desk as desk_module
 from operator_panel.io.desk import MOST_WATCHERS, Desk
 from operator_panel.view.snapshot import CellState, Snapshot
 from scara_config import load_robot
 
+from scara_description.urdf import parse_urdf
+
 ROBOT = load_robot(ROOT / "config")
+MODEL = parse_urdf(ROBOT.description.read_text(encoding="utf-8"))
+ARM = ToolArm(ROBOT, MODEL, load_panel(ROOT / "config").jog.tool, 10.0)
 KEEP_S = 5.0
 
 
@@ -30,12 +36,15 @@ class Door:
         self.mode = "IDLE"
         self.commands: list[str] = []
         self.jogs: list[dict[str, float]] = []
+        self.position: dict[str, float] = {}
 
     def snapshot(self) -> Snapshot:
         """Return a state that is never silent."""
         refused = "" if self.mode in ("IDLE", "TWIN_LEADS") else "only while both stand ready"
         state = CellState(
             self.mode,
+            name=tuple(self.position),
+            twin_position=tuple(self.position.values()),
             command=("JOG",),
             refused=(refused,),
             holder=self.holder,
@@ -81,7 +90,8 @@ def door() -> Door:
 @pytest.fixture
 def desk(door: Door) -> Desk:
     """Give a desk with two operators, a and b, and a viewer v; a is in control."""
-    made = Desk(door, DeadMan(ROBOT, 10.0, 0.25), KEEP_S, 0.6, lambda _: None)  # type: ignore[arg-type]
+    dead_man = DeadMan(ROBOT, 10.0, 0.25)
+    made = Desk(door, dead_man, ARM, KEEP_S, 0.6, lambda _: None)  # type: ignore[arg-type]
     for page, role in (("a", Role.OPERATOR), ("b", Role.OPERATOR), ("v", Role.VIEWER)):
         made.open(page, role)
         made.arrived(page, f"tab {page}")
@@ -335,3 +345,31 @@ def test_whoever_sees_the_page_may_pause(desk: Desk, door: Door, page: str) -> N
 def test_wrong_jog_of_a_browser_is_answered_in_words(desk: Desk) -> None:
     """Not by an exception in the server."""
     assert "unknown joint" in hold(desk, joint="joint_9")
+
+
+def test_held_tool_moves_by_the_rule_of_the_held_joint(desk: Desk, door: Door) -> None:
+    """Once the twin controller knows whose motion it is; a stop of anybody ends it for good."""
+    names = tuple(joint.name for joint in ROBOT.twin_joints)
+    door.position = dict(zip(names, (20.0, 60.0, -50.0, 0.0)))
+
+    def sign(press: int) -> str:
+        return desk.hold_tool("a", press, "x", "world", 1, False)
+
+    assert sign(1) == "" and not desk.jog_tick() and door.jogs == []
+    signs(desk)
+    assert sign(1) == "" and desk.jog_tick()
+    assert set(door.jogs[-1]) == {"joint_1", "joint_2", "joint_3"}
+    stop(desk, "v")
+    assert door.jogs[-1] == dict.fromkeys(door.jogs[-1], 0.0)
+    sent = len(door.jogs)
+    assert sign(1) == "" and not desk.jog_tick() and len(door.jogs) == sent
+    assert desk.hold_tool("b", 1, "x", "world", 1, False) == "operator 1 holds control"
+
+
+def test_tool_is_not_jogged_from_an_unknown_place(desk: Desk, door: Door) -> None:
+    """The reason comes with the next sign."""
+    desk.hold_tool("a", 1, "x", "world", 1, False)
+    signs(desk)
+    desk.hold_tool("a", 1, "x", "world", 1, False)
+    assert not desk.jog_tick() and not any(any(each.values()) for each in door.jogs)
+    assert "where joint_1 is, is not known" in desk.hold_tool("a", 1, "x", "world", 1, False)

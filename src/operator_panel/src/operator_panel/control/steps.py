@@ -15,6 +15,8 @@ from scara_description.urdf import Model, link_pose
 AXES = ("x", "y", "z")
 SIZES = (0.1, 1.0, 10.0)
 """Lengths of a step [deg or mm]."""
+ROUNDED = 0.006
+"""So far a value is from what it rounds to [deg or mm]: a little more than half a digit."""
 
 
 class StepError(ValueError):
@@ -24,8 +26,9 @@ class StepError(ValueError):
 def positions_now(robot: Robot, snapshot: Snapshot) -> dict[str, float]:
     """Return where the twin's joints are [rad] or [m].
 
-    The position loops tell it exactly; the state is rounded to two decimals, which is a tenth of a
-    millimetre at the tool.
+    The position loops tell it exactly, but only while they are closed: a jog opens them. The state
+    is rounded to two decimals, which is a tenth of a millimetre at the tool, and always of now. So
+    what a loop said last counts while it rounds to the same.
 
     Raises:
         StepError: A joint is not known.
@@ -37,10 +40,12 @@ def positions_now(robot: Robot, snapshot: Snapshot) -> dict[str, float]:
     found = {}
     for joint in robot.twin_joints:
         loop = snapshot.loops.get(joint.name)
-        if loop is not None and math.isfinite(loop.process_value):
-            found[joint.name] = loop.process_value
-        elif joint.name in rounded:
-            found[joint.name] = rounded[joint.name] * joint.scale
+        exact = loop.process_value if loop is not None else math.nan
+        near = rounded.get(joint.name, exact / joint.scale)
+        if abs(exact / joint.scale - near) <= ROUNDED:
+            found[joint.name] = exact
+        elif math.isfinite(near):
+            found[joint.name] = near * joint.scale
         else:
             raise StepError(f"where {joint.name} is, is not known")
     return found

@@ -16,6 +16,8 @@ from typing import Any
 from operator_panel.control import authority, commands
 from operator_panel.control.authority import ENDING, Role
 from operator_panel.control.jog import DeadMan, JogError
+from operator_panel.control.steps import StepError, positions_now
+from operator_panel.control.tool_jog import ToolArm
 from operator_panel.door import Answer, CellDoor, Seat
 from operator_panel.view import words
 from operator_panel.view.progress import CommandLog
@@ -69,13 +71,20 @@ class Desk:
     """
 
     def __init__(
-        self, door: CellDoor, dead_man: DeadMan, keep_s: float, silent_s: float, say: Say
+        self,
+        door: CellDoor,
+        dead_man: DeadMan,
+        arm: ToolArm,
+        keep_s: float,
+        silent_s: float,
+        say: Say,
     ) -> None:
         """Start with nobody there.
 
         Args:
             door: The cell.
             dead_man: The rule of jogging.
+            arm: What moves the tool.
             keep_s: Without a sign of life for so long control is lost [s].
             silent_s: The twin controller is silent after so long [s].
             say: Logs what was commanded by whom.
@@ -83,7 +92,8 @@ class Desk:
         self.sessions: dict[str, Session] = {}
         self.log = CommandLog()
         self._noted = ("", 0)
-        self._door, self._dead_man, self._keep_s, self._say = door, dead_man, keep_s, say
+        self._door, self._keep_s, self._say = door, keep_s, say
+        self._dead_man, self.arm = dead_man, arm
         self._silent_s = silent_s
         self._lock = threading.Lock()
         self._wake = asyncio.Event()
@@ -281,6 +291,24 @@ class Desk:
         The first sign tells the twin controller that the motion is this page's; what it does not
         know by then it would stop. The signs that follow move the joint.
         """
+
+        def take(now: float) -> None:
+            self._dead_man.hold(page, press, joint, direction, speed_percent, now)
+
+        return self._held(page, press, take)
+
+    def hold_tool(
+        self, page: str, press: int, axis: str, frame: str, direction: int, fast: bool
+    ) -> str:
+        """Take a sign of a held button that moves the tool; as :meth:`hold`."""
+
+        def take(now: float) -> None:
+            way = self.arm.held(axis, frame, direction, fast)
+            self._dead_man.hold_way(page, press, way, now)
+
+        return self._held(page, press, take)
+
+    def _held(self, page: str, press: int, take: Callable[[float], None]) -> str:
         snapshot, now = self._door.snapshot(), time.monotonic()
         refused = self.refusal(page) or commands.refusal(
             "JOG", snapshot.refused(), snapshot.is_silent(now, self._silent_s)
@@ -295,7 +323,7 @@ class Desk:
                 self._wake.set()
                 return ""
             try:
-                self._dead_man.hold(page, press, joint, direction, speed_percent, now)
+                take(now)
             except JogError as error:
                 return str(error)
         self._pressed.set()
@@ -328,6 +356,13 @@ class Desk:
         self._pressed.clear()
 
     def _send(self) -> None:
-        velocities = self._dead_man.tick(time.monotonic())
+        velocities = self._dead_man.tick(time.monotonic(), self._where)
         if velocities:
             self._door.jog(velocities)
+
+    def _where(self) -> dict[str, float]:
+        """Return where the twin's joints are, for what is jogged along a line."""
+        try:
+            return positions_now(self.arm.robot, self._door.snapshot())
+        except StepError as error:
+            raise JogError(str(error)) from error

@@ -207,9 +207,16 @@ class Live:
                 "percent": int() | float() as percent,
             }:
                 refused = self._desk.hold(page, press, joint, direction, float(percent))
-                if refused:
-                    self._desk.note_once(page, press, "Jog", Answer(False, refused))
-                    line.put("refused", _message("refused", {"press": press, "why": refused}))
+                self._tell_refused(page, press, refused, line)
+            case {
+                "hold": int(press),
+                "axis": str(axis),
+                "frame": str(frame),
+                "direction": int(direction),
+                "fast": bool(fast),
+            }:
+                refused = self._desk.hold_tool(page, press, axis, frame, direction, fast)
+                self._tell_refused(page, press, refused, line)
             case {"release": int(press)}:
                 self._desk.let_go(page, press)
             case {"acknowledge": int(number)}:
@@ -219,6 +226,12 @@ class Live:
                 background_tasks.create(self._stop(page, command, press, line), name=command)
             case _:
                 raise ValueError(f"unknown packet {packet!r}")
+
+    def _tell_refused(self, page: str, press: int, refused: str, line: _Line) -> None:
+        """Say once why a held button moves nothing."""
+        if refused:
+            self._desk.note_once(page, press, "Jog", Answer(False, refused))
+            line.put("refused", _message("refused", {"press": press, "why": refused}))
 
     def _acknowledge(self, page: str, number: int) -> None:
         """Note that an operator has seen an event; whoever only watches changes nothing."""

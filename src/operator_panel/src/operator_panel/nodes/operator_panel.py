@@ -46,6 +46,7 @@ from scara_ros.page_door import PageDoor
 
 from operator_panel.config import PanelConfig, load_panel, load_surroundings
 from operator_panel.control.jog import DeadMan
+from operator_panel.control.tool_jog import ToolArm
 from operator_panel.io.api import offer_camera, offer_events, offer_past
 from operator_panel.io.desk import Desk
 from operator_panel.io.live import Live
@@ -113,7 +114,8 @@ def serve(private: dict[str, str]) -> None:
     link = CellLink(robot, config, around, folder, tokens)
     silent_s = config.silent_ms * 1e-3
     dead_man = DeadMan(robot, around.jog_limit_percent, config.jog.dead_man_ms * 1e-3)
-    desk = Desk(link, dead_man, around.keep_s, silent_s, link.say)
+    arm = ToolArm(robot, model, config.jog.tool, around.jog_limit_percent)
+    desk = Desk(link, dead_man, arm, around.keep_s, silent_s, link.say)
     live = Live(link, desk, FrameMaker(robot, model, silent_s, around.alarm_mm), config)
     TwinApi(link.shadow).offer(app)
     offer_camera(link.picture)

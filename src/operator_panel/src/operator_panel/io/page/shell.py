@@ -20,7 +20,8 @@ from operator_panel.io.desk import Desk
 from operator_panel.io.live import PATH, Live
 from operator_panel.io.page.charts import build_charts
 from operator_panel.io.page.header import build_header
-from operator_panel.io.page.moving import build_commands, build_jog
+from operator_panel.io.page.jogging import build_jog
+from operator_panel.io.page.moving import build_commands
 from operator_panel.io.page.picture.scene import build_scene
 from operator_panel.io.page.records.recordings import build_recordings
 from operator_panel.io.page.status import (

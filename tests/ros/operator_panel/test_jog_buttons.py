@@ -1,0 +1,123 @@
+"""Held jog buttons in a real browser: they move while they are held, and by nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+from harness.page.theatre import Theatre
+from harness.processes import wait_until
+from playwright.sync_api import Locator, expect
+
+NAMES = {"joint_1", "joint_2", "joint_3"}
+
+
+@pytest.fixture
+def button(theatre: Theatre) -> Iterator[Locator]:
+    """Give the button that jogs the tool along x, on a page that has the focus."""
+    theatre.resize("low")
+    theatre.play("ready")
+    theatre.open("Jog")
+    theatre.open("Hold tool")
+    found = theatre.page.get_by_role("button", name="Jog X +", exact=True)
+    expect(found).to_be_enabled()
+    yield found
+    theatre.page.mouse.up()
+    theatre.page.mouse.move(5, 5)
+
+
+def jogged(theatre: Theatre) -> list[dict[str, float]]:
+    """Return what was jogged since this was asked last."""
+    told: list[dict[str, float]] = theatre.page.request.get(f"{theatre.address}/jogged").json()
+    return told
+
+
+def moves(theatre: Theatre) -> dict[str, float]:
+    """Wait until something moves; return the first velocities."""
+    told: list[dict[str, float]] = []
+
+    def begun() -> bool:
+        told.extend(each for each in jogged(theatre) if any(each.values()))
+        return bool(told)
+
+    wait_until(begun, 10.0, "a jog")
+    return told[0]
+
+
+def rests(theatre: Theatre) -> None:
+    """Wait for an explicit zero, and look that nothing comes behind it."""
+    told: list[dict[str, float]] = []
+
+    def ended() -> bool:
+        told.extend(jogged(theatre))
+        return bool(told) and not any(told[-1].values())
+
+    wait_until(ended, 10.0, "the end of a jog")
+    theatre.page.wait_for_timeout(400)  # longer than the dead man's time
+    assert not any(any(each.values()) for each in jogged(theatre))
+
+
+def test_tool_moves_while_its_button_is_held(theatre: Theatre, button: Locator) -> None:
+    """All joints of the arm together; fast is faster, and the tool's own axes are others."""
+    told: dict[str, dict[str, float]] = {}
+    for choice in ("World", "Fast", "Tool"):
+        shown = theatre.page.locator("[data-way-panel=hold_tool]")
+        shown.get_by_role("tab", name=choice, exact=True).click()
+        button.hover()
+        theatre.page.mouse.down()
+        told[choice] = moves(theatre)
+        theatre.page.mouse.up()
+        rests(theatre)
+    slow, fast, own = (told[name] for name in ("World", "Fast", "Tool"))
+    assert set(slow) == NAMES
+    assert fast == {name: pytest.approx(8.0 * value, rel=1e-3) for name, value in slow.items()}
+    assert own != pytest.approx(fast)
+
+
+@pytest.mark.parametrize("how", ["leave", "blur", "space", "escape"])
+def test_held_tool_stops_when_the_hand_or_the_page_is_gone(
+    theatre: Theatre, button: Locator, how: str
+) -> None:
+    """The finger leaves, another window comes, STOP is pressed: each ends it for good."""
+    button.hover()
+    theatre.page.mouse.down()
+    moves(theatre)
+    if how == "leave":
+        theatre.page.mouse.move(5, 5)
+    elif how == "blur":
+        theatre.page.evaluate("window.dispatchEvent(new Event('blur'))")
+    else:
+        theatre.page.keyboard.press(how.capitalize())
+        expect(theatre.page.locator("[data-stop-answer=STOP]")).to_have_text("confirmed")
+    rests(theatre)
+
+
+def test_page_that_stutters_stops_the_tool_and_the_same_press_never_moves_it_again(
+    theatre: Theatre, button: Locator
+) -> None:
+    """After 0.25 s without a sign; the button is still held when the page goes on."""
+    button.hover()
+    theatre.page.mouse.down()
+    moves(theatre)
+    theatre.page.evaluate(
+        "() => { const until = performance.now() + 600; while (performance.now() < until); }"
+    )
+    rests(theatre)
+    assert "held" in str(button.get_attribute("class")), "the hand has not let go"
+    theatre.page.mouse.up()
+    theatre.page.mouse.down()
+    moves(theatre)
+
+
+def test_enter_key_holds_a_button_too(theatre: Theatre, button: Locator) -> None:
+    """Without a mouse; its end is the key that goes up, or the focus that goes away."""
+    for end in ("up", "tab"):
+        button.focus()
+        theatre.page.keyboard.down("Enter")
+        moves(theatre)
+        if end == "up":
+            theatre.page.keyboard.up("Enter")
+        else:
+            theatre.page.keyboard.press("Tab")
+        rests(theatre)
+        theatre.page.keyboard.up("Enter")

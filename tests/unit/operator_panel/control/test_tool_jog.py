@@ -1,0 +1,177 @@
+"""The tool keeps to its line while its button is held, within what the joints may do."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+from harness.workspace import ROOT
+from operator_panel.config import ToolSpeeds
+from operator_panel.control.jog import DeadMan, JogError
+from operator_panel.control.tool_jog import BRAKING_S, LINES, TURNS, ToolArm
+from scara_config import load_robot
+
+from scara_description.urdf import parse_urdf
+
+SPEEDS = ToolSpeeds(slow_mm_s=10.0, fast_mm_s=80.0, slow_deg_s=2.0, fast_deg_s=15.0)
+PERIOD = 0.05
+LIMIT_PERCENT = 10.0
+
+
+def arm_of(name: str = "fanuc_sr6ia") -> ToolArm:
+    """Return an arm of the repository."""
+    robot = load_robot(ROOT / "config" / "robots" / name)
+    model = parse_urdf(robot.description.read_text(encoding="utf-8"))
+    return ToolArm(robot, model, SPEEDS, LIMIT_PERCENT)
+
+
+SCARA, SIX = arm_of(), arm_of("articulated_six")
+BENT = {"joint_1": 0.3, "joint_2": 1.4, "joint_3": -0.1, "table_joint": 0.0}
+SIX_BENT = dict(zip((j.name for j in SIX.joints), (0.2, 0.3, -0.4, 0.3, 0.8, 0.1)))
+
+
+def travel(
+    arm: ToolArm, way: object, start: Mapping[str, float], seconds: float
+) -> list[dict[str, float]]:
+    """Return where the joints come to while a button is held."""
+    places = [dict(start)]
+    held = way.begun(lambda: places[-1])  # type: ignore[attr-defined]
+    for _ in range(round(seconds / PERIOD)):
+        velocities = held.velocities(lambda: places[-1])
+        moved = {name: q + PERIOD * velocities.get(name, 0.0) for name, q in places[-1].items()}
+        places.append(moved)
+    return places
+
+
+@pytest.mark.parametrize("axis", LINES)
+@pytest.mark.parametrize("frame", ["world", "tool"])
+@pytest.mark.parametrize(("arm", "start"), [(SCARA, BENT), (SIX, SIX_BENT)])
+def test_tool_goes_straight_along_its_axis(
+    arm: ToolArm, start: dict[str, float], axis: str, frame: str
+) -> None:
+    """A second of fast: at most 80 mm along the line, within 0.5 mm of it, in both frames."""
+    begin = arm.pose(start)
+    along = begin[:3, LINES.index(axis)] if frame == "tool" else np.eye(3)[LINES.index(axis)]
+    places = travel(arm, arm.held(axis, frame, -1, True), start, 1.0)
+    for place in places:
+        way = arm.pose(place)[:3, 3] - begin[:3, 3]
+        assert np.linalg.norm(way - along * (along @ way)) < 5e-4
+    assert -0.081 < along @ way < -0.05
+
+
+def test_arm_of_six_joints_keeps_its_tool_turned_as_it_was() -> None:
+    """As a move does not promise, but a hand expects."""
+    places = travel(SIX, SIX.held("x", "world", 1, True), SIX_BENT, 1.0)
+    turned = SIX.pose(SIX_BENT)[:3, :3].T @ SIX.pose(places[-1])[:3, :3]
+    assert turned == pytest.approx(np.eye(3), abs=2e-3)
+
+
+@pytest.mark.parametrize("axis", TURNS)
+def test_turn_keeps_the_tool_where_it_is(axis: str) -> None:
+    """About its own axis, 15 degrees in a second, and its point does not move."""
+    begin = SIX.pose(SIX_BENT)
+    places = travel(SIX, SIX.held(axis, "tool", 1, True), SIX_BENT, 1.0)
+    end = SIX.pose(places[-1])
+    assert end[:3, 3] == pytest.approx(begin[:3, 3], abs=5e-4)
+    turned = begin[:3, :3].T @ end[:3, :3]
+    angle = math.acos(min(1.0, 0.5 * (np.trace(turned) - 1.0)))
+    assert math.degrees(angle) == pytest.approx(15.0, rel=0.05)
+    index = TURNS.index(axis)
+    assert turned[index, index] == pytest.approx(1.0, abs=1e-3)
+
+
+def test_arm_without_a_wrist_offers_no_turn() -> None:
+    """Its tool cannot turn and stay."""
+    assert SCARA.axes == LINES and SIX.axes == LINES + TURNS
+
+
+def test_no_joint_is_faster_than_its_share_and_all_slow_down_together() -> None:
+    """Near its stretched pose joint_2 would race: the tool gets slower and stays on its line."""
+    near = {**BENT, "joint_1": 0.0, "joint_2": 0.12}
+    held = SCARA.held("x", "world", 1, True).begun(lambda: near)
+    velocities = held.velocities(lambda: near)
+    shares = {joint.name: abs(velocities[joint.name]) / joint.velocity for joint in SCARA.joints}
+    assert max(shares.values()) == pytest.approx(0.099)
+    tool = np.diff(
+        [
+            SCARA.pose({n: q + t * velocities.get(n, 0.0) for n, q in near.items()})[:3, 3]
+            for t in (0.0, 1e-5)
+        ],
+        axis=0,
+    )[0]
+    assert tool[0] > 0.0 and abs(tool[1]) < 1e-3 * tool[0]
+
+
+@pytest.mark.parametrize("bend", [0.0, 0.002])
+def test_stretched_arm_says_that_the_tool_cannot_go_this_way(bend: float) -> None:
+    """A hand that gets no motion wants to know why."""
+    stretched = {**BENT, "joint_1": 0.0, "joint_2": bend}
+    held = SCARA.held("x", "world", 1, True).begun(lambda: stretched)
+    with pytest.raises(JogError, match=r"stretched out or folded here.*jog a joint first"):
+        held.velocities(lambda: stretched)
+
+
+def test_tool_comes_to_rest_before_the_end_of_a_joints_range() -> None:
+    """All joints together, not one after the other; then it says which one."""
+    upper = SCARA.robot.joint("joint_3").upper
+    near = {**BENT, "joint_3": upper - 0.004}
+    held = SCARA.held("z", "world", 1, True).begun(lambda: near)
+    assert held.velocities(lambda: near)["joint_3"] == pytest.approx(0.004 / BRAKING_S)
+    there = {**near, "joint_3": upper - 1e-5}
+    with pytest.raises(JogError, match=r"joint_3 = .* mm is at the end of its range"):
+        held.velocities(lambda: there)
+
+
+@pytest.mark.parametrize(
+    ("axis", "frame", "direction", "why"),
+    [
+        ("rz", "world", 1, "axis = 'rz': the tool has x, y, z"),
+        ("x", "base", 1, "frame = 'base': there are world, tool"),
+        ("x", "world", 2, "direction = 2: it is 1 or -1"),
+    ],
+)
+def test_wrong_way_is_refused(axis: str, frame: str, direction: int, why: str) -> None:
+    """What comes from a browser is not trusted."""
+    with pytest.raises(JogError, match=why):
+        SCARA.held(axis, frame, direction, False)
+
+
+def test_press_that_the_machine_let_die_never_moves_the_tool_again() -> None:
+    """Signs that come after a pause of 0.25 s belong to a press that is over."""
+    dead_man = DeadMan(SCARA.robot, LIMIT_PERCENT, 0.25)
+    way = SCARA.held("y", "world", 1, False)
+    dead_man.hold_way("a", 1, way, 0.0)
+    moving = dead_man.tick(0.05, lambda: BENT)
+    assert set(moving) == {"joint_1", "joint_2", "joint_3"} and any(moving.values())
+    assert dead_man.tick(0.26, lambda: BENT) == dict.fromkeys(moving, 0.0)
+    for now in (0.27, 0.30, 0.60):
+        dead_man.hold_way("a", 1, way, now)
+        assert dead_man.tick(now, lambda: BENT) == {}
+    dead_man.hold_way("a", 2, way, 1.0)
+    assert any(dead_man.tick(1.0, lambda: BENT).values()), "a new press counts"
+
+
+def test_press_that_could_not_go_on_ends_with_zeros_and_says_why_at_each_sign() -> None:
+    """It does not begin again when the joint has moved on; the hand must."""
+    dead_man = DeadMan(SCARA.robot, LIMIT_PERCENT, 0.25)
+    way = SCARA.held("x", "world", 1, False)
+    dead_man.hold_way("a", 1, way, 0.0)
+    moving = dead_man.tick(0.0, lambda: BENT)
+    stretched = {**BENT, "joint_2": 0.0}
+    assert dead_man.tick(0.05, lambda: stretched) == dict.fromkeys(moving, 0.0)
+    assert dead_man.tick(0.10, lambda: BENT) == {}
+    with pytest.raises(JogError, match="stretched"):
+        dead_man.hold_way("a", 1, way, 0.1)
+    assert dead_man.tick(0.15, lambda: BENT) == {}
+
+
+def test_choice_of_another_axis_while_held_moves_nothing_else() -> None:
+    """A second finger on the choice of the axes must not turn the motion under the first."""
+    dead_man = DeadMan(SCARA.robot, LIMIT_PERCENT, 0.25)
+    dead_man.hold_way("a", 1, SCARA.held("x", "world", 1, False), 0.0)
+    with pytest.raises(JogError, match=r"x tool \+: this press moves x world \+"):
+        dead_man.hold_way("a", 1, SCARA.held("x", "tool", 1, False), 0.05)
+    dead_man.hold_way("a", 1, SCARA.held("x", "world", 1, True), 0.05)  # only faster
+    assert dead_man.tick(0.05, lambda: BENT)
