@@ -7,7 +7,7 @@ import pytest
 from twin_experiments.metrics.errors import Move, Trace
 from twin_experiments.metrics.needles import Cause, Needle, find_needles
 from twin_experiments.metrics.pauses import Pause
-from twin_experiments.metrics.series import Aligned
+from twin_experiments.metrics.series import Aligned, Motion
 
 RATE, SPEED = 1000.0, 0.5
 AT, LASTS, HEIGHT_MM = 2.0, 0.02, 3.0
@@ -34,7 +34,8 @@ def needle(
     bump = height_mm * np.exp(-np.log(2.0) * (2.0 * (TIMES - AT) / lasts) ** 2)
     tool = np.column_stack((SPEED * TIMES, 0.0 * TIMES, 0.0 * TIMES))
     rows = np.zeros((len(TIMES), 1))
-    aligned = Aligned(RATE, TIMES, ((0, len(TIMES)),), rows, rows, rows, rows, (), 4.0)
+    sides = (Motion(side, TIMES, rows, rows) for side in ("real", "twin"))
+    aligned = Aligned(RATE, ((0, len(TIMES)),), *sides, (), 4.0)
     moving = np.ones(len(TIMES), dtype=bool)
     seen = Trace(aligned, tool, tool, 0.2 + bump, moving, moving)
     ages = np.full(len(TIMES), 0.004)

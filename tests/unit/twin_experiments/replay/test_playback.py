@@ -81,13 +81,13 @@ def test_joints_that_the_twin_does_not_have_rest_at_zero() -> None:
     """They were not recorded."""
     playback = played()
     others = [k for k in range(len(ROBOT.joints)) if k not in COLUMNS]
-    assert (playback.positions[:, others] == 0.0).all()
+    assert (playback.shown.positions[:, others] == 0.0).all()
 
 
 def test_a_program_runs_around_the_motion_and_as_recorded_if_that_is_known() -> None:
     """Without flags: whenever something moves; with flags: when they say so."""
     playback = played()
-    moving = np.flatnonzero(np.abs(playback.velocities).max(axis=1) > 0.0)
+    moving = np.flatnonzero(np.abs(playback.shown.velocities).max(axis=1) > 0.0)
     assert playback.running[moving].all() and not playback.running[0] and not playback.running[-1]
     recorded = swing()
     flags = (recorded.stamps > 8.5) & (recorded.stamps < 9.0)
@@ -124,11 +124,11 @@ def test_the_played_robot_shows_its_rows_one_after_the_other() -> None:
     waiting = [robot.step() for _ in range(10)]
     assert {s.control_type for s in waiting} == {ControlType.NONE} and not robot.playing
     robot.play()
-    shown = [robot.step() for _ in range(len(playback.positions) + 10)]
-    assert shown[0].measured_positions == tuple(playback.positions[0])
-    middle = len(playback.positions) // 2
-    assert shown[middle].measured_positions == tuple(playback.positions[middle])
-    assert shown[middle].measured_velocities == tuple(playback.velocities[middle])
+    shown = [robot.step() for _ in range(len(playback.shown.positions) + 10)]
+    assert shown[0].measured_positions == tuple(playback.shown.positions[0])
+    middle = len(playback.shown.positions) // 2
+    assert shown[middle].measured_positions == tuple(playback.shown.positions[middle])
+    assert shown[middle].measured_velocities == tuple(playback.shown.velocities[middle])
     assert shown[middle].control_type is ControlType.PROGRAM and shown[middle].outputs.progrun
     assert robot.ended and robot.part == 1.0
     assert (

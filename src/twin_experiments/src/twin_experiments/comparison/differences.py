@@ -143,7 +143,7 @@ class Comparer:
         speeds = self._speeds([track])
         fidelity = self._fidelity(track.real, track.twin, speeds)
         begun = onset(track.side(track.leader), speeds)
-        distance = self._distance(aligned.real_positions, aligned.twin_positions)
+        distance = self._distance(aligned.real.positions, aligned.twin.positions)
         _, instants, length = along_path(
             self._mechanism, track.side(track.leader), self._config.path_points
         )
@@ -185,7 +185,7 @@ class Comparer:
         )
         aligned = align(*leaders, self._settings.rate_hz, self._settings.longest_gap_s)
         late = (
-            self._behind(aligned.real_velocities, aligned.twin_velocities, aligned, speeds) or 0.0
+            self._behind(aligned.real.velocities, aligned.twin.velocities, aligned, speeds) or 0.0
         )
         real, twin = (
             self._run(
@@ -201,7 +201,7 @@ class Comparer:
     def _run(self, first: Motion, other: Motion, track: Track, speeds: Array) -> RunDifference:
         """Compare one side of two recordings whose times count from the leader's first motion."""
         aligned = align(first, other, self._settings.rate_hz, self._settings.longest_gap_s)
-        in_time = self._distance(aligned.real_positions, aligned.twin_positions)
+        in_time = self._distance(aligned.real.positions, aligned.twin.positions)
         count = self._config.path_points
         reference, _, reference_length = along_path(self._mechanism, first, FINER * count)
         places, _, length = along_path(self._mechanism, other, count)
@@ -248,14 +248,14 @@ class Comparer:
             return None
 
     def _joint_errors(self, aligned: Aligned) -> tuple[JointError, ...]:
-        deviation = (aligned.real_positions - aligned.twin_positions) / self._mechanism.scales
+        deviation = (aligned.real.positions - aligned.twin.positions) / self._mechanism.scales
         rms, largest = np.sqrt(np.mean(deviation**2, axis=0)), np.abs(deviation).max(axis=0)
         rows = zip(self._mechanism.names, self._mechanism.units, rms, largest)
         return tuple(JointError(name, unit, float(r), float(m)) for name, unit, r, m in rows)
 
     def _lag(self, track: Track, aligned: Aligned, speeds: Array) -> float | None:
         """Estimate by how much the follower is behind."""
-        real, twin = aligned.real_velocities, aligned.twin_velocities
+        real, twin = aligned.real.velocities, aligned.twin.velocities
         sides = (real, twin) if track.leader == "real" else (twin, real)
         return self._behind(*sides, aligned, speeds)
 

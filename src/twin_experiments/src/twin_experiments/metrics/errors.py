@@ -167,17 +167,17 @@ def trace(real: Motion, twin: Motion, tool: ToolFunction, settings: MetricsSetti
             fit the joints.
     """
     aligned = align(real, twin, settings.rate_hz, settings.longest_gap_s)
-    joints = aligned.real_positions.shape[1]
+    joints = aligned.real.positions.shape[1]
     if settings.moving_speeds.shape != (joints,):
         raise MetricsError(
             f"moving_speeds has shape {settings.moving_speeds.shape}, "
             f"the motions have {joints} joints"
         )
-    speeds = np.maximum(np.abs(aligned.real_velocities), np.abs(aligned.twin_velocities))
-    real_tool, twin_tool = tool(aligned.real_positions), tool(aligned.twin_positions)
+    speeds = np.maximum(np.abs(aligned.real.velocities), np.abs(aligned.twin.velocities))
+    real_tool, twin_tool = tool(aligned.real.positions), tool(aligned.twin.positions)
     moving = np.asarray((speeds >= settings.moving_speeds).any(axis=1))
     stirring = np.asarray(
-        (np.abs(aligned.twin_velocities) >= STIRS * settings.moving_speeds).any(axis=1)
+        (np.abs(aligned.twin.velocities) >= STIRS * settings.moving_speeds).any(axis=1)
     )
     deviation = deviation_mm(real_tool, twin_tool)
     return Trace(aligned, real_tool, twin_tool, deviation, moving, stirring)

@@ -90,22 +90,24 @@ class Aligned:
 
     Args:
         rate: Instants per second inside a segment.
-        instants: [s], shape ``(m,)``.
         segments: First and one-past-last index of each run of instants without a hole.
-        real_positions: Joint positions of the real side, shape ``(m, n)``; so are the other three.
+        real: The real side at these instants.
+        twin: The twin at the same.
         gaps: The holes of both sides inside the common time span.
         span: Length of the common time span [s], holes included.
     """
 
     rate: float
-    instants: Array
     segments: tuple[tuple[int, int], ...]
-    real_positions: Array
-    twin_positions: Array
-    real_velocities: Array
-    twin_velocities: Array
+    real: Motion
+    twin: Motion
     gaps: tuple[Gap, ...]
     span: float
+
+    @property
+    def instants(self) -> Array:
+        """The common instants [s], shape ``(m,)``."""
+        return self.real.stamps
 
     @property
     def excluded_share(self) -> float:
@@ -191,16 +193,11 @@ def align(real: Motion, twin: Motion, rate: float, longest_gap: float) -> Aligne
         )
     breaks = np.cumsum(~known)[known]
     instants = instants[known]
-    real_positions, real_velocities = interpolate(real, instants)
-    twin_positions, twin_velocities = interpolate(twin, instants)
     return Aligned(
         rate=rate,
-        instants=instants,
         segments=_runs_of_equal(breaks),
-        real_positions=real_positions,
-        twin_positions=twin_positions,
-        real_velocities=real_velocities,
-        twin_velocities=twin_velocities,
+        real=Motion("real", instants, *interpolate(real, instants)),
+        twin=Motion("twin", instants, *interpolate(twin, instants)),
         gaps=gaps,
         span=float(end - start),
     )

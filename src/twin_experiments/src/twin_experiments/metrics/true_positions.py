@@ -71,7 +71,7 @@ def true_positioning(
     Returns:
         None if both sides never stood still long enough.
     """
-    joints = comparison.trace.aligned.real_positions
+    joints = comparison.trace.aligned.real.positions
 
     def worst(real_tool: Array) -> float | None:
         apart = deviation_mm(real_tool, comparison.trace.twin_tool)

@@ -41,32 +41,24 @@ class Playback:
     """What the robot shows at each period after the start.
 
     Args:
-        period: Between two rows, on the clock of the playing robot [s].
-        rate: How much faster than recorded at most.
+        shown: All joints in the order of robot.yaml, as fast as they are played; a row for each
+            period of the playing robot, by its clock from the start [s].
         instants: Where in the recording each row is [s], shape ``(k,)``.
-        positions: Joint positions in the order of robot.yaml, shape ``(k, n)``: [rad], prismatic
-            [m].
-        velocities: Likewise, as fast as they are played.
         running: Whether a program of the robot's own runs, shape ``(k,)``.
     """
 
-    period: float
-    rate: float
+    shown: Motion
     instants: Array
-    positions: Array
-    velocities: Array
     running: Mask
 
     @property
     def duration(self) -> float:
         """How long it is played [s]."""
-        return (len(self.positions) - 1) * self.period
+        return float(self.shown.stamps[-1])
 
     def played_at(self, recorded: float) -> float:
         """Return when an instant of the recording is played [s] after the start."""
-        return float(
-            np.interp(recorded, self.instants, np.arange(len(self.instants)) * self.period)
-        )
+        return float(np.interp(recorded, self.instants, self.shown.stamps))
 
     def motion(self, start: float, columns: list[int]) -> Motion:
         """Return what was played as a motion.
@@ -75,8 +67,9 @@ class Playback:
             start: When the first row was shown [s].
             columns: Joints, in the order of robot.yaml.
         """
-        stamps = np.asarray(start + np.arange(len(self.positions)) * self.period, dtype=np.float64)
-        return Motion("real", stamps, self.positions[:, columns], self.velocities[:, columns])
+        shown = self.shown
+        stamps = start + shown.stamps
+        return Motion("real", stamps, shown.positions[:, columns], shown.velocities[:, columns])
 
 
 def plan_playback(
@@ -126,7 +119,8 @@ def plan_playback(
         ran = running[
             np.clip(np.searchsorted(motion.stamps, instants, side="right") - 1, 0, len(running) - 1)
         ]
-    return Playback(period, rate, instants, shown[0], shown[1], ran)
+    stamps = np.asarray(np.arange(len(instants)) * period, dtype=np.float64)
+    return Playback(Motion("real", stamps, *shown), instants, ran)
 
 
 def _paced(
@@ -200,7 +194,7 @@ class PlaybackController(Controller):
         """Row of the playback that is shown now."""
         if self._begun is None:
             return 0
-        return min(max(self._tick - self._begun, 0), len(self._playback.positions) - 1)
+        return min(max(self._tick - self._begun, 0), len(self._playback.instants) - 1)
 
     @property
     def playing(self) -> bool:
@@ -210,21 +204,20 @@ class PlaybackController(Controller):
     @property
     def part(self) -> float:
         """How much has been played, 0 to 1."""
-        return self.row / max(len(self._playback.positions) - 1, 1)
+        return self.row / max(len(self._playback.instants) - 1, 1)
 
     @property
     def ended(self) -> bool:
         """Whether all has been played."""
         return (
-            self._begun is not None
-            and self._tick - self._begun >= len(self._playback.positions) - 1
+            self._begun is not None and self._tick - self._begun >= len(self._playback.instants) - 1
         )
 
     def snapshot(self) -> Snapshot:
         """Return what can be read now."""
-        shown, played, row = super().snapshot(), self._playback, self.row
+        shown, played, row = super().snapshot(), self._playback.shown, self.row
         moves = self._begun is not None and not self.ended
-        running = moves and bool(played.running[row])
+        running = moves and bool(self._playback.running[row])
         velocities = (
             tuple(played.velocities[row].tolist()) if moves else (0.0,) * played.positions.shape[1]
         )
