@@ -137,7 +137,7 @@ class Examples:
         for tool, arguments in zip(FOR_ROS_2, asked):
             begun = time.monotonic()
             found = self._tool(tool, **arguments)
-            assert "error" in found, f"{tool}: {found}"
+            assert "error" in found, f"{tool}: {found.get('note', found)}"
             took = time.monotonic() - begun
             assert took < 2.0, f"{tool} ended with an error after {took:.0f} s"
 
