@@ -1,0 +1,1 @@
+"""The lab: many jobs over bags, programs and points, on all processors, the same again."""

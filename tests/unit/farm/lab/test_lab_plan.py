@@ -1,0 +1,51 @@
+"""The same plan gives the same jobs, on any machine and in any order."""
+
+from __future__ import annotations
+
+from random import Random
+
+import pytest
+from farm.lab.plan import MOST_JOBS, Plan, PlanError, jobs_of, summary
+
+POINT = "0.51,0.16,0.10"
+
+
+def test_a_plan_gives_the_same_jobs_again() -> None:
+    """Another seed gives others; the first of each target is the target itself."""
+    plan = Plan("judge", (POINT, "0.5,0,0.1,90"), ("--json",), 20, 5.0, (20.0, 80.0), 7)
+    jobs = jobs_of(plan, Random)
+    assert jobs == jobs_of(plan, Random) and len({job.name for job in jobs}) == 40
+    assert jobs[0].words == (POINT, "--json")
+    other = jobs_of(Plan("judge", plan.targets, ("--json",), 20, 5.0, (20.0, 80.0), 8), Random)
+    assert all(a.words != b.words for a, b in zip(jobs, other) if not a.name.endswith("_0000"))
+    moved, option, speed, _ = jobs[1].words
+    assert option == "--speed" and 20.0 <= float(speed) <= 80.0
+    assert abs(float(moved.split(",")[0]) - 0.51) < 0.03
+
+
+def test_one_target_does_not_change_the_jobs_of_another() -> None:
+    """Each variation has a chance of its own."""
+    both = jobs_of(Plan("judge", (POINT, "0.4,0,0.1"), variations=5, spread_mm=5.0), Random)
+    alone = jobs_of(Plan("judge", ("0.4,0,0.1",), variations=5, spread_mm=5.0), Random)
+    assert [job.words for job in both[5:]] == [job.words for job in alone]
+
+
+@pytest.mark.parametrize(
+    ("plan", "text"),
+    [
+        (Plan("dance", ("x",)), "allowed are judge, replay, report, fit"),
+        (Plan("judge", ()), "nothing to do"),
+        (Plan("judge", (POINT,), variations=MOST_JOBS + 1), "allowed are 1 to"),
+        (Plan("replay", ("a.bag",), variations=2), "a recording is what it is"),
+        (Plan("judge", ("ARTICLE",), variations=2), "a program is what it is"),
+    ],
+)
+def test_what_cannot_be_planned_is_refused(plan: Plan, text: str) -> None:
+    """Before anything runs."""
+    with pytest.raises(PlanError, match=text):
+        jobs_of(plan, Random)
+
+
+def test_a_summary_counts_exit_codes() -> None:
+    """Those of the jobs, whatever they mean to them."""
+    assert summary([0, 1, 1]) == "3 jobs: 1 ended with 0, 2 with 1"
