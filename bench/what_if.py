@@ -22,6 +22,7 @@ from scara_config.profile import CHOICE
 from scara_config.programs.files import ProgramSteps
 from scara_config.programs.lines import GripperStep, MoveStep
 from what_if.io.cell_files import find_program, resting_cell
+from what_if.io.second_world import SecondWorld
 from what_if.judging import judge
 from what_if.motions import JointTarget, ProgramRun
 from what_if.verdict import Outcome
@@ -311,7 +312,7 @@ def run(count: int, folder: Path, console: Console) -> list[Row]:
                     refused += 1
             if k % 100 == 99:
                 console.print(f"{k + 1} programs, {sum(missed.values())} missed, {refused} refused")
-        durations = _times(scara)
+        durations = [*_times(scara), *_physics(scara)]
     (folder / "what_if_wrong.txt").write_text("\n".join(wrong) + "\n", encoding="utf-8")
     free = (count + 1) // 2
     rows = [Row(f"planted: {name}", "missed", 0.0, n, always=True) for name, n in missed.items()]
@@ -335,4 +336,16 @@ def _times(bench: Bench) -> list[Row]:
             judge(bench.world, motion)  # type: ignore[arg-type]
             taken.append(time.perf_counter() - begin)
         found.append(Row(name, "verdict, median [ms]", limit, 1e3 * float(np.median(taken))))
+    return found
+
+
+def _physics(bench: Bench) -> list[Row]:
+    """Return how much slower than the goal of 25 times real time the simulated world is."""
+    found = []
+    with SecondWorld(bench.world, CONFIG) as second:
+        for name in ("ARTICLE", "PALLETISE"):
+            motion = ProgramRun(find_program(bench.world.cell, name, CONFIG))
+            shares = [100.0 / second.run(bench.world, motion).times_real for _ in range(5)]
+            text = "physics, processor time, median [% of real time]"
+            found.append(Row(name, text, 4.0, float(np.median(shares))))
     return found

@@ -28,7 +28,9 @@ ROOMS: dict[str, set[str]] = {
     "twin_controller": NODE | {"scara_control"},
     "cell_recorder": NODE,
     "robot_doctor": FLOOR | {"scara_control", "scara_description", "twin_controller"},
-    "what_if": FLOOR | {"scara_msgs", "scara_control", "scara_description", "cell_recorder"},
+    "what_if": FLOOR
+    | {"scara_msgs", "scara_control", "scara_description", "scara_simulation"}
+    | {"cell_recorder"},
     "twin_experiments": NODE
     | {"scara_control", "scara_description", "scara_simulation", "rosbridge_gateway"}
     | {"fanuc_emulator", "twin_controller", "cell_recorder", "robot_doctor"},

@@ -129,6 +129,10 @@ class JointControl:
         for loop in self.loops:
             loop.postpone(duration)
 
+    def start(self, start: Sequence[float]) -> None:
+        """Hold another pose from the next :meth:`reset` on, shape (n,): [rad], prismatic [m]."""
+        self._start = tuple(start)
+
     def reset(self) -> None:
         """Forget every command and hold the start pose."""
         for loop, q in zip(self.loops, self._start):

@@ -108,6 +108,12 @@ class Simulation:
         self._q, self._qdot = self._world.read()
         self._efforts = [0.0] * len(self._start)
 
+    def restart(self, start: Sequence[float]) -> None:
+        """Return to another start pose, as :meth:`reset` does."""
+        self._start = list(start)
+        self.control.start(start)
+        self.reset()
+
     def skip(self, duration_ns: int) -> None:
         """Let the nominal time jump; set points keep their due times."""
         self._base_ns += duration_ns

@@ -38,6 +38,7 @@ class WhatIfConfig(GateSettings, frozen=True, forbid_unknown_fields=True):
     person_radius_mm: Annotated[float, Meta(gt=0.0, le=2000.0)]
     person_height_mm: Annotated[float, Meta(gt=0.0, le=3000.0)]
     sample_ms: Annotated[float, Meta(ge=0.5, le=50.0)]
+    strayed_mm: Annotated[float, Meta(gt=0.0, le=100.0)]
     program: ProgramConfig
     lag: LagConfig
 

@@ -25,9 +25,10 @@ from what_if.io.cell_files import find_program, resting_cell
 from what_if.io.recorded_way import read_way
 from what_if.judging import judge as judged
 from what_if.motions import Motion, ProgramRun, Recorded
+from what_if.physics.account import Simulated, physics_lines
 from what_if.question import point_of
 from what_if.text import lines_of
-from what_if.verdict import Outcome
+from what_if.verdict import Outcome, Verdict
 from what_if.world import World
 
 CODES = {Outcome.OK: 0, Outcome.LIMITED: 1, Outcome.REFUSED: 2}
@@ -56,6 +57,9 @@ def judge(
     resting: Annotated[
         bool, typer.Option("--resting", help="Begin at home, whatever cell runs.")
     ] = False,
+    physics: Annotated[
+        bool, typer.Option("--physics", help="Then make it in the simulated world, too.")
+    ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the verdict as JSON.")] = False,
     robot: Annotated[
         str | None,
@@ -71,15 +75,36 @@ def judge(
         os.environ[CHOICE] = robot
     try:
         with _world(config_dir, resting) as world:
-            verdict = judged(*_asked(world, motion, speed, elbow, config_dir))
+            begun, asked = _asked(world, motion, speed, elbow, config_dir)
+            verdict = judged(begun, asked)
+            made = _made(begun, asked, verdict, config_dir) if physics else None
     except (ConfigError, WhatIfError) as error:
         typer.echo(f"judge: {error}", err=True)
         raise typer.Exit(FAILED) from error
     if as_json:
-        typer.echo(msgspec.json.format(msgspec.json.encode(verdict), indent=1).decode())
+        told = msgspec.to_builtins(verdict) | ({"physics": made} if made else {})
+        typer.echo(msgspec.json.format(msgspec.json.encode(told), indent=1).decode())
     else:
-        typer.echo("\n".join(lines_of(verdict)))
-    raise typer.Exit(CODES[verdict.outcome])
+        typer.echo("\n".join([*lines_of(verdict), *(physics_lines(made) if made else [])]))
+    worst = max(CODES[verdict.outcome], CODES[made.outcome] if made else 0)
+    raise typer.Exit(worst)
+
+
+def _made(
+    world: World, motion: Motion, verdict: Verdict, config_dir: Path | None
+) -> Simulated | None:
+    """Return what comes of a motion in the simulated world; None if geometry refuses it.
+
+    Raises:
+        ConfigError: A file is wrong.
+        WhatIfError: It cannot be made there.
+    """
+    if verdict.outcome is Outcome.REFUSED:
+        return None
+    from what_if.io.second_world import SecondWorld
+
+    with SecondWorld(world, config_dir) as second:
+        return second.run(world, motion)
 
 
 def _asked(

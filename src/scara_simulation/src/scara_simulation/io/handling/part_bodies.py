@@ -128,6 +128,11 @@ class PartBodies:
         )
         pybullet.resetBaseVelocity(part.body, velocity, turn, physicsClientId=self._client)
 
+    def lay(self, part: Part, link: str, place: Pose) -> None:
+        """Put a part on a link, asleep; ``place`` is that of its middle in the link's frame."""
+        part.support, part.place = link, place
+        self.put_to_sleep(part)
+
     def put_to_sleep(self, part: Part) -> None:
         """Take a part out of the physics; it stays where it is on its support."""
         part.asleep, part.still_for = True, 0.0

@@ -152,6 +152,29 @@ class PartWorld(World):
         self._suction = command(self._suction, on)
         self.now = self._shown()
 
+    def lay(self, places: Mapping[str, tuple[str, Sequence[float], Sequence[float]]]) -> None:
+        """Put parts on links, asleep; what is not named stays where it is.
+
+        Args:
+            places: By the part's name: the link that carries it, and the pose of the part's middle
+                in that link's frame, x y z [m] and a quaternion x y z w.
+        """
+        for part in self._bodies.parts:
+            if part.name in places:
+                link, (x, y, z), (a, b, c, d) = places[part.name]
+                self._bodies.lay(part, link, ((x, y, z), (a, b, c, d)))
+        self._begin()
+
+    @property
+    def links(self) -> Mapping[str, int]:
+        """The links on which a part may lie."""
+        return self._links
+
+    @property
+    def steps(self) -> int:
+        """How many steps the world has made."""
+        return self._steps
+
     def put_parts_back(self) -> str:
         """Put all parts back on their stands; return why not, or an empty text."""
         if self._suction.held:

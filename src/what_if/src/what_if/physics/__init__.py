@@ -1,0 +1,1 @@
+"""A motion in the simulated world: what came of it."""
