@@ -69,6 +69,16 @@ def test_numbers_make_no_difference_and_a_time_is_put_in() -> None:
     assert isinstance(last, Audit) and (last.time, last.outcome) == (6.0, "4 mm too far")
 
 
+def test_commands_with_other_numbers_are_other_commands() -> None:
+    """Who moved to which places is kept, however many they are."""
+    book = Repeats(1, 60.0)
+    moves = [
+        Audit(who="ann", what=f"MOVE to {place} mm", success=True, outcome="done")
+        for place in range(100)
+    ]
+    assert [book.take(0.0, move) for move in moves] == [[move] for move in moves]
+
+
 def test_a_clock_that_is_set_back_ends_a_span() -> None:
     """What is held back does not wait for an hour to come again."""
     book = Repeats(1, 60.0)

@@ -27,7 +27,7 @@ class _Seen:
 class Repeats:
     """Lets entries through, except those that come too often. Times are Unix time [s].
 
-    Of entries that differ in numbers only, ``most`` are kept in a span of ``span_s``. What comes
+    Of entries that differ in numbers of their reasons only, ``most`` are kept in a span of ``span_s``. What comes
     beyond is held back until the span ends: then the newest one is kept, with a gap before it that
     says how many came. While it goes on, each span keeps those two. Not thread-safe.
     """
@@ -90,8 +90,8 @@ def _key(entry: Entry) -> _Key:
         modes = (entry.mode_before, entry.event, entry.mode_after)
         return (entry.kind, *modes, words(entry.why), entry.who)
     if isinstance(entry, Audit):
-        outcome = words(entry.outcome)
-        return (entry.kind, entry.who, words(entry.what), entry.success, outcome)
+        # Numbers of a command count: to another place is another command.
+        return (entry.kind, entry.who, entry.what, entry.success, words(entry.outcome))
     if isinstance(entry, Alarm):
         # Its end and its other words count too: an alarm that comes and goes is what flickers.
         return (entry.kind, entry.source)
