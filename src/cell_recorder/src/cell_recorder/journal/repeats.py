@@ -27,9 +27,10 @@ class _Seen:
 class Repeats:
     """Lets entries through, except those that come too often. Times are Unix time [s].
 
-    Of entries that differ in numbers of their reasons only, ``most`` are kept in a span of ``span_s``. What comes
-    beyond is held back until the span ends: then the newest one is kept, with a gap before it that
-    says how many came. While it goes on, each span keeps those two. Not thread-safe.
+    Of entries that differ in numbers of their reasons only, ``most`` are kept in a span of
+    ``span_s``. What comes beyond is held back until the span ends: then the newest one is kept,
+    with a gap before it that says how many came. While it goes on, each span keeps those two. Not
+    thread-safe.
     """
 
     def __init__(self, most: int, span_s: float) -> None:

@@ -85,12 +85,13 @@ class CellLink:
         self._remote, self._revision = False, 0
         self._ended = threading.Event()
         self._began = time.monotonic()
-        drop = zenoh.CongestionControl.DROP
-        self._publishers = {
-            what: session.declare_publisher(cell.key(what), congestion_control=drop)
-            for what in (keys.STATE, keys.JOINTS, keys.HEALTH, keys.EVENT)
-        }
-        self._matching = self._publishers[keys.JOINTS].declare_matching_listener(
+        self._session = session
+        sent = (keys.STATE, keys.JOINTS, keys.HEALTH, keys.EVENT)
+        self._keys = {what: zenoh.KeyExpr(cell.key(what)) for what in sent}
+        # It only tells whether somebody looks. A publisher shortens its key to a number, and while
+        # a session is connected anew a state was delivered under the number of another key.
+        self._joints = session.declare_publisher(cell.key(keys.JOINTS))
+        self._matching = self._joints.declare_matching_listener(
             lambda status: watched(status.matching)
         )
         self._queryables = [
@@ -132,15 +133,20 @@ class CellLink:
             thread.join(IDLE_S)
         # Without a connection these raise, and are gone anyway.
         everything: list[Any] = [self._token, *self._queryables, self._matching]
-        for declared in [*everything, *self._publishers.values()]:
+        for declared in [*everything, self._joints]:
             with contextlib.suppress(zenoh.ZError):
                 declared.undeclare()
 
     def _send(self) -> None:
         while not self._ended.is_set():
             for what, data in self._newest.take(IDLE_S).items():
-                with contextlib.suppress(zenoh.ZError):  # a view may be lost
-                    self._publishers[what].put(data)
+                self._put(what, data)
+
+    def _put(self, what: str, data: bytes) -> None:
+        """Send a message if the bus takes it: a view may be lost, an event has its number."""
+        with contextlib.suppress(zenoh.ZError):
+            drop = zenoh.CongestionControl.DROP
+            self._session.put(self._keys[what], data, congestion_control=drop)
 
     def _tell(self) -> None:
         """Send events as they come, and health at its rate.
@@ -169,8 +175,7 @@ class CellLink:
         if news.last < told:  # somebody has begun the journal anew
             return news.last
         for event in news.events:
-            with contextlib.suppress(zenoh.ZError):
-                self._publishers[keys.EVENT].put(encode(event))
+            self._put(keys.EVENT, encode(event))
         return news.events[-1].number if news.events else told
 
     def _tell_health(self, cpu_percent: float, fault: str) -> None:
@@ -189,8 +194,7 @@ class CellLink:
             dropped=self._newest.replaced,
             journal=fault,
         )
-        with contextlib.suppress(zenoh.ZError):
-            self._publishers[keys.HEALTH].put(encode(health))
+        self._put(keys.HEALTH, encode(health))
 
     def _command(self, query: zenoh.Query) -> None:
         threading.Thread(target=self._answer, args=(query,), name="command", daemon=True).start()
