@@ -1,4 +1,6 @@
 // Keeps the points of all joints and draws those of the chosen one.
+import { Plot } from "./plot.js";
+
 const REAL = 0;
 const TWIN = 1;
 const SET_POINT = 2;
@@ -27,6 +29,10 @@ export class Charts {
       button.addEventListener("click", () => this.turn(button.dataset.chart));
     }
     this.turn("motion");
+    this.plot = new Plot(told, () => {
+      this.dressed = false;
+      this.changed = this.fresh = true;
+    });
     new MutationObserver(() => this.dress()).observe(document.body, { attributeFilter: ["class"] });
     setInterval(() => this.draw(), DRAW_MS);
   }
@@ -64,7 +70,7 @@ export class Charts {
   add(time, points) {
     this.rows.push([time, points]);
     while (time - this.rows[0][0] > this.told.window) this.rows.shift();
-    const told = JSON.stringify(points[this.joint]);
+    const told = JSON.stringify(this.plot?.isOwn ? points : points[this.joint]);
     this.moved ||= told !== this.last;
     this.last = told;
     this.changed = true;
@@ -86,9 +92,8 @@ export class Charts {
   }
 
   draw() {
-    const motion = getElement(this.told.motion)?.chart;
-    const loop = getElement(this.told.loop)?.chart;
-    if (!motion || !loop || document.hidden || !this.changed || !isSeen([motion, loop])) return;
+    const [motion, loop, own] = ["motion", "loop", "own"].map((name) => getElement(this.told[name])?.chart);
+    if (!motion || !loop || !own || document.hidden || !this.changed || !isSeen([motion, loop, own])) return;
     const time = performance.now();
     if (this.dressed && !this.fresh && (this.paused || (!this.moved && time - this.drawn < REST_MS))) return;
     if (!this.dressed) this.dress();
@@ -96,6 +101,10 @@ export class Charts {
     this.changed = this.moved = this.fresh = false;
     const rows = this.held || this.rows;
     const now = rows.at(-1)?.[0] ?? 0;
+    if (this.plot.isOwn) {
+      own.setOption(this.plot.options(rows, now, span, this.look()), { replaceMerge: ["grid", "xAxis", "yAxis", "series"] });
+      return;
+    }
     const column = (value) => rows.map(([time, points]) => [time - now, value(points[this.joint] || [])]);
     const of = (index) => column((point) => point[index] ?? null);
     const deviation = column((p) => (p[REAL] == null || p[TWIN] == null ? null : p[REAL] - p[TWIN]));
@@ -110,32 +119,40 @@ export class Charts {
     chart.setOption({ xAxis: [x, x], yAxis, series: Object.entries(series).map(([id, data]) => ({ id, data })) });
   }
 
-  // Colours of the theme, names and units of the chosen joint.
-  dress() {
+  // Colours and letters of the theme.
+  look() {
     const css = (name) => getComputedStyle(document.body).getPropertyValue(name).trim();
     const [text, line] = [css("--muted"), css("--line")];
     const fontSize = 0.875 * parseFloat(getComputedStyle(document.documentElement).fontSize);
-    const unit = this.told.units[this.joint];
-    const colours = { real: "--real", twin: "--twin", setpoint: "--text", deviation: "--deviation", effort: "--effort" };
     const axis = (name) => ({
       name, nameTextStyle: { color: text, fontSize, align: "left" }, nameGap: 6,
       axisLabel: { color: text, fontSize }, axisLine: { onZero: false, lineStyle: { color: line } }, axisTick: { show: false },
       splitLine: { show: true, lineStyle: { color: line } },
     });
-    const x = { ...axis(""), splitLine: { show: false } };
-    const style = (ids) => ids.map((id) => ({ id, lineStyle: { color: css(colours[id]) }, itemStyle: { color: css(colours[id]) } }));
     // A canvas takes no "inherit": it would fall back to 10 px.
     const fontFamily = getComputedStyle(document.body).fontFamily;
     const tooltip = {
+      trigger: "axis", confine: true, transitionDuration: 0,
       backgroundColor: css("--card"), borderColor: line, textStyle: { color: css("--text"), fontSize },
       valueFormatter: (value) => (value == null ? "-" : value.toFixed(3)),
     };
-    const common = { textStyle: { fontFamily }, tooltip, legend: { textStyle: { color: text, fontSize } } };
+    const common = { animation: false, textStyle: { fontFamily }, tooltip, legend: { textStyle: { color: text, fontSize } } };
+    const seconds = { color: text, fontSize, formatter: (value) => `${value} s`.replace("-", "\u2212") };
+    return { css, fontSize, axis, common, seconds };
+  }
+
+  // Names and units of the chosen joint.
+  dress() {
+    const { css, fontSize, axis, common, seconds } = this.look();
+    const unit = this.told.units[this.joint];
+    const colours = { real: "--real", twin: "--twin", setpoint: "--text", deviation: "--deviation", effort: "--effort" };
+    const x = { ...axis(""), splitLine: { show: false } };
+    const style = (ids) => ids.map((id) => ({ id, lineStyle: { color: css(colours[id]) }, itemStyle: { color: css(colours[id]) } }));
     const grid = (right) => [
       { left: 3.6 * fontSize, right: right * fontSize, top: 2.6 * fontSize, height: "32%" },
       { left: 3.6 * fontSize, right: right * fontSize, bottom: 1.7 * fontSize, height: "19%" },
     ];
-    const bottom = { ...x, axisLabel: { ...x.axisLabel, formatter: (value) => `${value} s`.replace("-", "\u2212") } };
+    const bottom = { ...x, axisLabel: seconds };
     const top = { ...x, axisLabel: { show: false } };
     const two = (name) => ({ ...axis(name), splitLine: { show: false } });
     getElement(this.told.motion)?.chart?.setOption({

@@ -79,7 +79,8 @@
 
   // Nothing lies over anything else. A text has a box for each of its lines.
   const boxesOf = ({ element, boxes }) => boxes.map((box) => ({ element, box }));
-  const free = [...controls].filter((control) => !control.closest(".tab-panel"));
+  const scrolled = ".tab-panel, .plot-choice"; // what is scrolled out of its list lies under nothing
+  const free = [...controls].filter((control) => !control.closest(scrolled));
   const things = [
     ...texts.flatMap(boxesOf),
     ...free.flatMap((element) => boxesOf({ element, boxes: [rect(element.getBoundingClientRect())] })),

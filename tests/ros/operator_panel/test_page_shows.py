@@ -8,6 +8,9 @@ import pytest
 from harness.page.theatre import SIZES, STAGE, Theatre
 from playwright.sync_api import Locator, expect
 
+# Whether the chart of one's own draws the speed of the scene.
+SPEED_SHOWN = """() => getElement(window.PANEL.charts.own).chart.getOption().series
+    .find(({ id }) => id === "pair.speed")?.data.at(-1)?.[1] === 60"""
 DRAWS = (STAGE.parent / "draws.js").read_text(encoding="utf-8")
 # Moves the time line back, half a second at a time, until the real robot leads.
 FIND_FOLLOWING = """async () => {
@@ -163,6 +166,42 @@ def test_chart_that_is_frozen_stands_still_and_goes_on(theatre: Theatre) -> None
     expect(theatre.page.locator("[data-chart-title]")).to_contain_text("Last 20 s")
     theatre.page.wait_for_function(f"({drawn})() !== {before!r}")
     theatre.play("ready")
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_chart_of_chosen_quantities_stays_in_the_address(theatre: Theatre, size: str) -> None:
+    """A link shows the same; what does not exist is left out, and so is a fifth unit."""
+    theatre.resize(size)
+    theatre.play("following")
+    page = theatre.page
+    if size == "low":
+        theatre.open("Charts")
+    page.get_by_role("button", name="Choose", exact=True).click()
+    assert theatre.problems(f"{size}, choosing") == []
+    page.get_by_role("button", name="Joint 1: Real").click()
+    page.get_by_role("button", name="Pair: Speed", exact=True).click()
+    page.get_by_role("button", name="Done", exact=True).click()
+    words = page.locator(".plot-legend li")
+    expect(words).to_have_text(["Joint 1 real, deg", "Speed, %"])
+    assert page.evaluate("location.hash") == "#plot=joint_1.real,pair.speed"
+    assert theatre.problems(f"{size}, own chart") == []
+    page.wait_for_function(f"({SPEED_SHOWN})()")
+    asked = "joint_3.apart,joint_9.real,pair.lag,joint_1.effort,pair.speed,table_joint.twin"
+    page.evaluate(f"location.hash = '#plot={asked}'")
+    expect(words).to_have_text(
+        ["Joint 3 apart, mm", "Lag of the follower, ms", "Joint 1 effort, N m", "Speed, %"]
+    )
+    page.get_by_role("button", name="Choose", exact=True).click()
+    expect(page.get_by_role("button", name="Joint 1: Real")).to_be_disabled()
+    page.get_by_role("button", name="Pair: Speed", exact=True).press("Space")
+    expect(page.locator("[data-stop-answer=STOP]")).to_have_text("confirmed")
+    expect(words).to_have_count(4)
+    page.get_by_role("button", name="Clear", exact=True).click()
+    page.get_by_role("button", name="Done", exact=True).click()
+    assert "plot" not in page.evaluate("location.hash")
+    expect(page.locator(".chart-own")).to_be_hidden()
+    if size == "low":
+        theatre.open("Model")
 
 
 @pytest.mark.parametrize("size", SIZES)

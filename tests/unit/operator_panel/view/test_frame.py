@@ -217,6 +217,18 @@ def test_history_keeps_its_window_at_its_rate() -> None:
     assert sum(taken) == 50 and times[-1] - times[0] <= 2.0 and len(times) == 21
 
 
+def test_points_of_the_pair_are_its_distance_speed_and_lag() -> None:
+    """In mm, percent and ms; what is not known is left out of a chart."""
+    state = msgspec.structs.replace(
+        STATE,
+        deviation_mm=math.nan,
+        speed_applied_percent=40.0,
+        speed_requested_percent=60.0,
+        follower_lag=0.0081,
+    )
+    assert frame_of(state)["point"]["pair"] == [None, 40.0, 60.0, 8.1]  # type: ignore[index]
+
+
 def test_history_takes_no_frame_without_points() -> None:
     """While the controller is silent."""
     history = History(2.0, 10.0)

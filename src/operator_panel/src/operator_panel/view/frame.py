@@ -16,7 +16,9 @@ from scara_description.urdf import Model, Vector, link_pose
 NOTHING = words.UNKNOWN
 
 Points = dict[str, tuple[float | None, ...]]
-"""Chart points by joint; see :class:`Frame`."""
+"""Chart points by joint, and those of the pair; see :class:`Frame`."""
+PAIR = "pair"
+"""Whose points are of no joint; none is called so."""
 
 
 class Frame(msgspec.Struct, frozen=True, omit_defaults=True):
@@ -29,7 +31,8 @@ class Frame(msgspec.Struct, frozen=True, omit_defaults=True):
         bar: For each joint where real and twin are within the limits, 0..1; empty if unknown.
         pose: For each side the joint positions [rad] or [m].
         point: For each joint real, twin [deg or mm], set point, measured, error [deg or mm],
-            effort [N m or N]; null if unknown.
+            effort [N m or N]; for ``PAIR`` tools apart [mm], speed and speed asked for [%], lag of
+            the follower [ms]; null if unknown.
         tool: For each side the tool's position [m].
         gauge: Share of its limit, 0..1, for each gauge.
         silent: Text: since when the twin controller is silent; absent while it is not.
@@ -115,7 +118,8 @@ class FrameMaker:
         state = snapshot.state
         if state is None or self._is_silent(snapshot, now):
             return {}
-        return {name: self._point(state, snapshot.loops, name) for name in self._joints}
+        points = {name: self._point(state, snapshot.loops, name) for name in self._joints}
+        return points | {PAIR: _pair_point(state)}
 
     def _limit_mm(self, state: CellState) -> float:
         """Return how far apart the tools raise an alarm now."""
@@ -266,6 +270,15 @@ def _tones(state: CellState) -> dict[str, str]:
     for link in state.links:
         tone[f"link.{link.name}.state"] = "good" if words.link_state(link) == "connected" else "bad"
     return tone
+
+
+def _pair_point(state: CellState) -> tuple[float | None, ...]:
+    return (
+        _finite(state.deviation_mm, 4),
+        _finite(state.speed_applied_percent, 2),
+        _finite(state.speed_requested_percent, 2),
+        _finite(1e3 * state.follower_lag, 3),
+    )
 
 
 def _finite(value: float, decimals: int) -> float | None:

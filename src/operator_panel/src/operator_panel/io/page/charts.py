@@ -10,6 +10,26 @@ from typing import Any
 from nicegui import ui
 
 from operator_panel.io.page.view import PageView, plain
+from operator_panel.view.frame import PAIR
+
+KINDS = {
+    "real": "Real",
+    "twin": "Twin",
+    "apart": "Apart",
+    "setpoint": "Set point",
+    "measured": "Measured",
+    "error": "Error",
+    "effort": "Effort",
+}
+"""Quantities of a joint: their names in an address, and for people."""
+PAIR_KINDS = {
+    "apart": ("Tools apart", "mm"),
+    "speed": ("Speed", "%"),
+    "requested": ("Speed asked for", "%"),
+    "lag": ("Lag of the follower", "ms"),
+}
+"""Quantities of the pair, in the order of its points: names and units."""
+MOST = 6  # our choice: more lines than that nobody tells apart
 
 
 def build_charts(view: PageView) -> dict[str, Any]:
@@ -35,16 +55,72 @@ def build_charts(view: PageView) -> dict[str, Any]:
                     button = ui.element("button").props(f'type=button data-select="{name}"')
                     with button:
                         plain(joint_title(name))
+            _choose_button()
         with ui.element("div").classes("charts"):
             motion = ui.echart(_motion_options()).classes("chart")
             loop = ui.echart(_loop_options()).classes("chart")
+            ui.element("ul").classes("plot-legend").props("data-plot-legend")
+            own = ui.echart({"animation": False, "series": []}).classes("chart chart-own")
+        _build_choice(list(joints))
     return {
         "motion": motion.id,
         "loop": loop.id,
+        "own": own.id,
+        "most": MOST,
+        "quantities": _quantities(view),
         "window": view.config.chart_window_s,
         "units": {name: joint.unit for name, joint in joints.items()},
         "efforts": {name: "N m" if joint.unit == "deg" else "N" for name, joint in joints.items()},
     }
+
+
+def _choose_button() -> None:
+    with (
+        ui.element("button")
+        .classes("button plain-button")
+        .props("type=button data-plot-choose aria-expanded=false")
+    ):
+        plain("Choose")
+
+
+def _build_choice(joints: list[str]) -> None:
+    """Build a button for each quantity; it lies over the charts while somebody chooses."""
+    with ui.element("div").classes("plot-choice").props("data-plot-choice hidden"):
+        with ui.element("div").classes("row-line"):
+            plain(f"Up to {MOST} in one chart; the address keeps them", "field-title")
+            for name, text in (("clear", "Clear"), ("close", "Done")):
+                button = ui.element("button").classes("button plain-button")
+                with button.props(f"type=button data-plot-{name}"):
+                    plain(text)
+        for name in joints:
+            _row(joint_title(name), {f"{name}.{kind}": text for kind, text in KINDS.items()})
+        _row("Pair", {f"{PAIR}.{kind}": text for kind, (text, _) in PAIR_KINDS.items()})
+
+
+def _row(title: str, quantities: dict[str, str]) -> None:
+    group = ui.element("div").classes("plot-row").props(f'role=group aria-label="{title}"')
+    with group:
+        plain(title, "field-title")
+        for key, text in quantities.items():
+            button = ui.element("button").classes("plot-pick")
+            button.props(f'type=button data-plot="{key}" aria-pressed=false')
+            with button.props(f'aria-label="{title}: {text}"'):
+                plain(text)
+
+
+def _quantities(view: PageView) -> dict[str, dict[str, str]]:
+    """Return name and unit of each quantity, by its key."""
+    found = {}
+    for joint in view.robot.twin_joints:
+        for kind, text in KINDS.items():
+            unit = joint.unit
+            if kind == "effort":
+                unit = "N m" if joint.unit == "deg" else "N"
+            title = f"{joint_title(joint.name)} {text.lower()}"
+            found[f"{joint.name}.{kind}"] = {"title": title, "unit": unit}
+    for kind, (text, unit) in PAIR_KINDS.items():
+        found[f"{PAIR}.{kind}"] = {"title": text, "unit": unit}
+    return found
 
 
 def joint_title(name: str) -> str:
