@@ -6,7 +6,7 @@ Times are in [s] since 1970, by the clock of the machine that sends.
 from __future__ import annotations
 
 from enum import IntEnum
-from typing import Any, TypeVar
+from typing import Annotated, Any, TypeVar
 
 import msgspec
 
@@ -122,6 +122,29 @@ class Events(msgspec.Struct, frozen=True):
     first: int
     last: int
     events: tuple[Event, ...] = ()
+
+
+class Recording(msgspec.Struct, frozen=True):
+    """A recording of a cell.
+
+    Attributes:
+        name: Below the cell's runs folder.
+        size: In bytes.
+        modified: When it was changed last [ns since 1970]; with the size, which state of it.
+    """
+
+    name: str
+    size: int
+    modified: int
+
+
+class PieceAsked(msgspec.Struct, frozen=True):
+    """A question for the piece of a recording from an offset on; size and time as listed."""
+
+    name: str
+    size: int
+    modified: int
+    offset: Annotated[int, msgspec.Meta(ge=0)]
 
 
 class Command(msgspec.Struct, frozen=True):

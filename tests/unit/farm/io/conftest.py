@@ -14,6 +14,7 @@ from farm.desk.io.desk import Desk
 from farm.desk.io.history import History
 from farm.io.bus import open_client, open_router
 from farm.link.io.cell_link import CellLink, LinkSettings
+from farm.link.io.recordings import RecordingFiles
 from farm.link.journal import Bounds
 from farm.wire import Answer, Command, Event, Events
 from harness.processes import free_port
@@ -75,12 +76,14 @@ class Farm:
         journal: Journal,
         forward: Callable[[Command], Answer] | None = None,
         cell: keys.CellName = CELL,
+        runs: Path | None = None,
     ) -> CellLink:
         """Begin the link of a cell."""
         settings = LinkSettings(self.config.link.rights, 0.2, 500)
         obey = forward or self.obey
+        recordings = RecordingFiles(runs) if runs is not None else None
         return self.ends.enter_context(
-            CellLink(session, cell, settings, journal, obey, self.watched.append)
+            CellLink(session, cell, settings, journal, obey, self.watched.append, recordings)
         )
 
     def obey(self, command: Command) -> Answer:

@@ -38,6 +38,7 @@ from farm.link.commands import caller_id
 from farm.link.event_text import describe
 from farm.link.io.cell_link import CellLink, LinkSettings
 from farm.link.io.journal_files import JournalFiles
+from farm.link.io.recordings import RecordingFiles
 from farm.link.shown import Pair, Shown, show, silent
 from farm.wire import Answer, CellState, Command, Joints
 from scara_msgs.msg import TwinControllerState
@@ -180,10 +181,16 @@ def main() -> None:
     rospy.loginfo("%s is ready: %s, desk at %s", NAME, cell, config.router.endpoint)
     keep_for_good()
     with until_shutdown():
-        _serve(config, cell, journal, link)
+        _serve(config, cell, journal, link, RecordingFiles(runs))
 
 
-def _serve(config: FarmConfig, cell: keys.CellName, journal: JournalFiles, link: Link) -> None:
+def _serve(
+    config: FarmConfig,
+    cell: keys.CellName,
+    journal: JournalFiles,
+    link: Link,
+    recordings: RecordingFiles,
+) -> None:
     ended = threading.Event()
     rospy.on_shutdown(ended.set)
     waiting = threading.Thread(target=_say_waiting, args=(link, ended), daemon=True)
@@ -199,7 +206,10 @@ def _serve(config: FarmConfig, cell: keys.CellName, journal: JournalFiles, link:
     settings = LinkSettings(
         config.link.rights, 1.0 / config.link.health_rate_hz, config.link.events_limit
     )
-    with session, CellLink(session, cell, settings, journal, link.forward, link.watched) as bus:
+    with (
+        session,
+        CellLink(session, cell, settings, journal, link.forward, link.watched, recordings) as bus,
+    ):
         rospy.loginfo("%s: the desk is there", NAME)
         link.run(bus)
 

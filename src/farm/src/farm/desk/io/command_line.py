@@ -234,7 +234,8 @@ def main() -> None:
     """Run the command line; a closed pipe is no error."""
     # Imported here: they add their words to the application.
     import farm.desk.io.lines.alarms
-    import farm.desk.io.lines.key_figures  # noqa: F401
+    import farm.desk.io.lines.key_figures
+    import farm.desk.io.lines.recordings  # noqa: F401
 
     signal.signal(signal.SIGPIPE, signal.SIG_DFL)
     app(prog_name="./cell farm")

@@ -20,6 +20,7 @@ import zenoh
 from farm import keys
 from farm.link.commands import Guard, judge
 from farm.link.io.newest import Newest
+from farm.link.io.recordings import RecordingError, RecordingFiles
 from farm.link.journal import Journal, JournalReadError
 from farm.link.rights import Rights
 from farm.wire import (
@@ -28,6 +29,7 @@ from farm.wire import (
     Command,
     Health,
     Joints,
+    PieceAsked,
     WireError,
     decode,
     encode,
@@ -37,6 +39,8 @@ EVENTS_PERIOD_S = 0.2
 """Our choice: so often the journal is looked at."""
 IDLE_S = 1.0
 """Our choice: so often a thread that has nothing to send looks whether it ends."""
+PACE = 8e6
+"""Our choice: recordings leave the cell at this rate [bytes/s], so that a fetch is no load."""
 Forward = Callable[[Command], Answer]
 """Hands a command on to the cell and returns its answer within the link's time; never raises."""
 
@@ -67,6 +71,7 @@ class CellLink:
         journal: Journal,
         forward: Forward,
         watched: Callable[[bool], None] = lambda _: None,
+        recordings: RecordingFiles | None = None,
     ) -> None:
         """Declare everything and begin.
 
@@ -77,7 +82,9 @@ class CellLink:
             journal: Where events come from.
             forward: Hands a command on.
             watched: Is told when somebody begins or ceases to look at the joints.
+            recordings: What the farm may fetch; None: nothing.
         """
+        self._recordings = recordings
         self._cell, self._settings, self._journal, self._forward = cell, settings, journal, forward
         self._newest: Newest[bytes] = Newest()
         self._lock = threading.Lock()
@@ -97,6 +104,8 @@ class CellLink:
         self._queryables = [
             session.declare_queryable(cell.key(keys.COMMAND), self._command),
             session.declare_queryable(cell.key(keys.EVENTS), self._events),
+            session.declare_queryable(cell.key(keys.RECORDINGS), self._list_recordings),
+            session.declare_queryable(cell.key(keys.PIECE), self._piece),
         ]
         self._token = session.liveliness().declare_token(cell.key(keys.ALIVE))
         self._threads = [
@@ -223,6 +232,24 @@ class CellLink:
             except (ValueError, JournalReadError) as error:
                 with contextlib.suppress(zenoh.ZError):
                     query.reply_err(str(error).encode())
+
+    def _list_recordings(self, query: zenoh.Query) -> None:
+        with query, contextlib.suppress(zenoh.ZError):
+            listed = self._recordings.listed() if self._recordings is not None else []
+            query.reply(self._cell.key(keys.RECORDINGS), msgspec.json.encode(listed))
+
+    def _piece(self, query: zenoh.Query) -> None:
+        """Answer with a piece of a recording, at a pace that leaves the cell its processor."""
+        with query, contextlib.suppress(zenoh.ZError):
+            try:
+                if self._recordings is None:
+                    raise RecordingError("this cell gives no recordings")
+                piece = self._recordings.piece(decode(_payload(query), PieceAsked))
+            except (RecordingError, WireError) as error:
+                query.reply_err(str(error).encode())
+                return
+            self._ended.wait(len(piece) / PACE)
+            query.reply(self._cell.key(keys.PIECE), piece)
 
     def _reply(self, query: zenoh.Query, what: str, message: msgspec.Struct) -> None:
         with contextlib.suppress(zenoh.ZError):  # who asked has gone

@@ -1,0 +1,89 @@
+"""Fetch a recording from a cell, piece by piece; one that was interrupted goes on where it was."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import msgspec
+import zenoh
+
+from farm.keys import PIECE, RECORDINGS, CellName
+from farm.wire import PieceAsked, Recording, encode
+
+ANSWER_S = 5.0
+"""Our choice: a piece takes a tenth of a second."""
+HALF, NOTE = ".part", ".part.json"
+"""Endings of what is there of a recording, and of what it is a part of."""
+
+
+class FetchError(RuntimeError):
+    """The recording cannot be fetched; the text says why and what to do."""
+
+
+def recordings_of(session: zenoh.Session, cell: CellName) -> list[Recording]:
+    """Return the recordings of a cell, the newest first.
+
+    Raises:
+        FetchError: The cell does not answer.
+    """
+    data = _asked(session, cell, RECORDINGS, b"")
+    return msgspec.json.decode(data, type=list[Recording])
+
+
+def fetch(
+    session: zenoh.Session,
+    cell: CellName,
+    recording: Recording,
+    target: Path,
+    told: Callable[[int], None] = lambda _: None,
+) -> None:
+    """Fetch a recording; the file has its name when all of it is there.
+
+    Args:
+        session: An open session.
+        cell: Whose it is.
+        recording: As it was listed.
+        target: The file.
+        told: Is called with how many bytes are there.
+
+    Raises:
+        FetchError: The cell does not answer, the recording has changed, or the disk is full. What
+            has come stays beside the target, and the next call goes on there.
+    """
+    half, note = target.with_name(target.name + HALF), target.with_name(target.name + NOTE)
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        wanted = encode(recording)
+        # The part of another state of the recording would spoil this one.
+        if not note.exists() or note.read_bytes() != wanted:
+            half.unlink(missing_ok=True)
+            note.write_bytes(wanted)
+        with half.open("ab") as stream:
+            while (there := stream.tell()) < recording.size:
+                told(there)
+                asked = PieceAsked(recording.name, recording.size, recording.modified, there)
+                piece = _asked(session, cell, PIECE, encode(asked))
+                if not piece:
+                    raise FetchError(f"{recording.name}: ends after {there} bytes: list again")
+                stream.write(piece)
+                stream.flush()
+        told(recording.size)
+        half.replace(target)
+        note.unlink()
+    except OSError as error:
+        raise FetchError(f"{target}: {error.strerror}") from error
+
+
+def _asked(session: zenoh.Session, cell: CellName, what: str, payload: bytes) -> bytes:
+    """Return a cell's answer.
+
+    Raises:
+        FetchError: There is none, or it says why not.
+    """
+    for reply in session.get(cell.key(what), payload=payload, timeout=ANSWER_S):
+        if reply.ok is not None:
+            return bytes(reply.ok.payload)
+        if reply.err is not None:
+            raise FetchError(f"{cell}: {bytes(reply.err.payload).decode('utf-8', 'replace')}")
+    raise FetchError(f"{cell}: no answer within {ANSWER_S:g} s: is it there? ./cell farm cells")
