@@ -29,7 +29,7 @@ class Disk:
         self.problem: OSError | None = None
         self.free = threading.Event()
         self.free.set()
-        self.syncs = self.attempts = 0
+        self.syncs = self.attempts = self.asked = 0
         self._write, self._sync = os.write, os.fdatasync
         monkeypatch.setattr(os, "write", self._may(self._write))
         monkeypatch.setattr(os, "fdatasync", self._may(self._counted))
@@ -47,6 +47,7 @@ class Disk:
         def guarded(*arguments: Any) -> Any:
             if threading.current_thread().name != "journal":
                 return call(*arguments)
+            self.asked += 1
             assert self.free.wait(10.0)
             self.attempts += 1
             if self.problem is not None:
@@ -140,6 +141,28 @@ def test_memory_stays_bounded_while_the_disk_takes_nothing(tmp_path: Path, disk:
         disk.problem = None
         wait_until(lambda: not writer.status.waiting, 5.0, "an empty queue")
         assert sum(each if isinstance(each, int) else 1 for each in whats(tmp_path)) == 300
+
+
+def test_memory_stays_bounded_where_entries_come_while_the_disk_is_asked(
+    tmp_path: Path, disk: Disk
+) -> None:
+    """All that waits is out of the queue then, which is empty: that is no room for more either."""
+    with start(tmp_path, queue_entries=10) as writer:
+        disk.problem = OSError(28, "No space left on device")
+        for _ in range(10):
+            asked = disk.asked
+            disk.free.clear()
+            writer.put(said("x"))
+            wait_until(lambda asked=asked: disk.asked > asked, 5.0, "the disk being asked")
+            for _ in range(9):
+                writer.put(said("x"))
+            before = disk.attempts
+            disk.free.set()
+            wait_until(partial(disk.tried_since, before), 5.0, "the end of that attempt")
+        wait_until(lambda: writer.status.waiting <= 11, 1.0, "no more than the queue and a gap")
+        disk.problem = None
+        wait_until(lambda: not writer.status.waiting, 5.0, "an empty queue")
+        assert sum(each if isinstance(each, int) else 1 for each in whats(tmp_path)) == 100
 
 
 def test_folder_that_cannot_be_made_is_tried_again(tmp_path: Path, disk: Disk) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from msgspec.structs import replace
 
@@ -59,7 +59,7 @@ class JournalWriter:
             entry = entry if entry.time else replace(entry, time=self._clock())
             newest = self._waiting[-1] if self._waiting else None
             held = len(self._waiting) + self._taken
-            if held < self._settings.queue_entries or not self._waiting:
+            if held < self._settings.queue_entries:
                 self._waiting.append(entry)
             elif isinstance(newest, Gap) and newest.lost:
                 self._lost += 1
@@ -182,8 +182,11 @@ class JournalWriter:
             return [self._waiting.popleft() for _ in range(self._taken)]
 
     def _put_back(self, entries: list[Entry]) -> None:
-        """Let what was not written wait again, in front."""
+        """Let what was not written wait again, in front; two gaps that meet become one."""
         with self._changed:
+            joined = _joined(entries[-1:], self._waiting)
+            if joined is not None:
+                self._waiting[0], entries = joined, entries[:-1]
             self._waiting.extendleft(reversed(entries))
             self._taken = 0
             self._number = self._files.last_number
@@ -199,3 +202,15 @@ class JournalWriter:
             raise
         self._unsafe_since = None
         self._slowest = max(self._slowest, time.monotonic() - begun)
+
+
+def _joined(ends: Sequence[Entry], begins: Sequence[Entry]) -> Gap | None:
+    """Return the one gap that two become which meet; None if they are not two."""
+    if not ends or not begins:
+        return None
+    last, following = ends[-1], begins[0]
+    if not (isinstance(last, Gap) and isinstance(following, Gap)):
+        return None
+    if not (last.lost and following.lost):
+        return None
+    return replace(last, lost=last.lost + following.lost, until=following.until)
