@@ -77,11 +77,14 @@ def group_of(test: str) -> str:
     return SHARED.get(file, file)
 
 
-def place(test: str) -> tuple[int, str]:
-    """Return what the tests of a run are sorted by."""
+def place(test: str) -> tuple[int, bool, str]:
+    """Return what the tests of a run with several workers are sorted by.
+
+    Nodes of a worker come last: rospy gives every new socket of its process a time-out of its own.
+    """
     group = group_of(test)
     fitting = [k for k, part in enumerate(ORDER) if group.startswith(part)]
-    return min(fitting, default=len(ORDER)), group
+    return min(fitting, default=len(ORDER)), is_live(test), group
 
 
 def turns(tests: Iterable[str]) -> dict[str, int]:

@@ -86,9 +86,12 @@ def test_tests_and_measurements_listen_at_this_machine_only() -> None:
         assert "stay_on_loopback" in body
 
 
+OF_THE_RUN = ("CELL_TEST_PART", "CELL_TEST_NODES")
+
+
 def asked(**more: str) -> dict[str, str]:
     """Return the environment without the part that this very test belongs to."""
-    own = {name: value for name, value in os.environ.items() if name != "CELL_TEST_PART"}
+    own = {name: value for name, value in os.environ.items() if name not in OF_THE_RUN}
     return {**own, "SLEEPS": "-", **more}
 
 
@@ -115,16 +118,17 @@ def parts(tmp_path: Path) -> str:
     return "\n".join([f"root={tmp_path}; cd $root; set -u", *found, 'run_tests "$@"'])
 
 
-def test_the_whole_is_tested_in_three_parts(parts: str) -> None:
+@pytest.mark.parametrize(("nodes", "workers"), [("", ""), ("beside", "-n 2 ")])
+def test_the_whole_is_tested_in_three_parts(parts: str, nodes: str, workers: str) -> None:
     """What only computes takes what the others leave, and all that it is asked for reaches each."""
-    done = run("bash", "-c", parts, "cell", "-k", "x", env=asked())
+    done = run("bash", "-c", parts, "cell", "-k", "x", env=asked(CELL_TEST_NODES=nodes))
     assert done.returncode == 0, done.stderr
     found = re.findall(r"^(\w+) (\d+): -m pytest (-n 2 )?(.*)$", done.stdout, re.M)
     usual = "--no-loadscope-reorder -m not thorough -k x"
     own = os.nice(0)
     assert found == [
         ("cells", str(own), "", usual),
-        ("nodes", str(own), "", usual),
+        ("nodes", str(own), workers, usual),
         ("pure", "19", "-n 2 ", usual),
     ]
 
