@@ -21,7 +21,7 @@ FREE = Judgement(False, "OK: takes 0.43 s")
 
 def settings(act: Act, without: Unjudged = Unjudged.MOVE) -> GateSettings:
     """Return settings with this action."""
-    return GateSettings(act, 400.0, 5000.0, without)
+    return GateSettings(act, 400.0, 5000.0, without, False)
 
 
 @pytest.mark.parametrize("act", [Act.REFUSE, Act.WARN])

@@ -37,12 +37,15 @@ class GateSettings(msgspec.Struct, frozen=True):
         gate_timeout_ms: A motion waits for its judgement so long at most.
         gate_program_timeout_ms: Likewise a program.
         gate_without_judge: What is done with a motion that was not judged.
+        hold_own_programs: Whether a program that the robot starts by itself is held if it is judged
+            REFUSED; it is judged and told in any case.
     """
 
     gate: Act
     gate_timeout_ms: Patience
     gate_program_timeout_ms: Patience
     gate_without_judge: Unjudged
+    hold_own_programs: bool
 
     @property
     def patience(self) -> float:

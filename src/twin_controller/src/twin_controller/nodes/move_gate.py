@@ -21,6 +21,7 @@ from twin_controller.core.lead.commands.judging import MOVES, judge_move
 from twin_controller.core.lead.modes import Mode
 from twin_controller.core.setup import Setup
 from twin_controller.core.state import CoreState
+from twin_controller.nodes.own_programs import OwnPrograms
 
 HOLDING = (Mode.OFFLINE, Mode.PAUSED, Mode.STOPPED, Mode.ESTOP, Mode.FAULT)
 """Modes whose beginning ends what is only being judged."""
@@ -36,6 +37,7 @@ class MoveGate:
         state: Returns the core's state.
         shown: Told the newest line for ``twin_controller/state``.
         audit: Told who, what, whether it may move, and why.
+        pause: Pauses the pair, for ``hold_own_programs``.
 
     Raises:
         ConfigError: what_if.yaml is wrong.
@@ -48,16 +50,27 @@ class MoveGate:
         state: Callable[[], CoreState],
         shown: Callable[[str], None],
         audit: Callable[[str, str, bool, str], None],
+        pause: Callable[[], None],
     ) -> None:
         self._setup, self._state, self._shown, self._audit = setup, state, shown, audit
         settings = load_gate(folder)
-        self._gate = JudgeGate(
-            settings,
-            ServiceClient("what_if/judge", JudgeMotion, settings.patience),
-            rospy.Publisher("what_if/gate", Audit, queue_size=20, tcp_nodelay=True),
+        told = rospy.Publisher("what_if/gate", Audit, queue_size=20, tcp_nodelay=True)
+        judge = ServiceClient("what_if/judge", JudgeMotion, settings.patience)
+        self._gate = JudgeGate(settings, judge, told)
+        judge = ServiceClient("what_if/judge", JudgeMotion, settings.program_patience)
+        self._own = OwnPrograms(
+            JudgeGate(settings, judge, told),
+            settings.hold_own_programs,
+            lambda: self._state().sides.real.flags,
+            pause,
         )
         self._stops = 0
         rospy.Subscriber("what_if/gate", Audit, self._told, queue_size=100, tcp_nodelay=True)
+
+    def look(self) -> None:
+        """Look whether the robot has started a program by itself; called all the time."""
+        if not self._gate.is_off:
+            self._own.look()
 
     def stopped(self) -> None:
         """Note a stop or a pause: what is judged now never begins."""

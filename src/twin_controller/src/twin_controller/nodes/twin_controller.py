@@ -7,7 +7,8 @@ Services: ``twin_controller/command`` (scara_msgs/TwinCommand), ``twin_controlle
 (scara_msgs/Control), ``twin_controller/stop``, ``pause``, ``resume``, ``reset``
 (std_srvs/Trigger), ``twin_controller/judge`` (scara_msgs/JudgeMove), ``twin_controller/why``
 (scara_msgs/Why), ``twin_controller/shadow`` (scara_msgs/Shadow).
-Calls: ``what_if/judge`` (scara_msgs/JudgeMotion) before MOVE, MOVE_JOINTS and HOME.
+Calls: ``what_if/judge`` (scara_msgs/JudgeMotion) before MOVE, MOVE_JOINTS and HOME, and for each
+program that the robot starts by itself.
 Subscribes: ``people/nearest`` (geometry_msgs/PointStamped in the base frame), for speed and
 separation monitoring; ``what_if/gate`` (scara_msgs/Audit), what all gates say, which it publishes
 too.
@@ -103,15 +104,16 @@ class Node:
         self._engine = Engine(self._setup, self._real, self._twin, self._publishing.thread)
         if persons.trouble:
             rospy.logerr("nobody can hold control: %s", persons.trouble)
-        gate = MoveGate(
+        self._gate = MoveGate(
             self._setup,
             folder,
             lambda: self._engine.state,
             self._publishing.judged,
             self._publishing.audit,
+            self._pause,
         )
         self._commands = CommandServices(
-            self._setup, self._engine, persons, self._publishing.audit, gate
+            self._setup, self._engine, persons, self._publishing.audit, self._gate
         )
 
     def _real_link(self, robot: Robot, config: TwinControllerConfig, layout: ModbusMap) -> RealLink:
@@ -169,10 +171,16 @@ class Node:
         while not rospy.is_shutdown() and self._engine.running and publisher.failure is None:
             counters = {"real": self._real.counters, "twin": self._twin.counters}
             self._publishing.counted(counters)
+            self._gate.look()
             state, now = self._engine.state, time.monotonic()
             if pace.is_due(now, state.lead.mode + state.lead.why):
                 self._publishing.diagnose(statuses(self._setup, state, counters, now))
             time.sleep(WATCH_PERIOD_S)
+
+    def _pause(self) -> None:
+        """Pause the pair because the robot's own program was refused."""
+        reply = self._engine.operate("PAUSE")
+        self._publishing.audit("what_if", "PAUSE (hold_own_programs)", reply.success, reply.message)
 
     def _put(self, event: object) -> None:
         self._engine.put(event)  # type: ignore[arg-type]
