@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 
 import msgspec
+import numpy as np
 from scara_config import Robot
 
 from operator_panel.view import words
+from operator_panel.view.orientation import turn_text
 from operator_panel.view.robot.program_lines import current_line
 from operator_panel.view.robot.status import status_texts
 from operator_panel.view.snapshot import CellState, Link, Loop, Snapshot
@@ -72,6 +74,7 @@ class FrameMaker:
         self._model = model
         self._tool_link = robot.tool_frame
         self._silent_s = silent_s
+        self._home = link_pose(model, robot.tool_frame, {})
 
     def make(self, snapshot: Snapshot, now: float) -> Frame:
         """Return the frame of ``snapshot`` at the monotonic time ``now`` [s]."""
@@ -95,11 +98,15 @@ class FrameMaker:
             else ""
         )
         poses = self._poses(state)
-        tools = {side: self._tool(pose) for side, pose in poses.items()}
+        places = {
+            side: link_pose(self._model, self._tool_link, pose) for side, pose in poses.items()
+        }
+        tools = {side: _position(place) for side, place in places.items()}
         apart = _deviation_mm(state, tools)
         return Frame(
             t=round(now, 3),
-            text=self._texts(snapshot, state, tools, apart),
+            text=self._texts(snapshot, state, tools, apart)
+            | {f"turn.{side}": self._turn_text(places.get(side)) for side in ("real", "twin")},
             tone=_tones(state),
             bar={name: self._bar(state, name) for name in self._joints},
             pose=poses,
@@ -178,11 +185,9 @@ class FrameMaker:
             if len(values) == len(state.name)
         }
 
-    def _tool(self, pose: dict[str, float]) -> Vector:
-        x, y, z = (
-            round(float(value), 5) for value in link_pose(self._model, self._tool_link, pose)[:3, 3]
-        )
-        return x, y, z
+    def _turn_text(self, place: np.ndarray | None) -> str:
+        """Return how the tool is turned from its home pose, at which all joints are 0."""
+        return NOTHING if place is None else turn_text(self._home[:3, :3], place[:3, :3])
 
     def _bar(self, state: CellState, name: str) -> tuple[float | None, float | None]:
         """Return where both sides are between the joint's limits, 0 to 1."""
@@ -224,6 +229,11 @@ def _deviation_mm(state: CellState, tools: dict[str, Vector]) -> float:
     if state.leader or len(tools) < 2:
         return state.deviation_mm
     return 1e3 * math.dist(*tools.values())
+
+
+def _position(place: np.ndarray) -> Vector:
+    x, y, z = (round(float(value), 5) for value in place[:3, 3])
+    return x, y, z
 
 
 def _tool_text(tool: Vector | None) -> str:

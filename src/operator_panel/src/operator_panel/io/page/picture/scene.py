@@ -89,11 +89,12 @@ def _legend() -> None:
 
 def _tools() -> None:
     """Build where both tools are, as text on the picture."""
-    with ui.element("div").classes("scene-tools"):
+    with ui.element("div").classes("scene-tools").props('role=group aria-label="Tools"'):
         for name in ("real", "twin"):
             with ui.element("div").classes(f"tool-line tone-{name}"):
-                plain("Tool " + ("real" if name == "real" else "twin"), "tool-name")
+                plain(name.capitalize(), "tool-name")
                 ui.element("span").props(f'data-live="tool.{name}"').classes("live num")
+                ui.element("span").props(f'data-live="turn.{name}"').classes("live num")
 
 
 class _Builder:
