@@ -92,13 +92,15 @@ class CellLink:
         self._remote, self._revision = False, 0
         self._ended = threading.Event()
         self._began = time.monotonic()
-        self._session = session
-        sent = (keys.STATE, keys.JOINTS, keys.HEALTH, keys.EVENT)
-        self._keys = {what: zenoh.KeyExpr(cell.key(what)) for what in sent}
-        # It only tells whether somebody looks. A publisher shortens its key to a number, and while
-        # a session is connected anew a state was delivered under the number of another key.
-        self._joints = session.declare_publisher(cell.key(keys.JOINTS))
-        self._matching = self._joints.declare_matching_listener(
+        drop = zenoh.CongestionControl.DROP
+        # Declared, because a router seeks the way of each other message anew among all keys. While
+        # a session is connected anew a message may come under another of the cell's keys: the desk
+        # refuses what does not fit its key.
+        self._publishers = {
+            what: session.declare_publisher(cell.key(what), congestion_control=drop)
+            for what in (keys.STATE, keys.JOINTS, keys.HEALTH, keys.EVENT)
+        }
+        self._matching = self._publishers[keys.JOINTS].declare_matching_listener(
             lambda status: watched(status.matching)
         )
         self._queryables = [
@@ -145,7 +147,7 @@ class CellLink:
             thread.join(IDLE_S)
         # Without a connection these raise, and are gone anyway.
         everything: list[Any] = [self._token, *self._queryables, self._matching]
-        for declared in [*everything, self._joints]:
+        for declared in [*everything, *self._publishers.values()]:
             with contextlib.suppress(zenoh.ZError):
                 declared.undeclare()
 
@@ -157,8 +159,7 @@ class CellLink:
     def _put(self, what: str, data: bytes) -> None:
         """Send a message if the bus takes it: a view may be lost, an event has its number."""
         with contextlib.suppress(zenoh.ZError):
-            drop = zenoh.CongestionControl.DROP
-            self._session.put(self._keys[what], data, congestion_control=drop)
+            self._publishers[what].put(data)
 
     def _tell(self) -> None:
         """Send events as they come, and health at its rate.
