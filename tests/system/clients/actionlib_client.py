@@ -1,12 +1,15 @@
 """A plain actionlib client: sends one trajectory and prints as JSON how it ended.
 
 Usage: actionlib_client.py SECONDS J1 [J2 [J3 [TABLE]]]; joints without a position are not named.
+With ``GOAL_LISTENERS=N`` it sends the goal once so many listen to it.
 """
 
 from __future__ import annotations
 
 import json
+import os
 import sys
+import time
 
 import actionlib
 import rospy
@@ -24,6 +27,12 @@ def main() -> None:
     client = actionlib.SimpleActionClient("joint_trajectory_action", FollowJointTrajectoryAction)
     if not client.wait_for_server(rospy.Duration(20)):
         sys.exit("no joint_trajectory_action")
+    goals = client.action_client.pub_goal
+    until = time.monotonic() + 20.0
+    while goals.get_num_connections() < int(os.environ.get("GOAL_LISTENERS", "1")):
+        if time.monotonic() > until:
+            sys.exit(f"{goals.get_num_connections()} listen to the goals")
+        time.sleep(0.01)
     point = JointTrajectoryPoint(
         positions=positions, time_from_start=rospy.Duration.from_sec(seconds)
     )

@@ -26,9 +26,10 @@ RECORDED = {
 }
 
 
-def send(cell: LiveCell, seconds: float, *positions: float) -> dict[str, Any]:
-    """Send one trajectory and return how it ended."""
-    said = cell.tool(sys.executable, str(CLIENT), str(seconds), *map(str, positions), timeout=90.0)
+def send(cell: LiveCell, seconds: float, *positions: float, listeners: int = 1) -> dict[str, Any]:
+    """Send one trajectory, once so many listen to its goal, and return how it ended."""
+    client = ("env", f"GOAL_LISTENERS={listeners}", sys.executable, str(CLIENT))
+    said = cell.tool(*client, str(seconds), *map(str, positions), timeout=90.0)
     line = next(line for line in said.splitlines() if line.startswith("ended "))
     ended: dict[str, Any] = json.loads(line.removeprefix("ended "))
     return ended
@@ -46,12 +47,15 @@ def decisions(cell: LiveCell) -> list[str]:
 
 
 def test_recording_holds_goal_and_result_of_an_action(live_cell: LiveCell, tmp_path: Path) -> None:
-    """And becomes one packed file for Foxglove that holds each message as it was recorded."""
+    """And becomes one packed file for Foxglove that holds each message as it was recorded.
+
+    The recorder, as any subscriber, hears what a new client says once it is connected to it.
+    """
 
     def scene() -> None:
         answer = live_cell.call("/recorder/start")
         assert answer["success"], answer
-        ended = send(live_cell, 1.0, 0.1, 0.1)
+        ended = send(live_cell, 1.0, 0.1, 0.1, listeners=2)
         idle(live_cell)
         assert live_cell.call("/recorder/stop")["success"]
         assert ended["state"] == SUCCEEDED, ended
