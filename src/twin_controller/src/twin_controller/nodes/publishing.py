@@ -200,7 +200,12 @@ class Publishing:
             [joint.unit for joint in joints],
         )
         message.position = [round(q / joint.scale, 2) for q, joint in zip(sample.motion.q, joints)]
-        self._data.publish(message)
+        try:
+            self._data.publish(message)
+        except rospy.ROSException:
+            # A node that ends closes its topics first, and its threads after them.
+            if not rospy.is_shutdown():
+                raise
 
     def diagnose(self, found: list[Status]) -> None:
         """Publish diagnostics."""
