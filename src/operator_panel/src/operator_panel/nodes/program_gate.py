@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import rospy
 from nicegui import run
 from scara_ros.gate.permit import Permit
 from scara_ros.gate.settings import load_gate
 from scara_ros.nodes.judge_gate import JudgeGate
-from scara_ros.nodes.service_client import ServiceClient
 
 from operator_panel.door import Answer
 from scara_msgs.msg import Audit
@@ -34,11 +32,8 @@ class ProgramGate:
 
     def connect(self) -> None:
         """Advertise, once this process is a node."""
-        self._gate = JudgeGate(
-            self._settings,
-            ServiceClient("what_if/judge", JudgeMotion, self._settings.program_patience),
-            rospy.Publisher("what_if/gate", Audit, queue_size=20, tcp_nodelay=True),
-        )
+        settings = self._settings
+        self._gate = JudgeGate(settings, JudgeMotion, Audit, settings.program_patience)
 
     async def judge(self, key: str, *words: str) -> Permit:
         """Return whether a key of the pendant may be pressed; all but ``run`` may."""

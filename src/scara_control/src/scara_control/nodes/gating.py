@@ -14,7 +14,6 @@ import rospy
 from scara_config import ConfigError
 from scara_ros.gate.settings import load_gate
 from scara_ros.nodes.judge_gate import JudgeGate
-from scara_ros.nodes.service_client import ServiceClient
 from scara_ros.nodes.starting import until_shutdown
 
 from scara_control.joint_motion import JointMotion, Vector
@@ -52,11 +51,7 @@ def open_gate() -> JudgeGate:
     except ConfigError as error:
         rospy.logfatal("%s", error)
         sys.exit(2)
-    return JudgeGate(
-        settings,
-        ServiceClient("what_if/judge", JudgeMotion, settings.patience),
-        rospy.Publisher("what_if/gate", Audit, queue_size=20, tcp_nodelay=True),
-    )
+    return JudgeGate(settings, JudgeMotion, Audit, settings.patience)
 
 
 def move_request(

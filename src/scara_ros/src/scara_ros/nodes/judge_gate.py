@@ -18,6 +18,8 @@ from scara_ros.nodes.service_client import ServiceClient
 _LOG_PERIOD = 10.0
 REFUSED = "REFUSED"
 """As in scara_msgs/JudgeMotion, which is above this room."""
+TOLD = "what_if/gate"
+"""The topic on which gates tell what they found."""
 MISSING = "no judge runs (rosrun what_if what_if starts one)"
 
 
@@ -26,12 +28,15 @@ class JudgeGate:
 
     Args:
         settings: what_if.yaml.
-        judge: Calls ``what_if/judge`` with the gate's patience as time-out.
-        told: Publisher of ``what_if/gate`` (scara_msgs/Audit).
+        question: scara_msgs/JudgeMotion, which is above this room, as the next one.
+        word: scara_msgs/Audit.
+        patience: A motion waits for its judgement so long at most [s].
     """
 
-    def __init__(self, settings: GateSettings, judge: ServiceClient, told: Any) -> None:
-        self._settings, self._judge, self._told = settings, judge, told
+    def __init__(self, settings: GateSettings, question: Any, word: Any, patience: float) -> None:
+        self._settings = settings
+        self._judge = ServiceClient("what_if/judge", question, patience)
+        self._told = rospy.Publisher(TOLD, word, queue_size=20, tcp_nodelay=True)
 
     @property
     def is_off(self) -> bool:

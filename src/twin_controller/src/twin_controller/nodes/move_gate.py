@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import rospy
 from scara_ros.gate.permit import Permit
-from scara_ros.gate.settings import load_gate
-from scara_ros.nodes.judge_gate import JudgeGate
-from scara_ros.nodes.service_client import ServiceClient
+from scara_ros.gate.settings import GateSettings
+from scara_ros.nodes.judge_gate import TOLD, JudgeGate
 
 from scara_msgs.msg import Audit
 from scara_msgs.srv import JudgeMotion
@@ -33,39 +31,32 @@ class MoveGate:
 
     Args:
         setup: Profile and numbers.
-        folder: Of what_if.yaml.
+        settings: what_if.yaml.
         state: Returns the core's state.
         shown: Told the newest line for ``twin_controller/state``.
         audit: Told who, what, whether it may move, and why.
         pause: Pauses the pair, for ``hold_own_programs``.
-
-    Raises:
-        ConfigError: what_if.yaml is wrong.
     """
 
     def __init__(
         self,
         setup: Setup,
-        folder: Path,
+        settings: GateSettings,
         state: Callable[[], CoreState],
         shown: Callable[[str], None],
         audit: Callable[[str, str, bool, str], None],
         pause: Callable[[], None],
     ) -> None:
         self._setup, self._state, self._shown, self._audit = setup, state, shown, audit
-        settings = load_gate(folder)
-        told = rospy.Publisher("what_if/gate", Audit, queue_size=20, tcp_nodelay=True)
-        judge = ServiceClient("what_if/judge", JudgeMotion, settings.patience)
-        self._gate = JudgeGate(settings, judge, told)
-        judge = ServiceClient("what_if/judge", JudgeMotion, settings.program_patience)
+        self._gate = JudgeGate(settings, JudgeMotion, Audit, settings.patience)
         self._own = OwnPrograms(
-            JudgeGate(settings, judge, told),
+            JudgeGate(settings, JudgeMotion, Audit, settings.program_patience),
             settings.hold_own_programs,
             lambda: self._state().sides.real.flags,
             pause,
         )
         self._stops = 0
-        rospy.Subscriber("what_if/gate", Audit, self._told, queue_size=100, tcp_nodelay=True)
+        rospy.Subscriber(TOLD, Audit, self._told, queue_size=100, tcp_nodelay=True)
 
     def look(self) -> None:
         """Look whether the robot has started a program by itself; called all the time."""

@@ -200,12 +200,8 @@ class Publishing:
             [joint.unit for joint in joints],
         )
         message.position = [round(q / joint.scale, 2) for q, joint in zip(sample.motion.q, joints)]
-        try:
+        with until_shutdown():
             self._data.publish(message)
-        except rospy.ROSException:
-            # A node that ends closes its topics first, and its threads after them.
-            if not rospy.is_shutdown():
-                raise
 
     def diagnose(self, found: list[Status]) -> None:
         """Publish diagnostics."""

@@ -31,7 +31,7 @@ from geometry_msgs.msg import PointStamped
 from scara_config import ConfigError, Robot, config_directory, files_in_force, load_robot
 from scara_config.modbus_map import ModbusMap, load_modbus_map
 from scara_config.profile import PLANTS
-from scara_ros.gate.settings import load_gate
+from scara_ros.gate.settings import GateSettings, load_gate
 from scara_ros.io.persons import Persons, load_persons
 from scara_ros.io.scheduling import go_first
 from scara_ros.memory import keep_for_good
@@ -81,7 +81,7 @@ class Node:
         url: str,
         access: Access,
         persons: Persons,
-        folder: Path,
+        gate: GateSettings,
     ) -> None:
         """Build everything; nothing connects before ``run``.
 
@@ -93,7 +93,7 @@ class Node:
             url: Of the gateway.
             access: What the gateway asks of us.
             persons: Who may hold control.
-            folder: With what_if.yaml.
+            gate: what_if.yaml.
         """
         self._setup = Setup(robot, config)
         self._base_frame = own_frame(robot.base_frame)
@@ -106,7 +106,7 @@ class Node:
             rospy.logerr("nobody can hold control: %s", persons.trouble)
         self._gate = MoveGate(
             self._setup,
-            folder,
+            gate,
             lambda: self._engine.state,
             self._publishing.judged,
             self._publishing.audit,
@@ -240,13 +240,13 @@ def main() -> None:
         url = rospy.get_param("~gateway_url", config.twin.url)
         access = read_access(config.twin, url, os.environ)
         persons = Persons(load_persons(folder))
-        load_gate(folder)
+        gate = load_gate(folder)
     except ConfigError as error:
         rospy.logfatal("twin_controller: %s", error)
         sys.exit(2)
     rospy.loginfo(links_text(config))
     publisher, configuration = _publish_configuration(folder, config)
-    node = Node(robot, config, layout, configuration, url, access, persons, folder)
+    node = Node(robot, config, layout, configuration, url, access, persons, gate)
     code = node.run()
     publisher.unregister()
     if code:

@@ -33,14 +33,7 @@ Id = Annotated[str, typer.Argument(help='Of the alarm, as listed: "MACHINE/CELL:
 @app.command()
 def alarms(router_port: RouterPort = None) -> None:
     """List alarms: raised ones first, then those that went unseen, acknowledged, shelved."""
-    config = configured(router_port)
-    with open_session(config) as session:
-        for reply in session.get(f"{config.site}/{keys.ALARMS}", timeout=CONNECT_S):
-            if reply.ok is not None:
-                rows = msgspec.json.decode(bytes(reply.ok.payload), type=list[AlarmRow])
-                break
-        else:
-            fail("the desk does not answer, though its router is there", FAILED)
+    rows = msgspec.json.decode(_answered(router_port, keys.ALARMS), type=list[AlarmRow])
     names = ("alarm", "level", "status", "since", "times", "text", "by", "until")
     print_table(names, [_line(row) for row in rows])
     waiting = sum(row.status in (Status.RAISED, Status.CLEARED) for row in rows)
@@ -66,18 +59,21 @@ def shelve(
 
 
 def _mark(asked: MarkAsked, router_port: int | None, person: str | None) -> None:
+    question = f"{keys.MARK}?person={person_name(person)}@{desk_name()}"
+    answer = decode(_answered(router_port, question, encode(asked)), Answer)
+    if not answer.accepted:
+        fail(answer.text, FAILED)
+    typer.echo(answer.text)
+
+
+def _answered(router_port: int | None, question: str, payload: bytes | None = None) -> bytes:
+    """Return what the desk answers first; end the program if it does not answer."""
     config = configured(router_port)
-    who = f"{person_name(person)}@{desk_name()}"
     with open_session(config) as session:
-        selector = f"{config.site}/{keys.MARK}?person={who}"
-        for reply in session.get(selector, payload=encode(asked), timeout=CONNECT_S):
-            if reply.ok is None:
-                continue
-            answer = decode(bytes(reply.ok.payload), Answer)
-            if not answer.accepted:
-                fail(answer.text, FAILED)
-            typer.echo(answer.text)
-            return
+        selector = f"{config.site}/{question}"
+        for reply in session.get(selector, payload=payload, timeout=CONNECT_S):
+            if reply.ok is not None:
+                return bytes(reply.ok.payload)
     fail("the desk does not answer, though its router is there", FAILED)
 
 
