@@ -233,7 +233,12 @@ class Pair(RealSide, TwinSide):
         """Report the state of the twin's pose controller."""
         shown, applied = self.shown_motion(self.now), min(100.0, self.limit)
         still = shown in ("idle", "paused", "estopped")
-        event = TwinMotion(self.now, shown, 100.0, applied, self.limit, self.command_id, still, "")
+        target, peak = self.announced if shown == "moving" else ((), 0.0)
+        event = TwinMotion(
+            *(self.now, shown, 100.0, applied, self.limit, self.command_id, still, ""),
+            target=target,
+            peak_percent=peak,
+        )
         self._report(event, lambda: self.twin_up)
 
     def _report_plan(self) -> None:

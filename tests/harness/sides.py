@@ -175,6 +175,8 @@ class TwinSide:
         self.motion = "idle"
         self.command_id = 0
         self.limit = self.override = 100.0
+        # Where the twin says that its move ends, and how fast its fastest joint gets [percent].
+        self.announced: tuple[tuple[float, ...], float] = ((), 0.0)
         self.announce = 0.1
         self.twin_path: Path_ | None = None
         self.twin_time = 0.0

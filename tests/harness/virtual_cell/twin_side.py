@@ -345,6 +345,7 @@ class TwinSide:
                 report.standing_still,
                 report.message,
                 tuple(report.target),
+                report.peak_percent,
             )
         )
 

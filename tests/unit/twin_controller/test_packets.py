@@ -64,6 +64,7 @@ def motion_state(**changes: Any) -> dict[str, Any]:
     return (
         fields
         | {f"speed_{kind}_percent": 10.0 for kind in ("requested", "applied", "limit")}
+        | {"peak_percent": 30.0}
         | changes
     )
 
@@ -156,7 +157,7 @@ def test_the_state_of_the_pose_controller_becomes_an_input() -> None:
         state="moving", standing_still=False, message="busy", speed_limit_percent=80
     )
     assert twin_motion(message, NAMES, 5.0) == TwinMotion(
-        5.0, "moving", 10.0, 10.0, 80.0, 7, False, "busy"
+        5.0, "moving", 10.0, 10.0, 80.0, 7, False, "busy", (), 30.0
     )
 
 

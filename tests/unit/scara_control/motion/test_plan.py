@@ -54,6 +54,16 @@ def test_a_move_from_rest_is_as_quick_as_the_jerks_allow():
 
 @settings(max_examples=60, deadline=None)
 @given(within(1.0), within(1.0), st.floats(1.0, 100.0))
+def test_the_peak_of_a_move_is_that_of_its_fastest_joint(start, target, percent):
+    """To a percent of a joint's largest speed or so."""
+    path = plan_move(JOINTS, JointMotion.at_rest(start), target, percent)
+    qdot = sampled(path, 2000)[2]
+    exact = 100.0 * (np.abs(qdot) / [joint.velocity for joint in JOINTS]).max()
+    assert exact - 1.5 <= path.peak_percent(JOINTS) <= exact + 1e-2
+
+
+@settings(max_examples=60, deadline=None)
+@given(within(1.0), within(1.0), st.floats(1.0, 100.0))
 def test_a_move_from_rest_is_a_straight_line_that_keeps_all_limits(start, target, percent):
     """Joints start and end together, on a straight line.
 

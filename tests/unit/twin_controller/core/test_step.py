@@ -339,6 +339,21 @@ def test_speed_above_the_limit_caps_the_twin(pair: Pair) -> None:
     assert "at most 80 %" in speed.reason
 
 
+def test_a_move_that_is_too_short_for_the_limit_is_not_slowed(pair: Pair) -> None:
+    """A cap slows all of its path down: one whose joints reach half as much needs none."""
+    most = SETUP.config.limit.twin_percent
+    pair.announced = AWAY, 64.0
+    pair.move_twin(ramp(HOME, AWAY, 1.0))
+    pair.run(0.5)
+    # The robot's own override of 100 % leaves it 100 / 1.2 %.
+    assert pair.limit == 100.0 and not pair.state.orders.speeds.limited
+    pair.announced = AWAY, 95.0
+    pair.run(0.1)
+    assert pair.limit == pytest.approx(100.0 * most / 95.0, abs=1.0)
+    pair.run(3.0)
+    assert pair.motion == "idle" and pair.limit == most
+
+
 def test_deviation_is_infinite_while_a_side_is_unknown() -> None:
     """Nothing that needs both sides may pass before both are known."""
     assert deviation(SETUP, Pair().state.sides) == float("inf")

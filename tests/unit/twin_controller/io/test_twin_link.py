@@ -71,7 +71,13 @@ class Twin:
 
     def _state(self) -> dict[str, Any]:
         numbers = dict.fromkeys(
-            ("speed_requested_percent", "speed_applied_percent", "speed_limit_percent"), 100.0
+            (
+                "speed_requested_percent",
+                "peak_percent",
+                "speed_applied_percent",
+                "speed_limit_percent",
+            ),
+            100.0,
         )
         last = self.heard[-1] if self.heard else 0
         return {

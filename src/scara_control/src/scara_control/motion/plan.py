@@ -20,6 +20,8 @@ _HARDER = (1.0, 2.0, 4.0, 8.0)
 """Factors on acceleration and jerk that a stop tries before it leaves the limits (our choice)."""
 
 
+_LOOKS = 32
+"""A path is looked at so often for its speed; the middle of a short move is among them."""
 _NO_WAY = 1e-9
 """[rad] or [m]: a joint that has no further to go does not slow the others down (our choice, as
 LIMIT_TOLERANCE)."""
@@ -89,6 +91,12 @@ class Path:
     def end(self) -> Vector:
         """Where the joints come to rest."""
         return self._end.q
+
+    def peak_percent(self, joints: Sequence[Joint]) -> float:
+        """Return the speed of the fastest joint [percent of its largest], to a percent or so."""
+        taus = (self.duration * k / _LOOKS for k in range(1, _LOOKS))
+        speeds = (zip(self.at(tau).qdot, joints) for tau in taus)
+        return max((100.0 * abs(v) / joint.velocity for row in speeds for v, joint in row))
 
     def at(self, tau: float) -> JointMotion:
         """Return the motion at path time ``tau`` [s]."""

@@ -47,6 +47,7 @@ class PoseController:
         self._stopping = self._paused = self._estopped = False
         self._parked = False
         self._requested, self._cap = config.move.default_speed_percent, SpeedCap()
+        self._peak = 0.0
         self._message = ""
 
     def measure(self, measured: JointMotion) -> None:
@@ -189,6 +190,7 @@ class PoseController:
             setpoint=setpoint,
             target=drive.path.end if drive is not None and moving else (),
             speed_requested_percent=self._requested,
+            peak_percent=self._peak,
             speed_applied_percent=self._requested * drive.base.scale
             if drive is not None and moving
             else 0.0,
@@ -219,7 +221,7 @@ class PoseController:
         path = self._planner.move(start, request.target(self._joints, hold), request.speed_percent)
         self._end_move(f"aborted: replaced by move {self._ledger.move_id + 1}")
         self._begin(self.names, now, is_move=True)
-        self._requested = request.speed_percent
+        self._requested, self._peak = request.speed_percent, path.peak_percent(self._joints)
         scale = 1.0 if any(start.qdot) or any(start.qddot) else self._wanted_scale(go_at)
         self._driver.start(path, go_at, scale)
         return self._ledger.move_id

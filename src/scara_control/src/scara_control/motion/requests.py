@@ -35,6 +35,7 @@ class PoseReport:
     setpoint: Vector
     target: Vector
     speed_requested_percent: float
+    peak_percent: float
     speed_applied_percent: float
     speed_limit_percent: float
     standing_still: bool

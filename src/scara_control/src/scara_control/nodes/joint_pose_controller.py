@@ -290,6 +290,7 @@ class JointPoseController:
             setpoint=report.setpoint,
             target=report.target,
             speed_requested_percent=report.speed_requested_percent,
+            peak_percent=report.peak_percent,
             speed_applied_percent=report.speed_applied_percent,
             speed_limit_percent=report.speed_limit_percent,
             standing_still=report.standing_still,

@@ -126,7 +126,13 @@ class TwinPlan(Event, frozen=True, tag="plan"):
 
 
 class TwinMotion(Event, frozen=True, tag="motion"):
-    """State of the twin's pose controller; ``target`` is where a running move ends, else empty."""
+    """State of the twin's pose controller.
+
+    Attributes:
+        target: Where a running move ends, else empty.
+        peak_percent: What its fastest joint reaches of its largest speed, unless a cap slows the
+            move; 0: not known.
+    """
 
     state: str
     speed_requested_percent: float
@@ -136,6 +142,7 @@ class TwinMotion(Event, frozen=True, tag="motion"):
     standing_still: bool
     message: str
     target: Joints = ()
+    peak_percent: float = 0.0
 
 
 class TwinGripper(Event, frozen=True, tag="twin_gripper"):

@@ -52,7 +52,7 @@ def step(setup: Setup, before: CoreState, event: AnyEvent) -> Result:
     answered = isinstance(event, RealMeasured) and heard.real.flags is event
     follow = before.follow
     if answered and lead.mode in FOLLOWS_TWIN:
-        held = bool(follow.slowed)
+        held = follow.real is not None and follow.real.held
         response = measured(setup, follow.response, heard.real, held)
         follow = replace(follow, response=response)
 

@@ -166,6 +166,7 @@ def twin_motion(message: Mapping[str, Any], names: Sequence[str], now: float) ->
         typed(message, "standing_still", bool),
         typed(message, "message", str),
         row(message, "target", order_of(message, "name", names)) if message.get("target") else (),
+        number(message, "peak_percent"),
     )
 
 

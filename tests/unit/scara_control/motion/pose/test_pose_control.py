@@ -73,11 +73,15 @@ def test_the_cap_stretches_running_and_coming_moves():
     assert (
         bench.report.speed_requested_percent == 100.0 and bench.report.speed_applied_percent == 80.0
     )
+    # Of the whole path: what it would reach, and whatever slows it down does not matter.
+    peak = bench.report.peak_percent
+    assert 0.0 < peak <= 100.0
     bench.core.limit_speed(40.0, bench.now)
     bench.tick(20)
     assert (
         bench.report.speed_applied_percent == pytest.approx(40.0)
         and bench.report.speed_limit_percent == 40.0
+        and bench.report.peak_percent == peak
     )
     bench.until("idle")
     line = np.array(FAR) - np.array(HOME)

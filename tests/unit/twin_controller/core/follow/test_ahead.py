@@ -61,7 +61,10 @@ def test_no_number_gets_another_time(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_one_that_is_held_back_counts_until_the_robot_has_it() -> None:
-    """Those behind it may be free again: its reason stays, and nothing is measured meanwhile."""
+    """Those behind it may be free again: its reason stays.
+
+    Nothing is measured while the robot has one that is held back, whatever waits behind it.
+    """
     pair = Pair(places=10)
     pair.connect()
     pair.move_twin(ramp(HOME, AWAY, 0.1))
@@ -73,6 +76,7 @@ def test_one_that_is_held_back_counts_until_the_robot_has_it() -> None:
             continue
         back = [told.q != told.asked for told in follows.told]
         assert bool(follows.slowed) == any(back), follows
+        assert follows.held == back[0], follows
         held += any(back) and not back[-1]
         seen.add(any(back))
     assert held and seen == {True, False}

@@ -30,26 +30,43 @@ def told(t: float, length: float = LENGTH, duration: float = DURATION) -> float:
     return length * u**3 * (10 - 15 * u + 6 * u * u)
 
 
-def answer(t: float, delay: float, smoothing: float, length: float = LENGTH) -> float:
+def answer(
+    t: float,
+    delay: float,
+    smoothing: float,
+    length: float = LENGTH,
+    duration: float = DURATION,
+) -> float:
     """Return where a robot is that does it ``delay`` late, through a filter of that variance."""
     # The mean of two taps that lie a standard deviation to both sides.
     spread = (2.0 * smoothing) ** 0.5
-    return 0.5 * (told(t - delay - spread, length) + told(t - delay + spread, length))
+    late = (told(t - delay + side, length, duration) for side in (-spread, spread))
+    return 0.5 * sum(late)
 
 
 def side(
-    end: float, delays: dict[int, float], smoothing: float = 0.0, noise: float = 0.0, seed: int = 0
+    end: float,
+    delays: dict[int, float],
+    smoothing: float = 0.0,
+    noise: float = 0.0,
+    seed: int = 0,
+    length: float = LENGTH,
+    duration: float = DURATION,
 ) -> RealSide:
     """Return a robot at ``end`` [s] of a move that some of its joints make."""
     random = np.random.default_rng(seed)
     commands = tuple(
-        (float(t), tuple(told(t) if k in delays else 0.0 for k in range(len(HOME))))
+        (
+            float(t),
+            tuple(told(t, length, duration) if k in delays else 0.0 for k in range(len(HOME))),
+        )
         for t in np.arange(end - 0.5, end, SENT_S)
     )
     history = []
     for t in np.arange(end, end - 48 * READ_S, -READ_S)[::-1]:
         q = [
-            (answer(t, delays[k], smoothing) if k in delays else 0.0) + random.normal(0.0, noise)
+            (answer(t, delays[k], smoothing, length, duration) if k in delays else 0.0)
+            + random.normal(0.0, noise)
             for k in range(len(HOME))
         ]
         si = tuple(value * scale for value, scale in zip(q, SETUP.scale))
@@ -133,6 +150,22 @@ def test_a_robot_that_keeps_up_is_led_faster() -> None:
     assert 20.0 < faster.pace <= 100.0 and faster.behind_at == 100.0
     slow = after_move({0: 0.1}, replace(start, pace=90.0))
     assert slow.pace == 90.0
+
+
+@pytest.mark.parametrize(("share", "proves"), [(1.05, True), (0.5, False)])
+def test_a_short_move_proves_by_its_acceleration(share: float, proves: bool) -> None:
+    """It never reaches the speed of its program, whose square root its acceleration shows."""
+    length, duration, pace = 4.0, 0.4, 60.0
+    # Largest acceleration of the smooth move, which the robot is said to be able to do.
+    largest = 10.0 / 3.0**0.5 * length / duration**2
+    whole = largest / (share * pace * 1e-2) ** 2 * SETUP.scale[0]
+    setup = Setup(ROBOT, CONFIG)
+    setup.acceleration = (whole, *setup.acceleration[1:])
+    real = side(0.45, {0: 0.1}, length=length, duration=duration)
+    begun = replace(
+        after_move({0: 0.1}, assumed(NUMBERS, SETUP.names)), pace=pace, behind_at=100.0, at=-1e9
+    )
+    assert (measured(setup, begun, real).pace > pace) == proves
 
 
 def test_a_robot_that_falls_behind_is_led_more_slowly() -> None:

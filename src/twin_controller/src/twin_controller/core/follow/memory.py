@@ -42,6 +42,11 @@ class RealFollows(msgspec.Struct, frozen=True):
     resumes: bool = False
 
     @property
+    def held(self) -> bool:
+        """Whether the set point that the robot has now is not the one that was asked for."""
+        return bool(self.told) and self.told[0].q != self.told[0].asked
+
+    @property
     def last(self) -> RobotSetpoint | None:
         """The last set point; None before the first."""
         return self.told[-1] if self.told else None

@@ -6,6 +6,7 @@ weighed against what was known, and with what speed the robot keeps up.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import msgspec
@@ -35,6 +36,8 @@ JUMP_GAIN, SMOOTHING_GAIN = 0.3, 0.2
 smoothing."""
 MOST_SMOOTHING = 2.5e-3
 """No larger one is reckoned with [s^2]: two filters of 170 ms have that."""
+LED_STEP_S = 0.02
+"""Speeds that a robot was told are differences over this time [s]."""
 SLOWER, FASTER, NEARLY = 0.9, 1.1, 0.9
 """A robot that falls behind is led so much slower, one that keeps up so much faster. Our choice."""
 
@@ -125,8 +128,8 @@ def measured(setup: Setup, response: Response, real: RealSide, held: bool = Fals
         return response
     # What it did in the newer half of the window it was told by its delay before.
     end = real.last.time - response.longest
-    speed = _speed(setup, told_at, told, end - 0.5 * config.window_ms * 1e-3, end)
-    paced = _paced(response, fits, speed, config)
+    led = _led(setup, told_at, told, end - 0.5 * config.window_ms * 1e-3, end)
+    paced = _paced(response, fits, led, config)
     return replace(_joined(paced, fits, config), at=real.last.time)
 
 
@@ -168,32 +171,38 @@ def _joined(response: Response, fits: dict[int, Fit], config: ResponseConfig) ->
 
 
 def _paced(
-    response: Response, fits: dict[int, Fit], speed: float, config: ResponseConfig
+    response: Response, fits: dict[int, Fit], led: float, config: ResponseConfig
 ) -> Response:
     """Find the speed with which the robot keeps up.
 
     Args:
         response: What was known before.
         fits: What was measured.
-        speed: How fast it was led meanwhile [percent of the joints' largest].
+        led: With what program speed it was led meanwhile [percent].
         config: Numbers.
     """
     if not known(response, config):
         return response
     late = max(fit.delay - response.delay[k] for k, fit in fits.items())
-    if late > config.behind_ms * 1e-3 and speed > 0.5 * response.pace:
-        pace = max(SLOWER * min(speed, response.pace), config.careful_percent)
-        return replace(response, pace=pace, behind_at=max(min(speed, response.behind_at), pace))
-    if late < 0.5 * config.behind_ms * 1e-3 and speed >= NEARLY * response.pace:
+    if late > config.behind_ms * 1e-3 and led > 0.5 * response.pace:
+        pace = max(SLOWER * min(led, response.pace), config.careful_percent)
+        return replace(response, pace=pace, behind_at=max(min(led, response.behind_at), pace))
+    if late < 0.5 * config.behind_ms * 1e-3 and led >= NEARLY * response.pace:
         most = 100.0 if response.behind_at >= 100.0 else NEARLY * response.behind_at
         return replace(response, pace=max(response.pace, min(FASTER * response.pace, most)))
     return response
 
 
-def _speed(setup: Setup, told_at: Array, told: Array, begin: float, end: float) -> float:
-    """Return the mean speed that the fastest joint was told [percent of its largest]."""
-    after, before = (
-        np.array([np.interp(t, told_at, column) for column in told.T]) for t in (end, begin)
-    )
-    largest = np.array(setup.to_border(setup.velocity))
-    return float(100.0 * np.max(np.abs(after - before) / largest) / (end - begin))
+def _led(setup: Setup, told_at: Array, told: Array, begin: float, end: float) -> float:
+    """Return the program speed that the robot was led with [percent].
+
+    A short move never reaches its speed: it asks for acceleration, which grows with the square of
+    the program speed.
+    """
+    at = np.arange(begin, end, LED_STEP_S)
+    way = np.stack([np.interp(at, told_at, column) for column in told.T], axis=1)
+    speed = np.abs(way[-1] - way[0]) / (at[-1] - at[0]) / setup.to_border(setup.velocity)
+    velocity = np.diff(way, axis=0) / LED_STEP_S
+    change = np.abs(np.diff(velocity, axis=0)) / LED_STEP_S
+    acceleration = change.max(axis=0) / setup.to_border(setup.acceleration)
+    return float(100.0 * max(speed.max(), math.sqrt(acceleration.max())))

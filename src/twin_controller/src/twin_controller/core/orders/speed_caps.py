@@ -62,7 +62,7 @@ def cap_speeds(
         speeds, actions = _override_real(setup, speeds, flags, allowed, now)
     if motion is None or not sides.twin.connected:
         return speeds, actions
-    cap = _twin_cap(setup, speeds, sides, safety, Cap(*pace))
+    cap = _twin_cap(setup, speeds, sides, motion, safety, Cap(*pace))
     speeds = _judged(setup, speeds, sides, safety, leader, cap)
     speeds, sent = _cap_twin(setup, speeds, motion, cap.percent, now)
     return speeds, [*actions, *sent]
@@ -119,18 +119,20 @@ def _cap_twin(
     return replace(speeds, twin=order), [CapTwin(cap)]
 
 
-def _twin_cap(setup: Setup, speeds: Speeds, sides: Sides, safety: Safety, pace: Cap) -> Cap:
+def _twin_cap(
+    setup: Setup, speeds: Speeds, sides: Sides, motion: TwinMotion, safety: Safety, pace: Cap
+) -> Cap:
     """Return the lowest cap of the twin's program speed."""
     limit, cartesian = setup.config.limit, setup.config.cell.cartesian_speed_mm_s
     caps = [Cap(speeds.cap, "the operator's SPEED")]
     if sides.real.connected and sides.real.flags is not None:
         override = max(sides.real.flags.override_percent, 1.0)
-        most = limit.twin_percent
+        most = _program_speed(limit.twin_percent, motion)
         held = f"the real robot gets at most {limit.speed_percent:g} %"
         caps.append(Cap(most, f"{held}, and it needs some of that to keep up"))
         caps.append(pace)
         room = f"the real robot's override is {override:g} %, and it needs some of that to keep up"
-        caps.append(Cap(override / limit.override_margin, room))
+        caps.append(Cap(_program_speed(override / limit.override_margin, motion), room))
     if cartesian is not None:
         # A move that is announced has a fastest point of its own; other motion may be the worst.
         own = setup.safe_percent
@@ -144,6 +146,16 @@ def _twin_cap(setup: Setup, speeds: Speeds, sides: Sides, safety: Safety, pace: 
         caps.append(Cap(100.0 * safety.guard.share, ZONE_AHEAD))
     cap = min(caps, key=lambda one: one.percent)
     return Cap(max(cap.percent, 1.0), cap.reason)
+
+
+def _program_speed(most: float, motion: TwinMotion) -> float:
+    """Return with what program speed no joint of the twin is faster than ``most`` [percent].
+
+    A cap slows all of a path down: a move that is too short to get so fast needs none.
+    """
+    if not motion.target or motion.peak_percent <= 0.0:
+        return most
+    return min(100.0, most * max(1.0, motion.speed_requested_percent / motion.peak_percent))
 
 
 def real_cap(setup: Setup, speeds: Speeds, safety: Safety, leader: str) -> Cap:
