@@ -179,7 +179,9 @@ def recorded(world: World, end: tuple[float, ...]) -> Recorded:
     times = np.arange(0.0, path.duration + 0.2, 0.01)
     q = np.array([path.at(float(t)).q for t in times])
     q += np.random.default_rng(7).normal(0.0, 2e-6, q.shape)
-    return Recorded(tuple(joint.name for joint in world.cell.robot.twin_joints), times, q)
+    names = tuple(joint.name for joint in world.cell.robot.twin_joints)
+    points = (JointMotion(tuple(row), (), ()) for row in q.tolist())
+    return Recorded(Setpoints.due(names, times.tolist(), points))
 
 
 def test_a_recorded_way_is_judged_like_the_move_that_it_was(world: World) -> None:

@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from scara_config.programs.files import ProgramSteps
 from scara_control.joint_motion import Setpoints
 
-from what_if.geometry.bodies import FloatArray
-
 
 @dataclass(frozen=True)
 class ToolTarget:
@@ -56,15 +54,11 @@ class Recorded:
     """The way that a bag holds.
 
     Attributes:
-        names: The joints of the columns.
-        times: From the start [s], increasing, shape (m,).
-        q: Joint positions, shape (m, len(names)): [rad], prismatic [m].
+        way: Positions, at times from the start; a bag's velocities are not used.
         grips: When the suction was switched [s], and whether on.
     """
 
-    names: tuple[str, ...]
-    times: FloatArray
-    q: FloatArray
+    way: Setpoints
     grips: tuple[tuple[float, bool], ...] = ()
 
 

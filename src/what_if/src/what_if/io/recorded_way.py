@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 from cell_recorder.io.reading.bag_reader import Bag, BagError, open_bag
+from scara_control.joint_motion import JointMotion, Setpoints
 
 from what_if.errors import WhatIfError
 from what_if.motions import Recorded
@@ -52,7 +53,8 @@ def read_way(cell: Cell, path: Path) -> Recorded:
     cut = slice(int(moving[0]), int(moving[-1]) + 2)
     begin = float(stamps[cut][0])
     inside = tuple((when - begin, on) for when, on in grips if begin < when < stamps[cut][-1])
-    return Recorded(tuple(names), stamps[cut] - begin, q[cut], inside)
+    points = (JointMotion(tuple(row), (), ()) for row in q[cut].tolist())
+    return Recorded(Setpoints.due(tuple(names), (stamps[cut] - begin).tolist(), points), inside)
 
 
 def _grips(bag: Bag, topic: str) -> list[tuple[float, bool]]:

@@ -124,9 +124,9 @@ def _asked(
     return world, ProgramRun(find_program(world.cell, text, config_dir))
 
 
-def at_begin(world: World, way: Recorded) -> tuple[World, Motion]:
+def at_begin(world: World, recorded: Recorded) -> tuple[World, Motion]:
     """Return the world with the joints where a recorded way begins."""
-    return replace(world, q=tuple(way.q[0].tolist())), way
+    return replace(world, q=recorded.way.points[0].q), recorded
 
 
 @contextmanager

@@ -249,15 +249,16 @@ def _recorded(world: World, motion: Recorded) -> Planned:
         WhatIfError: A joint is unknown, or there are too few positions.
     """
     names = [joint.name for joint in world.cell.robot.twin_joints]
-    unknown = sorted(set(motion.names) - set(names))
-    if unknown or len(motion.times) < 2:
+    way = motion.way
+    unknown = sorted(set(way.names) - set(names))
+    if unknown or len(way.points) < 2:
         what = f"unknown joints {', '.join(unknown)}" if unknown else "fewer than two positions"
         raise WhatIfError(f"the recorded way has {what}: expected {', '.join(names)}")
     sample = world.cell.config.sample_ms * 1e-3
-    times = np.arange(motion.times[0], motion.times[-1], sample)
+    times = np.arange(way.times[0], way.times[-1], sample)
     q = np.tile(np.array(world.q), (len(times), 1))
-    for k, name in enumerate(motion.names):
-        q[:, names.index(name)] = np.interp(times, motion.times, motion.q[:, k])
+    for name, column in zip(way.names, zip(*(point.q for point in way.points))):
+        q[:, names.index(name)] = np.interp(times, way.times, column)
     window = min(2 * int(0.5 * SMOOTHING_S / sample) + 1, len(times) - (len(times) + 1) % 2)
     order = min(3, window - 1)
     smooth, qdot, qddot = (
