@@ -142,6 +142,19 @@ def test_refused_commands_send_no_set_point_and_say_why(cell: Cell) -> None:
     assert cell.move(joint_positions=HOME).success
 
 
+def test_a_judge_that_was_resting_knows_where_the_twin_stands_now(cell: Cell) -> None:
+    """It hears a hundred joint states a second and reads few of them until it is asked."""
+    from scara_msgs.srv import JudgeMotion
+
+    judge = cell.ros.service("what_if/judge", JudgeMotion)
+    for target in (FREE, HOME, FREE, HOME):
+        assert cell.move(joint_positions=target).success
+        there = judge(motion="MOVE_JOINTS", joint_positions=target)
+        back = judge(motion="MOVE_JOINTS", joint_positions=FREE if target == HOME else HOME)
+        assert there.success and back.success
+        assert there.duration < 0.1 < back.duration
+
+
 def test_without_a_judge_it_moves_and_that_is_told(cell: Cell) -> None:
     """The judge is killed; what nobody judged moves as before, by the shipped file."""
     cell.judge.signal(signal.SIGKILL)

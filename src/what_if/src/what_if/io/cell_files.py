@@ -60,6 +60,7 @@ class Models:
             robot.tool_frame,
             gravity=GRAVITY,
             payloads=self._with_part(told),
+            beside=self._empty,
         )
         self._told = told
 
@@ -72,9 +73,9 @@ class Models:
         return {False: self._empty, True: self._full}
 
     def close(self) -> None:
-        """Free the engines."""
-        self._empty.close()
+        """Free the engine that both share."""
         self._full.close()
+        self._empty.close()
 
     def _with_part(self, payload: Payload) -> Sequence[Payload]:
         return [payload, self._part] if self._part else [payload]

@@ -12,6 +12,7 @@ import rosgraph
 import rospy
 from geometry_msgs.msg import PointStamped
 from scara_config.payload import Payload
+from scara_control.nodes.idle import HOLD_S, STATE_HOLD_S, Attention
 from scara_ros.io.hardening import harden_process
 from sensor_msgs.msg import JointState
 from visualization_msgs.msg import MarkerArray
@@ -22,15 +23,21 @@ from what_if.handling import found_part
 from what_if.io.cell_files import Models
 from what_if.world import Lag, World
 
+JOINTS, STATE = "twin/joint_states", "twin_controller/state"
 TOPICS = {
-    "twin/joint_states": JointState,
+    JOINTS: JointState,
     "twin/gripper": GripperState,
     "twin/parts": MarkerArray,
     "twin/payload": PayloadState,
-    "twin_controller/state": TwinControllerState,
+    STATE: TwinControllerState,
     "people/nearest": PointStamped,
 }
-JOINTS = "twin/joint_states"
+HOLD = {JOINTS: HOLD_S, STATE: STATE_HOLD_S}
+"""What comes all the time is read so often while nobody asks [s], as every resting node does."""
+RECENT_S = {JOINTS: 0.02, STATE: 0.1}
+"""What was read so short a time before a question is the newest there is [s]: twice its period."""
+FRESH_S = 0.1
+"""A question waits so long at most for what is newer; our choice: a quarter of its patience."""
 PERSON_S = 5.0
 """A person who was seen so long ago is no longer there; our choice. With monitoring on, the twin
 controller stops the pair long before."""
@@ -40,6 +47,8 @@ WAIT_S = 2.0
 
 class LiveWorld:
     """Keeps the newest message of each topic and makes a world of them.
+
+    What comes all the time is looked at seldom, and closely when somebody asks.
 
     Args:
         base: What the topics do not tell.
@@ -51,6 +60,7 @@ class LiveWorld:
         self._lock = threading.Lock()
         self._newest: dict[str, tuple[float, Any]] = {}
         self._heard = threading.Condition(self._lock)
+        self._attention = {topic: Attention(lambda: True, hold) for topic, hold in HOLD.items()}
         self._subscribers = [
             rospy.Subscriber(topic, kind, self._keep, topic, queue_size=1, tcp_nodelay=True)
             for topic, kind in TOPICS.items()
@@ -75,14 +85,21 @@ class LiveWorld:
             return JOINTS in self._newest
 
     def now(self) -> World | None:
-        """Return the world; None while no joint state was heard."""
-        with self._lock:
+        """Return the world; None while no joint state was heard.
+
+        It waits a little for the newest joints and state, where it has not been looking.
+        """
+        asked = time.monotonic()
+        for attention in self._attention.values():
+            attention.rouse()
+        with self._heard:
+            self._heard.wait_for(lambda: self._is_fresh(asked), FRESH_S)
             newest = dict(self._newest)
         if JOINTS not in newest:
             return None
         world = replace(self._base, q=self._joints(newest[JOINTS][1]))
-        if "twin_controller/state" in newest:
-            world = self._commanded(world, newest["twin_controller/state"][1])
+        if STATE in newest:
+            world = self._commanded(world, newest[STATE][1])
         if "twin/payload" in newest:
             payload = _payload(newest["twin/payload"][1].told)
             world = replace(world, payload=payload, models=self._models.told(payload))
@@ -96,6 +113,15 @@ class LiveWorld:
         with self._heard:
             self._newest[topic] = (time.monotonic(), message)
             self._heard.notify_all()
+        if topic in self._attention:
+            self._attention[topic].hold()
+
+    def _is_fresh(self, asked: float) -> bool:
+        """Say whether what comes all the time was read about when it was asked for, or since."""
+        if JOINTS not in self._newest:
+            return True
+        read = {topic: self._newest[topic][0] for topic in RECENT_S if topic in self._newest}
+        return all(at >= asked - RECENT_S[topic] for topic, at in read.items())
 
     def _joints(self, message: JointState) -> tuple[float, ...]:
         at = dict(zip(message.name, message.position))

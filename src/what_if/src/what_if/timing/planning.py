@@ -17,7 +17,6 @@ from scara_control.kinematics.arm_kinematics import parse_elbow
 from scara_control.limits import check_limits
 from scara_control.motion.plan import Path
 from scara_control.trajectory.goal import named_joints, plan_path
-from scipy.signal import savgol_filter
 
 from what_if.errors import WhatIfError
 from what_if.geometry.way import Way
@@ -248,6 +247,8 @@ def _recorded(world: World, motion: Recorded) -> Planned:
     Raises:
         WhatIfError: A joint is unknown, or there are too few positions.
     """
+    from scipy.signal import savgol_filter  # 43 MB, which a judge of moves need not have
+
     names = [joint.name for joint in world.cell.robot.twin_joints]
     way = motion.way
     unknown = sorted(set(way.names) - set(names))
