@@ -8,12 +8,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from what_if.figures import Figures
-from what_if.geometry.bodies import Body, FloatArray, Kind, box_between, upright
-from what_if.geometry.distances import ERROR
-from what_if.geometry.scene import Press, Scene
+from what_if.geometry.bodies import Body, FloatArray, Kind
+from what_if.geometry.furnishing import furnished
 from what_if.geometry.sweep import Nearest, Swept, sweep
 from what_if.geometry.way import Way
-from what_if.handling import MM, part_bodies, switch
+from what_if.handling import MM, switch
 from what_if.motions import Motion
 from what_if.timing.leg import Leg
 from what_if.timing.planning import plan
@@ -54,7 +53,7 @@ class _Trial:
         self._parts, self._q = world.parts, world.q
         self._figures = Figures(len(world.q))
         self._swept: dict[bytes, Swept] = {}
-        self._scene = self._furnished()
+        self._scene = furnished(world, self._parts)
 
     def take(self, leg: Leg) -> None:
         """Go through a leg."""
@@ -84,34 +83,6 @@ class _Trial:
             math.sqrt(waits) * self._world.lag.spread,
             self._q,
         )
-
-    def _furnished(self) -> Scene:
-        """Return the cell with everything that stands in it now."""
-        cell, world = self._cell, self._world
-        root, tool, config = cell.tree.links[0], cell.robot.tool_frame, cell.config
-        bodies: list[Body] = list(cell.bodies)
-        press = Press()
-        if cell.work is not None:
-            bodies += part_bodies(cell.work, tool, self._parts)
-            # What is nearer than this counts as a hit, so what is allowed begins that far away.
-            room = config.nearer_mm * MM + ERROR
-            gripper = cell.work.gripper
-            press = Press(
-                gripper.offset_mm * MM + room, cell.work.give + room, config.lay_mm * MM + room
-            )
-        for thing in world.obstacles:
-            bodies.append(
-                upright(thing.name, Kind.OBSTACLE, root, thing.shape, thing.size, thing.middle)
-            )
-        floor = cell.work.floor_mm * MM if cell.work else 0.0
-        size = (config.person_radius_mm * MM, config.person_height_mm * MM)
-        for number, (x, y, _) in enumerate(world.people, 1):
-            middle = (x, y, floor + 0.5 * size[1])
-            bodies.append(upright(f"person {number}", Kind.PERSON, root, "cylinder", size, middle))
-        for zone in world.zones:
-            low, high = (np.array(corner) * MM for corner in (zone.lower_mm, zone.upper_mm))
-            bodies.append(box_between(zone.name, Kind.ZONE, root, low, high))
-        return Scene(cell.tree, bodies, press)
 
     def _look_at_use(self, leg: Leg) -> None:
         """Note what the leg asks of the joints."""
@@ -215,7 +186,7 @@ class _Trial:
         if done.parts != self._parts:
             self._parts = done.parts
             self._swept.clear()
-            self._scene = self._furnished()
+            self._scene = furnished(self._world, self._parts)
 
 
 def _named(body: Body) -> str:

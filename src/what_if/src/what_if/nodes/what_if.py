@@ -32,6 +32,7 @@ from what_if.io.cell_files import find_program, resting_cell
 from what_if.judging import judge
 from what_if.motions import JointTarget, Motion, ProgramRun, ToolTarget
 from what_if.nodes.live_world import LiveWorld
+from what_if.showing.samples import Samples, samples_of
 from what_if.verdict import Verdict
 from what_if.world import Cell
 
@@ -56,7 +57,9 @@ class WhatIfServer:
                 if world is None:
                     text = "where the twin stands is not known: wait for twin/joint_states"
                     return JudgeMotionResponse(success=False, message=text)
-                return answer_of(judge(world, self._motion(request)), self._cell)
+                motion = self._motion(request)
+                samples = samples_of(world, motion, request.samples) if request.samples else None
+                return answer_of(judge(world, motion), self._cell, samples)
         except (WhatIfError, ConfigError) as error:
             return JudgeMotionResponse(success=False, message=str(error))
         except Exception as error:
@@ -111,7 +114,7 @@ def trajectory_of(request: JudgeMotion._request_class) -> Setpoints:
     return Setpoints(tuple(request.name), points)
 
 
-def answer_of(verdict: Verdict, cell: Cell) -> JudgeMotionResponse:
+def answer_of(verdict: Verdict, cell: Cell, samples: Samples | None) -> JudgeMotionResponse:
     """Convert a verdict to the service's answer; lengths become [m]."""
     first = verdict.reasons[0] if verdict.reasons else None
     near = verdict.clearance
@@ -141,7 +144,19 @@ def answer_of(verdict: Verdict, cell: Cell) -> JudgeMotionResponse:
         dropped=list(verdict.dropped),
         energy=verdict.energy_j,
         target=list(verdict.target),
+        **(_sampled(samples) if samples is not None else {}),
     )
+
+
+def _sampled(samples: Samples) -> dict[str, list[float]]:
+    """Return the fields of the answer that show the whole motion."""
+    clearance = np.where(np.isfinite(samples.clearance), samples.clearance, -1.0)
+    return {
+        "sample_times": list(samples.way.times),
+        "sample_positions": [value for point in samples.way.points for value in point.q],
+        "sample_clearance": clearance.tolist(),
+        "sample_speed": samples.speed.tolist(),
+    }
 
 
 def main() -> None:

@@ -1,0 +1,1 @@
+"""What is shown of a motion beside its verdict."""
