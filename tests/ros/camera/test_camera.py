@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -75,6 +76,34 @@ def test_camera_draws_the_joints_it_hears_and_says_where_it_stands(ros: Ros, twi
     assert np.count_nonzero((pixels[0] != pixels[1]).any(axis=2)) > 100
     wait_until(lambda: any(info.header.stamp.secs == 200 for info in infos), 10.0, "the intrinsics")
     assert (infos[-1].width, infos[-1].K[2], infos[-1].K[5]) == (160, 79.5, 59.5)
+
+
+def test_camera_has_a_world_only_while_somebody_looks(ros: Ros, twin: Any) -> None:
+    """What it took for the pictures is given back, and the next look finds it again."""
+    import rospy
+    from sensor_msgs.msg import Image
+
+    node = ros.run("scara_simulation", "camera", "_width_px:=160", "_height_px:=120")
+    wait_until(lambda: "camera is ready" in node.output, 30.0, "the camera")
+    before = _private_mb(node.pid)
+    for number in (1, 2):
+        images: list[Image] = []
+        look = rospy.Subscriber(ros.name("camera/image_raw"), Image, images.append, queue_size=1)
+
+        def drawn(seen: list[Image] = images, number: int = number) -> bool:
+            twin(0.1, number)
+            return any(image.header.stamp.secs == number for image in seen)
+
+        wait_until(drawn, 20.0, "a picture", period=0.05)
+        assert _private_mb(node.pid) > before + 20.0
+        look.unregister()
+        wait_until(lambda: _private_mb(node.pid) < before + 10.0, 20.0, "a camera that rests")
+
+
+def _private_mb(pid: int) -> float:
+    """Return the memory that a process has for itself alone [MB]."""
+    lines = Path(f"/proc/{pid}/smaps_rollup").read_text().splitlines()
+    return sum(int(line.split()[1]) for line in lines if line.startswith("Private_Dirty")) / 1e3
 
 
 def test_wrong_parameter_ends_the_camera_with_one_line(ros: Ros) -> None:

@@ -1,7 +1,8 @@
-"""Memory of a node with a control loop."""
+"""Memory of a node: what stays for good, and what is given back."""
 
 from __future__ import annotations
 
+import ctypes
 import gc
 
 
@@ -13,3 +14,14 @@ def keep_for_good() -> None:
     """
     gc.collect()
     gc.freeze()
+
+
+def give_back() -> None:
+    """Give the system back what C libraries have freed; to be called after something large is gone.
+
+    The C library keeps it for the next one that asks, for ever if nobody does. Where it cannot be
+    told (another one than glibc), it goes on so.
+    """
+    trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
+    if trim is not None:
+        trim(0)
