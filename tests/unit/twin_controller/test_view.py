@@ -88,6 +88,7 @@ def test_who_leads_and_what_is_limited_is_shown(pair: Pair) -> None:
     assert view.speed_limited and view.speed_applied_percent < view.speed_requested_percent
     assert view.speed_reason
     assert not view.twin_standing_still
+    assert view.real_override_percent == pair.state.sides.real.flags.override_percent > 0.0
     assert view.follower_lag == max(pair.state.follow.response.delay)
 
 

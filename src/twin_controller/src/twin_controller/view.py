@@ -48,6 +48,7 @@ class StateView(msgspec.Struct, frozen=True):
     speed_applied_percent: float
     speed_limited: bool
     speed_reason: str
+    real_override_percent: float
     deviation_mm: float
     follower_lag: float
     setpoints_ahead: float
@@ -98,6 +99,9 @@ def state_view(setup: Setup, state: CoreState, now: float) -> StateView:
         speed_applied_percent=speeds.applied,
         speed_limited=speeds.limited,
         speed_reason=speeds.reason,
+        real_override_percent=0.0
+        if sides.real.flags is None
+        else sides.real.flags.override_percent,
         deviation_mm=state.safety.divergence.distance_mm,
         follower_lag=state.follow.response.longest,
         setpoints_ahead=reaches_ahead(setup, sides.real),

@@ -99,7 +99,7 @@ class LiveWorld:
             return None
         world = replace(self._base, q=self._joints(newest[JOINTS][1]))
         if STATE in newest:
-            world = self._commanded(world, newest[STATE][1])
+            world = commanded(world, newest[STATE][1])
         if "twin/payload" in newest:
             payload = _payload(newest["twin/payload"][1].told)
             world = replace(world, payload=payload, models=self._models.told(payload))
@@ -127,14 +127,6 @@ class LiveWorld:
         at = dict(zip(message.name, message.position))
         names = [joint.name for joint in self._base.cell.robot.twin_joints]
         return tuple(at.get(name, home) for name, home in zip(names, self._base.q))
-
-    def _commanded(self, world: World, state: TwinControllerState) -> World:
-        """Take in the robot's lag and the speed that it is given."""
-        lag = world.lag
-        if state.follower_lag > 0.0:
-            lag = Lag(state.follower_lag, lag.spread, measured=True)
-        percent = state.speed_applied_percent
-        return replace(world, lag=lag, override_percent=percent if percent > 0.0 else 100.0)
 
     def _with_parts(self, world: World, message: MarkerArray, held: str) -> World:
         if world.cell.work is None:
@@ -164,6 +156,16 @@ def live_world(base: World, models: Models) -> World | None:
         return live.now()
     finally:
         live.close()
+
+
+def commanded(world: World, state: TwinControllerState) -> World:
+    """Return a world with the robot's lag and override as the twin controller knows them."""
+    lag = world.lag
+    if state.follower_lag > 0.0:
+        lag = Lag(state.follower_lag, lag.spread, measured=True)
+    # Not the applied speed: while a program runs, that holds the program's own speed already.
+    percent = state.real_override_percent
+    return replace(world, lag=lag, override_percent=percent if percent > 0.0 else 100.0)
 
 
 def _payload(message: Any) -> Payload:

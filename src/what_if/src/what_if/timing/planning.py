@@ -88,11 +88,11 @@ def _move(world: World, motion: ToolTarget | JointTarget) -> Planned:
     return Planned((move_leg(course, 0.0, step, world.lag.mean),), tuple(reasons))
 
 
-def _capped(world: World, percent: float, step: str = "", time: float = 0.0) -> list[Reason]:
+def _capped(world: World, percent: float) -> list[Reason]:
     if percent <= world.cap_percent:
         return []
     text = f"{percent:g} % is asked for; the robot gets {world.cap_percent:g} %, its cap"
-    return [Reason(Cause.SPEED, time, step, None, text)]
+    return [Reason(Cause.SPEED, 0.0, "", None, text)]
 
 
 def _lighter(path: Path) -> list[Reason]:
@@ -169,10 +169,8 @@ def _program(world: World, motion: ProgramRun) -> Planned:
         words = f"line {step.line} of {motion.program.name}"
         if isinstance(step, MoveStep):
             percent = step.speed_percent * world.override_percent / 100.0
-            if not any(reason.cause is Cause.SPEED for reason in reasons):
-                reasons += _capped(world, percent, words, now)
-            share = min(percent, world.cap_percent) / 100.0
-            speed = [joint.velocity * share for joint in joints]
+            # A cap is for a robot that follows. What slows its own program is the override.
+            speed = [joint.velocity * percent / 100.0 for joint in joints]
             reasons += _beyond(joints, step.target, words, now)
             course = trapezoid(here, step.target, speed, acceleration, sample)
             after = (settings.fine_ms if step.fine else settings.cnt_ms) * 1e-3
