@@ -50,6 +50,9 @@ SHARED = (
 )
 """What most nodes import. What only one needs, it loads itself."""
 
+PREPARED = ("scara_control.io.engine:prepare_engines",)
+"""``module:function`` of what is made once, for those that will need it."""
+
 MESSAGE = 65536
 _LIBC = ctypes.CDLL(None, use_errno=True)
 _PR_SET_PDEATHSIG, _PR_SET_NAME = 1, 15
@@ -60,6 +63,9 @@ def main() -> None:
     line = socket.socket(fileno=int(sys.argv[1]))
     for name in SHARED:
         importlib.import_module(name)
+    for place in PREPARED:
+        module, _, function = place.partition(":")
+        getattr(importlib.import_module(module), function)()
     # No collection in a node shall write to the memory that all of them share.
     gc.collect()
     gc.freeze()

@@ -14,6 +14,7 @@ from scara_config.payload import Payload
 from typing_extensions import Self
 
 from scara_control.dynamics.payload_links import with_payloads, without_shapes
+from scara_control.io.engine import new_engine
 
 
 class ArmModel:
@@ -54,7 +55,7 @@ class ArmModel:
         self._urdf, self._gravity, self.tool_frame = urdf, gravity, tool_frame
         self._names, self._dynamics = tuple(joints), dict(dynamics or {})
         self._client, self._beside = -1, beside
-        self._client = pybullet.connect(pybullet.DIRECT) if beside is None else beside._client
+        self._client = new_engine() if beside is None else beside._client
         try:
             self._build(payloads)
         except BaseException:

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import pybullet
 from scara_config import ConfigError
+from scara_control.io.engine import new_engine
 from typing_extensions import Self
 
 from scara_simulation.camera.config import CameraConfig
@@ -56,7 +57,7 @@ class CameraWorld:
         self._projection = projection.ravel(order="F").tolist()
         self._parts: list[tuple[int, Part]] = []
         self._folder = Path(tempfile.mkdtemp(prefix="camera_"))
-        self._client: int = pybullet.connect(pybullet.DIRECT)
+        self._client: int = new_engine()
         try:
             self._load(urdf)
         except BaseException:
