@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import http.client
 import os
+import signal
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -109,6 +110,22 @@ def test_live_line_of_the_operators_page_is_its_own(panel: Served) -> None:
     """STOP and jog go over it."""
     assert panel.is_heard("/live?page=x", f"http://127.0.0.1:{panel.port}")
     assert not panel.is_heard("/live?page=x", "http://localhost:9999")
+
+
+@pytest.mark.parametrize("visited", [False, True])
+def test_pendant_page_is_loaded_for_its_first_visitor(ros: Ros, visited: bool) -> None:
+    """It listens and says its address before; a signal ends it in peace in both states."""
+    words = ("fanuc_emulator", "pendant_page")
+    page = Served(ros, *words, variable="PENDANT_PAGE_TOKEN", option="--page-port={port}")
+    before = page.memory_mb()
+    if visited:
+        cookie = page.enter()
+        assert page.ask(cookie=cookie).status == 200
+        assert page.memory_mb() > before + 20.0
+    page.process.signal(signal.SIGTERM)
+    assert page.process.wait(20.0) == 0
+    assert "Traceback" not in page.process.output
+    ros.stage.processes.remove(page.process)
 
 
 def test_pendant_page_is_for_who_brings_the_token(pendant: Served) -> None:
