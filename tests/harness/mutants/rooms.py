@@ -26,7 +26,7 @@ class Room(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return sorted(path for path in found if path.name != "__init__.py")
 
     def tests_of(self, module: Path, root: Path = ROOT) -> list[str]:
-        """Return the room's tests, the module's own first."""
+        """Return the room's tests, the module's own first, then those of its folder."""
         places = sorted({path for pattern in self.tests for path in root.glob(pattern)})
         files = [
             path
@@ -34,7 +34,13 @@ class Room(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             for path in ([place] if place.is_file() else sorted(place.rglob("test_*.py")))
         ]
         words = module.stem.split("_")
-        files.sort(key=lambda path: (path.stem != f"test_{module.stem}", words[0] not in path.stem))
+        files.sort(
+            key=lambda path: (
+                path.stem != f"test_{module.stem}",
+                words[0] not in path.stem,
+                path.parent.name != module.parent.name,
+            )
+        )
         return [str(path.relative_to(root)) for path in files]
 
 

@@ -93,7 +93,8 @@ class Trial:
             root: Of the workspace.
             path: The module that is replaced; None: none, to see how long the tests take.
             text: What replaces it.
-            tests: Files and folders, the likeliest to notice first.
+            tests: Files and folders, the likeliest to notice first; those that each run of
+                `./cell test` has, for it is these that are judged.
             limit: Longest time [s].
             log: Gets what the tests print.
         """
@@ -146,6 +147,7 @@ def _child(root: Path, path: Path | None, text: str, tests: Sequence[str], log: 
         import pytest
 
         options = ["-x", "-q", "--no-header", "-p", "no:cacheprovider", "--tb=line"]
+        options += ["-m", "not thorough"]
         code = int(pytest.main([*options, *tests]))
     except BaseException as error:
         print(repr(error), flush=True)

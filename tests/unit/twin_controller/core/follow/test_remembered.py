@@ -122,6 +122,15 @@ def test_a_first_round_is_not_foretold_and_the_second_is() -> None:
     assert len(robot.remembered.paths) == 1
 
 
+def test_a_path_begins_with_its_rest_at_no_time() -> None:
+    """And ends as long after it as the robot moved, within a sample on either side."""
+    robot = Robot()
+    robot.drive()
+    (path,) = robot.remembered.paths
+    assert path.points[0].time == 0.0 and path.points[0].q == pytest.approx(HOME, abs=1e-4)
+    assert DURATION_S - 0.1 < path.points[-1].time <= DURATION_S + 2.0 * PERIOD_S
+
+
 def test_nothing_is_foretold_of_a_robot_at_rest() -> None:
     """Nobody knows how long it waits; and no way is foretold beyond its next rest."""
     robot = Robot()
