@@ -8,6 +8,7 @@ import { Stop } from "./stop.js";
 import { Events } from "./events.js";
 import { watchJog } from "./hands.js";
 import { TimeLine } from "./past.js";
+import { MotionLine } from "./preview/motion.js";
 
 const told = window.PANEL;
 
@@ -70,12 +71,17 @@ function start() {
       charts.hold(look.rows);
       events.mark(look.at);
     },
+    opened: () => motion.isOpen && motion.close(),
     live: () => {
       if (newest) scene.showParts(newest);
       charts.hold(null);
       events.mark(null);
     },
   });
+  const motion = new MotionLine(
+    (pose) => scene.preview(pose),
+    () => timeLine.isPast && timeLine.close(),
+  );
   const live = new Live(`${told.live}?page=${told.page}&tab=${encodeURIComponent(tabId())}`, {
     frame(frame) {
       stop.showTrouble(frame.no_stop || "");
@@ -105,7 +111,13 @@ function start() {
   startJogWays();
   new Camera();
   if (told.operator) watchJog(live, told.jog_period_ms);
-  window.panel = { preview: (pose) => scene.preview(pose), live, scene };
+  window.panel = {
+    preview: (pose) => motion.aim(pose),
+    judging: (title) => motion.wait(title),
+    judged: (found) => motion.take(found),
+    live,
+    scene,
+  };
 }
 
 // nicegui builds the page after this file is loaded.

@@ -4,7 +4,7 @@ const FORGET_MS = 30000; // the label says how long ago it is; the moment itself
 
 export class TimeLine {
   constructor(handlers) {
-    this.handlers = handlers; // show(look), live()
+    this.handlers = handlers; // show(look), live(), opened()
     this.button = document.querySelector("[data-look-back]");
     this.place = document.querySelector("[data-time-line]");
     this.range = this.place.querySelector("input");
@@ -25,6 +25,7 @@ export class TimeLine {
   }
 
   open() {
+    this.handlers.opened();
     this.last = Date.now() / 1000;
     this.place.hidden = false;
     this.button.setAttribute("aria-pressed", "true");

@@ -125,3 +125,9 @@ def run_program(page: Page, override: str) -> None:
     panel.locator(".row-line", has_text="ARTICLE").get_by_role("button", name="Run").click()
     page.get_by_role("button", name="Run ARTICLE", exact=True).click()
     is_mode(page, "Real robot leads")
+
+
+def preview_of(page: Page, text: str | re.Pattern[str]) -> None:
+    """Wait until the preview says something, and has something to play."""
+    expect(page.locator("[data-motion-words]")).to_contain_text(text)
+    expect(page.locator("[data-motion-play]")).to_be_visible()

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import pytest
+from harness.page.acts import preview_of
 from harness.page.theatre import Theatre, open_theatre
+from playwright.sync_api import expect
 
 # Opacity of each zone, and whether it hides what is behind it; none while it is not drawn yet.
 ZONES = """() => {
@@ -13,6 +15,14 @@ ZONES = """() => {
     const zones = [...scene.view.objects].filter(([, { mesh }]) => /^zone /.test(mesh?.name));
     return zones.every(([id]) => scene.finished.has(id)) && zones.map(([, { mesh }]) => [
         mesh.material.transparent ? mesh.material.opacity : 1, mesh.material.depthWrite]);
+}"""
+
+# Joint 1 of the ghost in the picture [rad]; null while it is not drawn, or taken away.
+GHOST = """() => {
+    const { scene } = window.panel;
+    const { root, joint_1 } = scene.told.joints.preview;
+    if (!scene.mesh(root.id)?.visible || !scene.mesh(joint_1.id)) return null;
+    return scene.mesh(joint_1.id).rotation.z;
 }"""
 
 
@@ -32,3 +42,23 @@ def test_what_stands_in_a_zone_is_seen_through_it(drawn: Theatre, colours: str) 
     drawn.page.wait_for_function(f"() => window.panel && ({ZONES})()?.length")
     zones = drawn.page.evaluate(ZONES)
     assert all(0.0 < opacity < 0.3 and not hides for opacity, hides in zones), zones
+
+
+def test_ghost_makes_the_judged_motion_and_goes_where_the_slider_is(drawn: Theatre) -> None:
+    """HOME of the stage: all joints from 0 to 0.5 rad in 1.2 s; at the end it stands there."""
+    page = drawn.page
+    drawn.resize("low")
+    drawn.play("ready")
+    drawn.open("Target")
+    page.wait_for_function(f"() => window.panel && ({GHOST})() === null")
+    page.get_by_role("button", name="Preview Home").click()
+    preview_of(page, "Home: OK: takes 1.20 s, at least 62 mm between link_2 and")
+    page.wait_for_function(f"() => Math.abs(({GHOST})() - 0.5) < 1e-3")
+    expect(page.locator("[data-motion-at]")).to_have_text("1.20 of 1.20 s")
+    expect(page.locator("[data-motion-play]")).to_have_text("Play")
+    page.locator("[data-motion-range]").fill("0.6")
+    expect(page.locator("[data-motion-now=clearance]")).to_have_text("65 mm")
+    expect(page.locator("[data-motion-now=speed]")).to_have_text("1000 mm/s")
+    page.wait_for_function(f"() => Math.abs(({GHOST})() - 0.25) < 1e-3")
+    page.locator("[data-motion-close]").click()
+    page.wait_for_function(f"() => ({GHOST})() === null")

@@ -9,7 +9,7 @@ import msgspec
 from msgspec import Meta
 from scara_config import Robot, load, locate
 from scara_config.palletise import find_palletise
-from scara_config.percent import SharePercent
+from scara_config.percent import SharePercent, SpeedPercent
 
 Rate = Annotated[float, Meta(ge=1.0, le=50.0)]
 Seconds = Annotated[float, Meta(gt=0.0, le=600.0)]
@@ -88,8 +88,13 @@ class _Divergence(msgspec.Struct, frozen=True):
     rest_mm: Positive
 
 
+class _Home(msgspec.Struct, frozen=True):
+    speed_percent: SpeedPercent
+
+
 class _TwinController(msgspec.Struct, frozen=True):
     real: Door
+    home: _Home
     control: _Control
     divergence: _Divergence
 
@@ -109,6 +114,7 @@ class Surroundings(msgspec.Struct, frozen=True):
         real: The real robot's address, for the pendant.
         keep_s: Who holds control and gives no sign of life for so long loses it [s].
         alarm_mm: So far apart the tools raise an alarm, while a side leads and at rest.
+        home_percent: Program speed of HOME.
         jog_limit_percent: What joint_vel_controller accepts, percent of the joint's speed.
         positions: Named tool positions (x, y, z) [m].
         programs: Programs of the real robot, by name.
@@ -118,6 +124,7 @@ class Surroundings(msgspec.Struct, frozen=True):
     real: Door
     keep_s: float
     alarm_mm: tuple[float, float]
+    home_percent: float
     jog_limit_percent: float
     positions: dict[str, tuple[float, float, float]]
     programs: tuple[Program, ...]
@@ -147,6 +154,7 @@ def load_surroundings(robot: Robot, directory: Path | str | None = None) -> Surr
         real=controller.real,
         keep_s=controller.control.keep_ms * 1e-3,
         alarm_mm=(controller.divergence.path_mm, controller.divergence.rest_mm),
+        home_percent=controller.home.speed_percent,
         jog_limit_percent=load(locate("motion.yaml", directory), _Motion).jog.speed_percent,
         positions=robot.positions_m,
         programs=tuple(sorted(programs, key=lambda program: program.name)),

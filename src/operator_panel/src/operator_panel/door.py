@@ -94,6 +94,16 @@ class CellDoor(Protocol):
         Values: name, target, elbow, refused_now.
         """
 
+    async def try_motion(self, motion: str, **fields: Any) -> Answer:
+        """Ask the second world what would come of a motion that begins now; nothing moves.
+
+        Values: the fields of scara_msgs/JudgeMotion's answer, ``place`` as x, y, z [m].
+
+        Args:
+            motion: As in scara_msgs/JudgeMotion.
+            fields: Further fields of the question.
+        """
+
     async def shadow(self, time: float) -> Answer:
         """Ask for the pair at a time [s]; values: document (JSON), without it nobody answered."""
 

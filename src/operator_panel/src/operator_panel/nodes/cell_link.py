@@ -14,6 +14,7 @@ import rospy
 from nicegui import run
 from scara_config import Robot
 from scara_config.modbus_map import load_modbus_map
+from scara_ros.gate.settings import Unjudged
 from scara_ros.io.service_connection import ServiceError
 from scara_ros.nodes.registration import keep_registered
 from scara_ros.nodes.service_client import look_up
@@ -29,12 +30,13 @@ from operator_panel.io.stop_line import StopLine
 from operator_panel.nodes.calling import Lane, as_answer
 from operator_panel.nodes.camera_link import CameraLink
 from operator_panel.nodes.listening import Listening
-from operator_panel.nodes.program_gate import ProgramGate, with_note
+from operator_panel.nodes.program_gate import ProgramGate, tried, with_note
 from operator_panel.nodes.tuning_link import TuningLink
 from operator_panel.view.robot.registers import Entry
 from operator_panel.view.snapshot import Snapshot
 from scara_msgs.srv import (
     Control,
+    JudgeMotion,
     JudgeMove,
     Shadow,
     StartRecording,
@@ -77,6 +79,8 @@ class CellLink:
         self._control = Lane("twin_controller/control", Control, timeout)
         self._stops = StopLine(TwinCommand, rosgraph.names.make_caller_id(NODE), _find_command)
         self._judge = Lane("twin_controller/judge", JudgeMove, timeout)
+        patience = self._program_gate.settings.program_patience
+        self._second_world = Lane("what_if/judge", JudgeMotion, patience)
         self._shadow = Lane("twin_controller/shadow", Shadow, timeout)
         self._start = Lane("recorder/start", StartRecording, RECORDER_TIMEOUT_S)
         self._stop = Lane("recorder/stop", StopRecording, RECORDER_TIMEOUT_S)
@@ -119,7 +123,13 @@ class CellLink:
 
     def snapshot(self) -> Snapshot:
         """Return what is known now."""
-        return msgspec.structs.replace(self._listening.snapshot(), no_stop=self._stops.trouble())
+        gate = self._program_gate.settings
+        return msgspec.structs.replace(
+            self._listening.snapshot(),
+            no_stop=self._stops.trouble(),
+            gate=gate.gate.value,
+            moves_unjudged=gate.gate_without_judge is Unjudged.MOVE,
+        )
 
     def watch(self, watched: bool) -> None:
         """Listen closely while a page is open."""
@@ -150,6 +160,10 @@ class CellLink:
             command="MOVE", x=x, y=y, z=z, elbow=elbow, speed_percent=speed
         )
         return as_answer(answer, "name", "target", "elbow", "refused_now")
+
+    async def try_motion(self, motion: str, **fields: Any) -> Answer:
+        """Ask the second world, over a connection of its own: neither gate nor STOP waits."""
+        return tried(await self._second_world.call(motion=motion, **fields))
 
     async def shadow(self, time: float) -> Answer:
         """Ask the twin controller's memory."""

@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 from nicegui import run
 from scara_ros.gate.permit import Permit
-from scara_ros.gate.settings import load_gate
+from scara_ros.gate.settings import GateSettings, load_gate
 from scara_ros.nodes.judge_gate import JudgeGate
 
 from operator_panel.door import Answer
+from operator_panel.nodes.calling import as_answer
 from scara_msgs.msg import Audit
 from scara_msgs.srv import JudgeMotion
 
+FIELDS = (
+    *("verdict", "cause", "time", "step", "duration", "clearance", "clearance_between", "joint"),
+    *("sample_times", "sample_positions", "sample_clearance", "sample_speed"),
+)
+"""What the page needs of scara_msgs/JudgeMotion's answer."""
 PASSED = Permit(True, "")
 
 
@@ -30,6 +37,11 @@ class ProgramGate:
         self._settings = load_gate(folder)
         self._gate: JudgeGate | None = None
 
+    @property
+    def settings(self) -> GateSettings:
+        """What what_if.yaml says of the gate."""
+        return self._settings
+
     def connect(self) -> None:
         """Advertise, once this process is a node."""
         settings = self._settings
@@ -45,6 +57,15 @@ class ProgramGate:
             lambda: gate.ask(f"program {program}", motion="PROGRAM", program=program)
         )
         return found or Permit(False, "the page's server ends")
+
+
+def tried(response: Any) -> Answer:
+    """Turn what the second world answers into values that are plain."""
+    found = as_answer(response, *FIELDS)
+    if not found.success:
+        return found
+    place = response.place
+    return Answer(True, found.message, {**found.values, "place": (place.x, place.y, place.z)})
 
 
 def with_note(answer: Answer, found: Permit) -> Answer:

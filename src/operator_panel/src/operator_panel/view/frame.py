@@ -10,6 +10,7 @@ from scara_config import Robot
 
 from operator_panel.view import words
 from operator_panel.view.orientation import turn_text
+from operator_panel.view.preview.judged import gate_text
 from operator_panel.view.robot.program_lines import current_line
 from operator_panel.view.robot.status import status_texts
 from operator_panel.view.snapshot import CellState, Link, Loop, Snapshot
@@ -105,9 +106,9 @@ class FrameMaker:
         apart = _deviation_mm(state, tools)
         return Frame(
             t=round(now, 3),
-            text=self._texts(snapshot, state, tools, apart)
+            text=self._texts(snapshot, state, tools, apart, now)
             | {f"turn.{side}": self._turn_text(places.get(side)) for side in ("real", "twin")},
-            tone=_tones(state),
+            tone=_tones(state) | {"gate": gate_text(snapshot, now)[1]},
             bar={name: self._bar(state, name) for name in self._joints},
             pose=poses,
             point=self.points(snapshot, now),
@@ -142,9 +143,11 @@ class FrameMaker:
         state: CellState,
         tools: dict[str, Vector],
         apart: float,
+        now: float,
     ) -> dict[str, str]:
         real, arrow, twin = words.roles(state)
         text = {
+            "gate": gate_text(snapshot, now)[0],
             "mode": words.mode_title(state.mode),
             "why": words.people(state.why),
             "leader": words.leader_text(state.leader),

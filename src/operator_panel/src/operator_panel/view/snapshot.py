@@ -123,6 +123,8 @@ class Snapshot(msgspec.Struct, frozen=True):
         status: The real robot in the words of ROS-Industrial.
         placed: Side to how many parts it has placed since the page's server was started.
         no_stop: Why a STOP of the page would not get through now, or an empty text.
+        gate: What what_if.yaml says of the gate: refuse, warn or off; empty: not known.
+        moves_unjudged: Whether a motion begins that nobody could judge.
     """
 
     master: bool = False
@@ -138,6 +140,8 @@ class Snapshot(msgspec.Struct, frozen=True):
     status: RobotStatus | None = None
     placed: dict[str, int] = {}
     no_stop: str = ""
+    gate: str = ""
+    moves_unjudged: bool = True
 
     def refused(self) -> dict[str, str]:
         """Return for each command why the twin controller refuses it; an empty text: allowed."""

@@ -8,6 +8,8 @@ Topics (in): twin/joint_states, twin/gripper, twin/parts, twin/payload, twin_con
 
 Services:
     what_if/judge (scara_msgs/JudgeMotion).
+
+Publishes /diagnostics: that this judge runs.
 """
 
 from __future__ import annotations
@@ -23,7 +25,8 @@ import rospy
 from geometry_msgs.msg import Point
 from scara_config import ConfigError, config_directory
 from scara_control.joint_motion import JointMotion, Setpoints
-from scara_ros.nodes.ending import wait_for_end
+from scara_ros.diagnosis import Diagnosis, Level
+from scara_ros.nodes.diagnostics import PERIOD_S, Diagnostics
 from scara_ros.nodes.starting import become_node
 
 from scara_msgs.srv import JudgeMotion, JudgeMotionResponse
@@ -48,7 +51,13 @@ class WhatIfServer:
         """Advertise the service."""
         self._live, self._cell, self._folder = live, cell, folder
         self._lock = threading.Lock()
+        self._judged = 0
         rospy.Service("what_if/judge", JudgeMotion, self._answer)
+
+    def diagnosis(self) -> Diagnosis:
+        """Return what this node says of itself."""
+        text = f"{self._judged} motions judged"
+        return Diagnosis(Level.OK, f"{rospy.get_name()}: judge", text)
 
     def _answer(self, request: JudgeMotion._request_class) -> JudgeMotionResponse:
         try:
@@ -58,6 +67,7 @@ class WhatIfServer:
                     text = "where the twin stands is not known: wait for twin/joint_states"
                     return JudgeMotionResponse(success=False, message=text)
                 motion = self._motion(request)
+                self._judged += 1
                 samples = samples_of(world, motion, request.samples) if request.samples else None
                 return answer_of(judge(world, motion), self._cell, samples)
         except (WhatIfError, ConfigError) as error:
@@ -159,6 +169,17 @@ def _sampled(samples: Samples) -> dict[str, list[float]]:
     }
 
 
+def _report(server: WhatIfServer) -> None:
+    """Tell that this judge runs, until the node ends."""
+    ended = threading.Event()
+    rospy.core.add_shutdown_hook(lambda reason: ended.set())
+    diagnostics = Diagnostics("what_if")
+    while True:
+        diagnostics.publish(server.diagnosis())
+        if ended.wait(PERIOD_S):
+            return
+
+
 def main() -> None:
     """Start the node and answer until it is told to end."""
     os.nice(NICENESS)
@@ -166,9 +187,9 @@ def main() -> None:
     folder = Path(rospy.get_param("~config_dir", "") or config_directory())
     try:
         with resting_cell(folder) as (base, models):
-            WhatIfServer(LiveWorld(base, models), base.cell, folder)
+            server = WhatIfServer(LiveWorld(base, models), base.cell, folder)
             rospy.loginfo("what_if is ready")
-            wait_for_end()
+            _report(server)
     except ConfigError as error:
         rospy.logfatal("%s", error)
         sys.exit(2)

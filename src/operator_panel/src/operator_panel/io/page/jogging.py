@@ -23,6 +23,7 @@ from operator_panel.control.steps import (
 from operator_panel.control.tool_jog import FRAMES, LINES
 from operator_panel.door import Answer
 from operator_panel.io.page.charts import joint_title
+from operator_panel.io.page.preview.look_first import LookFirst
 from operator_panel.io.page.view import PageView, live, plain
 from operator_panel.view import words
 from scara_description.urdf import Model
@@ -61,6 +62,7 @@ class _Steps:
     def __init__(self, view: PageView, model: Model) -> None:
         self._view, self._model = view, model
         self._size, self._frame = 1.0, FRAMES[0]
+        self._looks = LookFirst(view)
 
     def build_joints(self) -> None:
         """Build a step of each joint."""
@@ -69,6 +71,7 @@ class _Steps:
                 self._row(joint_title(joint.name), self._joint(joint.name))
         with ui.element("div").classes("row-line"):
             self._sizes()
+            self._looks.build()
 
     def build_tool(self) -> None:
         """Build a step of the tool along each axis."""
@@ -79,6 +82,7 @@ class _Steps:
                 self._row(axis.upper(), self._tool(axis))
         with ui.element("div").classes("row-line"):
             self._sizes()
+            self._looks.build()
 
     def frames(self) -> None:
         """Build the choice of the axes: those of the base, or those of the tool."""
@@ -134,9 +138,8 @@ class _Steps:
             except StepError as error:
                 self._view.tell(Answer(False, str(error)), title)
                 return
-            await self._view.send(
-                "MOVE_JOINTS", title, joint_positions=target, speed_percent=self._speed
-            )
+            fields = {"joint_positions": list(target), "speed_percent": self._speed}
+            await self._looks.send("MOVE_JOINTS", title, **fields)
 
         return step
 
@@ -150,7 +153,7 @@ class _Steps:
                 self._view.tell(Answer(False, str(error)), title)
                 return
             target = tool_step(self._model, robot.tool_frame, now, axis, length, frame == "tool")
-            await self._view.send("MOVE", title, **target, speed_percent=self._speed)
+            await self._looks.send("MOVE", title, **target, speed_percent=self._speed)
 
         return step
 

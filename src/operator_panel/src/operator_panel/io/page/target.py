@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Awaitable, Callable
 from functools import partial
 from typing import Any
 
@@ -10,6 +11,8 @@ from nicegui import ui
 
 from operator_panel.control.fields import error_text, parse_number
 from operator_panel.door import Answer
+from operator_panel.io.page.preview.asking import play
+from operator_panel.io.page.preview.motion_line import build_gate_line
 from operator_panel.io.page.view import PageView, live, plain
 from operator_panel.view import words
 
@@ -59,6 +62,13 @@ class _TargetForm:
                 "unelevated no-caps dense"
             )
             clear.classes("button").mark("target-clear")
+        with ui.element("div").classes("row-line"):
+            plain("Preview", "field-title")
+            for text, ask in (("Move", self._try_move), ("Home", self._try_home)):
+                button = ui.button(text, on_click=ask, color=None)
+                button.props(f'unelevated no-caps dense aria-label="Preview {text}"')
+                button.classes("button").mark(f"preview-{text.lower()}")
+            build_gate_line()
         self._text = ui.label(ASK).classes("preview").mark("preview")
         self._gripper()
 
@@ -152,13 +162,27 @@ class _TargetForm:
         self._text.classes(replace=f"preview {tone}")
         ui.run_javascript(f"window.panel?.preview({json.dumps(pose)})")
 
+    async def _try_move(self) -> None:
+        await self._go(self._play_move)
+
+    async def _try_home(self) -> None:
+        view = self._view
+        home, percent = list(view.robot.home_positions), view.around.home_percent
+        await play(view, "Home", "MOVE_JOINTS", joint_positions=home, speed_percent=percent)
+
+    async def _play_move(self, **fields: Any) -> None:
+        place = ", ".join(f"{axis} {words.number(1e3 * fields[axis], 0)}" for axis in AXES)
+        await play(self._view, f"Move to {place} mm", "MOVE", **fields)
+
     async def _move(self) -> None:
+        await self._go(partial(self._view.send, "MOVE", ""))
+
+    async def _go(self, then: Callable[..., Awaitable[Any]]) -> None:
+        """Hand what the fields say to ``then``, unless one of them is wrong."""
         point = self._point()
         speed = error_text(lambda: parse_number(self._speed.value, "Speed", "%", 1.0, 100.0))
         if point is None or speed:
             self._view.tell(Answer(False, speed or "x, y and z are needed"), "Move")
             return
         percent = parse_number(self._speed.value, "Speed", "%")
-        await self._view.send(
-            "MOVE", "", **point, speed_percent=percent, elbow=self._elbow.value or ""
-        )
+        await then(**point, speed_percent=percent, elbow=self._elbow.value or "")

@@ -12,6 +12,7 @@ from scara_config import Robot
 from operator_panel.io.page.picture.glass import Glass, Panes
 from operator_panel.io.page.picture.landmarks import VIEWS, build_landmarks, build_views
 from operator_panel.io.page.picture.look_back import build_look_back_button, build_time_line
+from operator_panel.io.page.preview.motion_line import build_motion_line
 from operator_panel.io.page.view import plain
 from scara_description.urdf import (
     JointFrame,
@@ -50,6 +51,7 @@ def build_scene(model: Model, robot: Robot) -> dict[str, Any]:
             build_views(scene)
             _camera()
             build_time_line()
+            build_motion_line()
     builder = _Builder(scene, model)
     build_landmarks(scene, robot, builder.panes)
     moved = {side: builder.tree(side) for side in ("twin", "real", "preview")}

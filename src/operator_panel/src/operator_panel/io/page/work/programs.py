@@ -7,6 +7,8 @@ from nicegui import ui
 from operator_panel.config import Program
 from operator_panel.control.fields import error_text, parse_number
 from operator_panel.door import Answer
+from operator_panel.io.page.preview.asking import ask, play
+from operator_panel.io.page.preview.motion_line import build_gate_line
 from operator_panel.io.page.view import PageView, live, plain
 from operator_panel.view.robot.program_lines import listing
 
@@ -30,6 +32,7 @@ def build_programs(view: PageView) -> None:
             with ui.element("div").classes("row-line"):
                 plain(program.name, "row-name")
                 ui.label(program.comment).classes("row-text")
+                _preview(view, program.name)
                 _press(view, "Run", "RUN", f"run-{program.name.lower()}", "run", program.name)
             _lines(program)
     with ui.element("div").classes("row-line"):
@@ -51,6 +54,7 @@ def build_programs(view: PageView) -> None:
         view.button("Set", "SPEED", "", send).mark("override-set")
         plain("10 % after a cold start", "row-text")
     with ui.element("div").classes("hint"):
+        build_gate_line()
         plain("Keys of the robot's own pendant. The twin follows.")
 
 
@@ -65,22 +69,47 @@ def _lines(program: Program) -> None:
                     ui.label(line.text).style(f"padding-left: {line.depth}rem")
 
 
+def _preview(view: PageView, name: str) -> None:
+    """Build a button that shows what a program would do."""
+
+    async def ask() -> None:
+        await play(view, f"Program {name}", "PROGRAM", program=name)
+
+    button = ui.button("Preview", on_click=ask, color=None)
+    button.props(f'unelevated no-caps dense aria-label="Preview {name}"').classes("button")
+
+
 def _press(view: PageView, text: str, command: str, mark: str, *keys: str) -> None:
-    """Build a button that starts a program once it is confirmed: both robots move by it."""
+    """Build a button that starts a program once it is confirmed: both robots move by it.
+
+    Meanwhile the second world judges it. One that the gate would refuse has no button to confirm.
+    """
     name = keys[-1]
 
     async def press() -> None:
         dialog.close()
         await _say(view, *keys)
 
+    async def question() -> None:
+        verdict.set_text("Judging ...")
+        verdict.classes(replace="verdict")
+        confirm.set_visibility(True)
+        dialog.open()
+        found = await ask(view, f"Program {name}", "PROGRAM", program=name)
+        verdict.set_text(found.sentence)
+        verdict.classes(replace=f"verdict {found.tone}")
+        confirm.set_visibility(not (found.is_refused and view.door.snapshot().gate == "refuse"))
+
     with ui.dialog() as dialog, ui.element("div").classes("card confirm"):
         plain(f"Run {name} on the robot?", "confirm-title", "h2")
         plain("The real robot moves, and the twin follows. Is nobody near it?", "", "p")
+        verdict = ui.label("").classes("verdict").props('aria-live="polite"')
         with ui.element("div").classes("row-line"):
             cancel = ui.button("Cancel", on_click=dialog.close, color=None)
             cancel.props("unelevated no-caps dense autofocus").classes("button")
-            view.button(f"Run {name}", command, "primary", press).mark(f"{mark}-confirmed")
-    view.button(text, command, "", dialog.open).mark(mark)
+            confirm = view.button(f"Run {name}", command, "primary", press)
+            confirm.mark(f"{mark}-confirmed")
+    view.button(text, command, "", question).mark(mark)
 
 
 async def _say(view: PageView, *keys: str) -> None:

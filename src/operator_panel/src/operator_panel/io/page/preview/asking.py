@@ -1,0 +1,34 @@
+"""Ask the second world for a motion, and let the browser play it."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import msgspec
+from nicegui import ui
+
+from operator_panel.io.page.view import PageView
+from operator_panel.view.preview.judged import Judged, judged
+
+SAMPLES = 300
+"""Our choice: 15 kB for the browser, and a move of 3 s in steps of 10 ms."""
+
+
+async def play(view: PageView, title: str, motion: str, **fields: Any) -> None:
+    """Show what would come of a motion that begins now: verdict, ghost and curves.
+
+    Args:
+        view: The page.
+        title: The motion in words.
+        motion: As in scara_msgs/JudgeMotion.
+        fields: Further fields of it.
+    """
+    ui.run_javascript(f"window.panel?.judging({json.dumps(title)})")
+    found = await ask(view, title, motion, samples=SAMPLES, **fields)
+    ui.run_javascript(f"window.panel?.judged({msgspec.json.encode(found).decode()})")
+
+
+async def ask(view: PageView, title: str, motion: str, **fields: Any) -> Judged:
+    """Return what would come of a motion that begins now; without ``samples`` only the verdict."""
+    return judged(title, await view.door.try_motion(motion, **fields))

@@ -1,0 +1,1 @@
+"""A motion that is judged before it is made."""
