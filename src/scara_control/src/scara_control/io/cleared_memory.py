@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 LARGE = 16 << 20
 """What is cleared is looked for in memory that is at least so large [bytes]; our choice."""
@@ -24,20 +25,28 @@ def give_back_cleared() -> int:
     be called where no other thread may write, since a page must not change while it is looked at.
     """
     library = ctypes.CDLL(None, use_errno=True)
+    library.madvise.argtypes = (ctypes.c_void_p, ctypes.c_size_t, ctypes.c_int)
     given = 0
-    for begin, end in _large_memory():
+    for begin, end in list(_large_memory()):
         memory = (ctypes.c_char * (end - begin)).from_address(begin)
         words = np.frombuffer(memoryview(memory), np.uint64).reshape(-1, mmap.PAGESIZE // 8)
         cleared = np.concatenate(([False], ~words.any(axis=1), [False]))
         changes = np.flatnonzero(cleared[1:] != cleared[:-1]).tolist()
         for first, last in zip(changes[::2], changes[1::2]):
-            size = (last - first) * mmap.PAGESIZE
-            place = ctypes.c_void_p(begin + first * mmap.PAGESIZE)
-            if last - first >= _RUN and not library.madvise(
-                place, ctypes.c_size_t(size), mmap.MADV_DONTNEED
-            ):
-                given += last - first
+            given += _give_back(library, words[first:last])
     return given
+
+
+def _give_back(library: ctypes.CDLL, pages: NDArray[np.uint64]) -> int:
+    """Give back pages that still hold only zeros; return how many.
+
+    The interpreter may have put its own objects there since they were found: the list of them is
+    one. So they are looked at again here, and what is needed from then on is made before that.
+    """
+    place, size, count = pages.ctypes.data, pages.nbytes, len(pages)
+    if count < _RUN or pages.any():
+        return 0
+    return 0 if library.madvise(place, size, mmap.MADV_DONTNEED) else count
 
 
 def _large_memory() -> Iterator[tuple[int, int]]:
