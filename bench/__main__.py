@@ -82,7 +82,7 @@ def _plants(options: Options) -> list[Row]:
 def _what_if(options: Options) -> list[Row]:
     from bench.what_if import run
 
-    return run(_seeds(options, 1000), options.folder, options.console)
+    return run(_seeds(options, 1000), options.rows, options.folder, options.console)
 
 
 def _farm(options: Options) -> list[Row]:
@@ -145,7 +145,11 @@ def main(
     ] = False,
     what_if: Annotated[
         bool,
-        typer.Option("--what-if", help="Random programs, half with a planted harm: verdicts."),
+        typer.Option(
+            "--what-if",
+            help="The second world, all or PART ... (programs clearance wire speed), "
+            "--seeds of each; docs/benchmarks.md.",
+        ),
     ] = False,
     farm: Annotated[
         bool, typer.Option("--farm", help="Many invented cells under one desk.")
@@ -154,7 +158,7 @@ def main(
         int | None,
         typer.Option(
             help="Faults: how often each is done, each time otherwise (20). Storm: so many (10). "
-            "What-if: so many programs (1000).",
+            "What-if: so many programs, poses, commands (1000).",
             min=0,
         ),
     ] = None,
@@ -223,6 +227,10 @@ def main(
         from bench.demos import NAMES
 
         _check_rows(rows, NAMES)
+    if chosen == ["what_if"]:
+        from bench.what_if import PARTS
+
+        _check_rows(rows, tuple(PARTS))
     if show or not chosen:
         from bench.rows import names
         from bench.run import measure

@@ -17,6 +17,7 @@ from bench.demo_tables import demo_table, virtual_table
 from bench.goal_table import goal_table
 from bench.plant_tables import tables
 from bench.readme import with_figures
+from bench.second_world.table import what_if_table
 
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS, PAGE, NOTES = (
@@ -79,7 +80,7 @@ def document(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
     here = machine()
     kept = json.loads(RESULTS.read_text(encoding="utf-8")) if RESULTS.is_file() else {}
     own = {"versions": here["versions"], "peers": here["peers"], "rows": list(rows)}
-    return {**{key: kept[key] for key in ("demos", "plants") if key in kept}, **own}
+    return {**{key: kept[key] for key in ("demos", "plants", "what_if") if key in kept}, **own}
 
 
 def merged(rows: Sequence[dict[str, Any]], order: Sequence[str]) -> list[dict[str, Any]]:
@@ -127,6 +128,7 @@ def page(content: dict[str, Any], notes: str) -> str:
     virtual = virtual_table(json.loads(VIRTUAL.read_text(encoding="utf-8")))
     experiments = ["## The article's two experiments", "", *demos, *virtual, ""]
     parts = [head, _table(rows), *experiments, *goal_table(content), *plants]
+    parts += what_if_table(content["what_if"]) if content.get("what_if") else []
     parts += ["## What each row compares\n", *(_entry(row) for row in rows)]
     return notes.replace("<!-- table -->", "\n".join(parts))
 

@@ -1,0 +1,1 @@
+"""The parts of ``./cell bench --what-if``."""

@@ -1,0 +1,41 @@
+"""The table of the second world, from results.json."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+
+def what_if_table(parts: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Return the section of docs/benchmarks.md: Markdown lines.
+
+    Args:
+        parts: ``what_if`` of results.json.
+    """
+    lines = [
+        "## The second world",
+        "",
+        "| what | measured | goal | holds | |",
+        "|---|---|---|---|---|",
+        *(_line(figure) for part in parts for figure in part["figures"]),
+        "",
+    ]
+    return [*lines, *map(_measured_on, parts), ""]
+
+
+def _measured_on(part: Mapping[str, Any]) -> str:
+    """Say when and on what a part was measured: a label is part of a figure."""
+    return (
+        f"- `./cell bench --what-if {part['part']}`: {part['date']}, commit {part['commit']}, "
+        f"{part['machine']}, load before {part['load_before']:.1f}, {part['seconds']:.0f} s."
+    )
+
+
+def _line(figure: Mapping[str, Any]) -> str:
+    sign = "≥" if figure["at_least"] else "≤"
+    unit = f" {figure['unit']}".rstrip()
+    value = f"{figure['value']:.3g}{unit}"
+    shown = value if figure["holds"] else f"**{value}**"
+    verdict = "yes" if figure["holds"] else "**no**"
+    goal = f"{sign} {figure['goal']:g}{unit}"
+    return f"| {figure['what']} | {shown} | {goal} | {verdict} | {figure['note']} |"

@@ -1,0 +1,1 @@
+"""Random programs with and without a planted harm, and what outside libraries say of them."""
