@@ -147,7 +147,7 @@ def main(
         bool,
         typer.Option(
             "--what-if",
-            help="The second world, all or PART ... (programs clearance wire speed), "
+            help="The second world, all or PART ... (programs clearance wire chances speed), "
             "--seeds of each; docs/benchmarks.md.",
         ),
     ] = False,

@@ -34,5 +34,6 @@ def measure(count: int, folder: Path, console: Console) -> list[Figure]:
         ros.close()
         rospy.signal_shutdown("measured")
         master.close()
+    (folder / "what_if_wire.txt").write_text("\n".join(wrong) + "\n", encoding="utf-8")
     note = f"{count} commands, half by service, half as goals; {len(wrong)} with another answer"
     return [Figure("refused commands, set points sent", "", 0.0, sent, note=note, always=True)]

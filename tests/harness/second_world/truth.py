@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from xml.etree import ElementTree
 
 import mujoco
 import numpy as np
@@ -55,7 +56,7 @@ class Truth:
 
     def __init__(self, world: World, held: Thing | None = None) -> None:
         robot = world.cell.robot
-        text = robot.description.read_text(encoding="utf-8")
+        text = _standing(robot.description.read_text(encoding="utf-8"), world)
         self._root = world.cell.description.chain(robot.tool_frame)[0].parent
         self.held = held
         things = [*things_of(world), *([held] if held else [])]
@@ -179,6 +180,17 @@ def things_of(world: World) -> list[Thing]:
         sides = tuple((high - low).tolist())
         found.append(Thing(f"zone_{zone.name}", "", _at(0.5 * (low + high)), "box", sides))
     return found
+
+
+def _standing(text: str, world: World) -> str:
+    """Return the URDF's text with each joint's frame where it is in this world."""
+    tree = ElementTree.fromstring(text)
+    for frame in world.cell.description.joints:
+        origin = tree.find(f"joint[@name='{frame.name}']/origin")
+        if origin is not None:
+            origin.set("xyz", " ".join(map(repr, map(float, frame.xyz))))
+            origin.set("rpy", " ".join(map(repr, map(float, frame.rpy))))
+    return ElementTree.tostring(tree, encoding="unicode")
 
 
 def _obstacle(thing: Obstacle) -> Thing:

@@ -54,3 +54,11 @@ def test_a_point_has_three_numbers_or_four() -> None:
     assert point_of("ARTICLE") is None and point_of(str(Path("a.bag"))) is None
     with pytest.raises(WhatIfError, match="expected x,y,z"):
         point_of("1,2")
+
+
+def test_worlds_that_differ_are_told_with_their_seed() -> None:
+    """Beside the verdict; as JSON too."""
+    code, text = run("0.51,0.16,0.10", "--worlds", "5", "--seed", "4", "--workers", "1")
+    assert code == 0 and "5 were drawn (seed 4)" in text
+    _, text = run("0.51,0.16,0.10", "--worlds", "5", "--seed", "4", "--workers", "1", "--json")
+    assert '"worlds": 5' in text and '"collision": 0.0' in text

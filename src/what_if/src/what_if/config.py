@@ -15,12 +15,18 @@ Length = Annotated[float, Meta(ge=0.0, le=100.0)]
 Milliseconds = Annotated[float, Meta(ge=0.0, le=5000.0)]
 
 
+Share = Annotated[float, Meta(ge=0.0, le=100.0)]
+
+
 class ProgramConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """How the robot runs a program."""
 
     acceleration_percent: SpeedPercent
     fine_ms: Milliseconds
     cnt_ms: Milliseconds
+    acceleration_spread_percent: Share
+    fine_spread_ms: Milliseconds
+    fitted: bool
 
 
 class LagConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -28,6 +34,19 @@ class LagConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     mean_ms: Milliseconds
     spread_ms: Milliseconds
+
+
+class UncertaintyConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """How well the cell is known: standard deviations."""
+
+    table_mm: Length
+    table_turn_deg: Annotated[float, Meta(ge=0.0, le=10.0)]
+    pallet_mm: Length
+    part_mm: Length
+    person_mm: Annotated[float, Meta(ge=0.0, le=1000.0)]
+    mass_percent: Share
+    friction_percent: Share
+    payload_percent: Share
 
 
 class WhatIfConfig(GateSettings, frozen=True, forbid_unknown_fields=True):
@@ -41,6 +60,7 @@ class WhatIfConfig(GateSettings, frozen=True, forbid_unknown_fields=True):
     strayed_mm: Annotated[float, Meta(gt=0.0, le=100.0)]
     program: ProgramConfig
     lag: LagConfig
+    uncertainty: UncertaintyConfig
 
 
 class _Cell(msgspec.Struct, frozen=True):

@@ -28,6 +28,7 @@ from what_if.motions import Motion, ProgramRun, Recorded
 from what_if.physics.account import Simulated, physics_lines
 from what_if.question import point_of
 from what_if.text import lines_of
+from what_if.uncertainty.chances import Chances, chances_lines
 from what_if.verdict import Outcome, Verdict
 from what_if.world import World
 
@@ -60,6 +61,14 @@ def judge(
     physics: Annotated[
         bool, typer.Option("--physics", help="Then make it in the simulated world, too.")
     ] = False,
+    worlds: Annotated[
+        int,
+        typer.Option(help="Then try it in so many worlds that differ by what is not known.", min=0),
+    ] = 0,
+    seed: Annotated[int, typer.Option(help="Of these worlds.")] = 0,
+    workers: Annotated[
+        int, typer.Option(help="Processes for them; default: one for each processor.", min=0)
+    ] = 0,
     as_json: Annotated[bool, typer.Option("--json", help="Print the verdict as JSON.")] = False,
     robot: Annotated[
         str | None,
@@ -78,14 +87,17 @@ def judge(
             begun, asked = _asked(world, motion, speed, elbow, config_dir)
             verdict = judged(begun, asked)
             made = _made(begun, asked, verdict, config_dir) if physics else None
+            found = _chances(begun, asked, (worlds, seed, workers), config_dir) if worlds else None
     except (ConfigError, WhatIfError) as error:
         typer.echo(f"judge: {error}", err=True)
         raise typer.Exit(FAILED) from error
     if as_json:
         told = msgspec.to_builtins(verdict) | ({"physics": made} if made else {})
+        told |= {"chances": found} if found else {}
         typer.echo(msgspec.json.format(msgspec.json.encode(told), indent=1).decode())
     else:
-        typer.echo("\n".join([*lines_of(verdict), *(physics_lines(made) if made else [])]))
+        beside = [*(physics_lines(made) if made else []), *(chances_lines(found) if found else [])]
+        typer.echo("\n".join([*lines_of(verdict), *beside]))
     worst = max(CODES[verdict.outcome], CODES[made.outcome] if made else 0)
     raise typer.Exit(worst)
 
@@ -105,6 +117,33 @@ def _made(
 
     with SecondWorld(world, config_dir) as second:
         return second.run(world, motion)
+
+
+def _chances(
+    world: World, motion: Motion, drawing: tuple[int, int, int], config_dir: Path | None
+) -> Chances:
+    """Try a motion in drawn worlds, with progress on standard error.
+
+    Raises:
+        WhatIfError: Their processes were killed.
+    """
+    from rich.console import Console
+    from rich.progress import Progress
+
+    from what_if.io.many_worlds import chances
+
+    worlds, seed, workers = drawing
+    with Progress(console=Console(stderr=True), transient=True) as progress:
+        bar = progress.add_task("worlds", total=worlds)
+        return chances(
+            world,
+            motion,
+            worlds,
+            seed,
+            workers,
+            config_dir,
+            lambda done: progress.update(bar, completed=done),
+        )
 
 
 def _asked(

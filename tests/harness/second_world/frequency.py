@@ -1,0 +1,88 @@
+"""Motions that end near something, and how often bodies hit each other in worlds that differ."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from what_if.motions import ProgramRun
+from what_if.uncertainty.spreads import drawn, spreads_of
+from what_if.uncertainty.varied import varied
+from what_if.world import World
+
+from harness.second_world.planting import Bench, moves, program
+from harness.second_world.truth import Truth, Vector
+
+FREE = 0.005
+"""A way keeps off everything by so much [m] until it comes near its end."""
+
+
+@dataclass(frozen=True)
+class Near:
+    """A motion that ends near something.
+
+    Attributes:
+        world: In which it begins.
+        motion: Of two moves.
+        ways: Where the joints are at the beginning, between the moves, and at the end.
+    """
+
+    world: World
+    motion: ProgramRun
+    ways: tuple[Vector, ...]
+
+
+def near(bench: Bench, links: Sequence[str], clearance: float, person: bool = False) -> Near:
+    """Return a motion that ends ``clearance`` [m] off these links, or off a person."""
+    truth, world = bench.truth, bench.world
+    while True:
+        end = bench.random()
+        if person:
+            bench.truth.pose(end)
+            x, y, _ = bench.truth.inside(("link_3", "tool0"), bench.rng)
+            world = replace(world, people=((x, y, 0.0),))
+            truth = Truth(world)
+        solid = [*truth.bodies, *truth.own, *truth.table]
+        wanted = [pair for pair in solid if truth.names[pair[1]] in ("person_0", *links)]
+        if truth.at(end, wanted) > 0.0:
+            continue
+        (before,) = bench.free(count=1)
+        if truth.at(before, solid) < FREE:
+            continue
+        end = _backed(truth, before, end, wanted, clearance)
+        others = [pair for pair in solid if pair not in wanted] + truth.zones
+        start = world.q
+        if (
+            truth.keeps_off(start, before, [*solid, *truth.zones], FREE)
+            and truth.keeps_off(before, end, others, FREE)
+            and truth.keeps_off(before, end, wanted, 0.9 * clearance)
+        ):
+            steps = moves([before, end], world)
+            return Near(world, program(*steps), (start, before, end))
+
+
+def _backed(
+    truth: Truth, before: Vector, end: Vector, pairs: Sequence[tuple[int, int]], clearance: float
+) -> Vector:
+    """Return the place on the way to a hit at which so much is left."""
+    a, b = np.array(before), np.array(end)
+    low, high = 0.0, 1.0
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        if truth.at(a + middle * (b - a), pairs) > clearance:
+            low = middle
+        else:
+            high = middle
+    return tuple((a + low * (b - a)).tolist())
+
+
+def hits(case: Near, worlds: int, seed: int) -> int:
+    """Count in how many worlds bodies touch on the last move, by MuJoCo; before, all is far."""
+    spreads = spreads_of(case.world)
+    count = 0
+    for row in drawn(spreads, worlds, np.random.default_rng(seed)):
+        truth = Truth(varied(case.world, spreads, row.tolist()))
+        solid = [*truth.bodies, *truth.own, *truth.table]
+        count += not truth.keeps_off(*case.ways[-2:], solid, 0.0)
+    return count
