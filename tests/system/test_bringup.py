@@ -169,6 +169,17 @@ def test_taken_port_is_said_with_its_owner_before_anything_starts(
     assert "starting" not in bringup.output
 
 
+def test_twin_by_itself_gets_ready_and_moves(cell: LiveCell) -> None:
+    """Without a robot nothing waits for one, and nothing is said of what is not there."""
+    bringup = cell.start("up", "--twin-only", *SMALL[2:4], *SMALL[6:])
+    cell.wait_ready(bringup)
+    assert "pendant" not in bringup.output and "twin_controller" not in bringup.output
+    moved = cell.call("move_to", "{x: 0.51, y: 0.16, z: 0.10}")
+    assert moved["success"], moved
+    bringup.signal(signal.SIGINT)
+    assert bringup.wait(30.0) == 128 + signal.SIGINT
+
+
 def test_unknown_node_to_leave_out_is_refused(cell: LiveCell) -> None:
     """The known ones are listed."""
     bringup = cell.start("up", "--without", "emulatr")

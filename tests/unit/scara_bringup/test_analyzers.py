@@ -38,11 +38,12 @@ def told() -> set[str]:
         ("simulator", "payload"),
         ("camera", "pictures"),
         ("gateway", "web socket"),
+        ("what_if", "judge"),
     ):
         assert f"get_name()}}: {name}" in text
         names.add(f"/{node}: {name}")
     count = len(re.findall(r"get_name\(\)\}: [a-z]", text))
-    assert count == 5, "a status was added: name it here and in analyzers.yaml"
+    assert count == 6, "a status was added: name it here and in analyzers.yaml"
     return names | {"/recorder", "/motion_server/log"}
 
 

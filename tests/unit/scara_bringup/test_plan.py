@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from scara_bringup.config import Door, Doors
-from scara_bringup.plan import cell_plan, ending_order, experiment_plan
+from scara_bringup.plan import NOT_OF_THE_TWIN, cell_plan, ending_order, experiment_plan
 
 DOORS = Doors(
     modbus=Door("127.0.0.1", 15020),
@@ -41,6 +41,15 @@ def test_plan_holds_every_node_of_the_design() -> None:
         "robot_state_publisher",
         "twin_controller",
     }
+
+
+def test_a_twin_by_itself_has_no_robot_and_nobody_who_couples_it() -> None:
+    """Its motion nodes, its gateway and its recordings stay."""
+    twin = cell_plan(DOORS, NOT_OF_THE_TWIN, with_panel=True, with_farm=True, with_judge=True)
+    left = {node.name for node in twin}
+    gone = {"emulator", "twin_controller", "operator_panel", "pendant_page", "what_if", "farm_link"}
+    assert not left & gone
+    assert {node.name for node in PLAN} - gone < left
 
 
 def test_ports_of_the_plan_are_those_of_the_configuration() -> None:

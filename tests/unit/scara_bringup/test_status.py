@@ -115,11 +115,13 @@ def test_the_addresses_of_the_pages_come_last(
     monkeypatch.setenv("PENDANT_PAGE_TOKEN", "u" * 43)
     for name in ("ROS_NAMESPACE", "SCARA_CONFIG_DIR"):
         monkeypatch.delenv(name, raising=False)
-    addresses = page_addresses(DOORS, cell_plan(DOORS, with_panel=True), tmp_path)
-    show_cell(addresses, "http://127.0.0.1:11311", Path("runs/now"), 5.0)
+    nodes = cell_plan(DOORS, with_panel=True)
+    addresses = page_addresses(DOORS, nodes, tmp_path)
+    show_cell(nodes, addresses, "http://127.0.0.1:11311", Path("runs/now"), 5.0)
     lines = capsys.readouterr().out.splitlines()
     assert lines[0] == "cell: ready after 5.0 s; Ctrl-C ends it"
     assert lines[-1].strip() == f"http://127.0.0.1:18090/?token={'u' * 43}"
     assert f"http://127.0.0.1:18080/?token={'t' * 43}" in [line.strip() for line in lines[-4:]]
     assert len(lines) <= 23 and max(map(len, lines)) <= 80
+    assert any("pendant run ARTICLE" in line for line in lines)
     assert page_addresses(DOORS, cell_plan(DOORS), tmp_path) == {}

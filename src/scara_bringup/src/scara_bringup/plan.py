@@ -44,6 +44,8 @@ PENDANT_PAGE = "pendant_page"
 JUDGE = "what_if"
 POSE = "joint_pose_controller"
 MODELS = "robot_state_publisher"
+NOT_OF_THE_TWIN = ("emulator", CONTROLLER, PANEL, PENDANT_PAGE, JUDGE, "farm_link")
+"""What a twin by itself does without: the real side, what couples the two, and who speaks to it."""
 DESK_LINKS = ("_links:=desk",)
 """Robot and twin share this machine: a late process is no lost link.
 
@@ -147,7 +149,7 @@ def cell_plan(
         )
     # Without the emulator there is no pendant page either; who leaves out both is right as well,
     # and so is who leaves out a judge that is not installed.
-    known = {node.name for node in nodes} | {PENDANT_PAGE, JUDGE}
+    known = {node.name for node in nodes} | {*NOT_OF_THE_TWIN}
     unknown = sorted(set(without) - known)
     if unknown:
         meant = nearest(unknown[0], known)

@@ -57,10 +57,11 @@ from scara_bringup.nodes.options import (
     RobotName,
     Runs,
     Speed,
+    TwinOnly,
     Without,
 )
 from scara_bringup.nodes.status import show_status
-from scara_bringup.plan import cell_plan, experiment_plan
+from scara_bringup.plan import NOT_OF_THE_TWIN, cell_plan, experiment_plan
 
 REPORT = "report.html"
 FAILED, WRONG = 1, 2
@@ -119,6 +120,7 @@ def up(
     output: Output = None,
     runs: Runs = None,
     without: Without = None,
+    twin_only: TwinOnly = False,
     master_port: MasterPort = None,
     modbus_port: ModbusPort = None,
     gateway_port: GatewayPort = None,
@@ -136,7 +138,7 @@ def up(
         robot,
         plant,
         output,
-        tuple(without or ()),
+        (*(without or ()), *(NOT_OF_THE_TWIN if twin_only else ())),
         master_port,
         ports,
         network,

@@ -183,7 +183,7 @@ class CellShell:
         if self._foreground:
             screen.say(f"cell: ready after {seconds:.1f} s")
             return
-        screen.show_cell(addresses, self._master.uri, self._folder, seconds)
+        screen.show_cell(cell.nodes, addresses, self._master.uri, self._folder, seconds)
         if self._shown.browser and addresses:
             open_page(next(iter(addresses.values())), self._folder / "ros_home")
 

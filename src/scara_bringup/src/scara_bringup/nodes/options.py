@@ -40,6 +40,13 @@ Without = Annotated[
     list[str] | None,
     typer.Option(help="Leave out a node, e.g. the emulator when a real robot is there."),
 ]
+TwinOnly = Annotated[
+    bool,
+    typer.Option(
+        "--twin-only",
+        help="Only the twin's side: no robot, no twin controller, no pages.",
+    ),
+]
 Name = Annotated[
     str | None,
     typer.Option(

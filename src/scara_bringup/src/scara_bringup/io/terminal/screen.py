@@ -13,13 +13,14 @@ from scara_config import load_robot
 from scara_config.profile import CHOICE, PLANT_CHOICE
 
 from scara_bringup.config import Doors
-from scara_bringup.plan import PANEL, PENDANT_PAGE, NodePlan
+from scara_bringup.plan import CONTROLLER, PANEL, PENDANT_PAGE, NodePlan
 
 DEFAULT_MASTER = "http://127.0.0.1:11311"
-EXAMPLES = (
-    "rosrun fanuc_emulator pendant run ARTICLE",
-    "rosservice call twin_controller/why 5",
-)
+EXAMPLES = {
+    "emulator": "rosrun fanuc_emulator pendant run ARTICLE",
+    CONTROLLER: "rosservice call twin_controller/why 5",
+}
+"""What one can type, by the node that answers."""
 TOKENS = {
     PANEL: ("OPERATOR_PANEL_TOKEN", "operator_token"),
     PENDANT_PAGE: ("PENDANT_PAGE_TOKEN", "pendant_token"),
@@ -67,17 +68,25 @@ def _token(variable: str, file_name: str, folder: Path) -> str:
     )
 
 
-def show_cell(addresses: Mapping[str, str], master_uri: str, folder: Path, seconds: float) -> None:
+def show_cell(
+    nodes: Iterable[NodePlan],
+    addresses: Mapping[str, str],
+    master_uri: str,
+    folder: Path,
+    seconds: float,
+) -> None:
     """Print what one can do now; the addresses of the pages come last, where nobody misses them.
 
     All of it goes out in one piece, so that whoever waits for the first line has the last one too.
     """
+    names = {node.name for node in nodes}
+    examples = [line for node, line in EXAMPLES.items() if node in names]
     text = Text()
     text.append(f"cell: ready after {seconds:.1f} s; Ctrl-C ends it\n")
     text.append(f"results and logs: {folder}\n")
     text.append("nodes, what they use and what they say: ./cell status\n")
     text.append("\nIn another shell, after `source env.sh`:\n")
-    for line in (*_settings(master_uri), _move(), *EXAMPLES):
+    for line in (*_settings(master_uri), _move(), *examples):
         text.append(f"  {line}\n")
     for title, address in addresses.items():
         text.append("\n  ")
