@@ -34,7 +34,7 @@ ROOMS: dict[str, set[str]] = {
     "twin_experiments": NODE
     | {"scara_control", "scara_description", "scara_simulation", "rosbridge_gateway"}
     | {"fanuc_emulator", "twin_controller", "cell_recorder", "robot_doctor"},
-    "operator_panel": NODE | {"scara_description"},
+    "operator_panel": NODE | {"scara_description", "cell_recorder"},
     "scara_bringup": NODE,
     "farm": NODE,
 }

@@ -25,15 +25,16 @@ export class Events {
     this.show(this.events);
   }
 
-  // The events up to a moment of the past [s since 1970]; null: all.
-  mark(at) {
-    this.until = at;
+  // The events up to a moment of the past [s since 1970], those of a recording if they are given; null: all.
+  mark(at, recorded = null) {
+    this.until = recorded ? null : at;
+    this.recorded = recorded;
     this.show(this.events);
   }
 
   show(events) {
     this.events = events;
-    const chosen = events.filter((event) => {
+    const chosen = (this.recorded || events).filter((event) => {
       if (this.until && new Date(event.time).getTime() > 1000 * this.until + 999) return false;
       if (this.filter === "open") return isOpen(event);
       return this.filter === "" || event.severity !== "info";
@@ -50,7 +51,7 @@ export class Events {
     head.append(clock, line("b", "event-severity", NAMES[event.severity]), line("span", "event-source", event.source));
     item.append(head, line("span", "event-text", event.text));
     if (event.by) item.append(line("span", "event-by", `Acknowledged by ${event.by}, ${event.at.split("T")[1]}`));
-    else if (isOpen(event) && window.PANEL.operator) item.append(this.button(event));
+    else if (!this.recorded && isOpen(event) && window.PANEL.operator) item.append(this.button(event));
     return item;
   }
 

@@ -69,7 +69,7 @@ function start() {
       scene.show({ pose: look.frame.pose }); // without the tools: trails are of now
       scene.showParts(look.parts);
       charts.hold(look.rows);
-      events.mark(look.at);
+      events.mark(look.at, look.events);
     },
     opened: () => motion.isOpen && motion.close(),
     live: () => {

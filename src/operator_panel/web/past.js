@@ -1,6 +1,7 @@
-// The time line: picture, numbers and charts of a moment of the last ten minutes. The bar with mode and STOP,
-// the commands and the alarms stay live, and everything that is of the past has a frame that says so.
+// The time line: picture, numbers, charts and events of a moment, of the last ten minutes or of a recording. The bar
+// with mode and STOP, the commands and the alarms stay live, and everything that is not of now has a frame that says so.
 const FORGET_MS = 30000; // the label says how long ago it is; the moment itself does not change
+const AGAIN_MS = 500; // a recording that is still being read is asked again
 
 export class TimeLine {
   constructor(handlers) {
@@ -9,75 +10,125 @@ export class TimeLine {
     this.place = document.querySelector("[data-time-line]");
     this.range = this.place.querySelector("input");
     this.text = document.querySelector("[data-past-text]");
+    this.note = document.querySelector("[data-past-note]");
     this.at = null;
     this.asking = false;
-    this.button.addEventListener("click", () => (this.at === null ? this.open() : this.close()));
-    this.range.addEventListener("input", () => this.ask(this.last + Number(this.range.value)));
+    this.button.addEventListener("click", () => (this.at === null ? this.open("") : this.close()));
+    this.range.addEventListener("input", () => this.ask(this.base + Number(this.range.value)));
     for (const step of this.place.querySelectorAll("[data-past-step]")) {
       step.addEventListener("click", () => this.ask(this.at + Number(step.dataset.pastStep)));
     }
-    this.place.querySelector("[data-past-live]").addEventListener("click", () => this.close());
-    setInterval(() => this.at !== null && this.say(), FORGET_MS);
+    for (const back of document.querySelectorAll("[data-past-live]")) back.addEventListener("click", () => this.close());
+    document.addEventListener("click", (event) => {
+      const button = event.target.closest?.("[data-look-at]");
+      if (button) this.open(button.dataset.lookAt);
+    });
+    setInterval(() => this.at !== null && !this.run && this.say(), FORGET_MS);
+    setInterval(() => this.isReading && this.ask(this.target), AGAIN_MS);
   }
 
   get isPast() {
     return this.at !== null;
   }
 
-  open() {
+  // A recording begins at its start, the last ten minutes at their end.
+  open(run) {
     this.handlers.opened();
-    this.last = Date.now() / 1000;
+    this.run = run;
+    this.look = null;
+    this.isReading = false;
+    this.base = run ? 0 : Date.now() / 1000;
     this.place.hidden = false;
     this.button.setAttribute("aria-pressed", "true");
     document.body.classList.add("is-past");
-    this.ask(this.last);
+    document.body.classList.toggle("is-recording", run !== "");
+    if (run) this.tell("being opened");
+    if (run) this.bringHere();
+    this.ask(this.base);
+  }
+
+  // Where the list of recordings stands below the picture, whoever opens one sees its picture.
+  bringHere() {
+    const { top, bottom } = document.querySelector(".scene-card").getBoundingClientRect();
+    if (bottom > window.innerHeight || top < 0) window.scrollBy(0, bottom - window.innerHeight);
   }
 
   close() {
     this.at = null;
+    this.run = "";
+    this.isReading = false;
     this.place.hidden = true;
     this.button.setAttribute("aria-pressed", "false");
-    document.body.classList.remove("is-past");
+    document.body.classList.remove("is-past", "is-recording");
     this.handlers.live();
   }
 
   // One question at a time; of those that come meanwhile the last one counts.
   async ask(at) {
-    this.at = this.wanted = at;
+    this.at = this.wanted = this.target = at; // a target that is not read yet is asked for again
     if (this.asking) return;
     this.asking = true;
     try {
       let asked = null;
       while (asked !== this.wanted) {
         asked = this.wanted;
-        const answer = await fetch(`/past.json?at=${asked}`, { cache: "no-store" });
+        const run = this.run;
+        const answer = await fetch(`/past.json?at=${asked}&run=${encodeURIComponent(run)}`, { cache: "no-store" });
         const look = await answer.json();
         if (this.at === null) return;
-        if (!answer.ok) this.text.textContent = `Not known: ${look.error}`;
+        if (run !== this.run) asked = null; // another one was opened meanwhile
+        else if (answer.status === 202) this.isReading = true;
+        else if (!answer.ok) this.fail(look.error);
         else if (asked === this.wanted) {
           this.show(look);
           asked = this.wanted; // the moment that was found is nearest to the time asked for
         }
       }
     } catch (error) {
-      if (this.at !== null) this.text.textContent = `Not known: ${error.message}`;
+      if (this.at !== null) this.fail(error.message);
     } finally {
       this.asking = false;
     }
   }
 
   show(look) {
+    this.look = look;
+    this.isReading = this.run !== "" && look.last < look.ends;
+    if (this.run) this.base = look.first;
     this.at = this.wanted = look.at;
-    this.range.min = Math.min(-1, look.first - this.last);
-    this.range.value = look.at - this.last;
+    this.range.min = this.run ? 0 : Math.min(-1, look.first - this.base);
+    this.range.max = this.run ? Math.max(1, look.last - this.base) : 0;
+    this.range.step = this.run ? 0.1 : 0.5;
+    this.range.value = look.at - this.base;
     this.say();
     this.handlers.show(look);
   }
 
+  fail(why) {
+    this.isReading = false;
+    this.tell(`not known: ${why}`);
+  }
+
   say() {
     const clock = new Date(1000 * this.at).toLocaleTimeString([], { hour12: false });
-    const ago = Math.max(0, Math.round(Date.now() / 1000 - this.at));
-    const words = ago < 60 ? `${ago} s` : `${Math.floor(ago / 60)} min ${ago % 60} s`;
-    this.text.textContent = `Past: ${clock}, ${words} ago`;
+    if (!this.run) {
+      const ago = Math.max(0, Math.round(Date.now() / 1000 - this.at));
+      this.tell(`${clock}, ${length(ago)} ago`);
+      return;
+    }
+    const { first, last, ends, note } = this.look;
+    const read = this.isReading ? `; ${Math.floor((100 * (last - first)) / (ends - first))} % read` : "";
+    this.tell(`${clock}, ${length(Math.round(this.at - first))} after its start${read}`, note);
   }
+
+  // What is shown is said on the time line, and in the strip, which never leaves the screen.
+  tell(words, note = "") {
+    const what = this.run ? `Recording ${this.run}` : "Past";
+    this.text.textContent = `${what}: ${words}. ${note}`.trim();
+    this.note.textContent = `Not now. ${what}: ${words}.`;
+  }
+}
+
+function length(seconds) {
+  return seconds < 60 ? `${seconds} s` : `${Math.floor(seconds / 60)} min ${seconds % 60} s`;
 }

@@ -32,6 +32,7 @@ from operator_panel.io.api import offer_camera, offer_events, offer_past  # noqa
 from operator_panel.io.desk import Desk, Session  # noqa: E402
 from operator_panel.io.live import Live  # noqa: E402
 from operator_panel.io.page.shell import Shell  # noqa: E402
+from operator_panel.io.retold.recordings import Recordings  # noqa: E402
 from operator_panel.view.frame import FrameMaker  # noqa: E402
 from operator_panel.view.robot.registers import (  # noqa: E402
     Entry,
@@ -197,7 +198,8 @@ def main() -> None:
     live = Live(door, desk, maker, config)  # type: ignore[arg-type]
     offer_camera(door.picture)
     offer_events(live.events.csv)
-    offer_past(live.past, config.chart_window_s)
+    recordings = Recordings(runs, folder, robot.name, maker, config.chart_window_s)
+    offer_past(live.past, recordings, config.chart_window_s)
     web = ROOT / "src" / "operator_panel" / "web"
     Shell(robot, model, config, around, door, desk, live, web, runs)  # type: ignore[arg-type]
 

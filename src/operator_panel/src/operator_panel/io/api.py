@@ -10,6 +10,8 @@ from nicegui import app
 from starlette.responses import Response
 
 from operator_panel.door import Picture
+from operator_panel.io.retold.recordings import Recordings
+from operator_panel.io.run_folders import RunError
 from operator_panel.view.past import Past
 
 CAMERA, EVENTS, PAST = "/camera.jpg", "/events.csv", "/past.json"
@@ -33,14 +35,22 @@ def offer_camera(picture: Callable[[str], Awaitable[Picture | None]]) -> None:
     app.add_api_route(CAMERA, answer, methods=["GET"], include_in_schema=False)
 
 
-def offer_past(past: Past, window_s: float) -> None:
-    """Offer what the page showed; ``?at=`` system time [s], ``window_s`` of charts with it."""
+def offer_past(past: Past, recordings: Recordings, window_s: float) -> None:
+    """Offer what the page showed, or would have shown of a recording.
 
-    async def answer(at: str = "") -> Response:
+    ``?at=`` system time [s], with ``window_s`` of charts; ``&run=`` the name of a recording.
+    """
+
+    async def answer(at: str = "", run: str = "") -> Response:
         time = _number(at)
         if time is None:
             return _refusal(400, f"at = {at!r} is no number of seconds since 1970")
-        found = past.look(time, window_s)
+        try:
+            found = await recordings.look(run, time) if run else past.look(time, window_s)
+        except RunError as error:
+            return _refusal(404, str(error))
+        if found is None and run:
+            return _refusal(202, "the recording is being opened")
         if found is None:
             return _refusal(404, "nothing is remembered yet")
         return Response(msgspec.json.encode(found), media_type="application/json", headers=FRESH)

@@ -47,7 +47,7 @@ class Reporter:
                 stdin=asyncio.subprocess.DEVNULL,
                 stdout=asyncio.subprocess.DEVNULL,
                 stderr=asyncio.subprocess.PIPE,
-                preexec_fn=_be_nice,
+                preexec_fn=be_nice,
             )
         except OSError as error:
             return Answer(False, f"the report cannot be started: {error}")
@@ -67,5 +67,6 @@ class Reporter:
         return Answer(False, lines[-1] if lines else f"exit code {process.returncode}")
 
 
-def _be_nice() -> None:
+def be_nice() -> None:
+    """Give way to the cell: for a program that is about to start."""
     os.nice(NICENESS)

@@ -14,32 +14,19 @@ from diagnostic_msgs.msg import DiagnosticArray
 from scara_config import Robot
 from scara_ros.nodes.own_cell import is_own
 from std_msgs.msg import String
-from visualization_msgs.msg import Marker, MarkerArray
+from visualization_msgs.msg import MarkerArray
 
 from control_msgs.msg import JointControllerState
 from industrial_msgs.msg import RobotStatus as RobotStatusMessage
-from operator_panel.view.robot.status import RobotStatus
-from operator_panel.view.snapshot import (
-    CellState,
-    DecisionLine,
-    Diagnosis,
-    Link,
-    Loop,
-    Part,
-    RobotPackage,
-    Snapshot,
-)
+from operator_panel.retelling import taking
+from operator_panel.view.snapshot import Snapshot
 from scara_msgs.msg import Decision, PartEvent, RobotData, TwinControllerState
 
-DECISIONS_KEPT = 30
-TRI_STATES = ("drives_powered", "e_stopped", "motion_possible", "in_motion", "in_error")
-CLOCK = "%H:%M:%S"
 UNWATCHED_S = 0.5
 """So often what comes all the time is read while no page is open; our choice: as often as chart
 points are kept then, and below ``silent_ms``."""
 UNSEEN_S = 5.0
 """The same of what only an open page shows; our choice."""
-PLACE_DIGITS = 4  # our choice: a tenth of a millimetre, so that what rests is not sent again
 
 
 class Listening:
@@ -105,118 +92,37 @@ class Listening:
         with self._lock:
             self._snapshot = msgspec.structs.replace(self._snapshot, **fields)
 
+    def _take(self, take: Callable[..., Snapshot], *what: Any) -> None:
+        """Put what came into the snapshot, by a function of ``taking``."""
+        with self._lock:
+            self._snapshot = take(self._snapshot, *what)
+
     def _state(self, message: TwinControllerState) -> None:
-        links = tuple(
-            Link(**{name: getattr(link, name) for name in Link.__struct_fields__})
-            for link in message.links
-        )
-        plain: dict[str, Any] = {
-            name: getattr(message, name) for name in CellState.__struct_fields__ if name != "links"
-        }
-        fields: dict[str, Any] = {
-            name: tuple(value) if isinstance(value, (list, tuple)) else value
-            for name, value in plain.items()
-        }
-        clock = datetime.now().strftime(CLOCK)
-        self._change(
-            state=CellState(links=links, **fields), received=time.monotonic(), silent_since=clock
-        )
+        clock = datetime.now().strftime(taking.CLOCK)
+        self._take(taking.with_state, message, time.monotonic(), clock)
 
     def _decision(self, message: Decision) -> None:
-        clock = datetime.fromtimestamp(message.header.stamp.to_sec()).strftime(CLOCK)
-        by = f" [by {message.who}]" if message.who else ""
-        line = DecisionLine(clock, message.mode_before, message.mode_after, message.why + by)
-        self._change(decisions=(line, *self.snapshot().decisions)[:DECISIONS_KEPT])
+        clock = datetime.fromtimestamp(message.header.stamp.to_sec()).strftime(taking.CLOCK)
+        self._take(taking.with_decision, message, clock)
 
     def _package(self, message: RobotData) -> None:
-        self._change(
-            package=RobotPackage(
-                **{name: getattr(message, name) for name in RobotPackage.__struct_fields__}
-            )
-        )
+        self._take(taking.with_package, message)
 
     def _jog(self, message: String) -> None:
         self._change(jog=message.data)
 
     def _loop_of(self, joint: str) -> Callable[[JointControllerState], None]:
-        def take(message: JointControllerState) -> None:
-            loop = Loop(message.set_point, message.process_value, message.error, message.command)
-            with self._lock:
-                loops = {**self._snapshot.loops, joint: loop}
-                self._snapshot = msgspec.structs.replace(self._snapshot, loops=loops)
-
-        return take
+        return lambda message: self._take(taking.with_loop, joint, message)
 
     def _parts_of(self, side: str) -> Callable[[MarkerArray], None]:
-        def take(message: MarkerArray) -> None:
-            parts = tuple(
-                _part(m)
-                for m in message.markers
-                if m.type == Marker.CYLINDER and m.action == Marker.ADD
-            )
-            with self._lock:
-                if self._snapshot.parts.get(side) != parts:
-                    self._snapshot = msgspec.structs.replace(
-                        self._snapshot, parts={**self._snapshot.parts, side: parts}
-                    )
-
-        return take
+        return lambda message: self._take(taking.with_parts, side, message)
 
     def _status(self, message: RobotStatusMessage) -> None:
-        self._change(
-            status=RobotStatus(
-                mode=message.mode.val,
-                error_code=message.error_code,
-                **{name: getattr(message, name).val for name in TRI_STATES},
-            )
-        )
+        self._take(taking.with_status, message)
 
     def _placed_by(self, side: str) -> Callable[[PartEvent], None]:
-        def take(message: PartEvent) -> None:
-            if message.kind != PartEvent.PLACED:
-                return
-            with self._lock:
-                placed = dict(self._snapshot.placed)
-                placed[side] = placed.get(side, 0) + 1
-                self._snapshot = msgspec.structs.replace(self._snapshot, placed=placed)
-
-        return take
+        return lambda message: self._take(taking.with_part_event, side, message)
 
     def _diagnostics(self, message: DiagnosticArray) -> None:
-        if not is_own(message):  # all cells at a master share the topic
-            return
-        now = time.monotonic()
-        found = {
-            status.name: Diagnosis(
-                int(status.level),
-                status.name,
-                status.message,
-                now,
-                {v.key: v.value for v in status.values},
-            )
-            for status in message.status
-        }
-        with self._lock:
-            self._snapshot = msgspec.structs.replace(
-                self._snapshot, diagnoses={**self._snapshot.diagnoses, **found}
-            )
-
-
-def _part(marker: Marker) -> Part:
-    place, turn, size = marker.pose.position, marker.pose.orientation, marker.scale
-    red, green, blue = (
-        round(255 * min(max(part, 0.0), 1.0))
-        for part in (marker.color.r, marker.color.g, marker.color.b)
-    )
-    return Part(
-        name=marker.text,
-        position=(
-            round(place.x, PLACE_DIGITS),
-            round(place.y, PLACE_DIGITS),
-            round(place.z, PLACE_DIGITS),
-        ),
-        orientation=(round(turn.x, 3), round(turn.y, 3), round(turn.z, 3), round(turn.w, 3)),
-        diameter=round(size.x, 5),
-        height=round(size.z, 5),
-        colour=f"#{red:02x}{green:02x}{blue:02x}",
-    )
+        if is_own(message):  # all cells at a master share the topic
+            self._take(taking.with_diagnostics, message, time.monotonic())

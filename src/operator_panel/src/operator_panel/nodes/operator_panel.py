@@ -18,7 +18,7 @@ Calls: ``twin_controller/command``, ``twin_controller/control``, ``twin_controll
 ``twin_controller/judge``, ``what_if/judge``, ``recorder/start``, ``recorder/stop``, ``gripper``,
 ``real/put_parts_back``, ``twin/put_parts_back``,
 ``twin/pid/<joint>/set_parameters``; starts ``rosrun fanuc_emulator pendant`` and
-``rosrun twin_experiments report``.
+``rosrun twin_experiments report`` and ``rosrun operator_panel retell``.
 """
 
 from __future__ import annotations
@@ -51,6 +51,7 @@ from operator_panel.io.api import offer_camera, offer_events, offer_past
 from operator_panel.io.desk import Desk
 from operator_panel.io.live import Live
 from operator_panel.io.page.shell import Shell
+from operator_panel.io.retold.recordings import Recordings
 from operator_panel.io.twin_api import ROOT, TwinApi
 from operator_panel.nodes.cell_link import NODE, CellLink
 from operator_panel.view.frame import FrameMaker
@@ -116,11 +117,13 @@ def serve(private: dict[str, str]) -> None:
     dead_man = DeadMan(robot, around.jog_limit_percent, config.jog.dead_man_ms * 1e-3)
     arm = ToolArm(robot, model, config.jog.tool, around.jog_limit_percent)
     desk = Desk(link, dead_man, arm, around.keep_s, silent_s, link.say)
-    live = Live(link, desk, FrameMaker(robot, model, silent_s, around.alarm_mm), config)
+    maker = FrameMaker(robot, model, silent_s, around.alarm_mm)
+    live = Live(link, desk, maker, config)
+    recordings = Recordings(runs, folder, robot.name, maker, config.chart_window_s)
     TwinApi(link.shadow).offer(app)
     offer_camera(link.picture)
     offer_events(live.events.csv)
-    offer_past(live.past, config.chart_window_s)
+    offer_past(live.past, recordings, config.chart_window_s)
     Shell(
         robot,
         model,
@@ -161,6 +164,7 @@ def serve(private: dict[str, str]) -> None:
         background_tasks.create(_announce(host, port, text), name="announce")
 
     app.on_shutdown(ended.set)
+    app.on_shutdown(recordings.close)
     ui.run(
         host=host,
         port=port,

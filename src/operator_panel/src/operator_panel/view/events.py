@@ -116,6 +116,10 @@ class EventLog:
                 self._events[index] = msgspec.structs.replace(event, by=by, at=time)
                 self.version += 1
 
+    def since(self, number: int) -> list[Event]:
+        """Return the kept events with a greater number, oldest first."""
+        return [event for event in self._events if event.number > number]
+
     @property
     def shown(self) -> list[Event]:
         """The newest events, newest first."""

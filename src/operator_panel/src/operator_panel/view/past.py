@@ -1,4 +1,4 @@
-"""The last minutes of the page: what it showed, to be looked at again."""
+"""What the page has shown, or would have shown of a recording, to be looked at again."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from bisect import bisect_left, bisect_right
 from collections import deque
 from collections.abc import Callable
 from itertools import islice
+from typing import Protocol
 
 import msgspec
 
@@ -16,23 +17,40 @@ KEPT_S = 600.0  # our choice: ten minutes, some 4 MB
 PERIOD_S = 0.5  # our choice: as often as the page's server looks while no page is open
 
 
-class Moment(msgspec.Struct, frozen=True):
-    """What the page showed at a time.
+class Moment(Protocol):
+    """What the page showed at a time."""
 
-    Attributes:
-        at: System time [s].
-        t: Time of the chart points: monotonic [s].
-        frame: Makes the frame of that time. Nobody may ever look back to it, so it is not made
-            before.
-        points: Its chart points.
-        parts: Parts of each side.
-    """
+    @property
+    def at(self) -> float:
+        """System time [s]."""
+
+    @property
+    def t(self) -> float:
+        """Time of the chart points [s], on a clock that is never set."""
+
+    @property
+    def parts(self) -> dict[str, tuple[Part, ...]]:
+        """Parts of each side."""
+
+    def frame(self) -> Frame:
+        """Return the frame of that time; nobody may ever look back to it, so it is made now."""
+
+    def points(self) -> Points:
+        """Return its chart points."""
+
+
+class Shown(msgspec.Struct, frozen=True):
+    """A moment that was shown: see :class:`Moment`."""
 
     at: float
     t: float
     frame: Callable[[], Frame]
-    points: Points
+    drawn: Points
     parts: dict[str, tuple[Part, ...]]
+
+    def points(self) -> Points:
+        """Return the chart points that were drawn."""
+        return self.drawn
 
 
 class Look(msgspec.Struct, frozen=True):
@@ -56,10 +74,11 @@ class Look(msgspec.Struct, frozen=True):
 
 
 class Past:
-    """Keeps moments for ``KEPT_S``, at most one each ``PERIOD_S``. Not thread-safe."""
+    """Keeps moments, at most one each ``PERIOD_S`` of those that are added. Not thread-safe."""
 
-    def __init__(self) -> None:
-        """Know nothing yet."""
+    def __init__(self, kept_s: float = KEPT_S) -> None:
+        """Know nothing yet; what is older than the newest by ``kept_s`` [s] is forgotten."""
+        self._kept_s = kept_s
         self._moments: deque[Moment] = deque()
 
     def is_due(self, now: float) -> bool:
@@ -88,8 +107,12 @@ class Past:
             points: Its chart points.
             parts: Parts of each side.
         """
-        self._moments.append(Moment(now, t, frame, points, parts))
-        while now - self._moments[0].at > KEPT_S:
+        self.keep(Shown(now, t, frame, points, parts))
+
+    def keep(self, moment: Moment) -> None:
+        """Keep a moment that is newer than all others, and forget what is too old."""
+        self._moments.append(moment)
+        while moment.at - self._moments[0].at > self._kept_s:
             self._moments.popleft()
 
     def look(self, at: float, window_s: float) -> Look | None:
@@ -106,7 +129,7 @@ class Past:
         if place and at - times[place - 1] < times[place] - at:
             place -= 1
         begin = bisect_right(times, times[place] - window_s)
-        rows = [(one.t, one.points) for one in islice(self._moments, begin, place + 1)]
+        rows = [(one.t, one.points()) for one in islice(self._moments, begin, place + 1)]
         found = self._moments[place]
         frame = msgspec.structs.replace(found.frame(), point={})
         return Look(found.at, times[0], times[-1], frame, found.parts, rows)

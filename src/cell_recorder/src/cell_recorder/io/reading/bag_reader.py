@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import contextlib
 import tempfile
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -112,6 +113,34 @@ class Bag:
                 yield stamp * 1e-9, self._store.deserialize_ros1(raw, connection.msgtype)
         except (ReaderError, TypesysError, AssertionError) as error:
             raise BagError(f"{self.path}: {topic}: {error}") from error
+
+    def merged(self, topics: Collection[str]) -> Iterator[tuple[float, str, Callable[[], Any]]]:
+        """Yield receive time [s], topic and a reader of the message of several topics, in order.
+
+        What is not read costs nothing but its copy. ``topics`` are relative names; one that is not
+        in the bag is left out.
+
+        Raises:
+            BagError: As :meth:`messages`; what the reader of a message raises is one too.
+        """
+        names: dict[str, str] = {}
+        for topic in topics:
+            for connection in self._connections(topic):
+                self._learn(connection)
+                names[connection.topic] = topic
+        try:
+            for connection, stamp, raw in self._reader.messages(names.keys()):
+                read = partial(self._read, raw, connection)
+                yield stamp * 1e-9, names[connection.topic], read
+        except (ReaderError, AssertionError) as error:
+            raise BagError(f"{self.path}: {error}") from error
+
+    def _read(self, raw: bytes, connection: Connection) -> Any:
+        """Return the message that ``raw`` is."""
+        try:
+            return self._store.deserialize_ros1(raw, connection.msgtype)
+        except (TypesysError, AssertionError) as error:
+            raise BagError(f"{self.path}: {connection.topic}: {error}") from error
 
     def arrivals(self) -> Iterator[Array]:
         """Yield the times of receipt of all messages of all topics [s], sorted, part by part."""

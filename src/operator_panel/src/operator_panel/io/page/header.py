@@ -7,6 +7,7 @@ from collections.abc import Awaitable, Callable
 from nicegui import ui
 
 from operator_panel.door import Answer
+from operator_panel.io.page.picture.look_back import build_past_note
 from operator_panel.io.page.view import PageView, live, plain
 from operator_panel.view.progress import SHOWN
 from operator_panel.view.snapshot import Snapshot
@@ -39,6 +40,7 @@ def build_header(view: PageView, title: str) -> None:
             with ui.element("ul").classes("commands-told").props('aria-live="polite"'):
                 for place in range(SHOWN):
                     ui.element("li").props(f"data-command={place}").classes("command-line")
+            build_past_note()
             _question(view)
             with ui.element("div").classes("banner banner-no-stop").props('role="alert"'):
                 plain("", "no-stop-text")

@@ -1,4 +1,4 @@
-"""The time line: the last ten minutes, looked at again on the same page."""
+"""The time line: the last ten minutes, or a recording, looked at again on the same page."""
 
 from __future__ import annotations
 
@@ -30,5 +30,16 @@ def build_time_line() -> None:
             for text, seconds in STEPS:
                 with ui.element("button").props(f'type=button data-past-step="{seconds}"'):
                     plain(text)
-            with ui.element("button").props("type=button data-past-live"):
-                plain("Live")
+
+
+def build_past_note() -> None:
+    """Build what stands in the strip all the time while the page shows something that is not now.
+
+    The newest command stays beside it.
+    """
+    with ui.element("div").classes("past-note").props('role="status"'):
+        ui.element("span").classes("past-note-text").props("data-past-note")
+        with (
+            ui.element("button").classes("button plain-button").props("type=button data-past-live")
+        ):
+            plain("Live")

@@ -104,6 +104,7 @@ class _Recordings:
             facts = (one.when, one.length, one.size, one.verdict)
             ui.label(", ".join(each for each in facts if each)).classes("row-text")
             with ui.element("div").classes("row-line"):
+                self._look_back(one)
                 if one.has_report:
                     self._button("Report", lambda: self._open(one), True)
                 elif self._view.door.reporting() == one.name:
@@ -114,6 +115,13 @@ class _Recordings:
                     self._download(one, bag)
                 self._button("Rename", lambda: self._rename(one), self._may(one))
                 self._button("Delete", lambda: self._delete(one), self._may(one))
+
+    def _look_back(self, one: Run) -> None:
+        """Build the button that opens a recording on the time line: see web/past.js."""
+        button = ui.element("button").classes("button plain-button")
+        button.props(f'type=button data-look-at="{one.name}"')
+        with button.props("disabled" if one.busy or not one.bags else ""):
+            plain("Look back")
 
     def _may(self, one: Run) -> bool:
         return self._view.is_operator and bool(one.bags) and not one.busy

@@ -1,0 +1,59 @@
+"""Command ``retell``: reads a recording for the page's time line; the page starts it by itself.
+
+    rosrun operator_panel retell BAG | wc --bytes
+
+Writes the lines of :mod:`operator_panel.retelling.lines` to standard output, in the order of time.
+Needs no cell and no ROS master. Exit code: 0 all told, 2 wrong configuration, 3 the bag cannot be
+used.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from cell_recorder.io.reading.bag_reader import BagError
+from scara_config import ConfigError, config_directory
+
+from operator_panel.config import load_panel
+from operator_panel.io.retold.bag_teller import lines_of
+from operator_panel.retelling.lines import packed
+
+WRONG, UNUSABLE = 2, 3
+
+app = typer.Typer(add_completion=False, help="Tell a recording again, for the page's time line.")
+
+
+@app.command()
+def retell(
+    bag: Annotated[Path, typer.Argument(help="Recording of a run, unfinished ones too.")],
+    config_dir: Annotated[
+        Path | None, typer.Option(help="Folder with the YAML files; default: scara_config.")
+    ] = None,
+) -> None:
+    """Write what a page shows of a recording to standard output."""
+    if sys.stdout.isatty():
+        _fail("retell writes bytes for the page's server: give it a pipe or a file", WRONG)
+    try:
+        config = load_panel(config_dir or config_directory())
+        for line in lines_of(bag, config.silent_ms * 1e-3):
+            sys.stdout.buffer.write(packed(line))
+        sys.stdout.buffer.flush()
+    except BrokenPipeError:
+        sys.stderr.close()  # nobody looks any longer
+    except ConfigError as error:
+        _fail(str(error), WRONG)
+    except (BagError, OSError) as error:
+        _fail(str(error), UNUSABLE)
+
+
+def _fail(text: str, code: int) -> None:
+    print(f"retell: {text}", file=sys.stderr, flush=True)
+    raise typer.Exit(code)
+
+
+def main() -> None:
+    """Run the command."""
+    app(prog_name="retell")

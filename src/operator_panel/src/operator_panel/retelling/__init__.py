@@ -1,0 +1,1 @@
+"""What a recording says, told again as the page has shown it."""

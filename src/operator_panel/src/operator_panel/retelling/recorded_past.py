@@ -1,0 +1,111 @@
+"""A recording on the page's time line; pure."""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from collections import deque
+from itertools import islice
+
+import msgspec
+
+from operator_panel.retelling.lines import Happened, Head, Line, Parts, Told, snapshot_of
+from operator_panel.view.events import Event
+from operator_panel.view.frame import Frame, FrameMaker, Points
+from operator_panel.view.past import Look, Past
+from operator_panel.view.snapshot import Part
+
+EVENTS_KEPT = 5_000  # our choice: some hundred an hour; the oldest go first
+EVENTS_SHOWN = 100  # our choice: what goes with each moment to a page
+
+
+class RecordedLook(Look, frozen=True):
+    """A moment of a recording as a page gets it.
+
+    Attributes:
+        run: Name of the recording.
+        ends: Time of its last message [s].
+        events: The newest up to the moment, newest first.
+        note: What must be said of the moment; empty: nothing.
+    """
+
+    run: str
+    ends: float
+    events: list[Event]
+    note: str
+
+
+class _Moment(msgspec.Struct, frozen=True):
+    """A moment of a recording: see :class:`operator_panel.view.past.Moment`."""
+
+    told: Told
+    first: float
+    maker: FrameMaker
+    parts: dict[str, tuple[Part, ...]]
+
+    @property
+    def at(self) -> float:
+        """System time [s]."""
+        return self.told.at
+
+    @property
+    def t(self) -> float:
+        """Time since the recording began [s]."""
+        return round(self.told.at - self.first, 3)
+
+    def frame(self) -> Frame:
+        """Make the frame."""
+        frame = self.maker.make(snapshot_of(self.told), self.told.at)
+        return msgspec.structs.replace(frame, t=self.t)
+
+    def points(self) -> Points:
+        """Make the chart points."""
+        return self.maker.points(snapshot_of(self.told), self.told.at)
+
+
+class RecordedPast:
+    """Takes the lines of a recording; what was told already can be looked at. Not thread-safe."""
+
+    def __init__(self, run: str, maker: FrameMaker) -> None:
+        """Know nothing yet of the recording ``run``."""
+        self.head: Head | None = None
+        self._run, self._maker = run, maker
+        self._past = Past(math.inf)
+        self._parts: dict[str, tuple[Part, ...]] = {}
+        self._events: deque[tuple[float, Event]] = deque(maxlen=EVENTS_KEPT)
+
+    def take(self, line: Line) -> None:
+        """Take the next line; the first one is the head."""
+        match line:
+            case Head():
+                self.head = line
+            case Parts(parts):
+                self._parts = parts
+            case Told() if self.head is not None:
+                self._past.keep(_Moment(line, self.head.first, self._maker, self._parts))
+            case Happened(at, event):
+                self._events.append((at, event))
+
+    def look(self, at: float, window_s: float) -> RecordedLook | None:
+        """Return the moment nearest to the system time ``at`` [s]; None: none was told yet.
+
+        Args:
+            at: When.
+            window_s: So far back the charts look [s].
+        """
+        found = self._past.look(at, window_s)
+        if found is None or self.head is None:
+            return None
+        return RecordedLook(
+            *msgspec.structs.astuple(found),
+            run=self._run,
+            ends=self.head.last,
+            events=self._until(found.at),
+            note=found.frame.silent,
+        )
+
+    def _until(self, at: float) -> list[Event]:
+        """Return the newest events up to a time, newest first."""
+        end = bisect_right(self._events, at, key=lambda row: row[0])
+        shown = islice(self._events, max(0, end - EVENTS_SHOWN), end)
+        return [event for _, event in shown][::-1]

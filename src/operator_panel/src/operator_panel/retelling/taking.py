@@ -1,0 +1,145 @@
+"""What a message says becomes part of the page's snapshot; pure.
+
+A message is one of rospy or one that was read from a bag: both have the fields of its definition.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import msgspec
+
+from operator_panel.view.robot.status import RobotStatus
+from operator_panel.view.snapshot import (
+    CellState,
+    DecisionLine,
+    Diagnosis,
+    Link,
+    Loop,
+    Part,
+    RobotPackage,
+    Snapshot,
+)
+
+DECISIONS_KEPT = 30
+TRI_STATES = ("drives_powered", "e_stopped", "motion_possible", "in_motion", "in_error")
+CLOCK = "%H:%M:%S"
+PLACE_DIGITS = 4  # our choice: a tenth of a millimetre, so that what rests is not sent again
+
+
+def with_state(snapshot: Snapshot, message: Any, now: float, clock: str) -> Snapshot:
+    """Take a TwinControllerState that came at ``now`` [s], by the time of day ``clock``."""
+    links = tuple(Link(**_fields(link, Link)) for link in message.links)
+    fields = _fields(message, CellState, "links")
+    state = CellState(links=links, **fields)
+    return msgspec.structs.replace(snapshot, state=state, received=now, silent_since=clock)
+
+
+def with_decision(snapshot: Snapshot, message: Any, clock: str) -> Snapshot:
+    """Take a Decision made at the time of day ``clock``."""
+    by = f" [by {message.who}]" if message.who else ""
+    line = DecisionLine(clock, message.mode_before, message.mode_after, message.why + by)
+    decisions = (line, *snapshot.decisions)[:DECISIONS_KEPT]
+    return msgspec.structs.replace(snapshot, decisions=decisions)
+
+
+def with_package(snapshot: Snapshot, message: Any) -> Snapshot:
+    """Take a RobotData."""
+    package = RobotPackage(**_fields(message, RobotPackage))
+    return msgspec.structs.replace(snapshot, package=package)
+
+
+def with_loop(snapshot: Snapshot, joint: str, message: Any) -> Snapshot:
+    """Take a JointControllerState of a joint."""
+    loop = Loop(message.set_point, message.process_value, message.error, message.command)
+    return msgspec.structs.replace(snapshot, loops={**snapshot.loops, joint: loop})
+
+
+def with_joint_states(snapshot: Snapshot, message: Any) -> Snapshot:
+    """Take a JointState of the twin: what its loops measure, and their efforts.
+
+    Set points and errors are not in it.
+    """
+    rows = zip(message.name, message.position, message.effort, strict=False)
+    loops = {
+        name: Loop(math.nan, float(position), math.nan, float(effort))
+        for name, position, effort in rows
+    }
+    return msgspec.structs.replace(snapshot, loops={**snapshot.loops, **loops})
+
+
+def with_parts(snapshot: Snapshot, side: str, message: Any) -> Snapshot:
+    """Take a MarkerArray of a side's parts; the same snapshot if none has moved."""
+    parts = tuple(
+        _part(marker)
+        for marker in message.markers
+        if marker.type == marker.CYLINDER and marker.action == marker.ADD
+    )
+    if snapshot.parts.get(side) == parts:
+        return snapshot
+    return msgspec.structs.replace(snapshot, parts={**snapshot.parts, side: parts})
+
+
+def with_status(snapshot: Snapshot, message: Any) -> Snapshot:
+    """Take a RobotStatus of ROS-Industrial."""
+    states = {name: getattr(message, name).val for name in TRI_STATES}
+    status = RobotStatus(mode=message.mode.val, error_code=message.error_code, **states)
+    return msgspec.structs.replace(snapshot, status=status)
+
+
+def with_part_event(snapshot: Snapshot, side: str, message: Any) -> Snapshot:
+    """Take a PartEvent: a part that was placed counts."""
+    if message.kind != message.PLACED:
+        return snapshot
+    placed: Mapping[str, int] = {**snapshot.placed, side: snapshot.placed.get(side, 0) + 1}
+    return msgspec.structs.replace(snapshot, placed=placed)
+
+
+def with_diagnostics(snapshot: Snapshot, message: Any, now: float) -> Snapshot:
+    """Take a DiagnosticArray that came at ``now`` [s]."""
+    found = {
+        status.name: Diagnosis(
+            int(status.level),
+            status.name,
+            status.message,
+            now,
+            {value.key: value.value for value in status.values},
+        )
+        for status in message.status
+    }
+    return msgspec.structs.replace(snapshot, diagnoses={**snapshot.diagnoses, **found})
+
+
+def _fields(message: Any, kind: type[msgspec.Struct], *without: str) -> dict[str, Any]:
+    """Return the fields of a message that ``kind`` has too; lists become tuples."""
+    names = (name for name in kind.__struct_fields__ if name not in without)
+    return {name: _plain(getattr(message, name)) for name in names}
+
+
+def _plain(value: Any) -> Any:
+    """Return a list or an array of a message as a tuple of plain values, anything else as it is."""
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    return tuple(value) if isinstance(value, list) else value
+
+
+def _part(marker: Any) -> Part:
+    place, turn, size = marker.pose.position, marker.pose.orientation, marker.scale
+    red, green, blue = (
+        round(255 * min(max(part, 0.0), 1.0))
+        for part in (marker.color.r, marker.color.g, marker.color.b)
+    )
+    return Part(
+        name=marker.text,
+        position=(
+            round(place.x, PLACE_DIGITS),
+            round(place.y, PLACE_DIGITS),
+            round(place.z, PLACE_DIGITS),
+        ),
+        orientation=(round(turn.x, 3), round(turn.y, 3), round(turn.z, 3), round(turn.w, 3)),
+        diameter=round(size.x, 5),
+        height=round(size.z, 5),
+        colour=f"#{red:02x}{green:02x}{blue:02x}",
+    )

@@ -1,0 +1,98 @@
+"""A recording on the page's time line, in a real browser, while a live cell goes on."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from harness.page import recorded
+from harness.page.theatre import SIZES, Theatre, open_theatre
+from playwright.sync_api import expect
+from scara_config import load_robot
+
+RUN = "a_recording_with_quite_a_long_name_2026-03-01"
+MOVE_TO = """(after) => {
+    const range = document.querySelector(".time-line-range");
+    range.value = after;
+    range.dispatchEvent(new Event("input"));
+}"""
+# Where joint 1 of the twin stands in the picture [rad], and where the newest point of the chart is.
+POSE = "() => window.panel.scene.poses.twin?.joint_1"
+CHART = """() => getElement(window.PANEL.charts.motion).chart.getOption().series
+    .find(({ id }) => id === "real").data.at(-1)?.[1]"""
+
+
+@pytest.fixture(scope="module")
+def theatre(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Theatre]:
+    """Give a page whose browser draws the model, with a recording among its runs."""
+    folder = tmp_path_factory.mktemp("look_back")
+    bag = recorded.write_recording(folder / "run.bag", load_robot())
+    with open_theatre(folder, draws=True) as made:
+        shutil.copy(bag, Path(folder) / "runs" / RUN / "run.bag")
+        yield made
+
+
+def open_recording(theatre: Theatre) -> None:
+    """Open the recording, and wait until it is read."""
+    theatre.open("Recordings")
+    row = theatre.page.locator(".run").filter(has_text=RUN)
+    row.get_by_role("button", name="Look back").click()
+    expect(theatre.page.locator("[data-past-text]")).to_contain_text("after its start")
+    expect(theatre.page.locator("[data-past-text]")).not_to_contain_text("read")
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_recording_is_looked_at_on_the_page_while_stop_stays_live(
+    theatre: Theatre, size: str
+) -> None:
+    """Robots, chart, decision and parts of its moment; the page says all the time what it shows."""
+    page = theatre.page
+    if page.locator(".past-note").is_visible():  # the scene is played again
+        page.locator(".past-note").get_by_role("button", name="Live").click()
+    theatre.resize(size)
+    theatre.play("ready")
+    lead = page.locator(".lead-real .lead-role")
+    expect(lead).not_to_have_text("leads")
+    ready = lead.inner_text()
+    open_recording(theatre)
+    note = page.locator("[data-past-note]")
+    expect(note).to_be_visible()
+    expect(note).to_have_text(re.compile(f"^Not now. Recording {RUN}: "))
+    page.evaluate(MOVE_TO, 6.0)
+    expect(lead).to_have_text("leads")
+    expect(page.locator('[data-live="joint_1.real"]')).to_have_text(re.compile(r"^(19\.5|20\.0)0$"))
+    expect(page.locator(".mode-title")).to_have_text("Ready")
+    page.wait_for_function(f"({POSE})() > 0.33 && ({POSE})() < 0.36")
+    if size == "wide":
+        page.wait_for_function(f"Math.abs(({CHART})() - 20) < 1.1")
+    theatre.open("Events")
+    events = page.locator(".event")
+    expect(events.filter(has_text="the twin follows")).to_have_count(1)
+    expect(events.filter(has_text=recorded.REASON[1:])).to_have_count(0)
+    expect(page.locator("[data-acknowledge]:visible")).to_have_count(0)
+    assert theatre.problems(f"{size}, a recording") == []
+    page.evaluate(MOVE_TO, 9.0)
+    expect(events.filter(has_text=recorded.REASON[1:])).to_have_count(2)
+    page.locator(".time-line-range").press("Space")
+    expect(page.locator("[data-stop-answer=STOP]")).to_have_text("confirmed")
+    expect(page.locator("[data-command='0']")).to_contain_text("Stop")
+    page.locator(".past-note").get_by_role("button", name="Live").click()
+    expect(note).to_be_hidden()
+    expect(lead).to_have_text(ready)
+    expect(events.filter(has_text=recorded.REASON[1:])).to_have_count(0)
+
+
+def test_recording_that_cannot_be_shown_says_why_on_the_time_line(theatre: Theatre) -> None:
+    """And Live still leads back."""
+    theatre.resize("low")
+    theatre.open("Recordings")
+    row = theatre.page.locator(".run").filter(has_text="to_be_renamed")
+    row.get_by_role("button", name="Look back").click()
+    expect(theatre.page.locator("[data-past-text]")).to_contain_text("no readable bag")
+    theatre.page.locator(".past-note").get_by_role("button", name="Live").click()
+    expect(theatre.page.locator("[data-past-text]")).to_be_hidden()
+    answer = theatre.page.request.get(f"{theatre.address}/past.json?at=0&run=../runs")
+    assert answer.status == 404 and "there is no recording" in answer.text()
