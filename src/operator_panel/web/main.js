@@ -117,6 +117,7 @@ function start() {
     judged: (found) => motion.take(found),
     live,
     scene,
+    timeLine,
   };
 }
 

@@ -20,7 +20,8 @@ FIND_FOLLOWING = """async () => {
         if (role.textContent === "leads") return true;
         range.value = -0.5 * back;
         range.dispatchEvent(new Event("input"));
-        await new Promise((done) => setTimeout(done, 25));
+        do await new Promise((done) => setTimeout(done, 10));
+        while (window.panel.timeLine.asking);
     }
     return false;
 }"""
@@ -214,7 +215,7 @@ def test_page_looks_back_while_mode_and_stop_stay_live(theatre: Theatre, size: s
     mode, lead = theatre.page.locator(".mode-title"), theatre.page.locator(".lead-real .lead-role")
     expect(lead).not_to_have_text("leads")
     ready = lead.inner_text()
-    theatre.page.get_by_role("button", name="Look back").click()
+    theatre.page.locator("[data-look-back]").click()
     text = theatre.page.locator("[data-past-text]")
     expect(text).to_contain_text("Past: ")
     assert theatre.problems(f"{size}, looking back") == []

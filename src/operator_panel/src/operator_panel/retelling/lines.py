@@ -55,8 +55,8 @@ class Happened(msgspec.Struct, frozen=True, tag=True):
 Line: TypeAlias = Head | Parts | Told | Happened
 
 _ENCODE = msgspec.msgpack.Encoder().encode
-_DECODE = msgspec.msgpack.Decoder(Line).decode
-_SNAPSHOT = msgspec.msgpack.Decoder(Snapshot).decode
+_LINE: msgspec.msgpack.Decoder[Line] = msgspec.msgpack.Decoder(Line)
+_SNAPSHOT = msgspec.msgpack.Decoder(Snapshot)
 
 
 def told(at: float, snapshot: Snapshot) -> Told:
@@ -66,7 +66,7 @@ def told(at: float, snapshot: Snapshot) -> Told:
 
 def snapshot_of(moment: Told) -> Snapshot:
     """Return what the page knew at a moment."""
-    return _SNAPSHOT(zlib.decompress(moment.snapshot))
+    return _SNAPSHOT.decode(zlib.decompress(moment.snapshot))
 
 
 def packed(line: Line) -> bytes:
@@ -81,4 +81,4 @@ def unpacked(body: bytes) -> Line:
     Raises:
         msgspec.DecodeError: It is none.
     """
-    return _DECODE(body)
+    return _LINE.decode(body)

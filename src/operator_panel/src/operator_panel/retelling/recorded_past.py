@@ -97,7 +97,7 @@ class RecordedPast:
         if found is None or self.head is None:
             return None
         return RecordedLook(
-            *msgspec.structs.astuple(found),
+            **msgspec.structs.asdict(found),
             run=self._run,
             ends=self.head.last,
             events=self._until(found.at),
