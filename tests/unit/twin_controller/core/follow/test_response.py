@@ -168,6 +168,21 @@ def test_a_short_move_proves_by_its_acceleration(share: float, proves: bool) -> 
     assert (measured(setup, begun, real).pace > pace) == proves
 
 
+def test_set_points_that_were_held_back_for_a_moment_make_no_robot_late() -> None:
+    """Only for longer than 30 ms: then nothing is measured until they have left the window."""
+    response = replace(after_move({0: 0.1}, assumed(NUMBERS, SETUP.names)), at=-1e9)
+    for end, held, since_long in ((0.40, True, False), (0.42, True, False), (0.43, False, False)):
+        response = measured(UNKNOWN, response, side(end, {0: 0.1}), held)
+        assert (response.held_at > 0.0) == since_long
+    assert response.held_since is None
+    for end, since_long in ((0.50, False), (0.52, False), (0.54, True)):
+        response = measured(UNKNOWN, replace(response, at=-1e9), side(end, {0: 0.1}), True)
+        assert (response.held_at > 0.0) == since_long, end
+    later = replace(response, held_since=None)
+    assert measured(UNKNOWN, later, side(0.56, {0: 0.1})).at == -1e9
+    assert measured(UNKNOWN, later, side(0.54 + 0.31, {0: 0.1})).at > 0.0
+
+
 def test_a_robot_that_falls_behind_is_led_more_slowly() -> None:
     """By a tenth of the speed at which it did, and never faster than that again."""
     start = replace(after_move({0: 0.1}, assumed(NUMBERS, SETUP.names)), pace=30.0)
