@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from harness.second_world.campaign import SCARA, benches
@@ -30,7 +31,7 @@ def measure(count: int, folder: Path, console: Console) -> list[Figure]:
         for name, links, clearance, person in CASES:
             case = near(known[SCARA], links, clearance, person)
             stated = chances(case.world, case.motion, count, STATED, directory=CONFIG)
-            seen = hits(case, count, OTHER) / count
+            seen = hits(case, count, OTHER, len(os.sched_getaffinity(0))) / count
             note = (
                 f"stated {100.0 * stated.collision:.1f} % ({100.0 * stated.collision_low:.1f} to "
                 f"{100.0 * stated.collision_high:.1f}), in {count} others {100.0 * seen:.1f} %"

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import multiprocessing
 from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
 from what_if.motions import ProgramRun
-from what_if.uncertainty.spreads import drawn, spreads_of
+from what_if.uncertainty.spreads import Spread, drawn, spreads_of
 from what_if.uncertainty.varied import varied
 from what_if.world import World
 
@@ -16,6 +18,10 @@ from harness.second_world.truth import Truth, Vector
 
 FREE = 0.005
 """A way keeps off everything by so much [m] until it comes near its end."""
+
+
+PROBE, LEAST, MOST = 40, 0.1, 0.6
+"""In so many worlds a motion is tried first; it hits something in a share of them between these."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +65,10 @@ def near(bench: Bench, links: Sequence[str], clearance: float, person: bool = Fa
             and truth.keeps_off(before, end, wanted, 0.9 * clearance)
         ):
             steps = moves([before, end], world)
-            return Near(world, program(*steps), (start, before, end))
+            found = Near(world, program(*steps), (start, before, end))
+            # Room above something is as sure as the room itself: nothing is drawn upwards.
+            if LEAST * PROBE <= hits(found, PROBE, 0) <= MOST * PROBE:
+                return found
 
 
 def _backed(
@@ -77,12 +86,39 @@ def _backed(
     return tuple((a + low * (b - a)).tolist())
 
 
-def hits(case: Near, worlds: int, seed: int) -> int:
-    """Count in how many worlds bodies touch on the last move, by MuJoCo; before, all is far."""
+def hits(case: Near, worlds: int, seed: int, workers: int = 1) -> int:
+    """Count in how many worlds bodies touch on the last move, by MuJoCo; before, all is far.
+
+    Args:
+        case: The motion.
+        worlds: So many.
+        seed: Of their drawing.
+        workers: Processes; they are forked, so no thread may run here.
+    """
     spreads = spreads_of(case.world)
+    rows = drawn(spreads, worlds, np.random.default_rng(seed)).tolist()
+    if workers == 1:
+        return _hits(case, spreads, rows)
+    context = multiprocessing.get_context("fork")
+    with ProcessPoolExecutor(workers, context, _keep, (case, spreads)) as pool:
+        return sum(pool.map(_kept_hits, (rows[k::workers] for k in range(workers))))
+
+
+def _hits(case: Near, spreads: Sequence[Spread], rows: Sequence[Sequence[float]]) -> int:
     count = 0
-    for row in drawn(spreads, worlds, np.random.default_rng(seed)):
-        truth = Truth(varied(case.world, spreads, row.tolist()))
+    for row in rows:
+        truth = Truth(varied(case.world, spreads, row))
         solid = [*truth.bodies, *truth.own, *truth.table]
         count += not truth.keeps_off(*case.ways[-2:], solid, 0.0)
     return count
+
+
+_kept: list[tuple[Near, Sequence[Spread]]] = []
+
+
+def _keep(case: Near, spreads: Sequence[Spread]) -> None:
+    _kept[:] = [(case, spreads)]
+
+
+def _kept_hits(rows: Sequence[Sequence[float]]) -> int:
+    return _hits(*_kept[0], rows)
