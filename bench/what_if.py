@@ -14,13 +14,14 @@ from harness.faults.rows import Row
 from rich.console import Console
 
 from bench import page
-from bench.second_world import chances, clearance, programs, speed, wire
+from bench.second_world import chances, clearance, cycles, programs, speed, wire
 from bench.second_world.figure import Figure
 
 PARTS: dict[str, Callable[[int, Path, Console], list[Figure]]] = {
     "programs": programs.measure,
     "clearance": clearance.measure,
     "wire": wire.measure,
+    "cycles": cycles.measure,
     "chances": chances.measure,
     "speed": speed.measure,
 }
