@@ -127,6 +127,47 @@ def test_which_programs_are_forked(tmp_path: Path) -> None:
     assert not runs_here(str(tmp_path / "missing"))
 
 
+SPLIT = """
+from scara_bringup.io.own_line import make_room
+make_room()
+import os, sys, time
+from pathlib import Path
+os.environ["OF_ALL"] = "children"
+from scara_bringup.io.forked import WarmParent
+from scara_bringup.io.processes import Processes
+from scara_bringup.plan import NodePlan
+lock = open(sys.argv[2], "w")
+with WarmParent.of_this_process() as warm, Processes(Path(sys.argv[2] + ".d"), {}, warm) as nodes:
+    nodes.start(NodePlan("a_node", "", sys.argv[1], ("_rate:=25",)))
+    print(open(f"/proc/{warm._process.pid}/cmdline").read().rstrip(chr(0)), flush=True)
+    while not (ended := nodes.ended()):
+        time.sleep(0.01)
+    print(ended, sys.argv[1:], flush=True)
+"""
+
+
+def test_the_parent_of_all_can_be_a_fork_of_the_bring_up(tmp_path: Path) -> None:
+    """It shows itself and its nodes by their own names, and keeps none of the bring-up's files."""
+    program = script(
+        tmp_path,
+        "import os, sys",
+        "files = [os.readlink(f'/proc/{os.getppid()}/fd/{n}')",
+        "         for n in os.listdir(f'/proc/{os.getppid()}/fd')]",
+        "words = open('/proc/self/cmdline').read().rstrip(chr(0)).split(chr(0))",
+        "print(words == [sys.executable, *sys.argv], os.environ['OF_ALL'], 'rospy' in sys.modules,",
+        "      os.getsid(os.getppid()) == os.getppid(), any('a_lock' in name for name in files))",
+    )
+    bringup = tmp_path / "bringup.py"
+    bringup.write_text(SPLIT)
+    words = [sys.executable, str(bringup), program, str(tmp_path / "a_lock")]
+    done = subprocess.run(words, capture_output=True, text=True, timeout=60.0, check=True)
+    shown, ended = done.stdout.splitlines()
+    assert shown.split("\0") == [sys.executable, "-m", "scara_bringup.io.warm_parent"]
+    assert ended == f"{[('a_node', 0)]} {words[2:]}"
+    said = (tmp_path / "a_lock.d" / "a_node.log").read_text().split()
+    assert said == ["True", "children", "True", "True", "False"]
+
+
 def test_all_die_with_a_bring_up_that_is_killed(tmp_path: Path) -> None:
     """Not even SIGKILL of the bring-up leaves parent or node behind."""
     program = script(tmp_path, "import time", "time.sleep(1000)")

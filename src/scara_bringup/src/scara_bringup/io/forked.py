@@ -6,6 +6,7 @@ import contextlib
 import json
 import os
 import select
+import signal
 import socket
 import subprocess
 import sys
@@ -15,9 +16,11 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from scara_bringup.io.warm_parent import MESSAGE
+from typing_extensions import Self
 
-ROOM = 1000  # our choice: longest command line that a forked node can show
+from scara_bringup.io import warm_parent
+from scara_bringup.io.own_line import ROOM
+
 FORK_S = 20.0  # our choice: loading takes half a second on an idle machine
 GONE = -9  # what dies with its parent
 
@@ -33,12 +36,12 @@ class WarmParent:
     """
 
     def __init__(self, env: Mapping[str, str]) -> None:
-        """Begin to load; ``env`` is the environment of all children."""
+        """Begin to load in a program of its own; ``env`` is the environment of all children."""
         self._line, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         number = theirs.fileno()
         module = [sys.executable, "-m", "scara_bringup.io.warm_parent"]
         with theirs:
-            self._process = subprocess.Popen(
+            self._process: subprocess.Popen[bytes] | _Fork = subprocess.Popen(
                 ["setpriv", "--pdeathsig", "KILL", "--", *module, str(number), " " * ROOM],
                 env=env,
                 stdin=subprocess.DEVNULL,
@@ -47,6 +50,22 @@ class WarmParent:
             )
         self._codes: dict[int, int] = {}
         self._lost = False
+
+    @classmethod
+    def of_this_process(cls) -> Self:
+        """Load in this process, and fork the parent of all others from it.
+
+        So all of them have what is loaded in common with this process, the files that it has read
+        included. Its environment is theirs. To be called without another thread, and where
+        :func:`~scara_bringup.io.own_line.make_room` was called when the process began.
+        """
+        warm_parent.load()
+        parent = cls.__new__(cls)
+        parent._line, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        with theirs:
+            parent._process = _Fork(warm_parent.split_off(theirs))
+        parent._codes, parent._lost = {}, False
+        return parent
 
     def fork(self, words: Sequence[str], stdout: int, stderr: int) -> ForkedChild:
         """Start the Python program ``words`` with these files as its output.
@@ -83,7 +102,7 @@ class WarmParent:
             return {}
         data = b""
         with contextlib.suppress(ConnectionError):
-            data = self._line.recv(MESSAGE)
+            data = self._line.recv(warm_parent.MESSAGE)
         if not data:
             self._lost = True
             return {}
@@ -107,6 +126,26 @@ class WarmParent:
         self._lost = True
         self._process.kill()
         self._process.wait()
+
+
+class _Fork:
+    """A fork of this process, with what is used of ``subprocess.Popen``."""
+
+    def __init__(self, pid: int) -> None:
+        """Remember its id."""
+        self.pid = pid
+        self._code: int | None = None
+
+    def kill(self) -> None:
+        """Kill it, unless it has been waited for."""
+        if self._code is None:
+            os.kill(self.pid, signal.SIGKILL)
+
+    def wait(self) -> int:
+        """Wait for its end and return its exit code."""
+        if self._code is None:
+            self._code = os.waitstatus_to_exitcode(os.waitpid(self.pid, 0)[1])
+        return self._code
 
 
 class ForkedChild:

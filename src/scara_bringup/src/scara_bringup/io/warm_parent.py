@@ -1,8 +1,8 @@
 """A process that has loaded what all nodes load, and becomes a node by forking.
 
-Run by :class:`~scara_bringup.io.forked.WarmParent`. It has no thread, so that a fork is a whole
-copy. Each node gets a session, a log and signals of its own, and dies with this process, as this
-one does with the bring-up.
+Started by :class:`~scara_bringup.io.forked.WarmParent`, as a program of its own or as a fork of the
+bring-up. It has no thread, so that a fork is a whole copy. Each node gets a session, a log and
+signals of its own, and dies with this process, as this one does with the bring-up.
 """
 
 from __future__ import annotations
@@ -27,20 +27,29 @@ from pathlib import Path
 SHARED = (
     "actionlib",
     "asyncio",
+    "configparser",
     "control_msgs.msg",
     "diagnostic_msgs.msg",
+    "encodings.idna",
     "geometry_msgs.msg",
     "msgspec",
     "numpy",
     "numpy.typing",
+    "pymodbus.client",
     "rospy",
     "ruckig",
     "scara_config",
+    "scara_control.kinematics.arm_kinematics",
+    "scara_control.nodes.wiring",
+    "scara_control.trajectory.goal",
+    "scara_description.urdf",
     "scara_msgs.msg",
     "scara_msgs.srv",
     "scara_ros.io.scheduling",
     "scara_ros.memory",
     "scara_ros.nodes.diagnostics",
+    "scara_ros.nodes.judge_gate",
+    "scara_ros.nodes.own_cell",
     "scara_ros.nodes.service_client",
     "scara_ros.nodes.starting",
     "sensor_msgs.msg",
@@ -48,7 +57,8 @@ SHARED = (
     "trajectory_msgs.msg",
     "visualization_msgs.msg",
 )
-"""What most nodes import. What only one needs, it loads itself."""
+"""What many nodes import, or what Python loads with the first name of a host and the first log.
+What only one needs, it loads itself."""
 
 PREPARED = ("scara_control.io.engine:prepare_engines",)
 """``module:function`` of what is made once, for those that will need it."""
@@ -61,6 +71,12 @@ _PR_SET_PDEATHSIG, _PR_SET_NAME = 1, 15
 def main() -> None:
     """Serve the socket whose number is the first argument until the other end closes it."""
     line = socket.socket(fileno=int(sys.argv[1]))
+    load()
+    _serve_alone(line)
+
+
+def load() -> None:
+    """Load and make what the nodes share, so that a fork finds it."""
     for name in SHARED:
         importlib.import_module(name)
     for place in PREPARED:
@@ -69,7 +85,41 @@ def main() -> None:
     # No collection in a node shall write to the memory that all of them share.
     gc.collect()
     gc.freeze()
-    # A child that ends ends the waiting for a request.
+
+
+def split_off(line: socket.socket) -> int:
+    """Fork a process that serves ``line``; return its id. To be called without another thread.
+
+    It keeps nothing of this one but what is loaded, the environment and the terminal.
+    """
+    for stream in (sys.stdout, sys.stderr):
+        stream.flush()
+    caller = os.getpid()
+    pid = os.fork()
+    if pid:
+        return pid
+    try:
+        os.setsid()
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        _LIBC.prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+        _show("python", ["-m", __name__])
+        if os.getppid() != caller:
+            os._exit(1)
+        sys.stdout, sys.stderr = sys.__stdout__, sys.__stderr__  # a node hardens its own
+        nothing = os.open(os.devnull, os.O_RDONLY)
+        os.dup2(nothing, 0)
+        kept = line.fileno()
+        os.closerange(3, kept)
+        os.closerange(kept + 1, os.sysconf("SC_OPEN_MAX"))
+        _serve_alone(line)
+    except BaseException:
+        traceback.print_exc()
+    finally:
+        os._exit(0)
+
+
+def _serve_alone(line: socket.socket) -> None:
+    """Serve ``line``; a child that ends ends the waiting for a request."""
     ended, waker = socket.socketpair()
     ended.setblocking(False)
     waker.setblocking(False)
@@ -177,12 +227,12 @@ def _prepare(words: list[str], files: list[int]) -> None:
         stream.reconfigure(write_through=True, line_buffering=True)
     sys.argv, sys.path[0] = words, str(Path(words[0]).resolve().parent)
     importlib.import_module("rospy.names").reload_mappings(words)  # it has read the parent's
-    _show(words)
+    _show(Path(words[0]).name, words)
 
 
-def _show(words: list[str]) -> None:
-    """Let ps and /proc show the node's own command line, as far as there is room for it."""
-    _LIBC.prctl(_PR_SET_NAME, Path(words[0]).name.encode()[:15], 0, 0, 0)
+def _show(name: str, words: list[str]) -> None:
+    """Let ps and /proc show a name and a command line, as far as there is room for it."""
+    _LIBC.prctl(_PR_SET_NAME, name.encode()[:15], 0, 0, 0)
     fields = Path("/proc/self/stat").read_text().rpartition(")")[2].split()
     begin, end = int(fields[45]), int(fields[46])
     shown = b"".join(word.encode() + b"\0" for word in (sys.executable, *words))

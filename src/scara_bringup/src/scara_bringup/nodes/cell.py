@@ -60,7 +60,6 @@ from scara_bringup.nodes.options import (
     TwinOnly,
     Without,
 )
-from scara_bringup.nodes.status import show_status
 from scara_bringup.plan import NOT_OF_THE_TWIN, cell_plan, experiment_plan
 
 REPORT = "report.html"
@@ -191,6 +190,8 @@ def status(
     ),
 ) -> None:
     """Show the nodes of each running cell: alive, processor time, memory, what they say."""
+    from scara_bringup.nodes.status import show_status  # a node, which a cell is not yet here
+
     raise typer.Exit(show_status(commands, name))
 
 
@@ -288,8 +289,9 @@ def _run(wishes: Wishes, folder: Path, shown: Shown, own_master: bool, turn: Tur
     if wishes.experiments:
         foreground = experiment_plan(str(folder), wishes.experiments, wishes.arguments)
     master = MasterProbe(os.environ["ROS_MASTER_URI"])
+    os.environ["PYTHONUNBUFFERED"] = "1"
     with (
-        WarmParent({**os.environ, "PYTHONUNBUFFERED": "1"}) as warm,
+        WarmParent.of_this_process() as warm,
         Processes(folder / "log", os.environ, warm) as processes,
     ):
         shown = replace(shown, runs=runs, on_ready=turn.end if turn is not None else None)

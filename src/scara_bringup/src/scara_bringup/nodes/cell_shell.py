@@ -9,6 +9,7 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from scara_ros.io.scheduling import may_go_first
 from scara_ros.pacing import Pace
@@ -21,7 +22,6 @@ from scara_bringup.io.processes import Processes
 from scara_bringup.io.status.running import RunningCell, RunningNode, announced
 from scara_bringup.io.terminal import screen
 from scara_bringup.io.terminal.browser import open_page
-from scara_bringup.nodes.controller_watch import ControllerWatch
 from scara_bringup.plan import MASTER, ROSOUT, NodePlan
 from scara_bringup.readiness import Seen, missing
 from scara_bringup.supervisor import (
@@ -40,6 +40,9 @@ from scara_bringup.supervisor import (
     begin,
     step,
 )
+
+if TYPE_CHECKING:
+    from scara_bringup.nodes.controller_watch import ControllerWatch
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 LOOP_PERIOD = 0.05
@@ -120,6 +123,8 @@ class CellShell:
         self._foreground = foreground.name if foreground else ""
         cell, actions = begin(nodes, foreground, self._deadlines, time.monotonic(), running)
         self._perform(actions, cell)
+        from scara_bringup.nodes.controller_watch import ControllerWatch
+
         self._watch = ControllerWatch()
         while cell.phase is not Phase.ENDED:
             for event in self._events(cell):
