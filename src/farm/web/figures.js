@@ -61,12 +61,23 @@ function driftLine(drift) {
   return line;
 }
 
+function causeLine(cause, now) {
+  const line = make("li", "cause");
+  const where = cause.cells === 1 ? cause.last_in : `${cause.cells} cells`;
+  line.append(make("strong", "", `${cause.times} x ${cause.cause}`));
+  line.append(make("span", "", ` in ${where}. Last ${ago(now - cause.last)} ago in ${cause.last_in}: ${cause.last_text}`));
+  return line;
+}
+
 export async function showFigures() {
   try {
     const answer = await fetch("/farm/figures");
     if (!answer.ok) throw new Error(await answer.text());
-    const { kpi, drifts, compared } = await answer.json();
+    const { kpi, causes, drifts, compared } = await answer.json();
     byId("kpi").replaceChildren(kpi.length ? tableOf(kpi) : make("p", "muted", "no cycle yet"));
+    const now = Date.now() / 1000;
+    const stopped = causes.length ? causes.map((cause) => causeLine(cause, now)) : [make("li", "muted", "nothing")];
+    byId("causes").replaceChildren(...stopped);
     const away = drifts.length ? drifts.map(driftLine) : [make("li", "muted", `none of ${compared} figures`)];
     byId("drifts").replaceChildren(...away);
     put(byId("figures-trouble"), "");

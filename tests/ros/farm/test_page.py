@@ -90,6 +90,7 @@ def test_wall_shows_the_worst_first_and_stops_one_and_all(farm: Farm, tmp_path: 
         assert "a spare part comes" in fan.inner_text()
         page.reload()
         wait_until(lambda: page.locator(".figures .all-cells").count() == 1, DEADLINE_S, "figures")
+        assert page.locator("#causes li").count() >= 1
         for width, height in ((1600, 900), (1280, 720), (390, 844)):
             page.set_viewport_size({"width": width, "height": height})
             wide = "document.documentElement.scrollWidth <= innerWidth"

@@ -6,8 +6,10 @@ from pathlib import Path
 
 import pytest
 from cell_recorder.journal import entries
-from farm.desk.io.figures import DONE, FIGURES, figures_of, figures_over
+from farm.desk.io.figures import DONE, FIGURES, figures_of, figures_over, stops_by_cause
 from farm.desk.io.history import History, Kept
+from farm.desk.io.reading import ask
+from farm.desk.questions import Wanted, causes
 from farm.keys import CellName
 from farm.synthetic.invented import CYCLE_S, Invented
 
@@ -54,9 +56,24 @@ def test_figures_are_counted_from_the_files(folder: Path) -> None:
     assert rows[0].effectiveness is None
 
 
+def test_stops_are_counted_by_their_cause(folder: Path) -> None:
+    """Of ten events of each cell one is a pause: all have one cause, and the last is told."""
+    since = BEGIN + (EVENTS - 100) * 60.0
+    (found,) = stops_by_cause(folder, since)
+    assert (found.cause, found.times, found.cells) == ("PAUSE", 10 * CELLS, CELLS)
+    assert since <= found.first < found.last == BEGIN + (EVENTS - 5) * 60.0
+    assert found.last_in.startswith("m/made_up_") and "PAUSE by the operator" in found.last_text
+    sql, values = causes(Wanted(since, cell="made_up_003", limit=2))
+    answer = ask(folder, sql, values)
+    assert answer.names[:3] == ["cause", "times", "cells"]
+    # Without a choice all kinds count; the most frequent first, and no more than asked for.
+    assert [row[:3] for row in answer.rows] == [("done", 71, 1), ("R[5] is slow", 10, 1)]
+
+
 def test_a_farm_without_history_has_no_figures(tmp_path: Path) -> None:
     """And that is no fault."""
     assert figures_of(tmp_path, 0.0, 1.0, {}) == [] == figures_over(tmp_path, 0.0, 1e6, 86400.0)
+    assert stops_by_cause(tmp_path, 0.0) == []
 
 
 def test_the_words_are_those_of_the_journal() -> None:

@@ -81,6 +81,42 @@ def since(text: str, now: datetime) -> float:
 
 def query(wanted: Wanted) -> tuple[str, list[object]]:
     """Return the SQL of a question, and its values; the answer is in the order of time."""
+    where, values = _conditions(wanted)
+    order = "time, machine, cell, era, number"
+    newest = ", ".join(f"{column} DESC" for column in order.split(", "))
+    return (
+        "SELECT time, machine || '/' || cell AS cell, number, kind, text FROM "
+        f"(SELECT * FROM events{where} ORDER BY {newest} LIMIT ?) ORDER BY {order}",
+        [*values, wanted.limit],
+    )
+
+
+def causes(wanted: Wanted) -> tuple[str, list[object]]:
+    """Return the SQL that counts events by their cause, and its values; the most frequent first.
+
+    The cause is a decision's event, an alarm's text, a cycle's outcome, and of all others the kind.
+    Of each cause: how often, in how many cells, the first and the last time, in which cell that
+    was, and its words.
+    """
+    where, values = _conditions(wanted)
+    return (
+        "SELECT cause, count(*) AS times, count(DISTINCT machine || '/' || cell) AS cells, "
+        "min(time) AS first, max(time) AS last, "
+        "arg_max(machine || '/' || cell, time) AS last_in, arg_max(text, time) AS last_text FROM "
+        f"(SELECT *, coalesce({_CAUSE}, kind) AS cause FROM events{where}) "
+        "GROUP BY cause ORDER BY times DESC, last DESC LIMIT ?",
+        [*values, wanted.limit],
+    )
+
+
+_CAUSE = (
+    "CASE kind WHEN 'decision' THEN body->>'event' WHEN 'alarm' THEN body->>'text' "
+    "WHEN 'cycle' THEN body->>'outcome' END"
+)
+
+
+def _conditions(wanted: Wanted) -> tuple[str, list[object]]:
+    """Return which events are meant as the end of a SELECT, and its values."""
     conditions: list[str] = []
     values: list[object] = []
     if wanted.since is not None:
@@ -94,15 +130,7 @@ def query(wanted: Wanted) -> tuple[str, list[object]]:
         values.append(wanted.kind)
     if wanted.stops:
         conditions.append("stop")
-    where = f" WHERE {' AND '.join(conditions)}" if conditions else ""
-    order = "time, machine, cell, era, number"
-    newest = ", ".join(f"{column} DESC" for column in order.split(", "))
-    values.append(wanted.limit)
-    return (
-        "SELECT time, machine || '/' || cell AS cell, number, kind, text FROM "
-        f"(SELECT * FROM events{where} ORDER BY {newest} LIMIT ?) ORDER BY {order}",
-        values,
-    )
+    return (f" WHERE {' AND '.join(conditions)}" if conditions else ""), values
 
 
 def as_text(value: object) -> str:

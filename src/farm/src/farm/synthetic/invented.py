@@ -19,6 +19,8 @@ from scara_msgs.msg import TwinControllerState
 PROGRAMS = ("TWO_POINT", "PALLET", "MILK")
 CYCLE_S = 12.0
 """Our choice: an invented program takes so long."""
+BUSY = 0.9
+"""Our choice: it is over before the next one begins, where events come quicker than that."""
 
 
 @dataclass(frozen=True)
@@ -101,7 +103,7 @@ class Invented:
             return {"kind": "alarm", **alarm}
         return {
             "kind": "cycle",
-            "start": time - CYCLE_S,
+            "start": time - min(CYCLE_S, BUSY / self.events_hz),
             "end": time,
             "program": PROGRAMS[self.index % 3],
             "leader": "real",

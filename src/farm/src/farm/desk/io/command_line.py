@@ -22,7 +22,7 @@ from scara_config import ConfigError
 
 from farm import keys
 from farm.config import FarmConfig, load_farm
-from farm.desk.questions import QuestionError, Wanted, query, since, table
+from farm.desk.questions import QuestionError, Wanted, causes, query, since, table
 from farm.desk.roster import LOST, Row
 from farm.io.bus import BusError, open_client
 
@@ -100,7 +100,10 @@ def events(
     kind: Annotated[
         str, typer.Option(help="Only decision, audit, alarm, cycle, start, gap or torn.")
     ] = "",
-    limit: Annotated[int, typer.Option(help="The newest so many.", min=1, max=1_000_000)] = 100,
+    by_cause: Annotated[
+        bool, typer.Option("--by-cause", help="Count them by their cause, the most frequent first.")
+    ] = False,
+    limit: Annotated[int, typer.Option(help="So many at most.", min=1, max=1_000_000)] = 100,
     folder: Folder = None,
 ) -> None:
     """List events that the desk has kept; times in UTC. It needs no running desk."""
@@ -108,7 +111,8 @@ def events(
         begin = since(since_text, datetime.now().astimezone()) if since_text else None
     except QuestionError as error:
         fail(str(error), WRONG)
-    _ask_history(_folder(folder), *query(Wanted(begin, cell, kind, stops, limit)))
+    asked = causes if by_cause else query
+    _ask_history(_folder(folder), *asked(Wanted(begin, cell, kind, stops, limit)))
 
 
 @app.command()

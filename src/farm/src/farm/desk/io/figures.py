@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from datetime import datetime, timezone
 from pathlib import Path
+
+import msgspec
 
 from farm.desk.drift import Bin, Drift, find_drifts
 from farm.desk.io.reading import ask
 from farm.desk.kpi import Happened, KeyFigures, key_figures
+from farm.desk.questions import Wanted, causes
 
 DONE = "done"
 """Outcome of a cycle that ended as meant, as the cell's journal writes it."""
@@ -61,6 +65,39 @@ def figures_of(
     found = ask(folder, HAPPENED, [int((begin - BEFORE_S) * 1e6), int(end * 1e6)])
     events = (Happened(*row) for row in found.rows)  # type: ignore[arg-type]
     return key_figures(events, begin, end, planned_s, DONE)
+
+
+class Cause(msgspec.Struct, frozen=True):
+    """What stopped pairs, how often, in how many cells, and the last of them; times since 1970."""
+
+    cause: str
+    times: int
+    cells: int
+    first: float
+    last: float
+    last_in: str
+    last_text: str
+
+
+def stops_by_cause(folder: Path, begin: float) -> list[Cause]:
+    """Return what stopped pairs since ``begin`` [s since 1970], the most frequent first.
+
+    Raises:
+        AskingError: The history cannot be read.
+    """
+    rows = ask(folder, *causes(Wanted(begin, stops=True))).rows
+    return [
+        Cause(
+            str(cause), int(str(times)), int(str(cells)), _unix(first), _unix(last), *map(str, of)
+        )
+        for cause, times, cells, first, last, *of in rows
+    ]
+
+
+def _unix(moment: object) -> float:
+    """Return a time of the history, which is UTC without a zone [s since 1970]."""
+    assert isinstance(moment, datetime)
+    return moment.replace(tzinfo=timezone.utc).timestamp()
 
 
 def figures_over(folder: Path, begin: float, end: float, span_s: float) -> list[Drift]:

@@ -31,7 +31,7 @@ from farm.desk.drift import Drift
 from farm.desk.io.alarm_desk import MarkAsked
 from farm.desk.io.commands import Answered, cells_there, order
 from farm.desk.io.desk import Desk
-from farm.desk.io.figures import figures_of, figures_over
+from farm.desk.io.figures import Cause, figures_of, figures_over, stops_by_cause
 from farm.desk.io.reading import AskingError
 from farm.desk.kpi import KeyFigures
 from farm.desk.roster import Row
@@ -74,9 +74,10 @@ class Wall(msgspec.Struct, frozen=True):
 
 
 class Figures(msgspec.Struct, frozen=True):
-    """Key figures of the last day, the figures that drift, and how many were compared."""
+    """Figures and stops of the last day, the figures that drift, and how many were compared."""
 
     kpi: list[KeyFigures]
+    causes: list[Cause]
     drifts: list[Drift]
     compared: int
 
@@ -136,11 +137,12 @@ class Page:
                 planned = self._desk.planned_run_time_s
                 try:
                     kpi = figures_of(folder, now - day, now, planned)
+                    stops = stops_by_cause(folder, now - day)
                     drifts = figures_over(folder, now - 30.0 * day, now, day)
                 except AskingError as error:
                     return PlainTextResponse(str(error), 503)
                 away = [drift for drift in drifts if drift.drifts]
-                self._figures = msgspec.json.encode(Figures(kpi, away, len(drifts)))
+                self._figures = msgspec.json.encode(Figures(kpi, stops, away, len(drifts)))
                 self._counted = now
             return Response(self._figures, media_type="application/json")
 
@@ -216,6 +218,9 @@ class Page:
                 _text("span", "empty: not known. Renewed twice a minute.", "muted")
                 _text("span", "", "muted").props("id=figures-trouble")
             ui.element("div").classes("figures-scroll").props("id=kpi")
+        with ui.element("section").classes("card").props('aria-label="Stops"'):
+            _text("h2", "What stopped them, 24 hours")
+            ui.element("ol").props("id=causes")
         with ui.element("section").classes("card").props('aria-label="Drift"'):
             _text("h2", "Away from their own past, 30 days")
             ui.element("ol").props("id=drifts")
