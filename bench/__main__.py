@@ -147,8 +147,8 @@ def main(
         bool,
         typer.Option(
             "--what-if",
-            help="The second world, all or PART ... (programs clearance wire cycles chances "
-            "speed), --seeds of each; docs/benchmarks.md.",
+            help="The second world, all or PART ... (programs clearance wire cycles chance_part "
+            "chance_pallet chance_person speed), --seeds of each; docs/benchmarks.md.",
         ),
     ] = False,
     farm: Annotated[

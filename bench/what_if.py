@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 from harness.faults.rows import Row
@@ -22,7 +23,7 @@ PARTS: dict[str, Callable[[int, Path, Console], list[Figure]]] = {
     "clearance": clearance.measure,
     "wire": wire.measure,
     "cycles": cycles.measure,
-    "chances": chances.measure,
+    **{f"chance_{what}": partial(chances.measure, what) for what in chances.CASES},
     "speed": speed.measure,
 }
 """In the order of the page; the last one needs a machine that does nothing else."""

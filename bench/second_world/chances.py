@@ -14,29 +14,25 @@ from bench.second_world.figure import Figure
 
 CONFIG = Path(__file__).resolve().parents[2] / "config"
 SEED, STATED, OTHER = 5, 1, 2
-PARTS = tuple(f"part_{k}" for k in range(1, 10))
-CASES = (
-    ("a part", PARTS, 0.2e-3, False),
-    ("a part, further away", PARTS, 0.8e-3, False),
-    ("the pallet", ("pallet",), 0.4e-3, False),
-    ("a person", (), 0.03, True),
-)
-"""What a motion ends near to, and how near [m]."""
+CASES = {
+    "part": (tuple(f"part_{k}" for k in range(1, 10)), 0.2e-3),
+    "pallet": (("pallet",), 0.4e-3),
+    "person": ((), 0.03),
+}
+"""What a motion ends near to, its links, and how near [m]."""
 
 
-def measure(count: int, folder: Path, console: Console) -> list[Figure]:
-    """State a probability from ``count`` worlds for each case, and count in as many others."""
-    found = []
+def measure(what: str, count: int, folder: Path, console: Console) -> list[Figure]:
+    """State a probability from ``count`` worlds for one case, and count in as many others."""
+    links, clearance = CASES[what]
     with benches(CONFIG, SEED) as known:
-        for name, links, clearance, person in CASES:
-            case = near(known[SCARA], links, clearance, person)
-            stated = chances(case.world, case.motion, count, STATED, directory=CONFIG)
-            seen = hits(case, count, OTHER, len(os.sched_getaffinity(0))) / count
-            note = (
-                f"stated {100.0 * stated.collision:.1f} % ({100.0 * stated.collision_low:.1f} to "
-                f"{100.0 * stated.collision_high:.1f}), in {count} others {100.0 * seen:.1f} %"
-            )
-            apart = 100.0 * abs(stated.collision - seen)
-            found.append(Figure(f"chance of hitting {name}", "points", 2.0, apart, note=note))
-            console.print(f"{name}: {note}")
-    return found
+        case = near(known[SCARA], links, clearance, what == "person")
+    stated = chances(case.world, case.motion, count, STATED, directory=CONFIG)
+    seen = hits(case, count, OTHER, len(os.sched_getaffinity(0))) / count
+    note = (
+        f"stated {100.0 * stated.collision:.1f} % ({100.0 * stated.collision_low:.1f} to "
+        f"{100.0 * stated.collision_high:.1f}), in {count} others {100.0 * seen:.1f} %"
+    )
+    console.print(f"{what}: {note}")
+    apart = 100.0 * abs(stated.collision - seen)
+    return [Figure(f"chance of hitting a {what}", "points", 2.0, apart, note=note)]

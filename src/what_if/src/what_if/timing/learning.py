@@ -22,8 +22,8 @@ LEAST = 3
 def rests_of(world: World, motion: ProgramRun, seen: Sequence[tuple[int, float]]) -> list[float]:
     """Return how long the robot rested at the end of each move with FINE [s].
 
-    The first line is left out: the start delay is in it. So is a line that was not seen from its
-    beginning to that of the next one.
+    The first line that was seen is left out: a start delay or a pause is in it. So is
+    a line that was not seen from its beginning to that of the next one.
 
     Args:
         world: When the program began: joints and override count.
@@ -33,13 +33,13 @@ def rests_of(world: World, motion: ProgramRun, seen: Sequence[tuple[int, float]]
     steps, legs = motion.program.steps, plan(world, motion).legs
     fine = world.cell.config.program.fine_ms * 1e-3
     found, at = [], 0
-    for (line, begin), (after, end) in pairwise(seen):
+    for number, ((line, begin), (after, end)) in enumerate(pairwise(seen)):
         while at < len(steps) and steps[at].line != line:
             at += 1
         if at + 1 >= len(steps):
             break
         step, leg = steps[at], legs[at]
-        if at and isinstance(step, MoveStep) and step.fine and steps[at + 1].line == after:
+        if number and isinstance(step, MoveStep) and step.fine and steps[at + 1].line == after:
             found.append(end - begin - (leg.duration - fine))
         at += 1
     return found

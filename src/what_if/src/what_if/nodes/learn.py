@@ -1,0 +1,110 @@
+"""Learn how the robot runs its programs: rosrun what_if learn BAG...
+
+From the lines that the robot showed while it ran programs of its own it finds how long it rests at
+each FINE, and how far single rests lie apart. A YAML difference is proposed; only ``--write``
+changes the file. Exit code 0 learned, 3 nothing could be learned.
+"""
+
+from __future__ import annotations
+
+import difflib
+import os
+import sys
+from collections import Counter
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from scara_config import ConfigError
+from scara_config.profile import CHOICE, locate
+from scara_config.writer import changed_text, replace_file
+
+from what_if.errors import WhatIfError
+from what_if.io.cell_files import find_program, resting_cell
+from what_if.io.recorded_programs import read_runs
+from what_if.motions import ProgramRun
+from what_if.timing.learning import learned, rests_of
+from what_if.world import World
+
+FAILED = 3
+FILE = "what_if.yaml"
+app = typer.Typer(
+    add_completion=False, help="Learn how the robot runs its programs.", rich_markup_mode=None
+)
+
+
+@app.command()
+def learn(
+    bags: Annotated[list[Path], typer.Argument(help="In which the robot ran its programs.")],
+    write: Annotated[bool, typer.Option("--write", help="Write it into what_if.yaml.")] = False,
+    robot: Annotated[
+        str | None,
+        typer.Option(help="Folder of config/robots; default: SCARA_ROBOT, else fanuc_sr6ia."),
+    ] = None,
+    config_dir: Annotated[
+        Path | None,
+        typer.Option(help="Folder with the YAML files; default: the package scara_config."),
+    ] = None,
+) -> None:
+    """Learn how the robot runs its programs."""
+    if robot is not None:
+        os.environ[CHOICE] = robot
+    try:
+        with resting_cell(config_dir) as (world, _):
+            rests, programs = _rests(world, bags, config_dir)
+            law = learned(world.cell.config.program, rests)
+            before = world.cell.config.program
+        told = ", ".join(f"{count} of {name}" for name, count in programs.items())
+        typer.echo(
+            f"{len(rests)} moves with FINE ({told}): the robot rests {law.fine_ms:.1f} ms ± "
+            f"{law.fine_spread_ms:.1f} ms; what_if.yaml said {before.fine_ms:g} ± "
+            f"{before.fine_spread_ms:g}"
+        )
+        _propose(locate(FILE, config_dir), law.fine_ms, law.fine_spread_ms, write)
+    except (ConfigError, WhatIfError) as error:
+        typer.echo(f"learn: {error}", err=True)
+        raise typer.Exit(FAILED) from error
+
+
+def _rests(
+    world: World, bags: list[Path], config_dir: Path | None
+) -> tuple[list[float], Counter[str]]:
+    """Return all rests of the bags, and how many of which program.
+
+    Raises:
+        ConfigError: A program that was run is in no file.
+        WhatIfError: A bag cannot be read.
+    """
+    rests: list[float] = []
+    programs: Counter[str] = Counter()
+    for bag in bags:
+        for run in read_runs(world.cell, bag):
+            motion = ProgramRun(find_program(world.cell, run.program, config_dir))
+            begun = replace(world, q=run.q, override_percent=run.override_percent)
+            found = rests_of(begun, motion, run.seen)
+            rests += found
+            programs[run.program] += len(found)
+    return rests, programs
+
+
+def _propose(path: Path, fine_ms: float, spread_ms: float, write: bool) -> None:
+    """Show the YAML difference, and write it if asked to.
+
+    Raises:
+        ConfigError: The file cannot be read or written.
+    """
+    values = {"fine_ms": round(fine_ms, 1), "fine_spread_ms": round(spread_ms, 1), "fitted": True}
+    text = changed_text(path, {("program", key): value for key, value in values.items()})
+    before = path.read_text(encoding="utf-8").splitlines()
+    lines = difflib.unified_diff(before, text.splitlines(), FILE, f"{FILE} (proposed)", "", "", 0)
+    typer.echo("\n".join(line.rstrip("\n") for line in lines))
+    if write:
+        replace_file(path, text)
+    typer.echo("written" if write else "nothing was written; --write does")
+
+
+def main() -> None:
+    """Run the command; rosrun may pass remappings."""
+    sys.argv[1:] = [word for word in sys.argv[1:] if ":=" not in word]
+    app(prog_name="learn")
