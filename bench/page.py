@@ -6,6 +6,7 @@ import importlib.metadata
 import json
 import os
 import platform
+import subprocess
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -27,6 +28,7 @@ RESULTS, PAGE, NOTES = (
 )
 README = ROOT / "README.md"
 VIRTUAL = ROOT / "tests" / "virtual_time" / "baseline.json"
+GIT_S = 10.0
 OURS = (
     "numpy",
     "scipy",
@@ -58,9 +60,21 @@ def machine() -> dict[str, str]:
 
 
 def commit() -> str:
-    """Return the commit that is measured, with a plus if files differ; empty outside a clone."""
+    """Return the commit that is measured, with a plus if files differ; empty outside a clone.
+
+    The pages of figures do not count: what was measured before has written them.
+    """
     told = commit_of(ROOT)
+    if told.endswith("+") and _changed() <= {RESULTS, PAGE, README}:
+        told = told[:-1]
     return "" if told == UNKNOWN else told
+
+
+def _changed() -> set[Path]:
+    """Return the files that git knows and that differ."""
+    command = ["git", "-C", str(ROOT), "diff", "--name-only", "HEAD"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=GIT_S)
+    return {ROOT / line for line in done.stdout.splitlines()}
 
 
 def measured(row: dict[str, Any], load: float) -> dict[str, Any]:

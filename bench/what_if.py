@@ -38,8 +38,7 @@ def run(count: int, wanted: Sequence[str], folder: Path, console: Console) -> li
         folder: Gets what was judged wrongly, as text.
         console: For progress.
     """
-    # Before anything is written: what a part before has written differs from the commit.
-    rows, commit = [], page.commit()
+    rows = []
     for name, measure in PARTS.items():
         if wanted and name not in wanted:
             continue
@@ -48,7 +47,7 @@ def run(count: int, wanted: Sequence[str], folder: Path, console: Console) -> li
         told = {"part": name, "seconds": round(time.monotonic() - begun, 1)}
         told["figures"] = [figure.record() for figure in figures]
         known = {each["part"]: each for each in page.so_far().get("what_if", ())}
-        known[name] = {**page.measured(told, load), "commit": commit}
+        known[name] = page.measured(told, load)
         page.write({**page.so_far(), "what_if": [known[each] for each in PARTS if each in known]})
         rows += [figure.row() for figure in figures]
     return rows

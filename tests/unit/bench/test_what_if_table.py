@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import pytest
+
+from bench import page
 from bench.second_world.figure import Figure
 from bench.second_world.table import what_if_table
 
@@ -26,3 +29,14 @@ def test_what_does_not_hold_stands_out_and_each_part_says_where_it_was_measured(
     assert "| planted: zone | **1** | ≤ 0 | **no** | missed of 46 |" in lines
     assert "| physics, ARTICLE | 42.1 x | ≥ 25 x | yes | median of 5 |" in lines
     assert any("abc1234" in line and "a machine, load before 0.1, 60 s" in line for line in lines)
+
+
+def test_a_page_that_was_written_makes_no_other_commit(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A part that was measured before writes the page; other files that differ are told."""
+    monkeypatch.setattr(page, "commit_of", lambda _: "abc1234+")
+    monkeypatch.setattr(page, "_changed", lambda: {page.RESULTS, page.PAGE})
+    assert page.commit() == "abc1234"
+    monkeypatch.setattr(page, "_changed", lambda: {page.RESULTS, page.ROOT / "env.sh"})
+    assert page.commit() == "abc1234+"
+    monkeypatch.setattr(page, "commit_of", lambda _: "unknown")
+    assert page.commit() == ""
