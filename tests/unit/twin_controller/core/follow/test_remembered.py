@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
+from itertools import pairwise
 
 import msgspec
 import pytest
@@ -123,11 +124,13 @@ def test_a_first_round_is_not_foretold_and_the_second_is() -> None:
 
 
 def test_a_path_begins_with_its_rest_at_no_time() -> None:
-    """And ends as long after it as the robot moved, within a sample on either side."""
+    """It has each sample once, and ends as long after it as the robot moved."""
     robot = Robot()
     robot.drive()
     (path,) = robot.remembered.paths
     assert path.points[0].time == 0.0 and path.points[0].q == pytest.approx(HOME, abs=1e-4)
+    steps = [after.time - before.time for before, after in pairwise(path.points)]
+    assert steps == pytest.approx([PERIOD_S] * len(steps))
     assert DURATION_S - 0.1 < path.points[-1].time <= DURATION_S + 2.0 * PERIOD_S
 
 
