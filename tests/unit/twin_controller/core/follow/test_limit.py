@@ -12,13 +12,18 @@ import pytest
 from harness.pair import HOME, SETUP, shifted
 from hypothesis import given
 from hypothesis import strategies as st
+from scara_control.joint_motion import JointMotion
+from twin_controller.core.actions import RobotSetpoint
 from twin_controller.core.follow.limit import (
     Rejected,
     check_setpoint,
     judge_setpoint,
     slow_setpoint,
 )
-from twin_controller.core.follow.real import bounds_of
+from twin_controller.core.follow.memory import RealFollows
+from twin_controller.core.follow.real import bounds_of, judged
+from twin_controller.core.follow.schedule import SendSlot
+from twin_controller.core.sides.side import Sides, TwinSide
 
 BOUNDS = bounds_of(SETUP)
 DT, FRESH, AGE_LIMIT = 0.01, 0.0, 0.1
@@ -147,3 +152,20 @@ def test_the_bounds_are_those_of_the_robot_profile() -> None:
     assert BOUNDS.names == ("joint_1", "joint_2", "joint_3", "table_joint")
     assert check_setpoint(shifted(HOME, 147.9, 149.9, 159.9, 179.9), BOUNDS) == ""
     assert check_setpoint(shifted(HOME, 148.2), BOUNDS) != ""
+
+
+@pytest.mark.parametrize(("share", "passes"), [(0.8, True), (1.2, False)])
+def test_a_twin_without_a_plan_may_speed_up_within_its_delay(share: float, passes: bool) -> None:
+    """It is carried on at constant velocity over the robot's delay, in which it can speed up."""
+    now, dt, delay, ahead = 10.0, 0.01, 0.1, 0.02
+    still = (0.0,) * 4
+    sample = JointMotion.measured(Q, still, now)
+    sides = Sides(twin=TwinSide(history=(sample,), seen=now))
+    follows = RealFollows(told=(RobotSetpoint(Q, t=now, asked=Q),), delay=(delay,) * 4)
+    slot = SendSlot(now + ahead, now + dt)
+    # The way at the largest speed with its margin, and by how much the guess may be wrong.
+    sure = BOUNDS.step_margin * BOUNDS.velocity[0] * dt
+    unsure = 2.0 * dt * (ahead + delay) * SETUP.acceleration[0]
+    asked = replaced(0, Q[0] + sure + share * unsure)
+    found = judged(SETUP, follows, sides, slot, asked, 100.0, now)
+    assert isinstance(found, Rejected) != passes, found
