@@ -19,6 +19,8 @@ CELLS = (
     "tests/ros/farm/test_page.py",
     "tests/ros/operator_panel/test_for_hands.py",
     "tests/ros/operator_panel/test_jog_buttons.py",
+    "tests/ros/operator_panel/preview/",
+    "tests/ros/operator_panel/test_look_back.py",
     "tests/ros/operator_panel/test_page_shows.py",
     "tests/ros/operator_panel/test_picture.py",
     "tests/ros/operator_panel/test_stop.py",

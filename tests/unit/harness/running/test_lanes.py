@@ -25,6 +25,8 @@ from harness.workspace import ROOT
 WAITS = re.compile(r"^(?:import|from) (?:asyncio|socket|threading|subprocess)\b", re.MULTILINE)
 """What a test imports that waits for somebody else."""
 ONLY_COMPUTES = {
+    "tests/unit/scara_control/test_cleared_memory.py": "a process, whose end it waits for",
+    "tests/unit/scara_control/test_engine.py": "two processes, whose end it waits for",
     "tests/unit/scara_simulation/compiled/test_compiled.py": "a compiler, whose end it waits for",
     "tests/unit/scara_simulation/simulator/test_world.py": "two processes, whose end it waits for",
     "tests/unit/twin_experiments/label/test_workspace.py": "git, whose end it waits for",
