@@ -49,6 +49,18 @@ class UncertaintyConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True)
     payload_percent: Share
 
 
+Percent = Annotated[float, Meta(gt=0.0, le=1000.0)]
+
+
+class LearningConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """From when on predictions and what happens are too far apart."""
+
+    motions: Annotated[int, Meta(ge=1, le=1000)]
+    time_percent: Percent
+    way_percent: Percent
+    effort_percent: Percent
+
+
 class WhatIfConfig(GateSettings, frozen=True, forbid_unknown_fields=True):
     """Everything of what_if.yaml."""
 
@@ -61,6 +73,7 @@ class WhatIfConfig(GateSettings, frozen=True, forbid_unknown_fields=True):
     program: ProgramConfig
     lag: LagConfig
     uncertainty: UncertaintyConfig
+    learning: LearningConfig
 
 
 class _Cell(msgspec.Struct, frozen=True):

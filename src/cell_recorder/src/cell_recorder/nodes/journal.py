@@ -2,8 +2,9 @@
 
 Parameters: ``~config_dir`` (journal.yaml), ``~directory`` (the runs folder; default: runs of the
 environment's CELL_ROOT, else of the working folder). It writes below ``journal/<cell>/`` there, one
-file a day. Subscribes to decisions, audit and part events, to ``/diagnostics`` of its own cell, and
-while something moves to ``twin_controller/state`` and ``real/robot_data``. Publishes
+file a day. Subscribes to decisions, audit, part events and what became of judged motions, to
+``/diagnostics`` of its own cell, and while something moves to ``twin_controller/state`` and
+``real/robot_data``. Publishes
 ``journal/number``, the number of the newest entry, and ``/diagnostics``. What is written:
 docs/interfaces.md. ``rosrun cell_recorder why`` reads it.
 """
@@ -38,10 +39,11 @@ from cell_recorder.journal.alarms import AlarmBook
 from cell_recorder.journal.cycles import REAL, TWIN, Cycles
 from cell_recorder.journal.entries import Audit, Decision, Entry, Start
 from cell_recorder.journal.health import diagnose
+from cell_recorder.journal.outcomes import outcome_entry
 from cell_recorder.journal.repeats import Repeats
 from scara_msgs.msg import Audit as AuditMessage
 from scara_msgs.msg import Decision as DecisionMessage
-from scara_msgs.msg import PartEvent, RobotData, TwinControllerState
+from scara_msgs.msg import MotionOutcome, PartEvent, RobotData, TwinControllerState
 
 OWN_ENTRIES = "twin_controller"
 """Who is behind the audit's entries of decisions: the decisions themselves are in the journal."""
@@ -71,6 +73,7 @@ class Journal:
         self._knows_state = False
         self._hear("twin_controller/decisions", DecisionMessage, self._decision)
         self._hear("twin_controller/audit", AuditMessage, self._audit)
+        self._hear("what_if/outcomes", MotionOutcome, self._outcome)
         self._hear("real/part_events", PartEvent, lambda said: self._part(REAL, said))
         self._hear("twin/part_events", PartEvent, lambda said: self._part(TWIN, said))
         self._hear("/diagnostics", DiagnosticArray, self._diagnosed)
@@ -127,6 +130,11 @@ class Journal:
             entry = Audit(who=said.who, what=said.what, success=said.success, outcome=said.outcome)
             with self._lock:
                 self._put([entry])
+
+    def _outcome(self, said: MotionOutcome) -> None:
+        """Write down what became of a motion beside what was predicted."""
+        with self._lock:
+            self._put([outcome_entry(said)])
 
     def _part(self, side: str, said: PartEvent) -> None:
         with self._lock:

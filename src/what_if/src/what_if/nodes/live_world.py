@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -53,6 +54,9 @@ class LiveWorld:
     Args:
         base: What the topics do not tell.
         models: Dynamics for the payload that the controller was told.
+
+    Attributes:
+        is_idle: Says whether nobody needs each message; may be replaced.
     """
 
     def __init__(self, base: World, models: Models) -> None:
@@ -60,7 +64,10 @@ class LiveWorld:
         self._lock = threading.Lock()
         self._newest: dict[str, tuple[float, Any]] = {}
         self._heard = threading.Condition(self._lock)
-        self._attention = {topic: Attention(lambda: True, hold) for topic, hold in HOLD.items()}
+        self.is_idle: Callable[[], bool] = lambda: True
+        self._attention = {
+            topic: Attention(lambda: self.is_idle(), hold) for topic, hold in HOLD.items()
+        }
         self._subscribers = [
             rospy.Subscriber(topic, kind, self._keep, topic, queue_size=1, tcp_nodelay=True)
             for topic, kind in TOPICS.items()

@@ -4,12 +4,13 @@ Parameters:
     ~config_dir: Folder with the YAML files (default: the package scara_config).
 
 Topics (in): twin/joint_states, twin/gripper, twin/parts, twin/payload, twin_controller/state,
-    people/nearest.
+    people/nearest; what_if/gate, real/joint_states: what became of what was judged.
 
 Services:
     what_if/judge (scara_msgs/JudgeMotion).
 
-Publishes /diagnostics: that this judge runs.
+Publishes what_if/outcomes (scara_msgs/MotionOutcome), and /diagnostics: that this judge runs, and
+whether what happens drifts away from what it predicts.
 """
 
 from __future__ import annotations
@@ -34,6 +35,7 @@ from what_if.errors import WhatIfError
 from what_if.io.cell_files import find_program, resting_cell
 from what_if.judging import judge
 from what_if.motions import JointTarget, Motion, ProgramRun, ToolTarget
+from what_if.nodes.learning import Learning
 from what_if.nodes.live_world import LiveWorld
 from what_if.showing.samples import Samples, samples_of
 from what_if.verdict import Verdict
@@ -52,6 +54,8 @@ class WhatIfServer:
         self._live, self._cell, self._folder = live, cell, folder
         self._lock = threading.Lock()
         self._judged = 0
+        self.learning = Learning(cell, cell.config.learning, self._lock)
+        live.is_idle = lambda: self.learning.is_idle
         rospy.Service("what_if/judge", JudgeMotion, self._answer)
 
     def diagnosis(self) -> Diagnosis:
@@ -69,7 +73,9 @@ class WhatIfServer:
                 motion = self._motion(request)
                 self._judged += 1
                 samples = samples_of(world, motion, request.samples) if request.samples else None
-                return answer_of(judge(world, motion), self._cell, samples)
+                verdict = judge(world, motion)
+                self.learning.asked(world, motion, verdict)
+                return answer_of(verdict, self._cell, samples)
         except (WhatIfError, ConfigError) as error:
             return JudgeMotionResponse(success=False, message=str(error))
         except Exception as error:
@@ -175,7 +181,7 @@ def _report(server: WhatIfServer) -> None:
     rospy.core.add_shutdown_hook(lambda reason: ended.set())
     diagnostics = Diagnostics("what_if")
     while True:
-        diagnostics.publish(server.diagnosis())
+        diagnostics.publish(server.diagnosis(), server.learning.diagnosis)
         if ended.wait(PERIOD_S):
             return
 
