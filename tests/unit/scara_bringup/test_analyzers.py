@@ -39,11 +39,12 @@ def told() -> set[str]:
         ("camera", "pictures"),
         ("gateway", "web socket"),
         ("what_if", "judge"),
+        ("what_if", "predictions"),
     ):
         assert f"get_name()}}: {name}" in text
         names.add(f"/{node}: {name}")
     count = len(re.findall(r"get_name\(\)\}: [a-z]", text))
-    assert count == 6, "a status was added: name it here and in analyzers.yaml"
+    assert count == 7, "a status was added: name it here and in analyzers.yaml"
     return names | {"/recorder", "/motion_server/log"}
 
 
