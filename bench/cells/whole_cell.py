@@ -61,7 +61,8 @@ def watch(room: Room) -> Watched:
         room.say(f"./cell up, {number + 1} of {STARTS}")
         taken: list[float] = []
         with started(
-            room.place(f"whole_cell_{number}"), lambda cell, taken=taken: taken.append(_start(cell))
+            room.place(f"whole_cell_{number}"),
+            lambda cell, taken=taken: taken.append(start_cell(cell)),
         ) as cell:  # type: ignore[misc]
             seen.starts.append(taken[-1])
             if number == STARTS - 1:
@@ -71,7 +72,7 @@ def watch(room: Room) -> Watched:
     return seen
 
 
-def _start(cell: LiveCell) -> float:
+def start_cell(cell: LiveCell) -> float:
     """Start ``./cell up`` on ports of its own and return the seconds until the twin follows."""
     ports = {
         "master": cell.master_port,

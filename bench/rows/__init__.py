@@ -20,6 +20,7 @@ GROUPS = {
     "wires": ("modbus_read", "loop_jitter"),
     "ros": ("service_call", "gateway"),
     "cells": ("sync_error", "sync_error_slow", "state_age", "cell_cost", "start"),
+    "company": ("page_open", "two_cells"),
     "pauses": ("pause_twin_leads", "pause_real_leads", "stopped_twin_leads"),
     "oracles": ("oracle_kinematics", "oracle_dynamics"),
     "recording": ("recorder_write", "recorder_loss", "report"),
