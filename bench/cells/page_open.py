@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+from harness.processes import wait_until
 from harness.wires.browser import chromium
 
 from bench.cells.cell_run import run_experiments, started
@@ -19,7 +20,8 @@ from bench.room import Room
 
 SIZE = {"width": 1280, "height": 720}
 SHOWN_MS, REST_S = 60_000, 15.0
-ADDRESS = re.compile(r"Operator's page\s+(http://\S+)")
+TOLD_S = 10.0
+ADDRESS = re.compile(r"operator's page\s+(http://\S+)", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -39,14 +41,14 @@ def look(room: Room) -> Looked:
     """Open the operator's page of a whole cell, drawn by the processor, and let the robot lead.
 
     Raises:
-        RuntimeError: The page's address was not told, or the experiment ended.
+        AssertionError: The page's address was not told.
+        RuntimeError: The experiment ended.
     """
     folder = room.place("page_open")
     with started(folder, start_cell) as cell, chromium(folder, draws=True) as browser:
-        said = cell.stage.processes[0].output
-        address = ADDRESS.search(said)
-        if address is None:
-            raise RuntimeError(f"the bring-up names no page:\n{said}")
+        said = cell.stage.processes[0]
+        address = wait_until(lambda: ADDRESS.search(said.output), TOLD_S, "the page's address")
+        assert address is not None
         page = browser.new_page(viewport=SIZE)  # type: ignore[arg-type]
         page.goto(address[1])
         page.wait_for_selector("[data-panel].shown", timeout=SHOWN_MS)
