@@ -47,6 +47,8 @@ MACHINE: tuple[str, ...] = (
     "zenoh",
     "duckdb",
     "pyarrow",
+    "dask",
+    "distributed",
 )
 MACHINE += (
     "socket",

@@ -1,6 +1,7 @@
 // The wall, the events and the buttons. A card stays the same element for as long as its cell is known, and its place
 // is a CSS order, so that nothing jumps away below a finger.
 import { showAlarms } from "./alarms.js";
+import { offerCells } from "./compare.js";
 import { showFigures } from "./figures.js";
 import { ago, byId, make, put } from "./parts.js";
 
@@ -76,6 +77,7 @@ function showEvents(events) {
 function show(wall) {
   const names = new Set(wall.cells.map((cell) => cell.name));
   wall.cells.forEach((cell, place) => showCell(cell, place, wall.now));
+  offerCells([...names]);
   for (const [name, { card }] of cards) {
     if (!names.has(name)) {
       card.remove();

@@ -1,8 +1,8 @@
-// Key figures of the last day, and the cells whose figures go away from their own past.
+// Key figures of the last day, what stopped the cells, and their drifts.
+import { showDrifts } from "./drifts.js";
 import { ago, byId, make, put } from "./parts.js";
 
 const PERIOD_MS = 30000;
-const SVG = "http://www.w3.org/2000/svg";
 const percent = (share) => (share === null ? "" : `${(100 * share).toFixed(1)} %`);
 const lasting = (seconds) => (seconds === null ? "" : ago(seconds));
 
@@ -40,27 +40,6 @@ function tableOf(rows) {
   return table;
 }
 
-function picture(values) {
-  const low = Math.min(...values);
-  const size = Math.max(...values) - low || 1;
-  const points = values.map((value, k) => `${(100 * k) / (values.length - 1)},${28 - (24 * (value - low)) / size}`);
-  const svg = document.createElementNS(SVG, "svg");
-  svg.setAttribute("viewBox", "0 0 100 30");
-  svg.setAttribute("class", "row-picture");
-  svg.setAttribute("aria-hidden", "true");
-  const line = document.createElementNS(SVG, "polyline");
-  line.setAttribute("points", points.join(" "));
-  svg.append(line);
-  return svg;
-}
-
-function driftLine(drift) {
-  const line = make("li", "drift");
-  const words = `${drift.cell}: ${drift.figure} ${drift.before.toFixed(3)} to ${drift.now.toFixed(3)}, ${Math.abs(drift.score).toFixed(0)} times its noise`;
-  line.append(make("span", "", words), picture(drift.values));
-  return line;
-}
-
 function causeLine(cause, now) {
   const line = make("li", "cause");
   const where = cause.cells === 1 ? cause.last_in : `${cause.cells} cells`;
@@ -73,13 +52,12 @@ export async function showFigures() {
   try {
     const answer = await fetch("/farm/figures");
     if (!answer.ok) throw new Error(await answer.text());
-    const { kpi, causes, drifts, compared } = await answer.json();
+    const { kpi, causes, drifts } = await answer.json();
     byId("kpi").replaceChildren(kpi.length ? tableOf(kpi) : make("p", "muted", "no cycle yet"));
     const now = Date.now() / 1000;
     const stopped = causes.length ? causes.map((cause) => causeLine(cause, now)) : [make("li", "muted", "nothing")];
     byId("causes").replaceChildren(...stopped);
-    const away = drifts.length ? drifts.map(driftLine) : [make("li", "muted", `none of ${compared} figures`)];
-    byId("drifts").replaceChildren(...away);
+    showDrifts(drifts);
     put(byId("figures-trouble"), "");
   } catch (error) {
     put(byId("figures-trouble"), `not renewed: ${error.message}`);

@@ -6,16 +6,20 @@ import os
 import signal
 import sys
 from collections.abc import Iterator
+from datetime import date, timedelta
 from pathlib import Path
 from typing import Any
 
 import pytest
+from farm.desk.io.past.fits import keep_fits
+from farm.fits import DayFit
 from harness.processes import Process, Stage, free_port, wait_until
 from harness.wires.browser import chromium
 from harness.workspace import workspace_environment
 
 TOKEN = "token-of-the-farms-page"
 DEADLINE_S = 30.0
+FRICTION = "fitted friction joint_2 [N m]"
 
 
 class Farm:
@@ -38,9 +42,23 @@ def farm(tmp_path: Path) -> Iterator[Farm]:
     made.stage.close()
 
 
+def worn(data: Path) -> None:
+    """Write fits of eight days of six cells; the friction of one has grown."""
+    today = date.today()
+    for ago in range(8, 0, -1):
+        day = (today - timedelta(days=ago)).isoformat()
+        grown = 1.5 if ago <= 2 else 1.0
+        figures = [
+            {FRICTION: (0.5 + 0.01 * k) * (1.0 + 0.005 * (ago % 3)) * (grown if k == 4 else 1.0)}
+            for k in range(6)
+        ]
+        keep_fits(data, day, [DayFit("m", f"cell_{k}", day, 1, f) for k, f in enumerate(figures)])
+
+
 def test_wall_shows_the_worst_first_and_stops_one_and_all(farm: Farm, tmp_path: Path) -> None:
     """As a person does it: look, press, read each cell's answer."""
     port = free_port()
+    worn(tmp_path / "farm")
     desk = farm.start(
         "farm", "--person", "ann", "--folder", str(tmp_path / "farm"), "--port", str(port)
     )
@@ -91,6 +109,15 @@ def test_wall_shows_the_worst_first_and_stops_one_and_all(farm: Farm, tmp_path: 
         page.reload()
         wait_until(lambda: page.locator(".figures .all-cells").count() == 1, DEADLINE_S, "figures")
         assert page.locator("#causes li").count() >= 1
+        away = page.locator("#drift-picture .away")
+        wait_until(lambda: away.count() == 1, DEADLINE_S, "the picture of all cells")
+        assert page.locator("#drift-picture .steady").count() == 5
+        assert page.locator("#drift-picture .name").text_content() == "m/cell_4"
+        assert "m/cell_4: fitted friction joint_2" in page.locator("#drifts").inner_text()
+        page.get_by_label("compared with").select_option("practice/made_up_001")
+        page.get_by_label("time", exact=True).select_option("12h")
+        page.get_by_role("button", name="Compare").click()
+        page.wait_for_selector("#compared >> text=parts placed")
         for width, height in ((1600, 900), (1280, 720), (390, 844)):
             page.set_viewport_size({"width": width, "height": height})
             wide = "document.documentElement.scrollWidth <= innerWidth"

@@ -103,16 +103,17 @@ def causes(wanted: Wanted) -> tuple[str, list[object]]:
         "SELECT cause, count(*) AS times, count(DISTINCT machine || '/' || cell) AS cells, "
         "min(time) AS first, max(time) AS last, "
         "arg_max(machine || '/' || cell, time) AS last_in, arg_max(text, time) AS last_text FROM "
-        f"(SELECT *, coalesce({_CAUSE}, kind) AS cause FROM events{where}) "
+        f"(SELECT *, coalesce({CAUSE}, kind) AS cause FROM events{where}) "
         "GROUP BY cause ORDER BY times DESC, last DESC LIMIT ?",
         [*values, wanted.limit],
     )
 
 
-_CAUSE = (
+CAUSE = (
     "CASE kind WHEN 'decision' THEN body->>'event' WHEN 'alarm' THEN body->>'text' "
     "WHEN 'cycle' THEN body->>'outcome' END"
 )
+"""SQL: an event's cause; NULL where its kind says it all."""
 
 
 def _conditions(wanted: Wanted) -> tuple[str, list[object]]:

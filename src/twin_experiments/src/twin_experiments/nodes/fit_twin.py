@@ -9,8 +9,9 @@ is needed.
 from __future__ import annotations
 
 import difflib
+import json
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 import typer
@@ -51,9 +52,12 @@ def fit(
     write: Annotated[
         bool, typer.Option("--write", help="write the proposal into the YAML files")
     ] = False,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="print what was found as JSON, the rest to stderr")
+    ] = False,
 ) -> None:
     """Fit the twin to the robot."""
-    console = Console()
+    console = Console(stderr=as_json)
     try:
         folder = Path(config_dir or config_directory())
         robot = load_robot(folder)
@@ -72,6 +76,8 @@ def fit(
             yaml_values(found.model, choice, [j.name for j in robot.twin_joints]),
             write,
         )
+        if as_json:
+            print(json.dumps(fitted(robot, choice, found)))
     except (ConfigError, BagError) as error:
         console.print(f"fit_twin: {error}", style="red", markup=False)
         raise typer.Exit(2) from error
@@ -182,6 +188,17 @@ def show(console: Console, robot: Robot, choice: Choice, start: TwinModel, found
     for name, value in zip(names, found.vector):
         text = f"{20.0 * value:+.3f} ms" if name == "delay" else f"x {np.exp(value):.3f}"
         console.print(f"  {name:<22}{text}", highlight=False)
+
+
+def fitted(robot: Robot, choice: Choice, found: Fit) -> dict[str, Any]:
+    """Return what a program reads of a fit: friction of the joints that moved, and the errors."""
+    joints = {k: robot.twin_joints[k] for k in choice.columns}
+    units = {"m": "N", "rad": "N m"}
+    return {
+        "friction": {joint.name: found.model.friction[k] for k, joint in joints.items()},
+        "units": {joint.name: units[joint.si_unit] for joint in joints.values()},
+        "rms_mm": [found.before[1].rms_mm, found.after[1].rms_mm],
+    }
 
 
 def propose(

@@ -238,6 +238,7 @@ def main() -> None:
     """Run the command line; a closed pipe is no error."""
     # Imported here: they add their words to the application.
     import farm.desk.io.lines.alarms
+    import farm.desk.io.lines.comparing
     import farm.desk.io.lines.key_figures
     import farm.desk.io.lines.recordings  # noqa: F401
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 
@@ -38,7 +39,7 @@ def fetch(
     target: Path,
     told: Callable[[int], None] = lambda _: None,
 ) -> None:
-    """Fetch a recording; the file has its name when all of it is there.
+    """Fetch a recording; the file has its name when all of it is there, and the cell's time of it.
 
     Args:
         session: An open session.
@@ -69,6 +70,7 @@ def fetch(
                 stream.write(piece)
                 stream.flush()
         told(recording.size)
+        os.utime(half, ns=(recording.modified, recording.modified))
         half.replace(target)
         note.unlink()
     except OSError as error:

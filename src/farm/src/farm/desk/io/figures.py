@@ -9,9 +9,11 @@ from pathlib import Path
 import msgspec
 
 from farm.desk.drift import Bin, Drift, find_drifts
+from farm.desk.io.past.fits import read_fits
 from farm.desk.io.reading import ask
 from farm.desk.kpi import Happened, KeyFigures, key_figures
 from farm.desk.questions import Wanted, causes
+from farm.fits import points
 
 DONE = "done"
 """Outcome of a cycle that ended as meant, as the cell's journal writes it."""
@@ -103,7 +105,8 @@ def _unix(moment: object) -> float:
 def figures_over(folder: Path, begin: float, end: float, span_s: float) -> list[Drift]:
     """Return how the figures of all cells have changed, those that changed most first.
 
-    The span that is not over yet is left out if it has begun less than half a span ago.
+    What was fitted to a cell's recordings of a day is among them. The span that is not over yet is
+    left out if it has begun less than half a span ago.
 
     Args:
         folder: Of the history.
@@ -112,7 +115,7 @@ def figures_over(folder: Path, begin: float, end: float, span_s: float) -> list[
         span_s: Length of a span, of which the median counts [s].
 
     Raises:
-        AskingError: The history cannot be read.
+        AskingError: The history or a fit cannot be read.
     """
     bins: list[Bin] = []
     until = end if end % span_s > span_s / 2.0 else end - end % span_s
@@ -121,4 +124,6 @@ def figures_over(folder: Path, begin: float, end: float, span_s: float) -> list[
         for cell, program, place, value in ask(folder, BINS.format(key=key), values).rows:
             named = f"{figure} {program}".strip()
             bins.append(Bin(str(cell), named, int(str(place)), float(str(value))))
+    for cell, named, noon, value in points(read_fits(folder.parent, begin, until)):
+        bins.append(Bin(cell, named, int(noon // span_s), value))
     return find_drifts(bins)

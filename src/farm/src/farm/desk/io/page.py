@@ -15,6 +15,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
+from datetime import datetime
 from pathlib import Path
 
 import msgspec
@@ -32,8 +33,10 @@ from farm.desk.io.alarm_desk import MarkAsked
 from farm.desk.io.commands import Answered, cells_there, order
 from farm.desk.io.desk import Desk
 from farm.desk.io.figures import Cause, figures_of, figures_over, stops_by_cause
+from farm.desk.io.past.comparing import compare_cells, compare_weeks
 from farm.desk.io.reading import AskingError
 from farm.desk.kpi import KeyFigures
+from farm.desk.questions import QuestionError, since
 from farm.desk.roster import Row
 from farm.keys import ChoiceError, choose
 from farm.link.rights import ALWAYS
@@ -43,6 +46,8 @@ KEPT_S = 0.4
 """Our choice: a wall so old is given to the next page too; pages ask once a second."""
 FIGURES_S = 25.0
 """Our choice: pages ask for the figures twice a minute; counting a large farm is work."""
+LAST_WEEKS = ("1", "0")
+"""The week before this one, and this one."""
 KNOCK_S = 0.02
 THERE_S = 0.5
 """Our choice: the router answers who is there within milliseconds."""
@@ -74,12 +79,11 @@ class Wall(msgspec.Struct, frozen=True):
 
 
 class Figures(msgspec.Struct, frozen=True):
-    """Figures and stops of the last day, the figures that drift, and how many were compared."""
+    """Figures and stops of the last day, and how figures changed, those that drift first."""
 
     kpi: list[KeyFigures]
     causes: list[Cause]
     drifts: list[Drift]
-    compared: int
 
 
 class Asked(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -110,6 +114,7 @@ class Page:
         app.add_api_route("/farm/wall", self._show, methods=["GET"], include_in_schema=False)
         app.add_api_route("/farm/command", self._command, methods=["POST"], include_in_schema=False)
         app.add_api_route("/farm/figures", self._count, methods=["GET"], include_in_schema=False)
+        app.add_api_route("/farm/compare", self._compare, methods=["GET"], include_in_schema=False)
         app.add_api_route("/farm/alarm", self._mark, methods=["POST"], include_in_schema=False)
         ui.page("/", title=f"{site}: farm", response_timeout=10.0)(self._build)
 
@@ -141,10 +146,22 @@ class Page:
                     drifts = figures_over(folder, now - 30.0 * day, now, day)
                 except AskingError as error:
                     return PlainTextResponse(str(error), 503)
-                away = [drift for drift in drifts if drift.drifts]
-                self._figures = msgspec.json.encode(Figures(kpi, stops, away, len(drifts)))
+                shown = Figures(kpi, stops, [_short(drift) for drift in drifts])
+                self._figures = msgspec.json.encode(shown)
                 self._counted = now
             return Response(self._figures, media_type="application/json")
+
+    def _compare(self, a: str, b: str = "", begin: str = "7d") -> Response:
+        """Compare two cells since ``begin``, or a cell's last two weeks; this runs in a thread."""
+        folder, now = self._desk.events_folder, datetime.now().astimezone()
+        try:
+            if b:
+                found = compare_cells(folder, (a, b), since(begin, now), now.timestamp())
+            else:
+                found = compare_weeks(folder, a, LAST_WEEKS, now)
+        except (AskingError, QuestionError) as error:
+            return PlainTextResponse(str(error), 409)
+        return Response(msgspec.json.encode(found), media_type="application/json")
 
     async def _mark(self, request: Request) -> Response:
         """Acknowledge or shelve an alarm in the name of who started the desk."""
@@ -224,6 +241,13 @@ class Page:
         with ui.element("section").classes("card").props('aria-label="Drift"'):
             _text("h2", "Away from their own past, 30 days")
             ui.element("ol").props("id=drifts")
+            ui.element("div").classes("drift-picture").props("id=drift-picture")
+        with ui.element("section").classes("card").props('aria-label="Comparison"'):
+            with ui.element("div").classes("card-head"):
+                _text("h2", "Compare")
+                _text("span", "two cells, or two weeks of one", "muted")
+            ui.element("div").classes("compare-form").props("id=compare-form")
+            ui.element("div").classes("figures-scroll").props("id=compared role=status")
 
 
 def serve(host: str, port: int, token: str, title: str, told: str) -> None:
@@ -282,6 +306,12 @@ def page_address(host: str, port: int, token: str, file: Path) -> str:
     """Return what to open; a log, which others may read, gets the token's place instead."""
     shown = token if sys.stdout.isatty() else f"TOKEN, which is in {file} unless it was given"
     return address(host, port, shown)
+
+
+def _short(drift: Drift) -> Drift:
+    """Return a row of figures with as many digits as a picture shows."""
+    values = tuple(float(f"{value:.4g}") for value in drift.values)
+    return msgspec.structs.replace(drift, values=values)
 
 
 def _text(tag: str, text: str, classes: str = "") -> ui.element:

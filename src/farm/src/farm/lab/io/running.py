@@ -1,12 +1,16 @@
 """Run jobs side by side, each in a process of its own, and keep what each said.
 
 A process that is killed is started once more: a job depends on nothing but its words. What is in
-the folder already is not run again, so a lab that was interrupted goes on where it was.
+the folder already is not run again, so a lab that was interrupted goes on where it was. A job ends
+with the process that has started it, however that ended.
 """
 
 from __future__ import annotations
 
+import contextlib
+import errno
 import os
+import signal
 import subprocess
 import threading
 from collections.abc import Callable, Iterable, Sequence
@@ -22,6 +26,8 @@ TRIES = 2
 """Our choice: what is killed twice is killed by what it does."""
 DEADLINE_S = 900.0
 """Our choice: a fit takes two minutes; what takes longer hangs."""
+BOUND = ("setpriv", "--pdeathsig", "KILL", "--")
+"""Replaces itself by the program behind it, which the kernel then ends with its parent."""
 Command = Callable[[Job], Sequence[str]]
 
 
@@ -52,6 +58,11 @@ class Result(msgspec.Struct, frozen=True):
 def processors() -> int:
     """Return how many processors this process may use."""
     return len(os.sched_getaffinity(0))
+
+
+def root() -> Path:
+    """Return the folder of the project."""
+    return Path(os.environ.get("CELL_ROOT") or Path.cwd())
 
 
 def program_of(job: Job, devel: Path) -> list[str]:
@@ -117,13 +128,13 @@ def run(
     Raises:
         LabError: A program is not there, or the folder cannot be written to.
     """
-    lock = threading.Lock()
+    lock, processes = threading.Lock(), Processes()
 
     def one(job: Job) -> Result:
         result = result_of(folder, job)
         if result is None:
-            result = _run(job, command(job))
-            _write(folder / f"{job.name}.json", result)
+            result = perform(job, command(job), processes)
+            keep(folder, result)
         with lock:
             told(result)
         return result
@@ -135,32 +146,103 @@ def run(
         except OSError as error:
             raise LabError(f"{error.filename or folder}: {error.strerror}") from error
         finally:
+            processes.end()
             pool.shutdown(cancel_futures=True)
 
 
-def _run(job: Job, command: Sequence[str]) -> Result:
-    """Run one job; once more if it was killed."""
-    code, said, complained = 0, "", ""
-    # One thread of arithmetic each: the jobs share the processors among them already.
-    environment = {**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+def _kill(process: subprocess.Popen[bytes]) -> None:
+    """Kill a process and what it has started: its session is its own."""
+    with contextlib.suppress(ProcessLookupError):
+        os.killpg(process.pid, signal.SIGKILL)
+
+
+class EndedError(RuntimeError):
+    """The lab has ended meanwhile; what a job says now is no result."""
+
+
+class Processes:
+    """The processes of jobs that run now; safe to use from several threads."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._running: set[subprocess.Popen[bytes]] = set()
+        self._ended = False
+
+    def run(self, command: Sequence[str]) -> tuple[int, bytes, bytes]:
+        """Run a command to its end; return exit code and both outputs.
+
+        It is out of reach of the terminal's Ctrl-C: what was interrupted is no result.
+
+        Raises:
+            EndedError: :meth:`end` was called.
+            subprocess.TimeoutExpired: It took too long, and was killed.
+        """
+        # One thread of arithmetic each: the jobs share the processors among them already.
+        environment = {**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+        pipe = subprocess.PIPE
+        with self._lock:
+            if self._ended:
+                raise EndedError
+            process = subprocess.Popen(
+                [*BOUND, *command],
+                stdin=subprocess.DEVNULL,
+                stdout=pipe,
+                stderr=pipe,
+                env=environment,
+                start_new_session=True,
+            )
+            self._running.add(process)
+        try:
+            said, complained = process.communicate(timeout=DEADLINE_S)
+        finally:
+            with self._lock:
+                self._running.discard(process)
+                ended = self._ended
+            if process.poll() is None:
+                _kill(process)
+                process.communicate()
+        if ended:
+            raise EndedError
+        return process.returncode, said, complained
+
+    def end(self) -> None:
+        """Kill what runs, and let nothing begin."""
+        with self._lock:
+            self._ended = True
+            for process in self._running:
+                _kill(process)
+
+
+def perform(job: Job, command: Sequence[str], processes: Processes | None = None) -> Result:
+    """Run one job in a process of its own; once more if it was killed.
+
+    Args:
+        job: Which.
+        command: Its command line.
+        processes: Who can end it; None: nobody but the end of this process.
+
+    Raises:
+        FileNotFoundError: There is no such program.
+        EndedError: The lab has ended meanwhile.
+    """
+    if not Path(command[0]).is_file():
+        raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), command[0])
+    processes = processes or Processes()
+    code, said, complained = 0, b"", b""
     for _ in range(TRIES):
         try:
-            done = subprocess.run(
-                command,
-                stdin=subprocess.DEVNULL,
-                capture_output=True,
-                env=environment,
-                timeout=DEADLINE_S,
-            )
+            code, said, complained = processes.run(command)
         except subprocess.TimeoutExpired:
-            code, complained = 124, f"not ended within {DEADLINE_S:g} s"
-            break
-        code = done.returncode
-        said = done.stdout.decode("utf-8", "replace")
-        complained = done.stderr.decode("utf-8", "replace")[-2000:]
+            code, said, complained = 124, b"", f"not ended within {DEADLINE_S:g} s".encode()
         if code >= 0:
             break
-    return Result(job.name, job.kind, job.words, code, said, complained)
+    told, trouble = (text.decode("utf-8", "replace") for text in (said, complained))
+    return Result(job.name, job.kind, job.words, code, told, trouble[-2000:])
+
+
+def keep(folder: Path, result: Result) -> None:
+    """Keep a result; :func:`result_of` finds it."""
+    _write(folder / f"{result.job}.json", result)
 
 
 def _write(file: Path, content: msgspec.Struct) -> None:

@@ -1,0 +1,149 @@
+"""Jobs by dask give what they give here, whatever happens to the workers; nothing is left."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from farm.lab.io.command_line import app
+from harness.processes import Process, Stage, free_port, wait_until
+from harness.workspace import workspace_environment
+from scara_bringup.io.ports import listeners, sockets
+from typer.testing import CliRunner
+
+DEADLINE_S = 60.0
+JOBS = 6
+WORDS = ("judge", "0.5,0.1,0.1", "--variations", str(JOBS), "--seed", "3")
+STEADY = "print(sys.argv[1:], sum(map(ord, sys.argv[1])) / 7)"
+
+
+class Lab:
+    """A project of its own, whose judge is a few lines."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self._judge = folder / "devel" / "lib" / "what_if" / "judge"
+        self._judge.parent.mkdir(parents=True)
+        environment = {**workspace_environment(), "CELL_ROOT": str(folder)}
+        self.stage = Stage(folder / "processes", environment)
+
+    def judge(self, text: str) -> None:
+        """Let the judge be these lines."""
+        self._judge.write_text(f"#!{sys.executable}\nimport os, pathlib, signal, sys, time\n{text}")
+        self._judge.chmod(0o755)
+
+    def start(self, *words: str) -> Process:
+        """Start ``./cell lab``."""
+        return self.stage.start(sys.executable, "-m", "farm.lab", *words)
+
+    def run(self, name: str, *words: str) -> bytes:
+        """Run the jobs, and return the results."""
+        process = self.start(*WORDS, "--folder", str(self.folder / name), *words)
+        assert process.wait(DEADLINE_S) == 0, process.tail()
+        return self.results(name)
+
+    def results(self, name: str) -> bytes:
+        """Return the results of a run."""
+        return (self.folder / name / "results.jsonl").read_bytes()
+
+
+@pytest.fixture
+def lab(tmp_path: Path) -> Iterator[Lab]:
+    """Give a test a lab; all of it is ended."""
+    made = Lab(tmp_path)
+    yield made
+    made.stage.close()
+
+
+def test_results_are_the_same_bit_for_bit(lab: Lab) -> None:
+    """Here, by a scheduler of its own, and by one with workers that have joined it."""
+    lab.judge(STEADY)
+    here = lab.run("here")
+    assert here.count(b"\n") == JOBS and here == lab.run("farm", "--on", "farm", "--workers", "2")
+    port = str(free_port())
+    address = f"127.0.0.1:{port}"
+    lab.start("scheduler", "--port", port)
+    worker = lab.start("worker", address, "--workers", "1")
+    wait_until(lambda: "1 workers at" in worker.output, DEADLINE_S, "the worker")
+    assert here == lab.run("joined", "--scheduler", address)
+
+
+def test_a_worker_that_is_killed_loses_nothing(lab: Lab) -> None:
+    """The first job to come kills its worker with SIGKILL; another worker does it again."""
+    lab.judge(STEADY)
+    here = lab.run("here")
+    mark = lab.folder / "mark"
+    lab.judge(
+        "try:\n"
+        f"    pathlib.Path({str(mark)!r}).touch(exist_ok=False)\n"
+        "    os.kill(os.getppid(), signal.SIGKILL)\n"
+        "    time.sleep(100.0)\n"
+        f"except FileExistsError:\n    {STEADY}\n"
+    )
+    assert lab.run("farm", "--on", "farm", "--workers", "2") == here
+    assert mark.exists()
+
+
+@pytest.mark.parametrize("place", ["here", "farm"])
+def test_an_interruption_ends_all_processes_and_the_lab_goes_on(lab: Lab, place: str) -> None:
+    """Jobs too, though the signal reaches the first process alone; what was done is kept."""
+    lab.judge(STEADY)
+    whole = lab.run("whole")
+    begun = lab.folder / "begun"
+    begun.mkdir()
+    lab.judge(
+        f"pathlib.Path({str(begun)!r}, str(os.getpid())).touch()\n"
+        f"if len(os.listdir({str(begun)!r})) > 3: time.sleep(100.0)\n{STEADY}\n"
+    )
+    words = (*WORDS, "--folder", str(lab.folder / "part"), "--on", place, "--workers", "2")
+    process = lab.start(*words)
+    wait_until(lambda: len(os.listdir(begun)) > 4, DEADLINE_S, "two jobs that hang")
+    inodes = {listener.inode: listener for listener in listeners()}
+    ours = {int(line.split()[0]) for line in lab.stage.left_over()}
+    seen = [inodes[i] for pid, _, held in sockets() if pid in ours for i in held & set(inodes)]
+    assert all(listener.is_loopback for listener in seen) and bool(seen) == (place == "farm")
+    os.kill(process.pid, signal.SIGINT)
+    assert process.wait(DEADLINE_S) == 130
+    assert "interrupted: go on with the same words" in process.output
+    wait_until(lambda: not lab.stage.left_over(), DEADLINE_S, "the end of all processes")
+    kept = list((lab.folder / "part").glob("[0-9]*.json"))
+    assert 0 < len(kept) < JOBS
+    lab.judge(STEADY)
+    assert lab.run("part", "--on", place, "--workers", "1") == whole
+
+
+def test_jobs_end_with_a_lab_that_is_killed(lab: Lab) -> None:
+    """Here and by dask; not even SIGKILL leaves one behind."""
+    begun = lab.folder / "begun"
+    lab.judge(f"pathlib.Path({str(begun)!r}).touch()\ntime.sleep(100.0)\n")
+    for place in ("here", "farm"):
+        words = (*WORDS, "--folder", str(lab.folder / place), "--on", place, "--workers", "1")
+        process = lab.start(*words)
+        wait_until(begun.exists, DEADLINE_S, "a job")
+        os.kill(process.pid, signal.SIGKILL)
+        wait_until(lambda: not lab.stage.left_over(), DEADLINE_S, "the end of all processes")
+        begun.unlink()
+
+
+def test_what_cannot_be_is_told(lab: Lab) -> None:
+    """Addresses that are none or far away, nobody there, no worker, and no program."""
+    cli, port = CliRunner(), str(free_port())
+    for words, said in (
+        (["worker", "192.168.1.7:8786"], "allowed is only this machine"),
+        (["judge", "1,2,3", "--scheduler", "farm.example:1"], "allowed is only this machine"),
+        (["worker", "127.0.0.1:x"], "allowed is HOST:PORT"),
+    ):
+        done = cli.invoke(app, words)
+        assert done.exit_code == 2 and said in done.output
+    scheduler = lab.start("scheduler", "--port", port)
+    wait_until(lambda: "use it:" in scheduler.output, DEADLINE_S, "the scheduler")
+    again = lab.start("scheduler", "--port", port)
+    assert again.wait(DEADLINE_S) == 1 and "cannot be listened on" in again.output
+    alone = lab.start(*WORDS, "--folder", str(lab.folder / "a"), "--scheduler", f"127.0.0.1:{port}")
+    assert alone.wait(DEADLINE_S) == 1 and "has no workers" in alone.output
+    missing = lab.start(*WORDS, "--folder", str(lab.folder / "b"), "--on", "farm")
+    assert missing.wait(DEADLINE_S) == 1 and "judge: No such file" in missing.output
