@@ -127,6 +127,15 @@ def run_program(page: Page, override: str) -> None:
     is_mode(page, "Real robot leads")
 
 
+# Joint 1 of the ghost in the picture [rad]; null while it is not drawn, or taken away.
+GHOST = """() => {
+    const { scene } = window.panel;
+    const { root, joint_1 } = scene.told.joints.preview;
+    if (!scene.mesh(root.id)?.visible || !scene.mesh(joint_1.id)) return null;
+    return scene.mesh(joint_1.id).rotation.z;
+}"""
+
+
 def preview_of(page: Page, text: str | re.Pattern[str]) -> None:
     """Wait until the preview says something, and has something to play."""
     expect(page.locator("[data-motion-words]")).to_contain_text(text)

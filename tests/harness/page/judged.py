@@ -5,12 +5,16 @@ from __future__ import annotations
 from typing import Any
 
 from operator_panel.door import Answer
+from operator_panel.view.snapshot import Made
 from scara_config import Robot
+
+from scara_msgs.msg import MotionOutcome
 
 STEPS = 60
 LENGTH_S = 1.2
 FAR = 0.5
 """Where each joint ends [rad] or [m]."""
+MADE = Made(MotionOutcome.REPLACED, 12.34, 1.2)
 HIT = (
     "REFUSED at 0.62 s, line 12 of a_program_with_a_long_name: part_3 in hand would hit "
     "stand_1 of the table with a long name"

@@ -47,7 +47,7 @@ from scara_ros.io.page_guard import PageGuard  # noqa: E402
 from scara_ros.page_door import PageDoor  # noqa: E402
 from starlette.responses import PlainTextResponse  # noqa: E402
 
-from harness.page.judged import judged_hit, judged_home  # noqa: E402
+from harness.page.judged import MADE, judged_hit, judged_home  # noqa: E402
 from harness.page.scenes import SCENES  # noqa: E402
 from scara_description.urdf import parse_urdf  # noqa: E402
 
@@ -76,7 +76,8 @@ class StageDoor:
         holder = self.holder if self.holder in there else ""
         state = msgspec.structs.replace(snapshot.state, holder=holder)
         # A test sees by this text that the scene has reached the page.
-        return msgspec.structs.replace(snapshot, state=state, jog=self.scene, gate="refuse")
+        state_of_gate = {"gate": "refuse", "made": MADE}
+        return msgspec.structs.replace(snapshot, state=state, jog=self.scene, **state_of_gate)
 
     def watch(self, watched: bool) -> None:
         """Be as new as ever, whether somebody looks or not."""

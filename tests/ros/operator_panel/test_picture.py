@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import pytest
-from harness.page.acts import preview_of
+from harness.page.acts import GHOST, preview_of
 from harness.page.theatre import Theatre, open_theatre
 from playwright.sync_api import expect
 
@@ -15,14 +15,6 @@ ZONES = """() => {
     const zones = [...scene.view.objects].filter(([, { mesh }]) => /^zone /.test(mesh?.name));
     return zones.every(([id]) => scene.finished.has(id)) && zones.map(([, { mesh }]) => [
         mesh.material.transparent ? mesh.material.opacity : 1, mesh.material.depthWrite]);
-}"""
-
-# Joint 1 of the ghost in the picture [rad]; null while it is not drawn, or taken away.
-GHOST = """() => {
-    const { scene } = window.panel;
-    const { root, joint_1 } = scene.told.joints.preview;
-    if (!scene.mesh(root.id)?.visible || !scene.mesh(joint_1.id)) return null;
-    return scene.mesh(joint_1.id).rotation.z;
 }"""
 
 

@@ -60,10 +60,9 @@ class BagMaker:
         """Know the standard types and those of the cell."""
         self.store = get_typestore(Stores.ROS1_NOETIC)
         folder = ROOT / "src" / "scara_msgs" / "msg"
-        for name in ("Decision", "CoreInput"):
-            self.store.register(
-                get_types_from_msg((folder / f"{name}.msg").read_text(), f"scara_msgs/msg/{name}")
-            )
+        for place in ("Decision", "CoreInput", "what_if/MotionOutcome"):
+            text, name = (folder / f"{place}.msg").read_text(), Path(place).name
+            self.store.register(get_types_from_msg(text, f"scara_msgs/msg/{name}"))
         self.namespace = namespace
         self.samples: list[Sample] = []
 
@@ -130,6 +129,7 @@ class Pair(NamedTuple):
     nothing came; after ``frozen_after`` [s] nothing moves; ``plant`` is the text of real/plant.
     Within ``pause`` [s] of each experiment nothing at all was received; ``kick`` says from when to
     when [s] the follower's joint_3 is how much higher [m]; ``real`` is the topic of the real side.
+    ``outcomes`` are times [s] of scara_msgs/MotionOutcome with its fields behind the header.
     """
 
     lag_s: float = 0.005
@@ -144,6 +144,7 @@ class Pair(NamedTuple):
     pause: tuple[float, float] = (0.0, 0.0)
     kick: tuple[float, float, float] = (0.0, 0.0, 0.0)
     real: str = "real/ground_truth"
+    outcomes: tuple[tuple[float, tuple[Any, ...]], ...] = ()
 
 
 def imitate(
@@ -229,6 +230,9 @@ def _say(maker: BagMaker, pair: Pair) -> None:
         maker.add(
             at, "/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", maker.header(at), [status]
         )
+    for at, fields in pair.outcomes:
+        outcome = "scara_msgs/msg/MotionOutcome"
+        maker.add(at, "what_if/outcomes", outcome, maker.header(at), *fields)
     duration = types["builtin_interfaces/msg/Duration"](0, 10_000_000)
     empty = np.zeros(0)
     point = types["trajectory_msgs/msg/JointTrajectoryPoint"](empty, empty, empty, empty, duration)

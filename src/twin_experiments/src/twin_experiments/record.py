@@ -12,6 +12,7 @@ from twin_experiments.label.plant import RecordedPlant
 from twin_experiments.metrics.pauses import Pause
 from twin_experiments.metrics.series import FEWEST_SAMPLES, Array, Motion
 from twin_experiments.palletising.outcome import Handled
+from twin_experiments.predictions import Foretold
 
 WHOLE = "recording"
 """Name of the one experiment of a recording without marks."""
@@ -98,6 +99,7 @@ class Run:
     configuration_digest: str = ""
     pauses: tuple[Pause, ...] = ()
     real_is_truth: bool = True
+    predictions: tuple[Foretold, ...] = ()
 
 
 def whole_span(real: Motion, twin: Motion) -> Span:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from what_if.verdict import Reason, Verdict
+from what_if.verdict import Outcome, Reason, Verdict
 
 
 def lines_of(verdict: Verdict) -> list[str]:
@@ -31,12 +31,21 @@ def lines_of(verdict: Verdict) -> list[str]:
     ]
     found.append(f"speed      {verdict.tool_speed_mm_s:.0f} mm/s, the {verdict.fastest_point}")
     found.append(f"zones      {', '.join(verdict.zones) or 'none touched'}")
-    if verdict.placed or verdict.dropped:
-        found.append(f"parts      {len(verdict.placed)} placed, {len(verdict.dropped)} dropped")
-        found += [f"           {text}" for text in verdict.placed]
-        found += [f"           dropped: {name}" for name in verdict.dropped]
+    found.append(f"parts      {len(verdict.placed)} placed, {len(verdict.dropped)} dropped")
+    found += [f"           {text}" for text in verdict.placed]
+    found += [f"           dropped: {name}" for name in verdict.dropped]
     found.append(f"energy     {verdict.energy_j:.0f} J")
     return found
+
+
+def caption_of(verdict: Verdict) -> list[str]:
+    """Return what stands below a picture of the worst moment."""
+    near = verdict.clearance
+    if verdict.outcome is Outcome.REFUSED or near is None:
+        return [verdict.sentence]
+    one, other = near.between
+    nearest = f"Nearest at {near.time_s:.2f} s: {near.distance_mm:.1f} mm between {one} and {other}"
+    return [verdict.sentence, nearest]
 
 
 def _reason(reason: Reason) -> str:

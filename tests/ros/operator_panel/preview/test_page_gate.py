@@ -10,45 +10,10 @@ from pathlib import Path
 import pytest
 from harness.page.acts import preview_of
 from harness.page.stand_in import StandIn
-from harness.processes import Process
+from harness.page.watched import Watched
 from harness.ros import Ros
 from harness.wires.browser import chromium
-from harness.wires.operator_page import TOKEN, Panel
-from harness.yaml_files import copy_configuration
-from playwright.sync_api import Page, expect
-
-LOW = """name: LOW
-rsr: 8
-comment: into the part below P1
-positions:
-  AWAY: {joint_1_deg: 10, joint_2_deg: 0, joint_3_mm: -160, joint_4_deg: 0, table_joint_deg: 0}
-  PART: {joint_1_deg: 0, joint_2_deg: 0, joint_3_mm: -182, joint_4_deg: 0, table_joint_deg: 0}
-lines:
-  - {do: move, position: AWAY, speed_percent: 50, termination: fine}
-  - {do: move, position: PART, speed_percent: 50, termination: fine}
-"""
-
-
-class Watched:
-    """A page of the real panel beside the real judge; the test says where the twin stands."""
-
-    def __init__(self, ros: Ros, folder: Path, page: Page) -> None:
-        """Start judge and panel with a program that must not be run."""
-        import rospy
-        from sensor_msgs.msg import JointState
-
-        config = copy_configuration(folder)
-        (config / "programs" / "low.yaml").write_text(LOW)
-        names = ["joint_1", "joint_2", "joint_3", "table_joint"]
-        at_home = JointState(name=names, position=[0.0, 0.0, -0.16, 0.0])
-        joints = rospy.Publisher(ros.name("twin/joint_states"), JointState, queue_size=1)
-        self.timer = rospy.Timer(rospy.Duration(0.05), lambda _: joints.publish(at_home))
-        self.judge: Process = ros.run("what_if", "what_if", f"_config_dir:={config}")
-        self.panel = Panel(ros, f"_config_dir:={config}")
-        self.page = page
-        page.goto(f"http://127.0.0.1:{self.panel.port}/?token={TOKEN}")
-        expect(page.locator(".control-text")).to_have_text(re.compile("in control"))
-        page.get_by_role("tab", name="Programs", exact=True).click()
+from playwright.sync_api import expect
 
 
 @pytest.fixture
@@ -57,13 +22,14 @@ def watched(ros_module: Ros, stand_in: StandIn, tmp_path: Path) -> Iterator[Watc
     with chromium(tmp_path) as browser:
         made = Watched(ros_module, tmp_path / "config", browser.new_page())
         yield made
-        made.timer.shutdown()
+        made.close()
 
 
 def test_refused_program_has_no_button_and_the_gate_refuses_who_is_faster(
     watched: Watched,
 ) -> None:
     """The question shows the verdict; who confirms before it is there meets the gate."""
+    watched.open("Programs")
     page = watched.page
     gate = page.locator("[data-panel=Programs] .gate-line")
     expect(gate).to_have_text("Judge runs. Gate on: what is REFUSED does not begin.")

@@ -20,7 +20,7 @@ from control_msgs.msg import JointControllerState
 from industrial_msgs.msg import RobotStatus as RobotStatusMessage
 from operator_panel.retelling import taking
 from operator_panel.view.snapshot import Snapshot
-from scara_msgs.msg import Decision, PartEvent, RobotData, TwinControllerState
+from scara_msgs.msg import Decision, MotionOutcome, PartEvent, RobotData, TwinControllerState
 
 UNWATCHED_S = 0.5
 """So often what comes all the time is read while no page is open; our choice: as often as chart
@@ -63,6 +63,7 @@ class Listening:
         for side in ("twin", "real"):
             self._listen(f"{side}/parts", MarkerArray, self._seldom(self._parts_of(side), UNSEEN_S))
             self._listen(f"{side}/part_events", PartEvent, self._placed_by(side), 20)
+        self._listen("what_if/outcomes", MotionOutcome, self._outcome)
         self._change(master=True)
 
     def snapshot(self) -> Snapshot:
@@ -122,6 +123,9 @@ class Listening:
 
     def _placed_by(self, side: str) -> Callable[[PartEvent], None]:
         return lambda message: self._take(taking.with_part_event, side, message)
+
+    def _outcome(self, message: MotionOutcome) -> None:
+        self._take(taking.with_outcome, message)
 
     def _diagnostics(self, message: DiagnosticArray) -> None:
         if is_own(message):  # all cells at a master share the topic

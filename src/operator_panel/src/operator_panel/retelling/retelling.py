@@ -31,6 +31,7 @@ NEWEST: dict[str, Take] = {
     "joint_vel_controller/state": lambda snapshot, message, at, clock: msgspec.structs.replace(
         snapshot, jog=message.data
     ),
+    "what_if/outcomes": lambda snapshot, message, at, clock: taking.with_outcome(snapshot, message),
     "twin/parts": lambda snapshot, message, at, clock: taking.with_parts(snapshot, "twin", message),
     "real/parts": lambda snapshot, message, at, clock: taking.with_parts(snapshot, "real", message),
 }

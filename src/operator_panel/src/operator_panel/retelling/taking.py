@@ -18,6 +18,7 @@ from operator_panel.view.snapshot import (
     Diagnosis,
     Link,
     Loop,
+    Made,
     Part,
     RobotPackage,
     Snapshot,
@@ -95,6 +96,11 @@ def with_part_event(snapshot: Snapshot, side: str, message: Any) -> Snapshot:
         return snapshot
     placed: Mapping[str, int] = {**snapshot.placed, side: snapshot.placed.get(side, 0) + 1}
     return msgspec.structs.replace(snapshot, placed=placed)
+
+
+def with_outcome(snapshot: Snapshot, message: Any) -> Snapshot:
+    """Take a MotionOutcome."""
+    return msgspec.structs.replace(snapshot, made=Made(**_fields(message, Made)))
 
 
 def with_diagnostics(snapshot: Snapshot, message: Any, now: float) -> Snapshot:

@@ -43,6 +43,7 @@ REMEDIES: tuple[tuple[str, str, str], ...] = (
     ("twin_controller", r"^FAULT", "Remove the cause, RESET, then ALIGN."),
     ("recorder", r"disk|space|free", "Make room on the disk, then start a new recording."),
     ("recorder", r"", "Stop the recording and start a new one; the bag so far stays readable."),
+    ("what_if: predictions", r"", "The text says what to look at; previews are off by as much."),
     ("gateway", r"", "Look into the gateway's log; its clients reconnect by themselves."),
     (
         "simulator",

@@ -10,7 +10,7 @@ from scara_config import Robot
 
 from operator_panel.view import words
 from operator_panel.view.orientation import turn_text
-from operator_panel.view.preview.judged import gate_text
+from operator_panel.view.preview.judged import gate_text, made_text
 from operator_panel.view.robot.program_lines import current_line
 from operator_panel.view.robot.status import status_texts
 from operator_panel.view.snapshot import CellState, Link, Loop, Snapshot
@@ -148,6 +148,7 @@ class FrameMaker:
         real, arrow, twin = words.roles(state)
         text = {
             "gate": gate_text(snapshot, now)[0],
+            "made": made_text(snapshot),
             "mode": words.mode_title(state.mode),
             "why": words.people(state.why),
             "leader": words.leader_text(state.leader),

@@ -111,6 +111,20 @@ class DecisionLine(msgspec.Struct, frozen=True):
     why: str
 
 
+class Made(msgspec.Struct, frozen=True):
+    """A motion that was judged and has ended.
+
+    Attributes:
+        end: How, as in scara_msgs/MotionOutcome.
+        time_predicted: Moving time [s].
+        time_measured: Of the real robot [s].
+    """
+
+    end: str
+    time_predicted: float
+    time_measured: float
+
+
 class Snapshot(msgspec.Struct, frozen=True):
     """Everything, with the monotonic time at which the state came; -inf: never.
 
@@ -125,6 +139,7 @@ class Snapshot(msgspec.Struct, frozen=True):
         no_stop: Why a STOP of the page would not get through now, or an empty text.
         gate: What what_if.yaml says of the gate: refuse, warn or off; empty: not known.
         moves_unjudged: Whether a motion begins that nobody could judge.
+        made: The last motion that was judged and has ended.
     """
 
     master: bool = False
@@ -142,6 +157,7 @@ class Snapshot(msgspec.Struct, frozen=True):
     no_stop: str = ""
     gate: str = ""
     moves_unjudged: bool = True
+    made: Made | None = None
 
     def refused(self) -> dict[str, str]:
         """Return for each command why the twin controller refuses it; an empty text: allowed."""

@@ -17,6 +17,7 @@ from cell_recorder.io.reading.bag_reader import open_bag
 from scara_config import load_robot
 from scara_control.kinematics.screws import ScrewModel, tool_positions
 
+from twin_experiments import predictions
 from twin_experiments.analysis import Result, analyse
 from twin_experiments.config import load_experiments, metrics_settings
 from twin_experiments.configuration import Configuration, choose
@@ -25,6 +26,7 @@ from twin_experiments.document import (
     SHORT_HEADINGS,
     paper_rows,
     report_document,
+    rounded_tree,
     short_rows,
     summary_rows,
 )
@@ -86,6 +88,7 @@ class Report:
     configuration: Configuration
     folder: Path
     made_with: MadeWith
+    foretold: tuple[str, ...] = ()
 
     @property
     def passed(self) -> bool:
@@ -127,9 +130,11 @@ def write_report(bag: Path, folder: Path, config_directory: Path | None = None) 
     """
     run, chosen, results = analyse_bag(bag, config_directory)
     folder.mkdir(parents=True, exist_ok=True)
-    report = Report(results, chosen, folder, _made_with(run, chosen, results))
+    foretold = tuple(predictions.summary(run.predictions))
+    report = Report(results, chosen, folder, _made_with(run, chosen, results), foretold)
     document = {
         **report_document(results, chosen.robot.reach_mm, chosen.experiments.paper),
+        **_predictions(run),
         "made_with": report.made_with.document(),
     }
     (folder / "report.html").write_text(_page(run, report, document), encoding="utf-8")
@@ -189,6 +194,7 @@ def _page(run: Run, report: Report, document: dict[str, Any]) -> str:
             ],
             "tables": [
                 *_repeats(document),
+                *_foretold(run, report.foretold),
                 (
                     "Decisions of the twin controller",
                     table(("s", "mode", "why"), _events(run.decisions)),
@@ -289,6 +295,18 @@ def _repeats(document: dict[str, Any]) -> list[tuple[str, Any]]:
     """Return the table of repeated experiments, if there are any."""
     summaries = document.get("repeats", [])
     return [("Repeats", table(REPEAT_HEADINGS, repeat_rows(summaries)))] if summaries else []
+
+
+def _predictions(run: Run) -> dict[str, Any]:
+    """Return the section of report.json about predictions; empty if no motion was judged."""
+    found = predictions.as_document(run.predictions)
+    return {"predictions": rounded_tree(found)} if run.predictions else {}
+
+
+def _foretold(run: Run, words: Sequence[str]) -> list[tuple[str, Any]]:
+    """Return the table of motions that were judged before they began, if there are any."""
+    rows = predictions.motion_rows(run.predictions)
+    return [(predictions.TITLE, table(predictions.HEADINGS, rows, words))] if rows else []
 
 
 def _moves(result: Result) -> list[tuple[str, ...]]:

@@ -10,6 +10,7 @@ import numpy as np
 from cell_recorder.io.reading.bag_reader import Bag, BagError
 
 from twin_experiments.io.palletising.parts_reader import read_handled
+from twin_experiments.io.prediction_reader import read_predictions
 from twin_experiments.label.plant import PLANT, PlantError, RecordedPlant, parse_plant
 from twin_experiments.metrics.pauses import Pause, find_pauses
 from twin_experiments.record import (
@@ -73,6 +74,7 @@ def read_run(bag: Bag, joint_names: list[str]) -> Run:
         plant=read_plant(bag),
         configuration_digest=read_configuration_digest(bag),
         pauses=read_pauses(bag),
+        predictions=read_predictions(bag),
     )
 
 

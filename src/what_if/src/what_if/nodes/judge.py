@@ -27,13 +27,16 @@ from what_if.judging import judge as judged
 from what_if.motions import Motion, ProgramRun, Recorded
 from what_if.physics.account import Simulated, physics_lines
 from what_if.question import point_of
-from what_if.text import lines_of
+from what_if.showing.moment import worst_moment
+from what_if.text import caption_of, lines_of
 from what_if.uncertainty.chances import Chances, chances_lines
 from what_if.verdict import Outcome, Verdict
 from what_if.world import World
 
 CODES = {Outcome.OK: 0, Outcome.LIMITED: 1, Outcome.REFUSED: 2}
 FAILED = 3
+NICENESS = 10
+"""As the judge beside a cell; our choice."""
 app = typer.Typer(
     add_completion=False,
     help="Try a motion before steel moves.",
@@ -69,6 +72,9 @@ def judge(
     workers: Annotated[
         int, typer.Option(help="Processes for them; default: one for each processor.", min=0)
     ] = 0,
+    picture: Annotated[
+        Path | None, typer.Option(help="Write a picture of the worst moment there, as PNG.")
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the verdict as JSON.")] = False,
     robot: Annotated[
         str | None,
@@ -82,12 +88,15 @@ def judge(
     """Try a motion before steel moves."""
     if robot is not None:
         os.environ[CHOICE] = robot
+    # Beside a running cell nothing shall wait for it.
+    os.nice(NICENESS)
     try:
         with _world(config_dir, resting) as world:
             begun, asked = _asked(world, motion, speed, elbow, config_dir)
             verdict = judged(begun, asked)
             made = _made(begun, asked, verdict, config_dir) if physics else None
             found = _chances(begun, asked, (worlds, seed, workers), config_dir) if worlds else None
+            drawn = _drawn(begun, asked, verdict, picture, config_dir) if picture else []
     except (ConfigError, WhatIfError) as error:
         typer.echo(f"judge: {error}", err=True)
         raise typer.Exit(FAILED) from error
@@ -97,7 +106,7 @@ def judge(
         typer.echo(msgspec.json.format(msgspec.json.encode(told), indent=1).decode())
     else:
         beside = [*(physics_lines(made) if made else []), *(chances_lines(found) if found else [])]
-        typer.echo("\n".join([*lines_of(verdict), *beside]))
+        typer.echo("\n".join([*lines_of(verdict), *drawn, *beside]))
     worst = max(CODES[verdict.outcome], CODES[made.outcome] if made else 0)
     raise typer.Exit(worst)
 
@@ -117,6 +126,27 @@ def _made(
 
     with SecondWorld(world, config_dir) as second:
         return second.run(world, motion)
+
+
+def _drawn(
+    world: World, motion: Motion, verdict: Verdict, file: Path, config_dir: Path | None
+) -> list[str]:
+    """Write a picture of the worst moment; return what is said of it.
+
+    Raises:
+        ConfigError: camera.yaml is wrong.
+        WhatIfError: The file cannot be written.
+    """
+    from what_if.io.moment_picture import picture_of
+
+    moment = worst_moment(world, motion, verdict)
+    if moment is None:
+        return ["picture    none: there is no way to show"]
+    try:
+        file.write_bytes(picture_of(moment, caption_of(verdict), config_dir))
+    except OSError as error:
+        raise WhatIfError(f"{file}: cannot be written: {error.strerror}") from error
+    return [f"picture    {file}, the moment at {moment.time:.2f} s"]
 
 
 def _chances(

@@ -37,7 +37,9 @@ from what_if.judging import judge
 from what_if.motions import JointTarget, Motion, ProgramRun, ToolTarget
 from what_if.nodes.learning import Learning
 from what_if.nodes.live_world import LiveWorld
+from what_if.showing.moment import worst_moment
 from what_if.showing.samples import Samples, samples_of
+from what_if.text import caption_of
 from what_if.verdict import Verdict
 from what_if.world import Cell
 
@@ -75,7 +77,15 @@ class WhatIfServer:
                 samples = samples_of(world, motion, request.samples) if request.samples else None
                 verdict = judge(world, motion)
                 self.learning.asked(world, motion, verdict)
-                return answer_of(verdict, self._cell, samples)
+                moment = worst_moment(world, motion, verdict) if request.picture else None
+            answer = answer_of(verdict, self._cell, samples)
+            if moment is not None:
+                # No gate waits while somebody's picture is drawn; who asks for none needs no paint.
+                from what_if.io.moment_picture import picture_of
+
+                answer.picture = picture_of(moment, caption_of(verdict), self._folder)
+                answer.picture_time = moment.time
+            return answer
         except (WhatIfError, ConfigError) as error:
             return JudgeMotionResponse(success=False, message=str(error))
         except Exception as error:

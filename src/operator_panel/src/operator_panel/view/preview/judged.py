@@ -12,6 +12,7 @@ from scara_ros.gate.permit import Judgement
 from operator_panel.door import Answer
 from operator_panel.view import words
 from operator_panel.view.snapshot import Snapshot
+from scara_msgs.msg import MotionOutcome
 
 TONES = {"OK": "good", "LIMITED": "warn", "REFUSED": "bad"}
 REFUSED = "REFUSED"
@@ -98,6 +99,21 @@ def _nearest(values: Mapping[str, Any]) -> str:
         return ""
     distance = words.number(MM * values["clearance"], 0)
     return f", at least {distance} mm between {' and '.join(between)}"
+
+
+def made_text(snapshot: Snapshot) -> str:
+    """Return how well the last motion was predicted; empty: none was judged and has ended."""
+    made = snapshot.made
+    if made is None:
+        return ""
+    if made.end != MotionOutcome.REACHED:
+        return f"Last motion: {made.end}, so nothing to compare."
+    took, said = (words.number(value, 2) for value in (made.time_measured, made.time_predicted))
+    text = f"Last motion: {took} s, predicted {said} s"
+    if made.time_predicted <= 0.0:
+        return f"{text}."
+    off = 100.0 * (made.time_measured / made.time_predicted - 1.0)
+    return f"{text} ({words.number(off, 1, signed=True)} %)."
 
 
 def gate_text(snapshot: Snapshot, now: float) -> tuple[str, str]:

@@ -39,9 +39,11 @@ def figure(caption: str, image: Path, chart: Mapping[str, Any] | None) -> Mappin
     return {"caption": caption, "image": embedded(image), "chart": chart}
 
 
-def table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> Mapping[str, Any]:
-    """Return a table as the template takes it."""
-    return {"headings": headings, "rows": rows}
+def table(
+    headings: Sequence[str], rows: Sequence[Sequence[str]], words: Sequence[str] = ()
+) -> Mapping[str, Any]:
+    """Return a table as the template takes it; ``words`` stand above it."""
+    return {"headings": headings, "rows": rows, "words": words}
 
 
 def render(content: Mapping[str, Any]) -> str:

@@ -69,7 +69,8 @@ lower bar to zoom, point to read values, press a name to hide its line.</span>{%
 </section>
 {% endfor %}
 {% for name, part in tables %}<h2 id="{{ name | anchor }}">{{ name }}</h2>
-{% if part.rows %}
+{% for text in part.words %}<p>{{ text | with_units }}</p>
+{% endfor %}{% if part.rows %}
 <details{% if part.rows | length <= 12 %} open{% endif %} class="printed">
 <summary>{{ part.rows | length }} {{ "row" if part.rows | length == 1 else "rows" }}</summary>
 {{ table(part.headings, part.rows) }}</details>

@@ -48,6 +48,8 @@ def print_report(report: Report, console: Console) -> None:
         pauses = [pause_note(result)] if result.pauses else []
         for text in (*result.reasons, *pauses):
             console.print(f"{result.span.label}: {text}", markup=False, soft_wrap=True)
+    for text in report.foretold:
+        console.print(text, markup=False, soft_wrap=True)
     document = report_document(report.results, reach_mm, config.paper)
     console.print(run_verdict(document, config.limits), style="bold", markup=False, soft_wrap=True)
     console.print(f"report: {(report.folder / 'report.html').resolve().as_uri()}", soft_wrap=True)

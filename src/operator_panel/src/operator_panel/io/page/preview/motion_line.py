@@ -38,8 +38,9 @@ def build_motion_line() -> None:
 
 
 def build_gate_line() -> None:
-    """Build a line that says what the gate does with a motion now."""
+    """Build what the gate does with a motion now, and how well the last one was predicted."""
     live("gate", "gate-line", "p").props('data-tone="gate"')
+    live("made", "made-line", "p")
 
 
 def _drawing(name: str) -> str:
