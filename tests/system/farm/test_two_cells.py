@@ -57,16 +57,26 @@ class Farm:
 
     def experiments(self, name: str) -> Process:
         """Start the article's two experiments in a cell."""
-        words = ("real_leads", "twin_leads", "--output", str(self.folder / name))
+        folder = self.folder / "runs" / f"{name}_{len(self.stage.processes)}"
+        words = ("real_leads", "twin_leads", "--output", str(folder))
         return self.stage.start(
             *(ROSRUN, "twin_experiments", "run_experiment", *words),
             name=f"experiments_{name}",
             env=self.own(name),
         )
 
+    def make_ready(self) -> None:
+        """Align the pairs that an attempt before this one has stopped."""
+        for name in NAMES:
+            words = ("rosservice", "call", "twin_controller/command", "{command: ALIGN}")
+            self.stage.start(*words, name=f"align_{name}", env=self.own(name)).wait(30.0)
+        idle = TwinControllerState.IDLE
+        wait_until(lambda: self.ask("cells").count(idle) == len(NAMES), SHOWN_S, "two ready pairs")
+
     def ask(self, *words: str) -> str:
         """Return what a word of ``./cell farm`` prints."""
-        process = self.stage.start(sys.executable, "-m", "farm", *words)
+        history = ("--folder", str(self.folder / "farm")) if words[0] in ("sql", "events") else ()
+        process = self.stage.start(sys.executable, "-m", "farm", *words, *history)
         process.wait(30.0)
         return process.output
 
@@ -121,10 +131,13 @@ def test_two_cells_with_their_experiments_are_seen_counted_and_stopped(
         page = browser.new_page(viewport={"width": SIZES[0][0], "height": SIZES[0][1]})
         page.goto(f"http://127.0.0.1:{farm.page_port}/?token={TOKEN}")
         page.wait_for_selector(f"text=/{NAMES[1]}/")
+        farm.make_ready()
         running = {name: farm.experiments(name) for name in NAMES}
 
         def lead() -> bool:
             """Whether both cells are seen moving."""
+            ended = [process.output for process in running.values() if process.poll() is not None]
+            assert not ended, f"ended before both were seen moving:\n{ended[0]}"
             status = [card.inner_text() for card in page.locator(".cell-status").all()]
             return sum("LEADS" in one for one in status) == len(NAMES)
 
@@ -144,8 +157,8 @@ def test_two_cells_with_their_experiments_are_seen_counted_and_stopped(
         for name in NAMES:
             wait_until(lambda name=name: cycles(name) >= 2, SHOWN_S, f"cycles of {name}")
         page.locator("[data-command=STOP][data-cell=all]").click()
-        answers = page.locator(".answer", has_text="STOP received")
-        wait_until(lambda: answers.count() == len(NAMES), SHOWN_S, "both answers")
+        for name in NAMES:
+            page.wait_for_selector(f".answer[data-is=good] >> text=/STOP .*{name}/")
         wait_until(
             lambda: farm.ask("cells").count(TwinControllerState.STOPPED) >= len(NAMES),
             SHOWN_S,
