@@ -86,10 +86,10 @@ def _what_if(options: Options) -> list[Row]:
 
 
 def _farm(options: Options) -> list[Row]:
-    from bench.farm import QUICK_S, run
+    from bench.farm import run
 
-    seconds = QUICK_S if options.minutes is None else 60.0 * options.minutes
-    return run(seconds, options.folder, options.console)
+    share = 1.0 if options.minutes is None else options.minutes
+    return run(share, options.rows, options.folder, options.console)
 
 
 def _seeds(options: Options, default: int = 20) -> int:
@@ -152,7 +152,12 @@ def main(
         ),
     ] = False,
     farm: Annotated[
-        bool, typer.Option("--farm", help="Many invented cells under one desk.")
+        bool,
+        typer.Option(
+            "--farm",
+            help="Many cells under one desk, all or PART ... (many crowd seen calm frozen restarts "
+            "stop wrong month pages jobs); docs/benchmarks.md.",
+        ),
     ] = False,
     seeds: Annotated[
         int | None,
@@ -166,7 +171,7 @@ def main(
         float | None,
         typer.Option(
             help="Faults: of random faults, at most 10 of noise (60). Storm: of a seed (6). "
-            "Day: of recording (1440). Farm: of 100 cells (1).",
+            "Day: of recording (1440). Farm: share of the whole, which it keeps no figures of (1).",
             min=0.0,
         ),
     ] = None,
@@ -231,6 +236,10 @@ def main(
         from bench.what_if import PARTS
 
         _check_rows(rows, tuple(PARTS))
+    if chosen == ["farm"]:
+        from bench.farm import PARTS as FARM_PARTS
+
+        _check_rows(rows, tuple(FARM_PARTS))
     if show or not chosen:
         from bench.rows import names
         from bench.run import measure

@@ -16,6 +16,7 @@ from twin_experiments.io.label.workspace import PROCESSORS, UNKNOWN, commit_of, 
 
 from bench.demo_tables import demo_table, virtual_table
 from bench.goal_table import goal_table
+from bench.many_cells.table import farm_table
 from bench.plant_tables import tables
 from bench.readme import with_figures
 from bench.second_world.table import what_if_table
@@ -94,7 +95,8 @@ def document(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
     here = machine()
     kept = json.loads(RESULTS.read_text(encoding="utf-8")) if RESULTS.is_file() else {}
     own = {"versions": here["versions"], "peers": here["peers"], "rows": list(rows)}
-    return {**{key: kept[key] for key in ("demos", "plants", "what_if") if key in kept}, **own}
+    others = ("demos", "plants", "what_if", "farm")
+    return {**{key: kept[key] for key in others if key in kept}, **own}
 
 
 def merged(rows: Sequence[dict[str, Any]], order: Sequence[str]) -> list[dict[str, Any]]:
@@ -143,6 +145,7 @@ def page(content: dict[str, Any], notes: str) -> str:
     experiments = ["## The article's two experiments", "", *demos, *virtual, ""]
     parts = [head, _table(rows), *experiments, *goal_table(content), *plants]
     parts += what_if_table(content["what_if"]) if content.get("what_if") else []
+    parts += farm_table(content["farm"]) if content.get("farm") else []
     parts += ["## What each row compares\n", *(_entry(row) for row in rows)]
     return notes.replace("<!-- table -->", "\n".join(parts))
 

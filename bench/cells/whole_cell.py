@@ -111,8 +111,13 @@ def _ages(cell: LiveCell) -> list[float]:
     The age is that at arrival at the twin's simulator.
     """
     outcome = run_experiments(cell, cell.folder / "run", "real_leads", repeat=2)
+    return setpoint_ages(outcome.bag)
+
+
+def setpoint_ages(file: Path) -> list[float]:
+    """Return how old each set point of a recording was when the simulator got it [s]."""
     ages = []
-    with open_bag(outcome.bag) as bag:
+    with open_bag(file) as bag:
         follow = {
             _stamp(m.header.stamp)
             for _, m in bag.messages("joint_pose_controller/follow")

@@ -1,4 +1,4 @@
-"""A figure of the second world beside its goal."""
+"""A figure beside its goal, of the second world or of the farm."""
 
 from __future__ import annotations
 

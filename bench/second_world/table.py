@@ -12,21 +12,32 @@ def what_if_table(parts: Sequence[Mapping[str, Any]]) -> list[str]:
     Args:
         parts: ``what_if`` of results.json.
     """
+    return lines_of("The second world", "--what-if", parts)
+
+
+def lines_of(heading: str, option: str, parts: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Return a section of figures that were measured in parts.
+
+    Args:
+        heading: Of the section.
+        option: Of ``./cell bench``, which measures it.
+        parts: Each with its figures, and when and on what they were measured.
+    """
     lines = [
-        "## The second world",
+        f"## {heading}",
         "",
         "| what | measured | goal | holds | |",
         "|---|---|---|---|---|",
         *(_line(figure) for part in parts for figure in part["figures"]),
         "",
     ]
-    return [*lines, *map(_measured_on, parts), ""]
+    return [*lines, *(_measured_on(option, part) for part in parts), ""]
 
 
-def _measured_on(part: Mapping[str, Any]) -> str:
+def _measured_on(option: str, part: Mapping[str, Any]) -> str:
     """Say when and on what a part was measured: a label is part of a figure."""
     return (
-        f"- `./cell bench --what-if {part['part']}`: {part['date']}, commit {part['commit']}, "
+        f"- `./cell bench {option} {part['part']}`: {part['date']}, commit {part['commit']}, "
         f"{part['machine']}, load before {part['load_before']:.1f}, {part['seconds']:.0f} s."
     )
 

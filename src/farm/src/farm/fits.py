@@ -16,11 +16,13 @@ class Fitted(msgspec.Struct, frozen=True):
         friction: Of each joint that moved [N m], prismatic [N].
         units: Of each of them.
         rms_mm: Error of the twin's tool on the part that was not fitted, before and after.
+        delay_ms: From a position until the robot's register shows it; None: cannot be seen.
     """
 
     friction: dict[str, float]
     units: dict[str, str]
     rms_mm: tuple[float, float]
+    delay_ms: float | None = None
 
 
 class DayFit(msgspec.Struct, frozen=True):
@@ -46,12 +48,18 @@ def of_day(machine: str, cell: str, day: date, fits: Sequence[Fitted]) -> DayFit
     Example:
         >>> fit = Fitted({"joint_2": 0.5}, {"joint_2": "N m"}, (1.0, 0.5))
         >>> of_day("pc", "milk", date(2026, 11, 22), [fit]).figures
-        {'fitted friction joint_2 [N m]': 0.5}
+        {'error before the fit [mm]': 1.0, 'fitted friction joint_2 [N m]': 0.5}
     """
     values: dict[str, list[float]] = {}
     for fit in fits:
-        for joint, value in fit.friction.items():
-            name = f"fitted friction {joint} [{fit.units[joint]}]"
+        figures_of_it = {
+            f"fitted friction {joint} [{fit.units[joint]}]": value
+            for joint, value in fit.friction.items()
+        }
+        figures_of_it["error before the fit [mm]"] = fit.rms_mm[0]
+        if fit.delay_ms is not None:
+            figures_of_it["fitted delay [ms]"] = fit.delay_ms
+        for name, value in figures_of_it.items():
             values.setdefault(name, []).append(value)
     figures = {name: statistics.median(found) for name, found in sorted(values.items())}
     return DayFit(machine, cell, day.isoformat(), len(fits), figures)

@@ -79,7 +79,7 @@ def test_the_cell_whose_joint_wears_is_named_and_no_other(root: Path) -> None:
     done = CliRunner().invoke(farm_app, words)
     assert done.exit_code == 0, done.output
     lines = done.output.splitlines()
-    assert f"1 of {3 * CELLS} figures go away" in lines[-1]
+    assert f"1 of {4 * CELLS} figures go away" in lines[-1]
     assert lines[1].startswith(f"m/cell_{WORN}") and "fitted friction joint_2 [N m]" in lines[1]
 
 
@@ -95,7 +95,7 @@ def test_a_recording_that_says_nothing_is_left_out_and_told(root: Path) -> None:
     assert "b/2026-11-20/run.bag: left out: ended with 1: no joint of the arm moved" in said
     at = noon_of("2026-11-20")
     kept = list(read_fits(root / "runs" / "farm", at, at))
-    figures = {"fitted friction joint_2 [N m]": 0.5}
+    figures = {"error before the fit [mm]": 1.0, "fitted friction joint_2 [N m]": 0.5}
     assert kept == [DayFit("m", "a", "2026-11-20", 2, figures)]
     assert night(date(2026, 11, 1))[0] == 1
     assert CliRunner().invoke(app, ["nightly", "--day", "monday"]).exit_code == 2

@@ -191,13 +191,14 @@ def show(console: Console, robot: Robot, choice: Choice, start: TwinModel, found
 
 
 def fitted(robot: Robot, choice: Choice, found: Fit) -> dict[str, Any]:
-    """Return what a program reads of a fit: friction of the joints that moved, and the errors."""
+    """Return what a program reads of a fit: friction of the joints that moved, errors, delay."""
     joints = {k: robot.twin_joints[k] for k in choice.columns}
     units = {"m": "N", "rad": "N m"}
     return {
         "friction": {joint.name: found.model.friction[k] for k, joint in joints.items()},
         "units": {joint.name: units[joint.si_unit] for joint in joints.values()},
         "rms_mm": [found.before[1].rms_mm, found.after[1].rms_mm],
+        "delay_ms": 1e3 * found.model.delay if choice.delay else None,
     }
 
 

@@ -1,7 +1,7 @@
 """A desk that is measured: it answers words on its standard input with a line of JSON each.
 
-Usage: python -m bench.farm_desk FOLDER PORT. Words: ``count``, ``begin`` a measurement, ``end`` it,
-``stops``.
+Usage: python -m bench.many_cells.desk FOLDER PORT. Words: ``count``, ``begin`` a measurement,
+``end`` it, ``stops``, ``losses``.
 """
 
 from __future__ import annotations
@@ -14,12 +14,14 @@ import time
 from pathlib import Path
 from typing import Any
 
+import zenoh
 from farm.config import FarmConfig, load_farm
 from farm.desk.io.commands import cells_there, order
 from farm.desk.io.desk import Desk
 from farm.desk.io.history import History
-from farm.desk.roster import LOST
+from farm.desk.roster import LOST, SILENT
 from farm.io.bus import open_router
+from farm.keys import ALIVE, every
 from msgspec.structs import replace
 
 STOPS = 200
@@ -32,6 +34,11 @@ class Measured:
         self._desk, self._config = desk, config
         self._ages = desk.measure_ages()
         self._cpu = self._at = 0.0
+        self._before = 0
+        self._gone: list[str] = []
+        self._tokens = desk.session.liveliness().declare_subscriber(
+            every(config.site, ALIVE), self._on_token
+        )
 
     def count(self) -> dict[str, Any]:
         """Return who is there."""
@@ -48,22 +55,36 @@ class Measured:
         """Begin to count processor time and ages."""
         self._ages.clear()
         self._cpu, self._at = time.process_time(), time.monotonic()
+        self._before = self._received()
         return {}
 
     def end(self) -> dict[str, Any]:
         """Return what was counted; states are counted since the desk's start."""
         seconds = time.monotonic() - self._at
-        cpu = 100.0 * (time.process_time() - self._cpu) / seconds
+        used = time.process_time() - self._cpu
         counted = self._desk.counted().values()
         pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
         return {
-            "received": sum(each.received for each in counted),
+            "received": self._received(),
             "lost": sum(each.lost for each in counted),
             "age_p50_ms": 1000.0 * statistics.median(self._ages),
             "age_p99_ms": 1000.0 * statistics.quantiles(self._ages, n=100)[98],
-            "cpu_percent": cpu,
+            "cpu_percent": 100.0 * used / seconds,
+            "cpu_us": 1e6 * used / max(1, self._received() - self._before),
             "memory_mb": pages * os.sysconf("SC_PAGE_SIZE") / 1e6,
         }
+
+    def _received(self) -> int:
+        return sum(each.received for each in self._desk.counted().values())
+
+    def losses(self) -> dict[str, Any]:
+        """Return which cells were lost since the desk's start, and which are silent now."""
+        silent = [row.name for row in self._desk.rows() if row.status == SILENT]
+        return {"gone": list(self._gone), "silent": silent}
+
+    def _on_token(self, sample: zenoh.Sample) -> None:
+        if sample.kind == zenoh.SampleKind.DELETE:
+            self._gone.append(str(sample.key_expr))
 
     def stops(self) -> dict[str, Any]:
         """Return how soon single cells answer a STOP."""
@@ -96,6 +117,7 @@ def main(folder: Path, port: int) -> None:
             "begin": measured.begin,
             "end": measured.end,
             "stops": measured.stops,
+            "losses": measured.losses,
         }
         print("{}", flush=True)
         for line in sys.stdin:

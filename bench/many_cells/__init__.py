@@ -1,0 +1,1 @@
+"""The farm under load: one part of the table each."""
