@@ -147,8 +147,9 @@ def main(
         bool,
         typer.Option(
             "--what-if",
-            help="The second world, all or PART ... (programs clearance wire cycles chance_part "
-            "chance_pallet chance_person speed), --seeds of each; docs/benchmarks.md.",
+            help="The second world, all or PART ... (programs clearance wire doors cycles "
+            "chance_part chance_pallet chance_person speed beside), --seeds of each; "
+            "docs/benchmarks.md.",
         ),
     ] = False,
     farm: Annotated[

@@ -15,18 +15,29 @@ from harness.faults.rows import Row
 from rich.console import Console
 
 from bench import page
-from bench.second_world import chances, clearance, cycles, programs, speed, wire
+from bench.second_world import (
+    beside,
+    chances,
+    clearance,
+    cycles,
+    doors,
+    programs,
+    speed,
+    wire,
+)
 from bench.second_world.figure import Figure
 
 PARTS: dict[str, Callable[[int, Path, Console], list[Figure]]] = {
     "programs": programs.measure,
     "clearance": clearance.measure,
     "wire": wire.measure,
+    "doors": doors.measure,
     "cycles": cycles.measure,
     **{f"chance_{what}": partial(chances.measure, what) for what in chances.CASES},
     "speed": speed.measure,
+    "beside": beside.measure,
 }
-"""In the order of the page; the last one needs a machine that does nothing else."""
+"""In the order of the page; the last two need a machine that does nothing else."""
 
 
 def run(count: int, wanted: Sequence[str], folder: Path, console: Console) -> list[Row]:

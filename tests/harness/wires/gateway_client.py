@@ -16,13 +16,19 @@ def mode_over(port: int) -> str:
 
     It needs no ROS master once the gateway has subscribed.
     """
+    return str(state_over(port).get("mode", ""))
+
+
+def state_over(port: int) -> dict[str, Any]:
+    """Return the fields of twin_controller/state, empty if the gateway cannot tell it now."""
     with contextlib.suppress(OSError, websocket.WebSocketException), _line(port) as line:
         line.send(json.dumps({"op": "subscribe", "topic": "twin_controller/state"}))
         packet = json.loads(line.recv())
         # Else it is a status: nobody offers the topic yet, and the gateway has said so.
         if packet["op"] == "publish":
-            return str(packet["msg"]["mode"])
-    return ""
+            state: dict[str, Any] = packet["msg"]
+            return state
+    return {}
 
 
 def command_over(port: int, command: str) -> dict[str, Any]:

@@ -1,0 +1,106 @@
+"""A program that the robot's own pendant starts is judged; a REFUSED one is told, or held."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+from harness.live_cell import LiveCell
+from harness.processes import wait_until
+from harness.wires.gateway_client import command_over, state_over
+from harness.yaml_files import changed_yaml, copy_configuration
+
+pytestmark = pytest.mark.system
+
+AWAY_MM, NEAR_MM = -160.0, -169.5
+OTHERS = "joint_2_deg: 0, joint_4_deg: 0, table_joint_deg: 0"
+NARROW = f"""name: NARROW
+rsr: 8
+comment: the nozzle comes to 0.5 mm above parts that it does not stand over
+positions:
+  AWAY: {{joint_1_deg: 20, joint_3_mm: {AWAY_MM}, {OTHERS}}}
+  P1: {{joint_1_deg: 0, joint_3_mm: {AWAY_MM}, {OTHERS}}}
+  NEAR: {{joint_1_deg: 0, joint_3_mm: {NEAR_MM}, {OTHERS}}}
+lines:
+  - {{do: move, position: AWAY, speed_percent: 2, termination: fine}}
+  - {{do: move, position: P1, speed_percent: 20, termination: fine}}
+  - {{do: move, position: NEAR, speed_percent: 10, termination: fine}}
+"""
+"""Slow at first, so that it is judged long before its last line; nothing is touched by it."""
+SAID = "the robot's own program NARROW"
+WHY = "the nozzle would hit part_"
+
+
+@contextmanager
+def judged_cell(folder: Path, hold: bool) -> Iterator[LiveCell]:
+    """Give a ready cell with a judge, and with the program on the robot's pendant."""
+    config = copy_configuration(folder / "changed")
+    (config / "programs" / "narrow.yaml").write_text(NARROW, encoding="utf-8")
+    changed_yaml(config / "what_if.yaml", config, ["hold_own_programs"], hold)
+    changed_yaml(config / "what_if.yaml", config, ["gate_program_timeout_ms"], 20000.0)
+    cell = LiveCell(folder)
+    try:
+        cell.wait_ready(cell.start(env={"SCARA_CONFIG_DIR": str(config)}))
+        env = {"SCARA_CONFIG_DIR": str(cell.output / "config")}
+        judge = cell.stage.start("rosrun", "what_if", "what_if", env=env)
+        wait_until(lambda: "is ready" in judge.output or judge.poll() is not None, 30.0, "a judge")
+        assert judge.poll() is None, judge.tail()
+        cell.make_ready()
+        yield cell
+    finally:
+        cell.close()
+
+
+def start(cell: LiveCell) -> None:
+    """Start the program on the robot's own pendant."""
+    for keys in (("override", "100"), ("run", "NARROW")):
+        cell.tool("rosrun", "fanuc_emulator", "pendant", *keys)
+
+
+def judged(cell: LiveCell) -> dict[str, Any]:
+    """Wait until the judgement is shown; return the state."""
+
+    def shown() -> dict[str, Any]:
+        state = state_over(cell.gateway_port)
+        return state if SAID in state.get("judge", "") else {}
+
+    return wait_until(shown, 30.0, "a judgement in twin_controller/state")
+
+
+def height_mm(cell: LiveCell) -> float:
+    """Return where joint_3 of the real robot is."""
+    return cell.real_joints()[2]
+
+
+def test_refused_program_is_held_before_it_harms_and_goes_on_by_the_operator(
+    tmp_path: Path,
+) -> None:
+    """PAUSE holds both sides high above the part; RESUME is the operator's, and holds."""
+    with judged_cell(tmp_path, hold=True) as cell:
+        start(cell)
+        assert f"{SAID}: refused: REFUSED at" in (said := judged(cell)["judge"]) and WHY in said
+        wait_until(lambda: cell.mode() == "PAUSED", 20.0, "PAUSED")
+        before = cell.real_joints()
+        wait_until(lambda: cell.real_joints() == cell.real_joints(), 10.0, "a robot that stands")
+        assert height_mm(cell) == pytest.approx(AWAY_MM, abs=0.1)
+        assert before[0] < 20.5
+        answer = command_over(cell.gateway_port, "RESUME")
+        assert answer["success"], answer
+        wait_until(lambda: abs(height_mm(cell) - NEAR_MM) < 0.1, 40.0, "the program's end")
+        wait_until(lambda: cell.mode() == "IDLE", 20.0, "a ready pair")
+        log = (cell.output / "log" / "twin_controller.log").read_text(encoding="utf-8")
+        assert log.count("is held (hold_own_programs)") == 1
+
+
+def test_refused_program_is_only_told_by_the_shipped_setting(tmp_path: Path) -> None:
+    """It runs to its end; what the judge has said stands in the state."""
+    with judged_cell(tmp_path, hold=False) as cell:
+        start(cell)
+        assert f"{SAID}: refused: REFUSED at" in (said := judged(cell)["judge"]) and WHY in said
+        wait_until(lambda: abs(height_mm(cell) - NEAR_MM) < 0.1, 40.0, "the program's end")
+        wait_until(lambda: cell.mode() == "IDLE", 20.0, "a ready pair")
+        log = (cell.output / "log" / "twin_controller.log").read_text(encoding="utf-8")
+        assert "PAUSED" not in log and "hold_own_programs" not in log
