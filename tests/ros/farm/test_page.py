@@ -109,6 +109,12 @@ def test_wall_shows_the_worst_first_and_stops_one_and_all(farm: Farm, tmp_path: 
         page.reload()
         wait_until(lambda: page.locator(".figures .all-cells").count() == 1, DEADLINE_S, "figures")
         assert page.locator("#causes li").count() >= 1
+        # Packed once for all pages, not once more for each.
+        for kind, packed in (("gzip", "gzip"), ("identity", None)):
+            wall = page.request.get(
+                f"http://127.0.0.1:{port}/farm/wall", headers={"accept-encoding": kind}
+            )
+            assert wall.headers.get("content-encoding") == packed and wall.json()["cells"]
         away = page.locator("#drift-picture .away")
         wait_until(lambda: away.count() == 1, DEADLINE_S, "the picture of all cells")
         assert page.locator("#drift-picture .steady").count() == 5

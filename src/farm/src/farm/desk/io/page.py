@@ -8,6 +8,7 @@ no web socket, and ten pages cost ten times a text that was made once.
 from __future__ import annotations
 
 import asyncio
+import gzip
 import html
 import signal
 import socket
@@ -44,6 +45,8 @@ from farm.link.rights import ALWAYS
 PAGE = "farm_desk"
 KEPT_S = 0.4
 """Our choice: a wall so old is given to the next page too; pages ask once a second."""
+PACKED = 1
+"""Our choice: the level at which packing takes the least time."""
 FIGURES_S = 25.0
 """Our choice: pages ask for the figures twice a minute; counting a large farm is work."""
 LAST_WEEKS = ("1", "0")
@@ -107,7 +110,7 @@ class Page:
             expiry_s: Of commands.
         """
         self._desk, self._site, self._who, self._expiry_s = desk, site, who, expiry_s
-        self._made, self._wall = 0.0, b""
+        self._made, self._wall, self._packed = 0.0, b"", b""
         self._counted, self._figures, self._counting = 0.0, b"", threading.Lock()
         self._version = str(max(int(file.stat().st_mtime) for file in web.iterdir()))
         app.add_static_files("/farm/web", str(web), max_cache_age=0)
@@ -128,10 +131,15 @@ class Page:
             desk = self._desk
             wall = Wall(time.time(), desk.trouble, desk.rows(), shown, desk.alarm_rows())
             self._wall, self._made = msgspec.json.encode(wall), now
+            self._packed = gzip.compress(self._wall, PACKED)
         return self._wall
 
-    def _show(self) -> Response:
-        return Response(self.wall(time.monotonic()), media_type="application/json")
+    def _show(self, request: Request) -> Response:
+        """Give the wall; it is packed once for all pages, not by NiceGUI for each."""
+        wall, kind = self.wall(time.monotonic()), "application/json"
+        if "gzip" not in request.headers.get("accept-encoding", ""):
+            return Response(wall, media_type=kind)
+        return Response(self._packed, headers={"content-encoding": "gzip"}, media_type=kind)
 
     def _count(self) -> Response:
         """Count the figures, at most once in a while for all pages; this runs in a thread."""
