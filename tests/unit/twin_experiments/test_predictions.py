@@ -53,19 +53,21 @@ def test_motion_that_was_stopped_is_shown_and_compared_with_nothing() -> None:
     (row,) = motion_rows([STOPPED])
     assert row[2] == "stopped on the way" and row[4] == "0.40 s"
     assert [row[k] for k in (5, 8, 11)] == ["-", "-", "-"]
-    assert as_document([MOVE, STOPPED])["time_off_mean_percent"] == pytest.approx(5.0)
+    assert as_document([MOVE, STOPPED])["time_off_median_percent"] == pytest.approx(5.0)
 
 
 def test_words_say_how_good_the_predictions_were() -> None:
-    """The mean and the worst, with its sign."""
+    """The median and the worst, with its sign."""
     judged, compared, drifted = summary([MOVE, STOPPED, UNHEARD])
     assert "3 motions of this run were judged" in judged and "2 of them came to" in judged
-    assert "took 3.0 % longer on average (single ones by up to +5.0 %)" in compared
-    assert "the tool's way was 1.0 % shorter on average" in compared
-    assert "the largest effort was 5.0 % larger on average" in compared
+    assert "a motion took 3.0 % longer than predicted (a single one by up to +5.0 %)" in compared
+    assert "the tool's way was 1.0 % shorter (a single one by up to -1.0 %)" in compared
+    assert "the largest effort was 5.0 % larger (a single one by up to +5.0 %)" in compared
     assert drifted.startswith("Nothing drifted: ")
     exact = replace(MOVE, time=Both(2.0, 2.0), effort=Both(40.0, 40.0))
-    assert "took as long as predicted on average" in summary([exact])[1]
+    assert (
+        "a motion took as long as predicted (a single one by up to +0.0 %)" in summary([exact])[1]
+    )
 
 
 def test_words_say_what_drifts_and_what_drifted_before() -> None:
@@ -81,7 +83,7 @@ def test_words_say_what_drifts_and_what_drifted_before() -> None:
 def test_without_a_judge_nothing_is_said() -> None:
     """Neither words nor figures are made up."""
     assert summary([]) == []
-    assert as_document([])["time_off_mean_percent"] is None
+    assert as_document([])["time_off_median_percent"] is None
     assert summary([STOPPED])[0].endswith("0 of them came to their target.")
 
 
@@ -106,7 +108,7 @@ def test_report_of_a_bag_shows_them_on_its_page_and_in_its_figures(
     assert written.foretold[-1] == f"At the end something drifted: {DRIFT}."
     found = json.loads((written.folder / "report.json").read_text())["predictions"]
     assert (found["motions"], found["reached"], found["drift"]) == (2, 2, DRIFT)
-    assert found["time_off_mean_percent"] == pytest.approx(2.0)
+    assert found["time_off_median_percent"] == pytest.approx(2.0)
     assert found["effort_off_max_percent"] == pytest.approx(20.0)
     first, second = found["each"]
     assert first["effort_measured_percent"] == 30.0 and second["effort_measured_percent"] is None

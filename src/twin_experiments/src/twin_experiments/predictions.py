@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from statistics import median
 from typing import Any
 
 from scara_msgs.msg import MotionOutcome
@@ -26,7 +27,7 @@ HEADINGS = (
 NOTHING = "-"
 MEASURES = ("time", "way", "effort")
 MORE = {
-    "time": ("took", "longer", "less"),
+    "time": ("a motion took", "longer than predicted", "less than predicted"),
     "way": ("the tool's way was", "longer", "shorter"),
     "effort": ("the largest effort was", "larger", "smaller"),
 }
@@ -109,13 +110,12 @@ def _compared(reached: Sequence[Foretold]) -> list[str]:
         offs = _offs(reached, measure)
         if offs:
             did, more, less = MORE[measure]
-            mean = sum(offs) / len(offs)
-            worst = max(offs, key=abs)
-            words = f"{abs(mean):.1f} % {more if mean >= 0.0 else less} on average"
-            if abs(mean) < 0.05:
-                words = f"as {'long' if measure != 'effort' else 'large'} as predicted on average"
-            parts.append(f"{did} {words} (single ones by up to {worst:+.1f} %)")
-    return [f"Against their predictions they {', '.join(parts)}."] if parts else []
+            middle, worst = median(offs), max(offs, key=abs)
+            words = f"{abs(middle):.1f} % {more if middle >= 0.0 else less}"
+            if abs(middle) < 0.05:
+                words = f"as {'long' if measure != 'effort' else 'large'} as predicted"
+            parts.append(f"{did} {words} (a single one by up to {worst:+.1f} %)")
+    return [f"In the middle of all, {', '.join(parts)}."] if parts else []
 
 
 def _offs(motions: Sequence[Foretold], measure: str) -> list[float]:
@@ -133,7 +133,7 @@ def _drifted(found: Sequence[Foretold]) -> str:
     if before:
         at, drift = before[-1].at, before[-1].drift
         return f"Nothing drifted at the end; {at:.1f} s after the start it was this: {drift}."
-    return "Nothing drifted: no mean of the last motions was outside learning of what_if.yaml."
+    return "Nothing drifted: no median of the last motions was outside learning of what_if.yaml."
 
 
 def motion_rows(found: Sequence[Foretold]) -> list[tuple[str, ...]]:
@@ -159,21 +159,22 @@ def _cells(motion: Foretold, measure: str, scale: float, form: str, unit: str) -
         for value in (both.predicted, both.measured)
     )
     off = motion.off_percent(measure)
-    return (*values, NOTHING if off is None else f"{off:+.1f} %")
+    shown = NOTHING if off is None else f"{off:+.1f} %".replace("-0.0", "+0.0")
+    return (*values, shown)
 
 
 def as_document(found: Sequence[Foretold]) -> dict[str, Any]:
     """Return the section ``predictions`` of report.json; None: it is not known."""
     reached = [motion for motion in found if motion.is_reached]
-    means: dict[str, float | None] = {}
+    middles: dict[str, float | None] = {}
     for measure in MEASURES:
         offs = _offs(reached, measure)
-        means[f"{measure}_off_mean_percent"] = sum(offs) / len(offs) if offs else None
-        means[f"{measure}_off_max_percent"] = max(map(abs, offs)) if offs else None
+        middles[f"{measure}_off_median_percent"] = median(offs) if offs else None
+        middles[f"{measure}_off_max_percent"] = max(map(abs, offs)) if offs else None
     return {
         "motions": len(found),
         "reached": len(reached),
-        **means,
+        **middles,
         "drift": found[-1].drift if found else "",
         "each": [_motion(motion) for motion in found],
     }

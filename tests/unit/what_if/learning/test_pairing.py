@@ -82,7 +82,7 @@ def test_motion_that_is_stopped_teaches_nothing(world: World) -> None:
     assert outcome.ratios == {}
     drift = Drift(LIMITS)
     drift.take(outcome)
-    assert drift.means == {} and drift.alarms == ()
+    assert drift.medians == {} and drift.alarms == ()
 
 
 def test_motion_that_never_begins_is_given_up(world: World) -> None:
@@ -137,10 +137,11 @@ def outcome_of(time: float = 1.0, way: float = 1.0, effort: float = 1.0) -> Outc
         ([outcome_of(time=1.08)] * 2, ""),
         ([outcome_of(time=1.08)] * 3 + [outcome_of()] * 2, ""),
         ([outcome_of(time=0.96), outcome_of(time=1.04), outcome_of(effort=1.4)], ""),
+        ([outcome_of(time=2.75), outcome_of(), outcome_of(time=1.01)], ""),
     ],
 )
-def test_mean_outside_its_limit_is_an_alarm_with_advice(last: list[Outcome], said: str) -> None:
-    """One odd motion is none, and what went well again ends it."""
+def test_median_outside_its_limit_is_an_alarm_with_advice(last: list[Outcome], said: str) -> None:
+    """One odd motion is none, however odd, and what went well again ends it."""
     drift = Drift(LIMITS)
     for outcome in last:
         drift.take(outcome)

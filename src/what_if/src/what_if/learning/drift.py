@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Mapping
+from statistics import median
 
 from what_if.config import LearningConfig
 from what_if.learning.pairing import Outcome
@@ -17,7 +18,11 @@ ADVICE = {
 
 
 class Drift:
-    """The last ratios of measured to predicted, and whether their means are within the limits."""
+    """The last ratios of measured to predicted, and whether their medians are within the limits.
+
+    Not their means: one odd motion is no drift, however odd. The first one of a robot that nobody
+    has measured yet is, since the twin controller holds the twin back until it knows its delay.
+    """
 
     def __init__(self, config: LearningConfig) -> None:
         """Know nothing yet."""
@@ -35,16 +40,16 @@ class Drift:
             self._kept[name].append(ratio)
 
     @property
-    def means(self) -> Mapping[str, float]:
-        """Mean ratio of each measure, of those that are known."""
-        return {name: sum(kept) / len(kept) for name, kept in self._kept.items() if kept}
+    def medians(self) -> Mapping[str, float]:
+        """Median ratio of each measure, of those that are known."""
+        return {name: median(kept) for name, kept in self._kept.items() if kept}
 
     @property
     def alarms(self) -> tuple[str, ...]:
         """What is outside its limit, with what to do; only once enough motions have ended."""
         found = []
-        for name, mean in self.means.items():
-            off, count = 100.0 * (mean - 1.0), len(self._kept[name])
+        for name, ratio in self.medians.items():
+            off, count = 100.0 * (ratio - 1.0), len(self._kept[name])
             if count == self._config.motions and abs(off) > self._limits[name]:
                 found.append(
                     f"{WORDS[name]} of the last {count} motions is {off:+.1f} % off its prediction "

@@ -84,10 +84,10 @@ class Learning:
     def diagnosis(self) -> Diagnosis:
         """What has been learnt."""
         with self._lock:
-            alarms, means, ended = self._drift.alarms, self._drift.means, self._ended
+            alarms, medians, ended = self._drift.alarms, self._drift.medians, self._ended
         level = Level.WARN if alarms else Level.OK
         text = "; ".join(alarms) or f"{ended} motions were as predicted, or too few to say"
-        values = {f"{name}_ratio": f"{mean:.4f}" for name, mean in means.items()}
+        values = {f"{name}_ratio": f"{ratio:.4f}" for name, ratio in medians.items()}
         return Diagnosis(level, f"{rospy.get_name()}: predictions", text, values)
 
     def asked(self, world: World, motion: Motion, verdict: Verdict) -> None:
