@@ -70,6 +70,7 @@ class Measured:
             "age_p50_ms": 1000.0 * statistics.median(self._ages),
             "age_p99_ms": 1000.0 * statistics.quantiles(self._ages, n=100)[98],
             "cpu_percent": 100.0 * used / seconds,
+            "cpu_s": used,
             "cpu_us": 1e6 * used / max(1, self._received() - self._before),
             "memory_mb": pages * os.sysconf("SC_PAGE_SIZE") / 1e6,
         }

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 from scara_config import load_robot
@@ -95,6 +96,17 @@ def test_the_delay_is_found_again() -> None:
     found = fit_twin(start, Choice((), True), NAMES, real, int(0.6 * len(real)), tool_path, 25)
     assert found.model.delay == pytest.approx(COMPUTED.delay, abs=2e-4)
     assert found.before[1].max_mm / found.after[1].max_mm > 5.0
+
+
+@pytest.mark.parametrize(("twin", "seen"), [(PLAIN, 1.6), (COMPUTED, 1.0)])
+def test_friction_is_seen_where_no_feed_forward_makes_up_for_it(
+    twin: TwinModel, seen: float
+) -> None:
+    """Joint 2 of the robot has 1.6 times the friction; computed torque hides what it is told."""
+    worn = msgspec.structs.replace(twin, friction=(1.0, 0.8, 5.0, 0.5))
+    real = tool_path(worn)
+    found = fit_twin(twin, Choice((1,), False), NAMES, real, int(0.6 * len(real)), tool_path, 60)
+    assert found.model.friction[1] / twin.friction[1] == pytest.approx(seen, rel=0.05)
 
 
 def test_the_search_keeps_to_its_budget() -> None:
