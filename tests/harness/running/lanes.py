@@ -17,16 +17,13 @@ PARTS = ("cells", "nodes", "pure")
 CELLS = (
     "tests/system/",
     "tests/ros/farm/test_page.py",
-    "tests/ros/operator_panel/test_for_hands.py",
+    "tests/ros/operator_panel/preview/test_page_gate.py",
+    "tests/ros/operator_panel/preview/test_page_judged.py",
     "tests/ros/operator_panel/test_jog_buttons.py",
-    "tests/ros/operator_panel/preview/",
-    "tests/ros/operator_panel/test_look_back.py",
-    "tests/ros/operator_panel/test_page_shows.py",
-    "tests/ros/operator_panel/test_picture.py",
     "tests/ros/operator_panel/test_stop.py",
     "tests/ros/operator_panel/test_tuning_form.py",
 )
-"""Whole cells and browsers: each wants one of two cores for itself."""
+"""Whole cells, and browsers beside one: each wants one of two cores for itself."""
 TIMED = (
     "tests/unit/bench/test_journal.py",
     "tests/unit/cell_recorder/journal/test_writer.py",
@@ -52,6 +49,11 @@ TIMED = (
 )
 """Unit tests with sockets, threads or processes: they wait for answers, and for time to pass."""
 SHARED = {
+    "tests/ros/operator_panel/preview/test_preview.py": "one browser",
+    "tests/ros/operator_panel/test_for_hands.py": "one browser",
+    "tests/ros/operator_panel/test_look_back.py": "one browser",
+    "tests/ros/operator_panel/test_page_shows.py": "one browser",
+    "tests/ros/operator_panel/test_picture.py": "one browser",
     "tests/system/faults/test_attacks.py": "one breakable cell",
     "tests/system/faults/test_links.py": "one breakable cell",
     "tests/system/faults/test_processes.py": "one breakable cell",
@@ -64,7 +66,7 @@ SHARED = {
     "tests/system/test_listeners.py": "one live cell",
     "tests/system/test_replay.py": "one live cell",
 }
-"""Files whose tests use one cell, started once."""
+"""Files whose tests use one cell, started once, or a browser and a stage, one at a time."""
 ORDER = ("tests/unit/twin_controller/core/", "tests/virtual_time/")
 """Groups in the order of their beginning: the longest first, the rest last."""
 
