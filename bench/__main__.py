@@ -157,7 +157,7 @@ def main(
         typer.Option(
             "--farm",
             help="Many cells under one desk, all or PART ... (many crowd seen calm frozen restarts "
-            "stop wrong month pages jobs); docs/benchmarks.md.",
+            "stop wrong month pages jobs machines); docs/benchmarks.md.",
         ),
     ] = False,
     seeds: Annotated[

@@ -19,6 +19,7 @@ from bench.many_cells import (
     frozen,
     jobs,
     load,
+    machines,
     month,
     pages,
     presence,
@@ -38,6 +39,7 @@ PARTS: dict[str, Callable[[float, Path, Console], list[Figure]]] = {
     "month": month.measure,
     "pages": pages.measure,
     "jobs": jobs.measure,
+    "machines": machines.measure,
 }
 """In the order of the page; all but ``wrong`` need a machine that does nothing else."""
 

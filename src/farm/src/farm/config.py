@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ipaddress
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import msgspec
 from msgspec import Meta
@@ -22,7 +22,7 @@ LONGEST_EXPIRY_MS = 2000.0
 
 
 class Address(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Where something listens."""
+    """Where something listens on this machine."""
 
     host: str
     port: Port
@@ -30,8 +30,90 @@ class Address(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     @property
     def endpoint(self) -> str:
         """As zenoh writes it."""
+        return f"tcp/{self.place}"
+
+    @property
+    def place(self) -> str:
+        """Host and port."""
         host = f"[{self.host}]" if ":" in self.host else self.host
-        return f"tcp/{host}:{self.port}"
+        return f"{host}:{self.port}"
+
+    @property
+    def refusal(self) -> str:
+        """Why nothing may connect there; empty: it may."""
+        return loopback_refusal(self.host)
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """What zenoh needs to connect beside the endpoint."""
+        return {}
+
+
+class Credentials(msgspec.Struct, frozen=True):
+    """Files, PEM: the site's authority, the own certificate, and its private key."""
+
+    authority: str
+    certificate: str
+    key: str
+
+
+class SecureAddress(Address, frozen=True):
+    """Where the desk of another machine listens, with what is shown there."""
+
+    credentials: Credentials
+
+    @property
+    def endpoint(self) -> str:
+        """As zenoh writes it."""
+        return f"tls/{self.place}"
+
+    @property
+    def refusal(self) -> str:
+        """Why nothing may connect there: both sides show certificates, so never."""
+        return ""
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """What zenoh needs to connect beside the endpoint."""
+        return {
+            "transport/link/tls/root_ca_certificate": self.credentials.authority,
+            "transport/link/tls/connect_certificate": self.credentials.certificate,
+            "transport/link/tls/connect_private_key": self.credentials.key,
+            "transport/link/tls/enable_mtls": True,
+            "transport/link/tls/verify_name_on_connect": True,
+            "transport/link/tls/close_link_on_expiration": True,
+        }
+
+
+class Outside(msgspec.Struct, frozen=True):
+    """Where the router listens for other machines, what it shows, and what it lets through.
+
+    Attributes:
+        address: As the other machines reach it.
+        credentials: Of the router.
+        access: zenoh's section ``access_control``.
+    """
+
+    address: Address
+    credentials: Credentials
+    access: dict[str, Any]
+
+    @property
+    def endpoint(self) -> str:
+        """As zenoh writes it."""
+        return f"tls/{self.address.place}"
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """What zenoh needs to listen beside the endpoint."""
+        return {
+            "transport/link/tls/root_ca_certificate": self.credentials.authority,
+            "transport/link/tls/listen_certificate": self.credentials.certificate,
+            "transport/link/tls/listen_private_key": self.credentials.key,
+            "transport/link/tls/enable_mtls": True,
+            "transport/link/tls/close_link_on_expiration": True,
+            "access_control": self.access,
+        }
 
 
 class LinkConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -96,11 +178,11 @@ def loopback_refusal(host: str) -> str:
         >>> loopback_refusal("127.0.0.1"), loopback_refusal("localhost")
         ('', '')
         >>> loopback_refusal("0.0.0.0")
-        'allowed is only this machine (127.0.0.1): the farm has no certificates (mTLS) yet'
+        'allowed is only this machine (127.0.0.1): others come in with certificates (--listen)'
     """
     try:
         if host == "localhost" or ipaddress.ip_address(host).is_loopback:
             return ""
     except ValueError:
         pass
-    return "allowed is only this machine (127.0.0.1): the farm has no certificates (mTLS) yet"
+    return "allowed is only this machine (127.0.0.1): others come in with certificates (--listen)"

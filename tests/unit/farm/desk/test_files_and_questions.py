@@ -107,8 +107,8 @@ def test_bytes_that_are_no_message_are_refused(data: bytes) -> None:
 
 @pytest.mark.parametrize("host", ["0.0.0.0", "192.168.0.4", "desk.example", "::", ""])
 def test_only_this_machine_may_listen(host: str) -> None:
-    """There are no certificates yet, and the text says so."""
-    assert "mTLS" in loopback_refusal(host)
+    """Others come in with certificates, and the text says how."""
+    assert "--listen" in loopback_refusal(host)
     assert [loopback_refusal(own) for own in ("127.0.0.1", "127.3.2.1", "::1", "localhost")] == [
         ""
     ] * 4

@@ -1,6 +1,7 @@
-"""Open the bus: TCP on loopback, no multicast, no shared memory, nothing that is stored.
+"""Open the bus: no multicast, no shared memory, nothing that is stored.
 
-The desk opens the router in its own process; everybody else is a client of it.
+The desk opens the router in its own process; everybody else is a client of it: by TCP on loopback,
+from other machines by TLS where both sides show certificates.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from typing import Any
 
 import zenoh
 
-from farm.config import Address, loopback_refusal
+from farm.config import Address, Outside
 
 MOST_SESSIONS = 10_000
 """Our choice: zenoh's own limit is 1,000, which is the size of a farm on one desk."""
@@ -25,16 +26,23 @@ class BusError(RuntimeError):
     """The bus cannot be opened; the text says why and what to do."""
 
 
-def open_router(address: Address, lease_ms: float) -> zenoh.Session:
+def open_router(address: Address, lease_ms: float, outside: Outside | None = None) -> zenoh.Session:
     """Open the router in this process.
 
+    Args:
+        address: Where it listens for this machine.
+        lease_ms: How long a silent client counts as there [ms].
+        outside: Where it listens for other machines; None: nowhere.
+
     Raises:
-        BusError: The address is not of this machine, or is taken.
+        BusError: An address is not of this machine, or is taken.
     """
     _check(address)
+    ends = [address.endpoint, *([outside.endpoint] if outside else [])]
     settings = {
+        **(outside.settings if outside else {}),
         "mode": "router",
-        "listen/endpoints": [address.endpoint],
+        "listen/endpoints": ends,
         "connect/endpoints": [],
         "transport/unicast/max_sessions": MOST_SESSIONS,
         "transport/unicast/accept_pending": MOST_SESSIONS,
@@ -43,8 +51,9 @@ def open_router(address: Address, lease_ms: float) -> zenoh.Session:
         return zenoh.open(_config(settings, lease_ms))
     except zenoh.ZError as error:
         raise BusError(
-            f"{address.endpoint} cannot be listened on: does another desk run here (./cell farm "
-            f"cells)? Else give another port, --router-port or farm.yaml. {_first(error)}"
+            f"{' or '.join(ends)} cannot be listened on: does another desk run here (./cell farm "
+            "cells)? Else give another port, --router-port, --listen or farm.yaml. "
+            f"{_first(error)}"
         ) from error
 
 
@@ -52,10 +61,11 @@ def open_client(address: Address, lease_ms: float, timeout_s: float) -> zenoh.Se
     """Connect to the desk; later the connection heals by itself.
 
     Raises:
-        BusError: The address is not of this machine, or nobody answers there.
+        BusError: The address is refused, or nobody answers there.
     """
     _check(address)
     settings = {
+        **address.settings,
         "mode": "client",
         "listen/endpoints": [],
         "connect/endpoints": [address.endpoint],
@@ -65,9 +75,10 @@ def open_client(address: Address, lease_ms: float, timeout_s: float) -> zenoh.Se
     try:
         return zenoh.open(_config(settings, lease_ms))
     except zenoh.ZError as error:
-        raise BusError(
-            f"no desk answers at {address.endpoint}: start it with ./cell farm"
-        ) from error
+        what = "start it with ./cell farm"
+        if address.settings:
+            what += " --listen, or it takes this machine's certificate no more: ask for another"
+        raise BusError(f"no desk answers at {address.endpoint}: {what}") from error
 
 
 def wait_for_desk(
@@ -76,7 +87,7 @@ def wait_for_desk(
     """Connect to the desk as soon as it is there; None: ``ended`` was set before.
 
     Raises:
-        BusError: The address is not of this machine.
+        BusError: The address is refused.
     """
     _check(address)
     while not ended.is_set():
@@ -88,7 +99,7 @@ def wait_for_desk(
 
 
 def _check(address: Address) -> None:
-    if why := loopback_refusal(address.host):
+    if why := address.refusal:
         raise BusError(f"router.host = {address.host}: {why}")
 
 

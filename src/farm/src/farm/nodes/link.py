@@ -1,13 +1,13 @@
 """Node ``farm_link``: shows this cell to the farm, and takes its commands.
 
 Parameters: ``~config_dir`` (farm.yaml), ``~directory`` (the runs folder, where the journal is;
-default: runs of the environment's CELL_ROOT, else of the working folder), ``~router_port``
-(default: farm.yaml). Service: ``farm/remote`` (std_srvs/SetBool), the local switch that lets the
-farm move this cell; it is off at the start unless farm.yaml says otherwise. Subscribes to
-``twin_controller/state``, and to ``real/joint_states`` and ``twin/joint_states`` while somebody of
-the farm looks at the joints. Calls ``twin_controller/command`` in the name
-``/farm/PERSON@DESK``. Publishes ``/diagnostics``. It waits for the desk and outlives it; its own
-death ends nothing.
+default: runs of the environment's CELL_ROOT, else of the working folder), ``~router_port`` (a desk
+of this machine; default: the farm that this machine has joined, else farm.yaml). Service:
+``farm/remote`` (std_srvs/SetBool), the local switch that lets the farm move this cell; it is off at
+the start unless farm.yaml says otherwise. Subscribes to ``twin_controller/state``, and to
+``real/joint_states`` and ``twin/joint_states`` while somebody of the farm looks at the joints.
+Calls ``twin_controller/command`` in the name ``/farm/PERSON@DESK``. Publishes ``/diagnostics``. It
+waits for the desk and outlives it; its own death ends nothing.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ import socket
 import sys
 import threading
 import time
+from datetime import datetime, timezone
 from pathlib import Path
 
 import rospy
@@ -40,6 +41,8 @@ from farm.link.io.cell_link import CellLink, LinkSettings
 from farm.link.io.journal_files import JournalFiles
 from farm.link.io.recordings import RecordingFiles
 from farm.link.shown import Pair, Shown, show, silent
+from farm.security.io.invitation import SecurityError, keys_folder
+from farm.security.io.membership import as_member
 from farm.wire import Answer, CellState, Command, Joints
 from scara_msgs.msg import TwinControllerState
 from scara_msgs.srv import TwinCommand
@@ -166,14 +169,18 @@ def main() -> None:
     become_node(NAME)
     try:
         config = load_farm(Path(rospy.get_param("~config_dir", "") or config_directory()))
-        port = int(rospy.get_param("~router_port", config.router.port))
-        config = replace(config, router=replace(config.router, port=port))
+        port = rospy.get_param("~router_port", None)
+        if port is not None:
+            config = replace(config, router=replace(config.router, port=int(port)))
+        else:
+            keys_there = keys_folder(os.environ)
+            config = as_member(config, keys_there, datetime.now(timezone.utc))
         namespace = rospy.get_namespace().strip("/")
         machine = config.machine or keys.as_name(socket.gethostname())
         cell = keys.checked(config.site, machine, keys.as_name(namespace) or "cell")
         root = Path(os.environ.get("CELL_ROOT") or Path.cwd())
         runs = Path(rospy.get_param("~directory", "") or root / "runs").resolve()
-    except (ConfigError, keys.CellNameError) as error:
+    except (ConfigError, SecurityError, keys.CellNameError) as error:
         rospy.logfatal("%s: %s", NAME, error)
         sys.exit(2)
     journal = JournalFiles(runs / JOURNAL / (namespace or "cell"), describe)

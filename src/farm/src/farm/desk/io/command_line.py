@@ -11,7 +11,7 @@ import signal
 import socket
 import time
 from collections.abc import Sequence
-from datetime import datetime
+from datetime import datetime, timezone
 from pathlib import Path
 from typing import Annotated, NoReturn
 
@@ -64,15 +64,23 @@ def desk(
     page: Annotated[
         bool, typer.Option(help="Serve the page; --no-page: only router and history.")
     ] = True,
+    listen: Annotated[
+        str,
+        typer.Option(help="HOST[:PORT] for invited machines; without it only this machine."),
+    ] = "",
 ) -> None:
     """Start router and desk, and keep them until Ctrl-C; the page's address is the last line."""
     if context.invoked_subcommand is not None:
         return
+    from farm.desk.io.lines.machines import ReachedError, reached
     from farm.desk.io.running import StartError, run
 
     config = configured(router_port, port)
     try:
-        run(config, _folder(folder), (person_name(person), desk_name()), page)
+        outside = reached(listen) if listen else None
+        run(config, _folder(folder), (person_name(person), desk_name()), page, outside)
+    except ReachedError as error:
+        fail(f"--listen {error}", WRONG)
     except StartError as error:
         fail(str(error), WRONG)
 
@@ -190,9 +198,22 @@ def _status(row: Row) -> str:
 
 def open_session(config: FarmConfig) -> zenoh.Session:
     """Connect to the desk, or end with a text."""
+    from farm.security.access import Role
+    from farm.security.io.invitation import SecurityError, keys_folder
+    from farm.security.io.membership import as_member, joined
+
     try:
+        member = joined(keys_folder(os.environ))
+        if member is not None and config == configured(None):  # no other router was asked for
+            if member.role is not Role.DESK:
+                fail(
+                    f"this machine has joined as machine {member.name}: it shows its cells and "
+                    "asks nobody. Ask at the desk, or come in by an invitation with --desk",
+                    FAILED,
+                )
+            config = as_member(config, keys_folder(os.environ), datetime.now(timezone.utc))
         return open_client(config.router, config.lease_ms, CONNECT_S)
-    except BusError as error:
+    except (BusError, SecurityError) as error:
         fail(str(error), FAILED)
 
 
@@ -240,6 +261,7 @@ def main() -> None:
     import farm.desk.io.lines.alarms
     import farm.desk.io.lines.comparing
     import farm.desk.io.lines.key_figures
+    import farm.desk.io.lines.machines
     import farm.desk.io.lines.recordings  # noqa: F401
 
     signal.signal(signal.SIGPIPE, signal.SIG_DFL)

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import threading
+from datetime import datetime, timezone
 from pathlib import Path
 
 from scara_ros.io.page_token import page_token, ros_home
 from scara_ros.io.token_file import TokenError
 
-from farm.config import FarmConfig
+from farm.config import FarmConfig, Outside
 from farm.desk.io.command_line import TOKEN_FILE, TOKEN_VARIABLE
 from farm.desk.io.desk import Desk
 from farm.desk.io.history import History, HistoryError
 from farm.io.bus import BusError, open_router
+from farm.security.io.invitation import SecurityError, keys_folder
 
 EVENTS = "events"
 """Folder of the history, in the desk's data."""
@@ -23,7 +26,13 @@ class StartError(RuntimeError):
     """The desk cannot be started; the text says why and what to do."""
 
 
-def run(config: FarmConfig, folder: Path, who: tuple[str, str], with_page: bool) -> None:
+def run(
+    config: FarmConfig,
+    folder: Path,
+    who: tuple[str, str],
+    with_page: bool,
+    reached: tuple[str, int] | None = None,
+) -> None:
     """Keep the desk until SIGINT or SIGTERM.
 
     Args:
@@ -31,6 +40,7 @@ def run(config: FarmConfig, folder: Path, who: tuple[str, str], with_page: bool)
         folder: The desk's data.
         who: Person and desk in whose name the page sends commands.
         with_page: Whether the page is served.
+        reached: Host and port at which invited machines come in; None: only this machine.
 
     Raises:
         StartError: A port is taken, or the folder or the token cannot be used.
@@ -39,15 +49,32 @@ def run(config: FarmConfig, folder: Path, who: tuple[str, str], with_page: bool)
     try:
         history = History(folder / EVENTS, settings.small_files, settings.small_file_mb)
         # First the history: who cannot keep events shall not take the router's port.
-        with history, open_router(config.router, config.lease_ms) as session:
+        outside = _outside(config, reached) if reached is not None else None
+        with history, open_router(config.router, config.lease_ms, outside) as session:
             print(f"farm: router at {config.router.endpoint}, history in {folder}", flush=True)
             with Desk(session, config, history) as desk:
                 if with_page:
                     _serve(desk, config, who)
                 else:
                     _wait()
-    except (HistoryError, BusError, TokenError) as error:
+    except (HistoryError, BusError, SecurityError, TokenError) as error:
         raise StartError(str(error)) from error
+
+
+def _outside(config: FarmConfig, reached: tuple[str, int]) -> Outside:
+    """Make ready for other machines, and say who may come in."""
+    # Imported late: the library of certificates takes a tenth of a second.
+    from farm.security.io.authority import Authority, authority_folder
+
+    folder = authority_folder(keys_folder(os.environ))
+    authority = Authority(folder, config.site, datetime.now(timezone.utc))
+    made = authority.outside(*reached)
+    names = ", ".join(each.name for each in authority.good()) or "nobody: ./cell farm invite NAME"
+    print(f"farm: machines come in at {made.endpoint}; invited: {names}", flush=True)
+    for each in authority.ending():
+        until = datetime.fromtimestamp(each.until).strftime("%Y-%m-%d")
+        print(f"farm: the certificate of {each.name} ends {until}: invite it again", flush=True)
+    return made
 
 
 def _serve(desk: Desk, config: FarmConfig, who: tuple[str, str]) -> None:

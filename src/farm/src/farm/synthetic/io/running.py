@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import threading
 import time
 from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
+from datetime import datetime, timezone
 from typing import Annotated
 
 import msgspec
@@ -19,11 +21,14 @@ from farm.config import FarmConfig, load_farm
 from farm.io.bus import BusError, wait_for_desk
 from farm.link.io.cell_link import CellLink, LinkSettings
 from farm.link.shown import Shown, show
+from farm.security.io.invitation import SecurityError, keys_folder
+from farm.security.io.membership import as_member
 from farm.synthetic.invented import Invented, InventedJournal
 from farm.wire import Answer, Command
 from scara_msgs.msg import TwinControllerState
 
 MODES = {"STOP": TwinControllerState.STOPPED, "PAUSE": TwinControllerState.PAUSED}
+PRACTICE = "practice"
 REST_S = 20.0
 """Our choice: so long an invented cell stays stopped."""
 
@@ -138,9 +143,17 @@ def practise(
         int, typer.Option(help="Number of a cell whose lag grows; -1: none.", min=-1)
     ] = -1,
     seconds: Annotated[float, typer.Option(help="How long; 0: until Ctrl-C.", min=0.0)] = 0.0,
-    machine: Annotated[str, typer.Option(help="Their machine's name.")] = "practice",
+    machine: Annotated[
+        str | None,
+        typer.Option(help="Their machine's name. Default: as it has joined, or practice."),
+    ] = None,
     router_port: Annotated[
-        int | None, typer.Option(help="Of the desk. Default: farm.yaml.", min=1, max=65535)
+        int | None,
+        typer.Option(
+            help="Of a desk here. Default: the farm that was joined, or farm.yaml.",
+            min=1,
+            max=65535,
+        ),
     ] = None,
 ) -> None:
     """Let invented cells join a desk: to practise, to test, to measure."""
@@ -150,17 +163,20 @@ def practise(
         if router_port is not None:
             replace = msgspec.structs.replace
             config = replace(config, router=replace(config.router, port=router_port))
+        else:
+            config = as_member(config, keys_folder(os.environ), datetime.now(timezone.utc))
         made = [
             Invented(first + k, began, events_rate, first + k == drifting) for k in range(cells)
         ]
-        with Practice(config, machine, made, events_until) as practice:
+        named = machine or config.machine or PRACTICE
+        with Practice(config, named, made, events_until) as practice:
             for number in (signal.SIGINT, signal.SIGTERM):
                 signal.signal(number, lambda *_: practice.ended.set())
             typer.echo(f"practice: {cells} invented cells look for {config.router.endpoint}")
             if practice.join():
                 typer.echo("practice: all have joined")
                 typer.echo(f"practice: {practice.run(rate, seconds)} states put")
-    except (BusError, ConfigError, keys.CellNameError) as error:
+    except (BusError, ConfigError, SecurityError, keys.CellNameError) as error:
         typer.echo(f"practice: {error}", err=True)
         raise typer.Exit(2) from None
 

@@ -1,0 +1,1 @@
+"""The files of the site's authority, and of a machine that has joined."""

@@ -1,0 +1,197 @@
+"""The site's authority: it invites machines, remembers whom, and makes the router's certificate.
+
+Its folder holds ``authority.key`` and ``authority.crt``, ``server.key`` and ``server.crt`` of the
+router, and ``invited.json``. Whoever has the key can let himself in: it never leaves the folder.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from datetime import datetime, timedelta
+from pathlib import Path
+
+import msgspec
+
+from farm.config import Address, Credentials, Outside
+from farm.security.access import Invited, Role, access_control
+from farm.security.certificates import (
+    DAYS,
+    CertificateError,
+    Pair,
+    new_authority,
+    new_client,
+    new_server,
+)
+from farm.security.io.invitation import Invitation, SecurityError, write_private
+
+KEY, CERTIFICATE, REGISTER = "authority.key", "authority.crt", "invited.json"
+SERVER_KEY, SERVER_CERTIFICATE = "server.key", "server.crt"
+SOON = timedelta(days=14)
+"""A certificate that ends so soon is told of. Our choice."""
+
+
+class Entry(msgspec.Struct, frozen=True):
+    """One who was invited.
+
+    Attributes:
+        name: Who.
+        role: What it is.
+        number: How often it was invited; only the newest certificate is good.
+        until: When that ends [s since 1970].
+        revoked: When it was revoked [s since 1970]; None: it is good.
+    """
+
+    name: str
+    role: Role
+    number: int
+    until: float
+    revoked: float | None = None
+
+    @property
+    def shown(self) -> str:
+        """The name in the newest certificate."""
+        return f"{self.name} {self.number}"
+
+
+class Register(msgspec.Struct, frozen=True):
+    """Everybody who was invited, and where the desk was reached last (HOST, PORT)."""
+
+    invited: tuple[Entry, ...] = ()
+    listened: tuple[str, int] | None = None
+
+
+class Authority:
+    """The authority of a site, made when it is needed first."""
+
+    def __init__(self, folder: Path, site: str, now: datetime) -> None:
+        """Read it, or make it.
+
+        Raises:
+            SecurityError: Its files cannot be read or written, or others can read its key.
+        """
+        self._folder, self._site, self._now = folder, site, now
+        key, certificate = folder / KEY, folder / CERTIFICATE
+        if not key.exists() and not certificate.exists():
+            made = new_authority(site, now)
+            write_private(key, made.key)
+            write_private(certificate, made.certificate)
+        try:
+            if key.stat().st_mode & 0o077:
+                raise SecurityError(f"{key}: others can read it: chmod 600, or begin a new site")
+            self._pair = Pair(key.read_bytes(), certificate.read_bytes())
+        except OSError as error:
+            raise SecurityError(f"{error.filename}: {error.strerror}") from error
+        self.register = self._read()
+
+    def invite(self, name: str, role: Role, reached: tuple[str, int] | None) -> Invitation:
+        """Make a certificate for somebody; what he had before is good no more.
+
+        Args:
+            name: Who.
+            role: What it is.
+            reached: Where it finds the desk, host and port; None: where the desk listened last.
+
+        Raises:
+            SecurityError: The register cannot be written, or nobody knows where the desk is.
+        """
+        reached = reached or self.register.listened
+        if reached is None:
+            raise SecurityError(
+                "nobody knows yet where the desk is reached: give --address HOST[:PORT], or start "
+                "it once with ./cell farm --listen HOST"
+            )
+        before = next((each for each in self.register.invited if each.name == name), None)
+        number = before.number + 1 if before else 1
+        until = (self._now + timedelta(days=DAYS)).timestamp()
+        entry = Entry(name, role, number, until)
+        try:
+            pair = new_client(self._pair, entry.shown, self._now)
+        except CertificateError as error:
+            raise SecurityError(f"{self._folder}: {error}") from error
+        others = [each for each in self.register.invited if each.name != name]
+        self._write(msgspec.structs.replace(self.register, invited=(*others, entry)))
+        return Invitation(
+            site=self._site,
+            name=name,
+            role=role,
+            shown=entry.shown,
+            host=reached[0],
+            port=reached[1],
+            authority=self._pair.certificate.decode(),
+            certificate=pair.certificate.decode(),
+            key=pair.key.decode(),
+        )
+
+    def revoke(self, name: str) -> None:
+        """Let nobody in by a certificate of this name, from the desk's next start on.
+
+        Raises:
+            SecurityError: Nobody of this name was invited, or the register cannot be written.
+        """
+        names = [each.name for each in self.register.invited]
+        if name not in names:
+            raise SecurityError(f"{name}: was not invited; there are: {', '.join(names) or 'none'}")
+        invited = tuple(
+            msgspec.structs.replace(each, revoked=self._now.timestamp())
+            if each.name == name and each.revoked is None
+            else each
+            for each in self.register.invited
+        )
+        self._write(msgspec.structs.replace(self.register, invited=invited))
+
+    def good(self) -> list[Entry]:
+        """Return who may come in now."""
+        now = self._now.timestamp()
+        return [e for e in self.register.invited if e.revoked is None and e.until > now]
+
+    def ending(self) -> list[Entry]:
+        """Return whose certificate ends soon, the first to end first."""
+        soon = (self._now + SOON).timestamp()
+        return sorted((e for e in self.good() if e.until < soon), key=lambda e: e.until)
+
+    def outside(self, host: str, port: int) -> Outside:
+        """Return what the router needs to listen for other machines, with a new certificate.
+
+        Raises:
+            SecurityError: The certificate cannot be made or kept.
+        """
+        try:
+            server = new_server(self._pair, host, self._now)
+        except (CertificateError, ValueError) as error:
+            raise SecurityError(f"{host}: no certificate can be made for it: {error}") from error
+        write_private(self._folder / SERVER_KEY, server.key)
+        write_private(self._folder / SERVER_CERTIFICATE, server.certificate)
+        self._write(msgspec.structs.replace(self.register, listened=(host, port)))
+        files = Credentials(
+            str(self._folder / CERTIFICATE),
+            str(self._folder / SERVER_CERTIFICATE),
+            str(self._folder / SERVER_KEY),
+        )
+        return Outside(
+            Address(host, port), files, access_control(self._site, _invited(self.good()))
+        )
+
+    def _read(self) -> Register:
+        file = self._folder / REGISTER
+        try:
+            return msgspec.json.decode(file.read_bytes(), type=Register)
+        except FileNotFoundError:
+            return Register()
+        except (OSError, msgspec.DecodeError) as error:
+            raise SecurityError(
+                f"{file}: cannot be read, so nobody knows who was invited: {error}"
+            ) from error
+
+    def _write(self, register: Register) -> None:
+        write_private(self._folder / REGISTER, msgspec.json.encode(register))
+        self.register = register
+
+
+def authority_folder(keys: Path) -> Path:
+    """Return where a user's authority is, in the folder of his keys."""
+    return Path(os.path.join(keys, "authority"))
+
+
+def _invited(entries: Sequence[Entry]) -> list[Invited]:
+    return [Invited(each.name, each.role, each.shown) for each in entries]

@@ -1,0 +1,1 @@
+"""Several machines on this one: network namespaces with a slow line between them."""

@@ -1,0 +1,210 @@
+"""A desk that listens for other machines: who may not come in gets nothing through.
+
+Each attacker is counted beside a machine that may come in, on the same router.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+from datetime import datetime, timedelta, timezone
+from pathlib import Path
+
+import msgspec
+import pytest
+import zenoh
+from farm.config import Address, Credentials, SecureAddress
+from farm.desk.io.commands import cells_there, order
+from farm.io.bus import BusError, open_client, open_router
+from farm.security.access import Role
+from farm.security.certificates import DAYS
+from farm.security.io.authority import Authority
+from farm.security.io.invitation import Invitation, write_private
+from farm.wire import Answer, Joints
+from harness.processes import free_port, wait_until
+from unit.farm.io.conftest import Farm, Journal
+
+from farm import keys
+
+DEADLINE_S, QUIET_S = 10.0, 0.4
+HOST = "127.0.0.1"
+NOW = datetime.now(timezone.utc)
+GOOD, OTHER = keys.CellName("site", "pc_1", "a"), keys.CellName("site", "pc_2", "b")
+
+
+@dataclass
+class Site:
+    """A desk with its authority, and all that it was sent."""
+
+    farm: Farm
+    folder: Path
+    port: int
+    authority: Authority
+    heard: list[tuple[str, bytes]] = field(default_factory=list)
+
+    def invite(self, name: str, role: Role = Role.MACHINE) -> Invitation:
+        """Invite somebody."""
+        return self.authority.invite(name, role, (HOST, self.port))
+
+    def address(self, invitation: Invitation, **changed: str) -> SecureAddress:
+        """Return where a machine with this invitation connects, with files of its own."""
+        shown = msgspec.structs.replace(invitation, **changed)
+        folder = self.folder / f"machine_{len(list(self.folder.iterdir()))}"
+        for name, text in (
+            ("ca", shown.authority),
+            ("certificate", shown.certificate),
+            ("key", shown.key),
+        ):
+            write_private(folder / name, text.encode())
+        files = Credentials(*(str(folder / name) for name in ("ca", "certificate", "key")))
+        return SecureAddress(HOST, self.port, files)
+
+    def come_in(self, address: Address) -> zenoh.Session:
+        """Connect as a link does."""
+        return self.farm.ends.enter_context(open_client(address, 1000.0, 5.0))
+
+    def listen(self) -> zenoh.Session:
+        """Open the router for all who are invited now, and hear all that comes."""
+        outside = self.authority.outside(HOST, self.port)
+        router = self.farm.ends.enter_context(open_router(self.farm.config.router, 1000.0, outside))
+        router.declare_subscriber(
+            "**", lambda s: self.heard.append((str(s.key_expr), bytes(s.payload)))
+        )
+        return router
+
+    def through(self, marks: set[bytes]) -> list[str]:
+        """Return where something came through of what strangers have sent."""
+        return [key for key, payload in self.heard if payload in marks]
+
+
+@pytest.fixture
+def site(farm: Farm, tmp_path: Path) -> Site:
+    """Give a site; nobody listens yet."""
+    authority = Authority(tmp_path / "authority", "site", NOW)
+    (tmp_path / "machines").mkdir()
+    return Site(farm, tmp_path / "machines", free_port(), authority)
+
+
+def test_a_machine_that_was_invited_is_a_cell_like_any(site: Site) -> None:
+    """Shown, asked, looked at; and gone when its connection is."""
+    invited = site.invite("pc_1")
+    router = site.listen()
+    session = open_client(site.address(invited), 1000.0, 5.0)
+    link = site.farm.link(session, Journal(), cell=GOOD)
+    wait_until(lambda: cells_there(router, "site", 1.0) == [GOOD], DEADLINE_S, "the cell")
+    (answer,) = order(router, [GOOD], "STOP", "ann", "desk", 2.0)
+    assert answer.answer == Answer(True, "STOP received")
+    looking = router.declare_subscriber(GOOD.key(keys.JOINTS), lambda _: None)
+    wait_until(lambda: site.farm.watched == [True], DEADLINE_S, "somebody who looks")
+    link.show_joints(Joints(1.0, {"joint_1": 0.5}, {}))
+    wait_until(lambda: GOOD.key(keys.JOINTS) in dict(site.heard), DEADLINE_S, "the joints")
+    looking.undeclare()
+    link.close()
+    session.close()
+    wait_until(lambda: not cells_there(router, "site", 1.0), DEADLINE_S, "its end")
+
+
+def test_who_shows_no_good_certificate_does_not_come_in(site: Site, tmp_path: Path) -> None:
+    """None, of another authority, ended, or with another's key."""
+    good, other = site.invite("pc_1"), site.invite("pc_2")
+    past = NOW - timedelta(days=DAYS + 2)
+    # The same authority, at another time.
+    ended = Authority(tmp_path / "authority", "site", past).invite("pc_1", Role.MACHINE, (HOST, 1))
+    foreign = Authority(tmp_path / "foreign", "site", NOW).invite("pc_1", Role.MACHINE, (HOST, 1))
+    site.authority = Authority(tmp_path / "authority", "site", NOW)
+    good = site.invite("pc_1")
+    site.listen()
+    strangers = {
+        "another authority": {"certificate": foreign.certificate, "key": foreign.key},
+        "ended": {"certificate": ended.certificate, "key": ended.key},
+        "another's key": {"key": other.key},
+        "another's certificate": {"certificate": other.certificate},
+    }
+    refused = []
+    for name, shown in strangers.items():
+        with pytest.raises(BusError, match="takes this machine's certificate no more"):
+            open_client(site.address(good, **shown), 1000.0, 1.0)
+        refused.append(name)
+    bare = zenoh.Config()
+    for key, value in (
+        ("mode", '"client"'),
+        ("scouting/multicast/enabled", "false"),
+        ("transport/shared_memory/enabled", "false"),
+        ("connect/endpoints", f'["tls/{HOST}:{site.port}"]'),
+        ("connect/timeout_ms", "1000"),
+        ("connect/exit_on_failure", "true"),
+        (
+            "transport/link/tls/root_ca_certificate",
+            f'"{tmp_path / "authority" / "authority.crt"}"',
+        ),
+    ):
+        bare.insert_json5(key, value)
+    with pytest.raises(zenoh.ZError):
+        zenoh.open(bare)
+    assert len(refused) == len(strangers) and site.heard == []
+    # The same machine with its own certificate: it is not the address.
+    site.come_in(site.address(good)).put(GOOD.key(keys.STATE), b"good")
+    wait_until(lambda: site.through({b"good"}), DEADLINE_S, "the one who may come in")
+
+
+def test_a_machine_sends_under_its_own_name_alone(site: Site) -> None:
+    """Forged states, tokens, events, and those of one whose certificate was revoked."""
+    good, other, revoked = (site.invite(name) for name in ("pc_1", "pc_2", "pc_3"))
+    site.authority.revoke("pc_3")
+    router = site.listen()
+    sent = 0
+    for invited, own in ((other, "pc_2"), (revoked, "")):
+        session = site.come_in(site.address(invited))
+        for what in (keys.STATE, keys.EVENT, keys.HEALTH, keys.JOINTS):
+            for key in (GOOD.key(what), f"site/desk/x/{what}", "site/**", what):
+                session.put(key, b"forged")
+                sent += 1
+        session.liveliness().declare_token(GOOD.key(keys.ALIVE))
+        session.delete(GOOD.key(keys.STATE))
+        for what in (keys.STATE, keys.EVENT):
+            session.put(keys.CellName("site", own or "pc_3", "b").key(what), b"own")
+    honest = site.come_in(site.address(good))
+    honest.put(GOOD.key(keys.STATE), b"good")
+    wait_until(lambda: site.through({b"good"}), DEADLINE_S, "the honest state")
+    wait_until(lambda: len(site.through({b"own"})) == 2, DEADLINE_S, "the other's own")
+    time.sleep(QUIET_S)  # what must not come has time to come
+    assert sent == 32 and site.through({b"forged"}) == []
+    assert sorted(site.through({b"own"})) == [OTHER.key(keys.EVENT), OTHER.key(keys.STATE)]
+    assert cells_there(router, "site", 0.5) == []
+
+
+def test_a_machine_neither_spies_nor_commands(site: Site) -> None:
+    """What others show does not reach it, and its questions reach no cell; a desk's do."""
+    good, other, desk = site.invite("pc_1"), site.invite("pc_2"), site.invite("lap", Role.DESK)
+    router = site.listen()
+    link = site.farm.link(site.come_in(site.address(good)), Journal(), cell=GOOD)
+    spy, guest = (site.come_in(site.address(each)) for each in (other, desk))
+    heard: dict[str, list[str]] = {"spy": [], "guest": []}
+    for name, session in (("spy", spy), ("guest", guest)):
+        for key in ("**", GOOD.key(keys.JOINTS), "site/*/*/joints"):
+            session.declare_subscriber(
+                key, lambda sample, name=name: heard[name].append(str(sample.key_expr))
+            )
+    wait_until(lambda: cells_there(router, "site", 1.0) == [GOOD], DEADLINE_S, "the cell")
+    wait_until(lambda: site.farm.watched == [True], DEADLINE_S, "the guest who looks")
+    link.show_joints(Joints(1.0, {"joint_1": 0.5}, {}))
+    wait_until(lambda: GOOD.key(keys.JOINTS) in heard["guest"], DEADLINE_S, "what a desk hears")
+    (asked,) = order(spy, [GOOD], "STOP", "eve", "pc_2", 0.5)
+    assert asked.answer is None and site.farm.obeyed == []
+    for key in (GOOD.key(keys.EVENTS), GOOD.key(keys.RECORDINGS), "site/*/*/command"):
+        assert [reply for reply in spy.get(key, timeout=0.5) if reply.ok is not None] == []
+    assert list(spy.liveliness().get("site/*/*/alive", timeout=0.5)) == []
+    (answered,) = order(guest, [GOOD], "STOP", "ann", "lap", 2.0)
+    assert answered.answer == Answer(True, "STOP received")
+    assert heard["spy"] == [] and [c.person for c in site.farm.obeyed] == ["ann"]
+
+
+def test_a_stranger_at_the_open_port_gets_nothing_without_tls(site: Site) -> None:
+    """The port for machines speaks TLS alone; loopback stays as it was."""
+    site.listen()
+    plain = Address(HOST, site.port)
+    with pytest.raises(BusError, match="no desk answers"):
+        open_client(plain, 1000.0, 1.0)
+    session = site.farm.client()
+    session.put("site/here/a/state", b"here")
+    wait_until(lambda: site.through({b"here"}), DEADLINE_S, "this machine")

@@ -1,0 +1,152 @@
+"""The authority invites, a machine joins; what does not fit is refused with the reason."""
+
+from __future__ import annotations
+
+import json
+import stat
+from datetime import datetime, timedelta, timezone
+from pathlib import Path
+
+import msgspec
+import pytest
+from farm.config import SecureAddress, load_farm
+from farm.desk.io.lines.machines import ReachedError, reached
+from farm.security.access import Invited, Role, access_control
+from farm.security.certificates import DAYS
+from farm.security.io.authority import Authority
+from farm.security.io.invitation import Invitation, SecurityError, write_private
+from farm.security.io.membership import as_member, join, joined, leave
+from harness.workspace import ROOT
+
+NOW = datetime(2026, 3, 1, tzinfo=timezone.utc)
+WHERE = ("10.0.0.5", 7448)
+
+
+def invited(
+    folder: Path, name: str = "pc_2", role: Role = Role.MACHINE, at: datetime = NOW
+) -> tuple[Path, Invitation]:
+    """Return an invitation of the authority in ``folder``, as a file and as it was made."""
+    made = Authority(folder / "authority", "hall", at).invite(name, role, WHERE)
+    file = folder / f"{name}.invitation"
+    write_private(file, msgspec.json.encode(made))
+    return file, made
+
+
+def test_a_machine_that_joined_comes_in_under_its_name(tmp_path: Path) -> None:
+    """Site, machine and desk are those of the invitation; private files are the owner's alone."""
+    file, _ = invited(tmp_path)
+    keys = tmp_path / "keys"
+    assert joined(keys) is None and as_member(load_farm(ROOT / "config"), keys, NOW).machine is None
+    join(keys, file, NOW)
+    config = as_member(load_farm(ROOT / "config"), keys, NOW)
+    assert (config.site, config.machine) == ("hall", "pc_2")
+    assert isinstance(config.router, SecureAddress)
+    assert config.router.endpoint == "tls/10.0.0.5:7448" and not config.router.refusal
+    private = [keys / "member" / "own.key", tmp_path / "authority" / "authority.key", file]
+    assert [stat.S_IMODE(path.stat().st_mode) for path in private] == [0o600] * 3
+    assert leave(keys) and not leave(keys) and joined(keys) is None
+
+
+def test_a_desk_keeps_its_own_machine_name(tmp_path: Path) -> None:
+    """It has no cells there, and asks under its certificate."""
+    file, _ = invited(tmp_path, "laptop", Role.DESK)
+    join(tmp_path / "keys", file, NOW)
+    assert as_member(load_farm(ROOT / "config"), tmp_path / "keys", NOW).machine is None
+
+
+@pytest.mark.parametrize("days", [-1, DAYS + 1])
+def test_a_certificate_is_good_for_its_time(tmp_path: Path, days: int) -> None:
+    """Neither before nor after; it says from when to when."""
+    file, _ = invited(tmp_path)
+    with pytest.raises(SecurityError, match="good from 2026-02-28 to 2026-05-30"):
+        join(tmp_path / "keys", file, NOW + timedelta(days=days))
+    assert joined(tmp_path / "keys") is None
+    join(tmp_path / "keys", file, NOW)
+    with pytest.raises(SecurityError, match="ask for another invitation"):
+        as_member(load_farm(ROOT / "config"), tmp_path / "keys", NOW + timedelta(days=days))
+
+
+def test_what_was_put_together_is_refused(tmp_path: Path) -> None:
+    """Another authority's certificate, another's key, another name, no invitation at all."""
+    file, good = invited(tmp_path)
+    _, other = invited(tmp_path, "pc_3")
+    _, foreign = invited(tmp_path / "foreign")
+    wrong = {
+        "not of the authority": {"authority": foreign.authority},
+        "not that of the certificate": {"key": other.key},
+        "is of pc_3 1, not of pc_2 1": {"certificate": other.certificate, "key": other.key},
+        "private key cannot be read": {"key": "-----"},
+        "certificate cannot be read": {"certificate": "-----"},
+    }
+    for said, change in wrong.items():
+        file.write_bytes(msgspec.json.encode(msgspec.structs.replace(good, **change)))
+        with pytest.raises(SecurityError, match=said):
+            join(tmp_path / "keys", file, NOW)
+    for text in ("", "{}", json.dumps({"site": "a/b"})):
+        file.write_text(text)
+        with pytest.raises(SecurityError, match="is no invitation"):
+            join(tmp_path / "keys", file, NOW)
+    with pytest.raises(SecurityError, match="No such file"):
+        join(tmp_path / "keys", tmp_path / "missing", NOW)
+    assert joined(tmp_path / "keys") is None
+
+
+def test_a_revoked_name_and_an_older_certificate_have_no_place(tmp_path: Path) -> None:
+    """A new invitation replaces the one before; what was revoked stays out until it is renewed."""
+    authority = Authority(tmp_path / "authority", "hall", NOW)
+    first = authority.invite("pc_2", Role.MACHINE, WHERE)
+    second = authority.invite("pc_2", Role.MACHINE, None or WHERE)
+    assert (first.shown, second.shown) == ("pc_2 1", "pc_2 2")
+
+    def let_in() -> list[str]:
+        subjects = authority.outside(*WHERE).access["subjects"]
+        return [name for each in subjects for name in each.get("cert_common_names", [])]
+
+    assert let_in() == ["pc_2 2"]
+    authority.revoke("pc_2")
+    assert let_in() == [] and authority.good() == []
+    assert authority.invite("pc_2", Role.MACHINE, None).shown == "pc_2 3"
+    assert let_in() == ["pc_2 3"]
+    with pytest.raises(SecurityError, match="was not invited; there are: pc_2"):
+        authority.revoke("pc_9")
+
+
+def test_an_authority_is_kept_and_watched(tmp_path: Path) -> None:
+    """It is the same the next time; a key that others can read is not used; ends are told of."""
+    first = Authority(tmp_path / "a", "hall", NOW).invite("pc_2", Role.MACHINE, WHERE)
+    again = Authority(tmp_path / "a", "hall", NOW + timedelta(days=DAYS - 10))
+    assert again.invite("pc_3", Role.MACHINE, WHERE).authority == first.authority
+    assert [each.name for each in again.ending()] == ["pc_2"]
+    assert [
+        e.name for e in Authority(tmp_path / "a", "hall", NOW + timedelta(days=DAYS)).good()
+    ] == ["pc_3"]
+    (tmp_path / "a" / "authority.key").chmod(0o644)
+    with pytest.raises(SecurityError, match="others can read it"):
+        Authority(tmp_path / "a", "hall", NOW)
+    with pytest.raises(SecurityError, match="nobody knows yet where the desk is"):
+        Authority(tmp_path / "b", "hall", NOW).invite("pc_2", Role.MACHINE, None)
+    (tmp_path / "b" / "invited.json").write_text("[")
+    with pytest.raises(SecurityError, match="nobody knows who was invited"):
+        Authority(tmp_path / "b", "hall", NOW)
+
+
+def test_a_machine_gets_its_own_keys_and_nothing_else() -> None:
+    """Each rule that lets in what a machine sends holds its own keys alone."""
+    made = access_control(
+        "hall", [Invited("pc_2", Role.MACHINE, "pc_2 1"), Invited("a", Role.DESK, "a 1")]
+    )
+    assert made["enabled"] and made["default_permission"] == "deny"
+    rules = {rule["id"]: rule for rule in made["rules"]}
+    policies = {policy["subjects"][0]: policy["rules"] for policy in made["policies"]}
+    sent = [rules[name] for name in policies["machine pc_2"] if "ingress" in rules[name]["flows"]]
+    assert [rule["key_exprs"] for rule in sent] == [["hall/pc_2/**"]]
+    assert not {"query", "declare_subscriber"} & {m for rule in sent for m in rule["messages"]}
+    assert policies["desk a"] == ["everything"]
+
+
+def test_where_a_desk_is_reached() -> None:
+    """An address that means any is nowhere to go."""
+    assert reached("hall-pc") == ("hall-pc", 7448)
+    for wrong in ("", ":5", "a:", "a:0", "a:99999", "0.0.0.0", "[::]:7448"):
+        with pytest.raises(ReachedError):
+            reached(wrong)

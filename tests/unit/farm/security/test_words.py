@@ -1,0 +1,60 @@
+"""``./cell farm invite | join | certificates | revoke | leave``, as a person types them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import farm.desk.io.lines.machines  # noqa: F401  it adds its words
+import pytest
+from farm.desk.io.command_line import app
+from harness.workspace import ROOT
+from typer.testing import CliRunner
+
+
+@pytest.fixture
+def say(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> object:
+    """Type words in a folder, with keys of its own; return exit code and all that was said."""
+    monkeypatch.setenv("FARM_KEYS", str(tmp_path / "keys"))
+    monkeypatch.setenv("SCARA_CONFIG_DIR", str(ROOT / "config"))
+    monkeypatch.chdir(tmp_path)
+
+    def run(*words: str) -> tuple[int, str]:
+        result = CliRunner().invoke(app, list(words))
+        return result.exit_code, result.output
+
+    return run
+
+
+def test_from_invitation_to_revocation(say, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
+    """Each word says what to do next."""
+    code, text = say("invite", "pc_2")
+    assert code == 2 and "give --address HOST[:PORT]" in text
+    code, text = say("invite", "pc_2", "--address", "hall-pc")
+    assert code == 0 and "join pc_2.invitation" in text and "at hall-pc:7448 for 90 days" in text
+    code, text = say("join", "pc_2.invitation")
+    assert code == 0 and "joined site site as machine pc_2; desk: hall-pc:7448" in text
+    code, text = say("cells")
+    assert code == 1 and "it shows its cells and asks nobody" in text.replace("\n", " ")
+    code, text = say("certificates")
+    assert code == 0 and "pc_2" in text and "1 invited, 1 may come in" in text
+    code, text = say("revoke", "pc_2")
+    assert code == 0 and "until it is started anew" in text
+    assert "1 invited, 0 may come in" in say("certificates")[1]
+    assert say("leave") == (0, "left: cells join the desk of this machine again\n")
+    assert say("leave") == (0, "nothing was joined\n")
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("invite", "a/b", "--address", "h"), "machine = 'a/b'"),
+        (("invite", "pc_2", "--address", "0.0.0.0"), "at which other machines reach this one"),
+        (("revoke", "pc_2"), "was not invited; there are: none"),
+        (("join", "missing"), "No such file"),
+        (("--listen", "::"), "--listen"),
+    ],
+)
+def test_wrong_words_end_with_the_reason(say, words: tuple[str, ...], said: str) -> None:  # type: ignore[no-untyped-def]
+    """Exit code 2; nothing was made."""
+    code, text = say(*words)
+    assert code == 2 and said in text, text
