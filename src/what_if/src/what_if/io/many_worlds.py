@@ -80,6 +80,7 @@ def chances(
     workers: int = 0,
     directory: Path | None = None,
     told: Callable[[int], None] = lambda _: None,
+    scheduler: str = "",
 ) -> Chances:
     """Draw worlds, try the motion in each, and count.
 
@@ -91,9 +92,11 @@ def chances(
         workers: Processes; 0: one for each processor.
         directory: Of the YAML files.
         told: Is called with the number of worlds that are done, as it grows.
+        scheduler: HOST:PORT of a scheduler of dask whose workers do it; empty: processes of ours.
 
     Raises:
-        WhatIfError: The question is wrong, or its processes are killed again and again.
+        WhatIfError: The question is wrong, its processes are killed again and again, or there is
+            no such scheduler.
     """
     if worlds < 1:
         raise WhatIfError(f"worlds = {worlds}: at least 1 is needed")
@@ -105,7 +108,11 @@ def chances(
     done: dict[int, list[Tried]] = {}
     for _ in range(TRIES):
         left = {begin: lot for begin, lot in lots.items() if begin not in done}
-        if left:
+        if left and scheduler:
+            from what_if.io.far_worlds import spread_far
+
+            spread_far(scheduler, question, left, done, told)
+        elif left:
             _spread(question, left, workers or len(os.sched_getaffinity(0)), done, told)
     if len(done) < len(lots):
         raise WhatIfError(f"worlds: the processes were killed {TRIES} times: is memory short?")
@@ -135,18 +142,29 @@ def _spread(
             pool.shutdown(cancel_futures=True)
 
 
-class _Worker:
-    """The cell of one process, and the question that it is asked."""
+class Worker:
+    """The cell of one process, and the question that it is asked.
+
+    Args:
+        question: What is asked.
+
+    Raises:
+        ConfigError: A file of this machine is missing or wrong.
+    """
 
     def __init__(self, question: Question) -> None:
         if question.robot:
             os.environ[CHOICE] = question.robot
         self._question = question
-        # Kept open until the process ends.
+        # Kept open until the process ends, or another question comes.
         self._stack = ExitStack()
         resting, self._models = self._stack.enter_context(resting_cell(question.directory))
         state = {name: getattr(question.state, name) for name in State.__dataclass_fields__}
         self._world = replace(resting, **state)
+
+    def close(self) -> None:
+        """Free the engine."""
+        self._stack.close()
 
     def tried(self, row: Sequence[float]) -> Tried:
         """Try the motion in one world."""
@@ -157,7 +175,7 @@ class _Worker:
         return tried(judge(varied(world, spreads, row), self._question.motion))
 
 
-_worker: _Worker | None = None
+_worker: Worker | None = None
 """Of this process; a job finds it here."""
 
 
@@ -166,7 +184,7 @@ def _begin(question: Question) -> None:
     os.nice(NICENESS)
     # One thread of arithmetic each: the processes share the processors among them already.
     os.environ.update({"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"})
-    _worker = _Worker(question)
+    _worker = Worker(question)
 
 
 def _judge_lot(rows: FloatArray) -> list[Tried]:

@@ -72,6 +72,14 @@ def judge(
     workers: Annotated[
         int, typer.Option(help="Processes for them; default: one for each processor.", min=0)
     ] = 0,
+    scheduler: Annotated[
+        str,
+        typer.Option(
+            help="The lab's scheduler, 127.0.0.1:PORT (./cell lab scheduler): all its workers "
+            "do it.",
+            metavar="HOST:PORT",
+        ),
+    ] = "",
     picture: Annotated[
         Path | None, typer.Option(help="Write a picture of the worst moment there, as PNG.")
     ] = None,
@@ -88,6 +96,7 @@ def judge(
     """Try a motion before steel moves."""
     if robot is not None:
         os.environ[CHOICE] = robot
+    drawing = (worlds, seed, workers, scheduler)
     # Beside a running cell nothing shall wait for it.
     os.nice(NICENESS)
     try:
@@ -95,7 +104,7 @@ def judge(
             begun, asked = _asked(world, motion, speed, elbow, config_dir)
             verdict = judged(begun, asked)
             made = _made(begun, asked, verdict, config_dir) if physics else None
-            found = _chances(begun, asked, (worlds, seed, workers), config_dir) if worlds else None
+            found = _chances(begun, asked, drawing, config_dir) if worlds else None
             drawn = _drawn(begun, asked, verdict, picture, config_dir) if picture else []
     except (ConfigError, WhatIfError) as error:
         typer.echo(f"judge: {error}", err=True)
@@ -150,19 +159,19 @@ def _drawn(
 
 
 def _chances(
-    world: World, motion: Motion, drawing: tuple[int, int, int], config_dir: Path | None
+    world: World, motion: Motion, drawing: tuple[int, int, int, str], config_dir: Path | None
 ) -> Chances:
     """Try a motion in drawn worlds, with progress on standard error.
 
     Raises:
-        WhatIfError: Their processes were killed.
+        WhatIfError: Their processes were killed, or the scheduler is not there.
     """
     from rich.console import Console
     from rich.progress import Progress
 
     from what_if.io.many_worlds import chances
 
-    worlds, seed, workers = drawing
+    worlds, seed, workers, scheduler = drawing
     with Progress(console=Console(stderr=True), transient=True) as progress:
         bar = progress.add_task("worlds", total=worlds)
         return chances(
@@ -173,6 +182,7 @@ def _chances(
             workers,
             config_dir,
             lambda done: progress.update(bar, completed=done),
+            scheduler,
         )
 
 
