@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import signal
 import threading
 from collections.abc import Iterator
@@ -10,6 +11,8 @@ from typing import Any
 import pytest
 from harness.ros import Ros
 from harness.second_world.gated_nodes import FREE, HOME, GatedNodes, refused_targets
+from PIL import Image
+from what_if.io.moment_picture import WIDTH
 
 
 @pytest.fixture(scope="module")
@@ -46,6 +49,29 @@ def test_a_judge_that_was_resting_knows_where_the_twin_stands_now(cell: GatedNod
         back = judge(motion="MOVE_JOINTS", joint_positions=FREE if target == HOME else HOME)
         assert there.success and back.success
         assert there.duration < 0.1 < back.duration
+
+
+def test_judge_answers_all_figures_and_a_picture_of_the_worst_moment(cell: GatedNodes) -> None:
+    """Of a move into a part: when, where, between what; the picture only where it is asked for."""
+    from scara_msgs.srv import JudgeMotion
+
+    judge = cell.ros.service("what_if/judge", JudgeMotion)
+    into = {"motion": "MOVE", "x": 0.65, "y": 0.0, "z": -0.02}
+    told = judge(**into, picture=True)
+    assert (told.verdict, told.cause) == ("REFUSED", "collision"), told.message
+    picture = Image.open(io.BytesIO(told.picture))
+    assert (picture.format, picture.width) == ("PNG", 2 * WIDTH)
+    assert told.picture_time == told.time
+    assert told.place.z < 0.0 and told.clearance_between[1].startswith("part_")
+    shares = (told.speed_used_percent, told.acceleration_used_percent, told.effort_used_percent)
+    assert all(len(share) == len(told.joint) and max(share) > 0.0 for share in shares)
+    assert told.duration > 0.0 and told.energy > 0.0 and told.tool_speed > 0.0
+    plain = judge(**into)
+    assert plain.picture == b"" and plain.message == told.message
+    far = judge(motion="MOVE", x=0.9, picture=True)
+    assert far.cause == "reach" and far.picture == b""
+    carried = judge(motion="PROGRAM", program="PALLETISE")
+    assert len(carried.placed) == 9 and not carried.dropped and not carried.zones
 
 
 def test_without_a_judge_it_moves_and_that_is_told(cell: GatedNodes) -> None:
