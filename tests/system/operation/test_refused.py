@@ -16,8 +16,10 @@ def test_refused_commands_put_no_set_point_on_any_wire(tmp_path: Path, count: in
 
     Then a free move shows that both counters count: to the twin's joints, and into the robot.
     """
+    # A client that thinks for a minute meanwhile would be cut off.
+    requests = refused_requests(count)
     with RefusingCell(tmp_path) as cell:
-        assert cell.refuse(refused_requests(count)) == []
+        assert cell.refuse(requests) == []
         assert (cell.setpoints, cell.writes) == (0, 0)
         cell.move()
         assert cell.setpoints > 0 and cell.writes > 0
