@@ -32,7 +32,7 @@ def scheduler_address(text: str) -> str:
     if not _of_this_machine(host):
         raise AddressError(
             f"{text}: allowed is only this machine (127.0.0.1): who reaches a scheduler can run "
-            "any program on its workers, and the lab uses no certificates yet"
+            "any program on its workers, and the lab asks for no certificates"
         )
     return f"tcp://{host}:{port}"
 

@@ -88,6 +88,7 @@ def work(address: str, workers: int) -> None:
 
 
 async def _serve(port: int) -> None:
+    _quiet()
     ended = _ended()
     async with Scheduler(host=HOST, port=port, dashboard_address=ANYWHERE) as scheduler:
         print(
@@ -100,6 +101,7 @@ async def _serve(port: int) -> None:
 
 
 async def _work(address: str, workers: int) -> None:
+    _quiet()
     ended = _ended()
     async with AsyncExitStack() as stack:
         nannies = [
@@ -121,6 +123,11 @@ async def _work(address: str, workers: int) -> None:
         await asyncio.wait(waiting, return_when=asyncio.FIRST_COMPLETED)
         for each in waiting:
             each.cancel()
+
+
+def _quiet() -> None:
+    """Let dask tell what goes wrong, and nothing else."""
+    logging.getLogger("distributed").setLevel(logging.WARNING)
 
 
 def _ended() -> asyncio.Event:
