@@ -63,7 +63,7 @@ def test_scheduler_without_workers_is_told_with_what_to_do(world: World) -> None
         ("10.1.2.3:8786", "of this machine only"),
         ("somewhere:8786", "of this machine only"),
         ("127.0.0.1", "allowed is 127.0.0.1:PORT"),
-        (f"127.0.0.1:{free_port()}", "no scheduler answers at"),
+        ("127.0.0.1:{free}", "no scheduler answers at"),
     ],
 )
 def test_wrong_address_is_told(
@@ -71,5 +71,6 @@ def test_wrong_address_is_told(
 ) -> None:
     """Another machine, none at all, and nobody there."""
     monkeypatch.setattr(far_worlds, "CONNECT_S", 0.5)
+    asked = address.format(free=free_port())
     with pytest.raises(WhatIfError, match=why):
-        chances(world, TURN, 5, 0, directory=CONFIG, scheduler=address)
+        chances(world, TURN, 5, 0, directory=CONFIG, scheduler=asked)
