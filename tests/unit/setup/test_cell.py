@@ -44,6 +44,19 @@ def test_help_lists_every_verb(word: list[str]) -> None:
     assert shown == {verb for verbs in VERBS for verb in verbs.split(" | ")}
 
 
+@pytest.mark.parametrize("verb", ["test", "check", "build", "setup", "docs", "clean"])
+@pytest.mark.parametrize("word", ["--help", "-h"])
+def test_help_of_a_verb_starts_nothing(verb: str, word: str, tmp_path: Path) -> None:
+    """It says what the verb does, in a copy that has neither set-up nor build."""
+    shutil.copy(ROOT / "cell", tmp_path)
+    shutil.copytree(ROOT / "setup", tmp_path / "setup")
+    before = sorted(tmp_path.rglob("*"))
+    done = run(str(tmp_path / "cell"), verb, word)
+    assert done.returncode == 0 and not done.stderr
+    assert {line.split()[0] for line in done.stdout.splitlines() if line[2] != " "} == {verb}
+    assert sorted(tmp_path.rglob("*")) == before
+
+
 def test_unknown_verb_is_refused_with_the_list() -> None:
     """The exit code is 2, as for every wrong use."""
     done = run(str(ROOT / "cell"), "dance")
