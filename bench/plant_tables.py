@@ -17,7 +17,7 @@ LABEL = (
     "joint reached, in percent of its largest speed; a twin that leads is held to 76 %."
 )
 SHOWN = {"as it is": "ideal", "field plant": "field"}
-"""Variants of README.md, and their plants."""
+"""Variants of the short table, and their plants."""
 
 
 def tables(measured: Mapping[str, Any]) -> list[str]:
@@ -27,7 +27,7 @@ def tables(measured: Mapping[str, Any]) -> list[str]:
         measured: ``plants`` of results.json.
     """
     trials = measured["trials"]
-    lines = ["## Robots that were made different", ""]
+    lines = ["## Robots that were made different", "", *first_table(measured), ""]
     for robot in dict.fromkeys(trial["robot"] for trial in trials):
         lines += [f"{robot}: path error max (at that speed), lag of the follower; at rest.", ""]
         lines += [f"| robot | {_columns()} |", "|---|" + "---|" * (len(SPEEDS) * len(WORDS))]
@@ -78,7 +78,7 @@ def _short(trial: Mapping[str, Any] | None) -> str:
 
 
 def first_table(measured: Mapping[str, Any]) -> list[str]:
-    """Return the table of README.md: both plants of each robot, one figure in each cell."""
+    """Return the short table: both plants of each robot, one figure in each cell."""
     heads = [f"{words}, {moves}" for moves in SPEEDS.values() for words in WORDS.values()]
     lines = [
         "| robot, stand-in | " + " | ".join([*heads, "at rest"]) + " |",

@@ -6,8 +6,7 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from bench.demo_tables import demo_table
-from bench.plant_tables import first_table
+from bench.demo_tables import short_table
 
 BLOCK = re.compile(r"(<!-- figures: [^>]* -->\n).*?(<!-- end of figures -->)", re.DOTALL)
 
@@ -22,9 +21,7 @@ def with_figures(text: str, content: Mapping[str, Any]) -> str:
     Raises:
         ValueError: The block is missing, or there are several.
     """
-    live = [*demo_table(content["demos"]), ""] if "demos" in content else []
-    virtual = first_table(content["plants"]) if "plants" in content else []
-    block = "\n".join([*live, *virtual]) + "\n"
+    block = "\n".join(short_table(content.get("demos", []))) + "\n"
     replaced, count = BLOCK.subn(lambda found: found[1] + block + found[2], text)
     if count != 1:
         raise ValueError(f"README.md has {count} blocks of figures, expected 1")

@@ -1,7 +1,8 @@
 """What mkdocs calls while it makes the site: pages that are generated, and links out of docs/.
 
 Generated are the front page (README.md), the changelog, the reference of all messages and services
-(from the .msg, .srv and .action files), and one page for each package with what its docstrings say.
+(from the .msg, .srv and .action files), one page for each package with what its docstrings say, and
+an index from A to Z.
 A link to a file of the repository outside of docs/ leads to a copy of that file as text.
 """
 
@@ -14,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import griffe
+from markdown.extensions.toc import slugify
 from mkdocs.structure.files import File, Files
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -25,8 +27,14 @@ ROOT_PAGES = {
 }
 """Page of the site -> document at the root of the repository."""
 COPIES = "files"
+GLOSSARY = "learn/glossary.md"
 LINK = re.compile(r"(!?\[[^\]]*\]\()([^)\s]+)(\))")
 DEFINITIONS = {"msg": "message", "srv": "service", "action": "action"}
+FENCE = re.compile(r"^ *```.*?^ *```$", re.DOTALL | re.MULTILINE)
+HEADING = re.compile(r"^(#{1,3}) (.+)$", re.MULTILINE)
+WORD = re.compile(r"^\| \*\*(.+?)\*\* \|", re.MULTILINE)
+UNLISTED = ("decisions/", "state_table.md", "benchmarks.md")
+"""Pages whose headings are no words that somebody looks up."""
 
 
 class Examples(griffe.Extension):
@@ -45,6 +53,12 @@ def on_files(files: Files, config: Any) -> Files:
     made = {page: (ROOT / source).read_text("utf-8") for page, source in ROOT_PAGES.items()}
     made["reference/messages.md"] = messages_page()
     made["reference/decisions.md"] = decisions_page()
+    made["reference/a_to_z.md"] = index_page(
+        {
+            file.relative_to(DOCS).as_posix(): file.read_text("utf-8")
+            for file in sorted(DOCS.rglob("*.md"))
+        }
+    )
     made |= module_pages()
     for name, text in made.items():
         files.append(File.generated(config, name, content=text))
@@ -148,6 +162,48 @@ def decisions_page() -> str:
         title = file.read_text("utf-8").partition("\n")[0].lstrip("# ")
         lines.append(f"- [{title}](../decisions/{file.name})\n")
     return "".join(lines)
+
+
+def index_page(pages: dict[str, str]) -> str:
+    """Return the index from A to Z: headings of the pages, and the words of the glossary.
+
+    Args:
+        pages: Markdown by the name of its page.
+    """
+    entries: list[tuple[str, str, str]] = []
+    for page, text in pages.items():
+        if page.startswith(UNLISTED):
+            continue
+        title, *headings = list(headings_of(text))
+        entries += [(words, f"{page}#{anchor}", title[0]) for words, anchor in headings]
+        entries.append((title[0], page, ""))
+        if page == GLOSSARY:
+            entries += [(word, page, title[0]) for word in WORD.findall(text)]
+    lines = ["# Index from A to Z\n\nWhat the pages tell of, and where.\n"]
+    letter = ""
+    for words, target, title in sorted(entries, key=lambda entry: (sort_key(entry[0]), entry)):
+        first = sort_key(words)[:1].upper()
+        if first.isalpha() and first != letter:
+            letter = first
+            lines.append(f"\n## {letter}\n\n")
+        where = f" ({title})" if title else ""
+        lines.append(f"- [{words}](../{target}){where}\n")
+    return "".join(lines)
+
+
+def headings_of(text: str) -> Iterator[tuple[str, str]]:
+    """Yield the headings of a page as plain words, and the anchor that mkdocs gives each."""
+    taken: dict[str, int] = {}
+    for _, heading in HEADING.findall(FENCE.sub("", text)):
+        words = re.sub(r"\[([^\]]*)\]\([^)]*\)|[`*]", r"\1", heading).strip()
+        anchor = slugify(words, "-")
+        taken[anchor] = taken.get(anchor, -1) + 1
+        yield words, f"{anchor}_{taken[anchor]}" if taken[anchor] else anchor
+
+
+def sort_key(words: str) -> str:
+    """Return what an entry is sorted by: its letters, without an article in front."""
+    return re.sub(r"^(an?|the) |^[^a-z0-9]+", "", words.lower())
 
 
 def module_pages() -> dict[str, str]:

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Prove that the cell works on a bare Debian 12, made by debootstrap in a folder: as root, and as a user with sudo.
-#   sudo setup/fresh_machine.sh FOLDER [COMMAND ...]      # default command: ./cell demo
+#   sudo setup/fresh_machine.sh FOLDER [COMMAND ...]      # default: ./cell demo, then ./cell up until its page answers
 # The committed state is what is tried. Needs root, debootstrap and a network; FOLDER is made anew and stays.
 # DEBIAN_MIRROR names another mirror; this machine's apt sources, pip configuration and proxies are taken over.
 set -euo pipefail
@@ -15,7 +15,7 @@ refuse() {
 folder=$(readlink -m "$1")
 shift
 command=("$@")
-[ ${#command[@]} -gt 0 ] || command=(./cell demo)
+[ ${#command[@]} -gt 0 ] || command=(./cell demo "&&" bash setup/up_once.sh)
 [ "$(id -u)" = 0 ] || refuse "needs root: sudo setup/fresh_machine.sh $folder"
 command -v debootstrap >/dev/null || refuse "needs debootstrap: apt-get install debootstrap"
 [ ! -e "$folder" ] || [ -f "$folder/.fresh_machine" ] ||

@@ -15,10 +15,8 @@ from rich.console import Console
 if str(ROOT) not in sys.path:
     sys.path.append(str(ROOT))
 
-from unit.bench.test_plant_tables import MEASURED
-
 from bench import demos, page, run
-from bench.demo_tables import demo_table, p95
+from bench.demo_tables import demo_table, p95, short_table
 from bench.goal_table import goal_table
 from bench.readme import with_figures
 from bench.record import Beside, Goal, Record, interleaved, median, p99, spread_percent
@@ -112,8 +110,8 @@ def test_figures_of_the_readme_are_those_of_the_results() -> None:
 
 def test_only_the_block_of_the_readme_is_written_anew() -> None:
     """What stands around it is a person's."""
-    text = with_figures(FIGURES, {"plants": MEASURED})
-    assert "old" not in text and text.endswith("after\n") and "| the article | up to 5 %" in text
+    text = with_figures(FIGURES, {"demos": []})
+    assert "old" not in text and text.endswith("after\n") and "| the article | not said" in text
 
 
 def test_demos_are_shown_with_median_worst_speed_and_plant() -> None:
@@ -134,6 +132,23 @@ def test_demos_are_shown_with_median_worst_speed_and_plant() -> None:
     assert line in text
     assert "3 runs" in text and "1 more ended without a report" in text
     assert all(word in text for word in ("a robot", "ideal", *told.values()))
+    short = "\n".join(short_table([demos, demos | {"runs": [], "failed": 2}]))
+    assert (
+        "| ideal stand-in, 50 % asked for: the real robot leads | 50 % of its largest speed "
+        "| 0.20 % | 0.90 % | 0.0010 % |"
+    ) in short
+    assert "| ideal stand-in, 50 % asked for: the twin leads | no run ended with a report |" in short
+    assert "0 to 3 runs" in short and "3 more ended without a report" in short
+    assert all(word in short for word in ("a robot", *told.values()))
+
+
+def test_the_short_table_tells_the_larger_of_both_errors_at_rest() -> None:
+    """Lengths that the controller is not told count, where they are known."""
+    one = {"path_percent": 0.2, "positioning_percent": 0.01, "speed_percent": 50.5}
+    told = {"date": "d", "commit": "c", "machine": "m", "robot": "r", "plant": "plant field: f"}
+    runs = [{"real_leads": one | {"true_percent": 0.02}}]
+    demos = {**told, "asked_percent": 100.0, "failed": 0, "runs": runs}
+    assert "| 0.20 % | 0.20 % | 0.0200 % |" in "\n".join(short_table([demos]))
 
 
 IDEAL = {"name": "ideal", "description": "a perfect robot", "payload_kg": 0.0}

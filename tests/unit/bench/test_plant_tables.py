@@ -49,9 +49,10 @@ def test_a_path_beyond_the_articles_limit_stands_out() -> None:
     assert any("2026-11-22, commit abc1234" in line for line in lines)
 
 
-def test_the_readmes_table_has_both_plants_and_the_article() -> None:
-    """Other variants stand in docs/benchmarks.md alone."""
+def test_the_short_table_has_both_plants_and_the_article() -> None:
+    """It comes first; other variants stand below it."""
     lines = first_table(MEASURED)
+    assert tables(MEASURED)[2 : 2 + len(lines)] == lines
     assert lines[0].startswith("| robot, stand-in | real leads, article's moves |")
     assert any(line.startswith("| the article | up to 5 %") for line in lines)
     assert any(

@@ -90,3 +90,12 @@ def test_the_site_has_messages_modules_and_the_tutorial(site: Path) -> None:
     assert "forward_kinematics" in kinematics and "Homogeneous transform" in kinematics
     assert "The first move" in (site / "learn" / "tutorial.html").read_text()
     assert "Start it" in (site / "index.html").read_text()
+
+
+@pytest.mark.slow
+def test_the_index_has_headings_and_the_words_of_the_glossary(site: Path) -> None:
+    """A heading leads to its place, a word to the glossary; what stands in a code block is none."""
+    index = (site / "reference" / "a_to_z.html").read_text()
+    assert '<a href="../operator.html#who-may-command">Who may command</a>' in index
+    assert '<a href="../learn/glossary.html">override</a>' in index
+    assert "first shell: the desk" not in index
