@@ -86,7 +86,7 @@ def _measured_together(series: Sequence[Mapping[str, Any]]) -> str:
     lost = sum(demos["failed"] for demos in series)
     least, most = min(counts), max(counts)
     runs = f"{least}" if least == most else f"{least} to {most}"
-    told = {key: ", ".join(dict.fromkeys(demos[key] for demos in series)) for key in TOLD}
+    told = {key: " and ".join(dict.fromkeys(demos[key] for demos in series)) for key in TOLD}
     ended = f" {lost} more ended without a report." if lost else ""
     return (
         f"Each row: {runs} runs of `./cell demo` in a row on {told['robot']}.{ended} "
