@@ -27,12 +27,14 @@ ROOT_PAGES = {
 }
 """Page of the site -> document at the root of the repository."""
 COPIES = "files"
-GLOSSARY = "learn/glossary.md"
+GLOSSARY, INTERFACES = "learn/glossary.md", "interfaces.md"
 LINK = re.compile(r"(!?\[[^\]]*\]\()([^)\s]+)(\))")
 DEFINITIONS = {"msg": "message", "srv": "service", "action": "action"}
 FENCE = re.compile(r"^ *```.*?^ *```$", re.DOTALL | re.MULTILINE)
 HEADING = re.compile(r"^(#{1,3}) (.+)$", re.MULTILINE)
+NUMBER = re.compile(r"^(\d+|[A-Z])\. ")
 WORD = re.compile(r"^\| \*\*(.+?)\*\* \|", re.MULTILINE)
+NAMES = re.compile(r"^\| (`[^|]+`) \|", re.MULTILINE)
 UNLISTED = ("decisions/", "state_table.md", "benchmarks.md")
 """Pages whose headings are no words that somebody looks up."""
 
@@ -165,7 +167,7 @@ def decisions_page() -> str:
 
 
 def index_page(pages: dict[str, str]) -> str:
-    """Return the index from A to Z: headings of the pages, and the words of the glossary.
+    """Return the index from A to Z: headings, words of the glossary, topics and services.
 
     Args:
         pages: Markdown by the name of its page.
@@ -175,13 +177,18 @@ def index_page(pages: dict[str, str]) -> str:
         if page.startswith(UNLISTED):
             continue
         title, *headings = list(headings_of(text))
-        entries += [(words, f"{page}#{anchor}", title[0]) for words, anchor in headings]
+        entries += [
+            (NUMBER.sub("", words), f"{page}#{anchor}", title[0]) for words, anchor in headings
+        ]
         entries.append((title[0], page, ""))
         if page == GLOSSARY:
             entries += [(word, page, title[0]) for word in WORD.findall(text)]
+        if page == INTERFACES:
+            entries += interface_entries(text, headings)
     lines = ["# Index from A to Z\n\nWhat the pages tell of, and where.\n"]
     letter = ""
-    for words, target, title in sorted(entries, key=lambda entry: (sort_key(entry[0]), entry)):
+    entries = sorted(set(entries), key=lambda entry: (sort_key(entry[0]), entry))
+    for words, target, title in entries:
         first = sort_key(words)[:1].upper()
         if first.isalpha() and first != letter:
             letter = first
@@ -189,6 +196,22 @@ def index_page(pages: dict[str, str]) -> str:
         where = f" ({title})" if title else ""
         lines.append(f"- [{words}](../{target}){where}\n")
     return "".join(lines)
+
+
+def interface_entries(text: str, headings: list[tuple[str, str]]) -> list[tuple[str, str, str]]:
+    """Return what the tables of the interfaces name, with the section and the node of each.
+
+    Args:
+        text: The page.
+        headings: Words and anchor of each of its headings but the title.
+    """
+    entries = []
+    sections = re.split(r"^#{2,3} .+$", FENCE.sub("", text), flags=re.MULTILINE)[1:]
+    for (node, anchor), section in zip(headings, sections, strict=True):
+        for cell in NAMES.findall(section):
+            names = re.findall(r"`([a-z/~][\w/<>~ ]*)`", cell)
+            entries += [(f"`{name}`", f"{INTERFACES}#{anchor}", node) for name in names]
+    return entries
 
 
 def headings_of(text: str) -> Iterator[tuple[str, str]]:

@@ -98,4 +98,5 @@ def test_the_index_has_headings_and_the_words_of_the_glossary(site: Path) -> Non
     index = (site / "reference" / "a_to_z.html").read_text()
     assert '<a href="../operator.html#who-may-command">Who may command</a>' in index
     assert '<a href="../learn/glossary.html">override</a>' in index
-    assert "first shell: the desk" not in index
+    assert "<code>move_to</code></a> (motion_server" in index
+    assert "first shell: the desk" not in index and ">1. The first move" not in index
