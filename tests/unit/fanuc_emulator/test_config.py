@@ -146,7 +146,8 @@ def test_two_programs_may_not_share_a_number(tmp_path: Path, robot: Robot) -> No
     (tmp_path / "programs").mkdir()
     shutil.copy(ARTICLE, tmp_path / "programs" / "a.yaml")
     shutil.copy(ARTICLE, tmp_path / "programs" / "b.yaml")
-    with pytest.raises(ConfigError, match=r"b.yaml: name ARTICLE, rsr 2: taken by ARTICLE, rsr 2"):
+    said = r"/b.yaml: name ARTICLE, rsr 2: a.yaml has name ARTICLE, rsr 2; change one of the two"
+    with pytest.raises(ConfigError, match=said):
         load_programs(robot, tmp_path)
 
 

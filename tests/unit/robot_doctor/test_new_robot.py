@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from pathlib import Path
 
 import pytest
 from harness.workspace import ROOT
 from robot_doctor.examine import examine
-from robot_doctor.finding import is_healthy
+from robot_doctor.finding import Level, is_healthy
 from robot_doctor.io.new_profile import make_profile
 from robot_doctor.io.profile_files import read_profile
 from scara_config import ConfigError, load_robot
@@ -67,3 +68,44 @@ def test_half_a_robot_is_not_left_behind(config: Path, tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match=r"mine was not made: .*robot\.yaml"):
         make_profile(config, "mine", "articulated_six", tmp_path)
     assert not (config / "robots" / "mine").exists()
+
+
+def test_each_finding_of_another_arm_names_its_file_and_the_next_command(
+    config: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Joint 2 moves 50 mm up, and P1 goes elsewhere: what was copied does not fit any more."""
+    monkeypatch.setenv(CHOICE, "articulated_six")
+    own = config / "robots" / "articulated_six"
+    text = (own / "robot.yaml").read_text()
+    text = text.replace("screw_axis: [0, 1, 0, -0.3, 0, 0]", "screw_axis: [0, 1, 0, -0.35, 0, 0]")
+    text = text.replace("velocity_deg_s: 250.0", "velocity_deg_s: 180.0")
+    (own / "robot.yaml").write_text(text.replace("P1: [0.40, 0.0, 0.24]", "P1: [0.38, 0.0, 0.26]"))
+    wrong = {f.what: f.advice for f in examine(read_profile(config)) if f.level is Level.WRONG}
+    told = {
+        "joint_1: velocity 180 deg/s is not the URDF's 250": f"{own}/robot.yaml, then: rosrun",
+        "joint_2: screw_axis": f"{own}/body.yaml: at_mm of the link that it moves",
+        "article.yaml: positions.P1 brings the tool to": f"correct {own}/programs/article.yaml: ",
+    }
+    for what, advice in told.items():
+        (found,) = [wrong[each] for each in wrong if each.startswith(what)]
+        assert advice in found
+    urdf = [advice for what, advice in wrong.items() if "URDF" in what]
+    assert all(
+        text.endswith("rosrun scara_description write_urdf articulated_six") for text in urdf
+    )
+
+
+def test_the_joint_values_that_the_doctor_gives_are_right(
+    config: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whoever types them into the program has no finding left."""
+    monkeypatch.setenv(CHOICE, "articulated_six")
+    own = config / "robots" / "articulated_six"
+    robot, program = own / "robot.yaml", own / "programs" / "article.yaml"
+    moved = robot.read_text().replace("P2: [0.34, 0.18, 0.32]", "P2: [0.30, 0.21, 0.35]")
+    robot.write_text(moved)
+    (found,) = [f for f in examine(read_profile(config)) if f.level is Level.WRONG]
+    values = found.advice.partition("gets there with ")[2]
+    text = re.sub(r"P2: \{[^}]*\}", f"P2: {{{values}}}", program.read_text())
+    program.write_text(text)
+    assert is_healthy(examine(read_profile(config)))

@@ -113,8 +113,8 @@ def test_the_addresses_of_the_pages_come_last(
     """Nothing stands below them, and all of it fits on a screen of 24 lines and 80 columns."""
     monkeypatch.setenv("OPERATOR_PANEL_TOKEN", "t" * 43)
     monkeypatch.setenv("PENDANT_PAGE_TOKEN", "u" * 43)
-    for name in ("ROS_NAMESPACE", "SCARA_CONFIG_DIR"):
-        monkeypatch.delenv(name, raising=False)
+    monkeypatch.delenv("SCARA_CONFIG_DIR", raising=False)
+    monkeypatch.setenv("ROS_NAMESPACE", "/")  # as the bring-up sets it for a cell without a name
     nodes = cell_plan(DOORS, with_panel=True)
     addresses = page_addresses(DOORS, nodes, tmp_path)
     show_cell(nodes, addresses, "http://127.0.0.1:11311", Path("runs/now"), 5.0)
@@ -124,4 +124,5 @@ def test_the_addresses_of_the_pages_come_last(
     assert f"http://127.0.0.1:18080/?token={'t' * 43}" in [line.strip() for line in lines[-4:]]
     assert len(lines) <= 23 and max(map(len, lines)) <= 80
     assert any("pendant run ARTICLE" in line for line in lines)
+    assert not any("export ROS_NAMESPACE" in line for line in lines), "another shell needs none"
     assert page_addresses(DOORS, cell_plan(DOORS), tmp_path) == {}

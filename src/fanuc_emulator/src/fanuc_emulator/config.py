@@ -80,16 +80,17 @@ def load_programs(robot: Robot, directory: Path | str | None = None) -> dict[int
             occurs twice.
     """
     programs: dict[int, Program] = {}
+    paths: dict[int, Path] = {}
     for path in sorted(locate("programs", directory).glob("*.yaml")):
         file = read_program(path, robot)
         program = Program(file.name, file.rsr, file.steps)
         for other in programs.values():
             if other.rsr == program.rsr or other.name == program.name:
                 raise ConfigError(
-                    f"{path}: name {program.name}, rsr {program.rsr}: taken by {other.name}, "
-                    f"rsr {other.rsr}"
+                    f"{path}: name {program.name}, rsr {program.rsr}: {paths[other.rsr].name} has "
+                    f"name {other.name}, rsr {other.rsr}; change one of the two files"
                 )
-        programs[program.rsr] = program
+        programs[program.rsr], paths[program.rsr] = program, path
     return programs
 
 

@@ -11,8 +11,9 @@ from scara_config.modbus_map import ModbusMap
 
 from robot_doctor.chain import DescriptionError, read_description
 from robot_doctor.finding import Finding, Group, fine, wrong
+from robot_doctor.places import Places, write_urdf
 from robot_doctor.register_checks import check_registers
-from robot_doctor.robot_checks import check_programs, check_robot
+from robot_doctor.robot_checks import check_programs, check_robot, check_set_positions
 from robot_doctor.simulation_checks import check_description, check_gains
 
 EXAMPLE = "articulated_six"
@@ -30,6 +31,7 @@ class Profile(msgspec.Struct, frozen=True):
         programs: programs/*.yaml by name, parsed.
         urdf: Text of the URDF, or why it cannot be read.
         decimals: To so many in deg and mm positions are compared.
+        places: Of the files.
     """
 
     folder: str
@@ -39,6 +41,7 @@ class Profile(msgspec.Struct, frozen=True):
     programs: Mapping[str, Any]
     urdf: str | ConfigError
     decimals: int
+    places: Places
 
 
 def examine(profile: Profile) -> Iterator[Finding]:
@@ -52,7 +55,8 @@ def examine(profile: Profile) -> Iterator[Finding]:
         yield wrong(Group.ROBOT, str(robot), f"{mend(str(robot), profile.folder)}; {then}")
         return
     yield from check_robot(robot, profile.folder)
-    yield from check_programs(robot, profile.programs)
+    yield from check_programs(robot, profile.programs, profile.places)
+    yield from check_set_positions(robot, profile.programs, profile.places)
     yield from _simulation(profile, robot)
     if isinstance(profile.layout, ConfigError):
         what = str(profile.layout)
@@ -87,7 +91,7 @@ def _simulation(profile: Profile, robot: Robot) -> Iterator[Finding]:
         yield wrong(
             Group.SIMULATION,
             str(profile.urdf),
-            "write a URDF: body.yaml and `rosrun scara_description write_urdf`",
+            f"write body.yaml beside {profile.places.robot}, then: {write_urdf(robot.name)}",
         )
     else:
         try:
@@ -96,11 +100,11 @@ def _simulation(profile: Profile, robot: Robot) -> Iterator[Finding]:
             yield wrong(
                 Group.SIMULATION,
                 f"{robot.urdf}: {error}",
-                "correct the URDF; check_urdf may say more",
+                f"correct {profile.places.body or profile.places.urdf}; check_urdf may say more",
             )
         else:
             yield fine(Group.SIMULATION, f"{robot.urdf} has {len(described.links)} links")
-            yield from check_description(robot, described)
+            yield from check_description(robot, described, profile.places)
     if isinstance(profile.gains, ConfigError):
         what = str(profile.gains)
         yield wrong(Group.SIMULATION, what, mend(what, profile.folder))

@@ -13,6 +13,7 @@ from scara_control.kinematics.screws import ScrewModel, forward_kinematics
 from scara_control.kinematics.tool import ScaraTool, ToolKinematics, tool_kinematics
 
 from robot_doctor.finding import Finding, Group, fine, note, or_fine, wrong
+from robot_doctor.places import Places
 
 SMALL_RANGE = {"deg": 13.0, "mm": 3.0}
 """A joint that is this slow, with limits this small, was given in rad or m: 2 pi is 6.28."""
@@ -20,6 +21,9 @@ SLOW = {"deg": 25.0, "mm": 5.0}
 SLOWEST_START_S = 3.0
 FASTEST_START_S = 0.005
 GEOMETRY_TOLERANCE = 1e-6
+SAME_PLACE_M = 1e-3
+"""A set position of a program further from the one of the same name than that is another; our
+choice, below what a report allows at rest."""
 POSES_PER_JOINT = 4
 
 
@@ -83,18 +87,19 @@ def check_kinematics(robot: Robot) -> Iterator[Finding]:
     )
 
 
-def check_programs(robot: Robot, programs: Mapping[str, Any]) -> Iterator[Finding]:
+def check_programs(robot: Robot, programs: Mapping[str, Any], places: Places) -> Iterator[Finding]:
     """Check the joint values of the robot's programs.
 
     Args:
         robot: The profile.
         programs: Parsed files by name.
+        places: Of the files.
     """
     if not programs:
         yield note(
             Group.ROBOT,
             "no programs/*.yaml",
-            "write one with the names that experiments.yaml asks for (ARTICLE)",
+            f"write {places.programs}/article.yaml with the name ARTICLE, which ./cell demo runs",
         )
     keys = {f"{joint.name}_{joint.unit}": joint for joint in robot.joints}
     for file, tree in programs.items():
@@ -106,10 +111,65 @@ def check_programs(robot: Robot, programs: Mapping[str, Any]) -> Iterator[Findin
             yield wrong(
                 Group.ROBOT,
                 f"{file}: {text}",
-                "correct the value; deg for a turning joint, mm for a sliding one",
+                f"correct {places.programs}/{file}: deg for a turning joint, mm for a sliding one",
             )
         if not found:
             yield fine(Group.ROBOT, f"{file}: {len(positions)} positions within the joints' limits")
+
+
+def check_set_positions(
+    robot: Robot, programs: Mapping[str, Any], places: Places
+) -> Iterator[Finding]:
+    """Check that programs go to the set positions whose names they use.
+
+    Args:
+        robot: The profile.
+        programs: Parsed files by name.
+        places: Of the files.
+    """
+    try:
+        tool = tool_kinematics(robot)
+    except ScaraControlError:
+        return  # check_kinematics says why
+    for file, tree in programs.items():
+        positions = tree.get("positions", {}) if isinstance(tree, Mapping) else {}
+        for name, values in positions.items():
+            if name in robot.positions_m and isinstance(values, Mapping):
+                yield from _elsewhere(robot, tool, f"{places.programs}/{file}", name, values)
+
+
+def _elsewhere(
+    robot: Robot, tool: ToolKinematics, path: str, name: str, values: Mapping[str, Any]
+) -> Iterator[Finding]:
+    """Yield a program's position that is not the set position of that name."""
+    told = [values.get(f"{joint.name}_{joint.unit}") for joint in tool.joints]
+    if not all(isinstance(value, int | float) for value in told):
+        return  # check_programs says which is missing
+    q = [float(value or 0.0) * joint.scale for value, joint in zip(told, tool.joints, strict=True)]
+    place, wanted = tool.position(q), robot.positions_m[name]
+    apart = float(np.linalg.norm(np.subtract(place, wanted)))
+    if apart <= SAME_PLACE_M:
+        return
+    shown = ", ".join(f"{1e3 * value:.1f}" for value in place)
+    what = (
+        f"{path.rpartition('/')[2]}: positions.{name} brings the tool to ({shown}) mm, "
+        f"{1e3 * apart:.1f} mm from positions_m.{name} of robot.yaml"
+    )
+    yield wrong(Group.ROBOT, what, f"correct {path}: {_values_for(robot, tool, wanted)}")
+
+
+def _values_for(robot: Robot, tool: ToolKinematics, wanted: tuple[float, float, float]) -> str:
+    """Return joint values for a set position, or why there are none."""
+    seed = [robot.home[joint.name] * joint.scale for joint in tool.joints]
+    try:
+        solved = tool.inverse(*wanted, None, seed).chosen.q
+    except ScaraControlError as error:
+        return str(error)
+    shown = ", ".join(
+        f"{joint.name}_{joint.unit}: {round(value / joint.scale, 6) + 0.0:.10g}"
+        for joint, value in zip(tool.joints, solved, strict=True)
+    )
+    return f"the tool as at home gets there with {shown}"
 
 
 def _wrong_values(keys: Mapping[str, Joint], name: str, values: Any) -> Iterator[str]:

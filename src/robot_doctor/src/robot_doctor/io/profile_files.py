@@ -6,12 +6,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
-from scara_config import ConfigError, load, load_robot, locate
+from scara_config import ConfigError, Robot, load, load_robot, locate
 from scara_config.modbus_map import ModbusMap
 from scara_config.profile import PROGRAMS, known_robots, robot_folder
 from twin_controller.config import load_twin_controller
 
 from robot_doctor.examine import Profile
+from robot_doctor.places import Places
 
 T = TypeVar("T")
 DECIMALS = 2
@@ -46,6 +47,19 @@ def read_profile(folder: Path) -> Profile:
         programs=programs,
         urdf=urdf,
         decimals=decimals,
+        places=_places(folder, robot),
+    )
+
+
+def _places(folder: Path, robot: Robot | ConfigError) -> Places:
+    """Return where the chosen robot's files are."""
+    body = locate("body.yaml", folder)
+    urdf = robot if isinstance(robot, ConfigError) else _attempt(lambda: robot.description)
+    return Places(
+        robot=str(locate("robot.yaml", folder)),
+        programs=str(locate(PROGRAMS, folder)),
+        urdf="" if isinstance(urdf, ConfigError) else str(urdf),
+        body=str(body) if body.is_file() else "",
     )
 
 

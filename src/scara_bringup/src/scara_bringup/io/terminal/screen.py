@@ -107,10 +107,13 @@ def _move() -> str:
 
 
 def _settings(master_uri: str) -> list[str]:
-    """Return the exports without which another shell would not meet this very cell."""
+    """Return the exports without which another shell would not meet this very cell.
+
+    A shell that was given nothing meets the default master, and no namespace.
+    """
     wanted = {"ROS_MASTER_URI": master_uri if master_uri != DEFAULT_MASTER else ""}
     wanted |= {
         name: os.environ.get(name, "")
         for name in ("ROS_NAMESPACE", "SCARA_CONFIG_DIR", CHOICE, PLANT_CHOICE)
     }
-    return [f"export {name}={value}" for name, value in wanted.items() if value]
+    return [f"export {name}={value}" for name, value in wanted.items() if value not in ("", "/")]
