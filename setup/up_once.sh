@@ -11,7 +11,7 @@ ready_within_s=600 # a first start installs everything
 ./cell up --no-browser "$@" >"$told" 2>&1 &
 cell=$!
 began=$SECONDS
-until grep -q "Operator's page" "$told"; do
+until grep -q -i "robot's pendant" "$told"; do
   if ! kill -0 "$cell" 2>/dev/null || [ $((SECONDS - began)) -gt $ready_within_s ]; then
     cat "$told"
     echo "up_once: the cell did not come up" >&2

@@ -11,7 +11,9 @@ from collections.abc import Sequence
 try:
     import coal
 except ModuleNotFoundError as error:
-    raise ImportError("what_if needs the library coal, which ./cell setup installs") from error
+    raise ImportError(
+        "what_if needs the library coal, which `./cell setup farm` installs"
+    ) from error
 import numpy as np
 
 from what_if.geometry.bodies import Body, FloatArray
