@@ -42,6 +42,7 @@ def test_help_lists_every_verb(word: list[str]) -> None:
     assert done.returncode == 0
     shown = {line.split()[0] for line in done.stdout.splitlines() if re.match("  [a-z]", line)}
     assert shown == {verb for verbs in VERBS for verb in verbs.split(" | ")}
+    assert max(map(len, done.stdout.splitlines())) <= 80, "as wide as a terminal is at first"
 
 
 @pytest.mark.parametrize("verb", ["test", "check", "build", "setup", "docs", "clean"])
