@@ -13,6 +13,9 @@ from scara_config import files_in_force
 
 DOCUMENTS = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])
 LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
+QUOTE = re.compile(r'"([^"]+)"')
+UNKNOWN = re.compile(r"\.\.\.|\d+|\b(?:coal|operator_panel)\b")
+"""What a message has in such places depends on the moment."""
 HEADING = re.compile(r"^#+\s+(.*)$", re.MULTILINE)
 
 
@@ -81,3 +84,27 @@ def test_the_lines_by_hand_are_all_of_a_cell() -> None:
     wanted = [" ".join(("rosrun", n.package, n.executable, *n.arguments)) for n in nodes]
     assert [line for line in wanted if line not in typed] == []
     assert {line for line in typed if line.startswith("rosrun")} == set(wanted)
+
+
+def test_messages_that_are_looked_up_are_those_that_are_shown() -> None:
+    """Whoever searches the page for what stands on the screen finds it."""
+    rows = (ROOT / "docs" / "learn" / "symptoms.md").read_text(encoding="utf-8").splitlines()
+    seen = [row.split("|")[1] for row in rows if row.startswith("| ")]
+    quoted = [text for cell in seen for text in QUOTE.findall(cell)]
+    assert len(quoted) > 10
+    files = [*(ROOT / "src").rglob("*.py"), *(ROOT / "setup").glob("*.sh")]
+    code = "\n".join(file.read_text(encoding="utf-8") for file in files)
+    shown = re.sub(r'"\s*\n\s*f?"', "", code)  # a text that goes on in the next line
+    pieces = {piece.strip(" :;,") for text in quoted for piece in UNKNOWN.split(text)}
+    assert sorted(piece for piece in pieces if piece not in shown) == []
+
+
+def test_what_the_tutorial_tells_to_press_is_on_the_page() -> None:
+    """Its bold words are buttons, tabs and texts of the operator's page."""
+    text = (ROOT / "docs" / "learn" / "tutorial.md").read_text(encoding="utf-8")
+    told = set(re.findall(r"\*\*(.+?)\*\*", text, re.DOTALL)) - {"pendant"}
+    page = ROOT / "src" / "operator_panel"
+    shown = "\n".join(file.read_text(encoding="utf-8") for file in page.rglob("*.py"))
+    made = {"10", "World"}  # from the configuration, and from the names of the frames
+    assert len(told) > 10
+    assert sorted(word for word in told - made if f'"{" ".join(word.split())}"' not in shown) == []
