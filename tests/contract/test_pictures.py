@@ -10,6 +10,7 @@ from harness.workspace import ROOT
 
 sys.path.insert(0, str(ROOT / "docs"))
 
+import diagrams
 import picture_health
 
 PICTURES = sorted((ROOT / "docs" / "images").glob("operator_*.png"))
@@ -88,3 +89,16 @@ def test_no_file_is_written_of_a_cell_that_falls_ill_meanwhile(tmp_path: Path) -
         assert list(tmp_path.iterdir()) == []
     picture_health.take(Page(HEALTHY, HEALTHY), file)
     assert picture_health.told(file) == HEALTHY and list(tmp_path.iterdir()) == [file]
+
+
+def test_the_pictures_of_the_architecture_are_those_that_their_script_draws() -> None:
+    """Whoever changes one changes the script, and both."""
+    drawn = {name: (diagrams.FOLDER / name).read_text("utf-8") for name in diagrams.pictures()}
+    assert drawn == diagrams.pictures()
+    assert {file.name for file in diagrams.FOLDER.iterdir()} == set(drawn)
+
+
+def test_no_page_needs_another_place_to_show_a_picture() -> None:
+    """What a script from elsewhere draws stays source where there is no network."""
+    pages = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]
+    assert [page.name for page in pages if "```mermaid" in page.read_text("utf-8")] == []
