@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import os
 import re
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,10 @@ from typing import Any
 import griffe
 from markdown.extensions.toc import slugify
 from mkdocs.structure.files import File, Files
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from formulas import readable
 
 ROOT = Path(__file__).resolve().parents[1]
 DOCS = ROOT / "docs"
@@ -40,14 +45,16 @@ UNLISTED = ("decisions/", "state_table.md", "benchmarks.md")
 
 
 class Examples(griffe.Extension):
-    """Show a section "Example:" of a docstring as code; the parser knows "Examples:" only."""
+    """Show a section "Example:" of a docstring as code; the parser knows "Examples:" only.
+
+    Formulas are drawn, and references become names.
+    """
 
     def on_object(self, *, obj: griffe.Object, **_: Any) -> None:
-        """Rename the section."""
+        """Rename the section, and draw."""
         if obj.docstring is not None:
-            obj.docstring.value = re.sub(
-                r"^Example:$", "Examples:", obj.docstring.value, flags=re.MULTILINE
-            )
+            renamed = re.sub(r"^Example:$", "Examples:", obj.docstring.value, flags=re.MULTILINE)
+            obj.docstring.value = readable(renamed)
 
 
 def on_files(files: Files, config: Any) -> Files:

@@ -100,3 +100,25 @@ def test_the_index_has_headings_and_the_words_of_the_glossary(site: Path) -> Non
     assert '<a href="../learn/glossary.html">override</a>' in index
     assert "<code>move_to</code></a> (motion_server" in index
     assert "first shell: the desk" not in index and ">1. The first move" not in index
+
+
+@pytest.mark.slow
+def test_formulas_are_drawn_and_references_are_names(site: Path) -> None:
+    """Nobody reads ``.. math::``; a page that is opened without a network draws nothing itself."""
+    pages = {page.name: page.read_text() for page in (site / "reference" / "modules").iterdir()}
+    raw = re.compile(r"math::|:(?:math|func|class|meth|mod|data|attr):")
+    assert [name for name, text in pages.items() if raw.search(text)] == []
+    kinematics = pages["scara_control.html"]
+    assert kinematics.count('<svg style="vertical-align') > 20
+    assert not [
+        text for text in pages.values() if re.search(r"<code>[^<]*\\[a-z]+[^<]*</code>", text)
+    ]
+
+
+@pytest.mark.slow
+def test_the_site_fetches_nothing_from_elsewhere(site: Path) -> None:
+    """A page that needs another place for a picture or a script says nothing without it."""
+    pages = [page.read_text() for page in site.rglob("*.html")]
+    fetched = re.compile(r'<(?:script|img|link)[^>]*(?:src|href)="(?:https?:)?//')
+    assert [found for text in pages for found in fetched.findall(text)] == []
+    assert not [text for text in pages if 'class="mermaid"' in text]
