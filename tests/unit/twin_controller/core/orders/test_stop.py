@@ -215,8 +215,8 @@ def test_why_says_what_was_ignored_as_echo(pair: Deaf) -> None:
     pair.run(1.2)
     pair.end_program()
     pair.run_until(lambda: pair.state.lead.mode is Mode.IDLE, 10.0)
-    count = int(pair.state.lead.why.split("ignored as echo: ")[1].split()[0])
-    assert "samples of the twin" in pair.state.lead.why and 80 < count < 300
+    count = int(pair.state.lead.why.split("only followed, in ")[1].split()[0])
+    assert "the twin only followed" in pair.state.lead.why and 80 < count < 300
 
 
 def test_an_answer_with_the_clock_of_the_one_before_shows_no_program(pair: Deaf) -> None:

@@ -138,9 +138,9 @@ def _words(state: CoreState, trigger: Trigger) -> str:
         case Trigger.TOO_CLOSE | Trigger.RESUME_BLOCKED if safety.separation.too_close:
             return safety.separation.reason
         case Trigger.AT_REST | Trigger.UNSETTLED if state.lead.leader == "real":
-            return f"ignored as echo: {twin.echoed} samples of the twin"
+            return f"the twin only followed, in {twin.echoed} samples"
         case Trigger.AT_REST | Trigger.UNSETTLED:
-            return f"ignored as echo: {real.echoed} samples of the real robot"
+            return f"the real robot only followed, in {real.echoed} samples"
         case Trigger.STOP_IGNORED if state.orders.stop is not None:
             stop = state.orders.stop
             return f"{stop.wanted.value}, sent {stop.attempts} times"
