@@ -77,7 +77,8 @@ class FaultCell:
         for node in NODES:
             self.start(node)
         self._watch()
-        wait_until(lambda: self._alive() and self.mode == "IDLE", 60.0, "an idle cell", period=0.1)
+        # A sensor that is heard only after the first reading of the robot has stopped the pair.
+        wait_until(self._is_ready, 60.0, "an idle cell", period=0.1)
         self.pendant("override", "100")
         wait_until(lambda: self.states[-1].speed_limited is False, 5.0, "override 100 %")
         return self
@@ -94,6 +95,9 @@ class FaultCell:
     def stage(self) -> Stage:
         """The processes, whose last lines a failed test shows."""
         return self.ros.stage
+
+    def _is_ready(self) -> bool:
+        return self._alive() and bool(self.states) and self._recovered()
 
     def _alive(self) -> bool:
         for process in self.processes.values():

@@ -92,6 +92,22 @@ def test_the_first_of_two_posts_is_told(world: World) -> None:
     assert -0.95 < angle < -0.55
 
 
+def test_a_way_just_clear_of_a_post_is_no_hit(world: World) -> None:
+    """An arm that passes a post 25 um above what is allowed: a doubt is no larger than that."""
+    way = straight((-0.05, 0.0, -0.05, 0.0), (0.05, 0.0, -0.05, 0.0))
+
+    def at(x: float) -> Scene:
+        return Scene(world.cell.tree, [*world.cell.bodies, post(world, x, 0.0, 0.02)], Press())
+
+    near, far = 0.6, 0.8
+    while far - near > 1e-7:
+        x = 0.5 * (near + far)
+        near, far = (x, far) if densely(at(x), way, 301) < NEARER + 2.5e-5 else (near, x)
+    assert densely(at(far), way, 301) == pytest.approx(NEARER + 2.5e-5, abs=2e-6)
+    assert sweep(at(far), way, NEARER).hit is None
+    assert sweep(at(far - 3e-5), way, NEARER).hit is not None
+
+
 def densely(scene: Scene, way: Way, count: int) -> float:
     """Return the smallest distance of all pairs by looking everywhere."""
     u = np.linspace(0.0, way.length, count)

@@ -33,7 +33,7 @@ from what_if.geometry.way import Way
 
 SPACING = 0.03
 """Longest piece of the first look [m]; our choice: most pairs are decided by it."""
-SHORTEST = 1e-4
+SHORTEST = 1e-5
 """A piece in which nothing moves further [m] is not halved again; our choice."""
 ABOUT, AT_LEAST = 0.05, 5e-4
 """The smallest clearance is found to this share of it, and to this length [m]; our choice."""

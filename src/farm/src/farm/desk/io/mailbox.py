@@ -17,6 +17,9 @@ CAPACITY = 20_000
 """Our choice: four seconds of 1,000 cells at 5 Hz; some 10 MB."""
 MOST = 2000
 """Our choice: messages of one batch; others get their turn after it."""
+PACE_S = 0.001
+"""Our choice: after a batch the ring fills for so long. To wake for each message costs more than to
+read it, and nobody who looks sees a millisecond."""
 
 
 class Mailbox:
@@ -41,6 +44,7 @@ class Mailbox:
         self._subscriber: Any = session.declare_subscriber(
             expression, zenoh.handlers.RingChannel(capacity)
         )
+        self._closed = threading.Event()
         self._thread = threading.Thread(target=self._hand_on, name=expression, daemon=True)
         self._thread.start()
 
@@ -52,6 +56,7 @@ class Mailbox:
 
     def close(self) -> None:
         """Unsubscribe. What was not handed on yet is gone: the numbers of events tell."""
+        self._closed.set()
         with contextlib.suppress(zenoh.ZError):  # the session may be gone
             self._subscriber.undeclare()
         self._thread.join()
@@ -70,3 +75,4 @@ class Mailbox:
             if batch:
                 self._take(batch)
                 batch = []
+                self._closed.wait(PACE_S)
