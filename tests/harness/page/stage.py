@@ -62,7 +62,7 @@ class StageDoor:
         """Begin with the pair at rest."""
         self.robot = load_robot(folder)
         self._layout = load_modbus_map(folder)
-        self.scene, self.holder = "ready", ""
+        self.scene, self.holder, self.answered = "ready", "", False
         self.jogged: list[dict[str, float]] = []
         self.sessions: Mapping[str, Session] = {}
         self._begun = time.monotonic()
@@ -74,7 +74,8 @@ class StageDoor:
             return snapshot
         there = {session.name for session in self.sessions.values() if session.there}
         holder = self.holder if self.holder in there else ""
-        state = msgspec.structs.replace(snapshot.state, holder=holder)
+        asker = "" if self.answered else snapshot.state.asker
+        state = msgspec.structs.replace(snapshot.state, holder=holder, asker=asker)
         # A test sees by this text that the scene has reached the page.
         state_of_gate = {"gate": "refuse", "made": MADE}
         return msgspec.structs.replace(snapshot, state=state, jog=self.scene, **state_of_gate)
@@ -89,9 +90,13 @@ class StageDoor:
         return Answer(True, f"{command}: both are commanded")
 
     async def control(self, seat: Seat, action: str, moves: bool) -> Answer:
-        """Give control to whoever asks."""
+        """Give control to whoever asks; who answers a question has answered it."""
         if action in ("TAKE", "ASK"):
             self.holder = seat.name
+        elif action == "RELEASE":
+            self.holder = ""
+        elif action in ("GIVE", "DENY"):
+            self.answered = True
         return Answer(True, "")
 
     def stop(self, seat: Seat, command: str) -> Awaitable[Answer]:
@@ -205,7 +210,7 @@ def main() -> None:
     Shell(robot, model, config, around, door, desk, live, web, runs)  # type: ignore[arg-type]
 
     async def choose(name: str) -> PlainTextResponse:
-        door.scene = name
+        door.scene, door.answered = name, False
         return PlainTextResponse(name)
 
     async def jogged() -> list[dict[str, float]]:

@@ -48,11 +48,13 @@ def build_charts(view: PageView) -> dict[str, Any]:
                 plain("Freeze")
             with ui.element("div").classes("segmented chart-choice").props('role="tablist"'):
                 for kind, text in (("motion", "Motion"), ("loop", "Loop")):
-                    with ui.element("button").props(f"type=button data-chart={kind}"):
+                    with ui.element("button").props(f"type=button role=tab data-chart={kind}"):
                         plain(text)
             with ui.element("div").classes("segmented").props('role="tablist"'):
                 for name in joints:
-                    button = ui.element("button").props(f'type=button data-select="{name}"')
+                    button = ui.element("button").props(
+                        f'type=button role=tab data-select="{name}"'
+                    )
                     with button:
                         plain(joint_title(name))
             _choose_button()

@@ -1,0 +1,67 @@
+"""A hand at the operator's page: it uses controls, and remembers which ones it has not used."""
+
+from __future__ import annotations
+
+import re
+
+from playwright.sync_api import Locator, expect
+
+from harness.page.theatre import STAGE, Theatre
+
+TOUCHED = (STAGE.parent / "touched.js").read_text(encoding="utf-8")
+
+
+class Hand:
+    """Clicks what a person would click; each click has an effect that can be seen."""
+
+    def __init__(self, theatre: Theatre) -> None:
+        """Begin to note what is shown and what is touched."""
+        self.theatre, self.page = theatre, theatre.page
+        self.page.evaluate(TOUCHED)
+
+    def button(self, name: str, within: Locator | None = None) -> Locator:
+        """Return the button that is shown under this name."""
+        place = self.page if within is None else within
+        return place.get_by_role("button", name=name, exact=True).locator("visible=true")
+
+    def panel(self, tab: str) -> Locator:
+        """Open a tab; return its panel."""
+        self.choose(self.page.get_by_role("tab", name=tab, exact=True))
+        return self.page.locator(f'[data-panel="{tab}"]')
+
+    def look(self) -> None:
+        """Note what is shown now."""
+        self.page.evaluate("controls.look()")
+
+    def choose(self, tab: Locator) -> None:
+        """Choose one of several; it is the chosen one then."""
+        tab.click()
+        expect(tab).to_have_attribute("aria-selected", "true")
+        self.look()
+
+    def switch(self, button: Locator) -> None:
+        """Press a button that stays pressed, and once more."""
+        for pressed in ("true", "false"):
+            button.click()
+            expect(button).to_have_attribute("aria-pressed", pressed)
+
+    def command(self, button: Locator, told: str, outcome: str = "") -> None:
+        """Press a button that sends a command; the place of the commands tells of it."""
+        button.click()
+        words = re.compile(re.escape(told), re.IGNORECASE)
+        line = self.page.locator("[data-command]").filter(has_text=words).first
+        expect(line).to_be_visible()
+        if outcome:
+            expect(line).to_have_attribute("data-outcome", outcome)
+
+    def slide(self, slider: Locator, shown: Locator) -> None:
+        """Move a slider; its number changes."""
+        before = shown.inner_text()
+        slider.click(position={"x": 30, "y": 5})
+        expect(shown).not_to_have_text(before)
+
+    def left(self) -> list[str]:
+        """Return all controls that were shown and not used."""
+        self.look()
+        found: list[str] = self.page.evaluate("controls.left()")
+        return found

@@ -1,0 +1,365 @@
+"""Every control of the page, used by mouse in a real browser: each one does what it says.
+
+The browser notes what is shown and what is used: a new control that nobody uses here fails.
+"""
+
+from __future__ import annotations
+
+import re
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from harness.page.hand import Hand
+from harness.page.recorded import write_recording
+from harness.page.theatre import Theatre, open_theatre
+from harness.running.thorough import thorough
+from playwright.sync_api import expect
+from scara_config import load_robot
+
+EYE = "() => window.panel.scene.view.camera.position.toArray().map((v) => v.toFixed(3)).join()"
+MINUS = "\N{MINUS SIGN}"
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Give the folder of the page."""
+    return tmp_path_factory.mktemp("every_control")
+
+
+@pytest.fixture(scope="module")
+def theatre(runs: Path) -> Iterator[Theatre]:
+    """Give a page whose browser draws the model, with a recording among its runs."""
+    bag = write_recording(runs / "run.bag", load_robot())
+    with open_theatre(runs, draws=True) as made:
+        shutil.copy(bag, runs / "runs" / "to_be_renamed" / "run.bag")
+        yield made
+
+
+@pytest.fixture
+def hand(theatre: Theatre) -> Hand:
+    """Give a hand that has used nothing yet."""
+    theatre.page.reload()
+    expect(theatre.page.locator("[data-panel].shown")).to_be_visible()
+    theatre.page.wait_for_function("() => window.panel?.scene.view?.camera")
+    expect(theatre.page.locator(".control-text")).to_have_text(re.compile("in control"))
+    return Hand(theatre)
+
+
+@pytest.mark.parametrize(
+    ("size", "colours"),
+    [
+        ("phone", "light"),
+        *thorough(
+            *[("phone", "dark"), ("tablet", "light"), ("tablet", "dark"), ("low", "light")],
+            *[("low", "dark"), ("wide", "light"), ("wide", "dark")],
+        ),
+    ],
+)
+def test_every_control_does_something_that_can_be_seen(
+    hand: Hand, runs: Path, size: str, colours: str
+) -> None:
+    """At each size, light and dark; what is left over at the end is a control without a use."""
+    hand.theatre.resize(size)
+    hand.page.emulate_media(color_scheme=colours)  # type: ignore[arg-type]
+    hand.theatre.play("ready")
+    (runs / "runs" / "to_go").mkdir(exist_ok=True)
+    (runs / "runs" / "to_go" / "run.bag").write_bytes(b"x" * 2048)
+    for use in (bar, picture, charts, jog, target, programs, robot, tuning, recordings, events):
+        hand.theatre.play("ready")
+        use(hand)
+    commands(hand)
+    left = hand.left()
+    assert not left, "\n".join(left)
+
+
+def bar(hand: Hand) -> None:
+    """Colours, control and both stops."""
+    theme = hand.page.locator(".theme")
+    for words in ("light", "dark", "as the browser"):
+        theme.click()
+        expect(theme).to_have_attribute("aria-label", f"Colours: {words}")
+    held = hand.page.locator(".control-text")
+    hand.look()
+    hand.button("Release").click()
+    expect(held).to_have_text("Nobody is in control")
+    hand.look()
+    hand.button("Take control").click()
+    expect(held).to_have_text(re.compile("in control$"))
+    for stop in ("STOP", "ESTOP"):
+        hand.page.locator(f"[data-stop={stop}]").click()
+        expect(hand.page.locator(f"[data-stop-answer={stop}]")).to_have_text("confirmed")
+    for answer in ("Keep", "Hand over"):
+        hand.theatre.play("asked")
+        banner = hand.page.locator(".banner-ask")
+        expect(banner).to_be_visible()
+        hand.look()
+        hand.button(answer, banner).click()
+        expect(banner).to_be_hidden()
+        hand.theatre.play("ready")
+
+
+def picture(hand: Hand) -> None:
+    """Views, camera, and the time line."""
+    hand.look()
+    for view in ("Top", "Front", "Side", "Whole"):
+        before = hand.page.evaluate(EYE)
+        hand.button(view).click()
+        hand.page.wait_for_function(f"() => ({EYE})() !== {before!r}")
+    for shown in ("Both", "Camera", "Charts", "Model"):
+        tab = hand.page.get_by_role("tab", name=shown, exact=True).locator("visible=true")
+        if tab.count():
+            hand.choose(tab)
+    hand.theatre.remembered()
+    hand.page.locator("[data-look-back]").click()
+    text, line = hand.page.locator("[data-past-text]"), hand.page.locator("[data-time-line]")
+    expect(text).to_contain_text("Past: ")
+    hand.look()
+    line.locator("input").click(position={"x": 10, "y": 10})
+    moment = "() => window.panel.timeLine.at"
+    for step in (f"{MINUS}10 s", f"{MINUS}1 s", "+1 s", "+10 s"):
+        hand.button(step, line).click()
+        hand.page.wait_for_function("() => !window.panel.timeLine.asking")
+    assert hand.page.evaluate(moment) is not None
+    hand.button("Live").click()
+    expect(line).to_be_hidden()
+
+
+def charts(hand: Hand) -> None:
+    """Which joint, which loop, which quantities, and a chart that stands still."""
+    page = hand.page
+    tab = page.get_by_role("tab", name="Charts", exact=True).locator("visible=true")
+    if tab.count():
+        hand.choose(tab)
+    head = page.locator(".charts-head")
+    hand.look()
+    hand.switch(page.locator("[data-pause]"))
+    for choice in head.get_by_role("tab").locator("visible=true").all():
+        hand.choose(choice)
+    hand.button("Choose", head).click()
+    hand.look()
+    place = page.locator("[data-plot-choice]")
+    for pick in place.locator("[data-plot]").all():
+        hand.switch(pick)
+    place.locator("[data-plot]").first.click()
+    hand.button("Clear", place).click()
+    expect(place.locator("[aria-pressed=true]")).to_have_count(0)
+    hand.button("Done", place).click()
+    expect(place).to_be_hidden()
+    if tab.count():
+        hand.choose(page.get_by_role("tab", name="Model", exact=True))
+
+
+def jog(hand: Hand) -> None:
+    """Held buttons move while they are held; steps are sent, or only shown."""
+    panel = hand.panel("Jog")
+    hand.theatre.page.request.get(f"{hand.theatre.address}/jogged")
+    for way in ("Hold joint", "Hold tool"):
+        hand.choose(panel.get_by_role("tab", name=way, exact=True))
+        shown = panel.locator(".jog-way.shown")
+        for tab in shown.get_by_role("tab").all():
+            hand.choose(tab)
+        for held in shown.locator(".jog-button").all():
+            held.hover()
+            hand.page.mouse.down()
+            expect(held).to_have_class(re.compile(r"\bheld\b"))
+            hand.page.mouse.up()
+    hand.choose(panel.get_by_role("tab", name="Hold joint", exact=True))
+    hand.slide(panel.locator("[data-jog-speed]"), panel.locator(".jog-speed-value"))
+    for way in ("Step joint", "Step tool"):
+        hand.choose(panel.get_by_role("tab", name=way, exact=True))
+        shown = panel.locator(".jog-way.shown")
+        for tab in shown.get_by_role("tab").all():
+            hand.choose(tab)
+        for step in shown.locator(".jog-button").all():
+            words = str(step.get_attribute("aria-label"))
+            hand.command(step, f"{words[:-1]}{words[-1]}10")
+        only = shown.get_by_role("switch", name="Only preview")
+        only.click()
+        expect(only).to_have_attribute("aria-checked", "true")
+        shown.locator(".jog-button").first.click()
+        motion(hand)
+        only.click()
+
+
+def motion(hand: Hand) -> None:
+    """Use the place where a judged motion is played, and close it."""
+    place = hand.page.locator("[data-motion]")
+    play = place.locator("[data-motion-play]")
+    expect(play).to_be_visible()
+    hand.look()
+    play.click()
+    place.locator("[data-motion-range]").click(position={"x": 20, "y": 10})
+    expect(play).to_have_text("Play")
+    place.locator("[data-motion-close]").click()
+    expect(place).to_be_hidden()
+
+
+def target(hand: Hand) -> None:
+    """A position typed or picked, seen before it is sent; the gripper."""
+    panel = hand.panel("Target")
+    field = panel.get_by_label("X", exact=True)
+    for pick in panel.locator(".target-picks button").all():
+        pick.click()
+        if pick.inner_text() == "Clear":
+            expect(field).to_have_value("")
+        else:
+            expect(field).not_to_have_value("")
+    panel.get_by_label("Speed", exact=True).fill("40")
+    panel.get_by_label("Elbow").click()
+    hand.page.get_by_role("option", name="Lefty").click()
+    expect(panel.get_by_label("Elbow")).to_have_value("Lefty")
+    # The last field completes the point: no answer that is still on its way closes a preview.
+    for axis in "XYZ":
+        panel.get_by_label(axis, exact=True).fill("200")
+    expect(panel.locator(".preview")).to_contain_text("Reachable")
+    for name in ("Preview Move", "Preview Home"):
+        hand.button(name, panel).click()
+        motion(hand)
+    hand.command(hand.button("Move", panel), "Move to x", "done")
+    for name in ("Grip", "Let go"):
+        hand.command(hand.button(name, panel), name)
+
+
+def programs(hand: Hand) -> None:
+    """Each program's lines, its preview, and Run after a question; the override."""
+    panel = hand.panel("Programs")
+    for row in panel.locator(".row-line", has=hand.page.locator(".row-name")).all():
+        name = row.locator(".row-name").inner_text()
+        hand.page.get_by_text(f"Lines of {name}", exact=True).click()
+        expect(panel.locator(f'[data-program="{name}"]')).to_be_visible()
+        hand.button(f"Preview {name}", row).click()
+        motion(hand)
+        question = hand.page.locator(".confirm")
+        for answer in ("Cancel", f"Run {name}"):
+            hand.button("Run", row).click()
+            expect(question.locator(".verdict")).not_to_have_text("Judging ...")
+            hand.look()
+            if hand.button(answer, question).count():  # the gate refuses it: no button to run it
+                hand.button(answer, question).click()
+            else:
+                hand.button("Cancel", question).click()
+            expect(question).to_have_count(0)
+    panel.locator(".q-field input").fill("60")
+    hand.command(hand.button("Set", panel), "override 60")
+
+
+def robot(hand: Hand) -> None:
+    """Parts back after a question; registers, read and searched."""
+    panel = hand.panel("Robot")
+    question = hand.page.locator(".confirm")
+    hand.button("Put back", panel).click()
+    expect(question).to_be_visible()
+    hand.look()
+    hand.button("Cancel", question).click()
+    expect(question).to_have_count(0)
+    hand.button("Put back", panel).click()
+    hand.command(hand.button("Put back", question), "Put parts back", "done")
+    hand.button("Read", panel).click()
+    registers = panel.locator(".register")
+    expect(registers.nth(50)).to_be_attached()
+    panel.get_by_label("Search").fill("imstp")
+    expect(registers).to_have_count(2)
+    panel.get_by_label("Search").fill("")
+
+
+def tuning(hand: Hand) -> None:
+    """Another joint, other gains, what they would do, set and undone."""
+    panel = hand.panel("Tuning")
+    joint = panel.get_by_label("Joint", exact=True)
+    joint.click()
+    hand.page.get_by_role("option", name="Joint 2").click()
+    expect(joint).to_have_value("Joint 2")
+    fields = panel.locator(".tuning .q-field input")
+    for field in fields.all():
+        field.fill(field.input_value() + "1")
+    box = panel.get_by_role("checkbox").first
+    box.click()
+    expect(box).to_have_attribute("aria-checked", "false")
+    hand.button("Preview step", panel).click()
+    expect(panel.locator(".preview").last).to_contain_text("Typed gains")
+    for name, told in (("Set gains", "set"), ("Undo", "undone")):
+        hand.button(name, panel).click()
+        expect(panel.locator(".preview").last).to_have_text(told)
+
+
+def recordings(hand: Hand) -> None:
+    """Make one, look at it, its report, its file, its name, its end."""
+    page, panel = hand.page, hand.panel("Recordings")
+    panel.get_by_label("Name").fill("a_test")
+    for name in ("Start", "Stop"):
+        hand.command(hand.button(name, panel), "Recording")
+    row = panel.locator(".run").filter(has_text="to_be_renamed")
+    question = page.locator(".confirm")
+    hand.button("Rename", row).click()
+    hand.look()
+    hand.button("Cancel", question).click()
+    expect(question).to_have_count(0)
+    hand.button("Rename", row).click()
+    question.locator("input").fill("renamed")
+    hand.button("Rename", question).click()
+    row = panel.locator(".run").filter(has_text=re.compile("^renamed"))
+    expect(row).to_be_visible()
+    hand.button("Rename", row).click()
+    question.locator("input").fill("to_be_renamed")
+    hand.button("Rename", question).click()
+    row = panel.locator(".run").filter(has_text="to_be_renamed")
+    with page.expect_download() as download:
+        row.get_by_text("Download").click()
+    assert download.value.suggested_filename.endswith(".bag")
+    other = panel.locator(".run").filter(has_text="to_go")
+    hand.look()
+    hand.button("Make report", other).click()
+    hand.button("Report", other).click()
+    report = page.locator(".report")
+    expect(page.frame_locator(".report-frame").locator("h1")).to_have_text("Report of the stage")
+    hand.look()
+    with page.expect_popup() as popup:
+        report.get_by_text("Open in a new tab").click()
+    expect(popup.value.locator("h1")).to_have_text("Report of the stage")
+    popup.value.close()
+    hand.button("Close", report).click()
+    expect(report).to_be_hidden()
+    for answer in ("Cancel", "Delete for ever"):
+        hand.button("Delete", other).click()
+        hand.look()
+        hand.button(answer, question).click()
+        expect(question).to_have_count(0)
+    expect(other).to_have_count(0)
+    hand.button("Look back", row).click()
+    expect(page.locator("[data-past-text]")).to_contain_text("after its start")
+    page.locator(".past-note").get_by_role("button", name="Live").click()
+    expect(page.locator("[data-past-text]")).to_be_hidden()
+
+
+def events(hand: Hand) -> None:
+    """Filters, acknowledgement of one and of all, the table; the last tab has no control."""
+    hand.theatre.play("alarmed")
+    panel = hand.panel("Events")
+    for name in ("All", "Warnings, faults", "Not acknowledged"):
+        hand.choose(panel.get_by_role("tab", name=name))
+    rows = panel.locator(".event")
+    expect(rows.nth(1)).to_be_visible()
+    one = hand.button("Acknowledge", panel).first
+    number = one.get_attribute("data-acknowledge")
+    one.click()
+    expect(panel.locator(f'[data-acknowledge="{number}"]')).to_have_count(0)
+    hand.button("Acknowledge all", panel).click()
+    expect(rows).to_have_count(0)
+    with hand.page.expect_download() as download:
+        panel.get_by_text("Save as CSV").click()
+    assert download.value.suggested_filename == "events.csv"
+    hand.choose(panel.get_by_role("tab", name="All"))
+    hand.panel("Today")
+
+
+def commands(hand: Hand) -> None:
+    """The speed cap, and the commands to the pair."""
+    card = hand.page.locator(".commands-card")
+    hand.slide(card.locator(".speed-slider"), card.locator(".speed-value"))
+    hand.command(hand.button("Set", card), "Speed cap")
+    hand.theatre.play("alarmed")  # a paused pair: all of them may be pressed
+    for name in ("Pause", "Resume", "Reset", "Home", "Align", "Acknowledge"):
+        hand.command(hand.button(name, card), name)
+    hand.theatre.play("ready")
