@@ -98,7 +98,20 @@ EXEMPT = {
     "src/scara_config/src/scara_config/palletise.py": {"exists"},
     "src/scara_config/src/scara_config/readers.py": {"exists", "read_text"},
     "src/scara_config/src/scara_config/loader.py": {"os", "rospkg", "read_text"},
-    "src/scara_config/src/scara_config/profile.py": {"os", "rospkg", "iterdir", "exists"},
+    "src/scara_config/src/scara_config/profile.py": {
+        "os",
+        "rospkg",
+        "shutil",
+        "iterdir",
+        "exists",
+        "mkdir",
+    },
+    "src/scara_config/src/scara_config/rollout/kept.py": {
+        "tempfile",
+        "mkdir",
+        "is_dir",
+        "read_bytes",
+    },
     "src/scara_config/src/scara_config/writer.py": {
         "io",
         "os",

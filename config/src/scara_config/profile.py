@@ -10,6 +10,7 @@ one robot.
 from __future__ import annotations
 
 import os
+import shutil
 from pathlib import Path
 
 from scara_config.faults import nearest
@@ -99,6 +100,14 @@ def files_in_force(directory: Path | str | None = None) -> dict[str, Path]:
         for path in sorted(locate(kind, folder).glob("*.yaml")):
             found[f"{kind}/{path.name}"] = path
     return found
+
+
+def copy_in_force(source: Path, target: Path) -> None:
+    """Copy the chosen robot's files: flat, one robot, no folder of robots; comments are kept."""
+    target.mkdir(parents=True, exist_ok=True)
+    for name, file in files_in_force(source).items():
+        (target / name).parent.mkdir(exist_ok=True)
+        shutil.copy(file, target / name)
 
 
 def chosen_plant() -> str:

@@ -2,6 +2,7 @@
 // is a CSS order, so that nothing jumps away below a finger.
 import { showAlarms } from "./alarms.js";
 import { offerCells } from "./compare.js";
+import { showConfigurations } from "./configurations.js";
 import { showFigures } from "./figures.js";
 import { ago, byId, make, put } from "./parts.js";
 
@@ -89,6 +90,7 @@ function show(wall) {
   put(byId("summary"), `${wall.cells.length} cells, ${lost} lost, ${bad} need a look`);
   showEvents(wall.events);
   showAlarms(wall.alarms, wall.now, tell);
+  showConfigurations(wall.configurations);
   warn(wall.trouble ? `Events are not kept: ${wall.trouble}. Nothing is lost: the cells have them.` : "");
 }
 

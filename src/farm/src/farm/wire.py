@@ -9,6 +9,7 @@ from enum import IntEnum
 from typing import Annotated, Any, TypeVar
 
 import msgspec
+from scara_config.rollout.change import Change
 
 T = TypeVar("T")
 
@@ -66,6 +67,26 @@ class Joints(msgspec.Struct, frozen=True):
     twin: dict[str, float]
 
 
+class Configuration(msgspec.Struct, frozen=True):
+    """How a cell's configuration differs from its own files, by changes that were rolled out.
+
+    Attributes:
+        number: Counts what was decided; a command that is based on another is refused.
+        running: The change that the cell runs with, NAME (DIGEST); empty: none.
+        wanted: That of its next start.
+        before: What taking back leads to.
+        proven: Whether the cell has got ready with the wanted one.
+        note: Why the cell has left a change by itself, or what cannot be read; or empty.
+    """
+
+    number: int = 0
+    running: str = ""
+    wanted: str = ""
+    before: str = ""
+    proven: bool = True
+    note: str = ""
+
+
 class Health(msgspec.Struct, frozen=True):
     """The link itself, and how far its journal has come.
 
@@ -78,6 +99,7 @@ class Health(msgspec.Struct, frozen=True):
         last_event: Newest number; 0: it is empty.
         dropped: States that a newer one replaced before they could be sent.
         journal: Why the journal cannot be read, or empty.
+        configuration: How the cell differs from its own files.
     """
 
     stamp: float
@@ -88,6 +110,7 @@ class Health(msgspec.Struct, frozen=True):
     last_event: int
     dropped: int
     journal: str = ""
+    configuration: Configuration = Configuration()
 
 
 class Event(msgspec.Struct, frozen=True):
@@ -158,6 +181,7 @@ class Command(msgspec.Struct, frozen=True):
         expires: Not taken after this time.
         revision: Of the state that it was based on; None: of none.
         speed_percent: SPEED: the cap; HOME: program speed, 0: default.
+        change: EXAMINE, CONFIGURE: which.
     """
 
     id: str
@@ -167,6 +191,7 @@ class Command(msgspec.Struct, frozen=True):
     expires: float
     revision: int | None = None
     speed_percent: float = 0.0
+    change: Change | None = None
 
 
 class Answer(msgspec.Struct, frozen=True):

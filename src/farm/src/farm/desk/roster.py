@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import msgspec
 
 from farm.keys import CellName
-from farm.wire import CellState, Health, Level
+from farm.wire import CellState, Configuration, Health, Level
 
 LOST, SILENT = "lost", "silent"
 """Words for a cell that is not there, and for one that is there and says nothing."""
@@ -28,6 +29,7 @@ class Row(msgspec.Struct, frozen=True):
         last_event: Newest number of its journal; 0: not known, or empty.
         missing: Events that its journal no longer had when they were asked for.
         cpu_percent, memory_mb: Of its link.
+        configuration: How it differs from its own files; None: not known yet.
     """
 
     name: str
@@ -41,6 +43,7 @@ class Row(msgspec.Struct, frozen=True):
     missing: int
     cpu_percent: float
     memory_mb: float
+    configuration: Configuration | None = None
 
 
 class Counted(NamedTuple):
@@ -144,6 +147,7 @@ class Roster:
             missing=entry.missing,
             cpu_percent=health.cpu_percent if health is not None else 0.0,
             memory_mb=health.memory_mb if health is not None else 0.0,
+            configuration=health.configuration if health is not None else None,
         )
 
     def _judged(self, entry: Entry, now: float) -> tuple[Level, str, float, str]:
@@ -160,6 +164,45 @@ class Roster:
         if entry.health is not None and entry.health.journal:
             level, text = max(level, Level.WARN), f"journal: {entry.health.journal}"
         return level, state.mode or SILENT, entry.mode_since, text
+
+
+def differs(shown: Configuration | None) -> str:
+    """Return in words how a cell's configuration differs from its own files.
+
+    Example:
+        >>> differs(Configuration(2, "slow (1a2b)", "slow (1a2b)"))
+        'slow (1a2b)'
+        >>> differs(Configuration(3, "slow (1a2b)", ""))
+        'slow (1a2b), next start: own files'
+    """
+    if shown is None or (not shown.running and not shown.wanted):
+        return shown.note if shown is not None else ""
+    running = shown.running or "own files"
+    if shown.running != shown.wanted:
+        running += f", next start: {shown.wanted or 'own files'}"
+    return f"{running}; {shown.note}" if shown.note else running
+
+
+class Alike(msgspec.Struct, frozen=True):
+    """Cells whose configuration differs from their own files in the same way.
+
+    Attributes:
+        text: How; as :func:`differs` says it.
+        cells: MACHINE/CELL.
+    """
+
+    text: str
+    cells: list[str]
+
+
+def alike(rows: Iterable[Row]) -> list[Alike]:
+    """Return who has which configuration; cells with their own files come last."""
+    found: dict[str, list[str]] = {}
+    for row in rows:
+        found.setdefault(differs(row.configuration), []).append(row.name)
+    own = found.pop("", [])
+    groups = [Alike(text, sorted(names)) for text, names in sorted(found.items())]
+    return [*groups, *([Alike("own files", sorted(own))] if own else [])]
 
 
 def _rank(row: Row) -> int:

@@ -9,7 +9,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from farm.link.rights import ALWAYS, GUARDED, Rights
+from farm.link.rights import ALWAYS, ASKABLE, Rights
 from farm.wire import Command
 
 LONGEST_EXPIRY_S = 2.0
@@ -27,7 +27,7 @@ class Guard:
     Attributes:
         rights: Who may do what.
         remote: Whether the local switch lets the farm move this cell.
-        revision: Of the state that is shown now.
+        revision: Of what is shown now: the state, or the number of configurations decided.
         seen: Ids that were taken, and when each expires [s since 1970].
     """
 
@@ -78,10 +78,10 @@ def _wrong(command: Command) -> str:
                 f"{name} = {text[:63]!r}: allowed are 1 to 63 letters, digits, dots, dashes "
                 "and underlines"
             )
-    if command.command not in ALWAYS + GUARDED:
+    if command.command not in ALWAYS + ASKABLE:
         return (
             f"{command.command[:63]}: the farm may not ask for this; "
-            f"allowed are {', '.join(ALWAYS + GUARDED)}"
+            f"allowed are {', '.join(ALWAYS + ASKABLE)}"
         )
     return ""
 

@@ -12,6 +12,9 @@ ALWAYS = ("STOP", "PAUSE")
 """Neither role nor switch nor revision is asked for."""
 GUARDED = ("RESUME", "RESET", "HOME", "ALIGN", "ESTOP", "ACKNOWLEDGE", "SPEED")
 """Taken from the farm if role, switch and revision allow it. No targets: those are for the cell."""
+CONFIGURING = ("EXAMINE", "CONFIGURE", "TAKE_BACK")
+"""About the configuration of the cell's next start; based on the number of its changes."""
+ASKABLE = GUARDED + CONFIGURING
 Word = Annotated[str, Meta(min_length=1, max_length=63)]
 
 
@@ -31,8 +34,8 @@ class Rights(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
                 yield key, role, f"allowed are the roles {known}"
         for role, commands in self.roles.items():
             for command in commands:
-                if command not in GUARDED:
-                    yield f"roles.{role}", command, f"allowed are {', '.join(GUARDED)}"
+                if command not in ASKABLE:
+                    yield f"roles.{role}", command, f"allowed are {', '.join(ASKABLE)}"
 
     def role(self, person: str) -> str:
         """Return the role of a person."""

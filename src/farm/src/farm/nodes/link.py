@@ -6,14 +6,16 @@ of this machine; default: the farm that this machine has joined, else farm.yaml)
 ``farm/remote`` (std_srvs/SetBool), the local switch that lets the farm move this cell; it is off at
 the start unless farm.yaml says otherwise. Subscribes to ``twin_controller/state``, and to
 ``real/joint_states`` and ``twin/joint_states`` while somebody of the farm looks at the joints.
-Calls ``twin_controller/command`` in the name ``/farm/PERSON@DESK``. Publishes ``/diagnostics``. It
-waits for the desk and outlives it; its own death ends nothing.
+Calls ``twin_controller/command`` in the name ``/farm/PERSON@DESK``. Publishes ``/diagnostics``, and
+to ``twin_controller/audit`` who asked for a change of the configuration. It waits for the desk and
+outlives it; its own death ends nothing.
 """
 
 from __future__ import annotations
 
 import os
 import socket
+import subprocess
 import sys
 import threading
 import time
@@ -23,6 +25,7 @@ from pathlib import Path
 import rospy
 from msgspec.structs import replace
 from scara_config import ConfigError, config_directory
+from scara_config.rollout.kept import kept_file
 from scara_ros.diagnosis import Diagnosis, Level
 from scara_ros.io.service_connection import ServiceError
 from scara_ros.memory import keep_for_good
@@ -38,17 +41,25 @@ from farm.io.bus import BusError, wait_for_desk
 from farm.link.commands import caller_id
 from farm.link.event_text import describe
 from farm.link.io.cell_link import CellLink, LinkSettings
+from farm.link.io.changes import CellChanges
 from farm.link.io.journal_files import JournalFiles
 from farm.link.io.recordings import RecordingFiles
 from farm.link.shown import Pair, Shown, show, silent
 from farm.security.io.invitation import SecurityError, keys_folder
 from farm.security.io.membership import as_member
 from farm.wire import Answer, CellState, Command, Joints
-from scara_msgs.msg import TwinControllerState
+from scara_msgs.msg import Audit, TwinControllerState
 from scara_msgs.srv import TwinCommand
 
 NAME = "farm_link"
 JOURNAL = "journal"
+DOCTOR = ("rosrun", "robot_doctor", "doctor", "--offline", "--config-dir")
+DOCTOR_S = 20.0
+"""Our choice: it takes 1.4 s on an idle machine."""
+DOCTOR_LINES = 12
+"""Of what it says, the last so many are told."""
+LOWEST = 19
+"""Niceness of the doctor: the cell comes first."""
 
 
 class Link:
@@ -66,6 +77,7 @@ class Link:
         self._listeners: list[rospy.Subscriber] = []
         self._lock = threading.Lock()
         self._diagnostics = Diagnostics("farm")
+        self._audit = rospy.Publisher("twin_controller/audit", Audit, queue_size=10)
         self._service = rospy.Service("farm/remote", SetBool, self._switch)
         # Only what is sent is read: 5 of the controller's 20 states a second.
         self._subscriber = rospy.Subscriber(
@@ -85,6 +97,17 @@ class Link:
         except ServiceError as error:
             return Answer(False, str(error))
         return Answer(bool(answer.success), str(answer.message))
+
+    def tell(self, command: Command, answer: Answer) -> None:
+        """Tell the audit who asked for a change of the configuration, and what came of it."""
+        what = command.command
+        if command.change is not None:
+            what += f" {command.change.text}"
+        entry = Audit(
+            who=caller_id(command), what=what, success=answer.accepted, outcome=answer.text
+        )
+        entry.header.stamp = rospy.Time.now()
+        self._audit.publish(entry)
 
     def watched(self, somebody: bool) -> None:
         """Listen to both sides' joints only while somebody looks."""
@@ -185,10 +208,35 @@ def main() -> None:
         sys.exit(2)
     journal = JournalFiles(runs / JOURNAL / (namespace or "cell"), describe)
     link = Link(config)
+    try:
+        kept = kept_file(runs, namespace or "cell")
+        changes = CellChanges(kept, config_directory(), examined, link.tell)
+    except ConfigError as error:
+        rospy.logfatal("%s: %s", NAME, error)
+        sys.exit(2)
     rospy.loginfo("%s is ready: %s, desk at %s", NAME, cell, config.router.endpoint)
     keep_for_good()
     with until_shutdown():
-        _serve(config, cell, journal, link, RecordingFiles(runs))
+        _serve(config, cell, journal, link, RecordingFiles(runs), changes)
+
+
+def examined(folder: Path) -> list[str]:
+    """Return what the doctor finds wrong with a configuration, a line each."""
+    try:
+        done = subprocess.run(
+            ["nice", f"-n{LOWEST}", *DOCTOR, str(folder)],
+            capture_output=True,
+            text=True,
+            timeout=DOCTOR_S,
+            env={**os.environ, "NO_COLOR": "1", "TERM": "dumb"},
+        )
+    except (OSError, subprocess.TimeoutExpired) as error:
+        return [f"the doctor did not answer: {error}"]
+    if done.returncode == 0:
+        return []
+    said = (done.stdout + done.stderr).replace(f"{folder}/", "")
+    lines = [line.strip() for line in said.splitlines()]
+    return [line for line in lines if line and not line.startswith("ok ")][-DOCTOR_LINES:]
 
 
 def _serve(
@@ -197,6 +245,7 @@ def _serve(
     journal: JournalFiles,
     link: Link,
     recordings: RecordingFiles,
+    changes: CellChanges,
 ) -> None:
     ended = threading.Event()
     rospy.on_shutdown(ended.set)
@@ -215,7 +264,9 @@ def _serve(
     )
     with (
         session,
-        CellLink(session, cell, settings, journal, link.forward, link.watched, recordings) as bus,
+        CellLink(
+            session, cell, settings, journal, link.forward, link.watched, recordings, changes
+        ) as bus,
     ):
         rospy.loginfo("%s: the desk is there", NAME)
         link.run(bus)

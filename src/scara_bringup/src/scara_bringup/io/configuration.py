@@ -1,14 +1,14 @@
-"""A copy of the configuration with other ports, for a second cell on the same machine."""
+"""The configuration that a cell starts with: its files, other ports, a change from elsewhere."""
 
 from __future__ import annotations
 
-import shutil
 from pathlib import Path
 from typing import Any
 
 import msgspec
 from ruamel.yaml import YAML
-from scara_config import files_in_force
+from scara_config.profile import copy_in_force
+from scara_config.rollout.kept import Kept, faults_of, read_kept, write_kept
 
 from scara_bringup.config import DOOR_FILES, Ports
 
@@ -22,10 +22,7 @@ def copy_with_ports(source: Path, target: Path, ports: Ports = NO_PORTS) -> Path
 
     The copy is flat: one robot, no folder of robots. Comments are kept. Returns ``target``.
     """
-    target.mkdir(parents=True, exist_ok=True)
-    for name, file in files_in_force(source).items():
-        (target / name).parent.mkdir(exist_ok=True)
-        shutil.copy(file, target / name)
+    copy_in_force(source, target)
     for name, port in msgspec.structs.asdict(ports).items():
         if port is not None:
             _change(target / DOOR_FILES[name], ["port"], port)
@@ -34,6 +31,39 @@ def copy_with_ports(source: Path, target: Path, ports: Ports = NO_PORTS) -> Path
     if ports.gateway is not None:
         _change(target / "twin_controller.yaml", ["twin", "url"], f"ws://127.0.0.1:{ports.gateway}")
     return target
+
+
+def begin_with_change(file: Path, source: Path) -> Kept:
+    """Begin a start: note that the cell's change is tried now, or leave it.
+
+    Args:
+        file: Where the cell keeps it.
+        source: Folder of the configuration that it is applied to.
+
+    Returns:
+        What holds from this start on.
+
+    Raises:
+        ConfigError: The file cannot be read or written.
+    """
+    kept = read_kept(file)
+    now = kept.start()
+    while now.wanted is not None and (faults := faults_of(now.wanted, source)):
+        now = now.unfit(faults[0])
+    if now != kept:
+        write_kept(file, now)
+    return now
+
+
+def got_ready(file: Path) -> None:
+    """Note that the cell has got ready with its change.
+
+    Raises:
+        ConfigError: The file cannot be read or written.
+    """
+    kept = read_kept(file)
+    if kept.begun and not kept.proven:
+        write_kept(file, kept.ready())
 
 
 def _change(file: Path, keys: list[str], value: Any) -> None:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import os
 import sys
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -18,10 +19,12 @@ import typer
 from scara_config import ConfigError, config_directory, load_robot
 from scara_config.profile import CHOICE, PLANT_CHOICE, chosen_plant, plant_path
 from scara_config.readers import check_files
+from scara_config.rollout.kept import apply_change, kept_file
 from scara_ros.io.hardening import harden_process
+from scara_ros.names import cell_of
 
 from scara_bringup.config import Ports, load_bringup, load_doors
-from scara_bringup.io.configuration import copy_with_ports
+from scara_bringup.io.configuration import begin_with_change, copy_with_ports, got_ready
 from scara_bringup.io.executables import judge_is_installed
 from scara_bringup.io.forked import WarmParent, WarmParentError
 from scara_bringup.io.master import MasterProbe
@@ -248,12 +251,13 @@ def run(wishes: Wishes) -> tuple[int, Path | None]:
         )
         own_master = check_before_start(nodes, MasterProbe(os.environ["ROS_MASTER_URI"]))
         folder = prepare(wishes.output)
-        if wishes.ports:
-            copied = copy_with_ports(config_directory(), folder / "config", wishes.ports)
-            os.environ["SCARA_CONFIG_DIR"] = str(copied)
+        change = own_configuration(wishes, folder)
         os.environ["ROS_HOME"] = str(folder / "ros_home")
         shown = Shown("up" if wishes.people else "demo", robot, plant, wishes.browser)
-        return _run(wishes, folder, shown, own_master, turn), folder
+        ready = [turn.end] if turn is not None else []
+        ready += [partial(got_ready, change)] if change is not None else []
+        shown = replace(shown, on_ready=tuple(ready))
+        return _run(wishes, folder, shown, own_master), folder
     except ConfigError as error:
         screen.complain(str(error))
         return WRONG, None
@@ -280,7 +284,37 @@ def with_room(wishes: Wishes, name: str) -> Wishes:
     return replace(wishes, ports=ports, master_port=master)
 
 
-def _run(wishes: Wishes, folder: Path, shown: Shown, own_master: bool, turn: Turn | None) -> int:
+def own_configuration(wishes: Wishes, folder: Path) -> Path | None:
+    """Let the cell's programs read a copy of the configuration where it is not as the files say.
+
+    Args:
+        wishes: Of the cell; only one for people takes a change that was rolled out.
+        folder: Of this run.
+
+    Returns:
+        Where the cell keeps such a change; None: it has none.
+
+    Raises:
+        ConfigError: What is kept cannot be read or written.
+    """
+    source, change, file = config_directory(), None, None
+    if wishes.people:
+        cell = cell_of(os.environ["ROS_NAMESPACE"])
+        file = kept_file(runs_of(folder, wishes.runs), cell)
+        kept = begin_with_change(file, source)
+        change = kept.wanted
+        if kept.note:
+            screen.complain(f"configuration: {kept.note}")
+    if wishes.ports or change is not None:
+        copied = copy_with_ports(source, folder / "config", wishes.ports)
+        if change is not None:
+            apply_change(change, source, copied)
+            screen.say(f"cell: configuration changed by the farm: {change.text}, by {kept.by}")
+        os.environ["SCARA_CONFIG_DIR"] = str(copied)
+    return file if change is not None else None
+
+
+def _run(wishes: Wishes, folder: Path, shown: Shown, own_master: bool) -> int:
     """Run a cell that was found right, in the environment that its nodes inherit."""
     deadlines, doors = load_bringup(), load_doors()
     runs = str(runs_of(folder, wishes.runs))
@@ -294,7 +328,7 @@ def _run(wishes: Wishes, folder: Path, shown: Shown, own_master: bool, turn: Tur
         WarmParent.of_this_process() as warm,
         Processes(folder / "log", os.environ, warm) as processes,
     ):
-        shown = replace(shown, runs=runs, on_ready=turn.end if turn is not None else None)
+        shown = replace(shown, runs=runs)
         shell = CellShell(processes, master, deadlines, doors, folder, shown)
         return shell.run(nodes, foreground, own_master)
 

@@ -60,7 +60,7 @@ class Shown:
         plant: How its stand-in behaves.
         browser: Whether the operator's page is opened where there is a display.
         runs: The folder of all recordings and journals.
-        on_ready: Is called when the cell is ready.
+        on_ready: Are called when the cell is ready.
     """
 
     verb: str
@@ -68,7 +68,7 @@ class Shown:
     plant: str
     browser: bool = False
     runs: str = ""
-    on_ready: Callable[[], None] | None = None
+    on_ready: tuple[Callable[[], None], ...] = ()
 
 
 class CellShell:
@@ -182,8 +182,8 @@ class CellShell:
         """Tell that the cell is ready: to the person here, and to whoever asks for its status."""
         addresses = screen.page_addresses(self._doors, cell.nodes, self._folder)
         self._announced.enter_context(announced(self._running(cell, addresses)))
-        if self._shown.on_ready is not None:
-            self._shown.on_ready()
+        for tell in self._shown.on_ready:
+            tell()
         seconds = time.monotonic() - self._began
         if self._foreground:
             screen.say(f"cell: ready after {seconds:.1f} s")

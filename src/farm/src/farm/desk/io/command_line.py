@@ -23,7 +23,7 @@ from scara_config import ConfigError
 from farm import keys
 from farm.config import FarmConfig, load_farm
 from farm.desk.questions import QuestionError, Wanted, causes, query, since, table
-from farm.desk.roster import LOST, Row
+from farm.desk.roster import LOST, Row, differs
 from farm.io.bus import BusError, open_client
 
 WRONG, FAILED = 2, 1
@@ -90,11 +90,14 @@ def cells(router_port: RouterPort = None) -> None:
     """List the cells, the worst first."""
     config = configured(router_port)
     with open_session(config) as session:
-        rows = _rows(config, session)
+        rows = roster_rows(config, session)
     if rows is None:
         fail("the desk does not answer, though its router is there", FAILED)
-    lines = [(r.name, _status(r), r.text, r.last_event, r.missing or "") for r in rows]
-    print_table(("cell", "status", "why", "events", "missing"), lines)
+    lines = [
+        (r.name, _status(r), r.text, r.last_event, r.missing or "", differs(r.configuration))
+        for r in rows
+    ]
+    print_table(("cell", "status", "why", "events", "missing", "configuration"), lines)
     typer.echo(f"{len(rows)} cells, {sum(row.status == LOST for row in rows)} lost")
 
 
@@ -158,7 +161,7 @@ def _order(command: str, word: str, router_port: int | None, person: str | None)
             typer.echo(f"{command} {answered.text}")
             bad += answered.answer is None or not answered.answer.accepted
         # The desk may be slow or gone; it was asked last.
-        lost = [row for row in _rows(config, session) or () if row.status == LOST]
+        lost = [row for row in roster_rows(config, session) or () if row.status == LOST]
     for row in lost if word == "all" else ():
         typer.echo(f"{command} {row.name}: NOT REACHED: {_status(row)}")
     typer.echo(f"{len(chosen)} cells asked, {bad} did not accept, {len(lost)} are lost")
@@ -182,7 +185,7 @@ def print_table(names: Sequence[str], rows: Sequence[Sequence[object]]) -> None:
         typer.echo(line)
 
 
-def _rows(config: FarmConfig, session: zenoh.Session) -> list[Row] | None:
+def roster_rows(config: FarmConfig, session: zenoh.Session) -> list[Row] | None:
     """Return the desk's rows; None: it does not answer."""
     for reply in session.get(f"{config.site}/{keys.ROSTER}", timeout=CONNECT_S):
         if reply.ok is not None:
@@ -262,7 +265,8 @@ def main() -> None:
     import farm.desk.io.lines.comparing
     import farm.desk.io.lines.key_figures
     import farm.desk.io.lines.machines
-    import farm.desk.io.lines.recordings  # noqa: F401
+    import farm.desk.io.lines.recordings
+    import farm.desk.io.lines.rollout  # noqa: F401
 
     signal.signal(signal.SIGPIPE, signal.SIG_DFL)
     app(prog_name="./cell farm")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import queue
 import time
 import uuid
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import zenoh
@@ -65,15 +65,33 @@ def order(
         desk: From which machine.
         expiry_s: The cells take it for so long.
     """
+    expires = time.time() + expiry_s
+    asked = {cell: Command(uuid.uuid4().hex, command, person, desk, expires) for cell in cells}
+    return ask(session, asked, expiry_s)
+
+
+def ask(
+    session: zenoh.Session,
+    asked: Mapping[CellName, Command],
+    answer_s: float,
+    priority: zenoh.Priority = zenoh.Priority.REAL_TIME,
+) -> Iterator[Answered]:
+    """Ask each cell its own question, all at once, and yield what they answer, as it comes.
+
+    Args:
+        session: An open session.
+        asked: What each is asked.
+        answer_s: An answer is waited for so long.
+        priority: Of the questions on the bus.
+    """
     answers: queue.SimpleQueue[tuple[CellName, Answer | None]] = queue.SimpleQueue()
     begun = time.monotonic()
-    for cell in cells:
-        asked = Command(uuid.uuid4().hex, command, person, desk, time.time() + expiry_s)
-        _ask(session, cell, asked, expiry_s, answers)
-    waiting = set(cells)
+    for cell, command in asked.items():
+        _ask(session, cell, command, answer_s, priority, answers)
+    waiting = set(asked)
     while waiting:
         try:
-            left = expiry_s + MARGIN_S - (time.monotonic() - begun)
+            left = answer_s + MARGIN_S - (time.monotonic() - begun)
             cell, answer = answers.get(timeout=max(0.0, left))
         except queue.Empty:
             break
@@ -88,7 +106,8 @@ def _ask(
     session: zenoh.Session,
     cell: CellName,
     command: Command,
-    expiry_s: float,
+    answer_s: float,
+    priority: zenoh.Priority,
     answers: queue.SimpleQueue[tuple[CellName, Answer | None]],
 ) -> None:
     """Ask one cell; its answer comes into the queue, None when no more can come."""
@@ -100,8 +119,8 @@ def _ask(
         cell.key(COMMAND),
         zenoh.handlers.Callback(take, lambda: answers.put((cell, None))),
         payload=encode(command),
-        timeout=expiry_s,
-        priority=zenoh.Priority.REAL_TIME,
+        timeout=answer_s,
+        priority=priority,
         congestion_control=zenoh.CongestionControl.BLOCK,
     )
 

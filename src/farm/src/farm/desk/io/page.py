@@ -38,7 +38,7 @@ from farm.desk.io.past.comparing import compare_cells, compare_weeks
 from farm.desk.io.reading import AskingError
 from farm.desk.kpi import KeyFigures
 from farm.desk.questions import QuestionError, since
-from farm.desk.roster import Row
+from farm.desk.roster import Alike, Row, alike
 from farm.keys import ChoiceError, choose
 from farm.link.rights import ALWAYS
 
@@ -79,6 +79,7 @@ class Wall(msgspec.Struct, frozen=True):
     cells: list[Row]
     events: list[ShownEvent]
     alarms: list[AlarmRow]
+    configurations: list[Alike]
 
 
 class Figures(msgspec.Struct, frozen=True):
@@ -129,7 +130,8 @@ class Page:
                 for cell, e in reversed(tuple(self._desk.recent))
             ]
             desk = self._desk
-            wall = Wall(time.time(), desk.trouble, desk.rows(), shown, desk.alarm_rows())
+            rows = desk.rows()
+            wall = Wall(time.time(), desk.trouble, rows, shown, desk.alarm_rows(), alike(rows))
             self._wall, self._made = msgspec.json.encode(wall), now
             self._packed = gzip.compress(self._wall, PACKED)
         return self._wall
@@ -250,6 +252,11 @@ class Page:
             _text("h2", "Away from their own past, 30 days")
             ui.element("ol").props("id=drifts")
             ui.element("div").classes("drift-picture").props("id=drift-picture")
+        with ui.element("section").classes("card").props('aria-label="Configuration"'):
+            with ui.element("div").classes("card-head"):
+                _text("h2", "Configuration")
+                _text("span", "changes that were rolled out: ./cell farm rollout", "muted")
+            ui.element("ol").props("id=configurations")
         with ui.element("section").classes("card").props('aria-label="Comparison"'):
             with ui.element("div").classes("card-head"):
                 _text("h2", "Compare")

@@ -19,14 +19,16 @@ import zenoh
 
 from farm import keys
 from farm.link.commands import Guard, judge
+from farm.link.io.changes import CellChanges
 from farm.link.io.newest import Newest
 from farm.link.io.recordings import RecordingError, RecordingFiles
 from farm.link.journal import Journal, JournalReadError
-from farm.link.rights import Rights
+from farm.link.rights import CONFIGURING, Rights
 from farm.wire import (
     Answer,
     CellState,
     Command,
+    Configuration,
     Health,
     Joints,
     PieceAsked,
@@ -41,6 +43,8 @@ IDLE_S = 1.0
 """Our choice: so often a thread that has nothing to send looks whether it ends."""
 PACE = 8e6
 """Our choice: recordings leave the cell at this rate [bytes/s], so that a fetch is no load."""
+LONGEST_COMMAND = 65_536
+"""Our choice: a change of 200 values takes less [bytes]."""
 Forward = Callable[[Command], Answer]
 """Hands a command on to the cell and returns its answer within the link's time; never raises."""
 
@@ -72,6 +76,7 @@ class CellLink:
         forward: Forward,
         watched: Callable[[bool], None] = lambda _: None,
         recordings: RecordingFiles | None = None,
+        changes: CellChanges | None = None,
     ) -> None:
         """Declare everything and begin.
 
@@ -83,8 +88,9 @@ class CellLink:
             forward: Hands a command on.
             watched: Is told when somebody begins or ceases to look at the joints.
             recordings: What the farm may fetch; None: nothing.
+            changes: Of the cell's configuration; None: it takes none.
         """
-        self._recordings = recordings
+        self._recordings, self._changes = recordings, changes
         self._cell, self._settings, self._journal, self._forward = cell, settings, journal, forward
         self._newest: Newest[bytes] = Newest()
         self._lock = threading.Lock()
@@ -206,6 +212,7 @@ class CellLink:
             last_event=bounds[1],
             dropped=self._newest.replaced,
             journal=fault,
+            configuration=self._changes.shown() if self._changes else Configuration(),
         )
         self._put(keys.HEALTH, encode(health))
 
@@ -216,13 +223,23 @@ class CellLink:
 
     def _judged(self, data: bytes) -> Answer:
         try:
+            if len(data) > LONGEST_COMMAND:
+                raise WireError(f"{len(data)} bytes: allowed are {LONGEST_COMMAND}")
             command = decode(data, Command)
         except WireError as error:
             return Answer(False, f"this is no command: {error}")
+        changes = self._changes if command.command in CONFIGURING else None
         with self._lock:
-            guard = Guard(self._settings.rights, self._remote, self._revision, self._seen)
+            revision = changes.number if changes is not None else self._revision
+            guard = Guard(self._settings.rights, self._remote, revision, self._seen)
             why, self._seen = judge(command, guard, time.time())
-        return Answer(False, why) if why else self._forward(command)
+        if why:
+            return Answer(False, why)
+        if changes is not None:
+            return changes.obey(command)
+        if command.command in CONFIGURING:
+            return Answer(False, f"{command.command}: this cell takes no changes")
+        return self._forward(command)
 
     def _events(self, query: zenoh.Query) -> None:
         """Answer ``events?since=N&limit=M``."""

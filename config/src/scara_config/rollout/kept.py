@@ -1,0 +1,178 @@
+"""What a cell keeps of changes that came from elsewhere; a change holds from its next start on.
+
+A change that the cell does not get ready with is left by itself at the start after that.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import msgspec
+from msgspec.structs import replace
+from scara_config.loader import ConfigError
+from scara_config.profile import copy_in_force, files_in_force
+from scara_config.readers import check_files
+from scara_config.rollout.change import Change
+from scara_config.writer import changed_text, replace_file
+
+FOLDER, FILE, RUNNING = "configuration", "kept.json", "running_change.json"
+
+
+class Kept(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Changes of one cell.
+
+    Attributes:
+        number: Counts what was decided; a question that is based on another number is refused.
+        wanted: Holds from the next start on; None: the files as they are.
+        before: Held before; taking back leads there.
+        by: Who has decided last, PERSON@DESK.
+        begun: A start with it has begun.
+        proven: The cell has got ready with it, or without any.
+        note: Why the cell has left a change by itself; or empty.
+    """
+
+    number: int = 0
+    wanted: Change | None = None
+    before: Change | None = None
+    by: str = ""
+    begun: bool = False
+    proven: bool = True
+    note: str = ""
+
+    def offered(self, change: Change, by: str) -> Kept:
+        """Return it with a new change; one that was never proven is forgotten."""
+        before = self.wanted if self.proven else self.before
+        return Kept(self.number + 1, change, before, by, proven=False)
+
+    def taken_back(self, by: str, note: str = "") -> Kept:
+        """Return it with what held before."""
+        return Kept(self.number + 1, self.before, by=by, note=note)
+
+    def start(self) -> Kept:
+        """Return it as a start begins with it: a change is tried once, then it must be proven."""
+        if self.proven:
+            return self
+        if self.begun:
+            return self._left("the cell did not get ready with it")
+        return replace(self, begun=True)
+
+    def unfit(self, fault: str) -> Kept:
+        """Return it without a change that no longer fits the cell's files."""
+        return self._left(fault)
+
+    def ready(self) -> Kept:
+        """Return it after the cell has got ready."""
+        return replace(self, proven=True)
+
+    def _left(self, why: str) -> Kept:
+        left = self.wanted.text if self.wanted is not None else "a change"
+        return self.taken_back(self.by, f"left {left} by itself: {why}")
+
+
+def kept_file(runs: Path, cell: str) -> Path:
+    """Return where a cell keeps its changes.
+
+    Args:
+        runs: Its runs folder.
+        cell: Its namespace without slashes at the ends, or ``cell``.
+    """
+    return runs / FOLDER / cell / FILE
+
+
+def read_kept(file: Path) -> Kept:
+    """Return what is kept; nothing if there is no file.
+
+    Raises:
+        ConfigError: It cannot be read.
+    """
+    try:
+        return msgspec.json.decode(file.read_bytes(), type=Kept)
+    except FileNotFoundError:
+        return Kept()
+    except (OSError, msgspec.DecodeError) as error:
+        raise ConfigError(f"{file}: cannot be read: {error}; remove it to begin anew") from error
+
+
+def write_kept(file: Path, kept: Kept) -> None:
+    """Keep it: whole on the disk, or as it was.
+
+    Raises:
+        ConfigError: It cannot be written.
+    """
+    with contextlib.suppress(OSError):  # the next line says it
+        file.parent.mkdir(parents=True, exist_ok=True)
+    if not file.parent.is_dir():
+        raise ConfigError(f"{file.parent}: cannot be made")
+    replace_file(file, msgspec.json.encode(kept).decode() + "\n")
+
+
+class Running(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The change that a cell runs with.
+
+    Attributes:
+        change: Which.
+        base: Folder of the files that it was applied to.
+    """
+
+    change: Change
+    base: str
+
+
+def apply_change(change: Change, base: Path, folder: Path) -> None:
+    """Write a change into a flat copy of the configuration, and which one it is beside it.
+
+    Args:
+        change: What becomes what.
+        base: Folder that was copied.
+        folder: The copy (:func:`scara_config.profile.copy_in_force`).
+
+    Raises:
+        ConfigError: A file or a key is not there; the copy is not to be used then.
+    """
+    there = files_in_force(folder)
+    for file, values in change.by_file().items():
+        if file not in there:
+            raise ConfigError(f"{file}: this cell has no such file")
+        replace_file(folder / file, changed_text(folder / file, values))
+    told = msgspec.json.encode(Running(change, str(base))).decode()
+    replace_file(folder / RUNNING, told + "\n")
+
+
+def running_change(folder: Path) -> Running | None:
+    """Return the change that a cell's configuration was made with; None: with none.
+
+    Raises:
+        ConfigError: It cannot be read.
+    """
+    file = folder / RUNNING
+    try:
+        return msgspec.json.decode(file.read_bytes(), type=Running)
+    except FileNotFoundError:
+        return None
+    except (OSError, msgspec.DecodeError) as error:
+        raise ConfigError(f"{file}: cannot be read: {error}") from error
+
+
+@contextlib.contextmanager
+def changed_copy(change: Change, base: Path) -> Iterator[Path]:
+    """Give a copy of the configuration with a change in it, for whoever judges it.
+
+    Raises:
+        ConfigError: A file or a key is not there.
+    """
+    with tempfile.TemporaryDirectory(prefix="change_") as folder:
+        copy_in_force(base, Path(folder))
+        apply_change(change, base, Path(folder))
+        yield Path(folder)
+
+
+def faults_of(change: Change, base: Path) -> list[str]:
+    """Return what is wrong with a cell's files once they are changed, a line each."""
+    try:
+        with changed_copy(change, base) as folder:
+            return [line.replace(f"{folder}/", "") for line in check_files(folder)]
+    except ConfigError as error:
+        return str(error).splitlines()

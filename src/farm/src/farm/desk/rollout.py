@@ -1,0 +1,119 @@
+"""A roll-out of a change, step by step: one cell, wait, the rest. Pure: what to do next.
+
+Nothing of it is stored: each step follows from what the cells show. So a roll-out that was ended
+goes on where it was with the same words, and never by itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+from farm.desk.roster import LOST, SILENT, Row
+from farm.wire import Configuration, Level
+
+
+class Do(Enum):
+    """What to do next."""
+
+    OFFER = "offer"
+    WAIT = "wait"
+    DONE = "done"
+    END = "end"
+
+
+@dataclass(frozen=True)
+class Step:
+    """The next step.
+
+    Attributes:
+        do: What to do.
+        cells: Whom to offer the change to.
+        text: One line for people.
+    """
+
+    do: Do
+    cells: tuple[str, ...] = ()
+    text: str = ""
+
+
+@dataclass(frozen=True)
+class Watch:
+    """What was seen of the first cell so far.
+
+    Attributes:
+        since: When it was first seen running with the change [s]; None: not yet.
+    """
+
+    since: float | None = None
+
+
+def next_step(
+    wanted: str,
+    cells: Sequence[str],
+    rows: Mapping[str, Row],
+    watch: Watch,
+    wait_s: float,
+    now: float,
+) -> tuple[Step, Watch]:
+    """Return what to do next.
+
+    Args:
+        wanted: The change, NAME (DIGEST).
+        cells: Who gets it, MACHINE/CELL, the first one first.
+        rows: What the desk knows of them.
+        watch: As returned before.
+        wait_s: The first cell has to be well for so long before the rest get the change [s].
+        now: Time [s].
+
+    Returns:
+        The step, and what was seen.
+    """
+    for cell in cells:
+        if why := _trouble(wanted, cell, rows.get(cell)):
+            return Step(Do.END, (), why), watch
+    first, rest = cells[0], tuple(cells[1:])
+    shown = {cell: _shown(rows[cell]) for cell in cells}
+    if shown[first].wanted != wanted:
+        return Step(Do.OFFER, (first,), f"{first} first"), watch
+    if not _runs(shown[first], wanted):
+        return Step(Do.WAIT, (), f"{first}: waits for its next start"), watch
+    begun = watch.since if watch.since is not None else now
+    watch = Watch(begun)
+    if rows[first].level is Level.BAD:
+        why = f"{first} is not well with it: {rows[first].status}, {rows[first].text}"
+        return Step(Do.END, (), why), watch
+    left = tuple(cell for cell in rest if shown[cell].wanted != wanted)
+    if (left or not rest) and now - begun < wait_s:
+        return Step(Do.WAIT, (), f"{first}: runs with it, looked at for {wait_s:.0f} s"), watch
+    if left:
+        return Step(Do.OFFER, left[:1], f"{first} is well with it: {left[0]}"), watch
+    if waiting := [cell for cell in rest if not _runs(shown[cell], wanted)]:
+        return Step(Do.WAIT, (), f"wait for their next start: {', '.join(waiting)}"), watch
+    return Step(Do.DONE, (), f"{len(cells)} cells run with it"), watch
+
+
+def _shown(row: Row) -> Configuration:
+    return row.configuration or Configuration()
+
+
+def _runs(shown: Configuration, wanted: str) -> bool:
+    """Tell whether a cell runs with a change, and has got ready with it."""
+    return shown.running == shown.wanted == wanted and shown.proven
+
+
+def _trouble(wanted: str, cell: str, row: Row | None) -> str:
+    """Return why a roll-out has to end because of a cell; empty: it need not."""
+    if row is None:
+        return f"{cell} is not there"
+    shown = _shown(row)
+    is_starting = shown.wanted == wanted and not _runs(shown, wanted)
+    # A cell that starts anew is lost for a while.
+    if row.status in (LOST, SILENT) and not is_starting:
+        return f"{cell} is {row.status}: {row.text}" if row.text else f"{cell} is {row.status}"
+    if row.configuration is None:
+        return f"{cell} says nothing of its configuration"
+    if wanted in shown.note:
+        return f"{cell}: {shown.note}"
+    return ""

@@ -1,0 +1,83 @@
+"""A roll-out, step by step: one cell first, then the rest, and an end where one is not well."""
+
+from __future__ import annotations
+
+from farm.desk.rollout import Do, Watch, next_step
+from farm.desk.roster import LOST, SILENT, Alike, Row, alike
+from farm.wire import Configuration, Level
+from msgspec.structs import replace
+
+WANTED, WAIT_S = "slow (1a2b)", 60.0
+CELLS = ("m/a", "m/b", "m/c")
+OWN = Configuration()
+TOLD = Configuration(1, "", WANTED, proven=False)
+TRIED = Configuration(1, WANTED, WANTED, proven=False)
+RUNS = Configuration(1, WANTED, WANTED)
+
+
+def row(name: str, shown: Configuration | None, **more: object) -> Row:
+    """Return a cell that is well."""
+    good = Row(name, Level.GOOD, "IDLE", 0.0, "", None, 0.0, 1, 0, 1.0, 20.0, shown)
+    return replace(good, **more)
+
+
+def step(*shown: Configuration | None, since: float | None = None, now: float = 0.0, **first):
+    """Return what to do next, with the cells so."""
+    rows = {name: row(name, each) for name, each in zip(CELLS, shown)}
+    rows["m/a"] = replace(rows["m/a"], **first)
+    return next_step(WANTED, CELLS, rows, Watch(since), WAIT_S, now)
+
+
+def test_one_cell_first_then_the_rest_one_by_one() -> None:
+    """Nobody else gets it before the first was well with it for long enough."""
+    assert step(OWN, OWN, OWN)[0].cells == ("m/a",)
+    assert step(TOLD, OWN, OWN)[0].do is Do.WAIT
+    assert step(TRIED, OWN, OWN)[0].do is Do.WAIT
+    waits, watch = step(RUNS, OWN, OWN, now=100.0)
+    assert (waits.do, watch) == (Do.WAIT, Watch(100.0))
+    assert step(RUNS, OWN, OWN, since=100.0, now=159.0)[0].do is Do.WAIT
+    assert step(RUNS, OWN, OWN, since=100.0, now=160.0)[0].cells == ("m/b",)
+    assert step(RUNS, TOLD, OWN, since=100.0, now=161.0)[0].cells == ("m/c",)
+    assert step(RUNS, TOLD, RUNS, since=100.0, now=161.0)[0].text == (
+        "wait for their next start: m/b"
+    )
+    assert step(RUNS, RUNS, RUNS, since=100.0, now=161.0)[0].do is Do.DONE
+
+
+def test_a_single_cell_is_looked_at_as_long() -> None:
+    """There is no rest to wait for it, but whoever asked wants to know."""
+    rows = {"m/a": row("m/a", RUNS)}
+    assert next_step(WANTED, CELLS[:1], rows, Watch(0.0), WAIT_S, 59.0)[0].do is Do.WAIT
+    assert next_step(WANTED, CELLS[:1], rows, Watch(0.0), WAIT_S, 60.0)[0].do is Do.DONE
+
+
+def test_a_cell_that_starts_anew_is_waited_for() -> None:
+    """It is lost and silent for a while, with the change and before it is ready."""
+    for shown in (TOLD, TRIED):
+        for status in (LOST, SILENT):
+            assert step(shown, OWN, OWN, status=status, level=Level.BAD)[0].do is Do.WAIT
+
+
+def test_it_ends_where_a_cell_is_not_well() -> None:
+    """Lost, silent, bad, or back at what it had: the text says which and why."""
+    bad = step(RUNS, OWN, OWN, level=Level.BAD, status="FAULT", text="SRVO-062")[0]
+    assert (bad.do, bad.text) == (Do.END, "m/a is not well with it: FAULT, SRVO-062")
+    assert step(RUNS, OWN, OWN, status=LOST)[0].do is Do.END
+    assert step(OWN, OWN, OWN, status=LOST)[0].text == "m/a is lost"
+    assert step(None, OWN, OWN)[0].text == "m/a says nothing of its configuration"
+    left = Configuration(2, "", "", note=f"left {WANTED} by itself: the cell did not get ready")
+    assert step(left, OWN, OWN)[0].do is Do.END
+    other = replace(left, note="left quick (3c4d) by itself: the cell did not get ready")
+    assert step(other, OWN, OWN)[0].cells == ("m/a",)
+    gone = next_step(WANTED, CELLS, {"m/a": row("m/a", OWN)}, Watch(), WAIT_S, 0.0)[0]
+    assert (gone.do, gone.text) == (Do.END, "m/b is not there")
+
+
+def test_cells_are_grouped_by_what_differs() -> None:
+    """Those with their own files come last."""
+    rows = [row("m/a", OWN), row("m/b", RUNS), row("m/c", TOLD), row("m/d", RUNS)]
+    assert alike(rows) == [
+        Alike(f"own files, next start: {WANTED}", ["m/c"]),
+        Alike(WANTED, ["m/b", "m/d"]),
+        Alike("own files", ["m/a"]),
+    ]
