@@ -27,6 +27,11 @@ _BRAKING_LAG = 0.05
 choice."""
 
 
+_NOTICED = 10.0
+"""So many tolerances beyond a limit count. Between two set points inside, the smooth path goes over
+by less where a robot brakes into its limit. That is kept inside and is nobody's fault."""
+
+
 class LoopState(msgspec.Struct, frozen=True):
     """The loop that is closed: what control_msgs/JointControllerState tells."""
 
@@ -280,7 +285,8 @@ class JointLoop(Cells):
         sample, model = self._queue.sample(t), self.model
         if model.lower - model.tolerance <= sample[0] <= model.upper + model.tolerance:
             return sample
-        self.limited_steps += 1
+        over = max(model.lower - sample[0], sample[0] - model.upper)
+        self.limited_steps += over > _NOTICED * model.tolerance
         return min(max(sample[0], model.lower), model.upper), 0.0, 0.0
 
     def _limit_velocity(self, q: float, qdot: float) -> None:

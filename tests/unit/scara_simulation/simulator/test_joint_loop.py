@@ -273,6 +273,15 @@ def test_set_point_beyond_a_limit_is_kept_inside_and_counted():
     assert joint.loop.limited_steps == 1
 
 
+@pytest.mark.parametrize(("over", "counted"), [(0.9e-3, 0), (1.1e-3, 1)])
+def test_smooth_path_a_hair_beyond_a_limit_is_kept_inside_and_not_counted(over, counted):
+    """Two set points inside, and ten tolerances between them: no trouble worth an alarm."""
+    joint = Joint(q=1.0)
+    joint.loop.command_track(track([0.0], [(1.0 + over, 0.0, 0.0)]), 0)
+    assert joint.loop.reference(0.0, 1.0, 0.0, DT) == (1.0, 0.0, 0.0)
+    assert joint.loop.limited_steps == counted
+
+
 def test_set_point_beyond_a_limit_by_less_than_the_tolerance_is_followed():
     """Rounding at the limit is no trouble worth counting."""
     joint = Joint(q=1.0)
