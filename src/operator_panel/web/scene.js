@@ -6,6 +6,7 @@ const TRAIL_POINTS = 240;
 const TRAIL_STEP_M = 0.0015;
 const EDGE_ANGLE_DEG = 30;
 const PART_EDGES = 32;
+const PERSON = { radius: 0.25, low: -0.4, high: 1.3, place: 0.05 }; // m: a body on the floor, and what was seen
 const SEEN = 3e-4; // rad or m: less is no change of the picture, a resting encoder's noise least of all
 
 export class Scene {
@@ -16,6 +17,7 @@ export class Scene {
     this.pose = {};
     this.size = "";
     this.parts = new Map();
+    this.people = { told: "[]", bodies: [] };
     this.waiting = null;
     this.pace = null;
     this.poses = {};
@@ -43,6 +45,7 @@ export class Scene {
     if (this.waiting) this.putParts(this.waiting);
     for (const [side, pose] of Object.entries(frame.pose || {})) this.place(side, pose);
     for (const [side, tool] of Object.entries(frame.tool || {})) this.trace(side, tool);
+    this.putPeople(frame.people || []);
   }
 
   // Without WebGL there is a still picture, and a word why.
@@ -97,6 +100,37 @@ export class Scene {
       this.view.scene.remove(mesh);
       this.parts.delete(key);
     }
+  }
+
+  // Where sensors see people: a body that can be seen through, and the place itself.
+  putPeople(places) {
+    const told = JSON.stringify(places);
+    if (told === this.people.told) return;
+    while (this.people.bodies.length > places.length) this.view.scene.remove(this.people.bodies.pop());
+    while (this.people.bodies.length < places.length) this.people.bodies.push(this.person());
+    places.forEach(([x, y, z], k) => {
+      const body = this.people.bodies[k];
+      body.position.set(x, y, 0);
+      body.children[0].position.set(0, 0, z);
+    });
+    this.people.told = told;
+    this.pace.change();
+  }
+
+  person() {
+    const colour = css("--warn");
+    const surface = { color: colour, transparent: true, opacity: 0.22, depthWrite: false };
+    const height = PERSON.high - PERSON.low;
+    const shape = new THREE.CylinderGeometry(PERSON.radius, PERSON.radius, height, PART_EDGES)
+      .rotateX(Math.PI / 2)
+      .translate(0, 0, PERSON.low + height / 2);
+    const body = new THREE.Mesh(shape, new THREE.MeshPhongMaterial(surface));
+    body.add(new THREE.Mesh(new THREE.SphereGeometry(PERSON.place), new THREE.MeshPhongMaterial({ color: colour })));
+    body.add(new THREE.LineSegments(new THREE.EdgesGeometry(shape, EDGE_ANGLE_DEG), new THREE.LineBasicMaterial({ color: colour })));
+    body.name = "person";
+    body.renderOrder = 1;
+    this.view.scene.add(body);
+    return body;
   }
 
   // A cylinder along z; the real robot's is a ghost.

@@ -15,6 +15,7 @@ from operator_panel.view.snapshot import (
     Loop,
     Part,
     RobotPackage,
+    Sighting,
     Snapshot,
 )
 from scara_config import Robot
@@ -110,11 +111,12 @@ def asked(robot: Robot, time: float) -> Snapshot:
 
 
 def stopped(robot: Robot, time: float) -> Snapshot:
-    """Return a pair that was stopped at the robot."""
+    """Return a pair that was stopped at the robot, beside which somebody stands."""
     snapshot = _with(
         ready(robot, time), mode="STOPPED", why="STOP by operator 1: the target is cleared"
     )
-    return snapshot
+    somebody = Sighting((0.75, 0.35, 0.2), math.inf)
+    return msgspec.structs.replace(snapshot, people={"/scanner": somebody})
 
 
 def aligning(robot: Robot, time: float) -> Snapshot:

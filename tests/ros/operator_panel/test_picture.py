@@ -18,6 +18,12 @@ ZONES = """() => {
 }"""
 
 
+# Where people stand in the picture, and how much of them is seen through.
+PEOPLE = """() => window.panel.scene.view.scene.children.filter(({ name }) => name === "person")
+    .map(({ position, children, material }) =>
+        [position.x, position.y, children[0].position.z, material.opacity])"""
+
+
 @pytest.fixture(scope="module")
 def drawn(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Theatre]:
     """Give a page whose browser draws the model."""
@@ -34,6 +40,17 @@ def test_what_stands_in_a_zone_is_seen_through_it(drawn: Theatre, colours: str) 
     drawn.page.wait_for_function(f"() => window.panel && ({ZONES})()?.length")
     zones = drawn.page.evaluate(ZONES)
     assert all(0.0 < opacity < 0.3 and not hides for opacity, hides in zones), zones
+
+
+def test_people_that_sensors_see_are_in_the_picture(drawn: Theatre) -> None:
+    """A body beside the robot while somebody is seen, and none afterwards."""
+    drawn.resize("low")
+    drawn.play("stopped")
+    drawn.page.wait_for_function(f"() => window.panel && ({PEOPLE})().length === 1")
+    ((x, y, z, opacity),) = drawn.page.evaluate(PEOPLE)
+    assert (x, y, z) == (0.75, 0.35, 0.2) and 0.0 < opacity < 0.5
+    drawn.play("ready")
+    drawn.page.wait_for_function(f"() => ({PEOPLE})().length === 0")
 
 
 def test_ghost_makes_the_judged_motion_and_goes_where_the_slider_is(drawn: Theatre) -> None:

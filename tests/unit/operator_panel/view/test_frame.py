@@ -11,7 +11,7 @@ from harness.workspace import ROOT
 from operator_panel.view import words
 from operator_panel.view.frame import FrameMaker
 from operator_panel.view.history import History
-from operator_panel.view.snapshot import CellState, Link, Loop, RobotPackage, Snapshot
+from operator_panel.view.snapshot import CellState, Link, Loop, RobotPackage, Sighting, Snapshot
 from scara_config import load_robot
 
 from scara_description.urdf import parse_urdf
@@ -239,3 +239,13 @@ def test_clock_is_told_by_how_well_it_is_known_not_by_its_day() -> None:
     """An offset of 20000 days tells an operator nothing."""
     link = Link("real", True, "", 0.004, 0.003, 1.8e9, 0.0042)
     assert words.link_figures(link).endswith("answers in 3 ms, clock within 4 ms")
+
+
+def test_people_are_in_the_frame_for_a_second() -> None:
+    """Each sensor's nearest one; one that nobody has seen since is not shown."""
+    people = {
+        "/front": Sighting((0.9, 0.1, 0.2), NOW - 1.0),
+        "/back": Sighting((-0.9, 0.1, 0.2), NOW - 1.1),
+    }
+    assert frame_of(people=people)["people"] == [[0.9, 0.1, 0.2]]
+    assert "people" not in frame_of()

@@ -11,6 +11,7 @@ from typing import Any
 import msgspec
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PointStamped
 from scara_config import Robot
 from scara_ros.nodes.own_cell import is_own
 from std_msgs.msg import String
@@ -63,6 +64,7 @@ class Listening:
         for side in ("twin", "real"):
             self._listen(f"{side}/parts", MarkerArray, self._seldom(self._parts_of(side), UNSEEN_S))
             self._listen(f"{side}/part_events", PartEvent, self._placed_by(side), 20)
+        self._listen("people/nearest", PointStamped, self._seldom(self._person))
         self._listen("what_if/outcomes", MotionOutcome, self._outcome)
         self._change(master=True)
 
@@ -123,6 +125,10 @@ class Listening:
 
     def _placed_by(self, side: str) -> Callable[[PartEvent], None]:
         return lambda message: self._take(taking.with_part_event, side, message)
+
+    def _person(self, message: PointStamped) -> None:
+        sensor = message._connection_header.get("callerid", "")
+        self._take(taking.with_person, sensor, message, time.monotonic())
 
     def _outcome(self, message: MotionOutcome) -> None:
         self._take(taking.with_outcome, message)

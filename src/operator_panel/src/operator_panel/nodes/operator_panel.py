@@ -9,7 +9,7 @@ the environment, else the file operator_token in ROS_HOME, made if missing; neve
 everybody on the machine can read.
 Subscribes: ``twin_controller/state``, ``twin_controller/decisions``, ``real/robot_data``,
 ``joint_vel_controller/state``, ``/diagnostics``, ``camera/image_raw`` (while a page shows it),
-``robot_status``, ``real/part_events``, ``twin/part_events``,
+``people/nearest``, ``robot_status``, ``real/part_events``, ``twin/part_events``,
 ``twin/<joint>_position_controller/state``, ``twin/pid/<joint>/parameter_descriptions``,
 ``twin/pid/<joint>/parameter_updates``.
 Publishes: ``joint_vel_controller/command`` (control_msgs/JointJog) while a jog button is held,

@@ -21,12 +21,14 @@ from operator_panel.view.snapshot import (
     Made,
     Part,
     RobotPackage,
+    Sighting,
     Snapshot,
 )
 
 DECISIONS_KEPT = 30
 TRI_STATES = ("drives_powered", "e_stopped", "motion_possible", "in_motion", "in_error")
 CLOCK = "%H:%M:%S"
+PERSON_DIGITS = 2  # our choice: a centimetre
 PLACE_DIGITS = 4  # our choice: a tenth of a millimetre, so that what rests is not sent again
 
 
@@ -81,6 +83,16 @@ def with_parts(snapshot: Snapshot, side: str, message: Any) -> Snapshot:
     if snapshot.parts.get(side) == parts:
         return snapshot
     return msgspec.structs.replace(snapshot, parts={**snapshot.parts, side: parts})
+
+
+def with_person(snapshot: Snapshot, sensor: str, message: Any, now: float) -> Snapshot:
+    """Take a PointStamped of a person that ``sensor`` saw; the same if it is no place."""
+    place = (message.point.x, message.point.y, message.point.z)
+    if not all(map(math.isfinite, place)):
+        return snapshot
+    rounded = tuple(round(value, PERSON_DIGITS) for value in place)
+    people = {**snapshot.people, sensor: Sighting(rounded, now)}
+    return msgspec.structs.replace(snapshot, people=people)
 
 
 def with_status(snapshot: Snapshot, message: Any) -> Snapshot:

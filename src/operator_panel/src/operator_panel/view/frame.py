@@ -20,6 +20,9 @@ NOTHING = words.UNKNOWN
 
 Points = dict[str, tuple[float | None, ...]]
 """Chart points by joint, and those of the pair; see :class:`Frame`."""
+PERSON_S = 1.0
+"""A person that nobody has seen for longer is not shown; our choice. The controller counts a silent
+sensor as a person at the robot, and the page says so in words."""
 PAIR = "pair"
 """Whose points are of no joint; none is called so."""
 
@@ -39,6 +42,7 @@ class Frame(msgspec.Struct, frozen=True, omit_defaults=True):
         tool: For each side the tool's position [m].
         gauge: Share of its limit, 0..1, for each gauge.
         silent: Text: since when the twin controller is silent; absent while it is not.
+        people: Where people are [m]: the nearest one of each sensor.
         program: The program of the real robot that runs or is paused, and its line.
         no_stop: Text: why no STOP can be sent from the page, and what to do; absent while it can.
     """
@@ -54,6 +58,7 @@ class Frame(msgspec.Struct, frozen=True, omit_defaults=True):
     silent: str = ""
     no_stop: str = ""
     program: tuple[str, int] = ("", 0)
+    people: tuple[Vector, ...] = ()
 
 
 class FrameMaker:
@@ -119,6 +124,9 @@ class FrameMaker:
             silent=silent,
             no_stop=words.no_stop_text(snapshot.no_stop),
             program=current_line(snapshot.package.program) if snapshot.package else ("", 0),
+            people=tuple(
+                one.place for one in snapshot.people.values() if now - one.seen <= PERSON_S
+            ),
         )
 
     def points(self, snapshot: Snapshot, now: float) -> Points:

@@ -125,6 +125,13 @@ class Made(msgspec.Struct, frozen=True):
     time_measured: float
 
 
+class Sighting(msgspec.Struct, frozen=True):
+    """Where a sensor saw the nearest person, in the base frame [m]; ``seen`` is monotonic [s]."""
+
+    place: tuple[float, float, float]
+    seen: float
+
+
 class Snapshot(msgspec.Struct, frozen=True):
     """Everything, with the monotonic time at which the state came; -inf: never.
 
@@ -140,6 +147,7 @@ class Snapshot(msgspec.Struct, frozen=True):
         gate: What what_if.yaml says of the gate: refuse, warn or off; empty: not known.
         moves_unjudged: Whether a motion begins that nobody could judge.
         made: The last motion that was judged and has ended.
+        people: Sensor to the nearest person that it saw.
     """
 
     master: bool = False
@@ -158,6 +166,7 @@ class Snapshot(msgspec.Struct, frozen=True):
     gate: str = ""
     moves_unjudged: bool = True
     made: Made | None = None
+    people: dict[str, Sighting] = {}
 
     def refused(self) -> dict[str, str]:
         """Return for each command why the twin controller refuses it; an empty text: allowed."""

@@ -25,7 +25,13 @@ from scara_description.urdf import (
 
 GHOSTS = {"real": Glass("#2f7fe0", 0.38), "preview": Glass("#9b5de5", 0.42)}
 SEGMENTS = 36
-LEGEND = {"twin": "twin", "real": "real robot", "preview": "target", "zone": "keep out"}
+LEGEND = {
+    "twin": "twin",
+    "real": "real robot",
+    "preview": "target",
+    "zone": "keep out",
+    "person": "person",
+}
 
 
 def build_scene(model: Model, robot: Robot) -> dict[str, Any]:
