@@ -57,6 +57,7 @@ PATIENCE_MS = 120_000
 PENDANT = ("rosrun", "fanuc_emulator", "pendant")
 FILM_TARGET = (0.30, -0.40, 0.10)
 FILM_LEADS_S, FILM_STEP_MS = 8.0, 200.0
+ABORT_S = 20.0
 FILM_PERCENT = 25  # slow enough for a browser that draws without a graphics card
 FILMS = 5
 MOTION_S = 9.0  # so long after its start a played recording is in the middle of the motion
@@ -252,6 +253,8 @@ def take_film(cell: Cell, browser: Browser, out: Path) -> None:
                     play(film, page, cell)
             except picture_health.UnhealthyError as error:
                 print(f"film {attempt}: {error}")
+                # It may have ended while the program ran; without one there is nothing to abort.
+                cell.stage.start(*PENDANT, "abort", env=cell.env).wait(ABORT_S)
                 until_healthy(page)
                 continue
             if attempt > 0:
