@@ -7,14 +7,17 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
+import fcntl
+import functools
+import itertools
 import os
-import random
 import signal
 import socket
 import subprocess
+import tempfile
 import time
 import uuid
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TypeVar
 
@@ -23,28 +26,46 @@ from typing_extensions import Self
 T = TypeVar("T")
 
 LOWEST_PORT = 20_000
-_GIVEN: set[int] = set()
+PORTS_OF_ONE = 800
+"""How many ports one process of tests has for itself: a given one comes again after so many."""
 MARK = "CELL_TEST_MARK"
 ROSRUN = "/usr/bin/rosrun"
 _PR_SET_PDEATHSIG = 1
 _LIBC = ctypes.CDLL(None, use_errno=True)
 
 
+@functools.cache
+def _own_ports(process: int) -> Iterator[int]:
+    """Return the ports of a process, again and again: those of a part that it alone has.
+
+    A lock, held as long as the process lives, keeps other processes of tests out of the part.
+    """
+    end = int(Path("/proc/sys/net/ipv4/ip_local_port_range").read_text().split()[0])
+    folder = Path(tempfile.gettempdir()) / f"cell_test_ports_{os.getuid()}"
+    folder.mkdir(exist_ok=True)
+    for first in range(LOWEST_PORT, end - PORTS_OF_ONE, PORTS_OF_ONE):
+        lock = os.open(folder / str(first), os.O_RDWR | os.O_CREAT, 0o600)
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            os.close(lock)
+        else:
+            return itertools.cycle(range(first, first + PORTS_OF_ONE))
+    raise AssertionError(f"{folder}: other processes hold each part of the ports")
+
+
 def free_port() -> int:
     """Return a TCP port on 127.0.0.1 that nobody listens on, and that nobody is given by chance.
 
     The kernel gives the ports of its own range to outgoing connections and to servers that ask for
-    any. One of those may be gone before the node that shall have it has started.
+    any. One of those may be gone before the node that shall have it has started. So may one that
+    two processes of tests choose at the same time.
     """
-    own = int(Path("/proc/sys/net/ipv4/ip_local_port_range").read_text().split()[0])
-    choice = random.SystemRandom()
-    while True:
-        port = choice.randrange(LOWEST_PORT, own)
+    for port in itertools.islice(_own_ports(os.getpid()), PORTS_OF_ONE):
         with socket.socket() as listener, contextlib.suppress(OSError):
             listener.bind(("127.0.0.1", port))
-            if port not in _GIVEN:
-                _GIVEN.add(port)
-                return port
+            return port
+    raise AssertionError(f"all {PORTS_OF_ONE} ports of this process are listened on")
 
 
 def wait_until(
