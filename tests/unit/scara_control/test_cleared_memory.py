@@ -12,7 +12,7 @@ PROGRAM = """
 import ctypes, mmap, sys
 from pathlib import Path
 from scara_control.io.cleared_memory import give_back_cleared
-from scara_ros.memory import give_back
+from scara_ros.io.process.memory import give_back
 
 def private():
     lines = Path("/proc/self/smaps_rollup").read_text().splitlines()

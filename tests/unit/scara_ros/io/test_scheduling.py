@@ -7,12 +7,12 @@ import subprocess
 import sys
 
 import pytest
-from scara_ros.io.scheduling import PRIORITY, may_go_first
+from scara_ros.io.process.scheduling import PRIORITY, may_go_first
 
 # Each runs in a process of its own: whoever goes first would disturb the other tests.
 LOOP = """
 import os, threading
-from scara_ros.io.scheduling import go_first
+from scara_ros.io.process.scheduling import go_first
 
 found, begin = [], threading.Event()
 
@@ -32,7 +32,7 @@ print(allowed, found, os.sched_getparam(0).sched_priority)
 """
 ORDINARY = """
 import os
-from scara_ros.io.scheduling import may_go_first
+from scara_ros.io.process.scheduling import may_go_first
 print(may_go_first(), os.sched_getscheduler(0) == os.SCHED_OTHER)
 """
 NOBODY = "import os; os.setresgid(65534, 65534, 65534); os.setresuid(65534, 65534, 65534)\n"
@@ -56,6 +56,6 @@ def test_all_threads_of_a_loop_go_first_where_that_is_allowed() -> None:
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root can become somebody without rights")
 def test_who_may_not_stays_ordinary_and_is_told() -> None:
     """No error: the loop runs, only later."""
-    imported = "import scara_ros.io.scheduling, threading\n"
+    imported = "import scara_ros.io.process.scheduling, threading\n"
     assert run(imported + NOBODY + LOOP) == "False [False, False] 0"
     assert run(imported + NOBODY + ORDINARY) == "False True"

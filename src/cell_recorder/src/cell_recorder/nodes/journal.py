@@ -22,7 +22,7 @@ import rospy
 from diagnostic_msgs.msg import DiagnosticArray
 from scara_config import ConfigError, config_directory, load_robot
 from scara_config.profile import chosen_plant
-from scara_ros.memory import keep_for_good
+from scara_ros.io.process.memory import keep_for_good
 from scara_ros.names import cell_of
 from scara_ros.nodes.diagnostics import PERIOD_S, Diagnostics
 from scara_ros.nodes.ending import wait_for_end

@@ -20,7 +20,7 @@ from pathlib import Path
 
 import rospy
 from scara_config import ConfigError, config_directory, load, locate
-from scara_ros.memory import keep_for_good
+from scara_ros.io.process.memory import keep_for_good
 from scara_ros.names import SHARED_TOPICS, folder_of
 from scara_ros.nodes.diagnostics import PERIOD_S, Diagnostics
 from scara_ros.nodes.ending import wait_for_end

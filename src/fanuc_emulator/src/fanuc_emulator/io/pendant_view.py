@@ -9,8 +9,8 @@ import socket
 from collections.abc import Callable
 from functools import partial
 
-from nicegui import app, run, ui
 from scara_ros.io.page_guard import PageGuard
+from scara_ros.io.page_library import app, run, ui
 from scara_ros.page_door import PageDoor
 
 from fanuc_emulator.io.pendant_link import PendantLink

@@ -33,7 +33,7 @@ from scara_config import ConfigError, Robot, load_robot
 from scara_config.modbus_map import load_modbus_map
 from scara_config.palletise import find_palletise
 from scara_config.profile import chosen_plant
-from scara_ros.io.scheduling import go_first
+from scara_ros.io.process.scheduling import go_first
 
 from fanuc_emulator.config import load_emulator, load_programs, on_a_desk
 from fanuc_emulator.controller import Controller
@@ -116,7 +116,7 @@ class GroundTruth:
             return
         import rospy
         from scara_ros.io.hardening import harden_process
-        from scara_ros.memory import keep_for_good
+        from scara_ros.io.process.memory import keep_for_good
         from scara_ros.nodes.registration import keep_registered
         from scara_ros.nodes.starting import send_directly
 

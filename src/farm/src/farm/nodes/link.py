@@ -27,8 +27,8 @@ from msgspec.structs import replace
 from scara_config import ConfigError, config_directory
 from scara_config.rollout.kept import kept_file
 from scara_ros.diagnosis import Diagnosis, Level
+from scara_ros.io.process.memory import keep_for_good
 from scara_ros.io.service_connection import ServiceError
-from scara_ros.memory import keep_for_good
 from scara_ros.nodes.diagnostics import PERIOD_S, Diagnostics
 from scara_ros.nodes.service_client import ServiceClient
 from scara_ros.nodes.starting import become_node, until_shutdown

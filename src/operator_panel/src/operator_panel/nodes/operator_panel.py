@@ -36,11 +36,12 @@ from pathlib import Path
 from typing import Any
 
 import rospkg
-from nicegui import app, background_tasks, ui
 from scara_config import ConfigError, config_directory, load_robot
 from scara_ros.io.page_guard import PageGuard
+from scara_ros.io.page_library import app, background_tasks, ui
 from scara_ros.io.page_token import address, refuse_token_in, ros_home
 from scara_ros.io.persons import load_persons, person_tokens
+from scara_ros.io.process.memory import give_back, keep_for_good
 from scara_ros.io.token_file import TokenError
 from scara_ros.page_door import PageDoor
 
@@ -195,6 +196,8 @@ async def _announce(host: str, port: int, text: str) -> None:
             await asyncio.sleep(KNOCK_PERIOD_S)
         else:
             writer.close()
+            give_back()
+            keep_for_good()
             print(text, flush=True)
             return
 

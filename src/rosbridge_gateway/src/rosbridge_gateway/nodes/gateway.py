@@ -19,9 +19,9 @@ import rospy
 from scara_config import ConfigError
 from scara_ros.diagnosis import Diagnosis, Level
 from scara_ros.io.persons import Person, load_persons, person_tokens
-from scara_ros.io.scheduling import go_first
+from scara_ros.io.process.memory import keep_for_good
+from scara_ros.io.process.scheduling import go_first
 from scara_ros.io.token_file import TokenError, read_token
-from scara_ros.memory import keep_for_good
 from scara_ros.nodes.diagnostics import PERIOD_S, Diagnostics
 from scara_ros.nodes.starting import become_node, until_shutdown
 from scara_ros.pacing import Pace

@@ -10,7 +10,6 @@ from __future__ import annotations
 import atexit
 import contextlib
 import ctypes
-import gc
 import importlib
 import io
 import json
@@ -23,6 +22,8 @@ import sys
 import threading
 import traceback
 from pathlib import Path
+
+from scara_ros.io.process.memory import keep_for_good
 
 SHARED = (
     "actionlib",
@@ -45,8 +46,8 @@ SHARED = (
     "scara_description.urdf",
     "scara_msgs.msg",
     "scara_msgs.srv",
-    "scara_ros.io.scheduling",
-    "scara_ros.memory",
+    "scara_ros.io.process.scheduling",
+    "scara_ros.io.process.memory",
     "scara_ros.nodes.diagnostics",
     "scara_ros.nodes.judge_gate",
     "scara_ros.nodes.own_cell",
@@ -66,6 +67,7 @@ PREPARED = ("scara_control.io.engine:prepare_engines",)
 MESSAGE = 65536
 _LIBC = ctypes.CDLL(None, use_errno=True)
 _PR_SET_PDEATHSIG, _PR_SET_NAME = 1, 15
+_M_ARENA_MAX = -8
 
 
 def main() -> None:
@@ -77,14 +79,15 @@ def main() -> None:
 
 def load() -> None:
     """Load and make what the nodes share, so that a fork finds it."""
+    # A heap for each thread of each node is memory for nothing: the interpreter lets one run.
+    _LIBC.mallopt(_M_ARENA_MAX, 1)
     for name in SHARED:
         importlib.import_module(name)
     for place in PREPARED:
         module, _, function = place.partition(":")
         getattr(importlib.import_module(module), function)()
     # No collection in a node shall write to the memory that all of them share.
-    gc.collect()
-    gc.freeze()
+    keep_for_good()
 
 
 def split_off(line: socket.socket) -> int:

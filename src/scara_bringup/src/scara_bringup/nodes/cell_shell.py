@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scara_ros.io.scheduling import may_go_first
+from scara_ros.io.process.scheduling import may_go_first
 from scara_ros.pacing import Pace
 
 from scara_bringup.config import Bringup, Doors

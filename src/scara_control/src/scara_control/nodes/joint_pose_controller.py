@@ -20,8 +20,8 @@ from typing import Any
 
 import rospy
 from scara_config import Robot
-from scara_ros.io.scheduling import go_first
-from scara_ros.memory import keep_for_good
+from scara_ros.io.process.memory import keep_for_good
+from scara_ros.io.process.scheduling import go_first
 from scara_ros.pacing import Pace
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, String

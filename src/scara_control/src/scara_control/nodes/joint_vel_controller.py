@@ -17,7 +17,7 @@ import time
 
 import rospy
 from scara_config import Robot
-from scara_ros.memory import keep_for_good
+from scara_ros.io.process.memory import keep_for_good
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, String
 from trajectory_msgs.msg import JointTrajectory

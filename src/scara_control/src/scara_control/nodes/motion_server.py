@@ -22,8 +22,8 @@ from typing import Any
 
 import rospy
 from scara_config import Robot
+from scara_ros.io.process.memory import keep_for_good
 from scara_ros.io.service_connection import ServiceError
-from scara_ros.memory import keep_for_good
 from scara_ros.nodes.service_client import ServiceClient, StartedCall
 from sensor_msgs.msg import JointState
 

@@ -28,7 +28,7 @@ from typing import Any
 import rospy
 from geometry_msgs.msg import TransformStamped
 from scara_config import ConfigError, load, load_robot, locate
-from scara_ros.memory import keep_for_good
+from scara_ros.io.process.memory import keep_for_good
 from scara_ros.nodes.own_cell import own_frame
 from scara_ros.nodes.registration import keep_parameters
 from scara_ros.nodes.starting import become_node, until_shutdown

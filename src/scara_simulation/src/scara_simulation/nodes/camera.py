@@ -21,7 +21,7 @@ import rospy
 from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
 from scara_config import ConfigError, load_robot
 from scara_ros.diagnosis import Diagnosis, Level
-from scara_ros.memory import give_back
+from scara_ros.io.process.memory import give_back
 from scara_ros.nodes.diagnostics import PERIOD_S, Diagnostics
 from scara_ros.nodes.own_cell import own_frame
 from scara_ros.nodes.starting import become_node, until_shutdown

@@ -31,8 +31,8 @@ from scara_config import ConfigError, Robot, load_robot
 from scara_config.palletise import Palletise, find_palletise
 from scara_config.payload import Payload, load_payloads
 from scara_control.config import load_motion
-from scara_ros.io.scheduling import go_first
-from scara_ros.memory import keep_for_good
+from scara_ros.io.process.memory import keep_for_good
+from scara_ros.io.process.scheduling import go_first
 from scara_ros.nodes.own_cell import own_frame
 from scara_ros.nodes.starting import become_node, until_shutdown
 

@@ -33,8 +33,8 @@ from scara_config.modbus_map import ModbusMap, load_modbus_map
 from scara_config.profile import PLANTS
 from scara_ros.gate.settings import GateSettings, load_gate
 from scara_ros.io.persons import Persons, load_persons
-from scara_ros.io.scheduling import go_first
-from scara_ros.memory import keep_for_good
+from scara_ros.io.process.memory import keep_for_good
+from scara_ros.io.process.scheduling import go_first
 from scara_ros.nodes.diagnostics import PERIOD_S
 from scara_ros.nodes.own_cell import own_frame
 from scara_ros.nodes.starting import become_node, until_shutdown

@@ -27,6 +27,7 @@ from geometry_msgs.msg import Point
 from scara_config import ConfigError, config_directory
 from scara_control.joint_motion import JointMotion, Setpoints
 from scara_ros.diagnosis import Diagnosis, Level
+from scara_ros.io.process.memory import give_back, keep_for_good
 from scara_ros.nodes.diagnostics import PERIOD_S, Diagnostics
 from scara_ros.nodes.starting import become_node
 
@@ -204,6 +205,8 @@ def main() -> None:
     try:
         with resting_cell(folder) as (base, models):
             server = WhatIfServer(LiveWorld(base, models), base.cell, folder)
+            give_back()
+            keep_for_good()
             rospy.loginfo("what_if is ready")
             _report(server)
     except ConfigError as error:

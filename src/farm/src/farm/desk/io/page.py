@@ -20,8 +20,8 @@ from datetime import datetime
 from pathlib import Path
 
 import msgspec
-from nicegui import app, background_tasks, ui
 from scara_ros.io.page_guard import PageGuard
+from scara_ros.io.page_library import app, background_tasks, ui
 from scara_ros.io.page_token import address
 from scara_ros.page_door import PageDoor
 from starlette.concurrency import run_in_threadpool
