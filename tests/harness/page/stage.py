@@ -1,6 +1,6 @@
 """Serve the operator's page with a scene in place of a cell: no ROS master, no robot.
 
-    .venv/bin/python tests/harness/page/stage.py PORT FOLDER
+    .venv/bin/python tests/harness/page/stage.py PORT FOLDER [ROBOT]
 
 ``GET /scene/NAME`` changes the scene, ``GET /jogged`` tells what was jogged since it was asked
 last. Everything else is the page's own.
@@ -9,6 +9,7 @@ last. Everything else is the page's own.
 from __future__ import annotations
 
 import asyncio
+import os
 import sys
 import threading
 import time
@@ -43,6 +44,7 @@ from operator_panel.view.robot.registers import (  # noqa: E402
 from operator_panel.view.snapshot import Snapshot  # noqa: E402
 from scara_config import load_robot  # noqa: E402
 from scara_config.modbus_map import load_modbus_map  # noqa: E402
+from scara_config.profile import CHOICE  # noqa: E402
 from scara_ros.io.page_guard import PageGuard  # noqa: E402
 from scara_ros.page_door import PageDoor  # noqa: E402
 from starlette.responses import PlainTextResponse  # noqa: E402
@@ -191,6 +193,8 @@ def _jog(desk: Desk, period: float) -> None:
 def main() -> None:
     """Serve until a signal."""
     port, runs = int(sys.argv[1]), Path(sys.argv[2])
+    if len(sys.argv) > 3:
+        os.environ[CHOICE] = sys.argv[3]
     folder = ROOT / "config"
     door = StageDoor(folder)
     robot, config = door.robot, load_panel(folder)

@@ -93,12 +93,13 @@ class Theatre:
 
 
 @contextmanager
-def open_theatre(folder: Path, draws: bool = False) -> Iterator[Theatre]:
+def open_theatre(folder: Path, draws: bool = False, robot: str = "") -> Iterator[Theatre]:
     """Start a stage and open its page.
 
     Args:
         folder: For logs and recordings.
         draws: Whether the browser draws the model; it does so without a graphics card.
+        robot: Folder of config/robots; empty: the article's.
     """
     for name in ("a_recording_with_quite_a_long_name_2026-03-01", "to_be_renamed", "to_go"):
         (folder / "runs" / name).mkdir(parents=True)
@@ -106,7 +107,8 @@ def open_theatre(folder: Path, draws: bool = False) -> Iterator[Theatre]:
     stage = Stage(folder / "log", workspace_environment())
     port = free_port()
     try:
-        process = stage.start(sys.executable, str(STAGE), str(port), str(folder / "runs"))
+        words = [str(STAGE), str(port), str(folder / "runs"), *([robot] if robot else [])]
+        process = stage.start(sys.executable, *words)
         address = f"http://127.0.0.1:{port}"
         wait_until(lambda: answers(address) or process.poll() is not None, 30.0, "the stage")
         assert process.poll() is None, process.tail()

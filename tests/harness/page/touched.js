@@ -21,6 +21,11 @@
     const theme = control.matches(".theme") && "theme";
     return theme || kind || words.replace(/ \(\d+\)$/, "") || control.tagName;
   };
+  // Greyed for good: this robot does not have it, and a text that can be seen says why.
+  const isGreyed = (control) => {
+    const reason = document.getElementById(control.getAttribute("aria-describedby"));
+    return control.disabled && reason?.checkVisibility({ visibilityProperty: true }) && reason.innerText.trim() !== "";
+  };
   const nameOf = (control) => `${placeOf(control)}: ${wordsOf(control)}`;
 
   for (const kind of ["pointerdown", "click", "input"]) {
@@ -34,7 +39,7 @@
     look() {
       for (const element of document.querySelectorAll(ALL)) {
         const control = controlOf(element);
-        if (control.checkVisibility({ visibilityProperty: true })) shown.add(nameOf(control));
+        if (control.checkVisibility({ visibilityProperty: true }) && !isGreyed(control)) shown.add(nameOf(control));
       }
     },
     left() {

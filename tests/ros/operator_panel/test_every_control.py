@@ -172,7 +172,7 @@ def jog(hand: Hand) -> None:
         shown = panel.locator(".jog-way.shown")
         for tab in shown.get_by_role("tab").all():
             hand.choose(tab)
-        for step in shown.locator(".jog-button").all():
+        for step in shown.locator(".jog-button:enabled").all():
             words = str(step.get_attribute("aria-label"))
             hand.command(step, f"{words[:-1]}{words[-1]}10")
         only = shown.get_by_role("switch", name="Only preview")
@@ -181,6 +181,9 @@ def jog(hand: Hand) -> None:
         shown.locator(".jog-button").first.click()
         motion(hand)
         only.click()
+    turns = panel.get_by_role("button", name=re.compile("^Turn [XYZ]"))
+    if turns.locator("visible=true").first.is_disabled():
+        expect(panel.locator(".jog-why")).to_contain_text("its twin has no joint_4")
 
 
 def motion(hand: Hand) -> None:

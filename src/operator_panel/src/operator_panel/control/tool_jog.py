@@ -105,19 +105,34 @@ class ToolArm:
         Raises:
             JogError: The tool cannot go this way from here, or hardly; the text says why.
         """
+        qdot = self.joint_changes(positions, twist)
+        share, slowest = 1.0, self.joints[0]
+        for joint in self.joints:
+            velocity = qdot[joint.name]
+            allowed = self._fastest(joint, positions[joint.name], velocity)
+            if allowed < share * abs(velocity):
+                share, slowest = allowed / abs(velocity), joint
+        if share < SLOWEST:
+            raise JogError(self._why_slow(slowest, positions[slowest.name]))
+        return {name: share * velocity for name, velocity in qdot.items()}
+
+    def joint_changes(self, positions: Mapping[str, float], twist: np.ndarray) -> dict[str, float]:
+        """Return what the joints do for a twist of the tool, whatever their limits are.
+
+        Args:
+            positions: Of the joints [rad] or [m].
+            twist: As for :meth:`solve`; or a small motion [m] and turn [rad] in place of both
+                velocities, shape ``(6,)``.
+
+        Raises:
+            JogError: The arm is stretched out or folded: the tool cannot go every way.
+        """
         jacobian = self._jacobian(positions)
         rows = len(LINES) if self.axes == LINES else len(LINES + TURNS)
         if _least(jacobian[:rows]) < SINGULAR:
             raise JogError(_stretched())
-        qdot = np.linalg.lstsq(jacobian[:rows], twist[:rows], rcond=None)[0]
-        share, slowest = 1.0, self.joints[0]
-        for joint, velocity in zip(self.joints, qdot):
-            allowed = self._fastest(joint, positions[joint.name], float(velocity))
-            if allowed < share * abs(velocity):
-                share, slowest = allowed / abs(float(velocity)), joint
-        if share < SLOWEST:
-            raise JogError(self._why_slow(slowest, positions[slowest.name]))
-        return {joint.name: share * float(v) for joint, v in zip(self.joints, qdot)}
+        changes = np.linalg.lstsq(jacobian[:rows], twist[:rows], rcond=None)[0]
+        return {joint.name: float(change) for joint, change in zip(self.joints, changes)}
 
     def _fastest(self, joint: Joint, q: float, direction: float) -> float:
         """Return how fast a joint may go now: below its share, and slower before its limit."""
@@ -189,7 +204,7 @@ class ToolHeld:
         positions = where()
         now = self.arm.pose(positions)
         along = self._along()
-        off = np.concatenate([self.start[:3, 3] - now[:3, 3], _turn(self.start, now)])
+        off = np.concatenate([self.start[:3, 3] - now[:3, 3], turn_between(self.start, now)])
         off -= along * float(along @ off)
         back = GAIN * off
         for part in (slice(0, 3), slice(3, 6)):
@@ -206,7 +221,7 @@ class ToolHeld:
         return np.concatenate(parts)
 
 
-def _turn(wanted: np.ndarray, now: np.ndarray) -> np.ndarray:
+def turn_between(wanted: np.ndarray, now: np.ndarray) -> np.ndarray:
     """Return the rotation from ``now`` to ``wanted`` as axis times angle, for small ones [rad]."""
     turned = wanted[:3, :3] @ now[:3, :3].T
     return 0.5 * np.array(

@@ -20,7 +20,8 @@ from operator_panel.control.steps import (
     positions_now,
     tool_step,
 )
-from operator_panel.control.tool_jog import FRAMES, LINES
+from operator_panel.control.tool_jog import FRAMES, LINES, TURNS
+from operator_panel.control.turns import turn_step, why_no_turns
 from operator_panel.door import Answer
 from operator_panel.io.page.charts import joint_title
 from operator_panel.io.page.preview.look_first import LookFirst
@@ -68,18 +69,28 @@ class _Steps:
         """Build a step of each joint."""
         with ui.element("div").classes("jog"):
             for joint in self._view.robot.twin_joints:
-                self._row(joint_title(joint.name), self._joint(joint.name))
+                title = joint_title(joint.name)
+                self._row(title, f"Step {title}", self._joint(joint.name))
         with ui.element("div").classes("row-line"):
             self._sizes()
             self._looks.build()
 
     def build_tool(self) -> None:
-        """Build a step of the tool along each axis."""
+        """Build a step of the tool along each axis, and a turn about it.
+
+        Where the arm cannot turn its tool, one greyed turn and the reason.
+        """
         with ui.element("div").classes("row-line"):
             self.frames()
+        turns = set(TURNS) <= set(self._view.desk.arm.axes)
         with ui.element("div").classes("jog"):
             for axis in AXES:
-                self._row(axis.upper(), self._tool(axis))
+                self._row(axis.upper(), f"Step {axis.upper()}", self._tool(axis))
+            for axis in TURNS if turns else ():
+                title = turn_title(axis)
+                self._row(title, title, self._turned(axis))
+            if not turns:
+                self._greyed_turn()
         with ui.element("div").classes("row-line"):
             self._sizes()
             self._looks.build()
@@ -95,7 +106,21 @@ class _Steps:
                 with button:
                     plain(frame.capitalize())
 
-    def _row(self, title: str, press: Callable[[float], Awaitable[None]]) -> None:
+    def _greyed_turn(self) -> None:
+        """Build a turn that nobody can press, with the reason beside it."""
+        title, reason = turn_title(TURNS[-1]), "why-no-turns"
+        with ui.element("div").classes("jog-row"):
+            for direction in (-1, 1):
+                sign = "+" if direction > 0 else words.MINUS
+                button = ui.button(sign, color=None).classes("button jog-button")
+                button.props(f'unelevated dense no-caps aria-label="{title} {sign}"')
+                button.props(f"aria-describedby={reason}").set_enabled(False)
+                if direction < 0:
+                    plain(title, "jog-name")
+        plain(why_no_turns(self._view.robot), "hint jog-why", "p").props(f"id={reason}")
+
+    def _row(self, title: str, told: str, press: Callable[[float], Awaitable[None]]) -> None:
+        """Build the two steps of one thing; ``told`` is what a screen reader says of them."""
         with ui.element("div").classes("jog-row"):
             for direction in (-1, 1):
                 sign = "+" if direction > 0 else words.MINUS
@@ -104,7 +129,7 @@ class _Steps:
                     await press(direction * self._size)
 
                 button = ui.button(sign, on_click=step, color=None)
-                button.props(f'unelevated dense no-caps aria-label="Step {title} {sign}"')
+                button.props(f'unelevated dense no-caps aria-label="{told} {sign}"')
                 button.classes("button jog-button")
                 self._view.guard(button, "MOVE")
                 if direction < 0:
@@ -157,10 +182,30 @@ class _Steps:
 
         return step
 
+    def _turned(self, axis: str) -> Callable[[float], Awaitable[None]]:
+        async def step(length: float) -> None:
+            view, frame = self._view, self._frame
+            title = f"{turn_title(axis)} {_signed(length)} deg, {frame}"
+            try:
+                now = positions_now(view.robot, view.door.snapshot())
+                target = turn_step(view.desk.arm, now, axis, length, frame == "tool")
+            except StepError as error:
+                view.tell(Answer(False, str(error)), title)
+                return
+            fields = {"joint_positions": target, "speed_percent": self._speed}
+            await self._looks.send("MOVE_JOINTS", title, **fields)
+
+        return step
+
     @property
     def _speed(self) -> float:
         """As slow as a jog when the page opens [percent]."""
         return self._view.config.jog.speed_percent
+
+
+def turn_title(axis: str) -> str:
+    """Return the name of a turn of the tool for people."""
+    return f"Turn {axis[-1].upper()}"
 
 
 def _signed(length: float) -> str:
@@ -203,7 +248,7 @@ def _build_hold_tool(view: PageView, steps: _Steps) -> None:
         _build_paces()
     with ui.element("div").classes("jog"):
         for axis in axes:
-            title = axis.upper() if axis in LINES else f"Turn {axis[-1].upper()}"
+            title = axis.upper() if axis in LINES else turn_title(axis)
             with ui.element("div").classes("jog-row"):
                 _held_button(view, f"data-axis={axis}", title, -1)
                 plain(title, "jog-name")

@@ -1,0 +1,101 @@
+"""A turn leads exactly one step further about its axis, and the tool keeps its place."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from harness.workspace import ROOT
+from operator_panel.config import ToolSpeeds
+from operator_panel.control.steps import SIZES, StepError
+from operator_panel.control.tool_jog import TURNS, ToolArm
+from operator_panel.control.turns import LEAVES_M, turn_step, why_no_turns
+from scara_config import load_robot
+from scipy.spatial.transform import Rotation
+
+from scara_description.urdf import parse_urdf
+
+SPEEDS = ToolSpeeds(slow_mm_s=10.0, fast_mm_s=80.0, slow_deg_s=2.0, fast_deg_s=15.0)
+
+
+def arm_of(name: str) -> ToolArm:
+    """Return an arm of the repository."""
+    robot = load_robot(ROOT / "config" / "robots" / name)
+    model = parse_urdf(robot.description.read_text(encoding="utf-8"))
+    return ToolArm(robot, model, SPEEDS, 10.0)
+
+
+SIX = arm_of("articulated_six")
+NAMES = [joint.name for joint in SIX.robot.twin_joints]
+BENT = dict(zip(NAMES, (0.2, 0.3, -0.4, 0.3, 0.8, 0.1), strict=True))
+
+
+@pytest.mark.parametrize("axis", TURNS)
+@pytest.mark.parametrize("in_tool", [False, True])
+@pytest.mark.parametrize("size", SIZES)
+def test_tool_turns_by_one_step_and_keeps_its_place(axis: str, in_tool: bool, size: float) -> None:
+    """About an axis of the base, or of the tool; checked with a second library."""
+    begin = SIX.pose(BENT)
+    for step in (-size, size):
+        end = SIX.pose(dict(zip(NAMES, turn_step(SIX, BENT, axis, step, in_tool), strict=True)))
+        assert end[:3, 3] == pytest.approx(begin[:3, 3], abs=1e-6)
+        turn = math.radians(step) * np.eye(3)[TURNS.index(axis)]
+        turned = begin[:3, :3].T @ end[:3, :3] if in_tool else end[:3, :3] @ begin[:3, :3].T
+        assert Rotation.from_matrix(turned).as_rotvec() == pytest.approx(turn, abs=1e-6)
+
+
+def test_ten_small_turns_are_one_large_one() -> None:
+    """Nothing adds up while somebody presses ten times."""
+    now = dict(BENT)
+    for _ in range(10):
+        now = dict(zip(NAMES, turn_step(SIX, now, "ry", 1.0, True), strict=True))
+    assert list(now.values()) == pytest.approx(turn_step(SIX, BENT, "ry", 10.0, True), abs=1e-5)
+
+
+def test_turn_out_of_a_joints_range_is_refused_with_the_range() -> None:
+    """Refused, not shortened."""
+    straight_down = dict(zip(NAMES, SIX.robot.home_positions, strict=True))
+    last = SIX.robot.joint("joint_6")
+    at_end = {**straight_down, "joint_6": last.upper}
+    texts = []
+    for step in (-1.0, 1.0):
+        try:
+            turn_step(SIX, at_end, "rz", step, True)
+        except StepError as error:
+            texts.append(str(error))
+    assert len(texts) == 1
+    assert "joint_6 = " in texts[0] and "is outside -360 to 360 deg" in texts[0]
+
+
+def test_tool_that_would_leave_its_place_on_the_way_is_refused() -> None:
+    """Near a stretched wrist the joints go far, and the tool goes round with them."""
+    refused = 0
+    for wrist in np.linspace(0.02, 0.3, 15):
+        now = {**BENT, "joint_5": float(wrist)}
+        try:
+            target = turn_step(SIX, now, "rz", 10.0, False)
+        except StepError as error:
+            refused += "would leave its place by" in str(error)
+            assert "mm on the way" in str(error) or "jog a joint first" in str(error)
+            continue
+        middle = {name: 0.5 * (now[name] + q) for name, q in zip(NAMES, target, strict=True)}
+        apart = np.linalg.norm(SIX.pose(middle)[:3, 3] - SIX.pose(now)[:3, 3])
+        assert apart <= LEAVES_M
+    assert refused > 0
+
+
+def test_stretched_wrist_says_what_helps() -> None:
+    """Two axes of the wrist are one line: a direction is lost."""
+    with pytest.raises(StepError, match="jog a joint first"):
+        turn_step(SIX, {**BENT, "joint_5": 0.0}, "rx", 1.0, False)
+
+
+@pytest.mark.parametrize("name", ["fanuc_sr6ia", "fanuc_sr3ia"])
+def test_scara_without_its_fourth_joint_says_why_it_cannot(name: str) -> None:
+    """As in the article: the twin leaves it out."""
+    scara = arm_of(name)
+    now = dict.fromkeys([joint.name for joint in scara.robot.twin_joints], 0.1)
+    with pytest.raises(StepError, match="its twin has no joint_4, which turns the tool"):
+        turn_step(scara, now, "rz", 1.0, False)
+    assert why_no_turns(SIX.robot).startswith("Not on this robot: 6 joints cannot turn")
