@@ -1,5 +1,7 @@
 // The time line: picture, numbers, charts and events of a moment, of the last ten minutes or of a recording. The bar
 // with mode and STOP, the commands and the alarms stay live, and everything that is not of now has a frame that says so.
+import { clockText, momentOf } from "./past/clock.js";
+
 const FORGET_MS = 30000; // the label says how long ago it is; the moment itself does not change
 const AGAIN_MS = 500; // a recording that is still being read is asked again
 
@@ -8,7 +10,9 @@ export class TimeLine {
     this.handlers = handlers; // show(look), live(), opened()
     this.button = document.querySelector("[data-look-back]");
     this.place = document.querySelector("[data-time-line]");
-    this.range = this.place.querySelector("input");
+    this.range = this.place.querySelector("[data-past-range]");
+    this.clock = this.place.querySelector("[data-past-clock]");
+    this.wrong = this.place.querySelector("[data-past-wrong]");
     this.text = document.querySelector("[data-past-text]");
     this.note = document.querySelector("[data-past-note]");
     this.at = null;
@@ -18,6 +22,9 @@ export class TimeLine {
     for (const step of this.place.querySelectorAll("[data-past-step]")) {
       step.addEventListener("click", () => this.ask(this.at + Number(step.dataset.pastStep)));
     }
+    this.place.querySelector("[data-past-go]").addEventListener("click", () => this.go());
+    this.clock.addEventListener("keydown", (event) => event.key === "Enter" && this.go());
+    this.clock.addEventListener("input", () => this.refuse(""));
     for (const back of document.querySelectorAll("[data-past-live]")) back.addEventListener("click", () => this.close());
     document.addEventListener("click", (event) => {
       const button = event.target.closest?.("[data-look-at]");
@@ -39,6 +46,8 @@ export class TimeLine {
     this.isReading = false;
     this.base = run ? 0 : Date.now() / 1000;
     this.place.hidden = false;
+    this.clock.value = "";
+    this.refuse("");
     this.button.setAttribute("aria-pressed", "true");
     document.body.classList.add("is-past");
     document.body.classList.toggle("is-recording", run !== "");
@@ -61,6 +70,38 @@ export class TimeLine {
     this.button.setAttribute("aria-pressed", "false");
     document.body.classList.remove("is-past", "is-recording");
     this.handlers.live();
+  }
+
+  // To the time of day that is typed; one that is not in here changes nothing but the text that says so.
+  async go() {
+    if (!this.look) return this.refuse("The recording is still being opened.");
+    const run = this.run;
+    let { first, last } = this.look;
+    if (run) last = this.look.ends;
+    else [first, last] = await this.remembered();
+    if (this.at === null || run !== this.run || !this.look) return; // another one was opened meanwhile
+    const { at, wrong } = momentOf(this.clock.value, first, last);
+    this.refuse(wrong || "");
+    if (!wrong) this.ask(at);
+  }
+
+  // From when to when the server remembers: it goes on while somebody looks back.
+  async remembered() {
+    try {
+      const answer = await fetch(`/past.json?at=${Date.now() / 1000}`, { cache: "no-store" });
+      if (answer.ok) {
+        const { first, last } = await answer.json();
+        return [first, last];
+      }
+    } catch (error) {
+      this.refuse(`not known: ${error.message}`);
+    }
+    return [this.look.first, this.look.last];
+  }
+
+  refuse(why) {
+    this.wrong.textContent = why;
+    this.clock.setAttribute("aria-invalid", why !== "");
   }
 
   // One question at a time; of those that come meanwhile the last one counts.
@@ -97,7 +138,7 @@ export class TimeLine {
     if (this.run) this.base = look.first;
     this.at = this.wanted = look.at;
     this.range.min = this.run ? 0 : Math.min(-1, look.first - this.base);
-    this.range.max = this.run ? Math.max(1, look.last - this.base) : 0;
+    this.range.max = this.run ? Math.max(1, look.last - this.base) : Math.max(0, look.at - this.base);
     this.range.step = this.run ? 0.1 : 0.5;
     this.range.value = look.at - this.base;
     this.say();
@@ -110,7 +151,7 @@ export class TimeLine {
   }
 
   say() {
-    const clock = new Date(1000 * this.at).toLocaleTimeString([], { hour12: false });
+    const clock = clockText(this.at);
     if (!this.run) {
       const ago = Math.max(0, Math.round(Date.now() / 1000 - this.at));
       this.tell(`${clock}, ${length(ago)} ago`);

@@ -116,12 +116,15 @@ def picture(hand: Hand) -> None:
     text, line = hand.page.locator("[data-past-text]"), hand.page.locator("[data-time-line]")
     expect(text).to_contain_text("Past: ")
     hand.look()
-    line.locator("input").click(position={"x": 10, "y": 10})
+    line.locator("[data-past-range]").click(position={"x": 10, "y": 10})
     moment = "() => window.panel.timeLine.at"
     for step in (f"{MINUS}10 s", f"{MINUS}1 s", "+1 s", "+10 s"):
         hand.button(step, line).click()
         hand.page.wait_for_function("() => !window.panel.timeLine.asking")
     assert hand.page.evaluate(moment) is not None
+    line.get_by_label("Time of day").fill("25:00")
+    hand.button("Go", line).click()
+    expect(line.locator("[data-past-wrong]")).to_have_text(re.compile("is no time of day"))
     hand.button("Live").click()
     expect(line).to_be_hidden()
 

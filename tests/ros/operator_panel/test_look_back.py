@@ -85,6 +85,73 @@ def test_recording_is_looked_at_on_the_page_while_stop_stays_live(
     expect(events.filter(has_text=recorded.REASON[1:])).to_have_count(0)
 
 
+CLOCK = """(after) => new Date(1000 * (window.panel.timeLine.look.first + after))
+    .toLocaleTimeString("en-GB")"""
+MOMENT = "() => window.panel.timeLine.at"
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_typed_time_of_day_leads_there_and_one_outside_says_what_there_is(
+    theatre: Theatre, size: str
+) -> None:
+    """With seconds or without; a wrong one changes neither the moment nor a place of the page."""
+    page = theatre.page
+    theatre.resize(size)
+    theatre.play("ready")
+    open_recording(theatre)
+    field, wrong = page.get_by_label("Time of day"), page.locator("[data-past-wrong]")
+    told = page.locator("[data-past-text]")
+    first, last, there = (page.evaluate(CLOCK, after) for after in (0.0, 12.0, 7.0))
+    field.fill(there)
+    page.get_by_role("button", name="Go", exact=True).click()
+    expect(told).to_contain_text(f"{there}, 7 s after its start")
+    expect(page.locator(".lead-real .lead-role")).to_have_text("leads")
+    expect(wrong).to_have_text("")
+    field.fill(first[:-3])  # the minute in which it begins
+    field.press("Enter")
+    expect(told).to_contain_text(f"{first}, 0 s after its start")
+    theatre.settle()
+    before, moment = theatre.places(), page.evaluate(MOMENT)
+    stood = field.bounding_box()
+    for typed, why in (
+        ("13:59", f"13:59 is outside {first} to {last}."),
+        ("2 pm", '"2 pm" is no time of day: write 14:03 or 14:03:20.'),
+        ("24:00", '"24:00" is no time of day: write 14:03 or 14:03:20.'),
+        ("", "No time of day: write 14:03 or 14:03:20."),
+    ):
+        field.fill(typed)
+        field.press("Enter")
+        expect(wrong).to_have_text(why)
+        theatre.settle()
+        assert theatre.places() == before
+        assert field.bounding_box() == stood
+        assert page.evaluate(MOMENT) == moment
+        assert theatre.problems(f"{size}, {typed!r}") == []
+    page.locator(".past-note").get_by_role("button", name="Live").click()
+
+
+def test_typed_time_of_day_leads_through_the_last_ten_minutes(theatre: Theatre) -> None:
+    """What the page's server remembers, up to now."""
+    page = theatre.page
+    theatre.resize("low")
+    theatre.play("ready")
+    theatre.remembered()
+    page.locator("[data-look-back]").click()
+    expect(page.locator("[data-past-text]")).to_contain_text("Past: ")
+    page.wait_for_function("() => window.panel.timeLine.look")
+    first = page.evaluate(CLOCK, 1.0)
+    page.get_by_label("Time of day").fill(first)
+    page.get_by_role("button", name="Go", exact=True).click()
+    expect(page.locator("[data-past-text]")).to_contain_text(f"Past: {first}")
+    hour = int(first[:2])
+    other = f"{(hour + 12) % 24:02}:30"
+    page.get_by_label("Time of day").fill(other)
+    page.get_by_role("button", name="Go", exact=True).click()
+    expect(page.locator("[data-past-wrong]")).to_contain_text(f"{other} is outside ")
+    expect(page.locator("[data-past-text]")).to_contain_text(f"Past: {first}")
+    page.locator(".past-note").get_by_role("button", name="Live").click()
+
+
 def test_recording_that_cannot_be_shown_says_why_on_the_time_line(theatre: Theatre) -> None:
     """And Live still leads back."""
     theatre.resize("low")

@@ -22,14 +22,22 @@ def build_look_back_button() -> None:
 def build_time_line() -> None:
     """Build the time line; the browser shows it over the picture and asks for moments."""
     with ui.element("div").classes("time-line").props("data-time-line hidden"):
-        ui.element("span").classes("time-line-text").props('data-past-text aria-live="polite"')
+        with ui.element("p").classes("time-line-text"):
+            ui.element("span").props('data-past-text aria-live="polite"')
+            ui.element("span").classes("time-line-wrong").props('data-past-wrong role="alert"')
         ui.element("input").classes("time-line-range").props(
-            'type=range min=-600 max=0 step=0.5 value=0 aria-label="Time"'
+            'data-past-range type=range min=-600 max=0 step=0.5 value=0 aria-label="Time"'
         )
         with ui.element("div").classes("time-line-steps"):
             for text, seconds in STEPS:
                 with ui.element("button").props(f'type=button data-past-step="{seconds}"'):
                     plain(text)
+            ui.element("input").classes("time-line-clock").props(
+                'data-past-clock type=text autocomplete=off placeholder="14:03" '
+                'aria-label="Time of day"'
+            )
+            with ui.element("button").props("type=button data-past-go"):
+                plain("Go")
 
 
 def build_past_note() -> None:
