@@ -57,6 +57,7 @@ class WhatIfServer:
         self._live, self._cell, self._folder = live, cell, folder
         self._lock = threading.Lock()
         self._judged = 0
+        self._seen = self._rested = 0  # questions when it was looked last, when memory went back
         self.learning = Learning(cell, cell.config.learning, self._lock)
         live.is_idle = lambda: self.learning.is_idle
         rospy.Service("what_if/judge", JudgeMotion, self._answer)
@@ -65,6 +66,13 @@ class WhatIfServer:
         """Return what this node says of itself."""
         text = f"{self._judged} motions judged"
         return Diagnosis(Level.OK, f"{rospy.get_name()}: judge", text)
+
+    def rest(self) -> None:
+        """Give memory back once nobody has asked since the last call: a program takes 12 MB."""
+        if self._judged == self._seen and self._judged != self._rested:
+            give_back()
+            self._rested = self._judged
+        self._seen = self._judged
 
     def _answer(self, request: JudgeMotion._request_class) -> JudgeMotionResponse:
         try:
@@ -195,6 +203,7 @@ def _report(server: WhatIfServer) -> None:
         diagnostics.publish(server.diagnosis(), server.learning.diagnosis)
         if ended.wait(PERIOD_S):
             return
+        server.rest()
 
 
 def main() -> None:
