@@ -9,7 +9,13 @@ import numpy as np
 import numpy.typing as npt
 from scara_config import ConfigError, Robot
 
-from scara_control.kinematics.screws import ScrewModel, forward_kinematics_batch, tool_positions
+from scara_control.keep_out.reach import largest_rates
+from scara_control.kinematics.screws import (
+    Point,
+    ScrewModel,
+    forward_kinematics_batch,
+    tool_positions,
+)
 
 FloatArray = npt.NDArray[np.float64]
 Joints = tuple[float, ...]
@@ -17,11 +23,19 @@ Joints = tuple[float, ...]
 
 
 class WatchedPoint(msgspec.Struct, frozen=True):
-    """A point that moves with the first joints of the arm."""
+    """A point that moves with the first joints of the arm.
+
+    Attributes:
+        name: As in robot.yaml.
+        model: The chain that carries it; the point is its tool.
+        columns: The chain's joints among the twin's.
+        rates: How far it moves at most by each of them; None: not known.
+    """
 
     name: str
     model: ScrewModel
     columns: tuple[int, ...]
+    rates: tuple[Point, ...] | None = None
 
 
 def watched_points(robot: Robot) -> tuple[WatchedPoint, ...]:
@@ -43,13 +57,9 @@ def watched_points(robot: Robot) -> tuple[WatchedPoint, ...]:
         carriers = arm[: names.index(point.carried_by) + 1]
         home = np.eye(4)
         home[:3, 3] = np.array(point.home_mm) * 1e-3
-        found.append(
-            WatchedPoint(
-                point.name,
-                ScrewModel.from_joints(carriers, home),
-                tuple(columns[j.name] for j in carriers),
-            )
-        )
+        model = ScrewModel.from_joints(carriers, home)
+        moved_by = tuple(columns[j.name] for j in carriers)
+        found.append(WatchedPoint(point.name, model, moved_by, largest_rates(model)))
     return tuple(found)
 
 

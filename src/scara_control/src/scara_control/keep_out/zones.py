@@ -11,6 +11,7 @@ import numpy as np
 from scara_config import KeepOut
 
 from scara_control.keep_out.points import FloatArray, Joints, WatchedPoint, all_positions
+from scara_control.keep_out.reach import may_reach
 
 COARSE_STEPS = 8
 MOST_STEPS = 2000
@@ -120,13 +121,26 @@ def widened(zones: tuple[KeepOut, ...], margin_mm: float) -> tuple[KeepOut, ...]
 def _points_near(
     points: Sequence[WatchedPoint], zones: Sequence[KeepOut], rows: FloatArray
 ) -> list[WatchedPoint]:
-    """Return the points whose way may come into a zone, by a rough look."""
-    if not points or not zones:
+    """Return the points whose way may come into a zone, by two rough looks."""
+    start, turned = rows[0].tolist(), np.abs(np.diff(rows, axis=0)).sum(axis=0).tolist()
+    points = [point for point in points if _may_reach(point, start, turned, zones)]
+    if not points:
         return []
     rough = _cut(points, rows, _fewest_steps(rows))
     chords = np.abs(np.diff(rough, axis=1))
     reach = chords.max(axis=1) + BULGE * chords.max(axis=(1, 2))[:, None]
     return [point for point, close in zip(points, _near(rough, zones, reach)) if close]
+
+
+def _may_reach(
+    point: WatchedPoint, start: Joints, turned: Joints, zones: Sequence[KeepOut]
+) -> bool:
+    """Return whether a point may come into a zone, by how far it can move at most."""
+    if point.rates is None:
+        return bool(zones)
+    here = [start[column] for column in point.columns]
+    ways = [turned[column] for column in point.columns]
+    return may_reach(point.model, point.rates, here, ways, zones)
 
 
 def _near(

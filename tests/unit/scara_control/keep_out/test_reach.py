@@ -1,0 +1,86 @@
+"""How far a watched point can move at most: never too little, and for a SCARA not much too far."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from harness.pair import SETUP
+from harness.yaml_files import CONFIG
+from hypothesis import given
+from hypothesis import strategies as st
+from msgspec.structs import replace
+from scara_config import KeepOut, load_robot
+from scara_control.keep_out.points import positions, watched_points
+from scara_control.keep_out.reach import largest_rates, may_reach
+from scara_control.keep_out.zones import free_part, heads_into
+from scara_control.kinematics.screws import ScrewModel
+
+NAMES = ("fanuc_sr6ia", "fanuc_sr3ia", "articulated_six")
+ROBOTS = {name: load_robot(CONFIG / "robots" / name) for name in NAMES}
+SHARE = st.floats(0.0, 1.0)
+CORNER = st.tuples(*[SHARE] * 8)
+
+
+def _corners(name: str, shares: list[tuple[float, ...]]) -> np.ndarray:
+    """Return joint positions, within twice the limits: a way may be reckoned beyond them."""
+    low, high = np.array([(2 * j.lower, 2 * j.upper) for j in ROBOTS[name].twin_joints]).T
+    return low + np.array(shares)[:, : len(low)] * (high - low)
+
+
+@pytest.mark.parametrize("name", NAMES)
+@given(shares=st.lists(CORNER, min_size=2, max_size=4))
+def test_no_way_leads_further_than_the_rates_say(
+    name: str, shares: list[tuple[float, ...]]
+) -> None:
+    """Each point, each axis, all along the way, of arms with parallel axes and of others."""
+    corners = _corners(name, shares)
+    part = np.linspace(0.0, 1.0, 40)[:, None]
+    way = np.concatenate([a + part * (b - a) for a, b in pairwise(corners)])
+    turned = np.abs(np.diff(corners, axis=0)).sum(axis=0)
+    for point in watched_points(ROBOTS[name]):
+        assert point.rates is not None
+        path = positions(point, way)
+        most = turned[list(point.columns)] @ np.array(point.rates)
+        assert np.all(np.abs(path - path[0]) <= most + 1e-9)
+
+
+def test_a_scara_keeps_its_height_and_its_radius() -> None:
+    """Its tool turns about the base at 0.65 m at most, about the elbow at 0.3; one joint lifts."""
+    tool = next(point for point in SETUP.points if point.name == "tool")
+    base, elbow, spindle = tool.rates or ()
+    assert base == pytest.approx((0.65, 0.65, 0.0))
+    assert elbow == pytest.approx((0.3, 0.3, 0.0))
+    assert spindle == pytest.approx((0.0, 0.0, 1.0))
+
+
+def test_a_slide_across_an_axis_is_not_guessed() -> None:
+    """Its stroke would be part of the radius."""
+    axes = np.array([[0, 0, 1, 0, 0, 0], [0, 0, 0, 1, 0, 0]], dtype=float).T
+    assert largest_rates(ScrewModel(axes, np.eye(4))) is None
+
+
+@given(shares=st.lists(CORNER, min_size=2, max_size=3), at=st.tuples(*[SHARE] * 3))
+def test_what_is_judged_does_not_depend_on_it(
+    shares: list[tuple[float, ...]], at: tuple[float, ...]
+) -> None:
+    """Points that cannot come near are left out; the zone and the free part are the same."""
+    corners = [tuple(row) for row in _corners("fanuc_sr6ia", shares).tolist()]
+    low = -800.0 + 1600.0 * np.array(at)
+    x, y, z = low.tolist()
+    zones = (KeepOut("box", (x, y, z), (x + 120.0, y + 120.0, z + 120.0)), *SETUP.keep_out)
+    unknown = [replace(point, rates=None) for point in SETUP.points]
+    assert heads_into(SETUP.points, zones, *corners) == heads_into(unknown, zones, *corners)
+    ends = corners[0], corners[-1]
+    assert free_part(SETUP.points, zones, *ends) == free_part(unknown, zones, *ends)
+
+
+def test_a_number_that_is_none_is_looked_at_closely() -> None:
+    """Nothing is left out for a position that is not known."""
+    tool = next(point for point in SETUP.points if point.name == "tool")
+    far = KeepOut("far", (5000.0, 5000.0, 5000.0), (6000.0, 6000.0, 6000.0))
+    here = (0.0, 0.0, -0.1)
+    assert tool.rates is not None
+    assert not may_reach(tool.model, tool.rates, here, (0.1, 0.1, 0.1), [far])
+    assert may_reach(tool.model, tool.rates, (float("nan"), 0.0, -0.1), (0.1, 0.1, 0.1), [far])
