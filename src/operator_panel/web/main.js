@@ -112,6 +112,7 @@ function start() {
   new Camera();
   if (told.operator) watchJog(live, told.jog_period_ms);
   window.panel = {
+    typed: () => motion.typed(),
     preview: (pose) => motion.aim(pose),
     judging: (title) => motion.wait(title),
     judged: (found) => motion.take(found),

@@ -3,7 +3,8 @@
     .venv/bin/python tests/harness/page/stage.py PORT FOLDER [ROBOT]
 
 ``GET /scene/NAME`` changes the scene, ``GET /jogged`` tells what was jogged since it was asked
-last. Everything else is the page's own.
+last; ``GET /answers/hold`` holds back what is said of typed positions until ``/answers/give``.
+Everything else is the page's own.
 """
 
 from __future__ import annotations
@@ -66,6 +67,8 @@ class StageDoor:
         self._layout = load_modbus_map(folder)
         self.scene, self.holder, self.answered = "ready", "", False
         self.jogged: list[dict[str, float]] = []
+        self.answers = asyncio.Event()
+        self.answers.set()
         self.sessions: Mapping[str, Session] = {}
         self._begun = time.monotonic()
 
@@ -110,7 +113,8 @@ class StageDoor:
         return answer()
 
     async def judge(self, x: float, y: float, z: float, elbow: str, speed: float) -> Answer:
-        """Say that every point can be reached."""
+        """Say that every point can be reached, once answers are let through."""
+        await self.answers.wait()
         names = [joint.name for joint in self.robot.twin_joints]
         values = {"name": names, "target": [0.5] * len(names), "elbow": "righty"}
         return Answer(True, "", {**values, "refused_now": ""})
@@ -221,6 +225,14 @@ def main() -> None:
         told, door.jogged = door.jogged, []
         return told
 
+    async def answers(what: str) -> PlainTextResponse:
+        if what == "hold":
+            door.answers.clear()
+        else:
+            door.answers.set()
+        return PlainTextResponse(what)
+
+    app.add_api_route("/answers/{what}", answers, methods=["GET"])
     app.add_api_route("/scene/{name}", choose, methods=["GET"])
     app.add_api_route("/jogged", jogged, methods=["GET"])
     doors = {"operator": PageDoor("operator_panel", "127.0.0.1", port, TOKEN)}

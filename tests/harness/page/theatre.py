@@ -71,6 +71,7 @@ class Theatre:
     def settle(self) -> None:
         """Go to the upper end, and wait until transitions are over."""
         self.page.evaluate("window.scrollTo(0, 0)")
+        expect(self.page.locator("[class*=-enter-active]")).to_have_count(0)  # an opening dialog
         self.page.evaluate(
             "() => Promise.all(document.getAnimations().map((a) => a.finished.catch(() => 0)))"
             ".then(() => new Promise(requestAnimationFrame))"

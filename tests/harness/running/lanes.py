@@ -49,6 +49,7 @@ TIMED = (
 )
 """Unit tests with sockets, threads or processes: they wait for answers, and for time to pass."""
 SHARED = {
+    "tests/ros/operator_panel/jogging/test_turn_steps.py": "one browser",
     "tests/ros/operator_panel/preview/test_preview.py": "one browser",
     "tests/ros/operator_panel/test_every_control.py": "one browser",
     "tests/ros/operator_panel/test_for_hands.py": "one browser",

@@ -15,6 +15,7 @@ export class MotionLine {
     this.text = this.place.querySelector("[data-motion-at]");
     this.motion = null;
     this.target = null; // the pose that a typed position leads to
+    this.asked = null; // title of the motion that somebody looks at; an answer to another one is old
     this.at = 0;
     this.begun = null;
     this.range.addEventListener("input", () => this.halt(Number(this.range.value)));
@@ -26,15 +27,21 @@ export class MotionLine {
     return !this.place.hidden;
   }
 
-  // The ghost of a position that is typed; what was judged before is of another one.
+  // Somebody types another position: what was judged is of the one before. The answer about what is typed comes
+  // later, perhaps after a preview that was asked for meanwhile: that one stays.
+  typed() {
+    if (this.isOpen) this.close();
+  }
+
+  // The ghost of a position that was typed.
   aim(pose) {
     this.target = pose;
-    if (this.isOpen) this.close();
-    else this.show(pose);
+    if (!this.isOpen) this.show(pose);
   }
 
   wait(title) {
     this.open();
+    this.asked = title;
     this.motion = null;
     this.begun = null;
     this.show(null);
@@ -43,7 +50,7 @@ export class MotionLine {
   }
 
   take(motion) {
-    this.open();
+    if (motion.title !== this.asked) return;
     this.motion = motion;
     this.say(`${motion.title}: ${motion.sentence}`, motion.tone);
     const length = motion.times.at(-1) || 0;
@@ -66,6 +73,7 @@ export class MotionLine {
   close() {
     this.begun = null;
     this.motion = null;
+    this.asked = null;
     this.place.hidden = true;
     document.body.classList.remove("is-preview");
     this.show(this.target);

@@ -42,3 +42,51 @@ def test_preview_can_be_read_and_touched_and_moves_nothing_else(
     dialog.get_by_role("button", name="Cancel").click()
     expect(dialog).to_have_count(0)
     assert found == []
+
+
+AIMS = """() => {
+    const aim = window.panel.preview;
+    window.aimed = [];
+    window.panel.preview = (pose) => { aim(pose); window.aimed.push(pose); };
+}"""
+
+
+def test_answer_about_a_typed_position_leaves_a_preview_that_came_before_it(
+    theatre: Theatre,
+) -> None:
+    """The answer is late; only what is typed after the preview was opened closes it."""
+    page = theatre.page
+    theatre.resize("low")
+    theatre.play("ready")
+    theatre.open("Target")
+    page.get_by_role("button", name="Clear", exact=True).click()
+    page.evaluate(AIMS)
+    page.request.get(f"{theatre.address}/answers/hold")
+    try:
+        for axis in "XYZ":
+            page.get_by_label(axis, exact=True).fill("200")
+        page.get_by_role("button", name="Preview Move").click()
+        preview_of(page, "part_3 in hand would hit stand_1")
+    finally:
+        page.request.get(f"{theatre.address}/answers/give")
+    page.wait_for_function("() => window.aimed.some((pose) => pose !== null)")
+    expect(page.locator(".preview").first).to_contain_text("Reachable")
+    expect(page.locator("[data-motion]")).to_be_visible()
+    page.get_by_label("X", exact=True).fill("210")
+    expect(page.locator("[data-motion]")).to_be_hidden()
+
+
+def test_verdict_that_comes_after_its_preview_was_closed_opens_none(theatre: Theatre) -> None:
+    """Nor one about another motion than the one that was asked for last."""
+    page = theatre.page
+    theatre.resize("low")
+    theatre.play("ready")
+    late = "{title: 'Home', sentence: 'late', tone: 'good', times: []}"
+    page.evaluate("window.panel.judging('Home')")
+    page.locator("[data-motion-close]").click()
+    page.evaluate(f"window.panel.judged({late})")
+    expect(page.locator("[data-motion]")).to_be_hidden()
+    page.evaluate("window.panel.judging('Move')")
+    page.evaluate(f"window.panel.judged({late})")
+    expect(page.locator("[data-motion-words]")).to_have_text("Move: judging ...")
+    page.locator("[data-motion-close]").click()

@@ -109,9 +109,10 @@ class _TargetForm:
             field.set_value("")
 
     def _typed(self) -> None:
-        """Ask a little later, once nothing more is typed."""
+        """Close a preview of what was typed before; ask a little later, once nothing more comes."""
         self._asked += 1
         number = self._asked
+        ui.run_javascript("window.panel?.typed()")
 
         async def ask() -> None:
             if number == self._asked:
