@@ -35,6 +35,10 @@ DECISIONS = (
     DecisionLine("14:02:55", "ALIGNING", "IDLE", "the twin is aligned: the pair is ready"),
     DecisionLine("14:02:51", "OFFLINE", "ALIGNING", "both links are up: it aligns slowly"),
 )
+LIMITED = (
+    "joint_2 was at its effort limit in 12.3 % of the last 1000 steps, allowed are 2 %: "
+    "it cannot follow so fast"
+)
 PAUSED = DecisionLine(
     "14:03:22",
     "REAL_LEADS",
@@ -97,7 +101,7 @@ def alarmed(robot: Robot, time: float) -> Snapshot:
         for level, name, text in (
             (Level.ERROR, "twin_controller: link real", "no fresh data for 0.31 s"),
             (Level.WARN, "recorder", "the disk is nearly full: 212 MB are free"),
-            (Level.WARN, "simulator", "joint_2 is saturated: it cannot follow so fast"),
+            (Level.WARN, "simulator", LIMITED),
         )
     }
     package = RobotPackage("program", 100.0, False, False, "ARTICLE line 5 held", "PAUSE")

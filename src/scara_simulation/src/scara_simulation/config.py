@@ -50,6 +50,8 @@ class SimulationConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     standstill_percent: Annotated[float, Meta(gt=0.0, le=5.0)]
     stick_band_deg: Annotated[float, Meta(ge=0.0, le=1.0)]
     stick_band_mm: Annotated[float, Meta(ge=0.0, le=1.0)]
+    saturation_window_ms: Annotated[float, Meta(ge=100.0, le=60_000.0)]
+    saturation_limit_percent: Annotated[float, Meta(ge=0.0, le=100.0)]
     joint_dynamics: dict[str, JointDynamics] = {}
     model_mass_factor: Annotated[float, Meta(ge=0.1, le=10.0)] = 1.0
 
@@ -59,6 +61,11 @@ class SimulationConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return {
             name: (entry.damping, entry.friction) for name, entry in self.joint_dynamics.items()
         }
+
+    @property
+    def saturation_window_steps(self) -> int:
+        """Length of the window in which saturated steps are counted [steps]."""
+        return round(self.saturation_window_ms * 1e-3 * self.physics_rate_hz)
 
     @property
     def step_ns(self) -> int:

@@ -82,6 +82,11 @@ class JointControl:
         return sum(loop.saturated_steps for loop in self.loops)
 
     @property
+    def saturated_steps_of(self) -> dict[str, int]:
+        """How often the effort of each joint was limited."""
+        return {loop.model.name: loop.saturated_steps for loop in self.loops}
+
+    @property
     def limited_steps(self) -> int:
         """How often a joint's set point was kept inside its limits."""
         return sum(loop.limited_steps for loop in self.loops)

@@ -91,7 +91,7 @@ def test_missing_master_is_the_only_alarm() -> None:
     [
         ("recorder", "recording ended: the disk is full", "room on the disk"),
         ("simulator: physics", "too slow: 0.70 of real time instead of 1", "overloaded"),
-        ("simulator: physics", "effort saturated in 3 joint steps", "lower speed"),
+        ("simulator: physics", "joint_1 was at its effort limit in 4.1 % of", "lower speed"),
         ("twin_controller: link real", "no fresh data for 100 ms", "Modbus"),
         ("what_if: predictions", "moving time of the last 5 motions is +8.0 % off", "previews"),
         ("something new", "broken", ELSE),

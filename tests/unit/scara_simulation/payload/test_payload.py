@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import msgspec
 import pytest
 from scara_config import load_robot
 from scara_config.palletise import load_palletise
@@ -22,6 +23,7 @@ from scara_control.motion.plan import Path as JointPath
 from scara_control.motion.plan import plan_move
 from scara_simulation.config import load_gains, load_simulation
 from scara_simulation.handling.payload_desk import PayloadDesk, described, part_payload
+from scara_simulation.health import SaturationWatch
 from scara_simulation.io.handling.part_world import PartWorld
 from scara_simulation.io.told_dynamics import ToldDynamics
 from scara_simulation.io.world import World
@@ -113,6 +115,23 @@ def test_rated_load_that_planning_does_not_know_saturates_joint_1() -> None:
         error, effort = drive(simulation, plan(None))
     assert effort == 1.0 and simulation.control.saturated_steps > 20
     assert error > 0.02
+
+
+@pytest.mark.parametrize(("share", "is_told"), [(0.64, False), (0.68, True), (1.0, True)])
+def test_saturation_is_told_before_the_tool_is_off_by_a_millimetre(
+    share: float, is_told: bool
+) -> None:
+    """In virtual time: moves that were planned for an empty tool, with more and more at it."""
+    carried = msgspec.structs.replace(RATED, mass_kg=share * RATED.mass_kg)
+    watch = SaturationWatch(SIMULATION.saturation_window_steps, SIMULATION.saturation_limit_percent)
+    with cell(carried, carried) as (_, simulation):
+        control = simulation.control
+        assert watch.judge(simulation.steps, control.saturated_steps_of) == ""
+        error, effort = drive(simulation, plan(None))
+        told = watch.judge(simulation.steps, control.saturated_steps_of)
+    assert effort == 1.0 and control.saturated_steps > 0
+    assert told.startswith("joint_1 was at its effort limit") == is_told
+    assert is_told or error * ROBOT.reach_mm < 0.1
 
 
 @pytest.mark.parametrize(("mounted", "told"), [(RATED, EMPTY), (EMPTY, RATED)])

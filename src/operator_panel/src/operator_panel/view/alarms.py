@@ -53,7 +53,7 @@ REMEDIES: tuple[tuple[str, str, str], ...] = (
     ("simulator", r"refused", "A command to the simulator was wrong: its log says which and why."),
     (
         "simulator",
-        r"saturated|inside its limits",
+        r"effort limit|inside its limits",
         "The twin cannot follow so fast: a lower speed cap helps.",
     ),
 )

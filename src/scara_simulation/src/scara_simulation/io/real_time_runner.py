@@ -174,7 +174,7 @@ class RealTimeRunner:
             stalls=self._stalls,
             skipped_steps=self._pace.skipped_steps,
             clock_steps=self._clock_steps,
-            saturated_steps=control.saturated_steps,
+            saturated_steps=control.saturated_steps_of,
             limited_steps=control.limited_steps,
             refused=self._refused,
             last_refusal=self._last_refusal,

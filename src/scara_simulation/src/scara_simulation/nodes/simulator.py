@@ -106,7 +106,7 @@ def main() -> None:
             factor=factor,
             follow_system_clock=not publish_clock,
             publish=publish,
-            report=DiagnosticsPort(factor).report,
+            report=DiagnosticsPort(factor, config).report,
         )
         desk = CommandDesk(simulation.control, CommandGate(robot, config), config)
         CommandPorts(names, clockwork, desk, states)

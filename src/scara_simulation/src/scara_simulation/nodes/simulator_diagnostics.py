@@ -6,7 +6,8 @@ import rospy
 from scara_ros.diagnosis import Diagnosis, Level
 from scara_ros.nodes.diagnostics import Diagnostics
 
-from scara_simulation.health import Status, judge
+from scara_simulation.config import SimulationConfig
+from scara_simulation.health import SaturationWatch, Status, judge
 
 _LEVELS = {
     "ok": Level.OK,
@@ -21,15 +22,19 @@ class DiagnosticsPort:
     Compares with the last report to tell new troubles from old ones.
     """
 
-    def __init__(self, factor: float) -> None:
+    def __init__(self, factor: float, config: SimulationConfig) -> None:
         """Advertise; ``factor`` is the speed that shall be kept, 0: none."""
         self._factor = factor
+        self._saturation = SaturationWatch(
+            config.saturation_window_steps, config.saturation_limit_percent
+        )
         self._last: Status | None = None
         self._diagnostics = Diagnostics("simulator")
 
     def report(self, status: Status) -> None:
         """Publish ``status``."""
-        level, text = judge(status, self._last, self._factor)
+        saturation = self._saturation.judge(status.steps, status.saturated_steps)
+        level, text = judge(status, self._last, self._factor, saturation)
         self._last = status
         name = f"{rospy.get_name()}: physics"
         self._diagnostics.publish(Diagnosis(_LEVELS[level], name, text, dict(_values(status))))
@@ -49,7 +54,7 @@ def _values(status: Status) -> list[tuple[str, str]]:
         ("stalls", str(status.stalls)),
         ("steps skipped", str(status.skipped_steps)),
         ("system clock steps", str(status.clock_steps)),
-        ("joint steps with saturated effort", str(status.saturated_steps)),
+        ("joint steps with saturated effort", str(sum(status.saturated_steps.values()))),
         ("joint steps with limited set point", str(status.limited_steps)),
         ("commands refused", str(status.refused)),
         ("last refusal", status.last_refusal),
