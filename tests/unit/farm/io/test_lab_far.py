@@ -4,51 +4,15 @@ from __future__ import annotations
 
 import os
 import signal
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from farm.lab.io.command_line import app
-from harness.processes import Process, Stage, free_port, wait_until
-from harness.workspace import workspace_environment
+from harness.machines.lab_project import DEADLINE_S, JOBS, STEADY, WORDS, Lab
+from harness.processes import free_port, wait_until
 from scara_bringup.io.ports import listeners, sockets
 from typer.testing import CliRunner
-
-DEADLINE_S = 60.0
-JOBS = 6
-WORDS = ("judge", "0.5,0.1,0.1", "--variations", str(JOBS), "--seed", "3")
-STEADY = "print(sys.argv[1:], sum(map(ord, sys.argv[1])) / 7)"
-
-
-class Lab:
-    """A project of its own, whose judge is a few lines."""
-
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
-        self._judge = folder / "devel" / "lib" / "what_if" / "judge"
-        self._judge.parent.mkdir(parents=True)
-        environment = {**workspace_environment(), "CELL_ROOT": str(folder)}
-        self.stage = Stage(folder / "processes", environment)
-
-    def judge(self, text: str) -> None:
-        """Let the judge be these lines."""
-        self._judge.write_text(f"#!{sys.executable}\nimport os, pathlib, signal, sys, time\n{text}")
-        self._judge.chmod(0o755)
-
-    def start(self, *words: str) -> Process:
-        """Start ``./cell lab``."""
-        return self.stage.start(sys.executable, "-m", "farm.lab", *words)
-
-    def run(self, name: str, *words: str) -> bytes:
-        """Run the jobs, and return the results."""
-        process = self.start(*WORDS, "--folder", str(self.folder / name), *words)
-        assert process.wait(DEADLINE_S) == 0, process.tail()
-        return self.results(name)
-
-    def results(self, name: str) -> bytes:
-        """Return the results of a run."""
-        return (self.folder / name / "results.jsonl").read_bytes()
 
 
 @pytest.fixture
@@ -134,7 +98,10 @@ def test_what_cannot_be_is_told(lab: Lab) -> None:
     cli, port = CliRunner(), str(free_port())
     for words, said in (
         (["worker", "192.168.1.7:8786"], "allowed is only this machine"),
-        (["judge", "1,2,3", "--scheduler", "farm.example:1"], "allowed is only this machine"),
+        (
+            ["judge", "1,2,3", "--scheduler", "farm.example:1"],
+            "allowed is only this machine",
+        ),
         (["worker", "127.0.0.1:x"], "allowed is HOST:PORT"),
     ):
         done = cli.invoke(app, words)

@@ -20,6 +20,7 @@ from farm.security.access import Role
 from farm.security.certificates import DAYS
 from farm.security.io.authority import Authority
 from farm.security.io.invitation import Invitation, write_private
+from farm.security.io.lab_authority import LabAuthority
 from farm.wire import Answer, Joints
 from harness.processes import free_port, wait_until
 from unit.farm.io.conftest import Farm, Journal
@@ -111,11 +112,13 @@ def test_who_shows_no_good_certificate_does_not_come_in(site: Site, tmp_path: Pa
     # The same authority, at another time.
     ended = Authority(tmp_path / "authority", "site", past).invite("pc_1", Role.MACHINE, (HOST, 1))
     foreign = Authority(tmp_path / "foreign", "site", NOW).invite("pc_1", Role.MACHINE, (HOST, 1))
+    lab = LabAuthority(tmp_path / "lab", "site", NOW).invite("pc_1", Role.LAB, (HOST, 1))
     site.authority = Authority(tmp_path / "authority", "site", NOW)
     good = site.invite("pc_1")
     site.listen()
     strangers = {
         "another authority": {"certificate": foreign.certificate, "key": foreign.key},
+        "of the lab": {"certificate": lab.certificate, "key": lab.key},
         "ended": {"certificate": ended.certificate, "key": ended.key},
         "another's key": {"key": other.key},
         "another's certificate": {"certificate": other.certificate},

@@ -15,6 +15,7 @@ from farm.security.access import Invited, Role, access_control
 from farm.security.certificates import DAYS
 from farm.security.io.authority import Authority
 from farm.security.io.invitation import Invitation, SecurityError, write_private
+from farm.security.io.lab_authority import LabAuthority, has_lab
 from farm.security.io.membership import as_member, join, joined, leave
 from harness.workspace import ROOT
 
@@ -150,3 +151,31 @@ def test_where_a_desk_is_reached() -> None:
     for wrong in ("", ":5", "a:", "a:0", "a:99999", "0.0.0.0", "[::]:7448"):
         with pytest.raises(ReachedError):
             reached(wrong)
+
+
+def test_the_lab_has_an_authority_of_its_own(tmp_path: Path) -> None:
+    """Joining one does not leave the other; neither gives what is the other's."""
+    keys = tmp_path / "keys"
+    assert not has_lab(keys)
+    lab = LabAuthority(keys / "lab", "hall", NOW)
+    made = lab.invite("pc_2", Role.LAB, WHERE)
+    assert has_lab(keys) and made.role is Role.LAB
+    farm_file, _ = invited(tmp_path)
+    lab_file = tmp_path / "lab.invitation"
+    write_private(lab_file, msgspec.json.encode(made))
+    join(keys, farm_file, NOW)
+    join(keys, lab_file, NOW)
+    seen = joined(keys), joined(keys, lab=True)
+    assert [each and each.role for each in seen] == [Role.MACHINE, Role.LAB]
+    assert leave(keys, lab=True) and joined(keys, lab=True) is None and joined(keys) is not None
+    farm = Authority(tmp_path / "authority", "hall", NOW)
+    for authority, role in ((farm, Role.LAB), (lab, Role.MACHINE), (lab, Role.DESK)):
+        with pytest.raises(SecurityError, match="gives no such"):
+            authority.invite("pc_3", role, WHERE)
+    own = Path(lab.desk().certificate)
+    first = own.read_bytes()
+    assert stat.S_IMODE(own.stat().st_mode) == 0o600 and lab.desk().key == str(own)
+    assert Path(lab.desk().key).read_bytes() == first
+    later = LabAuthority(keys / "lab", "hall", NOW + timedelta(days=DAYS - 10))
+    later.desk()
+    assert own.read_bytes() != first

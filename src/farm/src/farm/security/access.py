@@ -19,6 +19,8 @@ class Role(str, Enum):
 
     MACHINE = "machine"
     DESK = "desk"
+    LAB = "lab member"
+    """Runs programs on the other members' machines; of the lab's authority, not the farm's."""
 
 
 class Invited(msgspec.Struct, frozen=True):

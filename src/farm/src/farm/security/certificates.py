@@ -6,6 +6,7 @@ The site has an authority of its own, which no browser and no system trusts. Sou
 from __future__ import annotations
 
 import ipaddress
+from collections.abc import Iterable
 from datetime import datetime, timedelta
 from typing import NamedTuple
 
@@ -33,9 +34,9 @@ class Pair(NamedTuple):
     certificate: bytes
 
 
-def new_authority(site: str, now: datetime) -> Pair:
-    """Return an authority of a site that signs itself."""
-    key, name = _new_key(), _name(f"{site} farm")
+def new_authority(name_of: str, now: datetime) -> Pair:
+    """Return an authority of this name that signs itself."""
+    key, name = _new_key(), _name(name_of)
     builder = (
         _builder(name, name, key.public_key(), now, AUTHORITY_DAYS)
         .add_extension(x509.BasicConstraints(ca=True, path_length=0), critical=True)
@@ -51,12 +52,18 @@ def new_server(authority: Pair, host: str, now: datetime) -> Pair:
         place = x509.IPAddress(ipaddress.ip_address(host))
     except ValueError:
         place = x509.DNSName(host)
-    return _issued(authority, host, place, ExtendedKeyUsageOID.SERVER_AUTH, now)
+    return _issued(authority, host, place, (ExtendedKeyUsageOID.SERVER_AUTH,), now)
 
 
 def new_client(authority: Pair, name: str, now: datetime) -> Pair:
     """Return what somebody shows who comes in."""
-    return _issued(authority, name, x509.DNSName(name), ExtendedKeyUsageOID.CLIENT_AUTH, now)
+    return _issued(authority, name, x509.DNSName(name), (ExtendedKeyUsageOID.CLIENT_AUTH,), now)
+
+
+def new_member(authority: Pair, name: str, now: datetime) -> Pair:
+    """Return what a member of the lab shows at both ends of a line."""
+    both = (ExtendedKeyUsageOID.SERVER_AUTH, ExtendedKeyUsageOID.CLIENT_AUTH)
+    return _issued(authority, name, x509.DNSName(name), both, now)
 
 
 def ends(certificate: bytes) -> datetime:
@@ -98,7 +105,11 @@ def check(authority: bytes, client: Pair, name: str, now: datetime) -> None:
 
 
 def _issued(
-    authority: Pair, name: str, place: x509.GeneralName, use: x509.ObjectIdentifier, now: datetime
+    authority: Pair,
+    name: str,
+    place: x509.GeneralName,
+    uses: Iterable[x509.ObjectIdentifier],
+    now: datetime,
 ) -> Pair:
     signer = serialization.load_pem_private_key(authority.key, None)
     if not isinstance(signer, ec.EllipticCurvePrivateKey):
@@ -110,7 +121,7 @@ def _issued(
         .add_extension(x509.BasicConstraints(ca=False, path_length=None), critical=True)
         .add_extension(_usage(signs_certificates=False), critical=True)
         .add_extension(x509.SubjectAlternativeName([place]), critical=False)
-        .add_extension(x509.ExtendedKeyUsage([use]), critical=False)
+        .add_extension(x509.ExtendedKeyUsage(uses), critical=False)
     )
     return _pair(key, builder.sign(signer, hashes.SHA256()))
 

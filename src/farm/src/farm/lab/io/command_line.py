@@ -14,7 +14,7 @@ from typing import Annotated, NoReturn
 
 import typer
 
-from farm.lab.address import PORT, AddressError, scheduler_address
+from farm.lab.address import PORT, AddressError, listened, scheduler_address
 from farm.lab.io.places import RESULTS, Place, Where, run_plan, where
 from farm.lab.io.running import LabError, Result, processors, read_plan, result_of, root
 from farm.lab.plan import OF_BAGS, PROGRAMS, Plan, PlanError, jobs_of, summary
@@ -24,10 +24,18 @@ Workers = Annotated[
     int | None, typer.Option(help="Jobs at a time. Default: one for each processor.", min=1)
 ]
 On = Annotated[
-    Place, typer.Option("--on", help="farm: by dask, so that workers of other shells join in.")
+    Place,
+    typer.Option(
+        "--on", help="farm: by dask, so that workers of other shells and machines join in."
+    ),
 ]
 Far = Annotated[
-    str, typer.Option("--scheduler", help="HOST:PORT of a scheduler that runs; implies --on farm.")
+    str,
+    typer.Option(
+        "--scheduler",
+        help="HOST:PORT of a scheduler that runs here, or tls://HOST:PORT of one of your lab; "
+        "implies --on farm.",
+    ),
 ]
 
 app = typer.Typer(
@@ -156,19 +164,32 @@ def nightly(
 @app.command("scheduler")
 def keep_scheduler(
     port: Annotated[int, typer.Option(help="Where it listens.", min=1, max=65535)] = PORT,
+    listen: Annotated[
+        str,
+        typer.Option(
+            help="HOST at which invited machines reach it (./cell farm invite NAME --lab); without "
+            "it only this machine.",
+        ),
+    ] = "",
 ) -> None:
     """Keep a scheduler of dask for several labs and workers, until Ctrl-C."""
+    try:
+        host = listened(listen) if listen else ""
+    except AddressError as error:
+        _fail(str(error), WRONG)
     from farm.lab.io.cluster import serve
 
     try:
-        serve(port)
+        serve(port, host)
     except LabError as error:
         _fail(str(error), FAILED)
 
 
 @app.command()
 def worker(
-    address: Annotated[str, typer.Argument(help="HOST:PORT of the scheduler.")],
+    address: Annotated[
+        str, typer.Argument(help="Of the scheduler: HOST:PORT here, or tls://HOST:PORT.")
+    ],
     workers: Workers = None,
 ) -> None:
     """Run jobs of labs for a scheduler on this machine's processors, until Ctrl-C."""

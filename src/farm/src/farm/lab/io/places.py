@@ -16,7 +16,7 @@ import typer
 from rich.console import Console
 from rich.progress import Progress
 
-from farm.lab.address import scheduler_address
+from farm.lab.address import is_secure, scheduler_address
 from farm.lab.io.running import Result, begin, processors, program_of, root, run
 from farm.lab.plan import Job, Plan, jobs_of
 
@@ -59,7 +59,7 @@ def where(place: Place, workers: int | None, scheduler: str) -> Where:
     """Return where jobs run; a scheduler that is named implies dask.
 
     Raises:
-        AddressError: The scheduler's address is none, or of another machine.
+        AddressError: The scheduler's address is none, or of another machine without TLS.
     """
     if not scheduler:
         return Where(place, workers)
@@ -95,11 +95,16 @@ def _runner(at: Where) -> Iterator[Runner]:
         yield partial(run, command=lambda job: program_of(job, devel), workers=workers)
         return
     # Imported late: dask takes half a second, and only this needs it.
+    from farm.lab.io.carried.parcels import Parcels
+    from farm.lab.io.carried.version import version_of
     from farm.lab.io.cluster import joined_cluster, own_cluster
-    from farm.lab.io.far import run_far
+    from farm.lab.io.far import Way, Words, run_far
 
     with joined_cluster(at.scheduler) if at.scheduler else own_cluster(workers) as client:
         if not at.scheduler:
             address = client.scheduler_info()["address"]
             typer.echo(f"lab: more workers: ./cell lab worker {address}", err=True)
-        yield partial(run_far, client=client)
+        way: Way = Words()
+        if is_secure(at.scheduler):
+            way = Parcels(version_of(root()), lambda text: typer.echo(f"lab: {text}", err=True))
+        yield partial(run_far, client=client, way=way)

@@ -13,7 +13,7 @@ import os
 import signal
 import subprocess
 import threading
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -28,6 +28,14 @@ DEADLINE_S = 900.0
 """Our choice: a fit takes two minutes; what takes longer hangs."""
 BOUND = ("setpriv", "--pdeathsig", "KILL", "--")
 """Replaces itself by the program behind it, which the kernel then ends with its parent."""
+ALIKE = {
+    # One thread of arithmetic each: the jobs share the processors among them already.
+    "OMP_NUM_THREADS": "1",
+    "OPENBLAS_NUM_THREADS": "1",
+    # So wide that no line is broken: a path is as long as the machine has it.
+    "COLUMNS": "2000",
+}
+"""Of each job's environment, on every machine."""
 Command = Callable[[Job], Sequence[str]]
 
 
@@ -163,7 +171,11 @@ class EndedError(RuntimeError):
 class Processes:
     """The processes of jobs that run now; safe to use from several threads."""
 
-    def __init__(self) -> None:
+    def __init__(
+        self, environment: Mapping[str, str] | None = None, folder: Path | None = None
+    ) -> None:
+        """Run commands in an environment and a folder; None: in those of this process."""
+        self._environment, self._folder = environment, folder
         self._lock = threading.Lock()
         self._running: set[subprocess.Popen[bytes]] = set()
         self._ended = False
@@ -177,8 +189,8 @@ class Processes:
             EndedError: :meth:`end` was called.
             subprocess.TimeoutExpired: It took too long, and was killed.
         """
-        # One thread of arithmetic each: the jobs share the processors among them already.
-        environment = {**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+        given = os.environ if self._environment is None else self._environment
+        environment = {**given, **ALIKE}
         pipe = subprocess.PIPE
         with self._lock:
             if self._ended:
@@ -189,6 +201,7 @@ class Processes:
                 stdout=pipe,
                 stderr=pipe,
                 env=environment,
+                cwd=self._folder,
                 start_new_session=True,
             )
             self._running.add(process)
@@ -213,13 +226,19 @@ class Processes:
                 _kill(process)
 
 
-def perform(job: Job, command: Sequence[str], processes: Processes | None = None) -> Result:
+def perform(
+    job: Job,
+    command: Sequence[str],
+    processes: Processes | None = None,
+    read_as: Callable[[str], str] = str,
+) -> Result:
     """Run one job in a process of its own; once more if it was killed.
 
     Args:
         job: Which.
         command: Its command line.
         processes: Who can end it; None: nobody but the end of this process.
+        read_as: What becomes of its output.
 
     Raises:
         FileNotFoundError: There is no such program.
@@ -236,7 +255,7 @@ def perform(job: Job, command: Sequence[str], processes: Processes | None = None
             code, said, complained = 124, b"", f"not ended within {DEADLINE_S:g} s".encode()
         if code >= 0:
             break
-    told, trouble = (text.decode("utf-8", "replace") for text in (said, complained))
+    told, trouble = (read_as(text.decode("utf-8", "replace")) for text in (said, complained))
     return Result(job.name, job.kind, job.words, code, told, trouble[-2000:])
 
 

@@ -62,7 +62,13 @@ class Register(msgspec.Struct, frozen=True):
 
 
 class Authority:
-    """The authority of a site, made when it is needed first."""
+    """The authority of a site's farm, made when it is needed first."""
+
+    purpose = "farm"
+    """What it lets in to."""
+    roles: tuple[Role, ...] = (Role.MACHINE, Role.DESK)
+    """Of those whom it invites."""
+    started_by = "./cell farm --listen HOST"
 
     def __init__(self, folder: Path, site: str, now: datetime) -> None:
         """Read it, or make it.
@@ -73,7 +79,7 @@ class Authority:
         self._folder, self._site, self._now = folder, site, now
         key, certificate = folder / KEY, folder / CERTIFICATE
         if not key.exists() and not certificate.exists():
-            made = new_authority(site, now)
+            made = new_authority(f"{site} {self.purpose}", now)
             write_private(key, made.key)
             write_private(certificate, made.certificate)
         try:
@@ -82,7 +88,7 @@ class Authority:
             self._pair = Pair(key.read_bytes(), certificate.read_bytes())
         except OSError as error:
             raise SecurityError(f"{error.filename}: {error.strerror}") from error
-        self.register = self._read()
+        self.register = read_register(folder)
 
     def invite(self, name: str, role: Role, reached: tuple[str, int] | None) -> Invitation:
         """Make a certificate for somebody; what he had before is good no more.
@@ -93,20 +99,23 @@ class Authority:
             reached: Where it finds the desk, host and port; None: where the desk listened last.
 
         Raises:
-            SecurityError: The register cannot be written, or nobody knows where the desk is.
+            SecurityError: The register cannot be written, nobody knows where the desk is, or it is
+                not this authority that gives this role.
         """
+        if role not in self.roles:
+            raise SecurityError(f"{role.value}: the authority of the {self.purpose} gives no such")
         reached = reached or self.register.listened
         if reached is None:
             raise SecurityError(
                 "nobody knows yet where the desk is reached: give --address HOST[:PORT], or start "
-                "it once with ./cell farm --listen HOST"
+                f"it once with {self.started_by}"
             )
         before = next((each for each in self.register.invited if each.name == name), None)
         number = before.number + 1 if before else 1
         until = (self._now + timedelta(days=DAYS)).timestamp()
         entry = Entry(name, role, number, until)
         try:
-            pair = new_client(self._pair, entry.shown, self._now)
+            pair = self._issued(entry.shown)
         except CertificateError as error:
             raise SecurityError(f"{self._folder}: {error}") from error
         others = [each for each in self.register.invited if each.name != name]
@@ -142,8 +151,7 @@ class Authority:
 
     def good(self) -> list[Entry]:
         """Return who may come in now."""
-        now = self._now.timestamp()
-        return [e for e in self.register.invited if e.revoked is None and e.until > now]
+        return good_of(self.register, self._now)
 
     def ending(self) -> list[Entry]:
         """Return whose certificate ends soon, the first to end first."""
@@ -172,20 +180,39 @@ class Authority:
             Address(host, port), files, access_control(self._site, _invited(self.good()))
         )
 
-    def _read(self) -> Register:
-        file = self._folder / REGISTER
-        try:
-            return msgspec.json.decode(file.read_bytes(), type=Register)
-        except FileNotFoundError:
-            return Register()
-        except (OSError, msgspec.DecodeError) as error:
-            raise SecurityError(
-                f"{file}: cannot be read, so nobody knows who was invited: {error}"
-            ) from error
+    def _issued(self, shown: str) -> Pair:
+        """Return a certificate of this name.
+
+        Raises:
+            CertificateError: The authority's own files are no good.
+        """
+        return new_client(self._pair, shown, self._now)
 
     def _write(self, register: Register) -> None:
         write_private(self._folder / REGISTER, msgspec.json.encode(register))
         self.register = register
+
+
+def read_register(folder: Path) -> Register:
+    """Return who was invited, of an authority's folder.
+
+    Raises:
+        SecurityError: Nobody can know.
+    """
+    file = folder / REGISTER
+    try:
+        return msgspec.json.decode(file.read_bytes(), type=Register)
+    except FileNotFoundError:
+        return Register()
+    except (OSError, msgspec.DecodeError) as error:
+        raise SecurityError(
+            f"{file}: cannot be read, so nobody knows who was invited: {error}"
+        ) from error
+
+
+def good_of(register: Register, now: datetime) -> list[Entry]:
+    """Return who may come in."""
+    return [e for e in register.invited if e.revoked is None and e.until > now.timestamp()]
 
 
 def authority_folder(keys: Path) -> Path:

@@ -17,9 +17,14 @@ from farm.security.io.invitation import Invitation, SecurityError, read_invitati
 TOLD, AUTHORITY, CERTIFICATE, KEY = "joined.json", "authority.crt", "own.crt", "own.key"
 
 
-def member_folder(keys: Path) -> Path:
-    """Return where the invitation is kept, in the folder of a user's keys."""
-    return keys / "member"
+def member_folder(keys: Path, *, lab: bool = False) -> Path:
+    """Return where the invitation is kept, in the folder of a user's keys.
+
+    Args:
+        keys: That folder.
+        lab: Of the invitation to a lab; else to a farm. One does not replace the other.
+    """
+    return keys / ("lab_member" if lab else "member")
 
 
 def join(keys: Path, file: Path, now: datetime) -> Invitation:
@@ -30,7 +35,7 @@ def join(keys: Path, file: Path, now: datetime) -> Invitation:
     """
     invitation = read_invitation(file)
     _check(invitation, str(file), now)
-    folder = member_folder(keys)
+    folder = member_folder(keys, lab=invitation.role is Role.LAB)
     for name, text in (
         (AUTHORITY, invitation.authority),
         (CERTIFICATE, invitation.certificate),
@@ -42,13 +47,13 @@ def join(keys: Path, file: Path, now: datetime) -> Invitation:
     return invitation
 
 
-def leave(keys: Path) -> bool:
+def leave(keys: Path, *, lab: bool = False) -> bool:
     """Forget what was joined; return whether there was something.
 
     Raises:
         SecurityError: It cannot be removed.
     """
-    folder = member_folder(keys)
+    folder = member_folder(keys, lab=lab)
     if not folder.exists():
         return False
     try:
@@ -58,13 +63,13 @@ def leave(keys: Path) -> bool:
     return True
 
 
-def joined(keys: Path) -> Invitation | None:
+def joined(keys: Path, *, lab: bool = False) -> Invitation | None:
     """Return what this machine has joined; None: nothing.
 
     Raises:
         SecurityError: It cannot be read.
     """
-    file = member_folder(keys) / TOLD
+    file = member_folder(keys, lab=lab) / TOLD
     return read_invitation(file) if file.exists() else None
 
 
@@ -77,15 +82,24 @@ def as_member(config: FarmConfig, keys: Path, now: datetime) -> FarmConfig:
     invitation = joined(keys)
     if invitation is None:
         return config
-    folder = member_folder(keys)
-    _check(invitation, str(folder), now)
-    files = Credentials(str(folder / AUTHORITY), str(folder / CERTIFICATE), str(folder / KEY))
+    files = shown_by(invitation, keys, now)
     return replace(
         config,
         site=invitation.site,
         machine=invitation.name if invitation.role is Role.MACHINE else config.machine,
         router=SecureAddress(invitation.host, invitation.port, files),
     )
+
+
+def shown_by(invitation: Invitation, keys: Path, now: datetime) -> Credentials:
+    """Return the files of what was joined.
+
+    Raises:
+        SecurityError: It is no good any more.
+    """
+    folder = member_folder(keys, lab=invitation.role is Role.LAB)
+    _check(invitation, str(folder), now)
+    return Credentials(str(folder / AUTHORITY), str(folder / CERTIFICATE), str(folder / KEY))
 
 
 def _check(invitation: Invitation, place: str, now: datetime) -> None:

@@ -12,15 +12,18 @@ import typer
 
 from farm import keys
 from farm.desk.io.command_line import WRONG, app, configured, fail, print_table
+from farm.lab.address import PORT as LAB_PORT
 from farm.security.access import Role
 from farm.security.io.authority import SOON, Authority, authority_folder
-from farm.security.io.invitation import SecurityError, keys_folder, write_private
+from farm.security.io.invitation import Invitation, SecurityError, keys_folder, write_private
+from farm.security.io.lab_authority import LabAuthority, has_lab, lab_authority_folder
 from farm.security.io.membership import join as keep
 from farm.security.io.membership import leave as forget
 
 PORT = 7448
 """Where the desk listens for other machines unless another port is given; zenoh's usual one is
 taken on loopback."""
+OfLab = Annotated[bool, typer.Option("--lab", help="Of the lab, not of the farm.")]
 Who = Annotated[str, typer.Argument(help="A machine's name, or a desk's.")]
 
 
@@ -28,8 +31,8 @@ class ReachedError(ValueError):
     """A text is no HOST[:PORT]; it says so."""
 
 
-def reached(text: str) -> tuple[str, int]:
-    """Return host and port of ``HOST[:PORT]``.
+def reached(text: str, port: int = PORT) -> tuple[str, int]:
+    """Return host and port of ``HOST[:PORT]``; without a port, ``port``.
 
     Raises:
         ReachedError: It is no such thing, or an address at which nobody is reached.
@@ -38,22 +41,25 @@ def reached(text: str) -> tuple[str, int]:
         >>> reached("hall-pc"), reached("10.0.0.5:8000"), reached("[fd00::1]:8000")
         (('hall-pc', 7448), ('10.0.0.5', 8000), ('fd00::1', 8000))
     """
-    host, colon, port = text.rpartition(":")
+    host, colon, given = text.rpartition(":")
     if not colon or text.endswith("]"):
-        host, port = text, str(PORT)
+        host, given = text, str(port)
     host = host.removeprefix("[").removesuffix("]")
-    if not host or not port.isdigit() or not 1 <= int(port) <= 65535:
+    if not host or not given.isdigit() or not 1 <= int(given) <= 65535:
         raise ReachedError(f"{text}: give HOST or HOST:PORT, [HOST]:PORT for IPv6")
     if host in ("0.0.0.0", "::", "*"):
         raise ReachedError(
             f"{text}: give the name or address at which other machines reach this one"
         )
-    return host, int(port)
+    return host, int(given)
 
 
-def opened_authority() -> Authority:
-    """Return this site's authority, or end with a text."""
+def opened_authority(*, lab: bool = False) -> Authority:
+    """Return this site's authority, of the farm or of the lab, or end with a text."""
     try:
+        if lab:
+            place = lab_authority_folder(keys_folder(os.environ))
+            return LabAuthority(place, configured(None).site, datetime.now(timezone.utc))
         folder = authority_folder(keys_folder(os.environ))
         return Authority(folder, configured(None).site, datetime.now(timezone.utc))
     except SecurityError as error:
@@ -64,6 +70,10 @@ def opened_authority() -> Authority:
 def invite(
     name: Who,
     desk: Annotated[bool, typer.Option("--desk", help="Another desk: it asks all cells.")] = False,
+    lab: Annotated[
+        bool,
+        typer.Option("--lab", help="Into the lab: it runs any program on all machines there."),
+    ] = False,
     address: Annotated[
         str, typer.Option(help="Where this desk is reached, HOST[:PORT]. Default: as last time.")
     ] = "",
@@ -72,60 +82,82 @@ def invite(
     """Make the file by which a machine joins; it holds a private key: hand it over safely."""
     try:
         keys.checked("site", name, "cell")
-        where = reached(address) if address else None
+        where = reached(address, LAB_PORT if lab else PORT) if address else None
     except (keys.CellNameError, ReachedError) as error:
         fail(str(error), WRONG)
+    if desk and lab:
+        fail("--desk and --lab are two invitations: make one after the other", WRONG)
     target = (file or Path(f"{name}.invitation")).resolve()
     try:
-        role = Role.DESK if desk else Role.MACHINE
-        made = opened_authority().invite(name, role, where)
+        role = Role.LAB if lab else Role.MACHINE
+        role = Role.DESK if desk else role
+        made = opened_authority(lab=lab).invite(name, role, where)
         write_private(target, msgspec.json.encode(made))
     except SecurityError as error:
         fail(str(error), WRONG)
     typer.echo(f"{target}: lets {role.value} {name} in at {made.host}:{made.port} for 90 days.")
-    typer.echo(f"There: ./cell farm join {target.name}. Here: start the desk anew with --listen.")
+    typer.echo(f"There: ./cell farm join {target.name}. {_next_here(made)}")
     typer.echo("Whoever has the file can come in as this machine: remove it once it was used.")
+    if lab:
+        typer.echo("It can then run any program on the machines of the lab, this one too.")
+
+
+def _next_here(made: Invitation) -> str:
+    if made.role is Role.LAB:
+        return f"Here: ./cell lab scheduler --listen {made.host}"
+    return "Here: start the desk anew with --listen."
 
 
 @app.command()
 def join(file: Annotated[Path, typer.Argument(help="The invitation.")]) -> None:
-    """Let this machine's cells, or this desk, join the farm of another machine."""
+    """Let this machine's cells, or this desk, join the farm or the lab of another machine."""
     try:
         kept = keep(keys_folder(os.environ), file, datetime.now(timezone.utc))
     except SecurityError as error:
         fail(str(error), WRONG)
     who = f"{kept.role.value} {kept.name}"
     typer.echo(f"joined site {kept.site} as {who}; desk: {kept.host}:{kept.port}")
-    typer.echo("Next: ./cell up --farm. Remove the invitation now.")
+    following = "./cell up --farm"
+    if kept.role is Role.LAB:
+        following = f"./cell lab worker tls://{kept.host}:{kept.port}"
+    typer.echo(f"Next: {following}. Remove the invitation now.")
 
 
 @app.command()
-def leave() -> None:
-    """Forget the farm of another machine."""
+def leave(lab: OfLab = False) -> None:
+    """Forget the farm of another machine, or its lab."""
     try:
-        was = forget(keys_folder(os.environ))
+        was = forget(keys_folder(os.environ), lab=lab)
     except SecurityError as error:
         fail(str(error), WRONG)
+    if lab:
+        typer.echo("left the lab" if was else "nothing was joined")
+        return
     typer.echo("left: cells join the desk of this machine again" if was else "nothing was joined")
 
 
 @app.command()
-def revoke(name: Who) -> None:
+def revoke(name: Who, lab: OfLab = False) -> None:
     """Let nobody in by a certificate of this name, from the desk's next start on."""
     try:
-        opened_authority().revoke(name)
+        opened_authority(lab=lab).revoke(name)
     except SecurityError as error:
         fail(str(error), WRONG)
+    if lab:
+        typer.echo(f"{name} is revoked. A scheduler that runs ends its lines within seconds.")
+        return
     typer.echo(f"{name} is revoked. A desk that runs now lets it in until it is started anew.")
 
 
 @app.command()
 def certificates() -> None:
     """List who was invited, and for how long."""
-    authority = opened_authority()
+    authorities = [opened_authority()]
+    if has_lab(keys_folder(os.environ)):
+        authorities.append(opened_authority(lab=True))
     now = datetime.now(timezone.utc)
     rows = []
-    for each in authority.register.invited:
+    for each in (one for authority in authorities for one in authority.register.invited):
         left = (datetime.fromtimestamp(each.until, timezone.utc) - now).days
         state = "good"
         if each.revoked is not None:
@@ -136,4 +168,4 @@ def certificates() -> None:
             state = "ends soon: invite it again"
         rows.append((each.name, each.role.value, each.number, max(left, 0), state))
     print_table(("name", "role", "invitation", "days left", "state"), rows)
-    typer.echo(f"{len(rows)} invited, {len(authority.good())} may come in")
+    typer.echo(f"{len(rows)} invited, {sum(len(a.good()) for a in authorities)} may come in")

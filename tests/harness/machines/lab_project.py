@@ -1,0 +1,63 @@
+"""A project of its own for a lab, whose judge is a few lines; one for each machine."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from harness.processes import Process, Stage
+from harness.workspace import workspace_environment
+
+DEADLINE_S = 60.0
+JOBS = 6
+WORDS = ("judge", "0.5,0.1,0.1", "--variations", str(JOBS), "--seed", "3")
+STEADY = "print(sys.argv[1:], sum(map(ord, sys.argv[1])) / 7)"
+
+
+class Lab:
+    """A project of its own, whose judge is a few lines."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.program = folder / "devel" / "lib" / "what_if" / "judge"
+        self.program.parent.mkdir(parents=True)
+        environment = {
+            **workspace_environment(),
+            "CELL_ROOT": str(folder),
+            "FARM_KEYS": str(folder / "keys"),
+        }
+        self.stage = Stage(folder / "processes", environment)
+
+    def judge(self, text: str) -> None:
+        """Let the judge be these lines."""
+        self.program.write_text(
+            f"#!{sys.executable}\nimport os, pathlib, signal, sys, time\n{text}"
+        )
+        self.program.chmod(0o755)
+
+    def start(self, *words: str, by: Sequence[str] = ()) -> Process:
+        """Start ``./cell lab``; ``by`` stands before it, such as what leads into a namespace."""
+        return self.stage.start(*by, sys.executable, "-m", "farm.lab", *words)
+
+    def farm(self, *words: str) -> str:
+        """Do a word of ``./cell farm`` to its end, and return what it says."""
+        process = self.stage.start(sys.executable, "-m", "farm", *words)
+        assert process.wait(DEADLINE_S) == 0, process.tail()
+        return process.output
+
+    def run(self, name: str, *more: str, words: Sequence[str] = WORDS) -> bytes:
+        """Run the jobs, and return the results."""
+        process = self.start(*words, "--folder", str(self.folder / name), *more)
+        assert process.wait(DEADLINE_S) == 0, process.tail()
+        return self.results(name)
+
+    def results(self, name: str) -> bytes:
+        """Return the results of a run."""
+        return (self.folder / name / "results.jsonl").read_bytes()
+
+    def said(self, name: str) -> list[str]:
+        """Return what each job of a run said."""
+        lines = self.results(name).splitlines()
+        return [str(json.loads(line)["said"]) for line in lines]
