@@ -8,8 +8,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from harness.processes import Process, Stage
-from harness.workspace import workspace_environment
+from harness.workspace import ROOT, workspace_environment
 
+BUILT = ("devel", "src", "config", "setup")
 DEADLINE_S = 60.0
 JOBS = 6
 WORDS = ("judge", "0.5,0.1,0.1", "--variations", str(JOBS), "--seed", "3")
@@ -17,12 +18,17 @@ STEADY = "print(sys.argv[1:], sum(map(ord, sys.argv[1])) / 7)"
 
 
 class Lab:
-    """A project of its own, whose judge is a few lines."""
+    """A project of its own, whose judge is a few lines, or the built one's by links."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, *, built: bool = False) -> None:
         self.folder = folder
         self.program = folder / "devel" / "lib" / "what_if" / "judge"
-        self.program.parent.mkdir(parents=True)
+        if built:
+            folder.mkdir()
+            for name in BUILT:
+                (folder / name).symlink_to(ROOT / name)
+        else:
+            self.program.parent.mkdir(parents=True)
         environment = {
             **workspace_environment(),
             "CELL_ROOT": str(folder),
@@ -47,10 +53,10 @@ class Lab:
         assert process.wait(DEADLINE_S) == 0, process.tail()
         return process.output
 
-    def run(self, name: str, *more: str, words: Sequence[str] = WORDS) -> bytes:
+    def run(self, name: str, *more: str, words: Sequence[str] = WORDS, code: int = 0) -> bytes:
         """Run the jobs, and return the results."""
         process = self.start(*words, "--folder", str(self.folder / name), *more)
-        assert process.wait(DEADLINE_S) == 0, process.tail()
+        assert process.wait(DEADLINE_S) == code, process.tail()
         return self.results(name)
 
     def results(self, name: str) -> bytes:
