@@ -41,6 +41,8 @@ MOVING = tube_of((0.0, (0.0, 5.0)), (0.1, (1.0, 5.0)), (0.2, (2.0, 5.0)))
         (0.65, (1.9, 5.0), False),
         (0.65, (2.0, 5.0), True),
         (0.71, (2.0, 5.0), False),
+        (-0.55, (0.0, 5.0), False),
+        (-0.45, (0.0, 5.0), True),
     ],
 )
 def test_the_tube_is_wide_only_for_joints_that_were_told_to_move(
