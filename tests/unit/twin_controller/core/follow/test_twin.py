@@ -5,13 +5,15 @@ from __future__ import annotations
 import msgspec
 import numpy as np
 import pytest
-from harness.pair import HOME, SETUP, Pair, ramp, shifted
+from harness.pair import HOME, ROBOT, SETUP, Pair, ramp, shifted
 from harness.parts import changed
 from hypothesis import given
 from hypothesis import strategies as st
 from scara_control.joint_motion import JointMotion
-from twin_controller.core.follow.real import stream_real, twin_course
+from twin_controller.core.follow.real import setpoint_spacing, stream_real, twin_course
 from twin_controller.core.follow.twin import close_gap, estimate_acceleration
+from twin_controller.core.setup import Setup
+from twin_controller.estimation.rhythm import Rhythm, heard
 
 replace = msgspec.structs.replace
 WIDE = (1e9,)
@@ -124,3 +126,21 @@ def test_a_pair_apart_in_either_direction_is_not_aligned(joint: int, border: flo
     pair.run(6.0)
     assert "IDLE" not in {decision.mode_after for decision in pair.decisions()}
     assert pair.decisions()[-1].mode_after == "ALIGNING"
+
+
+@pytest.mark.parametrize(
+    ("wanted_ms", "robot_ms", "spacing_ms"),
+    [(16.0, 4, 16.0), (16.0, 8, 16.0), (16.0, 16, 16.0), (10.0, 8, 8.0), (4.0, 20, 20.0)],
+)
+def test_set_points_are_whole_periods_of_the_robot_apart(
+    wanted_ms: float, robot_ms: int, spacing_ms: float
+) -> None:
+    """As near to what is wanted as can be, and never two within one period."""
+    setup = Setup(ROBOT, changed(SETUP.config, stream__period_ms=wanted_ms))
+    pair = Pair()
+    pair.connect()
+    rhythm = Rhythm()
+    for at_ms in np.random.default_rng(1).uniform(5.0, 13.0, 400).cumsum():
+        rhythm = heard(rhythm, int(at_ms // robot_ms) * robot_ms, 100.0 + 1e-3 * float(at_ms))
+    real = replace(pair.state.sides.real, rhythm=rhythm)
+    assert 1e3 * (setpoint_spacing(setup, real) or 0.0) == pytest.approx(spacing_ms)

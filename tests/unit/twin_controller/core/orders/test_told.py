@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import pytest
-from harness.pair import SETUP
+from harness.pair import SETUP, Pair
+from twin_controller.core.actions import Command, Send
 from twin_controller.core.events import TwinMotion
-from twin_controller.core.orders.state import TwinTold, is_old
+from twin_controller.core.lead.effects import send_twin
+from twin_controller.core.orders.state import OWN_COMMAND, TwinTold, is_old
 
 SENT, OURS = 100.0, 7
 QUIET_S = SETUP.config.twin.stop_quiet_ms * 1e-3
@@ -47,3 +49,15 @@ def test_a_report_is_new_when_the_command_must_have_arrived(after: float, old: b
     """stop_quiet_ms after it was sent; and where nothing was known before it."""
     assert is_old(SETUP, TwinTold(1, motion("moving"), SENT), motion("moving"), SENT + after) is old
     assert not is_old(SETUP, TwinTold(1, None, SENT), motion("moving"), SENT + after)
+
+
+def test_our_commands_are_counted_and_marked_as_ours() -> None:
+    """What the twin reports back says which of ours it took last, and that no other node sent it.
+
+    The mark is a bit of its own, above all numbers: a number below 1 would lie over it.
+    """
+    state, numbers = Pair().state, []
+    for _ in range(3):
+        state, sent = send_twin(state, Command.PAUSE_TWIN, "test", SENT)
+        numbers += [action.id for action in sent if isinstance(action, Send)]
+    assert numbers == [OWN_COMMAND + 1, OWN_COMMAND + 2, OWN_COMMAND + 3]

@@ -92,7 +92,7 @@ def stream_real(
 def _slots(setup: Setup, follows: RealFollows, sides: Sides, now: float) -> list[SendSlot]:
     """Return when the set points are sent that are decided now."""
     last = None
-    spacing = _spacing(setup, sides.real)
+    spacing = setpoint_spacing(setup, sides.real)
     if follows.last is not None:
         last = follows.last.t
     return next_slots(
@@ -106,8 +106,11 @@ def _slots(setup: Setup, follows: RealFollows, sides: Sides, now: float) -> list
     )
 
 
-def _spacing(setup: Setup, real: RealSide) -> float | None:
-    """Return the time between two set points [s]: of the robot's periods, as near as can be."""
+def setpoint_spacing(setup: Setup, real: RealSide) -> float | None:
+    """Return the time between two set points [s]: as many of the robot's periods as come nearest.
+
+    At least one, for no robot takes two within its own period. None: each is sent at once.
+    """
     wanted, period = setup.config.stream.period_ms, real.rhythm.period
     if wanted is None:
         return None
@@ -244,7 +247,7 @@ def _longest_step(setup: Setup, real: RealSide) -> float:
     """
     if real.takes_ahead:
         return setup.config.stream.ahead_period_ms * 1e-3
-    return _spacing(setup, real) or setup.config.real.poll_period_ms * 1e-3
+    return setpoint_spacing(setup, real) or setup.config.real.poll_period_ms * 1e-3
 
 
 def program_speed(setup: Setup, real: RealSide, cap: float) -> float:
