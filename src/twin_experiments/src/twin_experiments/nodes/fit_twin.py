@@ -157,7 +157,8 @@ def search(
         TextColumn("{task.completed:.0f}/{task.total:.0f}"),
         TimeElapsedColumn(),
     )
-    with Progress(*bar, console=console) as progress:
+    # In a file it would be one line with the time that it took: other words for the same fit.
+    with Progress(*bar, console=console, disable=not console.is_terminal) as progress:
         task = progress.add_task("fitting", total=most)
 
         def told(error: float) -> None:
