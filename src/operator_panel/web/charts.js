@@ -10,6 +10,8 @@ const EFFORT = 5;
 const DRAW_MS = 200;
 const REST_MS = 1000; // while nothing changes but the time axis
 const KEPT = "panel_chart";
+const [TOP, BOTTOM] = [0.32, 0.19]; // heights of both grids, as shares of a chart
+const LINE = 1.2; // from one number of an axis to the next, at least [height of a letter]
 
 export class Charts {
   constructor(told) {
@@ -34,6 +36,7 @@ export class Charts {
       this.changed = this.fresh = true;
     });
     new MutationObserver(() => this.dress()).observe(document.body, { attributeFilter: ["class"] });
+    window.addEventListener("resize", () => (this.dressed = false)); // letters grow with the screen
     setInterval(() => this.draw(), DRAW_MS);
   }
 
@@ -95,7 +98,8 @@ export class Charts {
     const [motion, loop, own] = ["motion", "loop", "own"].map((name) => getElement(this.told[name])?.chart);
     if (!motion || !loop || !own || document.hidden || !this.changed || !isSeen([motion, loop, own])) return;
     const time = performance.now();
-    if (this.dressed && !this.fresh && (this.paused || (!this.moved && time - this.drawn < REST_MS))) return;
+    if (!this.dressed) this.fresh = true;
+    if (!this.fresh && (this.paused || (!this.moved && time - this.drawn < REST_MS))) return;
     if (!this.dressed) this.dress();
     this.drawn = time;
     this.changed = this.moved = this.fresh = false;
@@ -109,9 +113,17 @@ export class Charts {
     const of = (index) => column((point) => point[index] ?? null);
     const deviation = column((p) => (p[REAL] == null || p[TWIN] == null ? null : p[REAL] - p[TWIN]));
     const [real, twin, setPoint, measured, error, effort] = [REAL, TWIN, SET_POINT, MEASURED, ERROR, EFFORT].map(of);
-    this.put(motion, [span([real, twin], 1), around(deviation, 0.05)], { real, twin, deviation });
-    const axes = [span([setPoint, measured], 1), around(error, 0.05), around(effort, 1)];
+    const room = (chart) => [TOP, BOTTOM].map((share) => this.most(chart.getHeight() * share));
+    const [high, low] = room(motion);
+    this.put(motion, [span([real, twin], 1, high), around(deviation, 0.05, low)], { real, twin, deviation });
+    const [upper, lower] = room(loop);
+    const axes = [span([setPoint, measured], 1, upper), around(error, 0.05, lower), around(effort, 1, lower)];
     this.put(loop, axes, { setpoint: setPoint, twin: measured, deviation: error, effort });
+  }
+
+  // So many steps of an axis have room for their numbers in a grid of this height [px].
+  most(height) {
+    return Math.max(1, Math.floor(height / (LINE * this.look().fontSize)));
   }
 
   put(chart, yAxis, series) {
@@ -124,9 +136,10 @@ export class Charts {
     const css = (name) => getComputedStyle(document.body).getPropertyValue(name).trim();
     const [text, line] = [css("--muted"), css("--line")];
     const fontSize = 0.875 * parseFloat(getComputedStyle(document.documentElement).fontSize);
-    const axis = (name) => ({
-      name, nameTextStyle: { color: text, fontSize, align: "left" }, nameGap: 6,
-      axisLabel: { color: text, fontSize }, axisLine: { onZero: false, lineStyle: { color: line } }, axisTick: { show: false },
+    // The unit stands inside the grid: beside the numbers it would cover the highest.
+    const axis = (name, align = "left") => ({
+      name, nameTextStyle: { color: text, fontSize, align }, nameGap: 6,
+      axisLabel: { color: text, fontSize, formatter: (value) => signed(tidy(value)) }, axisLine: { onZero: false, lineStyle: { color: line } }, axisTick: { show: false },
       splitLine: { show: true, lineStyle: { color: line } },
     });
     // A canvas takes no "inherit": it would fall back to 10 px.
@@ -137,7 +150,8 @@ export class Charts {
       valueFormatter: (value) => (value == null ? "-" : value.toFixed(3)),
     };
     const common = { animation: false, textStyle: { fontFamily }, tooltip, legend: { textStyle: { color: text, fontSize } } };
-    const seconds = { color: text, fontSize, formatter: (value) => `${value} s`.replace("-", "\u2212") };
+    const ends = { alignMinLabel: "left", alignMaxLabel: "right" }; // not below the numbers of an axis
+    const seconds = { color: text, fontSize, formatter: (value) => `${signed(value)} s`, ...ends };
     return { css, fontSize, axis, common, seconds };
   }
 
@@ -149,12 +163,12 @@ export class Charts {
     const x = { ...axis(""), splitLine: { show: false } };
     const style = (ids) => ids.map((id) => ({ id, lineStyle: { color: css(colours[id]) }, itemStyle: { color: css(colours[id]) } }));
     const grid = (right) => [
-      { left: 3.6 * fontSize, right: right * fontSize, top: 2.6 * fontSize, height: "32%" },
-      { left: 3.6 * fontSize, right: right * fontSize, bottom: 1.7 * fontSize, height: "19%" },
+      { left: 3.6 * fontSize, right: right * fontSize, top: 2.6 * fontSize, height: `${100 * TOP}%` },
+      { left: 3.6 * fontSize, right: right * fontSize, bottom: 1.7 * fontSize, height: `${100 * BOTTOM}%` },
     ];
     const bottom = { ...x, axisLabel: seconds };
     const top = { ...x, axisLabel: { show: false } };
-    const two = (name) => ({ ...axis(name), splitLine: { show: false } });
+    const two = (name) => ({ ...axis(name, "right"), splitLine: { show: false } });
     getElement(this.told.motion)?.chart?.setOption({
       ...common, grid: grid(1.2), xAxis: [top, bottom], yAxis: [axis(unit), axis(unit)], series: style(["real", "twin", "deviation"]),
     });
@@ -175,27 +189,33 @@ function values(series) {
   return series.flatMap((data) => data.map(([, value]) => value)).filter((value) => value !== null);
 }
 
-// Limits of an axis that holds all values, at least `least` wide.
-function span(series, least) {
+// Limits of an axis that holds all values, at least `least` wide, in at most `most` steps.
+function span(series, least, most = 5) {
   const all = values(series);
-  if (!all.length) return { min: 0, max: least };
+  if (!all.length) return { min: 0, max: least, interval: least };
   const [low, high] = [Math.min(...all), Math.max(...all)];
   const margin = Math.max(0.06 * (high - low), 0.5 * (least - (high - low)), 0);
   const step = round(high - low + 2 * margin) / 4;
   const [min, max] = [Math.floor((low - margin) / step), Math.ceil((high + margin) / step)];
-  return { min: tidy(min * step), max: tidy(max * step), interval: tidy(step * (max - min > 5 ? 2 : 1)) };
+  const each = Math.ceil((max - min) / most);
+  const steps = Math.ceil((max - min) / each); // whole ones: the last number stands at the end
+  return { min: tidy(min * step), max: tidy((min + steps * each) * step), interval: tidy(each * step) };
 }
 
 // Limits the same on both sides of zero, at least `least`.
-function around(data, least) {
+function around(data, least, most) {
   const limit = round(Math.max(least, ...values([data]).map(Math.abs)));
-  return { min: -limit, max: limit, interval: limit };
+  return { min: -limit, max: limit, interval: most > 1 ? limit : 2 * limit };
 }
 
 // The next of 1, 2, 5 times a power of ten.
 function round(value) {
   const power = 10 ** Math.floor(Math.log10(value));
   return tidy(power * [1, 2, 5, 10].find((digit) => digit * power >= value * 0.999));
+}
+
+function signed(value) {
+  return `${value}`.replace("-", "\u2212");
 }
 
 function tidy(value) {

@@ -112,7 +112,7 @@ export class Plot {
       })),
       xAxis: grids.map((grid) => ({ ...x, gridIndex: grid, axisLabel: isLast(grid) ? look.seconds : { show: false } })),
       yAxis: units.map((unit, k) => ({
-        type: "value", gridIndex: k >> 1, splitNumber: 2, ...look.axis(unit), position: k % 2 ? "right" : "left",
+        type: "value", gridIndex: k >> 1, splitNumber: 2, ...look.axis(unit, k % 2 ? "right" : "left"), position: k % 2 ? "right" : "left",
         splitLine: { show: k % 2 === 0, lineStyle: { color: look.css("--line") } },
         ...ends(span(series.filter((one) => one.yAxisIndex === k).map((one) => one.data), unit === "ms" || unit === "mm" ? 0.1 : 1)),
       })),

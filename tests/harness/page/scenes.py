@@ -114,6 +114,19 @@ def asked(robot: Robot, time: float) -> Snapshot:
     return _with(following(robot, time), asker="fitter 2", answer_left=14.0)
 
 
+def held(robot: Robot, time: float) -> Snapshot:
+    """Return a twin that leads and is held back, with the longest usual reason."""
+    return _with(
+        following(robot, time),
+        mode="TWIN_LEADS",
+        leader="twin",
+        speed_requested_percent=100.0,
+        speed_applied_percent=72.7,
+        speed_limited=True,
+        speed_reason="the real robot's override is 100 %, and it needs some of that to keep up",
+    )
+
+
 def stopped(robot: Robot, time: float) -> Snapshot:
     """Return a pair that was stopped at the robot, beside which somebody stands."""
     snapshot = _with(
@@ -141,7 +154,7 @@ def no_master(_: Robot, __: float) -> Snapshot:
 
 SCENES: dict[str, Callable[[Robot, float], Snapshot]] = {
     made.__name__: made
-    for made in (following, ready, aligning, alarmed, asked, stopped, no_stop, no_master)
+    for made in (following, held, ready, aligning, alarmed, asked, stopped, no_stop, no_master)
 }
 
 

@@ -19,6 +19,7 @@ from harness.workspace import ROOT, workspace_environment
 
 STAGE = ROOT / "tests" / "harness" / "page" / "stage.py"
 MEASURE = (STAGE.parent / "measure.js").read_text(encoding="utf-8")
+DRAWN = (STAGE.parent / "chart_texts.js").read_text(encoding="utf-8")
 TOKEN = "token-of-the-stage"
 SIZES = {"phone": (390, 844), "tablet": (768, 1024), "low": (1280, 720), "wide": (1920, 1080)}
 ALARMS = 4
@@ -81,6 +82,11 @@ class Theatre:
         """Return what is wrong with the page as it is now."""
         self.settle()
         found: list[str] = self.page.evaluate(MEASURE)
+        return [f"{where}: {text}" for text in found]
+
+    def drawn_problems(self, where: str) -> list[str]:
+        """Return what is wrong with the letters of the drawings that are shown now."""
+        found: list[str] = self.page.evaluate(DRAWN)
         return [f"{where}: {text}" for text in found]
 
     def places(self) -> dict[Any, list[Any]]:

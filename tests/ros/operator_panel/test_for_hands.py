@@ -5,8 +5,11 @@ In a real browser, at four sizes, light and dark, with scenes in place of a cell
 
 from __future__ import annotations
 
+import contextlib
+
 import pytest
 from harness.page.theatre import SIZES, Theatre
+from harness.processes import wait_until
 from playwright.sync_api import expect
 
 WAYS = ("Hold tool", "Step joint", "Step tool", "Hold joint")
@@ -108,3 +111,73 @@ def test_words_on_the_model_do_not_reach_into_the_camera_beside_it(theatre: Thea
         assert camera and box and box["x"] + box["width"] <= camera["x"], place
     theatre.open("Model")
     theatre.page.evaluate("document.querySelector('.stage').classList.add('no-webgl')")
+
+
+# Both live charts, where they are shown, have letters of this size of the screen.
+DRAWN = """() => ["motion", "loop"].every((name) => {
+    const chart = getElement(window.PANEL.charts[name]).chart;
+    if (!chart.getDom().offsetParent) return true;
+    const size = 0.875 * parseFloat(getComputedStyle(document.documentElement).fontSize);
+    const place = chart.getDom();
+    const fits = chart.getWidth() === place.clientWidth;
+    const isFitted = fits && chart.getHeight() === place.clientHeight;
+    return isFitted && Math.abs(chart.getOption().yAxis[0].axisLabel.fontSize - size) < 0.1;
+})"""
+
+
+def drawn(theatre: Theatre, where: str) -> list[str]:
+    """Return what is wrong with the drawings once they are drawn; they have 3 s for that."""
+    theatre.page.wait_for_function(DRAWN)
+    with contextlib.suppress(AssertionError):
+        wait_until(lambda: not theatre.drawn_problems(where), 3.0, "letters that have room")
+    return theatre.drawn_problems(where)
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_drawn_letters_are_as_large_as_all_others_and_have_room(
+    theatre: Theatre, size: str
+) -> None:
+    """Axes, units and legends of the live charts, and of the step response in Tuning."""
+    page = theatre.page
+    page.emulate_media(color_scheme="light")
+    theatre.resize("tablet")  # letters grow when a window does
+    theatre.play("following")
+    page.wait_for_function(DRAWN)
+    theatre.resize(size)
+    if size == "low":
+        theatre.open("Charts")
+    found = drawn(theatre, size)
+    for kind in ("Loop", "Motion"):
+        tab = page.get_by_role("tab", name=kind, exact=True).locator("visible=true")
+        if tab.count():
+            tab.click()
+            found += drawn(theatre, f"{size}, {kind}")
+    if size == "low":
+        theatre.open("Model")
+    theatre.open("Tuning")
+    page.get_by_role("button", name="Preview step").click()
+    expect(page.locator('[data-panel="Tuning"] .preview').last).to_contain_text("Typed gains")
+    expect(page.locator(".step-chart")).to_be_visible()
+    page.wait_for_function(
+        """() => getElement(Number(document.querySelector(".step-chart").id.slice(1)))
+            .chart.getOption()?.series[1].data.length > 0"""
+    )
+    found += drawn(theatre, f"{size}, Tuning")
+    theatre.open("Jog")
+    assert found == []
+
+
+@pytest.mark.parametrize("size", [*SIZES, "flat"])
+def test_reason_of_a_lower_speed_is_read_without_scrolling(theatre: Theatre, size: str) -> None:
+    """The longest usual one, and one about a person."""
+    theatre.page.set_viewport_size({"width": 1280, "height": 640})
+    if size != "flat":
+        theatre.resize(size)
+    for scene in ("held", "alarmed"):
+        theatre.play(scene)
+        expect(theatre.page.locator(".speed-reason")).to_contain_text("lowered")
+        theatre.settle()
+        place = theatre.page.locator(".speed-fact")
+        heights = place.evaluate("place => [place.scrollHeight, place.clientHeight]")
+        assert heights[0] <= heights[1], (size, scene)
+        assert theatre.problems(f"{size}, {scene}") == []

@@ -17,6 +17,9 @@ from operator_panel.step_response import describe, step_response
 MISSING = "Not available: the simulator offers no tuning service for this joint."
 NOTE = "Set in the running simulator and written to pid_gains.yaml."
 
+SMALL_PX = "0.875 * parseFloat(getComputedStyle(document.documentElement).fontSize)"
+"""The page's smallest letters, for a drawing, which knows no rem: the browser reckons it."""
+
 
 def build_tuning(view: PageView) -> None:
     """Build the form."""
@@ -174,9 +177,10 @@ def _position_loop(gains: dict[str, float]) -> dict[str, float]:
 def _step_options() -> dict[str, Any]:
     grey, thin = "#8a97a5", {"lineStyle": {"color": "rgba(138, 151, 165, 0.25)"}}
     line = {"type": "line", "showSymbol": False, "data": []}
-    label = {"color": grey, "fontSize": 11}
+    label = {"color": grey, ":fontSize": SMALL_PX}
     return {
         "animation": False,
+        "textStyle": {":fontFamily": "getComputedStyle(document.body).fontFamily"},
         "legend": {
             "top": 0,
             "right": 8,
@@ -185,13 +189,22 @@ def _step_options() -> dict[str, Any]:
             "icon": "rect",
             "textStyle": label,
         },
-        "grid": {"left": 44, "right": 12, "top": 24, "bottom": 24},
+        "grid": {
+            ":left": f"4 * {SMALL_PX}",
+            ":right": f"2.6 * {SMALL_PX}",
+            ":top": f"2.4 * {SMALL_PX}",
+            ":bottom": f"1.8 * {SMALL_PX}",
+        },
         "xAxis": {
             "type": "value",
-            "name": "ms",
-            "nameLocation": "end",
             "splitLine": {"show": False},
-            "axisLabel": label,
+            "axisLabel": {
+                **label,
+                "formatter": "{value} ms",
+                "hideOverlap": True,
+                "alignMinLabel": "left",
+                "alignMaxLabel": "right",
+            },
         },
         "yAxis": {
             "type": "value",
