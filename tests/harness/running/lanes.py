@@ -1,9 +1,9 @@
 """Which test runs when, where several processes share one machine.
 
-``./cell test`` runs three parts side by side: whole cells and browsers one at a time, single nodes
-and what looks at the clock one at a time, and what only computes in the processor time that those
-leave (decision 0022). The tests of one group go to one worker of pytest-xdist, one after the other;
-those of a shared cell are one group.
+``./cell test`` runs three parts: whole cells and browsers one at a time, then single nodes and what
+looks at the clock two at a time, and beside both what only computes, in the processor time that
+those leave (decisions 0022 and 0037). The tests of one group go to one worker of pytest-xdist, one
+after the other; those of a shared cell are one group.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from collections.abc import Iterable
 LIVE = ("tests/system/", "tests/ros/", "tests/clients/")
 """Tests that run in real time, with processes."""
 PARTS = ("cells", "nodes", "pure")
-"""What ``./cell test`` runs side by side."""
+"""What ``./cell test`` runs, and how: see above."""
 CELLS = (
     "tests/system/",
     "tests/ros/farm/test_page.py",
@@ -22,6 +22,7 @@ CELLS = (
     "tests/ros/operator_panel/test_jog_buttons.py",
     "tests/ros/operator_panel/test_stop.py",
     "tests/ros/operator_panel/test_tuning_form.py",
+    "tests/ros/rosbridge_gateway/test_page_from_file.py",
 )
 """Whole cells, and browsers beside one: each wants one of two cores for itself."""
 TIMED = (
@@ -32,6 +33,7 @@ TIMED = (
     "tests/unit/fanuc_emulator/other/",
     "tests/unit/fanuc_emulator/test_modbus_server.py",
     "tests/unit/farm/io/",
+    "tests/unit/farm/line/",
     "tests/unit/harness/storm/",
     "tests/unit/harness/test_processes.py",
     "tests/unit/harness/test_proxy.py",
@@ -48,14 +50,15 @@ TIMED = (
     "tests/unit/twin_controller/nodes/",
 )
 """Unit tests with sockets, threads or processes: they wait for answers, and for time to pass."""
+BROWSER = "one browser"
 SHARED = {
-    "tests/ros/operator_panel/jogging/test_turn_steps.py": "one browser",
-    "tests/ros/operator_panel/preview/test_preview.py": "one browser",
-    "tests/ros/operator_panel/test_every_control.py": "one browser",
-    "tests/ros/operator_panel/test_for_hands.py": "one browser",
-    "tests/ros/operator_panel/test_look_back.py": "one browser",
-    "tests/ros/operator_panel/test_page_shows.py": "one browser",
-    "tests/ros/operator_panel/test_picture.py": "one browser",
+    "tests/ros/operator_panel/jogging/test_turn_steps.py": BROWSER,
+    "tests/ros/operator_panel/preview/test_preview.py": BROWSER,
+    "tests/ros/operator_panel/test_every_control.py": BROWSER,
+    "tests/ros/operator_panel/test_for_hands.py": BROWSER,
+    "tests/ros/operator_panel/test_look_back.py": BROWSER,
+    "tests/ros/operator_panel/test_page_shows.py": BROWSER,
+    "tests/ros/operator_panel/test_picture.py": BROWSER,
     "tests/system/faults/test_attacks.py": "one breakable cell",
     "tests/system/faults/test_links.py": "one breakable cell",
     "tests/system/faults/test_processes.py": "one breakable cell",
@@ -107,7 +110,7 @@ def part_of(file: str) -> str:
     Args:
         file: Its path from the root of the project.
     """
-    if file.startswith(CELLS):
+    if file.startswith(CELLS) or SHARED.get(file) == BROWSER:
         return "cells"
     return "nodes" if file.startswith(LIVE + TIMED) else "pure"
 

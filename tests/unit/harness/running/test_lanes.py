@@ -104,6 +104,7 @@ def test_one_worker_plays_the_tests_of_a_shared_cell_one_after_the_other() -> No
     [
         ("tests/system/test_demo.py", "cells"),
         ("tests/ros/operator_panel/test_stop.py", "cells"),
+        ("tests/ros/operator_panel/test_for_hands.py", "cells"),
         ("tests/ros/operator_panel/test_doors.py", "nodes"),
         ("tests/ros/test_emulator.py", "nodes"),
         ("tests/unit/scara_ros/test_page_door.py", "nodes"),
