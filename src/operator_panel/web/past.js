@@ -151,7 +151,8 @@ export class TimeLine {
   }
 
   say() {
-    const clock = clockText(this.at);
+    // The nearest moment that is known may be a hair before the one asked for: 14:03:20 does not read 14:03:19.
+    const clock = clockText(Math.abs(this.at - this.target) < 0.5 ? this.target : this.at);
     if (!this.run) {
       const ago = Math.max(0, Math.round(Date.now() / 1000 - this.at));
       this.tell(`${clock}, ${length(ago)} ago`);

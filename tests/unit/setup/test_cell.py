@@ -132,8 +132,8 @@ def parts(tmp_path: Path) -> str:
     return "\n".join([f"root={tmp_path}; cd $root; set -u", *found, 'run_tests "$@"'])
 
 
-@pytest.mark.parametrize(("nodes", "workers"), [("", ""), ("beside", "-n 2 ")])
-def test_the_whole_is_tested_in_three_parts(parts: str, nodes: str, workers: str) -> None:
+@pytest.mark.parametrize("nodes", ["", "beside"])
+def test_the_whole_is_tested_in_three_parts(parts: str, nodes: str) -> None:
     """What only computes takes what the others leave, and all that it is asked for reaches each."""
     done = run("bash", "-c", parts, "cell", "-k", "x", env=asked(CELL_TEST_NODES=nodes))
     assert done.returncode == 0, done.stderr
@@ -142,7 +142,7 @@ def test_the_whole_is_tested_in_three_parts(parts: str, nodes: str, workers: str
     own = os.nice(0)
     assert found == [
         ("cells", str(own), "", usual),
-        ("nodes", str(own), workers, usual),
+        ("nodes", str(own), "-n 2 ", usual),
         ("pure", "19", "-n 2 ", usual),
     ]
 

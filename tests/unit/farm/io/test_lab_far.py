@@ -57,15 +57,18 @@ def test_an_interruption_ends_all_processes_and_the_lab_goes_on(lab: Lab, place:
     """Jobs too, though the signal reaches the first process alone; what was done is kept."""
     lab.judge(STEADY)
     whole = lab.run("whole")
-    begun = lab.folder / "begun"
+    begun, hang = lab.folder / "begun", lab.folder / "hang"
     begun.mkdir()
+    hang.mkdir()
     lab.judge(
         f"pathlib.Path({str(begun)!r}, str(os.getpid())).touch()\n"
-        f"if len(os.listdir({str(begun)!r})) > 3: time.sleep(100.0)\n{STEADY}\n"
+        f"if len(os.listdir({str(begun)!r})) > 3:\n"
+        f"    pathlib.Path({str(hang)!r}, str(os.getpid())).touch()\n"
+        f"    time.sleep(100.0)\n{STEADY}\n"
     )
     words = (*WORDS, "--folder", str(lab.folder / "part"), "--on", place, "--workers", "2")
     process = lab.start(*words)
-    wait_until(lambda: len(os.listdir(begun)) > 4, DEADLINE_S, "two jobs that hang")
+    wait_until(lambda: len(os.listdir(hang)) == 2, DEADLINE_S, "two jobs that hang")
     inodes = {listener.inode: listener for listener in listeners()}
     ours = {int(line.split()[0]) for line in lab.stage.left_over()}
     seen = [inodes[i] for pid, _, held in sockets() if pid in ours for i in held & set(inodes)]

@@ -3,7 +3,7 @@ r"""Where a step that turns the tool leads; pure.
 The tool keeps its place and turns about an axis through it. Inverse kinematics asked by the twin
 controller keep the tool turned as at home, so the joints are found here, by Newton's method:
 
-.. math:: q \leftarrow q + J^{+} \begin{pmatrix} p^* - p \\ e(R^*, R) \end{pmatrix}
+.. math:: q \leftarrow q + J^{+} \, (p^* - p, \; e(R^*, R))
 
 The step is then a move of the joints, and the twin controller judges it as any other move.
 

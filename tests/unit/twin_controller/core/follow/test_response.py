@@ -10,6 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scara_control.joint_motion import JointMotion
 from twin_controller.config import MeasuredJoint, load_twin_controller
+from twin_controller.core.follow.memory import Follow
+from twin_controller.core.follow.real import follower_pace
 from twin_controller.core.follow.response import Response, assumed, known, measured
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides.echo import EchoTube
@@ -150,6 +152,15 @@ def test_a_robot_that_keeps_up_is_led_faster() -> None:
     assert 20.0 < faster.pace <= 100.0 and faster.behind_at == 100.0
     slow = after_move({0: 0.1}, replace(start, pace=90.0))
     assert slow.pace == 90.0
+
+
+@pytest.mark.parametrize(("behind_at", "says"), [(100.0, "has not shown yet"), (99.0, "at 99 %")])
+def test_only_a_robot_that_fell_behind_is_said_to(behind_at: float, says: str) -> None:
+    """One that never did is only not known well enough."""
+    shown = after_move({0: 0.1}, assumed(NUMBERS, SETUP.names))
+    follow = Follow(response=replace(shown, pace=60.0, behind_at=behind_at))
+    pace, why = follower_pace(UNKNOWN, follow)
+    assert pace == 60.0 and says in why
 
 
 @pytest.mark.parametrize(("share", "proves"), [(1.05, True), (0.5, False)])

@@ -10,7 +10,13 @@ from harness.parts import changed
 from hypothesis import given
 from hypothesis import strategies as st
 from scara_control.joint_motion import JointMotion
-from twin_controller.core.follow.real import setpoint_spacing, stream_real, twin_course
+from twin_controller.core.follow.memory import RealFollows
+from twin_controller.core.follow.real import (
+    setpoint_spacing,
+    stream_real,
+    target_of,
+    twin_course,
+)
 from twin_controller.core.follow.twin import close_gap, estimate_acceleration
 from twin_controller.core.setup import Setup
 from twin_controller.estimation.rhythm import Rhythm, heard
@@ -144,3 +150,20 @@ def test_set_points_are_whole_periods_of_the_robot_apart(
         rhythm = heard(rhythm, int(at_ms // robot_ms) * robot_ms, 100.0 + 1e-3 * float(at_ms))
     real = replace(pair.state.sides.real, rhythm=rhythm)
     assert 1e3 * (setpoint_spacing(setup, real) or 0.0) == pytest.approx(spacing_ms)
+
+
+def test_a_robot_is_told_ahead_what_its_filters_take_away() -> None:
+    """Later by its delay, and by its filters' variance times the acceleration; joint by joint."""
+    speed, bend = np.array((0.4, -0.3, 0.02, 0.1)), np.array((2.0, -1.0, 0.1, 0.5))
+
+    def course(t: float) -> JointMotion:
+        q = np.array(HOME) + speed * t + 0.5 * bend * t * t
+        return JointMotion(tuple(q), tuple(speed + bend * t), tuple(bend), t)
+
+    delay, smoothing = (0.10, 0.05, 0.08, 0.0), (1e-3, 4e-4, 0.0, 2e-4)
+    follows = RealFollows(delay=delay, smoothing=smoothing)
+    told = target_of(SETUP, follows, course, 0.2)
+    expected = [
+        course(0.2 + d).q[k] - s * bend[k] for k, (d, s) in enumerate(zip(delay, smoothing))
+    ]
+    assert told == pytest.approx(expected, abs=1e-12)

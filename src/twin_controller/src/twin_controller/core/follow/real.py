@@ -133,7 +133,7 @@ def aimed(
 
     The twin's course, and what is left of the gap between both, which the first set point finds.
     """
-    target = _target(setup, follows, course, at)
+    target = target_of(setup, follows, course, at)
     # The slowest joint's instant: the gap needs one for all.
     aim = at + max(follows.delay)
     if follows.blend is None:
@@ -199,10 +199,16 @@ def _toward(value: float, wanted: float, most: float) -> float:
     return value + min(max(wanted - value, -most), most)
 
 
-def _target(setup: Setup, follows: RealFollows, course: Course, at: float) -> Joints:
-    """Return where the twin is once each joint does what it is told at ``at`` [s].
+def target_of(setup: Setup, follows: RealFollows, course: Course, at: float) -> Joints:
+    """Return what the robot is told for ``at`` [s], so that it does what the twin does by then.
 
     The inverse of what its filters do to slow motion, within its range.
+
+    Args:
+        setup: The joints' ranges.
+        follows: Delay [s] and smoothing [s^2] of each joint.
+        course: Where the twin is at a time [s], SI.
+        at: The robot's time [s].
     """
     target = []
     for k, (delay, smoothing) in enumerate(zip(follows.delay, follows.smoothing)):

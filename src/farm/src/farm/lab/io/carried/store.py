@@ -121,5 +121,8 @@ def digest_of(file: Path) -> str:
     Raises:
         OSError: It cannot be read.
     """
+    found = hashlib.sha256()
     with file.open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()
+        while piece := stream.read(PIECE_BYTES):
+            found.update(piece)
+    return found.hexdigest()
