@@ -75,8 +75,8 @@ class CommandService:
             self.greets.wait()
             fields = {"type": self._kind._type, "md5sum": self._kind._md5sum, "callerid": "/n"}
             parts = [f"{key}={value}".encode() for key, value in fields.items()]
+            self.connections += 1  # before the greeting: who has been greeted may look at once
             line.sendall(_sized(b"".join(_sized(part) for part in parts)))
-            self.connections += 1
             while b"probe=1" not in header:
                 request = self._kind._request_class()
                 request.deserialize(_block(line))
