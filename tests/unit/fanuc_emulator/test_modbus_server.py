@@ -166,3 +166,77 @@ def test_writes_keep_their_order_and_a_failing_step_is_not_swallowed(bench: Benc
         assert failed.wait(5.0) and loop.ended.wait(5.0)
     assert order == list(range(50))
     assert isinstance(loop.failure, RuntimeError)
+
+
+def test_whoever_reads_sees_the_tick_that_is_due_now(bench: Bench) -> None:
+    """The loop's own thread sleeps between: nobody reads what is older than a tick."""
+    period = bench.config.dt
+    ages: list[float] = []
+    newest = [0.0]
+    with ServoLoop(
+        bench.controller, period, 0.0, lambda _, due: newest.__setitem__(0, due)
+    ) as loop:
+        for _ in range(200):
+            asked = time.monotonic()
+            assert loop.snapshot is not None
+            ages.append(asked - newest[0])
+            time.sleep(0.0007)
+    assert max(ages[5:]) < period
+
+
+def test_ticks_are_the_same_whoever_computes_them(bench: Bench) -> None:
+    """Eight readers and the loop's own thread: each tick once, in its order, at its own time."""
+    seen: list[tuple[int, float]] = []
+    with ServoLoop(
+        bench.controller, bench.config.dt, 0.0, lambda shown, due: seen.append((shown.tick, due))
+    ) as loop:
+        ended = threading.Event()
+
+        def read() -> None:
+            while not ended.is_set():
+                assert loop.snapshot is not None
+
+        readers = [threading.Thread(target=read) for _ in range(8)]
+        for reader in readers:
+            reader.start()
+        wait_until(lambda: len(seen) >= 200, 10.0)
+        ended.set()
+        for reader in readers:
+            reader.join(5.0)
+    assert [tick for tick, _ in seen] == list(range(seen[0][0], seen[0][0] + len(seen)))
+    for (_, before), (_, after) in itertools.pairwise(seen):
+        assert after - before == pytest.approx(bench.config.dt, abs=1e-9)
+
+
+def test_a_write_counts_from_the_tick_after_its_arrival_however_late_that_is_computed(
+    bench: Bench,
+) -> None:
+    """Nobody reads for several ticks; then the write is found where it belongs in time."""
+    loop, clock = ServoLoop(bench.controller, bench.config.dt, 0.0), [0.0]
+    shown: list[tuple[float, int]] = []
+    loop._observe = lambda snapshot, due: shown.append((due, snapshot.general_override))
+    loop._base = clock[0]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("fanuc_emulator.io.servo_loop.time.monotonic", lambda: clock[0])
+        clock[0] = 2.5 * bench.config.dt
+        loop.post(lambda controller: controller.write_override(37))
+        clock[0] = 6.5 * bench.config.dt
+        assert loop.snapshot.general_override == 37
+    written = [override == 37 for _, override in shown]
+    assert written == [False, False, True, True, True, True]
+
+
+def test_a_failing_step_ends_the_loop_also_where_a_reader_computed_it(bench: Bench) -> None:
+    """The reader keeps the last snapshot; the node hears of the error."""
+    loop = ServoLoop(bench.controller, bench.config.dt, 0.0)
+
+    def fail(controller: Controller) -> None:
+        raise RuntimeError("a bug")
+
+    with loop:
+        loop.post(fail)
+        wait_until(lambda: loop.snapshot is not None and loop.failure is not None, 5.0)
+        tick = loop.snapshot.tick
+        assert loop.ended.wait(5.0)
+        assert loop.snapshot.tick == tick
+    assert isinstance(loop.failure, RuntimeError)

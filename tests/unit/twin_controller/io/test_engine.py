@@ -5,12 +5,21 @@ from __future__ import annotations
 import threading
 from typing import Any
 
+import msgspec
 import pytest
 from harness.pair import HOME, SETUP
 from harness.processes import wait_until
 from scara_control.joint_motion import JointMotion
 from twin_controller.core.actions import Decided
-from twin_controller.core.events import AnyEvent, LinkChanged, RealMeasured, Tick
+from twin_controller.core.events import (
+    AnyEvent,
+    LinkChanged,
+    RealMeasured,
+    Tick,
+    TwinMeasured,
+    TwinMotion,
+)
+from twin_controller.core.lead.modes import Mode
 from twin_controller.core.state import CoreState
 from twin_controller.io.engine import ALIVE, Engine
 
@@ -106,6 +115,23 @@ def test_readings_that_waited_are_overtaken_by_the_newest() -> None:
         listener.go_on.set()
         wait_until(lambda: _readings(listener), 2.0, "the readings")
     assert [reading.overtaken for reading in _readings(listener)] == [True, True, False, False]
+
+
+@pytest.mark.parametrize("mode", Mode)
+def test_a_reading_of_the_twin_waits_only_where_the_twin_leads_nobody(
+    mode: Mode, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All else wakes the engine in each mode: the robot, a link, a plan or a stop of the twin."""
+    engine, woke = Engine(SETUP, Links(), Links(), Listener()), []
+    lead = msgspec.structs.replace(engine.state.lead, mode=mode)
+    engine.state = msgspec.structs.replace(engine.state, lead=lead)
+    monkeypatch.setattr(engine._inputs, "put", lambda event, wakes: woke.append(wakes))
+    at_home = JointMotion.at_rest(HOME)
+    engine.put(TwinMeasured(0.0, at_home))
+    engine.put(RealMeasured(0.0, 0.0, 0.0, 10, at_home))
+    engine.put(LinkChanged(0.0, "twin", False, "cut"))
+    engine.put(TwinMotion(0.0, "STOPPED", 0.0, 0.0, 0.0, 0, True, "stopped"))
+    assert woke == [mode not in (Mode.IDLE, Mode.REAL_LEADS), True, True, True]
 
 
 def _of_links(batch: list[AnyEvent]) -> bool:

@@ -1,6 +1,7 @@
-"""Run the controller in real time.
+"""Run the controller in real time, and wake seldom for it.
 
-A thread on absolute deadlines, catching up when it wakes late.
+Ticks have absolute deadlines. When a tick is computed makes no difference to what it brings, so it
+is computed when somebody reads, or when the loop's own thread wakes.
 """
 
 from __future__ import annotations
@@ -16,36 +17,48 @@ from fanuc_emulator.snapshot import Snapshot
 Change = Callable[[Controller], None]
 Observer = Callable[[Snapshot, float], None]
 
+WAKE_S = 0.01
+"""So often the thread wakes, whoever reads: a wake costs more than a tick.
+
+Our choice: a usual poll period. Observers hear of a tick at most so late, with its own time."""
+
 
 class ServoLoop:
-    """Own the controller: writes come in through a mailbox, the newest snapshot goes out.
+    """Own the controller: writes come in through a mailbox, readers get the newest snapshot.
 
     Tick ``k`` is due at ``base + k dt / (1 + drift)`` on the monotonic clock: the controller's
     quartz paces its servo. A write takes part in the first tick due after its arrival, however late
     that tick is computed.
 
     Args:
-        controller: Stepped by this thread alone.
+        controller: Stepped by this loop alone.
         dt: Interpolation period on the controller's own clock [s].
         drift_ppm: By how much that clock runs fast.
-        observe: Called after each tick with the snapshot and the monotonic time at which it is
-            true.
+        observe: Called after each tick, by whoever computes it, with the snapshot and the monotonic
+            time at which it was true.
     """
 
     def __init__(
         self, controller: Controller, dt: float, drift_ppm: float, observe: Observer | None = None
     ) -> None:
-        self.snapshot = controller.snapshot()
         self.failure: BaseException | None = None
         self.ended = threading.Event()
         self._controller = controller
+        self._newest = controller.snapshot()
         self._period = dt / (1.0 + drift_ppm * 1e-6)
+        self._wake_period = max(1, round(WAKE_S / self._period)) * self._period
         self._observe = observe
         self._mailbox: deque[tuple[float, Change]] = deque()
+        # Held by whoever computes ticks.
+        self._stepping = threading.Lock()
+        # None: the loop does not run yet, or no more.
+        self._base: float | None = None
+        self._tick = 0
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="servo_loop", daemon=True)
 
     def __enter__(self) -> ServoLoop:
+        self._base = time.monotonic()
         self._thread.start()
         return self
 
@@ -53,26 +66,42 @@ class ServoLoop:
         self._stop.set()
         self._thread.join(timeout=1.0)
 
+    @property
+    def snapshot(self) -> Snapshot:
+        """What the robot shows now; from any thread."""
+        self._catch_up()
+        return self._newest
+
     def post(self, change: Change) -> None:
         """Apply ``change`` to the controller before the next tick; changes keep their order."""
         self._mailbox.append((time.monotonic(), change))
 
     def _run(self) -> None:
-        """Step until stopped; an error ends the loop and is kept in ``failure``."""
+        """Catch up now and then until stopped, also while nobody reads."""
         try:
-            base, tick = time.monotonic(), 0
-            while not self._stop.is_set():
-                tick += 1
-                due = base + tick * self._period
-                wait = due - time.monotonic()
-                if wait > 0.0:
-                    time.sleep(wait)
-                while self._mailbox and self._mailbox[0][0] <= due:
-                    self._mailbox.popleft()[1](self._controller)
-                self.snapshot = self._controller.step()
-                if self._observe is not None:
-                    self._observe(self.snapshot, due)
-        except BaseException as error:
-            self.failure = error
+            while not self._stop.is_set() and self.failure is None:
+                time.sleep(self._wake_period)
+                self._catch_up()
         finally:
+            with self._stepping:
+                self._base = None
             self.ended.set()
+
+    def _catch_up(self) -> None:
+        """Compute all ticks that are due; an error is kept in ``failure`` and ends the loop."""
+        with self._stepping:
+            base, now = self._base, time.monotonic()
+            try:
+                while base is not None and (due := base + (self._tick + 1) * self._period) <= now:
+                    self._tick += 1
+                    self._step(due)
+            except BaseException as error:
+                self.failure, self._base = error, None
+
+    def _step(self, due: float) -> None:
+        """Compute the tick that was due then, with the writes that had arrived."""
+        while self._mailbox and self._mailbox[0][0] <= due:
+            self._mailbox.popleft()[1](self._controller)
+        self._newest = self._controller.step()
+        if self._observe is not None:
+            self._observe(self._newest, due)

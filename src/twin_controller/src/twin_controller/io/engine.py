@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import concurrent.futures
 import logging
-import queue
 import threading
 import time
 from concurrent.futures import Future
@@ -35,15 +34,19 @@ from twin_controller.core.events import (
     Operator,
     RealMeasured,
     Tick,
+    TwinMeasured,
 )
+from twin_controller.core.lead.modes import Mode
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides.own_gap import OwnGaps
 from twin_controller.core.state import CoreState, initial_state
 from twin_controller.core.step import step
+from twin_controller.io.input_queue import InputQueue
 from twin_controller.io.link_protocols import RealCommands, TwinCommands
 
 _LOG = logging.getLogger("rosout.engine")
 TICK = 0.01
+_TWIN_LEADS_NOBODY = (Mode.IDLE, Mode.REAL_LEADS)
 ALIVE = 0.1
 """An engine that has not looped for so long [s] hangs. Our choice: ten ticks."""
 
@@ -70,7 +73,7 @@ class Engine:
             listener: Told after each batch.
         """
         self._setup, self._real, self._twin, self._listener = setup, real, twin, listener
-        self._inputs: queue.SimpleQueue[AnyEvent | None] = queue.SimpleQueue()
+        self._inputs = InputQueue()
         self._replies: dict[int, Future[Reply]] = {}
         self._replies_lock = threading.Lock()
         self._number = 0
@@ -91,7 +94,7 @@ class Engine:
         trace: TracebackType | None,
     ) -> None:
         """Stop after what has already come in."""
-        self._inputs.put(None)
+        self._inputs.close()
         self._thread.join(timeout=2.0)
 
     @property
@@ -106,7 +109,15 @@ class Engine:
 
     def put(self, event: AnyEvent) -> None:
         """Hand one input over; returns at once, from any thread."""
-        self._inputs.put(event)
+        self._inputs.put(event, wakes=not self._can_wait(event))
+
+    def _can_wait(self, event: AnyEvent) -> bool:
+        """Return whether an input does not need a wake of its own.
+
+        A reading of a twin that leads nobody waits for the robot's next one, a tick at most: only
+        how far both are apart is judged by it. A twin that begins to move says so by its plan.
+        """
+        return isinstance(event, TwinMeasured) and self.state.lead.mode in _TWIN_LEADS_NOBODY
 
     def operate(self, command: str, timeout: float = 2.0, **arguments: Any) -> Reply:
         """Hand one command of the operator over and wait for the answer; see :meth:`ask`."""
@@ -137,7 +148,7 @@ class Engine:
             last = time.monotonic()
             gaps = OwnGaps(self._setup.config.own_gap)
             while True:
-                batch = self._next_batch()
+                batch = self._inputs.take(TICK)
                 if batch is None:
                     return
                 now = time.monotonic()
@@ -153,19 +164,6 @@ class Engine:
         except BaseException as error:
             self.failure = error
             raise
-
-    def _next_batch(self) -> list[AnyEvent] | None:
-        """Wait for the next input, at most one tick, and take what else is there."""
-        batch: list[AnyEvent] = []
-        try:
-            event = self._inputs.get(timeout=TICK)
-            while True:
-                if event is None:
-                    return None
-                batch.append(event)
-                event = self._inputs.get_nowait()
-        except queue.Empty:
-            return batch
 
     def _process(self, batch: list[AnyEvent]) -> None:
         decided: list[Decided] = []

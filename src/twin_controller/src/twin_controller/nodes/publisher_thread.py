@@ -21,10 +21,10 @@ from twin_controller.core.actions import Decided
 from twin_controller.core.events import AnyEvent
 from twin_controller.core.state import CoreState
 
-PERIOD_S = 0.01
+PERIOD_S = 0.02
 """So often what has come is published together; one wake costs more than a small message.
 
-Our choice: the poll period."""
+Our choice: two poll periods. Stamps tell when each was true, and nobody looks at it sooner."""
 MOST = 2000
 """So many batches may wait, about ten seconds; then the oldest are lost, and counted."""
 ENDING_S = 2.0
