@@ -28,8 +28,13 @@ LEAVES_M = 2e-3  # our choice: so far the tool may leave its place on the way
 LOOKS = 8  # our choice: so often the way is looked at
 
 
-def why_no_turns(robot: Robot) -> str:
-    """Return why this arm's tool cannot be turned in its place; words for the operator."""
+def why_no_turns(robot: Robot, instead: str = "Step joint") -> str:
+    """Return why this arm's tool cannot be turned in its place; words for the operator.
+
+    Args:
+        robot: Its joints.
+        instead: The way of jogging that turns what can be turned.
+    """
     missing = [
         joint.name for joint in robot.joints if joint.screw_axis is not None and not joint.twin
     ]
@@ -38,7 +43,7 @@ def why_no_turns(robot: Robot) -> str:
         return f"Not on this robot: its twin has no {names}, which turns the tool."
     return (
         f"Not on this robot: {len(robot.arm_joints)} joints cannot turn the tool and keep its "
-        "place. Use Step joint."
+        f"place. Use {instead}."
     )
 
 

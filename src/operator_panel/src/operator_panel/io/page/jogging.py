@@ -90,7 +90,7 @@ class _Steps:
                 title = turn_title(axis)
                 self._row(title, title, self._turned(axis))
             if not turns:
-                self._greyed_turn()
+                _build_greyed_turn(self._view, "steps", "Step joint")
         with ui.element("div").classes("row-line"):
             self._sizes()
             self._looks.build()
@@ -105,19 +105,6 @@ class _Steps:
                 button.on("click", lambda frame=frame: self._turn(frame))
                 with button:
                     plain(frame.capitalize())
-
-    def _greyed_turn(self) -> None:
-        """Build a turn that nobody can press, with the reason beside it."""
-        title, reason = turn_title(TURNS[-1]), "why-no-turns"
-        with ui.element("div").classes("jog-row"):
-            for direction in (-1, 1):
-                sign = "+" if direction > 0 else words.MINUS
-                button = ui.button(sign, color=None).classes("button jog-button")
-                button.props(f'unelevated dense no-caps aria-label="{title} {sign}"')
-                button.props(f"aria-describedby={reason}").set_enabled(False)
-                if direction < 0:
-                    plain(title, "jog-name")
-        plain(why_no_turns(self._view.robot), "hint jog-why", "p").props(f"id={reason}")
 
     def _row(self, title: str, told: str, press: Callable[[float], Awaitable[None]]) -> None:
         """Build the two steps of one thing; ``told`` is what a screen reader says of them."""
@@ -203,6 +190,20 @@ class _Steps:
         return self._view.config.jog.speed_percent
 
 
+def _build_greyed_turn(view: PageView, way: str, instead: str) -> None:
+    """Build a turn that nobody can press, with the reason and what to use instead below it."""
+    title, reason = turn_title(TURNS[-1]), f"why-no-turns-{way}"
+    with ui.element("div").classes("jog-row"):
+        for direction in (-1, 1):
+            sign = "+" if direction > 0 else words.MINUS
+            button = ui.button(sign, color=None).classes("button jog-button")
+            button.props(f'unelevated dense no-caps aria-label="{title} {sign}"')
+            button.props(f"aria-describedby={reason}").set_enabled(False)
+            if direction < 0:
+                plain(title, "jog-name")
+    plain(why_no_turns(view.robot, instead), "hint jog-why", "p").props(f"id={reason}")
+
+
 def turn_title(axis: str) -> str:
     """Return the name of a turn of the tool for people."""
     return f"Turn {axis[-1].upper()}"
@@ -241,8 +242,12 @@ def _build_hold(view: PageView) -> None:
 
 
 def _build_hold_tool(view: PageView, steps: _Steps) -> None:
-    """Build the held buttons of the tool: a line for each axis, turns where the arm has them."""
+    """Build the held buttons of the tool: a line for each axis, and turns.
+
+    Where the arm cannot turn its tool, one greyed turn and the reason.
+    """
     axes, speeds = view.desk.arm.axes, view.config.jog.tool
+    turns = len(axes) > len(LINES)
     with ui.element("div").classes("row-line"):
         steps.frames()
         _build_paces()
@@ -253,7 +258,9 @@ def _build_hold_tool(view: PageView, steps: _Steps) -> None:
                 _held_button(view, f"data-axis={axis}", title, -1)
                 plain(title, "jog-name")
                 _held_button(view, f"data-axis={axis}", title, 1)
-    _build_hint(_paces_text(speeds, turns=len(axes) > len(LINES)))
+        if not turns:
+            _build_greyed_turn(view, "hold", "Hold joint")
+    _build_hint(_paces_text(speeds, turns))
 
 
 def _build_paces() -> None:
