@@ -11,12 +11,14 @@ from pathlib import Path
 
 import pytest
 from farm.desk.io.command_line import app as farm_app
+from farm.desk.io.commands import cells_there
 from farm.desk.io.fetching import fetch, recordings_of
 from farm.desk.io.lines import key_figures
 from farm.desk.io.past.fits import FITS, keep_fits, read_fits
 from farm.desk.io.reading import AskingError
 from farm.fits import DayFit, chosen, noon_of
 from farm.lab.io.command_line import app
+from harness.processes import wait_until
 from typer.testing import CliRunner
 from unit.farm.io.conftest import CELL, Farm, Journal
 
@@ -128,6 +130,7 @@ def test_a_fetched_recording_has_the_cells_time_of_it(farm: Farm, tmp_path: Path
     os.utime(runs / "run.bag", ns=(1_700_000_000_000_000_000,) * 2)
     session = farm.router()
     farm.link(farm.client(), Journal(), runs=runs)
+    wait_until(lambda: bool(cells_there(session, "site", 1.0)), 10.0, "the cell")
     (recording,) = recordings_of(session, CELL)
     fetch(session, CELL, recording, tmp_path / "fetched.bag")
     assert (tmp_path / "fetched.bag").stat().st_mtime_ns == recording.modified

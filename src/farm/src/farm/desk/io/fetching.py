@@ -81,11 +81,12 @@ def _asked(session: zenoh.Session, cell: CellName, what: str, payload: bytes) ->
     """Return a cell's answer.
 
     Raises:
-        FetchError: There is none, or it says why not.
+        FetchError: There is none (at once if nobody there can answer, else after ANSWER_S), or it
+            says why not.
     """
     for reply in session.get(cell.key(what), payload=payload, timeout=ANSWER_S):
         if reply.ok is not None:
             return bytes(reply.ok.payload)
         if reply.err is not None:
             raise FetchError(f"{cell}: {bytes(reply.err.payload).decode('utf-8', 'replace')}")
-    raise FetchError(f"{cell}: no answer within {ANSWER_S:g} s: is it there? ./cell farm cells")
+    raise FetchError(f"{cell}: no answer; ./cell farm cells shows which cells are there")
