@@ -49,7 +49,8 @@ function showCell(cell, place, now) {
   const state = cell.state;
   const facts = [];
   if (state?.leader) facts.push(`${state.leader} leads`);
-  if (state) facts.push(`${state.deviation_mm.toFixed(2)} mm apart`, `speed cap ${state.speed_percent.toFixed(0)} %`);
+  if (state?.deviation_mm != null) facts.push(`${state.deviation_mm.toFixed(2)} mm apart`);
+  if (state) facts.push(`speed cap ${state.speed_percent.toFixed(0)} %`);
   if (state?.holder) facts.push(`held by ${state.holder}`);
   if (state?.remote) facts.push("remote");
   if (cell.missing) facts.push(`${cell.missing} events missing`);

@@ -23,6 +23,8 @@ def shadow_document(stamp: float) -> str:
         "deviation": {
             "position": [0.0, 0.1],
             "tool_mm": None,
+            "path_mm": 0.0,
+            "lag": None,
             "follower_lag": 0.0,
             "diverged": False,
         },

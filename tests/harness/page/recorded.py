@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 
 import rosbag
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import Point
 from scara_config import Robot
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
@@ -86,6 +88,7 @@ def state(robot: Robot, after: float) -> TwinControllerState:
     message.name, message.unit = [j.name for j in joints], [j.unit for j in joints]
     message.real_position = message.twin_position = position
     message.deviation = [0.0] * len(joints)
+    message.real_tool = message.twin_tool = Point(math.nan, math.nan, math.nan)
     message.command, message.refused = ["MOVE"], ["the controller stopped"]
     message.links = [LinkState(name=name, connected=True, age=0.004) for name in ("real", "twin")]
     return message

@@ -55,7 +55,7 @@ def following(robot: Robot, time: float) -> Snapshot:
         state,
         why="the real robot moved: the twin follows",
         deviation_mm=0.42,
-        follower_lag=0.0081,
+        lag=0.0081,
         speed_requested_percent=60.0,
         speed_applied_percent=60.0,
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 from collections.abc import Iterator
 from typing import Any
 
@@ -20,6 +21,7 @@ class StandIn:
     def __init__(self, ros: Ros) -> None:
         """Offer the service and publish a state 20 times a second."""
         import rospy
+        from geometry_msgs.msg import Point
 
         from scara_msgs.msg import TwinControllerState
         from scara_msgs.srv import (
@@ -56,6 +58,7 @@ class StandIn:
         )
         self.state.real_position, self.state.twin_position = [12.34, 0, -160, 0], [12.3, 0, -160, 0]
         self.state.deviation = [0.04, 0, 0, 0]
+        self.state.real_tool = self.state.twin_tool = Point(math.nan, math.nan, math.nan)
         self.state.not_in_control = "nobody holds control: take control first"
         self._service = rospy.Service(ros.name("twin_controller/command"), TwinCommand, obey)
         self._control = rospy.Service(ros.name("twin_controller/control"), Control, hand_out)

@@ -5,13 +5,19 @@ Rounded positions, reasons, links, alarms with what to do.
 
 from __future__ import annotations
 
+import math
+
 import msgspec
+import numpy as np
 import pytest
 from harness.pair import HOME, SETUP, Pair, ramp, shifted
 from harness.parts import changed
+from scara_control.kinematics.screws import forward_kinematics
 from scara_ros.diagnosis import Level
 from twin_controller.core.actions import Decided
 from twin_controller.core.lead.modes import Mode
+from twin_controller.core.safety.divergence import DelayState
+from twin_controller.core.sides.pairing import paired
 from twin_controller.core.state import CoreState
 from twin_controller.view import alarm_text, decision_text, state_view, statuses
 
@@ -48,6 +54,37 @@ def test_positions_are_rounded_and_their_difference_is_of_what_is_shown(pair: Pa
     assert view.deviation == [0.01, 0.0, 0.0, 0.0]
 
 
+def test_both_sides_are_shown_at_one_instant_with_nothing_removed(pair: Pair) -> None:
+    """Joints, tools and distance agree, while the twin is late and the sides are read apart."""
+    pair.start_program(ramp(HOME, AWAY, 1.0))
+    for _ in range(20):
+        pair.run(0.031)
+        view = state_view(SETUP, pair.state, pair.now)
+        real, twin = paired(pair.state.sides) or (None, None)
+        assert real is not None and twin is not None and real.time == twin.time
+        assert view.real_position == [round(q, 2) for q in SETUP.to_border(real.q)]
+        assert view.twin_position == [round(q, 2) for q in SETUP.to_border(twin.q)]
+        places = [
+            forward_kinematics(SETUP.arm, np.array([side.q[k] for k in SETUP.arm_columns]))[:3, 3]
+            for side in (real, twin)
+        ]
+        apart = 1e3 * float(np.linalg.norm(places[0] - places[1]))
+        assert view.deviation_mm == pytest.approx(apart, abs=1e-6)
+        assert view.real_tool == pytest.approx(places[0], abs=1e-9)
+        assert view.twin_tool == pytest.approx(places[1], abs=1e-9)
+    assert view.leader == "real"
+
+
+def test_lag_is_that_of_the_follower(pair: Pair) -> None:
+    """Behind is above zero, whoever follows; nobody follows: not known."""
+    late = replace(pair.state.safety, delay=DelayState(late=0.02))
+    state = replace(pair.state, safety=late)
+    for leader, lag in (("real", -0.02), ("twin", 0.02), ("operator", 0.02)):
+        led = replace(state, lead=replace(state.lead, leader=leader))
+        assert state_view(SETUP, led, pair.now).lag == lag
+    assert math.isnan(state_view(SETUP, state, pair.now).lag)
+
+
 def test_before_anything_is_known_nothing_is_claimed() -> None:
     """Empty lists, links down with a reason, infinite age."""
     state = Pair().state
@@ -61,6 +98,7 @@ def test_before_anything_is_known_nothing_is_claimed() -> None:
     )
     assert [link.connected for link in view.links] == [False, False]
     assert all(link.reason for link in view.links)
+    assert math.isnan(view.deviation_mm) and math.isnan(view.real_tool[0])
     assert view.links[0].age == float("inf")
     assert not view.real_standing_still and not view.twin_standing_still
 

@@ -41,7 +41,7 @@ class CellState(msgspec.Struct, frozen=True):
         alarm: Active alarm, with what to do; or empty.
         holder: Who holds control, or empty.
         speed_percent: Cap of both sides' speed.
-        deviation_mm: Between both tools.
+        deviation_mm: Between both tools at the same instant; None: not known.
         remote: Whether the local switch lets the farm move this cell.
     """
 
@@ -55,7 +55,7 @@ class CellState(msgspec.Struct, frozen=True):
     alarm: str = ""
     holder: str = ""
     speed_percent: float = 0.0
-    deviation_mm: float = 0.0
+    deviation_mm: float | None = None
     remote: bool = False
 
 

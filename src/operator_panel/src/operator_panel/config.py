@@ -84,7 +84,7 @@ class _Control(msgspec.Struct, frozen=True):
 
 
 class _Divergence(msgspec.Struct, frozen=True):
-    path_mm: Positive
+    delay_mm: Positive
     rest_mm: Positive
 
 
@@ -153,7 +153,7 @@ def load_surroundings(robot: Robot, directory: Path | str | None = None) -> Surr
     return Surroundings(
         real=controller.real,
         keep_s=controller.control.keep_ms * 1e-3,
-        alarm_mm=(controller.divergence.path_mm, controller.divergence.rest_mm),
+        alarm_mm=(controller.divergence.delay_mm, controller.divergence.rest_mm),
         home_percent=controller.home.speed_percent,
         jog_limit_percent=load(locate("motion.yaml", directory), _Motion).jog.speed_percent,
         positions=robot.positions_m,

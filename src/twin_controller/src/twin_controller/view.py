@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import msgspec
+from scara_control.joint_motion import JointMotion
+from scara_control.kinematics.screws import Point
 from scara_ros.diagnosis import Level
 
 from twin_controller.core.actions import Decided
@@ -12,11 +15,15 @@ from twin_controller.core.authority.control import NOBODY, Control, others_text
 from twin_controller.core.follow.ahead import reaches_ahead
 from twin_controller.core.lead.modes import Mode
 from twin_controller.core.orders.gripper import gripper_text
+from twin_controller.core.safety.divergence import tools
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides import change
-from twin_controller.core.sides.pairing import deviation
-from twin_controller.core.sides.side import Side
+from twin_controller.core.sides.pairing import deviation, paired
+from twin_controller.core.sides.side import Side, Sides
 from twin_controller.core.state import CoreState
+
+NOWHERE: Point = (math.nan, math.nan, math.nan)
+"""Where a tool is that is not known at the same instant as the other one."""
 
 
 class LinkView(msgspec.Struct, frozen=True):
@@ -49,7 +56,11 @@ class StateView(msgspec.Struct, frozen=True):
     speed_limited: bool
     speed_reason: str
     real_override_percent: float
+    real_tool: Point
+    twin_tool: Point
     deviation_mm: float
+    path_deviation_mm: float
+    lag: float
     follower_lag: float
     setpoints_ahead: float
     diverged: bool
@@ -81,10 +92,14 @@ class Status(msgspec.Struct, frozen=True):
 def state_view(setup: Setup, state: CoreState, now: float) -> StateView:
     """Return what ``twin_controller/state`` shows.
 
-    Positions are rounded as the article does, and empty while unknown.
+    Both sides are shown at the same instant, so that all that is shown of them agrees. Positions
+    are rounded as the article does, and empty while unknown.
     """
     sides, lead, speeds = state.sides, state.lead, state.orders.speeds
-    real, twin = _rounded(setup, sides.real), _rounded(setup, sides.twin)
+    pair = paired(sides)
+    real_side, twin_side = pair or _newest(sides)
+    real, twin = _rounded(setup, real_side), _rounded(setup, twin_side)
+    real_tool, twin_tool = tools(setup, pair) if pair else (NOWHERE, NOWHERE)
     decimals = setup.config.change.decimals
     return StateView(
         mode=lead.mode.value,
@@ -102,7 +117,11 @@ def state_view(setup: Setup, state: CoreState, now: float) -> StateView:
         real_override_percent=0.0
         if sides.real.flags is None
         else sides.real.flags.override_percent,
-        deviation_mm=state.safety.divergence.distance_mm,
+        real_tool=real_tool,
+        twin_tool=twin_tool,
+        deviation_mm=1e3 * math.dist(real_tool, twin_tool),
+        path_deviation_mm=state.safety.divergence.distance_mm,
+        lag=_lag(state),
         follower_lag=state.follow.response.longest,
         setpoints_ahead=reaches_ahead(setup, sides.real),
         diverged=state.safety.divergence.alarm,
@@ -116,6 +135,18 @@ def state_view(setup: Setup, state: CoreState, now: float) -> StateView:
         **_control_fields(setup, lead.control, now),
         links=[_link_view("real", sides.real, now), _link_view("twin", sides.twin, now)],
     )
+
+
+def _newest(sides: Sides) -> tuple[JointMotion | None, JointMotion | None]:
+    """Return the newest sample of each side that has one: nobody knows both at one instant."""
+    real, twin = (side.last if side.history else None for side in (sides.real, sides.twin))
+    return real, twin
+
+
+def _lag(state: CoreState) -> float:
+    """Return how late the follower is on its way [s]; NaN while nobody leads."""
+    late = state.safety.delay.late
+    return {"real": -late, "twin": late, "operator": late}.get(state.lead.leader, math.nan)
 
 
 def _control_fields(setup: Setup, control: Control, now: float) -> dict[str, Any]:
@@ -162,7 +193,7 @@ def delay_text(state: CoreState) -> str:
     if state.lead.leader == "real":
         behind, ahead = ahead, behind
     apart = f"their tools are {delay.judged.distance_mm:.0f} mm apart at the same instant"
-    return f"the {behind} is {1e3 * delay.late:.0f} ms behind the {ahead}: {apart}"
+    return f"the {behind} is {1e3 * abs(delay.late):.0f} ms behind the {ahead}: {apart}"
 
 
 def decision_text(decision: Decided) -> str:
@@ -243,6 +274,7 @@ def statuses(
             "the pair came apart" if state.safety.divergence.alarm else "together",
             {
                 "deviation_mm": f"{view.deviation_mm:.3f}",
+                "path_deviation_mm": f"{view.path_deviation_mm:.3f}",
                 "joint_deviation": f"{deviation(setup, state.sides):.3f}",
             },
         )
@@ -270,10 +302,10 @@ def _underruns(state: CoreState) -> int:
     return flags.ring_underruns if flags is not None else 0
 
 
-def _rounded(setup: Setup, side: Side) -> list[float]:
-    if not side.history:
+def _rounded(setup: Setup, motion: JointMotion | None) -> list[float]:
+    if motion is None:
         return []
-    return [round(value, setup.config.change.decimals) for value in setup.to_border(side.last.q)]
+    return [round(value, setup.config.change.decimals) for value in setup.to_border(motion.q)]
 
 
 def _link_view(name: str, side: Side, now: float) -> LinkView:

@@ -55,29 +55,50 @@ def frame_of(
     return decoded
 
 
-def test_the_tools_distance_is_the_lag_free_one_only_while_a_side_follows() -> None:
-    """Nobody judges the path of a pair that only aligns.
+@pytest.mark.parametrize("leader", ["real", "twin", "operator", ""])
+def test_tools_poses_number_and_chart_are_one_distance(leader: str) -> None:
+    """Whoever leads: of one instant, nothing removed."""
+    real, twin = (0.5123456, 0.1, 0.05), (0.5101234, 0.0987, 0.0502)
+    apart = 1e3 * math.dist(real, twin)
+    state = msgspec.structs.replace(
+        STATE, leader=leader, real_tool=real, twin_tool=twin, deviation_mm=apart
+    )
+    frame = frame_of(state)
+    text, tool, point = frame["text"], frame["tool"], frame["point"]
+    assert isinstance(text, dict) and isinstance(tool, dict) and isinstance(point, dict)
+    assert text["deviation"] == f"{apart:.2f} mm"
+    assert 1e3 * math.dist(tool["real"], tool["twin"]) == pytest.approx(apart, abs=0.005)
+    assert point["pair"][0] == pytest.approx(apart, abs=1e-4)
+    assert text["tool.real"] == "x 512.3  y 100.0  z 50.0 mm"
 
-    What is shown is how far apart the shown poses are.
-    """
-    state = msgspec.structs.replace(STATE, deviation_mm=0.07)
-    text = frame_of(msgspec.structs.replace(state, leader="real"))["text"]
-    assert isinstance(text, dict) and text["deviation"] == "0.07 mm"
-    frame = frame_of(msgspec.structs.replace(state, leader=""))
-    text, tool = frame["text"], frame["tool"]
-    assert isinstance(text, dict) and isinstance(tool, dict)
-    apart = 1e3 * math.dist(tool["real"], tool["twin"])
-    assert apart > 1.0 and text["deviation"] == f"{apart:.2f} mm"
+
+def test_unknown_distance_is_no_distance() -> None:
+    """While a line is down the poses are those last heard, and no number claims to compare them."""
+    frame = frame_of(msgspec.structs.replace(STATE, leader="", mode="OFFLINE"))
+    text, tool, tone = frame["text"], frame["tool"], frame["tone"]
+    assert isinstance(text, dict) and isinstance(tool, dict) and isinstance(tone, dict)
+    assert text["deviation"] == f"{words.UNKNOWN} mm" and tone["deviation"] == ""
+    assert set(tool) == {"real", "twin"} and "gauge" not in frame
 
 
-def test_gauge_is_the_share_of_the_limit_that_holds_now() -> None:
-    """A pair at rest may be less far apart than one that moves."""
-    moving = frame_of(msgspec.structs.replace(STATE, deviation_mm=5.0))
-    assert moving["gauge"] == {"deviation": 0.25}
-    assert moving["text"]["deviation.limit"] == "alarm from 20 mm"  # type: ignore[index]
-    resting = frame_of(msgspec.structs.replace(STATE, leader="", mode="IDLE"))
-    assert resting["gauge"] == {"deviation": 1.0}
-    assert resting["text"]["deviation.limit"] == "alarm from 2 mm"  # type: ignore[index]
+@pytest.mark.parametrize(
+    ("leader", "apart", "share", "tone", "limit"),
+    [
+        ("real", 5.0, 0.25, "good", "alarm from 20 mm"),
+        ("real", 15.0, 0.75, "warn", "alarm from 20 mm"),
+        ("twin", 21.0, 1.0, "bad", "alarm from 20 mm"),
+        ("", 0.5, 0.25, "good", "alarm from 2 mm"),
+        ("", 5.45, 1.0, "bad", "alarm from 2 mm"),
+    ],
+)
+def test_number_gauge_and_colour_follow_the_limit_that_holds_now(
+    leader: str, apart: float, share: float, tone: str, limit: str
+) -> None:
+    """A pair at rest may be less far apart than one that moves; a full bar is never green."""
+    frame = frame_of(msgspec.structs.replace(STATE, leader=leader, deviation_mm=apart))
+    assert frame["gauge"] == {"deviation": share}
+    assert frame["tone"]["deviation"] == tone  # type: ignore[index]
+    assert frame["text"]["deviation.limit"] == limit  # type: ignore[index]
 
 
 @pytest.mark.parametrize(
@@ -224,7 +245,7 @@ def test_points_of_the_pair_are_its_distance_speed_and_lag() -> None:
         deviation_mm=math.nan,
         speed_applied_percent=40.0,
         speed_requested_percent=60.0,
-        follower_lag=0.0081,
+        lag=0.0081,
     )
     assert frame_of(state)["point"]["pair"] == [None, 40.0, 60.0, 8.1]  # type: ignore[index]
 

@@ -35,7 +35,7 @@ class Pair:
     alarm: str = ""
     holder: str = ""
     speed_percent: float = 0.0
-    deviation_mm: float = 0.0
+    deviation_mm: float | None = None
     diverged: bool = False
 
 

@@ -13,6 +13,7 @@ outlives it; its own death ends nothing.
 
 from __future__ import annotations
 
+import math
 import os
 import socket
 import subprocess
@@ -291,6 +292,6 @@ def _pair(raw: bytes) -> Pair:
         alarm=message.alarm,
         holder=message.holder,
         speed_percent=message.speed_applied_percent,
-        deviation_mm=message.deviation_mm,
+        deviation_mm=message.deviation_mm if math.isfinite(message.deviation_mm) else None,
         diverged=message.diverged,
     )

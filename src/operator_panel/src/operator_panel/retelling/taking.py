@@ -28,6 +28,7 @@ from operator_panel.view.snapshot import (
 DECISIONS_KEPT = 30
 TRI_STATES = ("drives_powered", "e_stopped", "motion_possible", "in_motion", "in_error")
 CLOCK = "%H:%M:%S"
+TOOLS = ("real_tool", "twin_tool")
 PERSON_DIGITS = 2  # our choice: a centimetre
 PLACE_DIGITS = 4  # our choice: a tenth of a millimetre, so that what rests is not sent again
 
@@ -35,7 +36,12 @@ PLACE_DIGITS = 4  # our choice: a tenth of a millimetre, so that what rests is n
 def with_state(snapshot: Snapshot, message: Any, now: float, clock: str) -> Snapshot:
     """Take a TwinControllerState that came at ``now`` [s], by the time of day ``clock``."""
     links = tuple(Link(**_fields(link, Link)) for link in message.links)
-    fields = _fields(message, CellState, "links")
+    fields = _fields(message, CellState, "links", *TOOLS)
+    if hasattr(message, "real_tool"):
+        fields |= {name: _place(getattr(message, name)) for name in TOOLS}
+    else:
+        # Of a recording from before both sides were told at one instant: another distance.
+        del fields["deviation_mm"]
     state = CellState(links=links, **fields)
     return msgspec.structs.replace(snapshot, state=state, received=now, silent_since=clock)
 
@@ -131,9 +137,12 @@ def with_diagnostics(snapshot: Snapshot, message: Any, now: float) -> Snapshot:
 
 
 def _fields(message: Any, kind: type[msgspec.Struct], *without: str) -> dict[str, Any]:
-    """Return the fields of a message that ``kind`` has too; lists become tuples."""
+    """Return the fields of a message that ``kind`` has too; lists become tuples.
+
+    A recording of an earlier version may lack some.
+    """
     names = (name for name in kind.__struct_fields__ if name not in without)
-    return {name: _plain(getattr(message, name)) for name in names}
+    return {name: _plain(getattr(message, name)) for name in names if hasattr(message, name)}
 
 
 def _plain(value: Any) -> Any:
@@ -141,6 +150,11 @@ def _plain(value: Any) -> Any:
     if hasattr(value, "tolist"):
         value = value.tolist()
     return tuple(value) if isinstance(value, list) else value
+
+
+def _place(point: Any) -> tuple[float, float, float]:
+    """Return a Point as a tuple."""
+    return point.x, point.y, point.z
 
 
 def _part(marker: Any) -> Part:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import msgspec
 import numpy as np
@@ -23,6 +24,10 @@ Points = dict[str, tuple[float | None, ...]]
 PERSON_S = 1.0
 """A person that nobody has seen for longer is not shown; our choice. The controller counts a silent
 sensor as a person at the robot, and the page says so in words."""
+TOOL_DIGITS = 6
+"""A micrometre: poses and distance agree to the last digit that is shown; our choice."""
+WARN_SHARE = 0.7
+"""Beyond this share of its limit a distance is coloured as a warning; our choice."""
 PAIR = "pair"
 """Whose points are of no joint; none is called so."""
 
@@ -38,7 +43,7 @@ class Frame(msgspec.Struct, frozen=True, omit_defaults=True):
         pose: For each side the joint positions [rad] or [m].
         point: For each joint real, twin [deg or mm], set point, measured, error [deg or mm],
             effort [N m or N]; for ``PAIR`` tools apart [mm], speed and speed asked for [%], lag of
-            the follower [ms]; null if unknown.
+            the follower [ms]; null if unknown. Both sides are those of one instant.
         tool: For each side the tool's position [m].
         gauge: Share of its limit, 0..1, for each gauge.
         silent: Text: since when the twin controller is silent; absent while it is not.
@@ -107,20 +112,18 @@ class FrameMaker:
         places = {
             side: link_pose(self._model, self._tool_link, pose) for side, pose in poses.items()
         }
-        tools = {side: _position(place) for side, place in places.items()}
-        apart = _deviation_mm(state, tools)
+        tools = _tools(state, places)
+        apart, limit = state.deviation_mm, self._limit_mm(state)
         return Frame(
             t=round(now, 3),
-            text=self._texts(snapshot, state, tools, apart, now)
+            text=self._texts(snapshot, state, tools, limit, now)
             | {f"turn.{side}": self._turn_text(places.get(side)) for side in ("real", "twin")},
-            tone=_tones(state) | {"gate": gate_text(snapshot, now)[1]},
+            tone=_tones(state, limit) | {"gate": gate_text(snapshot, now)[1]},
             bar={name: self._bar(state, name) for name in self._joints},
             pose=poses,
             point=self.points(snapshot, now),
             tool=tools,
-            gauge={"deviation": round(min(apart / self._limit_mm(state), 1.0), 3)}
-            if math.isfinite(apart)
-            else {},
+            gauge={"deviation": round(min(apart / limit, 1.0), 3)} if math.isfinite(apart) else {},
             silent=silent,
             no_stop=words.no_stop_text(snapshot.no_stop),
             program=current_line(snapshot.package.program) if snapshot.package else ("", 0),
@@ -138,7 +141,7 @@ class FrameMaker:
         return points | {PAIR: _pair_point(state)}
 
     def _limit_mm(self, state: CellState) -> float:
-        """Return how far apart the tools raise an alarm now."""
+        """Return how far apart at the same instant the tools raise an alarm now."""
         leading, resting = self._alarm_mm
         return leading if state.leader else resting
 
@@ -150,7 +153,7 @@ class FrameMaker:
         snapshot: Snapshot,
         state: CellState,
         tools: dict[str, Vector],
-        apart: float,
+        limit: float,
         now: float,
     ) -> dict[str, str]:
         real, arrow, twin = words.roles(state)
@@ -166,9 +169,9 @@ class FrameMaker:
             "motion": words.motion_text(state),
             "speed.applied": words.percent(state.speed_applied_percent),
             "speed.reason": words.speed_reason(state),
-            "deviation": f"{words.number(apart)} mm",
-            "deviation.limit": f"alarm from {self._limit_mm(state):g} mm",
-            "lag": words.lag_text(state, snapshot.jog),
+            "deviation": f"{words.number(state.deviation_mm)} mm",
+            "deviation.limit": f"alarm from {limit:g} mm",
+            "lag": words.lag_text(state),
             "jog": snapshot.jog,
             "gripper": words.gripper_text(state),
         }
@@ -233,18 +236,18 @@ class FrameMaker:
         return (*sides, *border, _finite(loop.command, 4))
 
 
-def _deviation_mm(state: CellState, tools: dict[str, Vector]) -> float:
-    """Return how far the tools are apart.
+def _tools(state: CellState, places: dict[str, np.ndarray]) -> dict[str, Vector]:
+    """Return where the tools are [m], at the same instant as far as that is known.
 
-    The lag is removed while one side follows; else both count as they are shown.
+    Else, as when a line is down, those of the poses that are shown.
     """
-    if state.leader or len(tools) < 2:
-        return state.deviation_mm
-    return 1e3 * math.dist(*tools.values())
+    if math.isfinite(state.real_tool[0]):
+        return {"real": _rounded(state.real_tool), "twin": _rounded(state.twin_tool)}
+    return {side: _rounded(place[:3, 3]) for side, place in places.items()}
 
 
-def _position(place: np.ndarray) -> Vector:
-    x, y, z = (round(float(value), 5) for value in place[:3, 3])
+def _rounded(place: Sequence[float] | np.ndarray) -> Vector:
+    x, y, z = (round(float(value), TOOL_DIGITS) for value in place)
     return x, y, z
 
 
@@ -282,12 +285,21 @@ def _package_texts(snapshot: Snapshot) -> dict[str, str]:
     }
 
 
-def _tones(state: CellState) -> dict[str, str]:
+def _apart_tone(state: CellState, limit: float) -> str:
+    """Return the tone of the tools' distance: that of the limit beside it."""
+    if state.diverged or state.deviation_mm > limit:
+        return "bad"
+    if not math.isfinite(state.deviation_mm):
+        return ""
+    return "warn" if state.deviation_mm > WARN_SHARE * limit else "good"
+
+
+def _tones(state: CellState, limit: float) -> dict[str, str]:
     tone = {
         "mode": words.mode_tone(state.mode),
         "lead": state.leader or "nobody",
         "speed.applied": "warn" if state.speed_limited else "",
-        "deviation": "bad" if state.diverged else "good",
+        "deviation": _apart_tone(state, limit),
     }
     for link in state.links:
         tone[f"link.{link.name}.state"] = "good" if words.link_state(link) == "connected" else "bad"
@@ -299,7 +311,7 @@ def _pair_point(state: CellState) -> tuple[float | None, ...]:
         _finite(state.deviation_mm, 4),
         _finite(state.speed_applied_percent, 2),
         _finite(state.speed_requested_percent, 2),
-        _finite(1e3 * state.follower_lag, 3),
+        _finite(1e3 * state.lag, 3),
     )
 
 

@@ -38,10 +38,21 @@ class Reported(msgspec.Struct, frozen=True):
 
 
 class Deviation(msgspec.Struct, frozen=True):
-    """Real - twin by joint, of the tools with the lag removed [mm], and the lag [s]."""
+    """How far the sides are apart at the same instant.
+
+    Attributes:
+        position: Real - twin by joint.
+        tool_mm: Distance of the tools, nothing removed [mm].
+        path_mm: Of the real tool from the twin's path, lag removed [mm].
+        lag: So late the follower is on its way [s]; null: nobody follows.
+        follower_lag: So late the real robot does its set points [s].
+        diverged: The pair came apart.
+    """
 
     position: Values
     tool_mm: float | None
+    path_mm: float
+    lag: float | None
     follower_lag: float | None
     diverged: bool
 

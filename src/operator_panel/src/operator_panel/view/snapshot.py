@@ -24,8 +24,15 @@ class Link(msgspec.Struct, frozen=True):
     reconnects: int = 0
 
 
+Place = tuple[float, float, float]
+NOWHERE: Place = (math.nan, math.nan, math.nan)
+
+
 class CellState(msgspec.Struct, frozen=True):
-    """Fields of scara_msgs/TwinControllerState; positions in deg or mm, empty while unknown."""
+    """Fields of scara_msgs/TwinControllerState; positions in deg or mm, empty while unknown.
+
+    Tools in [m], NaN while unknown.
+    """
 
     mode: str
     leader: str = ""
@@ -39,7 +46,10 @@ class CellState(msgspec.Struct, frozen=True):
     speed_applied_percent: float = 0.0
     speed_limited: bool = False
     speed_reason: str = ""
-    deviation_mm: float = 0.0
+    real_tool: Place = NOWHERE
+    twin_tool: Place = NOWHERE
+    deviation_mm: float = math.nan
+    lag: float = math.nan
     follower_lag: float = 0.0
     diverged: bool = False
     real_standing_still: bool = False

@@ -150,32 +150,29 @@ def roles(state: CellState) -> tuple[str, str, str]:
     return ROLES.get(state.leader, ROLES[""])
 
 
-WAITING = "with the real robot"
-"""In the state of a jog that waits for it."""
+ON_TIME_S = 0.5e-3
+"""Less than this is no delay that a person could read; our choice."""
 
 
-def lag_text(state: CellState, jog: str = "") -> str:
-    """Return in words who follows how: a real robot gets its set points as early as it is late.
-
-    Nobody knows where a jog goes next. So the robot is behind, unless the jog waits for it.
-
-    Args:
-        state: Of the twin controller.
-        jog: The state of joint_vel_controller.
+def lag_text(state: CellState) -> str:
+    """Return in words who follows and how late.
 
     Example:
-        >>> lag_text(CellState("TWIN_LEADS", leader="twin", follower_lag=0.1104))
-        'the robot gets its set points 110 ms early'
-        >>> lag_text(CellState("REAL_LEADS", leader="real", follower_lag=0.1104))
-        'the twin follows each reading'
-        >>> lag_text(CellState("TWIN_LEADS", leader="twin", follower_lag=0.1104), "jogging joint_1")
-        'the robot is 110 ms behind the jog'
+        >>> lag_text(CellState("TWIN_LEADS", leader="twin", lag=0.0124))
+        'the real robot is 12 ms behind'
+        >>> lag_text(CellState("REAL_LEADS", leader="real", lag=-0.0031))
+        'the twin is 3 ms ahead'
+        >>> lag_text(CellState("REAL_LEADS", leader="real", lag=0.0002))
+        'the twin is on time'
+        >>> lag_text(CellState("IDLE"))
+        'nobody follows now'
     """
-    if jog.startswith("jogging") and WAITING not in jog and state.leader == "twin":
-        return f"the robot is {seconds(state.follower_lag)} behind the jog"
-    if state.leader in ("twin", "operator") and math.isfinite(state.follower_lag):
-        return f"the robot gets its set points {seconds(state.follower_lag)} early"
-    return "the twin follows each reading" if state.leader == "real" else "nobody follows now"
+    follower = SIDES["twin" if state.leader == "real" else "real"]
+    if not state.leader or not math.isfinite(state.lag):
+        return "nobody follows now"
+    if abs(state.lag) < ON_TIME_S:
+        return f"the {follower} is on time"
+    return f"the {follower} is {seconds(abs(state.lag))} {'behind' if state.lag > 0.0 else 'ahead'}"
 
 
 def gripper_text(state: CellState) -> str:

@@ -8,6 +8,7 @@ from typing import Any
 
 import msgspec
 import rospy
+from geometry_msgs.msg import Point
 from scara_config import Robot
 from scara_ros.diagnosis import Diagnosis
 from scara_ros.nodes.diagnostics import Diagnostics
@@ -143,6 +144,7 @@ class Publishing:
             return
         fields = msgspec.structs.asdict(state_view(self._setup, state, now))
         fields["links"] = [self._link(link) for link in fields["links"]]
+        fields |= {name: Point(*fields[name]) for name in ("real_tool", "twin_tool")}
         fields["held_since"] = _held_since(fields["holder"], now - fields["held_since"], stamp)
         if self._refused_pace.is_due(now, (lead.mode, lead.paused, lead.why, lead.must_align)):
             self._refused = refusals(self._setup, state, now)

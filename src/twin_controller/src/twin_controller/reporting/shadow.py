@@ -51,13 +51,21 @@ class Reported(msgspec.Struct, frozen=True):
 
 
 class Deviation(msgspec.Struct, frozen=True):
-    """How far the sides are apart.
+    """How far the sides are apart at the same instant; NaN is null in JSON.
 
-    Real - twin by joint, of the tools with the lag removed [mm], and by how much [s].
+    Attributes:
+        position: Real - twin by joint.
+        tool_mm: Distance of the tools, nothing removed [mm]; NaN: not known.
+        path_mm: Of the real tool from the twin's path, lag removed [mm].
+        lag: So late the follower is on its way [s]; NaN: nobody follows.
+        follower_lag: So late the real robot does its set points [s].
+        diverged: The pair came apart.
     """
 
     position: list[float]
     tool_mm: float
+    path_mm: float
+    lag: float
     follower_lag: float
     diverged: bool
 
@@ -131,7 +139,14 @@ def shadow_of(
         desired=_desired(setup, state),
         real=_reported(setup, state.sides.real, stamp - now, view.real_standing_still),
         twin=_reported(setup, state.sides.twin, stamp - now, view.twin_standing_still),
-        deviation=Deviation(view.deviation, view.deviation_mm, view.follower_lag, view.diverged),
+        deviation=Deviation(
+            view.deviation,
+            view.deviation_mm,
+            view.path_deviation_mm,
+            view.lag,
+            view.follower_lag,
+            view.diverged,
+        ),
         speed=Speed(
             view.speed_requested_percent,
             view.speed_applied_percent,

@@ -10,9 +10,12 @@ import pytest
 from harness.pair import SETUP, Pair
 from hypothesis import given
 from hypothesis import strategies as st
+from scara_control.joint_motion import JointMotion
 from twin_controller.core.safety.divergence import (
+    DelayState,
     DivergenceState,
     judge,
+    judge_delay,
     judge_divergence,
     path_distance,
 )
@@ -121,3 +124,37 @@ def test_what_noise_alone_may_bring_is_no_divergence(noise: float, alarm: bool) 
         state = judge_divergence(SETUP, state, sides)
     assert state.distance_mm == pytest.approx(2.8, abs=0.1)
     assert state.alarm is alarm
+
+
+def turning(sides: Sides, late: float, speed: float) -> Sides:
+    """Return sides that turn joint 1 at ``speed`` [rad/s], the real robot ``late`` [s] behind."""
+
+    def samples(behind: float) -> tuple[JointMotion, ...]:
+        rest = (0.0,) * (len(SETUP.joints) - 1)
+        return tuple(
+            JointMotion.measured((speed * (k * 0.01 - behind), *rest), (speed, *rest), k * 0.01)
+            for k in range(10)
+        )
+
+    return Sides(
+        replace(sides.real, history=samples(late)), replace(sides.twin, history=samples(0.0))
+    )
+
+
+@pytest.mark.parametrize("late", [0.030, 0.0, -0.012])
+def test_delay_is_told_as_the_time_by_which_the_real_robot_is_behind(late: float) -> None:
+    """By the way that both go: a robot ahead of the twin counts below zero."""
+    pair = Pair()
+    pair.connect()
+    state = DelayState()
+    for _ in range(100):
+        state = judge_delay(SETUP, state, turning(pair.state.sides, late, 0.8))
+    assert state.late == pytest.approx(late, abs=2e-4)
+
+
+def test_delay_is_kept_while_the_tools_are_too_slow_to_tell() -> None:
+    """A millimetre at rest is no time."""
+    pair = Pair()
+    pair.connect()
+    state = judge_delay(SETUP, DelayState(late=0.02), turning(pair.state.sides, 0.5, 0.01))
+    assert state.late == 0.02 and state.judged.distance_mm > 1.0

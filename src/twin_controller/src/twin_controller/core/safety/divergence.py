@@ -13,6 +13,7 @@ from functools import lru_cache, partial
 from itertools import pairwise
 
 import msgspec
+from scara_control.joint_motion import JointMotion
 from scara_control.kinematics.screws import Point, ScrewModel, tool_position
 
 from twin_controller.config import Divergence
@@ -24,6 +25,10 @@ from twin_controller.core.sides.side import Sides
 
 SLOWEST_M_S = 0.05
 """A tool slower than this is not late by a time [m/s]; our choice."""
+NEW_SHARE = 0.1
+"""Share of the newest sample in the mean delay: at 100 Hz a mean of about 0.1 s; our choice."""
+GLANCE_S = 1e-3
+"""How far ahead a tool's velocity is taken from its joints' [s]; our choice."""
 
 
 class DivergenceState(msgspec.Struct, frozen=True):
@@ -35,10 +40,15 @@ class DivergenceState(msgspec.Struct, frozen=True):
 
 
 class DelayState(msgspec.Struct, frozen=True):
-    """How far the tools are apart at the same instant, lag and all."""
+    """How far the tools are apart at the same instant, lag and all.
+
+    Attributes:
+        judged: Checks and alarm of that distance.
+        late: So much time the real robot is behind the twin on its way, negative: ahead of it [s].
+            A mean, kept while the tools are too slow to tell.
+    """
 
     judged: DivergenceState = DivergenceState()
-    # How late that is at the twin's speed [s], when it was beyond its limit last.
     late: float = 0.0
 
 
@@ -132,13 +142,45 @@ def judge_delay(setup: Setup, state: DelayState, sides: Sides) -> DelayState:
     config, pair = setup.config.divergence, paired(sides)
     if pair is None:
         return state
-    real, twin = (_tool(setup.arm, setup.arm_columns, side.q) for side in pair)
-    apart = math.dist(real, twin)
-    judged = judge(state.judged, apart, config.delay_mm, config)
-    if not judged.recent[-1]:
-        return DelayState(judged, state.late)
-    first, last = sides.twin.history[0], sides.twin.history[-1]
-    way = math.dist(*(_tool(setup.arm, setup.arm_columns, side.q) for side in (first, last)))
-    speed = way / max(last.time - first.time, 1e-9)
-    late = apart / speed if speed > SLOWEST_M_S else state.late
+    real, twin = tools(setup, pair)
+    judged = judge(state.judged, math.dist(real, twin), config.delay_mm, config)
+    now = _late(real, twin, tools(setup, pair, GLANCE_S))
+    late = state.late if now is None else state.late + NEW_SHARE * (now - state.late)
     return DelayState(judged, late)
+
+
+def tools(
+    setup: Setup, pair: tuple[JointMotion, JointMotion], ahead: float = 0.0
+) -> tuple[Point, Point]:
+    """Return where both tools are [m], or are going to be at their speed.
+
+    Args:
+        setup: Profile and numbers.
+        pair: Both sides at the same instant, the real one first.
+        ahead: So much later [s].
+    """
+    real, twin = (
+        _tool(
+            setup.arm,
+            setup.arm_columns,
+            tuple(q + ahead * qdot for q, qdot in zip(side.q, side.qdot)),
+        )
+        for side in pair
+    )
+    return real, twin
+
+
+def _late(real: Point, twin: Point, later: tuple[Point, Point]) -> float | None:
+    r"""Return how much time the real robot is behind the twin [s]; None: too slow to tell.
+
+    .. math:: t = (p_{twin} - p_{real}) \cdot v / |v|^2
+
+    where ``v`` is the mean velocity of both tools: what is beside the way is no delay.
+    """
+    velocity = [
+        (b - a + d - c) / (2.0 * GLANCE_S) for a, b, c, d in zip(real, later[0], twin, later[1])
+    ]
+    square = sum(v * v for v in velocity)
+    if square < SLOWEST_M_S**2:
+        return None
+    return sum((t - r) * v for t, r, v in zip(twin, real, velocity)) / square
