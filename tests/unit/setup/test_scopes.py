@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -88,3 +89,22 @@ def test_the_container_holds_what_a_cell_needs() -> None:
     assert "FROM debian:12" in text and "./cell setup run" in text
     ignored = (ROOT / ".dockerignore").read_text().split("\n")
     assert {".venv", "build", "devel", "runs"} <= set(ignored)
+
+
+def test_the_container_runs_without_a_way_to_become_root() -> None:
+    """A page or a node that is taken over stays a user; Debian's packages come before that."""
+    text = (ROOT / "setup" / "Containerfile").read_text()
+    lines = [line for line in text.split("\n") if not line.startswith("#")]
+    assert not [line for line in lines if "sudo" in line or "NOPASSWD" in line]
+    assert [line.split()[1] for line in lines if line.startswith("USER")] == ["cell"]
+    asked = subprocess.run(
+        ["/bin/sh", "-c", "sed 's/#.*//' setup/apt.txt | xargs echo"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert "sed 's/#.*//' /tmp/apt.txt" in text
+    listed = (ROOT / "setup" / "apt.txt").read_text().split("\n")
+    wanted = [line.split("#")[0].strip() for line in listed]
+    assert asked.stdout.split() == [name for name in wanted if name]
