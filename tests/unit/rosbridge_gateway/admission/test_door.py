@@ -1,0 +1,35 @@
+"""The door without a socket: who comes in by the address alone."""
+
+from __future__ import annotations
+
+import pytest
+from harness.opponents.graph_and_clients import SHIPPED
+from rosbridge_gateway.admission.places import Visitor
+from rosbridge_gateway.io.door import Door, NotAdmittedError
+from websockets.datastructures import Headers
+
+PROGRAM, PAGE = Headers(), Headers({"Origin": "http://localhost:8080"})
+HERE = ("127.0.0.1", "127.3.4.5", "::1", "::1%lo")
+ELSEWHERE = ("192.0.2.7", "10.0.0.1", "128.0.0.1", "2001:db8::7", "fe80::1%eth0", "0.0.0.0")
+
+
+@pytest.mark.parametrize("host", HERE)
+def test_a_client_of_this_machine_comes_in_without_a_token(host: str) -> None:
+    """A program in the role of loopback clients, a page in the role of pages."""
+    door = Door(SHIPPED, {})
+    assert door.admit(host, PROGRAM, "/", 0.0) == Visitor("operator", is_page=False)
+    assert door.admit(host, PAGE, "/", 0.0) == Visitor("viewer", is_page=True)
+
+
+@pytest.mark.parametrize("headers", [PROGRAM, PAGE])
+@pytest.mark.parametrize("host", ELSEWHERE)
+def test_a_client_of_another_machine_needs_a_token(host: str, headers: Headers) -> None:
+    """Whoever reaches the port from elsewhere is nobody, whatever page it names."""
+    with pytest.raises(NotAdmittedError, match="a token is needed"):
+        Door(SHIPPED, {}).admit(host, headers, "/", 0.0)
+
+
+def test_a_client_of_another_machine_has_the_role_of_its_token() -> None:
+    """No address gives or takes a right."""
+    door = Door(SHIPPED, {"look": "viewer"})
+    assert door.admit("192.0.2.7", PROGRAM, "/?token=look", 0.0) == Visitor("viewer", False)
