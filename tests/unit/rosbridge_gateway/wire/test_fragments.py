@@ -80,6 +80,16 @@ def test_piece_that_does_not_fit_ends_its_packet(second: Fragment, text: str) ->
     assert assembly.add(fragment(0, 3), 0.0) is None
 
 
+def test_pieces_of_all_packets_together_are_bounded() -> None:
+    """Several packets of which each alone is short enough; what fits still comes in."""
+    assembly = Assembly(100)
+    for number in range(3):
+        assembly.add(fragment(0, 2, "x" * 30, number), 0.0)
+    with pytest.raises(FragmentError, match="101 characters of 4 packets wait for more: allowed"):
+        assembly.add(fragment(0, 2, "x" * 11, 3), 0.0)
+    assert assembly.add(fragment(0, 2, "x" * 10, 4), 0.0) is None
+
+
 def test_many_packets_at_once_are_refused() -> None:
     """However short their pieces are."""
     assembly = Assembly(1000)
