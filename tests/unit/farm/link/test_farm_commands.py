@@ -70,6 +70,29 @@ def test_nothing_is_taken_late_or_twice(command: str) -> None:
     assert "expired" in judge(asked, Guard(RIGHTS, True, 7, seen), NOW + 1.5)[0]
 
 
+def test_a_command_is_remembered_beside_those_that_come_after_it() -> None:
+    """A stored command that is sent again between others is no new one."""
+    seen: dict[str, float] = {}
+    for k, at in enumerate((0.0, 0.1, 2.0)):
+        stop = Command(f"id{k}", "STOP", "ann", "desk_1", NOW + 2.0)
+        why, after = judge(stop, Guard(RIGHTS, seen=seen), NOW + at)
+        assert not why
+        seen = dict(after)
+    for k in range(3):
+        again = Command(f"id{k}", "STOP", "ann", "desk_1", NOW + 2.0)
+        assert "taken already" in judge(again, Guard(RIGHTS, seen=seen), NOW + 2.0)[0]
+
+
+@pytest.mark.parametrize(("ahead", "taken"), [(2.0, True), (2.04, True), (2.06, False)])
+@pytest.mark.parametrize("command", [*ALWAYS, "RESUME"])
+def test_no_command_may_be_kept_on_its_way_for_longer_than_two_seconds(
+    command: str, ahead: float, taken: bool
+) -> None:
+    """But for the 50 ms that two readings of one machine's clock may be apart."""
+    why = refused(replace(GOOD, command=command, expires=NOW + ahead))
+    assert (why == "") is taken
+
+
 def test_a_refused_command_is_not_taken_later() -> None:
     """The switch is turned on a moment later: the old question stays refused."""
     _, seen = judge(GOOD, Guard(RIGHTS, remote=False, revision=7), NOW)
