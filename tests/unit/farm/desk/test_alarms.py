@@ -97,6 +97,17 @@ def test_a_journal_that_begins_again_clears_what_it_does_not_tell_again() -> Non
     assert statuses(book) == [Status.CLEARED]
 
 
+def test_a_journal_that_begins_again_says_nothing_of_other_alarms() -> None:
+    """The desk raises the lost link itself; another cell has a journal of its own."""
+    book = told(said(1))
+    book.lost(CELL, 2.0)
+    book.told("m/b", said(3))
+    book.told(CELL, Event(4, 4.0, "start"))
+    cleared = {row.id: row.cleared for row in book.rows(100.0)}
+    other = alarm_id("m/b", SOURCE)
+    assert cleared == {NAME: 4.0, alarm_id(CELL, "link"): 0.0, other: 0.0}
+
+
 def test_a_lost_cell_is_an_alarm() -> None:
     """Until it is back and somebody has looked."""
     book = AlarmBook()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import pytest
-from farm.desk.intake import Progress, take_answer, take_health, take_live
+from farm.desk.intake import MOST_WAITING, Progress, take_answer, take_health, take_live
 from farm.wire import Event, Events
 from hypothesis import given
 from hypothesis import strategies as st
@@ -57,6 +57,16 @@ def test_a_gap_is_asked_for_and_what_waited_follows() -> None:
     assert kept.events == [] and kept.ask
     kept.take(take_answer(kept.progress, 1, answer(range(2, 4), 1, 4)))
     assert [n for _, n in kept.events] == [2, 3, 4] and not kept.ask
+
+
+def test_beyond_a_gap_the_events_nearest_to_it_are_kept() -> None:
+    """They follow first; the journal has the others. No gap makes the desk grow."""
+    kept = Kept(Progress(last=1))
+    for number in range(MOST_WAITING + 30, 2, -1):
+        kept.take(take_live(kept.progress, event(number)))
+    assert sorted(kept.progress.waiting) == list(range(3, MOST_WAITING + 3)) and kept.ask
+    kept.take(take_answer(kept.progress, 1, answer(range(2, 3), 1, MOST_WAITING + 30)))
+    assert [n for _, n in kept.events] == list(range(2, MOST_WAITING + 3)) and kept.ask
 
 
 def test_what_the_journal_no_longer_has_is_counted() -> None:
