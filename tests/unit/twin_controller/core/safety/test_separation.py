@@ -1,0 +1,92 @@
+"""The separation distance as a function: what its speed cap keeps, and which sensor counts."""
+
+from __future__ import annotations
+
+from itertools import permutations
+
+import numpy as np
+import pytest
+from harness.pair import HOME, SETUP
+from hypothesis import given
+from hypothesis import strategies as st
+from msgspec.structs import replace
+from scara_control.keep_out.points import all_positions
+from twin_controller.core.safety.separation import (
+    Distance,
+    allowed_speed,
+    judge_separation,
+    protective_distance,
+)
+from twin_controller.core.safety.sightings import Person
+
+TERMS = replace(SETUP.config.separation, enabled=True)
+STALE_S = TERMS.stale_ms * 1e-3
+NOW = 100.0
+TOOL = all_positions(SETUP.points, np.array([HOME]))[:, 0]
+"""Where the watched points are, shape (p, 3)."""
+
+
+def person(away: float, age: float = 0.0, sensor: str = "") -> Person:
+    """Return somebody ``away`` [m] from the outermost point, straight away from the robot."""
+    outermost = TOOL[np.argmax(TOOL[:, 0])]
+    x, y, z = outermost.tolist()
+    return Person(NOW - age, (x + away, y, z), sensor)
+
+
+def judge(*people: Person, speed: float = 0.0, margin_mm: float = TERMS.margin_mm) -> Distance:
+    """Judge people by the shipped terms, and another margin."""
+    terms = replace(TERMS, margin_mm=margin_mm)
+    return judge_separation(SETUP.points, people, HOME, speed, NOW, terms, SETUP.fastest)
+
+
+def bad(found: Distance) -> tuple[bool, float]:
+    """Return by what a distance is worse than another."""
+    return found.too_close, found.cap
+
+
+@given(st.floats(0.0, 5.0), st.floats(0.0, 1.0))
+def test_at_the_allowed_speed_the_protective_distance_is_the_distance(
+    speed: float, age: float
+) -> None:
+    """One formula is the other's inverse, whatever the age."""
+    assert allowed_speed(protective_distance(speed, TERMS, age), TERMS, age) == pytest.approx(
+        speed, abs=1e-6
+    )
+
+
+@pytest.mark.parametrize("margin_mm", [1.0, 30.0, 200.0])
+@pytest.mark.parametrize("away", [1.2, 1.6, 2.0])
+def test_the_cap_keeps_the_margin_beyond_the_protective_distance(
+    away: float, margin_mm: float
+) -> None:
+    """A person who comes nearer by less than the margin does not stop a robot at its cap."""
+    found = judge(person(away), margin_mm=margin_mm)
+    at_cap = found.cap * 1e-2 * SETUP.fastest
+    assert 0.0 < found.cap < 100.0
+    assert protective_distance(at_cap, TERMS) == pytest.approx(away - margin_mm * 1e-3)
+    assert not judge(person(away - 0.99 * margin_mm * 1e-3), speed=at_cap).too_close
+
+
+@pytest.mark.parametrize("speed", [0.0, 0.5])
+def test_of_several_sensors_the_worst_counts_whatever_their_order(speed: float) -> None:
+    """One that is silent, or sees somebody near, or saw somebody long ago; never the mildest."""
+    late, kept = 0.9 * STALE_S, protective_distance(0.0, TERMS)
+    people = [
+        person(6.0, sensor="far"),
+        person(1.4, sensor="near"),
+        person(1.7, late, "late"),
+        person(protective_distance(0.0, TERMS, late) - 1e-3, late, "late and near"),
+        person(kept + 0.5e-3 * TERMS.margin_mm, sensor="in the margin"),
+        person(0.1, sensor="beside"),
+        person(6.0, 2.0 * STALE_S, "silent"),
+    ]
+    alone = {each.sensor: judge(each, speed=speed) for each in people}
+    for count in (1, 2, 3):
+        for some in permutations(people, count):
+            found = judge(*some, speed=speed)
+            those = [alone[each.sensor] for each in some]
+            assert found in those
+            assert found.too_close == any(each.too_close for each in those)
+            assert found.cap == min(each.cap for each in those)
+            same = [each for each in those if bad(each) == bad(found)]
+            assert found.distance == min(each.distance for each in same)
