@@ -116,12 +116,24 @@ def test_a_doubtful_answer_is_refused_with_its_reason(
         CODEC.decode_sample([word & 0xFFFF for word in words], signals)
 
 
-def test_an_impossible_speed_is_refused() -> None:
-    """A speed far above the joint's greatest is a wrong answer, not a motion."""
+@pytest.mark.parametrize("speed", [700.0, -700.0, math.inf, -math.inf, math.nan])
+def test_an_impossible_speed_is_refused(speed: float) -> None:
+    """One far above the joint's greatest is a wrong answer, not a motion, either way."""
     words = state_words()
-    words[21:23] = low_first(700.0)
-    with pytest.raises(SampleError, match=r"joint_1 moves at 700.0 deg/s"):
+    words[21:23] = low_first(speed)
+    with pytest.raises(SampleError, match=rf"joint_1 moves at {speed} deg/s"):
         CODEC.decode_sample(words, SIGNALS)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_speed_up_to_half_as_much_again_is_read(sign: float) -> None:
+    """A robot may be a little faster than its data sheet, either way."""
+    joint = ROBOT.joints[0]
+    words = state_words()
+    words[21:23] = low_first(sign * 1.49 * joint.velocity / joint.scale)
+    assert CODEC.decode_sample(words, SIGNALS).motion.qdot[0] == pytest.approx(
+        sign * 1.49 * joint.velocity, rel=1e-6
+    )
 
 
 def test_a_position_just_over_its_limit_is_read() -> None:
