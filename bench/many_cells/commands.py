@@ -108,11 +108,11 @@ def measure_wrong(share: float, folder: Path, console: Console) -> list[Figure]:
             return Command(uuid.uuid4().hex, word, person, "bench", time.time() + left, base)
 
         for _ in range(rounds):
-            first = make("STOP", "bob")
-            assert ask(first).accepted
+            taken = make("HOME", "ann")
+            assert ask(taken).accepted
             wrong = [
-                make("STOP", "ann", left=-0.1),
-                first,
+                make("HOME", "ann", left=-0.1),
+                taken,
                 make("HOME", "ann", base=6),
                 make("HOME", "bob"),
                 make("DANCE", "ann"),

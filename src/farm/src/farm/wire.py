@@ -12,6 +12,9 @@ import msgspec
 from scara_config.rollout.change import Change
 
 T = TypeVar("T")
+CLOCKS_AGREE_S = 0.5
+"""Our choice: clocks that NTP keeps differ by less, also over a bad line. From here on the desk
+warns, and a cell may refuse all commands but STOP and PAUSE."""
 
 
 class WireError(ValueError):
@@ -178,10 +181,11 @@ class Command(msgspec.Struct, frozen=True):
         command: STOP, PAUSE or another of twin_controller/command.
         person: Who asks.
         desk: From which machine.
-        expires: Not taken after this time.
+        expires: Not taken after this time; STOP and PAUSE are taken at any time.
         revision: Of the state that it was based on; None: of none.
         speed_percent: SPEED: the cap; HOME: program speed, 0: default.
         change: EXAMINE, CONFIGURE: which.
+        asked: When it was asked; None: not told, as older desks do.
     """
 
     id: str
@@ -192,6 +196,7 @@ class Command(msgspec.Struct, frozen=True):
     revision: int | None = None
     speed_percent: float = 0.0
     change: Change | None = None
+    asked: float | None = None
 
 
 class Answer(msgspec.Struct, frozen=True):
@@ -199,6 +204,16 @@ class Answer(msgspec.Struct, frozen=True):
 
     accepted: bool
     text: str
+
+
+def clock_words(ahead_s: float) -> str:
+    """Return how one clock differs from another that is named behind it.
+
+    Example:
+        >>> clock_words(62.04), clock_words(-0.7)
+        ('62.0 s ahead of', '0.7 s behind')
+    """
+    return f"{abs(ahead_s):.1f} s {'ahead of' if ahead_s > 0.0 else 'behind'}"
 
 
 def encode(message: msgspec.Struct) -> bytes:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from farm.desk.roster import LOST, SILENT, Roster
 from farm.keys import CellName
 from farm.wire import CellState, Health, Level
@@ -74,7 +75,7 @@ def test_a_journal_that_cannot_be_read_is_told() -> None:
     roster = Roster(2.0)
     roster.alive(A, 0.0)
     roster.shown(A, state(1), 0.0)
-    roster.told(A, Health(0.0, 1.0, 0.5, 30.0, 1, 7, 0, "permission denied"))
+    roster.told(A, Health(0.0, 1.0, 0.5, 30.0, 1, 7, 0, "permission denied"), 0.0)
     row = roster.rows(0.1)[0]
     assert row.level == Level.WARN and "permission denied" in row.text and row.last_event == 7
 
@@ -86,3 +87,49 @@ def test_since_is_when_the_mode_began() -> None:
     for sequence, mode in enumerate(("one", "two", "two"), 1):
         roster.shown(A, state(sequence, mode=mode), float(sequence))
     assert roster.rows(3.5)[0].since == 2.0
+
+
+@pytest.mark.parametrize("ahead", [-3600.0, -62.0, -0.6, -0.4, 0.0, 0.4, 0.6, 62.0, 3600.0])
+def test_a_clock_that_differs_is_shown_and_warned_of(ahead: float) -> None:
+    """From half a second on; a message that was long on its way is not the clock."""
+    roster = Roster(2.0)
+    roster.alive(A, 10.0)
+    roster.shown(A, state(1), 10.0)
+    assert roster.rows(10.0)[0].clock_s is None
+    for now, way in ((10.0, 0.9), (11.0, 0.01), (12.0, 0.3)):
+        roster.told(A, Health(now + ahead - way, 1.0, 0.5, 30.0, 1, 7, 0), now)
+    row = roster.rows(11.9)[0]
+    assert row.clock_s == pytest.approx(ahead - 0.01)
+    assert (row.level is Level.WARN) == (abs(ahead) > 0.5) == ("the desk's" in row.text)
+
+
+def test_a_clock_does_not_hide_an_alarm() -> None:
+    """What is worse is told."""
+    roster = Roster(2.0)
+    roster.alive(A, 10.0)
+    roster.shown(A, state(1, Level.BAD, alarm="fan"), 10.0)
+    roster.told(A, Health(72.0, 1.0, 0.5, 30.0, 1, 7, 0), 10.0)
+    assert (roster.rows(10.0)[0].level, roster.rows(10.0)[0].text) == (Level.BAD, "fan")
+
+
+@pytest.mark.parametrize("ahead", [-3600.0, 0.0, 3600.0])
+def test_states_are_counted_whatever_the_clock(ahead: float) -> None:
+    """What was sent before a cell had joined is not lost, by the desk's clock."""
+    roster = Roster(2.0)
+    roster.alive(A, 10.0)
+    roster.told(A, Health(10.0 + ahead, 1.0, 0.5, 30.0, 1, 7, 0), 10.0)
+    for sequence in (7, 12, 13, 15):
+        at = float(sequence) + ahead
+        roster.shown(A, CellState(sequence, at, 1, Level.GOOD, "working"), 20.0)
+    assert roster.counted()[A] == (4, 1)
+
+
+def test_a_link_that_begins_anew_with_a_clock_set_back_is_shown() -> None:
+    """It counts from 1 at an earlier time; without a word it would be silent for an hour."""
+    roster = Roster(2.0)
+    roster.alive(A, 5000.0)
+    roster.shown(A, CellState(900, 5000.0, 1, Level.GOOD, "working"), 5000.0)
+    roster.gone(A, 5001.0)
+    roster.alive(A, 5002.0)
+    roster.shown(A, CellState(1, 1402.0, 1, Level.GOOD, "IDLE"), 5002.0)
+    assert roster.rows(5002.1)[0].status == "IDLE"

@@ -11,9 +11,11 @@ import pytest
 from farm.desk.io.commands import cells_there, order
 from farm.desk.io.history import History
 from farm.desk.io.reading import AskingError, ask
-from farm.desk.roster import LOST
+from farm.desk.roster import LOST, clock_warning
 from farm.io.bus import BusError, open_client, open_router, wait_for_desk
 from farm.link.io.newest import Newest
+from farm.synthetic.invented import Invented
+from farm.synthetic.io.running import Practice
 from farm.wire import Answer, CellState, Command, Event, Joints, Level, decode, encode
 from harness.processes import wait_until
 from msgspec.structs import replace
@@ -109,7 +111,7 @@ def test_a_refused_command_reaches_nothing(farm: Farm) -> None:
     wait_until(lambda: bool(cells_there(session, "site", 1.0)), DEADLINE_S, "the cell")
     (answer,) = order(session, [CELL], "RESUME", "ann", "desk_1", 2.0)
     assert answer.answer is not None and "may only STOP and PAUSE" in answer.answer.text
-    late = Command("1", "STOP", "ann", "d", time.time() - 1.0)
+    late = Command("1", "RESUME", "ann", "d", time.time() - 1.0)
     for data, said in (
         (encode(late), "expired"),
         (b"{", "this is no command"),
@@ -118,6 +120,47 @@ def test_a_refused_command_reaches_nothing(farm: Farm) -> None:
         (reply,) = session.get(CELL.key(keys.COMMAND), payload=data, timeout=2.0)
         assert said in decode(bytes(reply.ok.payload), Answer).text
     assert farm.obeyed == []
+
+
+DIFFERENCES = (-3600.0, -62.0, -2.1, 0.0, 0.06, 2.1, 62.0, 3600.0)
+
+
+def test_a_stop_is_taken_by_cells_with_any_clock(farm: Farm) -> None:
+    """The desk shows each difference; what may move a cell is refused with it."""
+    session = farm.router()
+    desk = farm.desk(session)
+    for number, ahead in enumerate(DIFFERENCES):
+        cells = [Invented(number, time.time() + ahead - 60.0)]
+        practice = farm.ends.enter_context(Practice(farm.config, "m", cells, ahead_s=ahead))
+        assert practice.join()
+        threading.Thread(target=practice.run, args=(5.0, 0.0), daemon=True).start()
+    names = cells_there(session, "site", 1.0)
+    for command in ("STOP", "PAUSE"):
+        answers = list(order(session, names, command, "ann", "desk_1", 2.0))
+        assert [a.text for a in answers if a.answer is None or not a.answer.accepted] == []
+        assert len(answers) == len(DIFFERENCES)
+    for answered in order(session, names, "RESUME", "ann", "desk_1", 2.0):
+        ahead = DIFFERENCES[int(answered.cell.cell[-3:])]
+        assert answered.answer is not None and not answered.answer.accepted
+        told = f"desk_1's clock is {abs(ahead):.1f} s " in answered.text
+        # A cell whose clock is behind the desk's sees the desk's ahead, and the other way round.
+        assert told == (ahead < -0.5 or ahead > 2.0), answered.text
+    wait_until(lambda: all(r.clock_s is not None for r in desk.rows()), DEADLINE_S, "the clocks")
+    for row in desk.rows():
+        ahead = DIFFERENCES[int(row.name[-3:])]
+        assert row.clock_s == pytest.approx(ahead, abs=0.3)
+        assert bool(clock_warning(row.clock_s)) == (abs(ahead) > 0.5)
+
+
+def test_a_desk_with_another_clock_stops_each_cell(farm: Farm) -> None:
+    """Sixty milliseconds were too many once."""
+    session = farm.router()
+    farm.link(farm.client(), Journal())
+    wait_until(lambda: bool(cells_there(session, "site", 1.0)), DEADLINE_S, "the cell")
+    for ahead in DIFFERENCES:
+        clock = lambda ahead=ahead: time.time() + ahead  # noqa: E731
+        (answered,) = order(session, [CELL], "STOP", "ann", "d", 2.0, clock)
+        assert answered.answer == Answer(True, "STOP received"), ahead
 
 
 def test_a_stop_waits_for_no_other_command(farm: Farm) -> None:

@@ -5,13 +5,15 @@ from __future__ import annotations
 import math
 
 import pytest
-from farm.link.commands import Guard, caller_id, judge
+from farm.link.commands import MOST_SEEN, Guard, caller_id, judge
 from farm.link.rights import ALWAYS, GUARDED, Rights
 from farm.wire import Command
 from msgspec.structs import replace
 
 NOW = 1_000_000.0
 RIGHTS = Rights("watcher", {"watcher": [], "mover": list(GUARDED)}, {"ann": "mover"})
+DIFFERENCES = (-3600.0, -60.0, -2.1, -0.06, 0.0, 0.06, 0.6, 2.1, 60.0, 3600.0)
+"""How far a desk's clock is ahead of the cell's [s]."""
 OPEN = Guard(RIGHTS, remote=True, revision=7)
 GOOD = Command("id1", "RESUME", "ann", "desk_1", NOW + 1.0, revision=7)
 
@@ -35,7 +37,17 @@ def test_who_may_is_let_through(command: str) -> None:
         ({"revision": None}, {}, "names no state that it is based on"),
         ({"revision": 6}, {}, r"the cell has changed since \(state 7, not 6\): look again"),
         ({"expires": NOW - 0.8}, {}, "RESUME expired 0.8 s ago: ask again"),
-        ({"expires": NOW + 60.0}, {}, "expires in 60.0 s: allowed are 2 s"),
+        ({"expires": NOW + 60.0}, {}, "expires in 60.0 s: allowed are 2 s: ask again"),
+        (
+            {"expires": NOW + 62.0, "asked": NOW + 60.0},
+            {},
+            r"by its time of asking, desk_1's clock is 60.0 s ahead of this cell's. Set the clocks",
+        ),
+        (
+            {"expires": NOW - 58.0, "asked": NOW - 60.0},
+            {},
+            r"desk_1's clock is 60.0 s behind this cell's, or it was on its way for as long. Set",
+        ),
         ({"expires": math.nan}, {}, "expired"),
         ({"command": "MOVE"}, {}, "MOVE: the farm may not ask for this"),
         ({"command": "x" * 500}, {}, "^x{63}: the farm may not"),
@@ -60,9 +72,35 @@ def test_stop_needs_neither_role_nor_switch_nor_revision(command: str) -> None:
     assert refused(stop, Guard(RIGHTS, remote=False, revision=7)) == ""
 
 
-@pytest.mark.parametrize("command", [*ALWAYS, "RESUME"])
-def test_nothing_is_taken_late_or_twice(command: str) -> None:
-    """Not even a stop: what comes late was meant for another moment."""
+@pytest.mark.parametrize("difference", DIFFERENCES)
+@pytest.mark.parametrize("command", ALWAYS)
+def test_a_stop_is_taken_whatever_the_clocks_show(command: str, difference: float) -> None:
+    """By a desk that is ahead or behind, in time or late, once or again: a stop never hurts."""
+    asked = NOW + difference
+    stop = Command("id2", command, "nobody", "desk_1", asked + 2.0, asked=asked)
+    guard = Guard(RIGHTS, remote=False, revision=7)
+    for now in (NOW, NOW + 0.5, NOW + 7200.0):
+        why, seen = judge(stop, guard, now)
+        assert why == "" and seen == guard.seen
+
+
+@pytest.mark.parametrize("difference", DIFFERENCES)
+@pytest.mark.parametrize("command", GUARDED)
+def test_a_guarded_command_is_taken_only_by_clocks_that_agree(
+    command: str, difference: float
+) -> None:
+    """Whoever is refused for a clock is told how far it is away."""
+    asked = NOW + difference
+    why = refused(replace(GOOD, command=command, asked=asked, expires=asked + 2.0))
+    # A desk's clock that is behind takes from the time that a command has.
+    assert (why == "") == (-2.0 <= difference <= 0.5)
+    if why:
+        assert f"desk_1's clock is {abs(difference):.1f} s " in why
+
+
+@pytest.mark.parametrize("command", GUARDED)
+def test_nothing_else_is_taken_late_or_twice(command: str) -> None:
+    """What comes late was meant for another moment."""
     asked = replace(GOOD, command=command)
     why, seen = judge(asked, OPEN, NOW)
     assert not why
@@ -99,14 +137,26 @@ def test_a_refused_command_is_not_taken_later() -> None:
     assert "taken already" in judge(GOOD, Guard(RIGHTS, True, 7, seen), NOW + 0.1)[0]
 
 
-def test_ids_are_forgotten_when_they_have_expired() -> None:
-    """The memory is bounded by the longest expiry."""
-    seen: dict[str, float] = {}
-    for k in range(1000):
-        now = NOW + 0.01 * k
-        command = Command(f"id{k}", "STOP", "ann", "desk_1", now + 0.1)
-        seen = dict(judge(command, Guard(RIGHTS, seen=seen), now)[1])
-    assert len(seen) <= 12
+@pytest.mark.parametrize("command", ["RESUME", "ALIGN", "MOVE"])
+@pytest.mark.parametrize("back", [0.0, 1.0, 3600.0, -3600.0])
+def test_what_was_recorded_is_refused_when_it_is_played_again(command: str, back: float) -> None:
+    """By whatever the cell's clock was set back or ahead meanwhile."""
+    asked = replace(GOOD, command=command)
+    _, seen = judge(asked, OPEN, NOW)
+    # Others were taken since, so that what had expired could have been forgotten.
+    for k in range(100):
+        now = NOW + 10.0 + k
+        _, seen = judge(replace(GOOD, id=f"x{k}", expires=now + 1.0), Guard(RIGHTS, seen=seen), now)
+    for after in (0.0, 0.5, 2.0, 5.0, 110.0):
+        assert judge(asked, Guard(RIGHTS, True, 7, seen), NOW + after - back)[0]
+
+
+def test_memory_for_ids_is_bounded() -> None:
+    """The oldest that have expired go first."""
+    seen = {f"old{k}": NOW - 1.0 for k in range(MOST_SEEN - 3)} | {"young": NOW + 1.0}
+    for k in range(10):
+        seen = dict(judge(replace(GOOD, id=f"new{k}"), Guard(RIGHTS, seen=seen), NOW)[1])
+    assert len(seen) == MOST_SEEN and "young" in seen and "new0" in seen and "old0" not in seen
 
 
 def test_shipped_rights_never_move_a_cell() -> None:

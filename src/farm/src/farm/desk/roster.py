@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -9,10 +10,12 @@ from typing import NamedTuple
 import msgspec
 
 from farm.keys import CellName
-from farm.wire import CellState, Configuration, Health, Level
+from farm.wire import CLOCKS_AGREE_S, CellState, Configuration, Health, Level, clock_words
 
 LOST, SILENT = "lost", "silent"
 """Words for a cell that is not there, and for one that is there and says nothing."""
+CLOCK_SAMPLES = 5
+"""Our choice: of so many health messages the one that came quickest tells how the clocks differ."""
 
 
 class Row(msgspec.Struct, frozen=True):
@@ -30,6 +33,8 @@ class Row(msgspec.Struct, frozen=True):
         missing: Events that its journal no longer had when they were asked for.
         cpu_percent, memory_mb: Of its link.
         configuration: How it differs from its own files; None: not known yet.
+        clock_s: How far the clock of its machine is ahead of the desk's [s], the way of a message
+            included; None: not known yet.
     """
 
     name: str
@@ -44,6 +49,7 @@ class Row(msgspec.Struct, frozen=True):
     cpu_percent: float
     memory_mb: float
     configuration: Configuration | None = None
+    clock_s: float | None = None
 
 
 class Counted(NamedTuple):
@@ -67,6 +73,20 @@ class Entry:
     received: int = 0
     lost: int = 0
     missing: int = 0
+    first: bool = True  # the next state is the first since its link is there
+    ahead: deque[float] = field(default_factory=lambda: deque(maxlen=CLOCK_SAMPLES))
+
+    @property
+    def clock_s(self) -> float | None:
+        """How far the cell's clock is ahead [s]; None: not known yet.
+
+        A message that was longer on its way only makes the clock look further behind.
+        """
+        return max(self.ahead, default=None)
+
+    def at(self, stamp: float) -> float:
+        """Return when something was by the desk's clock [s since 1970], as far as is known."""
+        return stamp - (self.clock_s or 0.0)
 
 
 @dataclass
@@ -80,6 +100,9 @@ class Roster:
         """Take in that a cell's link is there."""
         entry = self._entry(cell)
         entry.alive, entry.since, entry.heard, entry.joined = True, now, now, now
+        # It may have been started anew, with a clock that was set back meanwhile.
+        entry.first = True
+        entry.ahead.clear()
 
     def gone(self, cell: CellName, now: float) -> None:
         """Take in that a cell's link has gone."""
@@ -96,21 +119,23 @@ class Roster:
         """Take in a state; one that is older than the last is left out."""
         entry = self._entry(cell)
         last = entry.state
-        if last is not None:
+        if last is not None and not entry.first:
             if state.sequence <= last.sequence and state.stamp <= last.stamp:
                 return
             # What was shown before the link had joined could not come. A link that was started
             # again counts from 1.
-            if last.stamp >= entry.joined:
+            if entry.at(last.stamp) >= entry.joined:
                 entry.lost += max(0, state.sequence - last.sequence - 1)
         if last is None or last.mode != state.mode:
             entry.mode_since = now
-        entry.state, entry.heard = state, now
+        entry.state, entry.heard, entry.first = state, now, False
         entry.received += 1
 
-    def told(self, cell: CellName, health: Health) -> None:
-        """Take in what a link says of itself."""
-        self._entry(cell).health = health
+    def told(self, cell: CellName, health: Health, now: float) -> None:
+        """Take in what a link says of itself, and how its clock differs from ours."""
+        entry = self._entry(cell)
+        entry.health = health
+        entry.ahead.append(health.stamp - now)
 
     def missed(self, cell: CellName, count: int) -> None:
         """Take in that so many events of a cell are gone for good."""
@@ -148,6 +173,7 @@ class Roster:
             cpu_percent=health.cpu_percent if health is not None else 0.0,
             memory_mb=health.memory_mb if health is not None else 0.0,
             configuration=health.configuration if health is not None else None,
+            clock_s=entry.clock_s,
         )
 
     def _judged(self, entry: Entry, now: float) -> tuple[Level, str, float, str]:
@@ -163,7 +189,24 @@ class Roster:
         level, text = state.level, state.alarm or state.why
         if entry.health is not None and entry.health.journal:
             level, text = max(level, Level.WARN), f"journal: {entry.health.journal}"
+        elif level < Level.WARN and (why := clock_warning(entry.clock_s)):
+            level, text = Level.WARN, why
         return level, state.mode or SILENT, entry.mode_since, text
+
+
+def clock_warning(ahead_s: float | None) -> str:
+    """Return what a cell's clock needs; empty: it agrees with the desk's, or is not known.
+
+    Example:
+        >>> clock_warning(-0.06), clock_warning(None)
+        ('', '')
+        >>> clock_warning(62.0)
+        "its clock is 62.0 s ahead of the desk's: it may refuse all but STOP and PAUSE; use NTP"
+    """
+    if ahead_s is None or abs(ahead_s) < CLOCKS_AGREE_S:
+        return ""
+    words = clock_words(ahead_s)
+    return f"its clock is {words} the desk's: it may refuse all but STOP and PAUSE; use NTP"
 
 
 def differs(shown: Configuration | None) -> str:

@@ -1,6 +1,7 @@
 """Whether a command of the farm is handed on to the cell; pure.
 
-STOP and PAUSE are refused for two reasons only: they are too old, or they were taken already.
+STOP and PAUSE are taken whatever the clocks show, and again when they come again: a stop never
+hurts. All others are refused when they are old, from a clock that differs, or were taken already.
 """
 
 from __future__ import annotations
@@ -10,12 +11,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from farm.link.rights import ALWAYS, ASKABLE, Rights
-from farm.wire import Command
+from farm.wire import CLOCKS_AGREE_S, Command, clock_words
 
 LONGEST_EXPIRY_S = 2.0
-"""Nothing that moves or stops a robot is kept for longer on its way."""
-CLOCK_STEP_S = 0.05
-"""Our choice: clocks of one machine, read by two processes, differ by less."""
+"""Nothing that may move a robot is good for longer."""
+MOST_SEEN = 10_000
+"""Our choice: so many ids are kept even when they have expired. A cell's clock may be set back, and
+what had expired could come again then."""
 CALLER = re.compile(r"^[A-Za-z0-9_.-]{1,63}$")
 """What may stand in a caller's id: it goes into audits, logs and bags."""
 
@@ -28,7 +30,7 @@ class Guard:
         rights: Who may do what.
         remote: Whether the local switch lets the farm move this cell.
         revision: Of what is shown now: the state, or the number of configurations decided.
-        seen: Ids that were taken, and when each expires [s since 1970].
+        seen: Ids that were taken, the oldest first, and when each expires [s since 1970].
     """
 
     rights: Rights
@@ -48,16 +50,17 @@ def judge(command: Command, guard: Guard, now: float) -> tuple[str, Mapping[str,
     Returns:
         Why it is refused, empty if it is handed on; and the ids that count as seen from now on. An
         id counts as seen as soon as it was judged in time, whatever the answer was: the same
-        question is not asked twice. It is forgotten when it has expired, since it is refused for
-        that then.
+        question is not asked twice. STOP and PAUSE leave none.
     """
-    if why := _wrong(command) or _late(command, now):
+    if why := _wrong(command):
+        return why, guard.seen
+    if command.command in ALWAYS:
+        return "", guard.seen
+    if why := _late(command, now):
         return why, guard.seen
     if command.id in guard.seen:
         return f"{command.command} was taken already: a command is never repeated", guard.seen
-    kept = {id_: expires for id_, expires in guard.seen.items() if expires >= now}
-    seen = {**kept, command.id: command.expires}
-    return ("" if command.command in ALWAYS else _not_allowed(command, guard)), seen
+    return _not_allowed(command, guard), {**_kept(guard.seen, now), command.id: command.expires}
 
 
 def caller_id(command: Command) -> str:
@@ -86,13 +89,34 @@ def _wrong(command: Command) -> str:
     return ""
 
 
+def _kept(seen: Mapping[str, float], now: float) -> Mapping[str, float]:
+    """Return the ids to keep: those that have not expired, and the newest of the others."""
+    over = len(seen) - MOST_SEEN
+    if over < 0:
+        return seen
+    return {
+        id_: expires
+        for place, (id_, expires) in enumerate(seen.items())
+        if place > over or expires >= now
+    }
+
+
 def _late(command: Command, now: float) -> str:
+    """Return why a command is too old, or is from a clock by which nobody can tell."""
     left = command.expires - now
-    if not left >= 0.0:  # not a number is late too
-        return f"{command.command} expired {-left:.1f} s ago: ask again"
-    if left > LONGEST_EXPIRY_S + CLOCK_STEP_S:
-        return f"{command.command} expires in {left:.1f} s: allowed are {LONGEST_EXPIRY_S:g} s"
-    return ""
+    if 0.0 <= left <= LONGEST_EXPIRY_S + CLOCKS_AGREE_S:
+        return ""
+    if left > 0.0:
+        what = f"expires in {left:.1f} s: allowed are {LONGEST_EXPIRY_S:g} s"
+    else:  # not a number is late too
+        what = f"expired {-left:.1f} s ago"
+    ahead = command.asked - now if command.asked is not None else 0.0
+    if abs(ahead) < CLOCKS_AGREE_S:
+        return f"{command.command} {what}: ask again"
+    clocks = f"by its time of asking, {command.desk}'s clock is {clock_words(ahead)} this cell's"
+    # A clock that is ahead is the reason; one that seems behind may be a long way instead.
+    long_way = "" if ahead > 0.0 else ", or it was on its way for as long"
+    return f"{command.command} {what}: {clocks}{long_way}. Set the clocks (NTP) and ask again"
 
 
 def _not_allowed(command: Command, guard: Guard) -> str:

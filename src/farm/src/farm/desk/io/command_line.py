@@ -23,7 +23,7 @@ from scara_config import ConfigError
 from farm import keys
 from farm.config import FarmConfig, load_farm
 from farm.desk.questions import QuestionError, Wanted, causes, query, since, table
-from farm.desk.roster import LOST, Row, differs
+from farm.desk.roster import LOST, Row, clock_warning, differs
 from farm.io.bus import BusError, open_client
 
 WRONG, FAILED = 2, 1
@@ -94,10 +94,22 @@ def cells(router_port: RouterPort = None) -> None:
     if rows is None:
         fail("the desk does not answer, though its router is there", FAILED)
     lines = [
-        (r.name, _status(r), r.text, r.last_event, r.missing or "", differs(r.configuration))
+        (
+            r.name,
+            _status(r),
+            r.text,
+            "" if r.clock_s is None else f"{r.clock_s:+.1f} s",
+            r.last_event,
+            r.missing or "",
+            differs(r.configuration),
+        )
         for r in rows
     ]
-    print_table(("cell", "status", "why", "events", "missing", "configuration"), lines)
+    names = ("cell", "status", "why", "clock", "events", "missing", "configuration")
+    print_table(names, lines)
+    for row in rows:
+        if why := clock_warning(row.clock_s):
+            typer.echo(f"{row.name}: {why}", err=True)
     typer.echo(f"{len(rows)} cells, {sum(row.status == LOST for row in rows)} lost")
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import queue
 import time
 import uuid
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import zenoh
@@ -52,6 +52,7 @@ def order(
     person: str,
     desk: str,
     expiry_s: float,
+    clock: Callable[[], float] = time.time,
 ) -> Iterator[Answered]:
     """Ask all cells at once, and yield what they answer, as it comes.
 
@@ -64,9 +65,13 @@ def order(
         person: Who asks.
         desk: From which machine.
         expiry_s: The cells take it for so long.
+        clock: This machine's time [s since 1970].
     """
-    expires = time.time() + expiry_s
-    asked = {cell: Command(uuid.uuid4().hex, command, person, desk, expires) for cell in cells}
+    now = clock()
+    asked = {
+        cell: Command(uuid.uuid4().hex, command, person, desk, now + expiry_s, asked=now)
+        for cell in cells
+    }
     return ask(session, asked, expiry_s)
 
 

@@ -201,7 +201,7 @@ class Desk:
             self._roster.shown(cell, message, now)
             return False
         if isinstance(message, Health):
-            self._roster.told(cell, message)
+            self._roster.told(cell, message, now)
             return take_health(self._of(cell), message.last_event)
         return self._take(cell, take_live(self._of(cell), message))
 

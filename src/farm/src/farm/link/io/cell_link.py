@@ -77,6 +77,7 @@ class CellLink:
         watched: Callable[[bool], None] = lambda _: None,
         recordings: RecordingFiles | None = None,
         changes: CellChanges | None = None,
+        clock: Callable[[], float] = time.time,
     ) -> None:
         """Declare everything and begin.
 
@@ -89,7 +90,9 @@ class CellLink:
             watched: Is told when somebody begins or ceases to look at the joints.
             recordings: What the farm may fetch; None: nothing.
             changes: Of the cell's configuration; None: it takes none.
+            clock: This machine's time [s since 1970].
         """
+        self._clock = clock
         self._recordings, self._changes = recordings, changes
         self._cell, self._settings, self._journal, self._forward = cell, settings, journal, forward
         self._newest: Newest[bytes] = Newest()
@@ -204,7 +207,7 @@ class CellLink:
         except JournalReadError as error:
             fault = str(error)
         health = Health(
-            stamp=time.time(),
+            stamp=self._clock(),
             uptime_s=round(time.monotonic() - self._began, 1),
             cpu_percent=round(cpu_percent, 2),
             memory_mb=round(_resident_mb(), 1),
@@ -232,7 +235,7 @@ class CellLink:
         with self._lock:
             revision = changes.number if changes is not None else self._revision
             guard = Guard(self._settings.rights, self._remote, revision, self._seen)
-            why, self._seen = judge(command, guard, time.time())
+            why, self._seen = judge(command, guard, self._clock())
         if why:
             return Answer(False, why)
         if changes is not None:

@@ -6,7 +6,7 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from datetime import datetime, timezone
@@ -39,6 +39,7 @@ class Running:
 
     cell: Invented
     shown: Shown
+    clock: Callable[[], float]
     link: CellLink | None = None
     stopped: str = ""
     until: float = 0.0
@@ -46,15 +47,16 @@ class Running:
 
     def obey(self, command: Command) -> Answer:
         """Do what a twin controller would do."""
-        self.stopped, self.until = MODES.get(command.command, ""), time.time() + REST_S
+        self.stopped, self.until = MODES.get(command.command, ""), self.clock() + REST_S
         return Answer(True, f"{command.command} received")
 
     def look(self, somebody: bool) -> None:
         """Take in whether somebody looks at the joints."""
         self.watched = somebody
 
-    def show(self, now: float) -> None:
+    def show(self) -> None:
         """Show the cell, and its joints if somebody looks."""
+        now = self.clock()
         if now > self.until:
             self.stopped = ""
         self.shown, state = show(self.shown, self.cell.pair(now, self.stopped), remote=False)
@@ -73,10 +75,12 @@ class Practice:
         machine: str,
         cells: Sequence[Invented],
         events_until: int = 0,
+        ahead_s: float = 0.0,
     ) -> None:
-        """Make the cells; :meth:`join` brings them to the desk."""
+        """Make the cells, with a clock that is ahead; :meth:`join` brings them to the desk."""
         self._config, self._machine, self._until = config, machine, events_until
-        self._cells = [Running(cell, Shown(int(time.time()))) for cell in cells]
+        self._clock = lambda: time.time() + ahead_s
+        self._cells = [Running(cell, Shown(int(self._clock())), self._clock) for cell in cells]
         self.ended = threading.Event()
         self._ends = ExitStack()
 
@@ -96,10 +100,18 @@ class Practice:
             if session is None:
                 return False
             name = keys.checked(self._config.site, self._machine, each.cell.name)
-            journal = InventedJournal(each.cell, time.time, self._until)
+            journal = InventedJournal(each.cell, self._clock, self._until)
             self._ends.enter_context(session)
             each.link = self._ends.enter_context(
-                CellLink(session, name, settings, journal, each.obey, each.look)
+                CellLink(
+                    session,
+                    name,
+                    settings,
+                    journal,
+                    each.obey,
+                    each.look,
+                    clock=self._clock,
+                )
             )
         return True
 
@@ -113,7 +125,7 @@ class Practice:
                 offset = number / (len(self._cells) * rate_hz)
                 if (left := due + offset - time.monotonic()) > 1e-3:
                     time.sleep(left)
-                each.show(time.time())
+                each.show()
                 count += 1
             due += 1.0 / rate_hz
         return count
@@ -142,6 +154,9 @@ def practise(
     drifting: Annotated[
         int, typer.Option(help="Number of a cell whose lag grows; -1: none.", min=-1)
     ] = -1,
+    ahead: Annotated[
+        float, typer.Option("--clock-ahead", help="Their clock is ahead by so much [s].")
+    ] = 0.0,
     seconds: Annotated[float, typer.Option(help="How long; 0: until Ctrl-C.", min=0.0)] = 0.0,
     machine: Annotated[
         str | None,
@@ -169,7 +184,7 @@ def practise(
             Invented(first + k, began, events_rate, first + k == drifting) for k in range(cells)
         ]
         named = machine or config.machine or PRACTICE
-        with Practice(config, named, made, events_until) as practice:
+        with Practice(config, named, made, events_until, ahead) as practice:
             for number in (signal.SIGINT, signal.SIGTERM):
                 signal.signal(number, lambda *_: practice.ended.set())
             typer.echo(f"practice: {cells} invented cells look for {config.router.endpoint}")

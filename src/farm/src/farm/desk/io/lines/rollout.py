@@ -116,7 +116,7 @@ class Asking(msgspec.Struct, frozen=True):
         change: Change | None = None,
     ) -> bool:
         """Ask cells, print what each answers, and return whether all have accepted."""
-        expires = time.time() + self.expiry_s
+        now = time.time()
         asked = {}
         for cell in cells:
             row = rows.get(str(cell))
@@ -126,9 +126,10 @@ class Asking(msgspec.Struct, frozen=True):
                 word,
                 self.person,
                 self.desk,
-                expires,
+                now + self.expiry_s,
                 revision=shown.number,
                 change=change,
+                asked=now,
             )
         good = True
         for answered in ask(session, asked, ANSWER_S, zenoh.Priority.DATA):
