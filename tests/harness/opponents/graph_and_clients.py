@@ -25,6 +25,7 @@ from harness.workspace import ROOT
 
 DEADLINE = 5.0
 SHIPPED = load_gateway_config(ROOT / "config")
+TAKES = SHIPPED.roles["operator"].takes
 TWIN_CONTROLLER = "twin-controller-of-the-tests-0123456789"
 TOKENS = {
     "look": "viewer",

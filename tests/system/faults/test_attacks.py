@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import multiprocessing
+import time
+from concurrent.futures import ProcessPoolExecutor
 from random import Random
 
 import pytest
 from harness.faults.campaign import ATTACKS
 from harness.faults.fault_cell import FaultCell
 from harness.faults.gateway_faults import attacked
-from harness.faults.rows import check
+from harness.faults.link_faults import losses
+from harness.faults.rows import Row, check
+from harness.opponents import hostile_pages
 
 pytestmark = pytest.mark.system
 EACH_TIME = ("flood", "stalled")
@@ -30,3 +35,28 @@ def test_attack_on_the_gateway_costs_the_others_nothing(
     Memory bounded, no link lost.
     """
     check(lambda: attacked(cell, attack, rng, 3.5))
+
+
+@pytest.mark.parametrize("seconds", [5.0, pytest.param(60.0, marks=pytest.mark.thorough)])
+def test_hostile_pages_part_no_moving_pair(cell: FaultCell, seconds: float) -> None:
+    """Eight at once, while the robot leads from pose to pose: no link is ever stale."""
+
+    def measure() -> list[Row]:
+        cell.recover()
+        begun, end = time.time(), time.monotonic() + seconds
+        with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
+            pages = pool.submit(hostile_pages.visit, cell.ports["gateway"], seconds)
+            moves = 0
+            while time.monotonic() < end:
+                cell.go(speed_percent=50.0)
+                moves += 1
+                cell.wait_for("IDLE")
+            sent = pages.result()
+        fault = f"gateway: eight hostile pages beside a moving pair for {seconds:g} s"
+        return [
+            Row(fault, "MB that they sent", 1.0, sent / 1e6, at_least=True),
+            Row(fault, "moves of the pair", 1.0, float(moves), at_least=True),
+            losses(cell, fault, begun),
+        ]
+
+    check(measure)

@@ -105,8 +105,14 @@ def test_packet_is_read(data: bytes, packet: packets.Packet) -> None:
             "deeper than the allowed 10",
             "a",
         ),
-        (b"[" * 5000 + b"]" * 5000, "deeper than the allowed 10", packets.UNSET),
-        (b"[" * 5000, "deeper than the allowed 10", packets.UNSET),
+        (
+            b'{"op":"publish","topic":"/t","msg":{"x":' + b"[" * 4000 + b"]" * 4000 + b"}}",
+            "deeper than the allowed 10",
+            packets.UNSET,
+        ),
+        (b'{"op":"publish","topic":"/t","msg":{"x":' + b"[" * 5000, "deeper than", packets.UNSET),
+        (b"[" * 5000 + b"]" * 5000, "does not fit rosbridge v2", packets.UNSET),
+        (b"[" * 5000, "does not fit rosbridge v2", packets.UNSET),
     ],
 )
 def test_what_is_no_packet_is_refused(data: bytes, text: str, packet_id: packets.PacketId) -> None:
@@ -125,7 +131,7 @@ nested = st.recursive(
 )
 
 
-@given(nested, st.integers(0, 6))
+@given(nested, st.integers(1, 6))
 def test_depth_is_that_of_the_value(value: object, limit: int) -> None:
     """Brackets inside strings do not count."""
 
@@ -139,16 +145,8 @@ def test_depth_is_that_of_the_value(value: object, limit: int) -> None:
         )
         return 0 if inner is None else 1 + max(map(depth, inner), default=0)
 
-    assert depth_exceeds(json.dumps(value).encode(), limit) == (depth(value) > limit)
-
-
-def test_string_without_an_end_is_looked_through_once() -> None:
-    """A megabyte of escaped quotes is read fast.
-
-    It would take half an hour if each were tried as the beginning of a string.
-    """
-    assert not depth_exceeds(b'"' + b'\\"' * 500_000 + b"[" * 40, 32)
-    assert depth_exceeds(b"[" * 33 + b'"' + b'\\"' * 500_000, 32)
+    packet = packets.ServiceResponse(service="s", result=True, values=value)
+    assert depth_exceeds(packet, limit) == (depth(value) + 1 > limit)
 
 
 def test_nesting_up_to_the_limit_is_allowed() -> None:

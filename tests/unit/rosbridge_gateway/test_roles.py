@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 
 import pytest
-from harness.opponents.graph_and_clients import SHIPPED
+from harness.opponents.graph_and_clients import SHIPPED, TAKES
 from harness.workspace import ROOT
 from rosbridge_gateway.config import Reserved, Role
 from rosbridge_gateway.protocol.roles import Roles, taken
@@ -19,7 +19,7 @@ COMMANDS |= {"twin/joint_1_velocity_controller/command"}
 def with_all_rights(**changes: list[str]) -> Role:
     """Return a role that may do everything but what is reserved."""
     rights = ("publish", "subscribe", "call_service", "advertise_service")
-    return Role("", None, 0, **{right: ["/*"] for right in rights} | changes)
+    return Role("", None, 0, TAKES, **{right: ["/*"] for right in rights} | changes)
 
 
 ROLES = Roles(

@@ -8,6 +8,7 @@ from typing import Any
 
 import msgspec
 import pytest
+from harness.opponents.graph_and_clients import TAKES
 from msgspec import UNSET
 from rosbridge_gateway.config import Limits, Reserved, Role
 from rosbridge_gateway.io.png import pack, unpack
@@ -18,29 +19,28 @@ from rosbridge_gateway.protocol.session import Request, Session, Wishes
 from rosbridge_gateway.wire.outgoing import Form
 
 LIMITS = Limits(
-    packet_bytes=2000,
     nesting=10,
     clients=2,
     topics_per_client=2,
     services_per_client=1,
-    packets_per_second=10,
-    packets_burst=1000,
-    calls_per_client=2,
+    burst=1.0,
     calls=2,
+    page_calls=1,
     waiting_answers=10,
     send_buffer_bytes=1024,
 )
+LOOKS = msgspec.structs.replace(TAKES, packet_bytes=2000, shortest_fragment=50)
 NOTHING = Reserved(publish=[], shared=[], advertise_service=[])
 ROLES = {
     "viewer": Role(
-        *("", None, 0),
+        *("", None, 0, LOOKS),
         publish=[],
         subscribe=["/*"],
         call_service=["/rosapi/*", "why"],
         advertise_service=[],
     ),
     "operator": Role(
-        *("", None, 0),
+        *("", None, 0, LOOKS),
         publish=["/*"],
         subscribe=["/*"],
         call_service=["/*"],
@@ -49,13 +49,14 @@ ROLES = {
 }
 
 
-def session(role: str = "operator", **limits: int) -> Session:
+def session(role: str = "operator") -> Session:
     """Return a session in namespace /cell."""
     return Session(
         role,
         Roles(ROLES, NOTHING, "/cell"),
         "/cell",
-        msgspec.structs.replace(LIMITS, **limits),
+        LIMITS,
+        LOOKS,
         now=0.0,
         read_png=unpack,
     )
@@ -149,7 +150,7 @@ def test_each_operation_needs_a_right(op: str, right: str) -> None:
         "call_service": [],
         "advertise_service": [],
     }
-    one, other = (Role("", None, 0, **none | more) for more in ({right: ["/t"]}, {}))
+    one, other = (Role("", None, 0, LOOKS, **none | more) for more in ({right: ["/t"]}, {}))
     roles = Roles({"one": one, "none": other}, NOTHING, "/")
     assert roles.authorise("one", op, "/t") is None
     assert roles.authorise("one", op, "/u") == f"role one may not {op} /u"
@@ -214,14 +215,6 @@ def test_malformed_call_is_answered_as_a_call(
     assert re.search(text, answer.values) and client.counters.refused == 1
 
 
-def test_malformed_call_over_the_rate_is_answered() -> None:
-    """Nobody waits in vain, however fast he sends."""
-    client = session(packets_burst=1)
-    answers = [client.receive(CALL + b'"args":5}', 0.0) for _ in range(3)]
-    assert all(isinstance(answer, ServiceResponse) and answer.id == "a" for answer in answers)
-    assert "more than 10" in answers[-1].values and client.counters.refused == 3  # type: ignore[union-attr]
-
-
 @pytest.mark.parametrize(
     ("packet", "text"),
     [
@@ -258,47 +251,16 @@ def test_topics_and_services_of_a_client_are_limited() -> None:
     assert isinstance(say(client, op="subscribe", topic="b"), Request)
 
 
-def test_too_many_packets_are_refused_with_one_remark_a_second() -> None:
-    """The rate limit does not answer a flood with a flood."""
-    client = session(packets_burst=5)
-    answers = [say(client, now=0.001 * k, op="publish", topic="t", msg={}) for k in range(105)]
-    assert sum(isinstance(answer, Request) for answer in answers) == 6
-    remarks = [answer for answer in answers if isinstance(answer, Status)]
-    assert len(remarks) == 1 and "more than 10 packets a second" in remarks[0].msg
-    assert client.counters.over_rate == 99
-    assert isinstance(say(client, now=2.0, op="publish", topic="t", msg={}), Request)
-
-
-def test_what_came_too_fast_is_told_to_the_audit() -> None:
-    """What was not performed is told with its reason."""
-    client = session(packets_burst=1)
-    for _ in range(5):
-        say(client, op="publish", topic="motion_command", msg={"command": 1})
-    (entry,) = client.take_entries()
-    assert (entry.what, entry.success) == (
-        'publish motion_command {"command":1}',
-        False,
-    ) and "more than 10" in entry.outcome
-    assert client.take_entries() == []
-
-
-def test_call_over_the_rate_is_answered() -> None:
-    """Nobody waits in vain."""
-    client = session(packets_burst=1)
-    say(client, op="publish", topic="t", msg={})
-    answer = say(client, op="call_service", id="c", service="s")
-    assert (
-        isinstance(answer, ServiceResponse)
-        and not answer.result
-        and "more than 10" in answer.values
-    )
-
-
-def test_bad_packets_count_for_the_rate() -> None:
-    """A flood of rubbish is not answered one by one."""
-    client = session(packets_burst=3)
-    answers = [client.receive(b"{", 0.0) for _ in range(50)]
-    assert sum(answer is not None for answer in answers) == 4
+def test_client_that_is_held_back_is_told_once_a_second() -> None:
+    """A short wait needs no word; each is counted."""
+    client = session()
+    assert client.held_back(0.2, 0.0) is None
+    remark = client.held_back(0.5, 0.1)
+    assert isinstance(remark, Status) and remark.level == "error"
+    assert remark.msg.startswith("your packets are read 0.5 s later: this connection took more")
+    assert "roles.operator.takes in gateway.yaml" in remark.msg
+    assert client.held_back(0.5, 1.0) is None and client.held_back(0.5, 1.1) is not None
+    assert client.counters.held_back == 4 and client.counters.refused == 0
 
 
 @pytest.mark.parametrize(
@@ -359,6 +321,8 @@ def test_smallest_fragment_size_counts() -> None:
     for number, size in enumerate((None, 500, 100)):
         client.subscribed("/t", packets.Subscribe(id=number, topic="t", fragment_size=size))
     assert client.wishes("/t").form.fragment_size == 100
+    client.subscribed("/t", packets.Subscribe(id="tiny", topic="t", fragment_size=1))
+    assert client.wishes("/t").form.fragment_size == 50, "as short as the role allows"
 
 
 def test_unknown_compression_is_a_warning_for_who_wants_warnings() -> None:

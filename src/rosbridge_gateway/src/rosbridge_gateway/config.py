@@ -13,11 +13,29 @@ from rosbridge_gateway.admission.origin import Origin, OriginError
 Port = Annotated[int, Meta(ge=1, le=65535)]
 Seconds = Annotated[float, Meta(gt=0.0, le=3600.0)]
 Bytes = Annotated[int, Meta(ge=1024, le=1 << 30)]
+Percent = Annotated[float, Meta(gt=0.0, le=100.0)]
 Number = Annotated[int, Meta(ge=1, le=1_000_000)]
 
 
+class Takes(Struct, frozen=True, forbid_unknown_fields=True):
+    """What one connection of a role may take of the gateway.
+
+    A longer packet is refused. Who takes more a second waits: its next bytes are read later.
+    ``cpu_percent_together`` is of one core, for all connections of the role; ``calls``: running
+    service calls of one connection; ``shortest_fragment``: bytes of the pieces that it gets.
+    """
+
+    packet_bytes: Bytes
+    packets_per_second: Number
+    bytes_per_second: Bytes
+    cpu_percent: Percent
+    cpu_percent_together: Percent
+    calls: Annotated[int, Meta(ge=1, le=256)]
+    shortest_fragment: Number
+
+
 class Role(Struct, frozen=True, forbid_unknown_fields=True):
-    """Patterns of names that a role may use.
+    """Patterns of names that a role may use, and what its connections may take.
 
     One without a leading slash stands in the gateway's namespace. ``token_file``: see
     :func:`scara_ros.io.token_file.read_token`. ``places``: connections of this role for which there
@@ -27,6 +45,7 @@ class Role(Struct, frozen=True, forbid_unknown_fields=True):
     token_environment: str
     token_file: str | None
     places: Annotated[int, Meta(ge=0, le=100)]
+    takes: Takes
     publish: list[str]
     subscribe: list[str]
     call_service: list[str]
@@ -80,17 +99,19 @@ class GuessLimits(Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Limits(Struct, frozen=True, forbid_unknown_fields=True):
-    """What one client, and all together, may take."""
+    """What one client, and all together, may take; see :class:`Takes` for what the role decides.
 
-    packet_bytes: Bytes
+    ``burst``: so much time's worth [s] of a budget may be taken at once. ``calls``: running service
+    calls of all clients; ``page_calls``: of these, those of web pages without a token.
+    """
+
     nesting: Annotated[int, Meta(ge=4, le=200)]
     clients: Number
     topics_per_client: Number
     services_per_client: Number
-    packets_per_second: Number
-    packets_burst: Number
-    calls_per_client: Number
+    burst: Seconds
     calls: Annotated[int, Meta(ge=1, le=256)]
+    page_calls: Annotated[int, Meta(ge=1, le=256)]
     waiting_answers: Number
     send_buffer_bytes: Bytes
 

@@ -21,8 +21,20 @@ def make_cell() -> Iterator[MakeCell]:
     """Start gateways with changed settings."""
     cells: list[Cell] = []
 
-    def make(limits: dict[str, Any] | None = None, **changes: Any) -> Cell:
+    def make(
+        limits: dict[str, Any] | None = None,
+        takes: dict[str, Any] | None = None,
+        page_takes: dict[str, Any] | None = None,
+        **changes: Any,
+    ) -> Cell:
         config = msgspec.structs.replace(SHIPPED, **{**PATIENT, **changes})
+        replace = msgspec.structs.replace
+        roles = {
+            name: replace(role, takes=replace(role.takes, **((takes or {}) | more)))
+            for name, role in config.roles.items()
+            for more in ((page_takes or {}) if name == config.page_role else {},)
+        }
+        config = replace(config, roles=roles)
         config = msgspec.structs.replace(
             config, limits=msgspec.structs.replace(config.limits, **(limits or {}))
         )

@@ -111,7 +111,7 @@ def test_time_out_of_a_call_is_bounded(cell: Cell, asked: float | None, given: f
 
 def test_calls_are_limited_per_client_and_together(make_cell: MakeCell) -> None:
     """More is refused at once, with the numbers; a finished call makes room."""
-    cell = make_cell(limits={"calls_per_client": 2, "calls": 3})
+    cell = make_cell(limits={"calls": 3}, takes={"calls": 2})
     first, second = cell.client(), cell.client()
     first.say(op="call_service", service="s")
     first.say(op="call_service", service="s")

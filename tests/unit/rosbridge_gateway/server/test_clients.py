@@ -83,7 +83,8 @@ def test_stalled_reader_is_dropped(make_cell: MakeCell) -> None:
 def test_client_that_takes_no_answers_is_dropped(make_cell: MakeCell) -> None:
     """Answers wait in a bounded queue; only a client that reads nothing can fill it."""
     cell = make_cell(
-        limits={"waiting_answers": 100, "packets_per_second": 10**6, "packets_burst": 10**6},
+        limits={"waiting_answers": 100},
+        takes={"packets_per_second": 10**6, "cpu_percent": 100.0, "cpu_percent_together": 100.0},
         stall_timeout=60.0,
     )
     client = cell.client(sockopt=[(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)])

@@ -16,11 +16,11 @@ _ORIGIN = re.compile(
 )
 _DEFAULT_PORTS = {"http": 80, "https": 443}
 _ANY = "*"
-_FILE = {"null": "null", "file://": "file"}
-"""How browsers call a page that was opened from a file, and the scheme that stands for each here.
+_FILE = "file://"
+"""How a browser calls a page that was opened from a file, where it tells it from any other.
 
-``null`` is also what a browser says of a frame that a web site has sandboxed; ``file://`` it says
-of files only.
+Some say ``null`` instead. That is also what they say of a frame that any web site has sandboxed, so
+it is no origin here.
 """
 _LARGEST_PORT = 65535
 _LOOPBACK_HOSTS = ("localhost", "127.0.0.1", "[::1]")
@@ -42,7 +42,7 @@ class Origin:
     def pattern(cls, text: str) -> Self:
         """Read a pattern: ``scheme://host``, ``scheme://host:port`` or ``scheme://host:*``.
 
-        A page that was opened from a file is ``file://`` or ``null``, as its browser calls it.
+        A page that was opened from a file is ``file://``.
 
         Raises:
             OriginError: It is something else.
@@ -54,8 +54,9 @@ class Origin:
         found = cls._read(text, any_port=True)
         if found is None:
             raise OriginError(
-                f"{text!r}: allowed: scheme://host, scheme://host:port, scheme://host:*, and for "
-                "pages that were opened from a file: file:// and null"
+                f"{text!r}: allowed: scheme://host, scheme://host:port, scheme://host:*, and "
+                "file:// for pages that were opened from a file; null is no origin: a frame of any "
+                "web site can have it"
             )
         return found
 
@@ -66,8 +67,8 @@ class Origin:
 
     @classmethod
     def _read(cls, text: str, any_port: bool) -> Self | None:
-        if text in _FILE:
-            return cls(_FILE[text], "", None)
+        if text == _FILE:
+            return cls("file", "", None)
         match = _ORIGIN.fullmatch(text)
         if match is None:
             return None
@@ -98,7 +99,7 @@ def own_origins(port: int, is_tls: bool) -> tuple[Origin, ...]:
 
 def is_file(header: str) -> bool:
     """Return whether a browser names so a page that was opened from a file."""
-    return header in _FILE
+    return header == _FILE
 
 
 def is_allowed(header: str, patterns: Iterable[Origin]) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, Protocol
@@ -23,6 +24,7 @@ class Shared(Protocol):
     config: GatewayConfig
     graph: Graph
     call_threads: ThreadPoolExecutor
+    page_call_threads: ThreadPoolExecutor
     namespace: str
     calls: int
     errors: int
@@ -39,6 +41,9 @@ class Caller(Protocol):
 
     def respond(self, packet: CallService, values: dict[str, Any]) -> None:
         """Send an answer."""
+
+    def charge(self, seconds: float) -> None:
+        """Charge processor time [s]."""
 
     def refuse_call(self, packet: CallService, name: str, reason: str) -> None:
         """Send the reason why there is no answer."""
@@ -70,11 +75,13 @@ class Calls:
         if own == answers.GET_TIME:
             client.respond(packet, answers.time_values(*shared.graph.now()))
             return
-        limits = shared.config.limits
-        if len(self._running) >= limits.calls_per_client or shared.calls >= limits.calls:
+        own_limit = shared.config.roles[client.visitor.role].takes.calls
+        limit = shared.config.limits.calls
+        together = 0 if client.visitor.is_page else shared.calls  # pages have threads of their own
+        if len(self._running) >= own_limit or together >= limit:
             raise GraphError(
-                f"{len(self._running)} of {limits.calls_per_client} calls of this client and "
-                f"{shared.calls} of {limits.calls} calls of all run: {name} refused"
+                f"{len(self._running)} of {own_limit} calls of this client and {together} of "
+                f"{limit} calls of all run: {name} refused; call again when one has ended"
             )
         if own is not None:
             graph = shared.graph
@@ -103,16 +110,26 @@ class Calls:
         tell: bool,
     ) -> None:
         task = self._loop.create_task(self._run(packet, name, ask, tell))
-        self._shared.calls += 1
+        self._shared.calls += not self._client.visitor.is_page
         self._running[task] = call
         task.add_done_callback(self._ended)
 
     async def _run(
         self, packet: CallService, name: str, ask: Callable[[], dict[str, Any]], tell: bool
     ) -> None:
-        client = self._client
+        client, shared = self._client, self._shared
+        threads = shared.page_call_threads if client.visitor.is_page else shared.call_threads
+        spent: list[float] = []
+
+        def timed() -> dict[str, Any]:
+            begun = time.thread_time()
+            try:
+                return ask()
+            finally:
+                spent.append(time.thread_time() - begun)
+
         try:
-            values = await self._loop.run_in_executor(self._shared.call_threads, ask)
+            values = await self._loop.run_in_executor(threads, timed)
             client.respond(packet, values)
             if tell:
                 client.called(packet, name, values)
@@ -122,7 +139,9 @@ class Calls:
             self._shared.errors += 1
             self._shared.log(f"error while calling {name}: {error!r}")
             client.refuse_call(packet, name, f"error in the gateway: {error!r}")
+        finally:
+            client.charge(sum(spent))
 
     def _ended(self, task: asyncio.Task[None]) -> None:
-        self._shared.calls -= 1
+        self._shared.calls -= not self._client.visitor.is_page
         self._running.pop(task, None)

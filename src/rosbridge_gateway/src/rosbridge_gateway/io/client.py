@@ -10,8 +10,6 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import Any, Protocol
 
 from msgspec import UNSET
-from websockets.asyncio.connection import broadcast
-from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
 from rosbridge_gateway.admission.driving import Drivers
@@ -19,17 +17,16 @@ from rosbridge_gateway.admission.places import Seat, Visitor
 from rosbridge_gateway.io.calls import Calls
 from rosbridge_gateway.io.calls import Shared as CallsShared
 from rosbridge_gateway.io.graph import Ask, GraphError, Message
+from rosbridge_gateway.io.line import Line
 from rosbridge_gateway.io.questions import Questions
+from rosbridge_gateway.io.sending import Sending
 from rosbridge_gateway.protocol import packets
 from rosbridge_gateway.protocol.conversion import ConversionError
-from rosbridge_gateway.protocol.latest import Outbox
 from rosbridge_gateway.protocol.packets import Packet
 from rosbridge_gateway.protocol.roles import taken
 from rosbridge_gateway.protocol.session import Request, Session, Wishes
 from rosbridge_gateway.wire.fragments import split
 from rosbridge_gateway.wire.outgoing import Form, Frames
-
-_DRAIN_POLL = 0.01
 
 
 class Shared(CallsShared, Protocol):
@@ -48,7 +45,7 @@ class Client:
         owner: int,
         visitor: Visitor,
         caller: str,
-        connection: ServerConnection,
+        connection: Line,
         session: Session,
         shared: Shared,
     ) -> None:
@@ -56,7 +53,7 @@ class Client:
         self.caller = caller
         """Role, person if known, and address, in whose name the client acts."""
         self.session = session
-        self.outbox: Outbox[Frames] = Outbox(shared.config.limits.waiting_answers)
+        self.sending = Sending(connection, shared.config, self.drop)
         self.drop_reason: str | None = None
         """Why the gateway ended the connection.
 
@@ -68,10 +65,8 @@ class Client:
         self._connection = connection
         self._shared = shared
         self._loop = asyncio.get_running_loop()
-        self._timer: asyncio.TimerHandle | None = None
         self._keep_alive: asyncio.Task[None] | None = None
         self._drives = False
-        self._full_since: float | None = None
         self._forms: dict[str, Form] = {}
         self._answers = 0
         self._calls = Calls(self, shared)
@@ -84,18 +79,34 @@ class Client:
             while True:
                 data = await self._connection.recv(decode=False)
                 self._heard = time.monotonic()
-                outcome = self.session.receive(data, self._heard)
+                self._connection.packet()
+                with self._connection.charged():
+                    outcome = self.session.receive(data, self._heard)
                 if isinstance(outcome, Request):
                     await self._perform_safely(outcome)
                 elif outcome is not None:
                     self.answer(outcome)
                 self._tell_audit()
+                await self._make_way()
         except ConnectionClosed:
             pass
         finally:
             if self._keep_alive is not None:
                 self._keep_alive.cancel()
             await self._release()
+
+    async def _make_way(self) -> None:
+        """Let the others have their turn, and wait as long as the budget says."""
+        wait = self._connection.wait()
+        if wait:
+            remark = self.session.held_back(wait, time.monotonic())
+            if remark is not None:
+                self.answer(remark)
+        await self._connection.make_way()
+
+    def charge(self, seconds: float) -> None:
+        """Charge processor time [s] that a thread has taken for this client."""
+        self._connection.computed(seconds)
 
     def _pace_pings(self) -> None:
         """Ask for signs of life more often from now on if the client drives, less if not."""
@@ -156,7 +167,8 @@ class Client:
                     await self._in_graph(self._advertise, name, None, False, 100)
                     self.session.advertised(name, UNSET)
                     self._pace_pings()
-                return graph.publish(self.owner, name, packet.msg)
+                with self._connection.charged():
+                    return graph.publish(self.owner, name, packet.msg)
             case packets.CallService() as packet:
                 self._calls.start(packet, name)
             case packets.Subscribe() as packet:
@@ -186,7 +198,19 @@ class Client:
 
     async def _in_graph(self, function: Callable[..., Any], *args: Any) -> Any:
         """Run a function of the graph in the graph's thread; other clients are served meanwhile."""
-        return await self._loop.run_in_executor(self._shared.graph_thread, function, *args)
+
+        def timed() -> Any:
+            begun = time.thread_time()
+            try:
+                return function(*args)
+            finally:
+                spent.append(time.thread_time() - begun)
+
+        spent: list[float] = []
+        try:
+            return await self._loop.run_in_executor(self._shared.graph_thread, timed)
+        finally:
+            self.charge(sum(spent))
 
     def _advertise(self, name: str, kind: str | None, latch: bool, queue_size: int) -> None:
         """Open a publisher, unless another node publishes the topic now; in the graph's thread."""
@@ -236,7 +260,7 @@ class Client:
 
     def _listen(self, name: str, wishes: Wishes) -> None:
         self._forms[name] = wishes.form
-        self.outbox.subscribe(name, wishes.interval, wishes.queue_length)
+        self.sending.outbox.subscribe(name, wishes.interval, wishes.queue_length)
         self._shared.listeners.setdefault(name, set()).add(self)
 
     async def _unsubscribe(self, packet: packets.Unsubscribe, name: str) -> None:
@@ -254,7 +278,7 @@ class Client:
         listeners.discard(self)
         if not listeners:
             self._shared.listeners.pop(name, None)
-        self.outbox.unsubscribe(name)
+        self.sending.outbox.unsubscribe(name)
 
     def respond(self, packet: packets.CallService, values: dict[str, Any]) -> None:
         """Answer a call."""
@@ -285,47 +309,14 @@ class Client:
     def answer(self, packet: Packet, fragment_size: int | None = None) -> None:
         """Send an answer, in order with the other answers, in pieces if it was asked for so."""
         self._answers += 1
-        parts = split(packets.encode(packet), fragment_size, f"answer:{self._answers}")
-        if self.outbox.put_answer(Frames(parts)):
-            self.flush()
-        else:
-            self.drop(
-                f"{self._shared.config.limits.waiting_answers} answers wait and are not taken"
-            )
+        size = self.session.fragment_size(fragment_size)
+        with self._connection.charged():
+            parts = split(packets.encode(packet), size, f"answer:{self._answers}")
+        self.sending.answer(Frames(parts))
 
     def deliver(self, topic: str, message: Message) -> None:
         """Send a message in the form that the client wants, or keep it as the topic's newest."""
-        frames = message.frames(self._forms[topic])
-        self.outbox.put_message(topic, frames, time.monotonic())
-        self.flush()
-
-    def flush(self) -> None:
-        """Send what may go out now; come back when more may."""
-        if self._timer is not None:
-            self._timer.cancel()
-            self._timer = None
-        if self._gone:
-            return
-        now = time.monotonic()
-        limit = self._shared.config.limits.send_buffer_bytes
-        while self._connection.transport.get_write_buffer_size() < limit:
-            self._full_since = None
-            frames = self.outbox.pop(now)
-            if frames is None:
-                self._wake_when_due(now)
-                return
-            for part in frames.parts:
-                broadcast([self._connection], part, text=frames.is_text)
-        self._full_since = self._full_since or now
-        if now - self._full_since > self._shared.config.stall_timeout:
-            self.drop(f"took nothing for {self._shared.config.stall_timeout:g} s")
-            return
-        self._timer = self._loop.call_later(_DRAIN_POLL, self.flush)
-
-    def _wake_when_due(self, now: float) -> None:
-        due = self.outbox.next_due()
-        if due is not None:
-            self._timer = self._loop.call_later(max(due - now, 0.0), self.flush)
+        self.sending.message(topic, message.frames(self._forms[topic]))
 
     @property
     def seat(self) -> Seat:
@@ -346,6 +337,7 @@ class Client:
         if not self._gone:
             self._gone = True
             self.drop_reason = reason
+            self.sending.end()
             self._connection.transport.abort()
 
     async def _release(self) -> None:
@@ -354,8 +346,7 @@ class Client:
         Running calls and unanswered questions end with an error.
         """
         self._gone = True
-        if self._timer is not None:
-            self._timer.cancel()
+        self.sending.end()
         self._calls.cancel()
         self._questions.close()
         for name in self.session.subscriptions:

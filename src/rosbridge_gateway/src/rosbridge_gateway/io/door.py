@@ -66,9 +66,7 @@ class Door:
         """
         origins = self._page_origins(headers)
         if any(not is_allowed(origin, self._origins) for origin in origins):
-            raise NotAdmittedError(
-                HTTPStatus.FORBIDDEN, f"a page of {origins[0][:_SHOWN]!r} may not connect"
-            )
+            raise NotAdmittedError(HTTPStatus.FORBIDDEN, _unknown_page(origins[0]))
         token = _token(headers, path)
         if token is not None:
             role = self._role_by(token, host, now)
@@ -158,6 +156,15 @@ def tls_context(config: GatewayConfig) -> ssl.SSLContext | None:
             f"gateway: TLS files {config.tls_certificate}, {config.tls_key}: {error}"
         ) from error
     return context
+
+
+def _unknown_page(origin: str) -> str:
+    if origin == "null":
+        return (
+            "a page of 'null' may not connect: a frame of any web site can say that; open the page "
+            "from a server whose address stands in origins of gateway.yaml"
+        )
+    return f"a page of {origin[:_SHOWN]!r} may not connect"
 
 
 def _token(headers: Headers, path: str) -> str | None:

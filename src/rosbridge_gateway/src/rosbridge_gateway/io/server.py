@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import functools
 import itertools
 import logging
 import math
@@ -29,14 +30,15 @@ from rosbridge_gateway.config import GatewayConfig
 from rosbridge_gateway.io.client import Client
 from rosbridge_gateway.io.door import Door, NotAdmittedError, bind, tls_context
 from rosbridge_gateway.io.graph import Graph, Message
+from rosbridge_gateway.io.line import Line, Poll
 from rosbridge_gateway.io.png import unpack
 from rosbridge_gateway.protocol.audit import Trail
 from rosbridge_gateway.protocol.names import resolve
+from rosbridge_gateway.protocol.rate import Budget, RateLimit
 from rosbridge_gateway.protocol.roles import Roles
 from rosbridge_gateway.protocol.session import Session
 
-_HARD_SIZE_FACTOR = 8
-_NO_CLOSE_FRAME = 1006
+_HARD_SIZE_FACTOR = 8  # our choice: so much longer a packet may be and still be answered
 _SILENT = logging.getLogger("rosbridge_gateway.websockets")
 _SILENT.addHandler(logging.NullHandler())
 _SILENT.propagate = False
@@ -89,6 +91,7 @@ class GatewayServer:
         self.errors = 0
         self.graph_thread = ThreadPoolExecutor(1, "gateway_graph")
         self.call_threads = ThreadPoolExecutor(config.limits.calls, "gateway_call")
+        self.page_call_threads = ThreadPoolExecutor(config.limits.page_calls, "gateway_page_call")
         self.person_services = frozenset(
             resolve(name, namespace) for name in config.person_services
         )
@@ -99,12 +102,19 @@ class GatewayServer:
         self._socket = bind(config)
         self._clients: dict[int, Client] = {}
         # Who shakes hands; one that does not finish is forgotten with its connection.
+        now = time.monotonic()
+        self._shared_cpu = {
+            name: RateLimit(share, share * config.limits.burst, share * config.limits.burst, now)
+            for name, role in config.roles.items()
+            for share in (role.takes.cpu_percent_together / 100.0,)
+        }
         self._visitors: WeakKeyDictionary[ServerConnection, Visitor] = WeakKeyDictionary()
         self._owners = itertools.count(1)
         self._turned_away = 0
         self._trail = Trail(time.monotonic())
         self._past = [0, 0, 0]
-        self._loop = asyncio.new_event_loop()
+        self._poll = Poll()
+        self._loop = asyncio.SelectorEventLoop(self._poll)
         self._loop.set_exception_handler(self._callback_failed)
         self._stop = asyncio.Event()
         self._ready = threading.Event()
@@ -133,6 +143,7 @@ class GatewayServer:
                 self._loop.call_soon_threadsafe(self._stop.set)
             self._thread.join()
         self.call_threads.shutdown(wait=True, cancel_futures=True)
+        self.page_call_threads.shutdown(wait=True, cancel_futures=True)
         self.graph_thread.shutdown(wait=True)
         self._socket.close()
 
@@ -176,7 +187,7 @@ class GatewayServer:
                 (
                     [c.session.counters.received for c in clients],
                     [c.session.counters.refused for c in clients],
-                    [c.outbox.dropped for c in clients],
+                    [c.sending.outbox.dropped for c in clients],
                 ),
             )
         )
@@ -197,13 +208,15 @@ class GatewayServer:
 
     async def _serve(self) -> None:
         config = self.config
+        longest = max(role.takes.packet_bytes for role in config.roles.values())
         async with serve(
             self._attend,
             sock=self._socket,
             ssl=self._tls,
             compression=None,
             process_request=self._admit,
-            max_size=_HARD_SIZE_FACTOR * config.limits.packet_bytes,
+            create_connection=functools.partial(Line, self._poll),  # type: ignore[arg-type]
+            max_size=_HARD_SIZE_FACTOR * longest,
             ping_interval=None,  # the clients watch themselves
             close_timeout=config.close_timeout,
             open_timeout=config.handshake_timeout,
@@ -245,8 +258,20 @@ class GatewayServer:
         seats = [client.seat for client in self._clients.values() if not client.is_gone]
         return find_place(visitor, seats, self.config.roles, self.config.limits.clients)
 
+    def _budget(self, role: str, now: float) -> Budget:
+        takes, burst = self.config.roles[role].takes, self.config.limits.burst
+        return Budget(
+            takes.packets_per_second,
+            takes.bytes_per_second,
+            takes.cpu_percent / 100.0,
+            burst,
+            now,
+            self._shared_cpu[role],
+        )
+
     async def _attend(self, connection: ServerConnection) -> None:
         """Serve one client from handshake to end."""
+        assert isinstance(connection, Line)  # as we have told serve
         visitor = self._visitors.pop(connection)
         place = self._find_place(visitor)
         if isinstance(place, NoPlace):  # others came while this one was shaking hands
@@ -261,7 +286,10 @@ class GatewayServer:
         role = visitor.role
         owner = next(self._owners)
         limits, now = self.config.limits, time.monotonic()
-        session = Session(role, self._roles, self.namespace, limits, now, unpack)
+        takes = self.config.roles[role].takes
+        connection.budget = self._budget(role, now)
+        connection.protocol.max_message_size = _HARD_SIZE_FACTOR * takes.packet_bytes
+        session = Session(role, self._roles, self.namespace, limits, takes, now, unpack)
         peer = _peer(connection)
         caller = f"{role}@{peer}" if not visitor.person else f"{role}:{visitor.person}@{peer}"
         client = Client(owner, visitor, caller, connection, session, self)
@@ -275,19 +303,24 @@ class GatewayServer:
         finally:
             del self._clients[client.owner]
             counts = session.counters
-            code = (
-                "connection lost"
-                if connection.close_code == _NO_CLOSE_FRAME
-                else f"code {connection.close_code}"
-            )
-            reason = client.drop_reason or f"{code} {connection.close_reason or ''}".rstrip()
-            for index, count in enumerate((counts.received, counts.refused, client.outbox.dropped)):
+            reason = client.drop_reason or _farewell(connection)
+            for index, count in enumerate(
+                (counts.received, counts.refused, client.sending.outbox.dropped)
+            ):
                 self._past[index] += count
             self.log(
                 f"client {peer} left: {reason}; {counts.received} packets, "
-                f"{counts.refused} refused, {counts.over_rate} too fast, {client.outbox.dropped} "
-                "older messages replaced"
+                f"{counts.refused} refused, held back {counts.held_back} times, "
+                f"{client.sending.outbox.dropped} older messages replaced"
             )
+
+
+def _farewell(connection: ServerConnection) -> str:
+    """Return why a connection ended: what the client said, else what we had to say."""
+    said = connection.protocol.close_rcvd or connection.protocol.close_sent
+    if said is None:
+        return "connection lost"
+    return f"code {int(said.code)} {said.reason}".rstrip()
 
 
 def _peer(connection: ServerConnection) -> str:

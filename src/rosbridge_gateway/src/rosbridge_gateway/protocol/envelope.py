@@ -5,7 +5,7 @@ Enough to tell its sender which one it was.
 
 from __future__ import annotations
 
-import re
+import json
 from typing import Any
 
 import msgspec
@@ -15,12 +15,8 @@ _FIELD_BYTES = 2048  # our choice: longer ids and names are not repeated to the 
 # Our choice: how much is searched of what is no JSON, or nested too deep even to be skipped.
 _HEAD_BYTES = 4096
 _ABSENT = Raw(b"")
-# A bracket, a string, or a string that is the key of another string or of an integer.
-_TOKEN = re.compile(
-    rb'(?P<bracket>[\[{}\]])|"(?P<key>(?:[^"\\]|\\.?)*+)"?'
-    rb'(?:\s*+:\s*+(?P<value>"(?:[^"\\]|\\.)*+"|-?\d+)(?=\s*+[,}]))?',
-    re.DOTALL,
-)
+_READER = json.JSONDecoder()
+_SPACE = " \t\n\r"
 
 
 class Envelope(Struct, frozen=True):
@@ -73,14 +69,36 @@ def read_envelope(data: bytes) -> Envelope:
 
 
 def _search(head: bytes) -> dict[str, bytes]:
-    """Find strings and integers that stand in the outermost object."""
-    depth, found = 0, {}
-    for match in _TOKEN.finditer(head):
-        if match["bracket"]:
-            depth += 1 if match["bracket"] in b"[{" else -1
-        elif depth == 1 and match["value"]:
-            found[match["key"].decode("utf-8", "replace")] = match["value"]
-    return found
+    """Find the fields of the outermost object, one after the other up to what is wrong."""
+    text = head.decode("utf-8", "replace")
+    found: dict[str, bytes] = {}
+    at = _skip(text, 0, _SPACE)
+    if text[at : at + 1] != "{":
+        return found
+    try:
+        while True:
+            at = _skip(text, at + 1, _SPACE)
+            key, at = _READER.raw_decode(text, at)
+            at = _skip(text, at, _SPACE)
+            if not isinstance(key, str) or text[at : at + 1] != ":":
+                return found
+            begin = _skip(text, at + 1, _SPACE)
+            _, at = _READER.raw_decode(text, begin)
+            after = _skip(text, at, _SPACE)
+            if text[after : after + 1] not in (",", "}"):  # a number may have been cut off
+                return found
+            found[key] = text[begin:at].encode()
+            if text[after] == "}":
+                return found
+            at = after
+    except (ValueError, RecursionError):
+        return found
+
+
+def _skip(text: str, at: int, letters: str) -> int:
+    while at < len(text) and text[at] in letters:
+        at += 1
+    return at
 
 
 def _value(field: bytes) -> Any:

@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterable
 from fnmatch import translate
 
+_LONGEST = 255  # our choice: ROS itself knows no bound
 _LEGAL = re.compile(r"/?[A-Za-z]\w*(?:/[A-Za-z0-9_]+)*", re.ASCII)
 
 
@@ -17,7 +18,7 @@ def resolve(name: str, namespace: str) -> str:
     """Return ``name`` as an absolute name; without a leading slash it stands in ``namespace``.
 
     Raises:
-        NameNotLegalError: Empty, private, or with characters that ROS does not allow.
+        NameNotLegalError: Empty, private, too long, or with characters that ROS does not allow.
 
     Example:
         >>> resolve("twin/joint_states", "/cell_2")
@@ -25,7 +26,7 @@ def resolve(name: str, namespace: str) -> str:
         >>> resolve("/clock", "/cell_2")
         '/clock'
     """
-    if not _LEGAL.fullmatch(name):
+    if len(name) > _LONGEST or not _LEGAL.fullmatch(name):
         raise NameNotLegalError(f"{name[:80]!r} is no legal ROS name")
     return name if name.startswith("/") else f"{namespace.rstrip('/')}/{name}"
 

@@ -6,7 +6,6 @@ Source:
 
 from __future__ import annotations
 
-import re
 from typing import Annotated, Any, Literal
 
 import msgspec
@@ -18,10 +17,6 @@ PacketId = str | int | None | UnsetType
 Level = Literal["info", "warning", "error", "none"]
 Count = Annotated[int, Meta(ge=0)]
 FragmentSize = Annotated[int, Meta(ge=1)]
-
-# A string without an end goes to the end of the text, and nothing is tried twice: the time grows
-# with the length only.
-_BRACKETS = re.compile(rb'"(?:[^"\\]|\\.?)*+"?|[\[{]|[\]}]', re.DOTALL)
 
 
 class _Packet(Struct, frozen=True, kw_only=True, tag_field="op"):
@@ -185,31 +180,40 @@ def decode(data: bytes, max_bytes: int, max_depth: int) -> Packet:
             f"packet of {len(data)} bytes is longer than the allowed {max_bytes}", data
         )
     try:
-        if depth_exceeds(data, max_depth):
-            raise PacketError(f"packet is nested deeper than the allowed {max_depth}", data)
-        return _DECODER.decode(data)
+        packet = _DECODER.decode(data)
     except msgspec.ValidationError as error:
         raise PacketError(f"packet does not fit rosbridge v2: {error}", data) from error
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
         raise PacketError(f"packet is no valid JSON: {error}", data) from error
     except RecursionError as error:
         raise PacketError(f"packet is nested deeper than the allowed {max_depth}", data) from error
+    if depth_exceeds(packet, max_depth):
+        raise PacketError(f"packet is nested deeper than the allowed {max_depth}", data)
+    return packet
 
 
-def depth_exceeds(data: bytes, limit: int) -> bool:
-    """Tell whether brackets outside strings nest deeper than ``limit``."""
-    if data.count(b"{") + data.count(b"[") <= limit:
-        return False
-    depth = 0
-    for match in _BRACKETS.finditer(data):
-        first = match[0][0]
-        if first in b"[{":
-            depth += 1
-            if depth > limit:
-                return True
-        elif first in b"]}":
-            depth -= 1
-    return False
+def depth_exceeds(packet: Packet, limit: int) -> bool:
+    """Tell whether objects and arrays of a packet nest deeper than ``limit``; it is 1 itself."""
+    match packet:
+        case Publish():
+            inner: Any = packet.msg
+        case CallService():
+            inner = packet.args
+        case ServiceResponse():
+            inner = packet.values
+        case _:
+            return False
+    level = [inner] if isinstance(inner, dict | list) else []
+    for _ in range(limit - 1):
+        if not level:
+            return False
+        level = [
+            child
+            for value in level
+            for child in (value.values() if type(value) is dict else value)
+            if type(child) is dict or type(child) is list
+        ]
+    return bool(level)
 
 
 def encode(packet: Packet) -> bytes:

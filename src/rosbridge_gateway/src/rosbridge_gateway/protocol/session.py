@@ -8,7 +8,7 @@ from typing import Any
 
 from msgspec import UNSET
 
-from rosbridge_gateway.config import Limits
+from rosbridge_gateway.config import Limits, Takes
 from rosbridge_gateway.protocol import names, packets
 from rosbridge_gateway.protocol.audit import Entry, Trail
 from rosbridge_gateway.protocol.packets import (
@@ -19,7 +19,6 @@ from rosbridge_gateway.protocol.packets import (
     Status,
 )
 from rosbridge_gateway.protocol.persons import without_token
-from rosbridge_gateway.protocol.rate import RateLimit
 from rosbridge_gateway.protocol.roles import Roles
 from rosbridge_gateway.wire.fragments import Assembly
 from rosbridge_gateway.wire.outgoing import COMPRESSIONS, Form
@@ -27,7 +26,8 @@ from rosbridge_gateway.wire.outgoing import COMPRESSIONS, Form
 ReadPng = Callable[[str, int], bytes]
 
 _SEVERITY = {"info": 0, "warning": 1, "error": 2, "none": 3}
-_RATE_REMARK_INTERVAL = 1.0
+_REMARK_INTERVAL = 1.0  # our choice: [s] between two remarks that a client is held back
+_REMARK_FROM = 0.25  # our choice: [s] that it has to wait at least
 _NAME = 100  # our choice: longest part of a name that the audit shows
 
 
@@ -54,7 +54,7 @@ class Counters:
 
     received: int = 0
     refused: int = 0
-    over_rate: int = 0
+    held_back: int = 0
 
 
 class Session:
@@ -71,6 +71,7 @@ class Session:
         roles: Roles,
         namespace: str,
         limits: Limits,
+        takes: Takes,
         now: float,
         read_png: ReadPng,
     ) -> None:
@@ -80,7 +81,8 @@ class Session:
             role: Of the client.
             roles: Who may do what.
             namespace: Where names without a leading slash stand.
-            limits: What a client may take.
+            limits: What any client may take.
+            takes: What a client of this role may take.
             now: Monotonic [s].
             read_png: Returns the text of a PNG image, at most so many bytes; raises ValueError.
         """
@@ -89,15 +91,13 @@ class Session:
         self._roles = roles
         self._namespace = namespace
         self._limits = limits
-        self._rate = RateLimit(
-            limits.packets_per_second, limits.packets_burst, limits.packets_burst, now
-        )
-        self._rate_remark_at = float("-inf")
+        self._takes = takes
+        self._remark_at = float("-inf")
         self._level = _SEVERITY["error"]
         self._advertised: dict[str, set[PacketId]] = {}
         self._subscribed: dict[str, dict[PacketId, packets.Subscribe]] = {}
         self._services: set[str] = set()
-        self._assembly = Assembly(limits.packet_bytes)
+        self._assembly = Assembly(takes.packet_bytes)
         self._read_png = read_png
         self._trail = Trail(now)
         self._entries: list[Entry] = []
@@ -105,13 +105,10 @@ class Session:
     def receive(self, data: bytes, now: float) -> Request | Packet | None:
         """Judge one packet that came at ``now`` (monotonic, [s])."""
         self.counters.received += 1
-        allowed = self._rate.allow(now)
         try:
-            packet = packets.decode(data, self._limits.packet_bytes, self._limits.nesting)
+            packet = packets.decode(data, self._takes.packet_bytes, self._limits.nesting)
         except PacketError as error:
-            return self._unreadable(error, allowed, now)
-        if not allowed:
-            return self._over_rate(packet, now)
+            return self._unreadable(error, now)
         if isinstance(packet, packets.Fragment | packets.Png):
             return self._unwrap(packet, now)
         return self._take(packet, now)
@@ -127,10 +124,10 @@ class Session:
 
     def _unwrap(self, outer: packets.Fragment | packets.Png, now: float) -> Request | Packet | None:
         """Judge the packet inside an image, or inside fragments as soon as all are there."""
-        limits = self._limits
+        limit = self._takes.packet_bytes
         try:
             if isinstance(outer, packets.Png):
-                inner = self._read_png(outer.data, limits.packet_bytes)
+                inner = self._read_png(outer.data, limit)
             else:
                 whole = self._assembly.add(outer, now)
                 if whole is None:
@@ -140,9 +137,9 @@ class Session:
             self.counters.refused += 1
             return self.status("error", str(error), outer.id)
         try:
-            packet = packets.decode(inner, limits.packet_bytes, limits.nesting)
+            packet = packets.decode(inner, limit, self._limits.nesting)
         except PacketError as error:
-            return self._unreadable(error, True, now)
+            return self._unreadable(error, now)
         if isinstance(packet, packets.Png) and isinstance(outer, packets.Fragment):
             return self._unwrap(packet, now)
         if isinstance(packet, packets.Fragment | packets.Png):
@@ -150,22 +147,33 @@ class Session:
             return self.status("error", f"{_op(packet)} inside {_op(outer)}", packet.id)
         return self._take(packet, now)
 
-    def _unreadable(self, error: PacketError, allowed: bool, now: float) -> Packet | None:
+    def _unreadable(self, error: PacketError, now: float) -> Packet | None:
         """Answer what is no packet.
 
         A call is answered as a call, whatever is wrong with it, because its sender waits.
         """
         if error.call is not None:
-            return (
-                self.refuse(error.call, str(error), now)
-                if allowed
-                else self._over_rate(error.call, now)
-            )
+            return self.refuse(error.call, str(error), now)
         self.counters.refused += 1
-        return (
-            self.status("error", str(error), error.packet_id)
-            if allowed
-            else self._over_rate(None, now)
+        return self.status("error", str(error), error.packet_id)
+
+    def held_back(self, wait: float, now: float) -> Status | None:
+        """Count that the client has to wait, and return a remark on it, one a second at most.
+
+        Args:
+            wait: How long [s] nothing of it is read.
+            now: Monotonic [s].
+        """
+        self.counters.held_back += 1
+        if wait < _REMARK_FROM or now - self._remark_at < _REMARK_INTERVAL:
+            return None
+        self._remark_at = now
+        return self.status(
+            "error",
+            f"your packets are read {wait:.1f} s later: this connection took more packets, bytes "
+            f"or processor time a second than a {self.role} may; send less, or raise roles."
+            f"{self.role}.takes in gateway.yaml",
+            UNSET,
         )
 
     def _judge(self, packet: Packet, now: float) -> Request | Packet | None:
@@ -213,22 +221,6 @@ class Session:
                 id=packet.id, service=packet.service, values=reason, result=False
             )
         return self.status("error", reason, packet.id)
-
-    def _over_rate(self, packet: Packet | None, now: float) -> Packet | None:
-        """Refuse a packet that came too fast.
-
-        Calls are always answered, others by one status a second.
-        """
-        self.counters.over_rate += 1
-        reason = f"more than {self._limits.packets_per_second} packets a second: packet ignored"
-        if isinstance(packet, packets.CallService):
-            return self.refuse(packet, reason, now)
-        if packet is not None:
-            self._note(packet, _written(packet), False, reason, now)
-        if now - self._rate_remark_at < _RATE_REMARK_INTERVAL:
-            return None
-        self._rate_remark_at = now
-        return self.status("error", reason, UNSET if packet is None else packet.id)
 
     def status(self, level: packets.Level, text: str, packet_id: PacketId) -> Status | None:
         """Return a remark on a packet, or None if the client does not want its level."""
@@ -285,9 +277,13 @@ class Session:
             Form(
                 wishes[-1].topic,
                 max(map(_compression, wishes), key=COMPRESSIONS.index),
-                min(sizes, default=None),
+                self.fragment_size(min(sizes, default=None)),
             ),
         )
+
+    def fragment_size(self, wanted: int | None) -> int | None:
+        """Return how long the pieces are that the client gets, None for any length."""
+        return None if wanted is None else max(wanted, self._takes.shortest_fragment)
 
     def unsubscribed(self, name: str, packet_id: PacketId) -> bool:
         """Note the end of one subscription (of all without an id).

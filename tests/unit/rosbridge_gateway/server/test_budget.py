@@ -1,0 +1,129 @@
+"""What one connection may take of the gateway, and when its packets came."""
+
+from __future__ import annotations
+
+import base64
+import io
+import json
+import time
+
+import pytest
+import websocket
+from harness.opponents.graph_and_clients import DEADLINE, Cell, Client, MakeCell
+from harness.processes import wait_until
+from PIL import Image, PngImagePlugin
+from rosbridge_gateway.io.png import pack
+
+PAGE = "http://localhost:8080"
+RUBBISH = b'{"op":"publish","topic":"t","msg":{"data":[' + b"[]," * 5000 + b"1]}}"
+
+
+def page(cell: Cell) -> Client:
+    """Return a page that only looks."""
+    return cell.client(origin=PAGE)
+
+
+def test_page_that_takes_too_much_waits_and_loses_nothing(make_cell: MakeCell) -> None:
+    """Each of its packets is answered, later; it is told why once a second."""
+    cell = make_cell(page_takes={"packets_per_second": 20})
+    greedy = page(cell)
+    begun = time.monotonic()
+    for number in range(30):
+        greedy.say(op="call_service", id=str(number), service="/rosapi/get_time")
+    heard = [greedy.hear() for _ in range(30)]
+    answers = [packet["id"] for packet in heard if packet["op"] == "service_response"]
+    while len(answers) < 30:
+        packet = greedy.hear()
+        heard.append(packet)
+        answers += [packet["id"]] if packet["op"] == "service_response" else []
+    assert answers == [str(number) for number in range(30)]
+    assert time.monotonic() - begun > (30 - 20 * 0.25) / 20 - 0.1, "a quarter second is free"
+    greedy.line.close()
+    cell.wait_logged("held back 2")
+
+
+def test_long_wait_is_told_with_what_to_do(make_cell: MakeCell) -> None:
+    """The remark names the key of the file."""
+    cell = make_cell(page_takes={"packets_per_second": 1})
+    greedy = page(cell)
+    greedy.say(op="call_service", service="/rosapi/get_time")
+    heard = [greedy.hear(), greedy.hear()]
+    (remark,) = [packet["msg"] for packet in heard if packet["op"] == "status"]
+    assert remark.startswith("your packets are read ") and "roles.viewer.takes" in remark
+
+
+def test_processor_time_counts_before_the_next_packet_is_decoded(make_cell: MakeCell) -> None:
+    """Packets that are slow to read wait for each other, others do not wait for them."""
+    cell = make_cell(page_takes={"cpu_percent": 0.1})
+    greedy, other = page(cell), cell.client()
+    for _ in range(50):
+        greedy.line.send(RUBBISH)
+    wait_until(lambda: cell.server.statistics().received >= 1, DEADLINE)
+    for _ in range(20):
+        assert other.time()["result"]
+    received = cell.server.statistics().received - 20
+    assert received < 20, "50 packets of 1 ms are 50 s of a thousandth of a core"
+
+
+def test_pings_without_end_are_paid_for(make_cell: MakeCell) -> None:
+    """They never come to the client's own loop: they are charged where they are read."""
+    cell = make_cell(page_takes={"cpu_percent": 0.5})
+    greedy, other = page(cell), cell.client()
+    greedy.line.sock.setblocking(False)
+    ping = websocket.ABNF.create_frame("", websocket.ABNF.OPCODE_PING).format() * 1000
+    sent, until = 0, time.monotonic() + 1.0
+    while time.monotonic() < until:
+        try:
+            sent += greedy.line.sock.send(ping)
+        except BlockingIOError:
+            assert other.time()["result"]
+        if sent > 20_000_000:
+            pytest.fail("20 MB of pings were read in a second")
+    assert other.time()["result"]
+
+
+def test_packet_of_a_page_is_short(cell: Cell) -> None:
+    """A longer one is refused, a much longer one ends the connection before it is read."""
+    longer = page(cell)
+    longer.say(op="subscribe", topic="t" * 20_000)
+    assert "longer than the allowed 16384" in longer.hear()["msg"]
+    assert cell.client().ask(op="subscribe", topic="t" * 20_000)["msg"].endswith("legal ROS name")
+    huge = page(cell)
+    huge.say(op="publish", topic="t", msg={"data": "x" * 1_000_000})
+    cell.wait_logged("left: code 1009 frame with 1000")
+
+
+def test_pages_have_threads_of_their_own_for_calls(make_cell: MakeCell) -> None:
+    """However many calls hang for pages, a program's call runs."""
+    cell = make_cell(limits={"calls": 1, "page_calls": 1}, takes={"calls": 2})
+    first, program = page(cell), cell.client()
+    for _ in range(3):
+        first.say(op="call_service", service="forward_kinematics")
+    assert "2 of 2 calls of this client" in first.hear()["values"]
+    program.say(op="call_service", service="move_to")
+    hanging = cell.graph.calls.get(timeout=DEADLINE)
+    for _ in range(2):
+        call = cell.graph.calls.get(timeout=DEADLINE)
+        call.end.put({"success": True})
+    assert program.hear()["result"]
+    hanging.end.put({})
+
+
+def with_text(packet: dict[str, object]) -> str:
+    """Return a packet as an image with a megabyte of text beside the picture."""
+    image = Image.open(io.BytesIO(base64.b64decode(pack(json.dumps(packet).encode()))))
+    text = PngImagePlugin.PngInfo()
+    for number in range(4):
+        text.add_text(f"note{number}", "x" * 250_000, zip=True)
+    buffer = io.BytesIO()
+    image.save(buffer, "png", pnginfo=text)
+    return base64.b64encode(buffer.getvalue()).decode()
+
+
+def test_image_with_more_than_its_picture_is_refused(cell: Cell) -> None:
+    """Texts and profiles unpack to any size, whatever the picture's size is."""
+    client = cell.client()
+    packet = {"op": "call_service", "id": "c", "service": "/rosapi/get_time"}
+    assert client.ask(op="png", data=pack(json.dumps(packet).encode()))["result"]
+    answer = client.ask(op="png", id="p", data=with_text(packet))
+    assert answer["id"] == "p" and answer["msg"].startswith("an image with a chunk 'zTXt': allowed")
