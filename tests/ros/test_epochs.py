@@ -21,9 +21,11 @@ NODES = (
     "motion_server",
     "trajectory_server",
 )
-STOOD_S = 0.5
-WATCHED_S = 0.7
+STALLS = (0.02, 0.05, 0.15, 0.24, 0.4)
+WATCHED_S = 0.4
 REST_RAD = 1e-4
+FAR = [1.0, 0.5, -0.1, 0.5]
+CANCELLED = "cancelled by STOP: test, before it began"
 
 
 class Cell:
@@ -34,7 +36,7 @@ class Cell:
         import actionlib
         from sensor_msgs.msg import JointState
 
-        from control_msgs.msg import FollowJointTrajectoryAction
+        from control_msgs.msg import FollowJointTrajectoryAction, JointJog
         from scara_msgs.msg import MotionCommand, MotionState
         from scara_msgs.srv import MoveJoints, MoveTo
 
@@ -46,28 +48,33 @@ class Cell:
         self.joints = ros.collect("twin/joint_states", JointState)
         self.states = ros.collect("joint_pose_controller/state", MotionState)
         self.commands = ros.publisher("motion_command", MotionCommand, subscribers=5)
+        self.targets = ros.publisher("joint_pose_controller/target", JointState)
+        self.jogs = ros.publisher("joint_vel_controller/command", JointJog, subscribers=1)
         self.goals = actionlib.SimpleActionClient(
             ros.name("joint_trajectory_action"), FollowJointTrajectoryAction
         )
-        assert self.goals.wait_for_server(actionlib_duration(10.0))
+        assert self.goals.wait_for_server(duration(10.0))
         ros.wait_until(lambda: bool(self.joints and self.states), 10.0, "joints and states")
         self._id = 0
 
-    def stop(self) -> None:
-        """Send STOP and wait until joint_pose_controller has obeyed it, if it runs."""
+    def stop(self, *, stamped: bool = False) -> None:
+        """Send STOP."""
         from scara_msgs.msg import MotionCommand
 
         self._id += 1
-        self.commands.publish(MotionCommand(command=MotionCommand.STOP, id=self._id, reason="test"))
+        asked = time.monotonic() if stamped else 0.0
+        self.commands.publish(
+            MotionCommand(command=MotionCommand.STOP, id=self._id, reason="test", asked=asked)
+        )
 
     @contextmanager
-    def standing(self, name: str) -> Iterator[None]:
-        """Let a node stand still for half a second."""
+    def standing(self, name: str, seconds: float) -> Iterator[None]:
+        """Let a node stand still for a while; what is in the block falls into its first part."""
         began = time.monotonic()
         self.nodes[name].signal(signal.SIGSTOP)
         try:
             yield
-            time.sleep(max(0.0, began + STOOD_S - time.monotonic()))
+            time.sleep(max(0.0, began + seconds - time.monotonic()))
         finally:
             self.nodes[name].signal(signal.SIGCONT)
 
@@ -77,9 +84,15 @@ class Cell:
         threading.Thread(target=lambda: answers.append(call(**fields)), daemon=True).start()
         return answers
 
-    def stays(self) -> None:
-        """Watch for a while; nothing moves."""
-        begin = list(self.joints[-1].position)
+    def rests(self) -> None:
+        """Wait until nothing moves."""
+        self.ros.wait_until(lambda: self.states[-1].state == "idle", 10.0, "an idle twin")
+        self.ros.wait_until(
+            lambda: max(map(abs, self.joints[-1].velocity)) < REST_RAD, 10.0, "a twin at rest"
+        )
+
+    def stays(self, begin: list[float]) -> None:
+        """Watch for a while; the twin does not leave where it stood."""
         end, farthest = time.monotonic() + WATCHED_S, 0.0
         while time.monotonic() < end:
             gaps = [abs(a - b) for a, b in zip(self.joints[-1].position, begin)]
@@ -87,9 +100,20 @@ class Cell:
             time.sleep(0.01)
         assert farthest < REST_RAD
 
+    def goal(self, seconds: float) -> Any:
+        """Return a goal that leads far, in a time [s]."""
+        from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-def actionlib_duration(seconds: float) -> Any:
-    """Return a duration for actionlib."""
+        from control_msgs.msg import FollowJointTrajectoryGoal
+
+        point = JointTrajectoryPoint(positions=FAR)
+        point.time_from_start = duration(seconds)
+        trajectory = JointTrajectory(joint_names=NAMES, points=[point])
+        return FollowJointTrajectoryGoal(trajectory=trajectory)
+
+
+def duration(seconds: float) -> Any:
+    """Return a duration."""
     import rospy
 
     return rospy.Duration.from_sec(seconds)
@@ -101,48 +125,122 @@ def cell(ros_module: Ros) -> Cell:
     return Cell(ros_module)
 
 
-@pytest.mark.parametrize("standing", ["kinematics_server", "motion_server"])
+@pytest.fixture
+def place(cell: Cell) -> list[float]:
+    """Return where the twin stands, at rest."""
+    cell.rests()
+    return list(cell.joints[-1].position)
+
+
+@pytest.mark.parametrize("stalled", STALLS)
+@pytest.mark.parametrize(
+    "standing", ["kinematics_server", "motion_server", "joint_pose_controller"]
+)
+@pytest.mark.parametrize("stamped", [True, False])
 def test_a_point_that_waited_behind_a_node_does_not_begin_after_stop(
-    cell: Cell, standing: str
+    cell: Cell, place: list[float], standing: str, stalled: float, stamped: bool
 ) -> None:
-    """move_to waits for inverse kinematics, or in the queue of the node itself."""
-    with cell.standing(standing):
-        answers = cell.background(cell.move_to, x=0.51, y=0.16, z=0.10, speed_percent=30.0)
-        time.sleep(0.1)  # the request is on its way before the STOP is
-        cell.stop()
-    answer = cell.ros.wait_until(lambda: answers, 10.0, "the answer")[0]
-    assert not answer.success
-    assert "cancelled by STOP: test" in answer.message or "stood still for" in answer.message
-    cell.stays()
-    assert cell.move_to(x=0.55, y=0.10, z=0.05, speed_percent=60.0).success
-
-
-def test_a_joint_move_that_waited_does_not_begin_after_stop(cell: Cell) -> None:
-    """joint_pose_controller finds the move and the STOP side by side."""
-    with cell.standing("joint_pose_controller"):
+    """move_to waits for another node, or in the queue of the node itself."""
+    with cell.standing(standing, stalled):
+        asked = time.monotonic() if stamped else 0.0
         answers = cell.background(
-            cell.move, joint_names=NAMES, joint_positions=[1.0, 0.5, -0.1, 0.5], speed_percent=30.0
+            cell.move_to, x=0.51, y=0.16, z=0.10, speed_percent=30.0, asked=asked
         )
-        time.sleep(0.1)  # the request is on its way before the STOP is
-        cell.stop()
+        time.sleep(0.5 * stalled)
+        cell.stop(stamped=stamped)
     answer = cell.ros.wait_until(lambda: answers, 10.0, "the answer")[0]
-    assert not answer.success and "stood still for" in answer.message
-    cell.stays()
+    assert not answer.success and "by STOP: test" in answer.message
+    cell.stays(place)
 
 
-def test_a_goal_that_waited_does_not_begin_after_stop(cell: Cell) -> None:
+def test_a_point_that_is_asked_for_after_the_stop_is_reached(cell: Cell) -> None:
+    """A stop ends what was, not what comes."""
+    cell.stop()
+    time.sleep(0.1)
+    answer = cell.move_to(x=0.55, y=0.10, z=0.05, speed_percent=60.0)
+    assert answer.success, answer.message
+
+
+@pytest.mark.parametrize("stalled", STALLS)
+@pytest.mark.parametrize("stamped", [True, False])
+def test_a_joint_move_that_waited_does_not_begin_after_stop(
+    cell: Cell, place: list[float], stalled: float, stamped: bool
+) -> None:
+    """joint_pose_controller finds the move and the STOP side by side."""
+    with cell.standing("joint_pose_controller", stalled):
+        asked = time.monotonic() if stamped else 0.0
+        answers = cell.background(
+            cell.move, joint_names=NAMES, joint_positions=FAR, speed_percent=30.0, asked=asked
+        )
+        time.sleep(0.5 * stalled)
+        cell.stop(stamped=stamped)
+    answer = cell.ros.wait_until(lambda: answers, 10.0, "the answer")[0]
+    assert not answer.success and "by STOP: test" in answer.message
+    cell.stays(place)
+
+
+@pytest.mark.parametrize("stalled", STALLS)
+@pytest.mark.parametrize("stamped", [True, False])
+def test_a_target_that_waited_does_not_begin_after_stop(
+    cell: Cell, place: list[float], stalled: float, stamped: bool
+) -> None:
+    """A topic has no answer: the twin tells."""
+    import rospy
+    from sensor_msgs.msg import JointState
+
+    with cell.standing("joint_pose_controller", stalled):
+        target = JointState(name=NAMES, position=FAR, velocity=[30.0])
+        target.header.stamp = rospy.Time.now() if stamped else rospy.Time()
+        cell.targets.publish(target)
+        time.sleep(0.5 * stalled)
+        cell.stop(stamped=stamped)
+    cell.stays(place)
+
+
+@pytest.mark.parametrize("stalled", STALLS)
+def test_a_goal_that_waited_does_not_begin_after_stop(
+    cell: Cell, place: list[float], stalled: float
+) -> None:
     """trajectory_server finds the goal and the STOP side by side."""
-    from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
-
-    from control_msgs.msg import FollowJointTrajectoryGoal
-
-    point = JointTrajectoryPoint(positions=[1.0, 0.5, -0.1, 0.5])
-    point.time_from_start = actionlib_duration(3.0)
-    goal = FollowJointTrajectoryGoal(trajectory=JointTrajectory(joint_names=NAMES, points=[point]))
-    with cell.standing("trajectory_server"):
-        cell.goals.send_goal(goal)
-        time.sleep(0.1)  # the goal is on its way before the STOP is
+    with cell.standing("trajectory_server", stalled):
+        cell.goals.send_goal(cell.goal(3.0))
+        time.sleep(0.5 * stalled)
         cell.stop()
-    assert cell.goals.wait_for_result(actionlib_duration(10.0))
-    assert "stood still for" in cell.goals.get_goal_status_text()
-    cell.stays()
+    assert cell.goals.wait_for_result(duration(10.0))
+    assert "by STOP: test" in cell.goals.get_goal_status_text()
+    cell.stays(place)
+
+
+@pytest.mark.parametrize("stalled", [0.15, 0.4])
+def test_a_goal_that_runs_does_not_go_on_after_a_stop_that_its_server_missed(
+    cell: Cell, place: list[float], stalled: float
+) -> None:
+    """Its stream has broken off by then; the first set point behind the standstill is none."""
+    cell.goals.send_goal(cell.goal(30.0))
+    cell.ros.wait_until(lambda: cell.states[-1].state == "following", 5.0, "a stream")
+    with cell.standing("trajectory_server", stalled):
+        time.sleep(0.7 * stalled)
+        cell.stop()
+    assert cell.goals.wait_for_result(duration(10.0))
+    cell.rests()
+    cell.stays(list(cell.joints[-1].position))
+    assert cell.states[-1].state == "idle"
+
+
+@pytest.mark.parametrize("stalled", STALLS)
+@pytest.mark.parametrize("stamped", [True, False])
+def test_a_jog_that_waited_does_not_begin_after_stop(
+    cell: Cell, place: list[float], stalled: float, stamped: bool
+) -> None:
+    """joint_vel_controller finds the jog and the STOP side by side."""
+    import rospy
+
+    from control_msgs.msg import JointJog
+
+    with cell.standing("joint_vel_controller", stalled):
+        jog = JointJog(joint_names=[NAMES[0]], velocities=[0.3])
+        jog.header.stamp = rospy.Time.now() if stamped else rospy.Time()
+        cell.jogs.publish(jog)
+        time.sleep(0.5 * stalled)
+        cell.stop(stamped=stamped)
+    cell.stays(place)

@@ -392,3 +392,18 @@ def test_a_goal_that_the_pose_controller_has_not_seen_yet_ends_with_a_stop(bench
     bench.run(1.0)
     assert bench.q == HERE
     assert "aborted by STOP: test" in bench.ended[0][1].text
+
+
+def test_a_goal_sends_nothing_more_after_a_stop(bench: Bench) -> None:
+    """Its server stood still: joint_pose_controller has ended the stream, and would begin anew."""
+    bench.desk.accept("a", GOAL, bench.now)
+    bench.run(0.5)
+    assert bench.pose.is_following
+    bench.desk.command(Command.STOP, "test")
+    for _ in range(100):
+        bench.now += CONFIG.period
+        turn = bench.desk.tick(bench.now)
+        assert turn.packet is None
+        if turn.ended:
+            break
+    assert "aborted by STOP: test" in turn.ended[0][1].text

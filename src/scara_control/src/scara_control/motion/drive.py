@@ -123,6 +123,10 @@ class PathDriver:
         after = now + self.follower.delay + self._move.announce - self.time
         return self.time + math.ceil(after / self._period - SAME_TIME) * self._period
 
+    def is_spent(self, now: float) -> bool:
+        """Say whether all set points that were sent are past: nobody has gone on for so long."""
+        return now - self.time > self._horizon * self._period
+
     def went_back(self, now: float) -> bool:
         """Say whether the clock went back."""
         return now < self.time - self._period

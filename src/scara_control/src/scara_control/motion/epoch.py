@@ -1,68 +1,98 @@
 """What was asked for before a stop never begins after it.
 
-A STOP, an ESTOP, a PAUSE and a YIELD each begin an epoch. A request belongs to the epoch in which
-it came; what it waits for, a service, an older motion, may take until the next one has begun, and
-then it is refused. A node that stood still finds requests and stops waiting side by side and cannot
-know their order: it refuses all that it finds when it goes on.
+A STOP, an ESTOP, a PAUSE and a YIELD each begin an epoch. A request carries when it was asked for,
+a stop when it was given; the stop that is newer refuses the request, whichever of both is read
+first. A request without that time is taken for as old as it may be: it is as old as its arrival, or
+as the beginning of a gap in which this node may have stood still right before. What waits in the
+node for something, a service or an older motion, is refused by each stop that is heard meanwhile.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
+
+from scara_ros.standstill import Standstill, said
 
 from scara_control.motion.commands import Command, MotionRefusedError
 
 ENDING = (Command.STOP, Command.ESTOP, Command.PAUSE, Command.YIELD)
-STALL_S = 0.25
-"""A node that did not run for so long has stood still; our choice, 25 periods of its loop."""
-WAITING_S = 0.05
-"""What has waited meanwhile comes within this time after it; our choice."""
+
+
+class Asked(NamedTuple):
+    """A request that was taken in.
+
+    Attributes:
+        at: When it was asked for, or the earliest time at which that may have been [s]; this goes
+            on with what the request asks of other nodes.
+        number: Of the stops that were heard before it.
+    """
+
+    at: float
+    number: int
 
 
 class Epoch:
-    """Counts the stops that a node has heard, and notices when the node itself stood still.
+    """Knows the stops that a node has heard, and when the node itself may have stood still.
 
-    Not thread-safe: its owner holds one lock.
+    Not thread-safe: its owner holds one lock. Every time is that of the monotonic clock [s].
     """
 
     def __init__(self, now: float) -> None:
-        """Begin the first epoch at ``now`` [s]; every time here is that of a monotonic clock."""
-        self._number = 0
-        self._why = ""
-        self._ran = now
-        self._stall, self._stall_ended = 0.0, -math.inf
+        """Begin the first epoch at ``now``."""
+        self._standstill = Standstill(now)
+        self._number, self._why = 0, ""
+        # When the newest stop was given; and the newest but for YIELD, which ends no stream.
+        self._ended = self._stopped = -math.inf
 
-    def ran(self, now: float) -> None:
-        """Note that the node runs; to be called in each of its periods."""
-        if now - self._ran > STALL_S:
-            self._stall, self._stall_ended = now - self._ran, now
-        self._ran = now
+    def ran(self, now: float) -> float:
+        """Note that the node runs; return the gap before, in which it may have stood still [s]."""
+        return self._standstill.seen(now)
 
-    def hear(self, command: Command, reason: str) -> None:
-        """Begin a new epoch if the command is a stop or a pause."""
-        if command in ENDING:
-            self._number += 1
-            self._why = command.text(reason)
+    def hear(self, command: Command, reason: str, asked: float, now: float) -> bool:
+        """Take a motion command in; return whether it is to be obeyed.
 
-    def begin(self, now: float) -> int:
-        """Take a request in; return the number of its epoch.
+        A stop always is. A release is not when it is older than the newest stop.
 
-        Raises:
-            MotionRefusedError: It may have waited while the node stood still.
+        Args:
+            command: Which.
+            reason: Why, for people.
+            asked: When it was given; 0: not said, so now.
+            now: When it is read.
         """
         self.ran(now)
-        if now - self._stall_ended < WAITING_S:
-            raise MotionRefusedError(
-                f"this node stood still for {self._stall:.2f} s: what waited meanwhile is refused, "
-                "send it again"
-            )
-        return self._number
+        given = asked if said(asked, now) else now
+        if command in ENDING:
+            self._number += 1
+            if given >= self._ended:
+                self._ended, self._why = given, command.text(reason)
+            if command is not Command.YIELD:
+                self._stopped = max(self._stopped, given)
+            return True
+        return given >= self._ended
 
-    def check(self, number: int) -> None:
+    def begin(self, asked: float, now: float, *, stream: bool = False) -> Asked:
+        """Take a request in.
+
+        Args:
+            asked: When it was asked for; 0: not said.
+            now: When it is read.
+            stream: It begins a stream, for which YIELD makes room.
+
+        Raises:
+            MotionRefusedError: A stop was given after it was asked for, or may have been.
+        """
+        self.ran(now)
+        at = asked if said(asked, now) else self._standstill.earliest(now)
+        if at < (self._stopped if stream else self._ended):
+            raise MotionRefusedError(f"cancelled by {self._why}, before it began")
+        return Asked(at, self._number)
+
+    def check(self, request: Asked) -> None:
         """Judge a request that has waited for something, before it begins to move.
 
         Raises:
-            MotionRefusedError: A stop or a pause came meanwhile.
+            MotionRefusedError: A stop or a pause was heard meanwhile.
         """
-        if number != self._number:
+        if request.number != self._number:
             raise MotionRefusedError(f"cancelled by {self._why}, before it began")

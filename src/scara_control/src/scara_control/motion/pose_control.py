@@ -98,9 +98,16 @@ class PoseController:
         if self._stream.session is not None:
             self._stop("follow: ended by its source")
 
+    def stood_still(self, gap: float) -> None:
+        """Note that nobody listened for ``gap`` [s]: that was no pause of a stream."""
+        self._stream.forgive(gap)
+
     def command(self, command: Command, reason: str, now: float) -> None:
         """Obey a command."""
         if command is Command.STOP or command is Command.ESTOP:
+            if self._driver.is_spent(now):
+                # The joints have had no set points for a while and stand: a ramp would move them.
+                self._driver.drive, self._stopping = None, False
             self._estopped = self._estopped or command is Command.ESTOP
             self._stream.bar(now)
             self._stop(f"aborted by {command.text(reason)}")
@@ -156,6 +163,11 @@ class PoseController:
             return
         self._commanded = tuple(name for name in self._commanded if name not in lost)
         self._stop(f"aborted: {taken_text(lost)}")
+
+    @property
+    def is_following(self) -> bool:
+        """Whether a stream of set points has begun and not ended."""
+        return self._stream.session is not None
 
     @property
     def is_idle(self) -> bool:

@@ -12,12 +12,10 @@ import time
 from collections.abc import Callable, Sequence
 
 IDLE_S = 0.05
-"""Period of a loop at rest; our choice: a fifth of what counts as a node that stood still
-(``epoch.STALL_S``), and as often as the twin controller says its state."""
+"""Period of a loop at rest; our choice: as often as the twin controller says its state."""
 
 QUIET_S = 0.1
-"""The same of a node that says nothing while it rests: two fifths of ``epoch.STALL_S``; our
-choice."""
+"""The same of a node that says nothing while it rests; our choice."""
 
 HOLD_S = 0.2
 """Measured joints that nobody needs are read so often; our choice: less than half of the

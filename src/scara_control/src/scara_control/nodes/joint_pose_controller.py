@@ -35,6 +35,7 @@ from scara_control.motion.commands import Command, CommandInbox, parse_modes
 from scara_control.motion.epoch import Epoch
 from scara_control.motion.pose_control import PoseController
 from scara_control.motion.requests import Outcome
+from scara_control.nodes.command_listener import CommandListener
 from scara_control.nodes.gating import move_request, open_gate
 from scara_control.nodes.idle import Attention, IdleWait
 from scara_control.nodes.payload_listener import PayloadListener
@@ -83,7 +84,7 @@ class JointPoseController:
         guard = Guard()
         subscribe("twin/joint_states", JointState, self._reader, guard)
         subscribe("twin/controller_modes", String, self._on_modes, guard, queue_size=10)
-        subscribe("motion_command", MotionCommand, self._on_command, guard, queue_size=20)
+        self._commands = CommandListener(self._on_command, guard)
         subscribe("joint_pose_controller/follow", JointTrajectory, self._on_follow, guard)
         subscribe("joint_pose_controller/target", JointState, self._on_target, guard, queue_size=10)
         subscribe(
@@ -120,7 +121,18 @@ class JointPoseController:
             self._reader.rouse()
             self._delays.rouse()
 
+    def _hear_stops_first(self) -> None:
+        """Let a stop that waits be heard before us, if this node may have stood still."""
+        with self._lock:
+            gap = self._epoch.ran(time.monotonic())
+            if gap and not self._core.is_idle:
+                self._core.stood_still(gap)
+        if gap:
+            self._commands.read_out()
+
     def _tick(self, now: float) -> None:
+        if not self._core.is_idle:
+            self._hear_stops_first()
         with self._lock:
             self._epoch.ran(time.monotonic())
             setpoints = self._core.tick(now)
@@ -149,13 +161,14 @@ class JointPoseController:
             return
         with self._lock:
             now = self._clock.now()
-            if self._inbox.accept(message.header.frame_id, message.id, now):
-                self._epoch.hear(command, message.reason)
+            fresh = self._inbox.accept(message.header.frame_id, message.id, now)
+            if fresh and self._epoch.hear(command, message.reason, message.asked, time.monotonic()):
                 self._core.command(command, message.reason, now)
                 rospy.loginfo("%s (id %d)", command.text(message.reason), message.id)
             self._settle(now)
 
     def _on_follow(self, message: JointTrajectory) -> None:
+        self._hear_stops_first()
         with self._lock:
             now, offset = self._clock.now(), self._clock.offset()
             if not message.points:
@@ -164,6 +177,10 @@ class JointPoseController:
                 return
             setpoints = to_setpoints(message, due_times(message, offset))
             try:
+                if not self._core.is_following:
+                    # What was due before a stop was sent before it.
+                    due = self._clock.asked(message.header.stamp)
+                    self._epoch.begin(due, time.monotonic(), stream=True)
                 self._rouse(now)
                 passed = self._core.follow(setpoints, now)
             except ScaraControlError as error:
@@ -198,7 +215,8 @@ class JointPoseController:
         def log(outcome: Outcome) -> None:
             (rospy.loginfo if outcome.success else rospy.logwarn)("target: %s", outcome.message)
 
-        refusal = self._begin(message.name, message.position, speed, log)
+        asked = self._clock.asked(message.header.stamp)
+        refusal = self._begin(message.name, message.position, speed, asked, log)
         if refusal:
             rospy.logwarn("target: refused: %s", refusal)
 
@@ -212,7 +230,11 @@ class JointPoseController:
 
         self._reader.wait_for_first(self._config.move.settle_timeout)
         refusal = self._begin(
-            request.joint_names, request.joint_positions, request.speed_percent, answer
+            request.joint_names,
+            request.joint_positions,
+            request.speed_percent,
+            request.asked,
+            answer,
         )
         if refusal:
             return MoveJointsResponse(False, refusal, (), 0.0)
@@ -225,24 +247,31 @@ class JointPoseController:
         )
 
     def _begin(
-        self, names: Any, positions: Any, speed_percent: float, ended: Callable[[Outcome], None]
+        self,
+        names: Any,
+        positions: Any,
+        speed_percent: float,
+        asked: float,
+        ended: Callable[[Outcome], None],
     ) -> str:
-        """Begin a move; return why not, or an empty text."""
+        """Begin a move that was asked for at ``asked``; return why not, or an empty text."""
+        self._hear_stops_first()
         for listener in (self._reader, self._delays):
             listener.catch_up()
         try:
             with self._lock:
-                epoch = self._epoch.begin(time.monotonic())
+                request = self._epoch.begin(asked, time.monotonic())
         except ScaraControlError as error:
             return str(error)
         # Nothing is locked meanwhile: a stop is obeyed, and ends what is only being judged.
         refusal = self._judged(names, positions, speed_percent)
         if refusal:
             return refusal
+        self._hear_stops_first()
         with self._lock:
             now = self._clock.now()
             try:
-                self._epoch.check(epoch)
+                self._epoch.check(request)
                 self._rouse(now)
                 move_id = self._core.move(names, positions, speed_percent, now)
             except ScaraControlError as error:

@@ -29,6 +29,7 @@ from scara_control.joint_motion import JointMotion
 from scara_control.motion.commands import Command, CommandInbox, parse_modes
 from scara_control.motion.epoch import Epoch
 from scara_control.motion.jogging.jog import TRIM, JogController
+from scara_control.nodes.command_listener import CommandListener
 from scara_control.nodes.idle import QUIET_S, IdleWait
 from scara_control.nodes.setpoint_messages import to_message
 from scara_control.nodes.wiring import Guard, JointStateReader, MotionClock, start_node, subscribe
@@ -78,7 +79,7 @@ class JointVelController:
             subscribe("twin_controller/state", TwinControllerState, self._on_mode, guard)
         subscribe("twin/joint_states", JointState, self._reader, guard)
         subscribe("twin/controller_modes", String, self._on_modes, guard, queue_size=10)
-        subscribe("motion_command", MotionCommand, self._on_command, guard, queue_size=20)
+        self._stops = CommandListener(self._on_command, guard)
         subscribe("joint_vel_controller/command", JointJog, self._on_jog, guard)
         subscribe("twin/payload", PayloadState, self._on_payload, guard, queue_size=10)
         subscribe(
@@ -96,7 +97,18 @@ class JointVelController:
     def _is_idle(self) -> bool:
         return self._core.is_idle
 
+    def _hear_stops_first(self) -> None:
+        """Let a stop that waits be heard before us, if this node may have stood still."""
+        with self._lock:
+            gap = self._epoch.ran(time.monotonic())
+            if gap and not self._core.is_idle:
+                self._core.stood_still(gap)
+        if gap:
+            self._stops.read_out()
+
     def _tick(self, now: float) -> None:
+        if not self._core.is_idle:
+            self._hear_stops_first()
         with self._lock:
             self._epoch.ran(time.monotonic())
             for name, velocity in self._core.tick(now).items():
@@ -121,15 +133,18 @@ class JointVelController:
             if message.command in list(Command) and self._inbox.accept(
                 message.header.frame_id, message.id, now
             ):
-                self._core.obey(Command(message.command), message.reason, now)
+                command = Command(message.command)
+                if self._epoch.hear(command, message.reason, message.asked, time.monotonic()):
+                    self._core.obey(command, message.reason, now)
             self._show()
 
     def _on_jog(self, message: JointJog) -> None:
+        self._hear_stops_first()
         if self._core.is_idle:
             self._reader.catch_up()
         with self._lock:
             try:
-                self._epoch.begin(time.monotonic())
+                self._epoch.begin(self._clock.asked(message.header.stamp), time.monotonic())
                 now = self._clock.now()
                 if self._core.is_idle:
                     self._core.tick(now)  # the loop rests: the ramp begins now

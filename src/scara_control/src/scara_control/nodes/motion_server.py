@@ -25,6 +25,7 @@ from scara_config import Robot
 from scara_ros.io.process.memory import keep_for_good
 from scara_ros.io.service_connection import ServiceError
 from scara_ros.nodes.service_client import ServiceClient, StartedCall
+from scara_ros.standstill import said
 from sensor_msgs.msg import JointState
 
 from control_msgs.msg import JointJog
@@ -33,11 +34,12 @@ from scara_control.errors import ScaraControlError
 from scara_control.joint_motion import JointMotion
 from scara_control.kinematics.tool import tool_kinematics
 from scara_control.motion.commands import Command, MotionRefusedError
-from scara_control.motion.epoch import Epoch
+from scara_control.motion.epoch import Asked, Epoch
 from scara_control.motion.feedback import Feedback
 from scara_control.motion.jogging.jog import TRIM
 from scara_control.motion.requests import check_speed
 from scara_control.motion.trim import Requests, Trim, tool_error
+from scara_control.nodes.command_listener import CommandListener
 from scara_control.nodes.idle import QUIET_S
 from scara_control.nodes.wiring import (
     Guard,
@@ -59,6 +61,7 @@ _NAME = "motion_server"
 class Goal:
     """One request under way."""
 
+    asked: float
     number: int
     point: tuple[float, float, float]
     target: tuple[float, ...]
@@ -84,6 +87,8 @@ class MotionServer:
         self._requests = Requests()
         self._epoch = Epoch(time.monotonic())
         self._paused = False
+        # When somebody let a paused motion go on: from then on its jogs are as new as that.
+        self._resumed = 0.0
         self._stops = 0
         within = config.trim.service_timeout
         self._kinematics = ServiceClient(
@@ -100,7 +105,7 @@ class MotionServer:
         )
         guard = Guard()
         subscribe("twin/joint_states", JointState, self._reader, guard)
-        subscribe("motion_command", MotionCommand, self._on_command, guard, queue_size=20)
+        self._stops_heard = CommandListener(self._on_command, guard)
         offer("move_to", MoveTo, self._on_move_to)
 
     def _measure(self, measured: JointMotion) -> None:
@@ -117,7 +122,10 @@ class MotionServer:
         with self._lock:
             self._paused = message.command == Command.PAUSE
             if message.command in list(Command) and message.header.frame_id != _NAME:
-                self._epoch.hear(Command(message.command), message.reason)
+                command, now = Command(message.command), time.monotonic()
+                obeyed = self._epoch.hear(command, message.reason, message.asked, now)
+                if command is Command.RESUME and obeyed:
+                    self._resumed = message.asked if said(message.asked, now) else now
             if (
                 message.command in (Command.STOP, Command.ESTOP, Command.YIELD)
                 and message.header.frame_id != _NAME
@@ -154,8 +162,9 @@ class MotionServer:
 
     def _move_to(self, request: Any) -> str:
         """Do it all; return what to say at the end."""
+        self._hear_stops_first()
         with self._lock:
-            epoch = self._epoch.begin(time.monotonic())
+            asked = self._epoch.begin(request.asked, time.monotonic())
         check_speed(request.speed_percent, self._config.move)
         self._reader.wait_for_first(self._config.trim.service_timeout)
         seed = self._feedback.fresh(self._clock.now()).q
@@ -164,8 +173,9 @@ class MotionServer:
         )
         if not answer.success:
             raise MotionRefusedError(answer.message)
-        with self._begun(epoch) as number:
+        with self._begun(asked) as number:
             goal = Goal(
+                asked.at,
                 number,
                 (request.x, request.y, request.z),
                 tuple(answer.joint_positions),
@@ -176,10 +186,11 @@ class MotionServer:
         return f"reached, {error * 1e3:.3f} mm from the point"
 
     @contextmanager
-    def _begun(self, epoch: int) -> Iterator[int]:
+    def _begun(self, asked: Asked) -> Iterator[int]:
         """Replace the running request, wait until it has let go, and let go in the end."""
+        self._hear_stops_first()
         with self._lock:
-            self._epoch.check(epoch)
+            self._epoch.check(asked)
             number = self._requests.begin()
             self._paused = False
             if not self._lock.wait_for(
@@ -194,8 +205,16 @@ class MotionServer:
                 self._requests.end(number)
                 self._lock.notify_all()
 
+    def _hear_stops_first(self) -> None:
+        """Let a stop that waits be heard before us, if this node may have stood still."""
+        with self._lock:
+            gap = self._epoch.ran(time.monotonic())
+        if gap:
+            self._stops_heard.read_out()
+
     def _check(self, goal: Goal) -> None:
         """Raise when the request was cancelled."""
+        self._hear_stops_first()
         with self._lock:
             why = self._requests.why_cancelled(goal.number)
         if why:
@@ -210,6 +229,7 @@ class MotionServer:
             joint_names=self._names,
             joint_positions=goal.target,
             speed_percent=goal.speed_percent,
+            asked=goal.asked,
         )
         while not call.ended.wait(_POLL):
             try:
@@ -230,9 +250,13 @@ class MotionServer:
         if not why.startswith("cancelled by"):
             return
         deadline = self._clock.now() + self._config.trim.service_timeout
+        cancelled = time.monotonic()
         while not call.ended.wait(_REPEAT_STOP) and self._clock.now() < deadline:
             self._stops += 1
-            stop = MotionCommand(command=MotionCommand.STOP, id=self._stops, reason=why)
+            # What is asked for from now on is not meant.
+            stop = MotionCommand(
+                command=MotionCommand.STOP, id=self._stops, reason=why, asked=cancelled
+            )
             stop.header.frame_id = _NAME
             stop.header.stamp = rospy.Time.now()
             self._command.publish(stop)
@@ -262,19 +286,20 @@ class MotionServer:
                 if self._paused:
                     deadline += self._config.period
                 elif inside == 0.0 or jogged:
-                    self._publish_jog(step.qdot)
+                    self._publish_jog(step.qdot, goal)
                     jogged = True
                 now += self._config.period
                 self._clock.sleep_until(now)
         finally:
             if jogged:
-                self._publish_jog((0.0,) * len(self._names))
+                self._publish_jog((0.0,) * len(self._names), goal)
                 self._clock.sleep_until(self._clock.now() + trim.settled)
 
-    def _publish_jog(self, qdot: tuple[float, ...]) -> None:
+    def _publish_jog(self, qdot: tuple[float, ...], goal: Goal) -> None:
+        """Publish a jog that is as old as the request: a stop after that refuses it."""
         jog = JointJog(joint_names=self._names, velocities=qdot)
         jog.header.frame_id = TRIM
-        jog.header.stamp = rospy.Time.now()
+        jog.header.stamp = self._clock.stamp(max(goal.asked, self._resumed))
         self._jog.publish(jog)
 
 

@@ -33,7 +33,8 @@ from scara_control.config import MotionConfig
 from scara_control.dynamics.effort import Load
 from scara_control.joint_motion import JointMotion
 from scara_control.motion.commands import Command, CommandInbox, MotionRefusedError
-from scara_control.motion.epoch import Epoch
+from scara_control.motion.epoch import Asked, Epoch
+from scara_control.nodes.command_listener import CommandListener
 from scara_control.nodes.gating import Turnstile, open_gate, trajectory_request
 from scara_control.nodes.idle import QUIET_S, Attention, IdleWait
 from scara_control.nodes.payload_listener import PayloadListener
@@ -82,7 +83,7 @@ class TrajectoryServer:
         subscribe_attentively(
             "joint_pose_controller/state", MotionState, self._on_motion_state, guard, self._states
         )
-        subscribe("motion_command", MotionCommand, self._on_command, guard, queue_size=20)
+        self._commands = CommandListener(self._on_command, guard)
         subscribe_attentively(
             "twin_controller/state", TwinControllerState, self._on_mode, guard, self._modes
         )
@@ -105,7 +106,16 @@ class TrajectoryServer:
         with self._lock:
             self._desk.carry(load)
 
+    def _hear_stops_first(self) -> None:
+        """Let a stop that waits be heard before us, if this node may have stood still."""
+        with self._lock:
+            gap = self._epoch.ran(time.monotonic())
+        if gap:
+            self._commands.read_out()
+
     def _tick(self, now: float) -> None:
+        if not self._desk.is_idle:
+            self._hear_stops_first()
         with self._lock:
             self._epoch.ran(time.monotonic())
             turn = self._desk.tick(now)
@@ -134,28 +144,32 @@ class TrajectoryServer:
     def _on_goal(self, handle: Any) -> None:
         goal = to_goal(handle.get_goal(), self._clock.offset())
         key = handle.get_goal_id().id
+        # The header's stamp is the sender's. That of the id may be actionlib's own, of now.
+        said = self._clock.asked(handle.goal.header.stamp)
+        self._hear_stops_first()
         with self._lock:
             try:
-                epoch = self._epoch.begin(time.monotonic())
+                asked = self._epoch.begin(said, time.monotonic())
             except MotionRefusedError as error:
                 _reject(handle, GoalError(Code.INVALID_GOAL, str(error)))
                 return
             self._judged[key] = handle
         # actionlib holds its lock while it calls us: a cancellation must not wait for the judge.
-        self._judging.put(lambda: self._accept(key, handle, goal, epoch))
+        self._judging.put(lambda: self._accept(key, handle, goal, asked))
 
-    def _accept(self, key: str, handle: Any, goal: Goal, epoch: int) -> None:
+    def _accept(self, key: str, handle: Any, goal: Goal, asked: Asked) -> None:
         """Let a goal in once it is judged; unless it was cancelled or a stop came meanwhile."""
         found = self._gate.ask(
             f"trajectory of {len(goal.points)} points", **trajectory_request(goal)
         )
         for listener in (self._reader, self._states, self._modes):
             listener.catch_up()
+        self._hear_stops_first()
         with self._lock:
             if self._judged.pop(key, None) is None:
                 return
             try:
-                self._epoch.check(epoch)
+                self._epoch.check(asked)
                 if not found.allowed:
                     raise MotionRefusedError(found.text)
                 begun = self._desk.accept(key, goal, self._clock.now())
@@ -204,8 +218,8 @@ class TrajectoryServer:
         with self._lock:
             if self._inbox.accept(message.header.frame_id, message.id, self._clock.now()):
                 command = Command(message.command)
-                self._epoch.hear(command, message.reason)
-                self._desk.command(command, message.reason)
+                if self._epoch.hear(command, message.reason, message.asked, time.monotonic()):
+                    self._desk.command(command, message.reason)
         self._rest.wake()  # a goal that waited is told at once that it never begins
 
 

@@ -23,6 +23,11 @@ from scara_control.nodes.idle import HOLD_S, IDLE_S, Attention, IdleWait
 
 _LOG_PERIOD = 2.0
 _LATE_PERIODS = 20.0
+_CLOCK_SET_S = 0.02
+"""A system clock that has gone so far from the monotonic one was set; our choice. Slewing takes
+40 s for it."""
+_DOUBT_S = 2.0
+"""So long after that no stamp is believed; our choice: what waits is read by then."""
 
 
 def start_node(name: str) -> tuple[Robot, MotionConfig]:
@@ -110,6 +115,7 @@ class MotionClock:
     def __init__(self) -> None:
         """Look whether time is simulated."""
         self.simulated = bool(rospy.get_param("/use_sim_time", False))
+        self._kept, self._doubt_until = self.offset(), 0.0
 
     def now(self) -> float:
         """Return the time of the axis [s]."""
@@ -118,6 +124,25 @@ class MotionClock:
     def offset(self) -> float:
         """Return ROS time minus the axis, at this moment [s]."""
         return 0.0 if self.simulated else time.time() - time.monotonic()
+
+    def asked(self, stamp: rospy.Time) -> float:
+        """Return when a message was stamped, by the monotonic clock [s]; 0: that is not known.
+
+        It is not while time is simulated, nor right after the system's clock was set.
+        """
+        if self.simulated or stamp.is_zero():
+            return 0.0
+        offset, now = self.offset(), time.monotonic()
+        if abs(offset - self._kept) > _CLOCK_SET_S:
+            self._doubt_until = now + _DOUBT_S
+        self._kept = offset
+        return 0.0 if now < self._doubt_until else float(stamp.to_sec()) - offset
+
+    def stamp(self, asked: float) -> rospy.Time:
+        """Return the stamp for a message of what was asked for then; see :meth:`asked`."""
+        if self.simulated:
+            return rospy.Time.now()
+        return rospy.Time.from_sec(asked + self.offset())
 
     def sleep_until(self, deadline: float) -> None:
         """Sleep to an absolute deadline."""

@@ -62,14 +62,15 @@ class Turn:
 class _Running:
     """The goal that runs.
 
-    Seen to be followed, how it has ended, since when its end is held, and when its stream was
-    ended.
+    Seen to be followed, stopped so that it sends nothing more, how it has ended, since when its end
+    is held, and when its stream was ended.
     """
 
     key: Hashable
     execution: Execution
     since: float
     followed: bool = False
+    stopped: bool = False
     verdict: Ended | None = None
     held_since: float = 0.0
     closed_at: float | None = None
@@ -133,7 +134,8 @@ class GoalQueue:
         """Obey a motion command.
 
         What waits never begins after a stop or a pause, nor does a goal of which
-        joint_pose_controller has seen nothing yet. One that it follows ends there, on its ramp.
+        joint_pose_controller has seen nothing yet. One that it follows ends there, on its ramp: it
+        gets no set points after a stop, which would begin a new stream if it has ended the old one.
         """
         if command in ENDING and self._waiting is not None:
             key, _, _ = self._waiting
@@ -145,6 +147,9 @@ class GoalQueue:
         if command in (Command.PAUSE, Command.RESUME):
             self._running.execution.paused = command is Command.PAUSE
         elif command in ENDING and not self._running.followed:
+            self._give_up(self._running, f"aborted by {command.text(reason)}")
+        elif command in (Command.STOP, Command.ESTOP):
+            self._running.stopped = True
             self._give_up(self._running, f"aborted by {command.text(reason)}")
 
     def accept(self, key: Hashable, goal: Goal, now: float) -> bool:
@@ -237,6 +242,7 @@ class GoalQueue:
             if (
                 following
                 and leads
+                and not running.stopped
                 and now - running.held_since < self._config.trajectory.goal_time_tolerance
             ):
                 place = JointMotion.at_rest(running.execution.place)

@@ -19,6 +19,8 @@ from scara_ros.io.service_connection import (
 )
 
 LOOKUP_TIMEOUT_S = 2.0  # our choice: a master that hangs must not take all of a call's time
+ASKED = "asked"
+"""The field of a request that may move something: see scara_msgs/MoveTo."""
 RETRY_S = 0.05  # our choice: how soon a service that is not there yet is looked for again
 
 
@@ -86,11 +88,18 @@ class ServiceClient:
 
     def __call__(self, **fields: Any) -> Any:
         """Call with the request's fields; see :meth:`call`."""
-        return self.call(self._kind._request_class(**fields))
+        return self.call(self._request(fields))
 
     def start(self, **fields: Any) -> StartedCall:
         """Begin a call and return at once."""
-        return StartedCall(self, self._kind._request_class(**fields))
+        return StartedCall(self, self._request(fields))
+
+    def _request(self, fields: dict[str, Any]) -> Any:
+        """Build the request. One that says when it was asked for is asked for now by default."""
+        request = self._kind._request_class(**fields)
+        if not getattr(request, ASKED, 1.0):
+            request.asked = time.monotonic()
+        return request
 
     def call(self, request: Any) -> Any:
         """Send a request and return the response.

@@ -193,6 +193,7 @@ class Operator(Event, frozen=True, tag="operator"):
         session: Tells several pages or clients of one person apart.
         unproven: Why the person is not known to be the one that is named; empty: known. Nobody's
             token ever gets here.
+        asked: When it was asked for, or the earliest time at which that may have been [s]; 0: now.
     """
 
     command: str
@@ -203,6 +204,7 @@ class Operator(Event, frozen=True, tag="operator"):
     person: str = ""
     session: str = ""
     unproven: str = ""
+    asked: float = 0.0
 
 
 class ControlAsked(Event, frozen=True, tag="control"):

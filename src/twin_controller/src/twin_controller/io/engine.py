@@ -11,6 +11,7 @@ from types import TracebackType
 from typing import Any, Protocol
 
 import msgspec
+from scara_ros.standstill import Standstill, said
 
 from twin_controller.core.actions import (
     AnyAction,
@@ -81,6 +82,7 @@ class Engine:
         self._thread = threading.Thread(target=self._run, name="engine", daemon=True)
         self.failure: BaseException | None = None
         self._looped = float("-inf")
+        self._standstill = Standstill(time.monotonic())
 
     def __enter__(self) -> Engine:
         """Start."""
@@ -106,6 +108,15 @@ class Engine:
     def alive(self) -> bool:
         """Whether the engine has decided a moment ago; it may hang in what it publishes or logs."""
         return time.monotonic() - self._looped < ALIVE
+
+    def asked(self, asked: float, now: float) -> float:
+        """Return when a command was asked for, or the earliest time at which that may have been.
+
+        Args:
+            asked: What its sender says, by the monotonic clock [s]; 0: nothing.
+            now: When it is read [s].
+        """
+        return asked if said(asked, now) else self._standstill.earliest(now)
 
     def put(self, event: AnyEvent) -> None:
         """Hand one input over; returns at once, from any thread."""
@@ -152,6 +163,7 @@ class Engine:
                 if batch is None:
                     return
                 now = time.monotonic()
+                self._standstill.seen(now)
                 gap = gaps.look(now)
                 if gaps.stood:
                     # First of all: what waits in the batch is judged without the gap.

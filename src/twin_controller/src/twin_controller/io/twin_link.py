@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable
 from types import TracebackType
 from typing import Any
+from urllib.parse import urlsplit
 
 from typing_extensions import Self
 
@@ -50,6 +51,8 @@ _LOG = logging.getLogger("rosout.twin_link")
 MOVE_TIMEOUT_S = 120.0
 GRIP_TIMEOUT_S = 2.0
 FIRST_PROBES_S = 0.02
+HERE = ("127.0.0.1", "localhost", "::1")
+"""Hosts of a gateway on this machine."""
 Done = Callable[[bool, str], None]
 
 
@@ -74,6 +77,8 @@ class TwinLink:
             access: What the gateway asks of us.
         """
         self._setup, self._put = setup, put
+        # The monotonic clock is one for all processes of a machine, and another one elsewhere.
+        self._same_clock = urlsplit(url).hostname in HERE
         self._rejected = 0
         self._probes = 0
         self._plausible = Plausibility()
@@ -158,7 +163,9 @@ class TwinLink:
         if action.command is Command.RELEASE_TWIN:
             self._link.publish(FOLLOW, end_packet(stamp))
             return
-        packet = command_packet(action, stamp)
+        # Sent again it stays as old as it is.
+        asked = time.monotonic() if self._same_clock else 0.0
+        packet = command_packet(action, stamp, asked)
         if self._link.publish(MOTION_COMMAND, packet):
             self._command = told(packet, self._patience, time.monotonic())
 
@@ -183,7 +190,8 @@ class TwinLink:
 
     def move(self, action: MoveTwin, done: Done) -> None:
         """Start a move; ``done`` is told how it ended."""
-        self._call(move_call(action, self._setup.names), done, MOVE_TIMEOUT_S)
+        call = move_call(action, self._setup.names, self._same_clock)
+        self._call(call, done, MOVE_TIMEOUT_S)
 
     def grip(self, on: bool, done: Done) -> None:
         """Switch the suction; ``done`` is told what came of it."""

@@ -73,13 +73,16 @@ class CommandServices:
         return TriggerResponse(answer.success, answer.message)
 
     def _command(self, request: TwinCommand._request_class) -> TwinCommandResponse:
+        # First of all: reading tokens, judging and the way to the engine take their time, and a
+        # stop may come meanwhile.
+        now = time.monotonic()
+        asked = self._engine.asked(request.asked, now)
         command = request.command.strip().upper()
         target = _target(command, request)
-        if command in ENDING:
-            self._gate.stopped()
         event = Operator(
-            time.monotonic(),
+            now,
             command,
+            asked=asked,
             speed_percent=request.speed_percent,
             target=target,
             elbow=request.elbow,

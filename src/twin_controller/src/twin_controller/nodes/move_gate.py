@@ -16,13 +16,10 @@ from scara_msgs.srv import JudgeMotion
 from twin_controller.core.events import Operator
 from twin_controller.core.lead.commands.allowed import refusals
 from twin_controller.core.lead.commands.judging import MOVES, judge_move
-from twin_controller.core.lead.modes import Mode
 from twin_controller.core.setup import Setup
 from twin_controller.core.state import CoreState
 from twin_controller.nodes.own_programs import OwnPrograms
 
-HOLDING = (Mode.OFFLINE, Mode.PAUSED, Mode.STOPPED, Mode.ESTOP, Mode.FAULT)
-"""Modes whose beginning ends what is only being judged."""
 PASSED = Permit(True, "")
 
 
@@ -55,7 +52,6 @@ class MoveGate:
             lambda: self._state().sides.real.flags,
             pause,
         )
-        self._stops = 0
         rospy.Subscriber(TOLD, Audit, self._told, queue_size=100, tcp_nodelay=True)
 
     def look(self) -> None:
@@ -63,25 +59,19 @@ class MoveGate:
         if not self._gate.is_off:
             self._own.look()
 
-    def stopped(self) -> None:
-        """Note a stop or a pause: what is judged now never begins."""
-        self._stops += 1
-
     def judge(self, event: Operator) -> Permit:
         """Return whether a command may go on to the controller; all but moves may.
 
-        What the controller refuses by itself is left to it.
+        What the controller refuses by itself is left to it, also what was stopped while it was
+        judged.
         """
         if event.command not in MOVES or self._gate.is_off:
             return PASSED
-        before, stops = self._state(), self._stops
+        before = self._state()
         refused = refusals(self._setup, before, time.monotonic())["MOVE"]
         if refused or judge_move(self._setup, before.sides.twin, event).refusal:
             return PASSED
-        found = self._gate.ask(_words(event), **self._request(event))
-        if found.allowed and (why := self._interrupted(before, stops)):
-            return Permit(False, f"{why} while it was judged: send it again")
-        return found
+        return self._gate.ask(_words(event), **self._request(event))
 
     def _request(self, event: Operator) -> dict[str, Any]:
         speed = event.speed_percent
@@ -94,15 +84,6 @@ class MoveGate:
             speed = speed or self._setup.config.home.speed_percent
             target = self._setup.home
         return {"motion": "MOVE_JOINTS", "speed_percent": speed, "joint_positions": list(target)}
-
-    def _interrupted(self, before: CoreState, stops: int) -> str:
-        """Return what has stopped the pair meanwhile, or an empty text."""
-        if self._stops != stops:
-            return "a stop or a pause came"
-        for decision in self._state().lead.decisions:
-            if decision.seq > before.lead.seq and decision.mode_after in HOLDING:
-                return f"the pair came to {decision.mode_after} ({decision.why})"
-        return ""
 
     def _told(self, said: Audit) -> None:
         """Show and keep what a gate has said, ours too."""

@@ -222,13 +222,20 @@ def end_packet(stamp: float) -> dict[str, Any]:
     }
 
 
-def command_packet(action: Send, stamp: float) -> dict[str, Any]:
-    """Build the scara_msgs/MotionCommand of an action; ``stamp`` is the twin's ROS time."""
+def command_packet(action: Send, stamp: float, asked: float = 0.0) -> dict[str, Any]:
+    """Build the scara_msgs/MotionCommand of an action.
+
+    Args:
+        action: What the twin is told.
+        stamp: The twin's ROS time.
+        asked: When it was decided, by the monotonic clock of the twin's machine [s]; 0: not known.
+    """
     return {
         "header": {"stamp": ros_time(stamp), "frame_id": SENDER},
         "command": _COMMANDS[action.command],
         "id": action.id,
         "reason": action.reason,
+        "asked": asked,
     }
 
 
@@ -244,19 +251,26 @@ class ServiceCall(NamedTuple):
     arguments: dict[str, Any]
 
 
-def move_call(action: MoveTwin, names: Sequence[str]) -> ServiceCall:
-    """Return the call that moves the twin: to a point by ``move_to``, or to joint positions."""
+def move_call(action: MoveTwin, names: Sequence[str], same_clock: bool = True) -> ServiceCall:
+    """Return the call that moves the twin: to a point by ``move_to``, or to joint positions.
+
+    Args:
+        action: Where to, and when that was asked for.
+        names: The twin's joints.
+        same_clock: The twin's nodes run on this machine: they can be told when.
+    """
+    asked = {"asked": action.asked if same_clock else 0.0}
     if action.command == "MOVE":
         x, y, z = action.target
         point = {"x": x, "y": y, "z": z}
         speed = {"speed_percent": action.speed_percent, "elbow": action.elbow}
-        return ServiceCall("move_to", point | speed)
+        return ServiceCall("move_to", point | speed | asked)
     arguments = {
         "joint_names": list(names),
         "joint_positions": list(action.target),
         "speed_percent": action.speed_percent,
     }
-    return ServiceCall("joint_pose_controller/move", arguments)
+    return ServiceCall("joint_pose_controller/move", arguments | asked)
 
 
 def gripper_call(on: bool) -> ServiceCall:

@@ -396,3 +396,19 @@ def test_a_clock_that_goes_back_ends_all_motion():
     bench.tick()
     bench.move()
     bench.until("idle")
+
+
+@pytest.mark.parametrize("command", [Command.STOP, Command.ESTOP])
+def test_a_stop_behind_a_standstill_moves_nothing(command: Command) -> None:
+    """The joints have come to rest at the last set points; a ramp would move them again."""
+    bench = Bench()
+    bench.move()
+    bench.tick(40)
+    assert bench.report.state == "moving"
+    count = len(bench.packets)
+    bench.now += 0.5
+    bench.command(command, "test")
+    bench.tick(50)
+    assert len(bench.packets) == count
+    (outcome,) = bench.outcomes
+    assert not outcome.success and f"aborted by {command.name}: test" in outcome.message

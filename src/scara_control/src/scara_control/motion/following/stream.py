@@ -147,6 +147,10 @@ class StreamGate:
         """Listen no more to the stream that is running now."""
         self._barred = now - self._heard <= self._timeout
 
+    def forgive(self, gap: float) -> None:
+        """Leave out a gap [s] in which nobody listened: it is no pause of who streams."""
+        self._heard += gap
+
     def check(self, now: float) -> None:
         """Note that a packet came.
 
@@ -202,6 +206,10 @@ class Stream:
             self.refused += 1
             raise
         return True
+
+    def forgive(self, gap: float) -> None:
+        """Leave out a gap [s] in which nobody listened; see :class:`StreamGate`."""
+        self._gate.forgive(gap)
 
     def bar(self, now: float) -> None:
         """Listen no more to the stream that is running now."""

@@ -136,6 +136,10 @@ class JogController:
         self._limit = float(percent)
         self._queue.limit(self._joints, percent)
 
+    def stood_still(self, gap: float) -> None:
+        """Note that nobody listened for ``gap`` [s]: that was no pause of a stream of jogs."""
+        self._gate.forgive(gap)
+
     def obey(self, command: Command, reason: str, now: float) -> None:
         """Obey STOP, PAUSE, ESTOP, RESET; RESUME starts no jogging again."""
         if command is Command.RESUME:

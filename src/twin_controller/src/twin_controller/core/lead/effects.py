@@ -145,5 +145,5 @@ def _move_twin(setup: Setup, asked: Operator) -> MoveTwin:
     """Pass the operator's move on to the twin; home is a move of the joints."""
     if asked.command == "HOME":
         speed = asked.speed_percent or setup.config.home.speed_percent
-        return MoveTwin("MOVE_JOINTS", setup.home, speed, asked.elbow)
-    return MoveTwin(asked.command, asked.target, asked.speed_percent, asked.elbow)
+        return MoveTwin("MOVE_JOINTS", setup.home, speed, asked.elbow, asked.asked)
+    return MoveTwin(asked.command, asked.target, asked.speed_percent, asked.elbow, asked.asked)

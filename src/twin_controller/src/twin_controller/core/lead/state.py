@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import msgspec
+from scara_ros.standstill import said
 
 from twin_controller.core.actions import Decided
 from twin_controller.core.authority.control import Control
@@ -45,6 +46,28 @@ class Lead(msgspec.Struct, frozen=True):
     move_failed: str = ""
     # Who may begin a motion by command or on the twin's side.
     control: Control = Control()
+    # When the pair was stopped or paused last [s], and by what: what was asked for before that
+    # never begins.
+    ended: float = 0.0
+    ended_by: str = ""
+
+
+def end_epoch(lead: Lead, by: str, now: float) -> Lead:
+    """Note that the pair was stopped or paused by something."""
+    return msgspec.structs.replace(lead, ended=now, ended_by=by)
+
+
+def cancelled(lead: Lead, asked: float, now: float) -> str:
+    """Return why a command comes too late, or an empty text.
+
+    Args:
+        lead: The lead before it.
+        asked: When it was asked for [s]; 0: now.
+        now: When it is heard [s].
+    """
+    if (asked if said(asked, now) else now) >= lead.ended:
+        return ""
+    return f"cancelled by {lead.ended_by}, before it began"
 
 
 def record(lead: Lead, decision: Decided, history: int) -> Lead:

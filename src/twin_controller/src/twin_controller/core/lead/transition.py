@@ -11,7 +11,7 @@ from twin_controller.core.events import Operator
 from twin_controller.core.lead import triggers
 from twin_controller.core.lead.effects import carry_out
 from twin_controller.core.lead.modes import ONSET_TRIGGERS, SAFETY_TRIGGERS, Mode, Trigger
-from twin_controller.core.lead.state import record
+from twin_controller.core.lead.state import end_epoch, record
 from twin_controller.core.lead.table import (
     FOLLOWS_TWIN,
     LEADERS,
@@ -38,6 +38,8 @@ AT_ROBOT = (
     Trigger.REAL_STOPPED,
 )
 """What somebody does at the robot itself. That needs no control: who stands there comes first."""
+HOLDING = (Mode.OFFLINE, Mode.PAUSED, Mode.STOPPED, Mode.ESTOP, Mode.FAULT)
+"""Modes whose beginning ends all that was asked for before."""
 
 replace = msgspec.structs.replace
 Result = tuple[CoreState, list[AnyAction]]
@@ -189,6 +191,8 @@ def _enter(setup: Setup, state: CoreState, row: Row, trigger: Trigger, now: floa
         reset_since=None,
         move_pending=lead.move_pending and active is Mode.OPERATOR_LEADS,
     )
+    if mode in HOLDING:
+        new = end_epoch(new, f"{mode} ({trigger.value})", now)
     state = _end_following(state, active)
     if mode in (Mode.STOPPED, Mode.FAULT, Mode.ESTOP, Mode.OFFLINE, Mode.PAUSED):
         # Where the sides stop is not agreed: nothing counts as a motion until they stand.

@@ -9,7 +9,7 @@ from twin_controller.core.authority import control as rules
 from twin_controller.core.authority.control import Control, Outcome, Seat
 from twin_controller.core.events import AnyEvent, ControlAsked, Operator, Tick
 from twin_controller.core.lead.operator import operate
-from twin_controller.core.lead.state import record_notice
+from twin_controller.core.lead.state import cancelled, end_epoch, record_notice
 from twin_controller.core.setup import Setup
 from twin_controller.core.state import CoreState
 
@@ -48,12 +48,20 @@ def hear_control(setup: Setup, state: CoreState, event: ControlAsked) -> Result:
 def hear_command(setup: Setup, state: CoreState, event: Operator) -> Result:
     """Judge a command: first whether this person may begin a motion, then by the table.
 
-    STOP, PAUSE and ESTOP are for everybody, also for who is not the person that is named.
+    STOP, PAUSE and ESTOP are for everybody, also for who is not the person that is named. What was
+    asked for before the pair was stopped or paused is refused here, in the step that would begin
+    it.
     """
     if event.command in rules.ENDING:
-        return operate(setup, state, event)
+        state, actions = operate(setup, state, event)
+        # Also where it changes nothing: whoever asked before it did not know of it.
+        lead = end_epoch(state.lead, event.command, event.now)
+        return replace(state, lead=lead), actions
     seat, control = Seat(event.person, event.session), state.lead.control
     refused = event.unproven or rules.refusal(control, seat, event.now)
+    if not refused and event.command != "SPEED":
+        # A cap moves nothing, and a lower one is never too late.
+        refused = cancelled(state.lead, event.asked, event.now)
     if refused:
         return state, [Reply(event.id, False, refused)]
     return operate(setup, _with_control(state, rules.heard(control, seat, event.now)), event)

@@ -1,0 +1,80 @@
+"""What was asked for before a stop never begins after it, in the step that would begin it."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from harness.pair import HOME, Pair, shifted
+from twin_controller.core.actions import Command, MoveTwin, Send
+from twin_controller.core.authority.control import ENDING
+from twin_controller.core.lead.modes import Mode
+
+OTHER = shifted(HOME, 10.0, 5.0, 0.0)
+LATE_S = 0.6
+STANDS_S = 1.0
+"""After a stop so long the pair has agreed where it stands."""
+
+
+def idle() -> Pair:
+    """Return an idle pair."""
+    pair = Pair()
+    pair.connect()
+    return pair
+
+
+@pytest.mark.parametrize("stop", ENDING)
+@pytest.mark.parametrize("command", ["MOVE_JOINTS", "HOME", "ALIGN", "RESUME", "RESET"])
+def test_a_command_from_before_a_stop_is_refused_after_it(stop: str, command: str) -> None:
+    """It was read before and judged for a while; the stop was acknowledged meanwhile."""
+    pair = idle()
+    asked = pair.now
+    pair.run(0.2)
+    pair.operate(stop)
+    pair.run(LATE_S)
+    mode = pair.state.lead.mode
+    answer = pair.operate(command, target=OTHER, asked=asked)
+    assert not answer.success
+    assert answer.message == f"cancelled by {stop}, before it began"
+    assert pair.state.lead.mode is mode
+    assert not any(isinstance(action, MoveTwin) for action in pair.actions)
+
+
+def test_a_move_that_is_asked_for_after_the_stop_leaves_it() -> None:
+    """It is a person's act, and the twin is told when it was asked for."""
+    pair = idle()
+    pair.operate("STOP")
+    pair.run(STANDS_S)
+    asked = pair.now
+    pair.run(0.1)
+    assert pair.operate("MOVE_JOINTS", target=OTHER, asked=asked).success
+    assert [a.asked for a in pair.actions if isinstance(a, MoveTwin)] == [asked]
+
+
+@pytest.mark.parametrize("asked", [math.nan, math.inf, 1e9, -5.0, 0.0])
+def test_what_another_clock_says_is_not_newer_than_a_stop(asked: float) -> None:
+    """It counts as not said: such a command is as old as its arrival."""
+    pair = idle()
+    pair.operate("STOP")
+    pair.run(STANDS_S)
+    assert pair.operate("MOVE_JOINTS", target=OTHER, asked=asked).success
+
+
+def test_a_stop_of_a_side_counts_too() -> None:
+    """The twin was stopped by its own side while a move was judged."""
+    pair = idle()
+    asked = pair.now
+    pair.order_twin(Command.ESTOP_TWIN, 5)
+    pair.run_until(lambda: pair.state.lead.mode is Mode.ESTOP, 1.0)
+    answer = pair.operate("RESET", asked=asked)
+    assert answer.message == "cancelled by ESTOP (the twin was frozen on its side), before it began"
+    assert not any(isinstance(a, Send) and a.command is Command.RESET_REAL for a in pair.actions)
+
+
+def test_a_lower_speed_is_never_too_late() -> None:
+    """A cap begins no motion."""
+    pair = idle()
+    asked = pair.now
+    pair.run(0.1)
+    pair.operate("STOP")
+    assert pair.operate("SPEED", speed_percent=10.0, asked=asked).success
