@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import math
 import struct
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
+from fanuc_emulator.controller import Controller
 from fanuc_emulator.register_image import RegisterImage
-from fanuc_emulator.registers import RegisterError, decode
+from fanuc_emulator.registers import RegisterError, Value, decode
+from fanuc_emulator.streaming.ring import EMPTY
 from scara_config.modbus_map import ModbusMap, load_modbus_map
 
 if TYPE_CHECKING:
@@ -115,6 +118,28 @@ def test_one_request_with_set_point_heartbeat_and_speed_reaches_the_controller(
     bench.controller.write_heartbeat(0)
     bench.run(0.5)
     assert bench.now.positions[0] == pytest.approx(0.2, abs=1e-6)
+
+
+def test_one_request_fills_the_ring_whatever_its_order(
+    layout: ModbusMap, image: RegisterImage, bench: Bench
+) -> None:
+    """The newest number counts behind rows and times, wherever it stands; 0 takes all back."""
+    rows = [(90.0, 0.0, -160.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)] * layout.ring_places
+    flat = tuple(value for row in rows for value in row)
+    times = (100, 110, *[EMPTY] * (layout.ring_places - 2))
+    written: list[tuple[str, Value]]
+    written = [("ring_write", (2,)), ("ring_setpoint", flat), ("ring_clock_ms", times)]
+    for values in (written, written[::-1]):
+        controller = Controller(bench.config, bench.robot, {}, 1.7e9, ring_places=len(times))
+        ring = controller.source.ring
+        image.apply(controller, values)
+        assert ring.at(99) is None
+        assert ring.at(110) == pytest.approx((math.pi / 2, 0.0, -0.16, 0.0, 0.0))
+        assert (ring.at(120), ring.read, ring.underruns) == (ring.at(110), 2, 1)
+        image.apply(controller, [("ring_write", (0,)), ("ring_clock_ms", times)])
+        assert ring.at(130) is None and not ring.fed
+        image.apply(controller, [("ring_write", (2,))])
+        assert ring.at(130) is None, "what came with the 0 is taken back too"
 
 
 def test_half_a_value_keeps_its_other_half(image: RegisterImage) -> None:

@@ -15,7 +15,8 @@ from fanuc_emulator.register_image import RegisterImage
 from fanuc_emulator.registers import RegisterError, Value
 from fanuc_emulator.snpx.access import AssignedRegisters
 from fanuc_emulator.snpx.assignments import Assignment, AssignmentError, AssignmentTable, power_up
-from fanuc_emulator.snpx.variables import VariableError, parse
+from fanuc_emulator.snpx.variables import Kind, VariableError, parse
+from fanuc_emulator.snpx.words import encode
 from hypothesis import given
 from hypothesis import strategies as st
 from scara_config import ConfigError
@@ -231,6 +232,25 @@ def test_a_written_variable_is_one_value_in_all_forms(
     assert client.read(5000, len(given)) == given
     if shown is not None:
         assert client.floats(6000, 1) == [shown]
+
+
+@pytest.mark.parametrize(
+    ("value", "multiply", "count"),
+    [
+        (2.6, 1.0, 3),
+        (-2.6, 1.0, -3),
+        (2.4, -1.0, 2),
+        (0.126, 100.0, 13),
+        (-0.126, 100.0, -13),
+        (3e9, 1.0, 2**31 - 1),
+        (-3e9, 1.0, -(2**31)),
+    ],
+)
+def test_a_number_is_shown_as_the_nearest_count_or_the_largest(
+    value: float, multiply: float, count: int
+) -> None:
+    """Never cut towards 0, and never wrapped."""
+    assert encode(Kind.NUMBER, 2, multiply, value) == int32(count)
 
 
 def test_a_negative_number_of_one_word_is_replaced_whole(client: Client) -> None:

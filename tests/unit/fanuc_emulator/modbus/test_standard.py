@@ -96,6 +96,13 @@ def test_request_gets_the_answer_of_the_standard(asked: Asked, pdu: str, answer:
     assert asked.ask(pdu) == answer
 
 
+def test_no_request_is_longer_than_253_bytes(asked: Asked) -> None:
+    """Not even one that would say enough before its end; the longest right ones are taken."""
+    assert asked.ask("10 044C 0002 04 0032 0000" + " 00" * 244) == "90 03"
+    assert asked.ask("0F 1770 07B0 F6" + " 00" * 246) == "8f 02", "that many coils are not there"
+    assert asked.ask("10 044C 007B F6" + " 00" * 246) == "90 02", "nor so many registers"
+
+
 def test_nothing_is_written_by_a_request_that_cannot_be_read(asked: Asked) -> None:
     """Function 23 with an address that does not exist is refused whole."""
     asked.ask("10 044C 0002 04 0021 0000")
