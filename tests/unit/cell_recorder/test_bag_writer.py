@@ -9,6 +9,8 @@ from pathlib import Path
 
 import msgspec
 import pytest
+import rosbag
+import rospy
 from cell_recorder.io.bag_writer import BagWriter, BagWriterError
 from cell_recorder.recording import RecorderSettings
 from rosbags.highlevel import AnyReader
@@ -71,6 +73,23 @@ def test_stamps_never_run_backwards(tmp_path: Path) -> None:
         writer.put(topic, FLOAT64, struct.pack("<d", second), second * 10**9)
     writer.close()
     assert [stamp // 10**9 for _, stamp, _ in read(writer.path)] == [5, 5, 6]
+
+
+def test_each_chunk_says_when_its_first_and_its_last_message_came(tmp_path: Path) -> None:
+    """A reader looks only into the chunks of the time that is asked for."""
+    slow = msgspec.structs.replace(SETTINGS, write_period_ms=60_000.0)
+    writer = BagWriter(tmp_path / "run.bag", slow)
+    for begin in (0, 10, 20):
+        fill(writer, 10, start=begin)
+        writer._write_waiting()
+    writer.close()
+    with rosbag.Bag(str(writer.path)) as bag:
+        spans = [(chunk.start_time.to_nsec(), chunk.end_time.to_nsec()) for chunk in bag._chunks]
+        late = rospy.Time(10**9, 18 * 10**6)
+        found = [message.data for _, message, _ in bag.read_messages(start_time=late)]
+        assert bag.get_end_time() == pytest.approx(1e9 + 0.029, abs=1e-6)
+    assert spans == [(10**18 + k * 10**6, 10**18 + (k + 9) * 10**6) for k in (0, 10, 20)]
+    assert found == [float(i) for i in range(18, 30)]
 
 
 def test_a_full_queue_drops_and_counts(tmp_path: Path) -> None:

@@ -78,6 +78,23 @@ def test_our_reader_takes_all_parts_for_one_bag(tmp_path: Path) -> None:
         assert len(bag.readable) == 3
 
 
+def test_what_is_said_again_later_is_no_repetition(tmp_path: Path) -> None:
+    """Equal words count as often as they were said, but for the recorder's own repetition."""
+    writer = BagWriter(tmp_path / "run.bag", SETTINGS)
+    other = {**LATCHED, "callerid": "/another_node"}
+    for header in (LATCHED, other):
+        put(writer, "/cell/configuration", -1.0, 0.0, header)
+    put(writer, "/cell/number", 10.0, 10.0, FLOAT64)
+    writer._write_waiting()
+    put(writer, "/cell/configuration", -2.0, 61.0, LATCHED)
+    put(writer, "/cell/configuration", -1.0, 70.0, LATCHED)
+    writer._write_waiting()
+    assert writer.close().parts == 2
+    with open_bag(writer.path) as bag:
+        said = [(round(at - 1e9), message.data) for at, message in bag.messages("configuration")]
+    assert said == [(0, -1.0), (0, -1.0), (61, -2.0), (70, -1.0)]
+
+
 def test_a_part_can_be_read_alone(tmp_path: Path) -> None:
     """Whoever has only one part of a week reads that."""
     with open_bag(parts_of(recorded(tmp_path))[1]) as bag:

@@ -124,6 +124,16 @@ def test_no_link_is_followed(tmp_path: Path) -> None:
     assert outside.exists() and state.held_mb < 0.01
 
 
+def test_a_link_is_no_mark(tmp_path: Path) -> None:
+    """The recorder makes a file; a link that somebody has put there gives nothing up."""
+    kept_one = make(tmp_path, "kept", 9000.0, marked=False)
+    marked = make(tmp_path, "marked", 8000.0)
+    mark_of(kept_one).symlink_to(mark_of(marked))
+    _, removed = keep_limit(tmp_path, RunsState(limit_mb=0.1), NOW)
+    assert [each.path for each in removed] == [marked]
+    assert kept_one.exists()
+
+
 def test_a_recording_that_cannot_be_removed_is_said(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
