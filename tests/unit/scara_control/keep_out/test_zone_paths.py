@@ -27,7 +27,8 @@ ZONE = KeepOut("box", (400.0, -50.0, -100.0), (500.0, 50.0, 400.0))
     ("path", "found"),
     [
         ([(0.41, 0.0, 0.0), (0.45, 0.0, 0.0)], "would go deeper into"),
-        ([(0.41, 0.0, 0.0), (0.4105, 0.0, 0.0)], ""),
+        ([(0.41, 0.0, 0.0), (0.4109, 0.0, 0.0)], ""),
+        ([(0.41, 0.0, 0.0), (0.4111, 0.0, 0.0)], "would go deeper into"),
         ([(0.41, 0.0, 0.0), (0.41, 0.03, 0.0), (0.35, 0.0, 0.0)], ""),
         ([(0.41, 0.0, 0.0), (0.39, 0.0, 0.0), (0.6, 0.0, 0.0)], "would enter"),
     ],
@@ -41,6 +42,21 @@ def test_who_is_in_a_zone_may_only_leave_it(
         if found
         else not entered("tool", np.array(path), [ZONE])
     )
+
+
+def test_who_stands_on_a_face_may_go_along_it_and_away() -> None:
+    """A part that lies on a table's zone is in it by nothing; inwards is deeper."""
+    on = [(0.4, 0.0, 0.0), (0.4, 0.03, 0.1), (0.4, -0.03, 0.2)]
+    assert entered("tool", np.array(on), [ZONE]) == ""
+    assert entered("tool", np.array([*on, (0.3, 0.0, 0.0)]), [ZONE]) == ""
+    assert "would go deeper into" in entered("tool", np.array([*on, (0.45, 0.0, 0.0)]), [ZONE])
+
+
+def test_a_place_that_is_no_number_ends_the_leave_to_be_in_a_zone() -> None:
+    """What comes behind it is judged like anybody who comes from outside."""
+    nowhere = (math.nan, math.nan, math.nan)
+    path = [(0.401, 0.0, 0.0), nowhere, (0.44, 0.0, 0.0), (0.45, 0.0, 0.0)]
+    assert "would enter" in entered("tool", np.array(path), [ZONE])
 
 
 @given(ends=st.lists(st.tuples(*[st.floats(-0.2, 0.8)] * 3), min_size=2, max_size=4))
