@@ -138,3 +138,14 @@ def test_a_zone_that_only_the_arcs_bulge_enters_is_found(half_sweep: float) -> N
         if not judge_way(POINTS, [pillar], start, end, SETUP.velocity).violation:
             missed.append(angle)
     assert not missed
+
+
+@pytest.mark.parametrize("half_sweep", [0.3, 0.6, 0.75, 1.2, 2.4])
+@pytest.mark.parametrize("pieces", [1, 2, 3, 8, 9])
+def test_the_quick_look_sees_a_zone_that_only_a_bulge_enters(
+    pieces: int, half_sweep: float
+) -> None:
+    """To and fro past a pillar that the arc enters by 2 mm, half way between two corners."""
+    corners = [((-1) ** k * half_sweep, 0.0, -0.1, 0.0) for k in range(pieces + 1)]
+    pillar = KeepOut("pillar", (648.0, -3.0, -1000.0), (700.0, 3.0, 1000.0))
+    assert "pillar" in heads_into(POINTS, [pillar], *corners)

@@ -18,8 +18,10 @@ MOST_STEPS = 2000
 SPACING = 0.01
 """Longest chord of a point's path [m]; at 0.2 m from an axis it is 0.06 mm off the arc."""
 FINER = 1.2
-BULGE = 0.2
-"""How far an arc may bulge beyond its chord, in parts of the chord: an eighth of a coarse step."""
+COARSE_TURN = 1.6
+"""Most that the joints turn in a coarse step [rad], all together."""
+BULGE = COARSE_TURN / 8.0
+"""How far an arc may bulge beyond its chord, in parts of the chord: an eighth of its turn."""
 STILL = 1e-12
 DEPTH_TOLERANCE = 1e-3
 """A point in a zone that goes deeper by less [m] stands there."""
@@ -166,7 +168,10 @@ def _first_entered(
 def _fewest_steps(rows: FloatArray) -> int:
     """Return into how many steps a way is cut at least, the same number for each piece."""
     pieces = len(rows) - 1
-    return pieces * math.ceil(COARSE_STEPS / pieces)
+    turned = float(np.abs(np.diff(rows, axis=0)).sum(axis=1).max())
+    # What is no number cannot be cut finer.
+    fine = math.ceil(turned / COARSE_TURN) if math.isfinite(turned) else 1
+    return pieces * max(math.ceil(COARSE_STEPS / pieces), fine)
 
 
 def _cut(points: Sequence[WatchedPoint], rows: FloatArray, steps: int) -> FloatArray:
