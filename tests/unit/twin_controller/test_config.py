@@ -13,7 +13,8 @@ from harness.workspace import ROOT
 from harness.yaml_files import REMOVED, changed_yaml
 from msgspec.structs import replace
 from scara_config import ConfigError, load_robot
-from twin_controller.config import links_text, load_twin_controller, recorded_links
+from twin_controller.config import load_twin_controller
+from twin_controller.links import links_text, recorded_links
 
 SHIPPED = ROOT / "config"
 ROBOT = load_robot(SHIPPED)

@@ -42,12 +42,7 @@ from scara_ros.pacing import Pace
 from std_msgs.msg import String
 
 from scara_msgs.srv import Why, WhyResponse
-from twin_controller.config import (
-    TwinControllerConfig,
-    links_text,
-    load_twin_controller,
-    recorded_links,
-)
+from twin_controller.config import TwinControllerConfig, load_twin_controller
 from twin_controller.core.events import PersonSeen
 from twin_controller.core.safety.sightings import SightingError, sighting_age
 from twin_controller.core.setup import Setup
@@ -57,6 +52,7 @@ from twin_controller.io.modbus.settings import ModbusSettings
 from twin_controller.io.real_link import RealLink
 from twin_controller.io.rosbridge_access import Access, read_access
 from twin_controller.io.twin_link import TwinLink
+from twin_controller.links import links_text, recorded_links
 from twin_controller.nodes.command_services import CommandServices
 from twin_controller.nodes.move_gate import MoveGate
 from twin_controller.nodes.publishing import Publishing
