@@ -7,6 +7,8 @@ import struct
 import threading
 import time
 
+HEARTBEAT, ECHO, CLOCK = 1069, 1041, 1019
+"""PDU addresses of the heartbeat, of its copy and of the clock."""
 Written = tuple[int, int, tuple[int, ...]]
 
 
@@ -15,7 +17,8 @@ class Robot:
 
     ``delay`` is the wire's [s]. ``fault`` makes it misbehave: silent, short, exception,
     transaction, device, close, refuse_writes, write_function, write_address, write_count,
-    write_level.
+    write_level. With ``echoes`` it copies the heartbeat back, and its clock goes on, as by a
+    background program.
     """
 
     def __init__(self, port: int = 0) -> None:
@@ -26,6 +29,7 @@ class Robot:
         self.signals = 0b11
         self.written: list[Written] = []
         self.fault = ""
+        self.echoes = False
         self.delay = 0.0
         self.asked: list[int] = []
         self._listener = socket.create_server(("127.0.0.1", port), reuse_port=True)
@@ -83,6 +87,9 @@ class Robot:
         if self.fault == "exception" or (self.fault == "refuse_writes" and function > 3):
             return bytes([function | 0x80, 2])
         if function == 3:
+            if self.echoes:
+                high, low = divmod(time.monotonic_ns() // 1_000_000 % 2**31, 2**16)
+                self.words[CLOCK], self.words[CLOCK + 1] = low, high
             count -= self.fault == "short"
             words = [self.words.get(address + i, 0) for i in range(count)]
             return struct.pack(f">BB{count}H", 3, 2 * count, *words)
@@ -91,6 +98,8 @@ class Robot:
             return bytes([2, len(packed)]) + packed
         values = (count,) if function == 5 else struct.unpack(f">{count}H", request[6:])
         self.written.append((function, address, values))
+        if self.echoes and function == 16 and address <= HEARTBEAT < address + count:
+            self.words[ECHO] = values[HEARTBEAT - address]
         return self._echo(function, address, count)
 
     def _echo(self, function: int, address: int, count: int) -> bytes:

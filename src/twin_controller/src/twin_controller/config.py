@@ -35,6 +35,7 @@ class Real(Section, frozen=True):
     command_attempts: Count
     clock_jump_ms: PositiveMs = 100.0
     clock_conflicts: Count = 50
+    alone_ms: PositiveMs = 2000.0
 
 
 class MeasuredJoint(Section, frozen=True):

@@ -123,6 +123,10 @@ class RegisterCodec:
         """
         return self._clock(words)
 
+    def echo_of(self, words: Sequence[int]) -> int:
+        """Return the echo of the heartbeat in an answer to ``state``, whatever else is in it."""
+        return self._number("heartbeat_echo", words)
+
     def decode_program(self, words: Sequence[int]) -> ProgramStatus:
         """Return what the program block says.
 

@@ -7,15 +7,17 @@ import math
 import re
 import struct
 import threading
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from harness.opponents.modbus_robot import Robot
+from harness.opponents.modbus_robot import HEARTBEAT, Robot
 from harness.processes import free_port, wait_until
 from scara_config import load_robot
 from scara_config.modbus_map import load_modbus_map
 from twin_controller.io.modbus.link import ModbusLink, ModbusSettings, NotWritableError
+from twin_controller.io.modbus.port import ModbusPort
 from twin_controller.modbus.poll_times import PollTimes
 from twin_controller.robot_sample import AlarmStatus, ProgramStatus, RobotSample
 
@@ -441,3 +443,54 @@ def test_on_a_slow_line_the_signals_are_read_in_every_other_cycle(
     assert signals == pytest.approx(share * states, rel=0.2)
     beats = [beat for (beat,) in robot.writes(LAYOUT.holding_registers["heartbeat"].offset) if beat]
     assert len(beats) > 4 and beats == list(range(1, len(beats) + 1)), "each one is another"
+
+
+def interrupt(other: ModbusPort, owner: Owner) -> None:
+    """Write the heartbeat, too, until the link is lost: one value may be overwritten unseen."""
+    values = itertools.count(20000)
+    wait_until(lambda: other.write_words(HEARTBEAT, [next(values)]) or len(owner.changes) > 1)
+    owner.wait_for(UP, DOWN)
+
+
+def test_a_heartbeat_of_somebody_else_ends_the_link_and_a_stop_still_gets_through(
+    robot: Robot, owner: Owner
+) -> None:
+    """The other master would keep the robot's watchdog quiet, so the stop must be written.
+
+    No heartbeat is, until the other one has ended.
+    """
+    robot.echoes = True
+    other = ModbusPort("127.0.0.1", robot.port, LAYOUT.device_id, 1.0)
+    other.open()
+    with owner.link(robot.port, alone=0.3, timeout=1.0) as link:
+        wait_until(lambda: len(robot.writes(HEARTBEAT)) >= 20)
+        assert [up for up, _ in owner.changes] == [True]
+        interrupt(other, owner)
+        assert re.match(r"somebody else writes R\[1\]: 200\d\d is no", owner.changes[-1][1])
+        link.pulse("cstopi")
+        wait_until(lambda: robot.writes(LAYOUT.coils["cstopi"].offset) == [(0xFF00,), (0,)])
+        beats = len(robot.writes(HEARTBEAT))
+        for value in range(21001, 21011):
+            other.write_words(HEARTBEAT, [value])
+            last = time.monotonic()
+            time.sleep(0.05)
+        assert len(robot.writes(HEARTBEAT)) == beats + 10, "only the other one writes it"
+        owner.wait_for(UP, DOWN, UP)
+        assert time.monotonic() > last + 0.25
+        wait_until(lambda: len(robot.writes(HEARTBEAT)) > beats + 20)
+    assert [up for up, _ in owner.changes] == [UP, DOWN, UP]
+    other.close()
+
+
+def test_the_end_of_a_link_does_not_disarm_the_robot_for_somebody_else(
+    robot: Robot, owner: Owner
+) -> None:
+    """The heartbeat is no longer ours then."""
+    robot.echoes = True
+    other = ModbusPort("127.0.0.1", robot.port, LAYOUT.device_id, 1.0)
+    other.open()
+    with owner.link(robot.port, timeout=1.0):
+        wait_until(lambda: len(robot.writes(HEARTBEAT)) >= 5)
+        interrupt(other, owner)
+    assert (0,) not in robot.writes(HEARTBEAT)
+    other.close()

@@ -122,6 +122,7 @@ class Node:
             timeout=config.real.timeout_ms * 1e-3,
             command_retry=config.real.command_retry_ms * 1e-3,
             command_attempts=config.real.command_attempts,
+            alone=config.real.alone_ms * 1e-3,
         )
 
         def connect(listener: RobotListener) -> ModbusRobotLink:

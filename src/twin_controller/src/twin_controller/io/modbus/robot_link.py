@@ -3,6 +3,9 @@
 Reads and writes have a connection each, so that neither waits for the other's answer: on a slow
 line that is half of the time. On each of them one request follows the other. One time-out or wrong
 answer ends both: an answer that comes late would be taken for the next one's.
+
+Where somebody else writes the heartbeat, the link counts as lost at once, but its connections stay
+until the stop that follows is written: the robot's watchdog would not stop it.
 """
 
 from __future__ import annotations
@@ -18,6 +21,7 @@ from twin_controller.io.modbus.outbox import Command, Outbox
 from twin_controller.io.modbus.port import ModbusPort
 from twin_controller.io.modbus.settings import ModbusSettings
 from twin_controller.io.modbus.writer import Writer
+from twin_controller.modbus.heartbeat import Echo, heard, reconnected, stranger_text
 from twin_controller.modbus.poll_times import PollTimes
 from twin_controller.modbus.signalling import may_write_signal, signal_names
 from twin_controller.registers import RegisterCodec
@@ -30,6 +34,10 @@ from twin_controller.robot.link import (
 from twin_controller.robot_sample import RobotSample, SampleError
 
 _STATUS_SIGNALS = frozenset(("fault", "progrun", "paused"))
+
+
+class StrangerError(RuntimeError):
+    """Somebody else writes the robot's heartbeat; the text says so."""
 
 
 class ModbusRobotLink:
@@ -59,6 +67,7 @@ class ModbusRobotLink:
         self._outbox = Outbox()
         self._writer = Writer(settings, layout, self._codec, self._outbox, self._counters, listener)
         self._times = PollTimes(settings.poll_period, settings.drift_ppm)
+        self._echo = Echo()
         self._disarm = True
         self._signals: list[bool] | None = None
         self._outputs: frozenset[str] | None = None
@@ -157,7 +166,7 @@ class ModbusRobotLink:
         try:
             while not self._outbox.closed:
                 try:
-                    self._serve()
+                    self._serve_alone()
                 except LinkLostError as error:
                     self._lost(str(error))
             self._writer.end(farewell=self._disarm)
@@ -176,11 +185,36 @@ class ModbusRobotLink:
         pause, self._retry = self._retry, min(2.0 * self._retry, self._settings.retry_last)
         self._outbox.pause(time.monotonic() + pause)
 
+    def _serve_alone(self) -> None:
+        """Serve until closed or lost, or until somebody else has written the heartbeat and ended.
+
+        Meanwhile what was left for the robot is still written, a stop above all, but no heartbeat:
+        where the other one ends too, the robot stops itself.
+        """
+        try:
+            self._serve()
+        except StrangerError as error:
+            self._outbox.drop_setpoints()
+            self._writer.beats = False
+            self._listener.lost(str(error))
+            quiet_since = time.monotonic()
+            while not self._outbox.closed and time.monotonic() < quiet_since + self._settings.alone:
+                self._writer.wait(time.monotonic() + self._settings.poll_period)
+                before = self._echo.shown
+                shown = self._codec.echo_of(self._port.read_words(self._codec.state))
+                self._echo, _ = heard(self._echo, shown, self._writer.beat)
+                if shown != before:
+                    quiet_since = time.monotonic()
+            if not self._outbox.closed:
+                self._port.close()
+                self._writer.end(farewell=False)
+
     def _serve(self) -> None:
         """Connect, poll when it is time while the writer writes, until closed or lost."""
         self._port.open()
         self._writer.open()
         self._listener.opened()
+        self._echo = reconnected(self._echo)
         self._status_due, self._signals = 0.0, None
         self._times.begin(time.monotonic())
         while not self._outbox.closed:
@@ -208,10 +242,24 @@ class ModbusRobotLink:
         self._counters.round_trip = received - sent
         self._counters.longest_round_trip = max(self._counters.longest_round_trip, received - sent)
         sample, clock_ms = self._decode(words, signals), None
+        if sample is not None:
+            self._hear_echo(sample.heartbeat_echo)
         if sample is not None and self._listener.sampled(sample, sent, received):
             clock_ms = sample.clock_ms
             self._follow_up(sample, received)
         self._counters.late += self._times.polled(clock_ms, sent, received)
+
+    def _hear_echo(self, shown: int) -> None:
+        """Compare the echo of the heartbeat with what was written.
+
+        Raises:
+            StrangerError: It is none of ours.
+        """
+        if not self._settings.heartbeat:
+            return
+        self._echo, stranger = heard(self._echo, shown, self._writer.beat)
+        if stranger:
+            raise StrangerError(stranger_text(self._layout, shown))
 
     def _decode(self, words: list[int], signals: list[bool]) -> RobotSample | None:
         """Return the sample of both answers; None, and a word to the listener, if it is wrong."""

@@ -22,6 +22,8 @@ class ModbusSettings:
         command_retry: A numbered command that is not confirmed is written again after this.
         command_attempts: It is written at most this often.
         heartbeat: Keep the robot's watchdog awake.
+        alone: Somebody else has written the heartbeat: the link is used again once nobody has for
+            so long.
     """
 
     host: str
@@ -36,3 +38,4 @@ class ModbusSettings:
     command_retry: float = 0.1
     command_attempts: int = 5
     heartbeat: bool = True
+    alone: float = 2.0

@@ -17,6 +17,7 @@ from twin_controller.core.actions import StreamAhead, StreamReal
 from twin_controller.io.modbus.outbox import Command, Outbox
 from twin_controller.io.modbus.port import ModbusPort, RefusedError
 from twin_controller.io.modbus.settings import ModbusSettings
+from twin_controller.modbus.heartbeat import next_beat
 from twin_controller.modbus.ring import RingCodec
 from twin_controller.modbus.signalling import CommandLostError, CommandQueue, patience, signal_names
 from twin_controller.registers import RegisterCodec
@@ -44,6 +45,8 @@ class Writer:
 
     Attributes:
         echo: Number of the command that the robot has taken last, of a map with numbered commands.
+        beat: The heartbeat that was written last, or is being written; 0 before the first.
+        beats: Heartbeats are written. Not while somebody else writes them.
     """
 
     def __init__(
@@ -56,6 +59,8 @@ class Writer:
         listener: RobotListener,
     ) -> None:
         self.echo: int | None = None
+        self.beat = 0
+        self.beats = settings.heartbeat
         self._commands: CommandQueue | None = None
         if layout.command_word is not None:
             limits = patience(settings.command_retry, settings.command_attempts)
@@ -64,7 +69,6 @@ class Writer:
         self._outbox, self._counters, self._listener = outbox, counters, listener
         self._port = ModbusPort(settings.host, settings.port, layout.device_id, settings.timeout)
         self._ring = RingCodec(layout, codec)
-        self._heartbeat = 0
         self._due = 0.0
         self._broken: BaseException | None = None
         self._ended = threading.Event()
@@ -79,6 +83,7 @@ class Writer:
         self._port.open()
         self._ring.empty()
         self.echo = None
+        self.beats = self._settings.heartbeat
         if dropped := self._outbox.discard() + (self._commands.discard() if self._commands else 0):
             self._counters.dropped += dropped
             self._listener.rejected(f"{dropped} writes dropped: there was no link")
@@ -110,7 +115,7 @@ class Writer:
             self._ended.set()
         self._thread.join()
         self._thread = None
-        if farewell and self._settings.heartbeat and self._broken is None:
+        if farewell and self.beats and self._broken is None:
             with contextlib.suppress(LinkLostError):  # a robot that is gone needs no farewell
                 self._beat(0)
         self._port.close()
@@ -151,7 +156,7 @@ class Writer:
         for name in self._outbox.due_releases():
             self._attempt(self._port.write_coil, self._layout.coils[name].offset, False)
         if time.monotonic() >= self._due:
-            if self._settings.heartbeat and self._listener.alive():
+            if self.beats and self._listener.alive():
                 self._beat(self._next_heartbeat())
             self._beaten()
 
@@ -165,7 +170,7 @@ class Writer:
 
     def _write_setpoint(self, action: StreamReal) -> None:
         """Write PR[1] with the heartbeat in one request."""
-        heartbeat = self._next_heartbeat() if self._settings.heartbeat else 0
+        heartbeat = self._next_heartbeat()
         words = self._codec.encode_setpoint(action.setpoint.q, heartbeat, action.speed_percent)
         self._port.write_words(self._codec.setpoint.offset, words)
         self._counters.setpoints += 1
@@ -177,7 +182,7 @@ class Writer:
         In this order the robot never finds a number before its set point. A stop that comes between
         two requests goes before what is left of them, and takes it back.
         """
-        heartbeat = self._next_heartbeat() if self._settings.heartbeat else 0
+        heartbeat = self._next_heartbeat()
         for offset, words in self._ring.setpoints(ahead):
             self._port.write_words(offset, words)
             counts, commands = self._outbox.take_between()
@@ -212,9 +217,10 @@ class Writer:
             self._port.write_words(*self._codec.encode_command(command.code, command.sequence))
 
     def _next_heartbeat(self) -> int:
-        """Count 1..32767; 0 would disarm."""
-        self._heartbeat = self._heartbeat % 32767 + 1
-        return self._heartbeat
+        """Count; whoever reads the echo meanwhile knows of the value before it can be shown."""
+        if self.beats:
+            self.beat = next_beat(self.beat)
+        return self.beat
 
     def _beat(self, value: int) -> None:
         offset = self._layout.holding_registers["heartbeat"].offset
