@@ -21,7 +21,7 @@ all_modules() {
 }
 
 check_xml() {
-  local files=(src/*/package.xml)
+  local files=(config/package.xml src/*/package.xml)
   compgen -G 'src/*/urdf/*.urdf' >/dev/null && files+=(src/*/urdf/*.urdf)
   xmllint --noout "${files[@]}"
 }
@@ -41,7 +41,7 @@ run_checks() {
   check "format (ruff)" .venv/bin/ruff format --check --quiet .
   check "lint (ruff)" .venv/bin/ruff check --quiet .
   check "types of all modules (mypy)" check_types
-  check "packages (catkin_lint)" catkin_lint --quiet -W1 --strict --ignore package_path_name src
+  check "packages (catkin_lint)" catkin_lint --quiet -W1 --strict --ignore package_path_name config src
   check "XML (xmllint)" check_xml
   check "robot description (check_urdf)" check_urdfs
   check "unit tests (pytest)" .venv/bin/python -m pytest tests/unit -q --no-header -m "not slow" -p no:cacheprovider

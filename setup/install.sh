@@ -123,18 +123,17 @@ step_libraries() {
 build_inputs() {
   echo "$root"
   (scope=run && installed_packages) # what only tests need changes no build
-  find src \( -name package.xml -o -name CMakeLists.txt -o -name setup.py -o -name '*.msg' -o -name '*.srv' \
+  sha256sum CMakeLists.txt
+  find config src \( -name package.xml -o -name CMakeLists.txt -o -name setup.py -o -name '*.msg' -o -name '*.srv' \
     -o -name '*.action' -o -name '*.cfg' -o -name '*.test' -o -name '*.c' \) -type f -print0 | sort -z | xargs -0 sha256sum
-  find src -path '*/nodes/*' -type f ! -name '*.py*' | sort
+  find config src -path '*/nodes/*' -type f ! -name '*.py*' | sort
 }
 
 build_workspace() {
   local known
   known=$(sed -n 's/^CMAKE_HOME_DIRECTORY:INTERNAL=//p' build/CMakeCache.txt 2>/dev/null)
-  if [ -n "$known" ] && [ "$known" != "$root/src" ]; then rm -rf build devel install; fi
-  mkdir -p build && touch build/CATKIN_IGNORE
-  cmake -S src -B build -DPYTHON_EXECUTABLE="$venv/bin/python" -DCATKIN_DEVEL_PREFIX="$root/devel" \
-    -DCMAKE_INSTALL_PREFIX="$root/install" && cmake --build build -- -j"$(nproc)"
+  if [ -n "$known" ] && [ "$known" != "$root" ]; then rm -rf build devel install; fi
+  cmake -S . -B build && cmake --build build -- -j"$(nproc)"
 }
 
 step_build() {

@@ -137,11 +137,18 @@ def test_everything_a_package_installs_exists() -> None:
 
 def test_every_yaml_file_of_the_configuration_is_installed() -> None:
     """A cell in the install space finds the same files."""
-    text = (ROOT / "src" / "scara_config" / "CMakeLists.txt").read_text()
+    text = (ROOT / "config" / "CMakeLists.txt").read_text()
     assert {file.name for file in (ROOT / "config").glob("*.yaml")} == set(
         re.findall(r"\w+\.yaml", text)
     )
-    assert "install(DIRECTORY config/farm config/robots" in text
+    assert "install(DIRECTORY farm robots" in text
+
+
+def test_rospack_and_catkin_look_into_the_packages_alone() -> None:
+    """The root is the source space: what is no package below it says so, what is built too."""
+    folders = [entry for entry in ROOT.iterdir() if entry.is_dir() and entry.name[0] != "."]
+    looked_into = {entry.name for entry in folders if not (entry / "CATKIN_IGNORE").exists()}
+    assert looked_into == {"config", "src"}
 
 
 def test_modules_have_telling_names_and_a_readable_length() -> None:

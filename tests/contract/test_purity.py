@@ -95,10 +95,10 @@ FILES = frozenset(
 
 # Reading and writing configuration files is what scara_config is for.
 EXEMPT = {
-    "src/scara_config/src/scara_config/palletise.py": {"exists"},
-    "src/scara_config/src/scara_config/readers.py": {"exists", "read_text"},
-    "src/scara_config/src/scara_config/loader.py": {"os", "rospkg", "read_text"},
-    "src/scara_config/src/scara_config/profile.py": {
+    "config/src/scara_config/palletise.py": {"exists"},
+    "config/src/scara_config/readers.py": {"exists", "read_text"},
+    "config/src/scara_config/loader.py": {"os", "rospkg", "read_text"},
+    "config/src/scara_config/profile.py": {
         "os",
         "rospkg",
         "shutil",
@@ -106,13 +106,13 @@ EXEMPT = {
         "exists",
         "mkdir",
     },
-    "src/scara_config/src/scara_config/rollout/kept.py": {
+    "config/src/scara_config/rollout/kept.py": {
         "tempfile",
         "mkdir",
         "is_dir",
         "read_bytes",
     },
-    "src/scara_config/src/scara_config/writer.py": {
+    "config/src/scara_config/writer.py": {
         "io",
         "os",
         "tempfile",

@@ -10,7 +10,10 @@ from pathlib import Path
 
 from harness.workspace import ROOT
 
-PACKAGES = sorted(file.parent for file in (ROOT / "src").glob("*/package.xml"))
+PACKAGES = [
+    ROOT / "config",
+    *sorted(file.parent for file in (ROOT / "src").glob("*/package.xml")),
+]
 
 
 @cache
@@ -46,7 +49,7 @@ class Module:
 
 def package_name(folder: Path) -> str:
     """Return the name of the package in a folder."""
-    return folder.name
+    return "scara_config" if folder == ROOT / "config" else folder.name
 
 
 def modules() -> list[Module]:

@@ -21,7 +21,7 @@ def prefix(tmp_path_factory: pytest.TempPathFactory) -> Path:
     env = {"HOME": str(folder), "PATH": "/usr/bin:/bin", "LANG": "C.UTF-8"}
     target = folder / "prefix"
     for command in (
-        ["cmake", "-S", str(ROOT / "src"), "-B", str(folder / "build")]
+        ["cmake", "-S", str(ROOT), "-B", str(folder / "build")]
         + [
             f"-DCMAKE_INSTALL_PREFIX={target}",
             f"-DCATKIN_DEVEL_PREFIX={folder / 'devel'}",

@@ -14,6 +14,7 @@ from typing import Any, TypeVar
 import msgspec
 from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
+
 from scara_config.faults import Fault, find_faults, line_of
 
 T = TypeVar("T")
@@ -29,7 +30,7 @@ class ConfigError(ValueError):
 
 
 def config_directory() -> Path:
-    """Return the folder ``config`` of the installed or sourced package ``scara_config``.
+    """Return the folder of the installed or sourced package ``scara_config``.
 
     ``SCARA_CONFIG_DIR`` wins if it is set.
 
@@ -43,7 +44,7 @@ def config_directory() -> Path:
     import rospkg
 
     try:
-        return Path(rospkg.RosPack().get_path("scara_config"), "config").resolve()
+        return Path(rospkg.RosPack().get_path("scara_config"))
     except rospkg.ResourceNotFound as error:
         raise ConfigError(
             "package scara_config is not on ROS_PACKAGE_PATH: source env.sh first"

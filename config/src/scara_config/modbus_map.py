@@ -16,6 +16,7 @@ from typing import Annotated, Literal
 
 import msgspec
 from msgspec import Meta
+
 from scara_config.loader import ConfigError, load
 from scara_config.profile import locate
 

@@ -11,6 +11,7 @@ from typing import Annotated
 
 import msgspec
 from msgspec import Meta
+
 from scara_config.loader import ConfigError, load
 from scara_config.percent import SpeedPercent
 from scara_config.profile import locate

@@ -8,6 +8,7 @@ from typing import Annotated
 
 import msgspec
 from msgspec import Meta
+
 from scara_config.loader import ConfigError, load
 from scara_config.profile import locate
 

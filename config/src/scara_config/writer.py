@@ -15,6 +15,7 @@ from typing import Any
 
 from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
+
 from scara_config.loader import ConfigError
 
 Key = tuple[str, ...]

@@ -182,7 +182,7 @@ def test_sourced_environment_knows_the_workspace_without_any_variable_set(tmp_pa
         cwd=tmp_path,
     )
     assert done.stdout.split() == [
-        str(ROOT / "src" / "scara_config"),
+        str(ROOT / "config"),
         "http://127.0.0.1:11311",
         "127.0.0.1",
     ], done.stderr

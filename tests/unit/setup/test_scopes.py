@@ -72,15 +72,17 @@ def test_libraries_of_the_tests_are_installed_beside_and_once(
     ],
 )
 def test_the_fresh_machine_is_made_where_nothing_is_lost(
-    tmp_path: Path, words: str, said: str
+    tree: Path, tmp_path: Path, words: str, said: str
 ) -> None:
     """A folder of a person is never emptied."""
-    (tmp_path / "precious").write_text("x")
-    command = f"setup/fresh_machine.sh {words.replace('FOLDER', str(tmp_path))}"
+    folder = tmp_path / "of_a_person"
+    folder.mkdir()
+    (folder / "precious").write_text("x")
+    command = f"setup/fresh_machine.sh {words.replace('FOLDER', str(folder))}"
     pretended = "debootstrap() { :; }; id() { echo 0; }; export -f debootstrap id; "
-    done = bash(ROOT, f"{pretended}{command}")
+    done = bash(tree, f"{pretended}{command}")
     assert done.returncode == 1 and said in done.stderr, done.stderr
-    assert (tmp_path / "precious").read_text() == "x"
+    assert (folder / "precious").read_text() == "x"
 
 
 def test_the_container_holds_what_a_cell_needs() -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import msgspec
 from ruamel.yaml import YAML
+
 from scara_config.loader import ConfigError, load
 from scara_config.programs.lines import (
     GripperLine,

@@ -12,6 +12,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any, TypeAlias
 
 import msgspec
+
 from scara_config.writer import Key
 
 Flat: TypeAlias = bool | int | float | str | None

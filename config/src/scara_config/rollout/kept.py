@@ -12,6 +12,7 @@ from pathlib import Path
 
 import msgspec
 from msgspec.structs import replace
+
 from scara_config.loader import ConfigError
 from scara_config.profile import copy_in_force, files_in_force
 from scara_config.readers import check_files
