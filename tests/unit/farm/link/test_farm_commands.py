@@ -158,6 +158,14 @@ def test_memory_for_ids_is_bounded() -> None:
     assert len(seen) == MOST_SEEN and "young" in seen and "new0" in seen and "old0" not in seen
 
 
+def test_an_id_that_has_not_expired_is_never_forgotten() -> None:
+    """However many came before and after it."""
+    seen = {GOOD.id: GOOD.expires} | {f"old{k}": NOW - 1.0 for k in range(MOST_SEEN)}
+    for k in range(10):
+        seen = dict(judge(replace(GOOD, id=f"new{k}"), Guard(RIGHTS, seen=seen), NOW)[1])
+    assert "taken already" in refused(GOOD, Guard(RIGHTS, True, 7, seen))
+
+
 def test_shipped_rights_never_move_a_cell() -> None:
     """By default the farm may stop, never move."""
     from farm.config import load_farm
