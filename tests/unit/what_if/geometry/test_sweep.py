@@ -151,3 +151,46 @@ def test_what_stands_still_is_looked_at_too(world: World) -> None:
     assert sweep(scene, Way(here), NEARER).hit is not None
     free = Scene(world.cell.tree, world.cell.bodies, Press())
     assert sweep(free, Way(here), NEARER).hit is None
+
+
+def beyond(world: World, way: Way, away: float) -> Scene:
+    """Return a scene with a post that the end of a way is so far from [m]: a stretched arm's tip.
+
+    The post stands in the direction in which joint 1 turns.
+    """
+
+    def at(angle: float) -> Scene:
+        place = 0.65 * float(np.cos(angle)), 0.65 * float(np.sin(angle))
+        return Scene(world.cell.tree, [*world.cell.bodies, post(world, *place, 0.02)], Press())
+
+    end = float(way.knots[-1][0])
+    near, far = end, end + 0.5
+    while far - near > 1e-8:
+        angle = 0.5 * (near + far)
+        near, far = (angle, far) if densely(at(angle), way, 11) < away else (near, angle)
+    return at(far)
+
+
+@pytest.mark.parametrize(("share", "is_hit"), [(0.95, True), (1.3, False)])
+def test_a_way_that_may_be_off_hits_what_it_may_come_too_near_to(
+    world: World, share: float, is_hit: bool
+) -> None:
+    """The true way turns joint 1 by up to the slack further; the bound is little larger than that.
+
+    The post is further from the way itself than is allowed, by a share of the tip's turn.
+    """
+    slack = 4e-3
+    knots = np.array([(1.5, 0.0, -0.05, 0.0), (1.8, 0.0, -0.05, 0.0)])
+    scene = beyond(world, Way(knots), NEARER + share * slack * 0.65)
+    assert sweep(scene, Way(knots), NEARER).hit is None
+    found = sweep(scene, Way(knots, (slack, 0.0, 0.0, 0.0)), NEARER)
+    assert (found.hit is not None) is is_hit
+    turned = Way(knots + np.array((slack, 0.0, 0.0, 0.0)))
+    assert found.at_least <= densely(scene, turned, 11)
+
+
+def test_a_distance_that_the_library_cannot_tell_from_a_hit_is_one(world: World) -> None:
+    """What is measured may be 10 um too much: a doubt is never decided for the motion."""
+    still = Way(np.array([(1.8, 0.0, -0.05, 0.0)]))
+    assert sweep(beyond(world, still, NEARER + 9e-6), still, NEARER).hit is not None
+    assert sweep(beyond(world, still, NEARER + 1.2e-5), still, NEARER).hit is None
