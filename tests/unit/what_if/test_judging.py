@@ -108,6 +108,32 @@ def test_a_part_in_hand_hits_what_the_bare_nozzle_passes(world: World) -> None:
     assert verdict.reasons[0].text == "part_1 in hand would hit pallet"
 
 
+def test_a_way_that_was_free_with_an_empty_hand_is_looked_at_again_with_a_part(
+    world: World,
+) -> None:
+    """The same way twice in one program, once before the grip and once after it."""
+    lines = list(find_program(world.cell, "PALLETISE", CONFIG).steps)
+    grip = next(k for k, s in enumerate(lines) if isinstance(s, GripperStep))
+    release = next(k for k in range(grip + 1, len(lines)) if isinstance(lines[k], GripperStep))
+    moves = [s for s in lines[grip:release] if isinstance(s, MoveStep)]
+    above, low = moves[-2], replace_joint(moves[-1], 2, moves[-1].target[2] - 0.01)
+    before = (above, low, above)
+    assert judge(world, steps(*before)).outcome is Outcome.OK
+    taken = [s for s in lines[:release] if s is not moves[-1]]
+    verdict = judge(world, steps(*before, *taken, low))
+    assert [reason.text for reason in verdict.reasons] == ["part_1 in hand would hit pallet"]
+
+
+def test_reasons_come_in_the_order_of_their_time(world: World) -> None:
+    """Whatever order the zones stand in; the sentence tells the first one."""
+    far = KeepOut("far", (100.0, 600.0, -300.0), (120.0, 700.0, 500.0))
+    for zones in ((WALL, far), (far, WALL)):
+        verdict = judge(replace(world, zones=zones), JointTarget((1.8, 0.0, -0.05, 0.0)))
+        times = [reason.time_s for reason in verdict.reasons]
+        assert times == sorted(times) and len(set(times)) > 1
+        assert "wall" in verdict.sentence and "far" in verdict.reasons[-1].text
+
+
 def replace_joint(step: MoveStep, column: int, value: float) -> MoveStep:
     """Return a move with another position of one joint."""
     target = (*step.target[:column], value, *step.target[column + 1 :])
