@@ -15,6 +15,9 @@ from fanuc_emulator.drives.interpolator import stopping_speed
 
 _REST_POSITION = 1e-9
 _REST_VELOCITY = 1e-7
+_REST_TIME = 0.02
+"""Slower than that for so long is rest: a well damped motor creeps into static friction for ever
+[our]."""
 
 
 class Friction(msgspec.Struct, frozen=True):
@@ -156,6 +159,9 @@ class Axis:
         # For so many steps the target has been the same and the command has stood.
         self._settled_steps = 0
         self._drain = sum(filter_lengths)
+        # For so many steps the motor has been slower than what counts as motion.
+        self._slow_steps = 0
+        self._slow_enough = math.ceil(_REST_TIME / dt)
         self._h = dt / substeps
         self._substeps = range(1, substeps + 1)
         omega = parameters.natural_frequency
@@ -189,7 +195,9 @@ class Axis:
 
         Perhaps apart: the command may be held back.
         """
-        return self._settled_steps > self._drain and self.velocity == 0.0
+        if self._settled_steps <= self._drain:
+            return False
+        return self.velocity == 0.0 or self._slow_steps >= self._slow_enough
 
     def step(self, target: float, speed: float) -> bool:
         """Go on for one interpolation period with the drive on.
@@ -210,7 +218,8 @@ class Axis:
         else:
             self._settled_steps = 0
         self._target, self._speed = target, speed
-        self._still = self.resting and (speed == 0.0 or command == target)
+        stands = self.resting and self.velocity == 0.0
+        self._still = stands and (speed == 0.0 or command == target)
         if self._still:
             return True
         reference = target
@@ -218,11 +227,13 @@ class Axis:
             reference = smoothing.step(reference)
         limiter.step(reference, speed)
         self._servo(command)
+        self._slow_steps = self._slow_steps + 1 if abs(self.velocity) < _REST_VELOCITY else 0
         # The filters have forgotten other targets, and command and motor stay where they were. The
         # command need not be the target: a mean of equal numbers may differ from them in the last
         # bit.
         self._still = (
             self.resting
+            and self.velocity == 0.0
             and self.position == position
             and limiter.position == command
             and limiter.velocity == 0.0
