@@ -78,9 +78,9 @@ class Stage:
         self.run(0.3)
 
     def pulse(self, name: str) -> None:
-        """Switch an input on and off again, some milliseconds apart."""
+        """Switch an input on and off again, for as long as the robot wants to see it."""
         self.controller.write_input(name, True)
-        self.run(0.01)
+        self.run(self.config.shortest_pulse_ms / 1000)
         self.controller.write_input(name, False)
         self.run(0.004)
 
@@ -132,7 +132,7 @@ def hold_and_go_on(stage: Stage) -> None:
 
 
 def emergency_stop(stage: Stage) -> None:
-    """Drives off on the way, a reset too early, a reset in time, and a new start."""
+    """Drives off on the way, a reset too early, one in time, the paused program's end, a start."""
     stage.controller.write_override(100)
     stage.pulse("rsr2")
     stage.run(0.75)
@@ -145,6 +145,7 @@ def emergency_stop(stage: Stage) -> None:
     stage.pulse("rsr2")
     stage.pulse("fault_reset")
     stage.run(0.2)
+    stage.pulse("cstopi")
     stage.pulse("rsr2")
     stage.run_until_ended()
 

@@ -19,6 +19,7 @@ _OTHERS = (
     "SCARA_CONFIG_DIR",
     "SCARA_ROBOT",
     "SCARA_PLANT",
+    "SCARA_SETTINGS",
 )
 
 

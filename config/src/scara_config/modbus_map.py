@@ -78,9 +78,10 @@ OUTPUTS = (
 COMMANDS = ("imstp", "hold", "cstopi", "fault_reset", "start", "rsr1")
 # A robot may have a suction gripper: then all of these signals, else none.
 GRIPPER_INPUTS, GRIPPER_OUTPUTS = ("gripper",), ("gripper", "vacuum")
-# A robot may show the buttons of the person beside it: then all of these signals, else none. The
-# twin controller never writes them: who has pressed a button releases it.
-PANEL_INPUTS, PANEL_OUTPUTS = ("panel_imstp", "panel_hold"), ("panel_estop", "panel_held")
+# The buttons of the person beside the robot: all or none. The twin controller never writes them.
+_KEYS = ("panel_start", "panel_abort", "panel_reset", *(f"panel_run{n}" for n in range(1, 9)))
+PANEL_INPUTS = ("panel_imstp", "panel_hold", *_KEYS)
+PANEL_OUTPUTS = ("panel_estop", "panel_held")
 
 
 class Register(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -111,12 +112,13 @@ class Register(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Bit(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """One coil or discrete input; ``normal`` is a coil's value at rest."""
+    """One coil or discrete input; ``normal``: level at rest, ``pulse_ms``: a pulse's length."""
 
     address: Address
     meaning: str
     write: bool = False
     normal: bool = False
+    pulse_ms: Annotated[int, Meta(ge=0, le=1000)] = 0
 
     @property
     def offset(self) -> int:

@@ -25,6 +25,7 @@ FARM = "farm"
 PLANTS = "plants"
 PLANT_CHOICE = "SCARA_PLANT"
 DEFAULT_PLANT = "ideal"
+SETTINGS_CHOICE = "SCARA_SETTINGS"
 
 
 def known_robots(directory: Path | str | None = None) -> list[str]:
@@ -113,6 +114,11 @@ def copy_in_force(source: Path, target: Path) -> None:
 def chosen_plant() -> str:
     """Return the plant that ``SCARA_PLANT`` names, else ``ideal``."""
     return os.environ.get(PLANT_CHOICE) or DEFAULT_PLANT
+
+
+def chosen_settings() -> str:
+    """Return what ``SCARA_SETTINGS`` says of how the stand-in was set up; empty: as filed."""
+    return os.environ.get(SETTINGS_CHOICE, "")
 
 
 def plant_path(directory: Path | str | None = None, name: str | None = None) -> Path:

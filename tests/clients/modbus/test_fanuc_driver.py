@@ -62,8 +62,8 @@ class Cabinet:
 
     def run_stream(self) -> None:
         """Start the program that follows the set point."""
-        self.switch("rsr1", True)
-        self.switch("rsr1", False)
+        self.switch("panel_run1", True)
+        self.switch("panel_run1", False)
         wait_until(
             lambda: self.shown.program_state is ProgramState.RUNNING, 5.0, "the stream program"
         )

@@ -25,7 +25,7 @@ from harness.workspace import ROOT
 
 EMULATOR = load_emulator(ROBOT, ROOT / "config")
 COLUMNS = [k for k, joint in enumerate(ROBOT.joints) if joint.twin]
-PULSE_S = 0.02
+PULSE_S = 0.12
 WRITE_S = 0.002
 """From a command until the robot has it [s]."""
 

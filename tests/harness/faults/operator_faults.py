@@ -166,7 +166,7 @@ def started_at_once(cell: FaultCell, rng: Random) -> list[Row]:
     begun = time.time()
     with _pendant(cell) as pendant, concurrent.futures.ThreadPoolExecutor(2) as hands:
         at = time.monotonic() + 2.0 * GAP_S
-        program = hands.submit(_at, at, lambda: pendant.pulse(f"rsr{TWO_POINT}"))
+        program = hands.submit(_at, at, lambda: pendant.pulse(f"panel_run{TWO_POINT}"))
         move = hands.submit(_at, at + gap, lambda: _move(cell, who))
         program.result(10.0)
         wait_until(lambda: _modes(cell, begun), 10.0, "a leader")

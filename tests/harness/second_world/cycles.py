@@ -45,7 +45,7 @@ def run(
     running, seen = 0, list[tuple[int, float]]()
     for step in range(int(LONGEST_S / config.dt)):
         if step in (5, 10):
-            controller.write_input(f"rsr{number}", step == 5)
+            controller.write_input(f"panel_run{number}", step == 5)
         shown = controller.step()
         state = shown.program_state
         running += state is ProgramState.RUNNING

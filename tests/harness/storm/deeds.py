@@ -215,7 +215,7 @@ def pendant_program(hands: Hands, attempt: Attempt, number: str) -> None:
     attempt.sides = REAL_ONLY
     with hands.pendant() as pendant:
         attempt.mark()
-        pendant.pulse(f"rsr{number}")
+        pendant.pulse(f"panel_run{number}")
         attempt.mark()
 
 
@@ -225,7 +225,7 @@ def pendant_signal(hands: Hands, attempt: Attempt) -> None:
     attempt.sides = REAL_ONLY
     with hands.pendant() as pendant:
         attempt.mark()
-        pendant.pulse("start" if attempt.name == "pendant resume" else "fault_reset")
+        pendant.pulse("panel_start" if attempt.name == "pendant resume" else "panel_reset")
         attempt.mark()
 
 
@@ -235,7 +235,7 @@ def pendant_abort(hands: Hands, attempt: Attempt) -> None:
     attempt.sides = REAL_ONLY
     with hands.pendant() as pendant:
         attempt.mark()
-        pendant.pulse("cstopi")
+        pendant.pulse("panel_abort")
     attempt.close(True, "the signal was set")
 
 

@@ -40,14 +40,26 @@ class CellFiles:
         return {program.name: number for number, program in self.programs.items()}[name]
 
 
-def load_files(robot: str, folder: Path = ROOT / "config", plant: str = DEFAULT_PLANT) -> CellFiles:
-    """Read all files of the cell of ``robot``, whose stand-in is a plant of it."""
+def load_files(
+    robot: str,
+    folder: Path = ROOT / "config",
+    plant: str = DEFAULT_PLANT,
+    settings: str | Mapping[str, object] = "",
+) -> CellFiles:
+    """Read all files of the cell of ``robot``.
+
+    Args:
+        robot: Name of a profile.
+        folder: With all YAML files.
+        plant: How its stand-in moves.
+        settings: How its stand-in was set up, where it differs from emulator.yaml.
+    """
     with _chosen(robot):
         profile = load_robot(folder)
         return CellFiles(
             profile,
             load_modbus_map(folder),
-            load_emulator(profile, folder, plant),
+            load_emulator(profile, folder, plant, settings),
             load_programs(profile, folder),
             load_simulation(profile, folder),
             load_gains(profile, folder),

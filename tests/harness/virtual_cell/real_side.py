@@ -31,8 +31,6 @@ from harness.virtual_cell.files import CellFiles
 from harness.virtual_cell.schedule import Schedule, SideClock, Wire
 from harness.virtual_cell.timing import Delays
 
-PULSE = 0.03
-"""How long a pulsed signal stays on [s]; as the Modbus link's."""
 SEED = 1
 TRUTH_EVERY = 2
 """The ground truth is published at 250 Hz."""
@@ -95,7 +93,7 @@ class RealSide:
     def pendant(self, override: float, number: int) -> None:
         """Set the override and start a program, as on the robot's own pendant."""
         self._write.send(partial(self.robot.write_override, round(override)))
-        self._write.send(partial(self.signal, f"rsr{number}", None))
+        self._write.send(partial(self.signal, f"panel_run{number}", None))
 
     def stream(self, action: StreamReal) -> None:
         """Leave a set point to be written at its time; it replaces those for then or later."""
@@ -216,9 +214,13 @@ class RealSide:
 
     def signal(self, name: str, level: bool | None) -> None:
         """Set a signal at the robot itself; None pulses it."""
+        coil = self._files.layout.coils.get(name)
+        if level is None and coil is None:
+            self.robot.pulse_input(name)
+            return
         self.robot.write_input(name, level is None or level)
         if level is None:
-            self._schedule.after(PULSE, partial(self.robot.write_input, name, False))
+            self._schedule.after(coil.pulse_ms * 1e-3, partial(self.robot.write_input, name, False))
 
     def _of_twin(self, full: Row) -> Row:
         return tuple(full[column] for column in self._columns)

@@ -11,8 +11,10 @@ from fanuc_emulator.controller import Controller
 from fanuc_emulator.program import Program
 from fanuc_emulator.snapshot import Snapshot
 from scara_config import Robot, load_robot
+from scara_config.modbus_map import load_modbus_map
 
 CONFIG = Path(__file__).resolve().parents[3] / "config"
+PULSE_S = load_modbus_map(CONFIG).coils["start"].pulse_ms * 1e-3
 
 
 class Bench:
@@ -39,10 +41,10 @@ class Bench:
             self.run(self.config.dt)
         raise AssertionError(f"not within {limit} s: {self.now}")
 
-    def pulse(self, name: str) -> None:
-        """Switch an input on and off again, some milliseconds apart."""
+    def pulse(self, name: str, length: float | None = None) -> None:
+        """Switch an input on and off again, by default as the map says."""
         self.controller.write_input(name, True)
-        self.run(0.01)
+        self.run(PULSE_S if length is None else length)
         self.controller.write_input(name, False)
         self.run(0.004)
 

@@ -161,3 +161,29 @@ def test_a_stand_in_on_a_desk_waits_longer_for_its_client(robot: Robot) -> None:
     assert on_a_desk(patient) == patient
     plain = replace(config, desk_heartbeat_timeout_ms=None)
     assert on_a_desk(plain) == plain
+
+
+def test_settings_of_one_run_go_before_the_file(
+    robot: Robot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As text by SCARA_SETTINGS, or given; what is not named stays as filed."""
+    monkeypatch.setenv("SCARA_SETTINGS", "uop: simple, cstopi_for_abort: false")
+    config = load_emulator(robot, CONFIG)
+    assert (config.uop, config.cstopi_for_abort, config.imstp_assigned) == ("simple", False, True)
+    assert load_emulator(robot, CONFIG, settings={"uop": "none"}).uop == "none"
+    assert load_emulator(robot, CONFIG, settings="").cstopi_for_abort
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("uop: half", r"settings: Invalid enum value 'half' - at `\$.uop`"),
+        ("cstopi: true", "settings: cstopi: unknown, allowed are cstopi_for_abort, imstp_assigned"),
+        ("shortest_pulse_ms: 5000", r"settings: Expected `int` <= 1000"),
+        ("uop: [", "settings 'uop: \\[': are no YAML"),
+    ],
+)
+def test_a_wrong_setting_is_refused(robot: Robot, text: str, message: str) -> None:
+    """With its name and what is allowed."""
+    with pytest.raises(ConfigError, match=message):
+        load_emulator(robot, CONFIG, settings=text)

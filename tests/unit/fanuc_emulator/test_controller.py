@@ -135,7 +135,7 @@ def test_cstopi_ends_a_program_and_nothing_can_resume_it(bench: Bench) -> None:
 
 
 def test_imstp_cuts_the_drives_at_once_and_latches_an_alarm(bench: Bench) -> None:
-    """Immediate stop, SRVO alarm, SYSRDY and CMDENBL off.
+    """Immediate stop, SRVO alarm, SYSRDY and CMDENBL off; the program waits.
 
     Letting it go changes nothing before FAULT_RESET.
     """
@@ -145,7 +145,7 @@ def test_imstp_cuts_the_drives_at_once_and_latches_an_alarm(bench: Bench) -> Non
     outputs = bench.now.outputs
     assert outputs.fault and not outputs.sysrdy and not outputs.cmdenbl and not outputs.progrun
     assert bench.now.alarm is not None and bench.now.alarm.code is alarms.IMSTP
-    assert bench.now.program_state is ABORTED
+    assert bench.now.program_state is PAUSED
     bench.run(0.4)
     stopped = bench.now.positions
     assert not moving(bench)
@@ -218,8 +218,10 @@ def test_safety_speed_caps_the_override_and_forbids_a_start(bench: Bench) -> Non
         (["-hold", "rsr2"], "HOLD is off"),
         (["-sfspd", "rsr2"], "SFSPD is off"),
         (["-enbl", "rsr2"], "ENBL is off"),
-        (["rsr2", "rsr3"], "ARTICLE is running"),
-        (["rsr2", "-hold", "rsr3"], "ARTICLE is paused"),
+        (["rsr2", "panel_run3"], "ARTICLE is running"),
+        (["rsr2", "-hold", "panel_run3"], "ARTICLE is paused"),
+        (["rsr2", "rsr5"], "RSR5 has no program"),
+        (["rsr2", *["rsr3"] * 9], "8 requests wait already"),
     ],
 )
 def test_a_refused_start_says_why_and_is_no_fault(
@@ -250,6 +252,7 @@ def test_stream_follows_set_points_after_the_start_delay(bench: Bench) -> None:
     """RSR1 starts following PR[1]; the delay is that of emulator.yaml."""
     bench.stream_to("joint_1", 0.01)
     bench.controller.write_input("rsr1", True)
+    bench.run(bench.config.shortest_pulse_ms / 1000)
     begin = bench.now.tick
     bench.run_until(lambda now: now.positions[0] != 0.0)
     assert (bench.now.tick - begin) * bench.config.plant.servo_period_ms == pytest.approx(

@@ -5,8 +5,10 @@ Signals, override, alarms, watchdog, programs and motion, stepped once per inter
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 
+import msgspec
 import numpy as np
 from scara_config import Robot
 from scara_config.programs.files import joint_positions
@@ -17,6 +19,7 @@ from fanuc_emulator.alarms import Alarm, AlarmCode, AlarmList, Severity
 from fanuc_emulator.config import EmulatorConfig
 from fanuc_emulator.drives.group import MotionGroup
 from fanuc_emulator.gripping.cell_parts import CellParts
+from fanuc_emulator.jobs import Jobs
 from fanuc_emulator.plant.config import axes_of, zero_offset
 from fanuc_emulator.plant.interpreter import interpreter_of
 from fanuc_emulator.plant.late_signals import LateSignals
@@ -24,7 +27,7 @@ from fanuc_emulator.plant.readings import Readings
 from fanuc_emulator.program import Executor, Program, ProgramState, StreamStep
 from fanuc_emulator.snapshot import ControlType, Snapshot
 from fanuc_emulator.streaming.source import SetpointRefusedError, StreamSource
-from fanuc_emulator.uop import NORMALLY_ON, Inputs, Outputs, Request
+from fanuc_emulator.uop import NORMALLY_ON, Asked, Inputs, Outputs, Request, unlit
 from fanuc_emulator.watchdog import Watchdog, WatchdogState
 
 _CLOCK_WRAP = 2**31
@@ -77,15 +80,23 @@ class Controller:
         # What late signals show; None: everything is shown at once.
         self._shown: tuple[Outputs, Alarm | None] | None = None
         self._zero = [zero_offset(plant, joint) for joint in robot.joints]
-        self._tolerances = tuple(axis.parameters.tolerance for axis in self._motion.axes)
-        self._programs = {**programs, 1: Program(config.stream_program, 1, (StreamStep(1),))}
         self._executor = Executor()
-        self._inputs = Inputs()
+        self._jobs = Jobs(
+            {**programs, 1: Program(config.stream_program, 1, (StreamStep(1),))},
+            self._executor,
+            plant.start_delay_ms / 1000.0,
+            config.start_for_continue,
+            self._start_obstacle,
+        )
+        self._inputs = Inputs(config)
+        self._unlit = dict.fromkeys(unlit(config.uop), False)
         self._alarms = AlarmList()
         self._watchdog = Watchdog(config.heartbeat_timeout_ms)
         self._override = config.cold_start_override_percent
         self.source = StreamSource(robot.joints, self._home, ring_places)
         self._aborting = False
+        # The drives were cut on the way of a move: whoever resumes it plans the rest anew.
+        self._cut = False
         self._tick = 0
         self._show()
 
@@ -96,27 +107,46 @@ class Controller:
         return min(self._override, cap)
 
     def write_input(self, name: str, value: bool) -> None:
-        """Set UI signal ``name``.
-
-        ``gripper`` is no UI signal, a background program copies each write of it to RO[1].
-        """
+        """Set UI signal ``name``; a background program copies each ``gripper`` to RO[1]."""
         if name == "gripper":
             self._gripper = value
-            return
-        match self._inputs.write(name, value):
-            case Request.POWER_OFF:
-                self._motion.power_off()
-                self._raise(alarms.POWER_OFF[name], "the input was switched off")
-            case Request.HOLD:
-                self._pause()
-            case Request.END:
-                self._abort()
-            case Request.RESET:
-                self._reset()
-            case Request.RESUME:
-                self._resume()
-            case Request.RUN:
-                self._run(int(name[3:]))
+        else:
+            self._obey(self._inputs.write(name, value, self._now_ms))
+
+    def pulse_input(self, name: str) -> None:
+        """Switch UI signal ``name`` on and off, as a background program does for a client."""
+        self._obey(self._inputs.pulse(name, self._now_ms))
+
+    def _obey(self, asked: Iterable[Asked]) -> None:
+        """Do what the edges of inputs ask for."""
+        for request, number in asked:
+            match request:
+                case Request.POWER_OFF:
+                    self._cut_drives()
+                case Request.HOLD:
+                    self._pause()
+                case Request.CYCLE_STOP:
+                    self._jobs.clear()
+                    if self._config.cstopi_for_abort:
+                        self._abort()
+                case Request.END:
+                    self._abort()
+                case Request.RESET:
+                    self._reset()
+                case _:
+                    self._try(partial(self._jobs.ask, request, number))
+
+    def _try(self, start: Callable[[], str | None]) -> None:
+        """Start a program or let it go on; a refusal is a warning that says why."""
+        ran = self._executor.state is ProgramState.RUNNING
+        reason = start()
+        if reason is not None:
+            self._raise(alarms.START_REFUSED, reason)
+        elif self._executor.state is ProgramState.RUNNING and not ran:
+            self.source.check_again()
+            step, self._cut = self._executor.step if self._cut else None, False
+            if isinstance(step, MoveStep):
+                self._motion.start_move(step.target, step.speed_percent / 100.0)
 
     def write_override(self, percent: int) -> None:
         """Set the general override, 1..100."""
@@ -146,6 +176,7 @@ class Controller:
     def step(self) -> Snapshot:
         """Go on for one servo period."""
         self._tick += 1
+        self._obey(self._inputs.due(self._now_ms))
         if self._watchdog.expires(self._now_ms):
             self._lose_heartbeat()
         if self._executor.state is ProgramState.RUNNING:
@@ -155,8 +186,9 @@ class Controller:
             self.parts.step(self._true_positions(), self._gripper, self._dt)
         if self._aborting and self._motion.standing:
             self._motion.clear()
-            self._executor.abort()
-            self._aborting = False
+            self._end()
+        if self._jobs.waiting:
+            self._try(self._jobs.next)
         self._show()
         return self.snapshot()
 
@@ -176,10 +208,7 @@ class Controller:
         return tuple([q + zero for q, zero in zip(self._motion.positions, self._zero)])
 
     def _lose_heartbeat(self) -> None:
-        """Stop the program that runs, and latch it.
-
-        A robot that runs none has nothing to stop and only warns.
-        """
+        """Stop the program that runs, and latch it; a robot that runs none only warns."""
         cause = f"heartbeat {self._watchdog.heartbeat} stood still"
         if self._executor.state is ProgramState.ABORTED:
             self._raise(alarms.HEARTBEAT_SILENT, cause)
@@ -255,14 +284,14 @@ class Controller:
     def _outputs(self) -> Outputs:
         state = self._executor.state
         running = state is ProgramState.RUNNING
-        return Outputs(
+        outputs = Outputs(
             cmdenbl=self._enabled,
             sysrdy=self._motion.powered,
             progrun=running,
             paused=state is ProgramState.PAUSED,
             held=not (self._inputs["hold"] and self._inputs["panel_hold"]),
             fault=self._alarms.fault,
-            atperch=self._at_home(),
+            atperch=self._motion.at(self._home),
             tpenbl=False,
             batalm=False,
             busy=running or not self._motion.standing,
@@ -271,13 +300,7 @@ class Controller:
             gripper=self._gripper,
             vacuum=self._vacuum,
         )
-
-    def _at_home(self) -> bool:
-        """ATPERCH: each joint is at home within its tolerance."""
-        for position, home, tolerance in zip(self._motion.positions, self._home, self._tolerances):
-            if not abs(position - home) <= tolerance:
-                return False
-        return True
+        return msgspec.structs.replace(outputs, **self._unlit) if self._unlit else outputs
 
     def _execute(self) -> None:
         """Let the program go on, and start what its line asks for."""
@@ -313,10 +336,21 @@ class Controller:
     def _raise(self, code: AlarmCode, cause: str) -> None:
         """Make an alarm active and do what its severity asks for."""
         self._alarms.add(Alarm(code, cause, self._boot_seconds + self._tick * self._dt))
-        if code.severity in (Severity.PAUSE, Severity.STOP):
+        if code.severity in (Severity.PAUSE, Severity.STOP, Severity.SERVO):
             self._pause()
-        elif code.severity >= Severity.SERVO:
+        elif code.severity > Severity.SERVO:
             self._abort()
+
+    def _cut_drives(self) -> None:
+        """Switch the drives off, and pause the program."""
+        self._motion.power_off()
+        self._cut = True
+        for code in self._power_off_causes():
+            self._raise(code, "the input was switched off")
+
+    def _power_off_causes(self) -> list[AlarmCode]:
+        """Return the alarms of the inputs that keep the drives off."""
+        return [code for name, code in alarms.POWER_OFF.items() if not self._inputs[name]]
 
     def _pause(self) -> None:
         """Hold the program; no set point that was given before counts after it."""
@@ -326,16 +360,22 @@ class Controller:
     def _abort(self) -> None:
         """Decelerate along the path; the program is paused meanwhile and ended at standstill."""
         self._pause()
+        self._jobs.clear()
         if self._executor.state is ProgramState.ABORTED:
             return
         self._aborting = True
         if not self._motion.powered:
-            self._executor.abort()
-            self._aborting = False
+            self._end()
+
+    def _end(self) -> None:
+        """End the program by force; what was requested meanwhile is cleared with it."""
+        self._executor.abort()
+        self._jobs.clear()
+        self._aborting = False
 
     def _reset(self) -> None:
         """FAULT_RESET: clear alarms whose cause is gone, and switch the drives on again."""
-        persists = [code for name, code in alarms.POWER_OFF.items() if not self._inputs[name]]
+        persists = self._power_off_causes()
         if persists:
             self._alarms.clear(keep=persists)
             return
@@ -347,38 +387,10 @@ class Controller:
         self._alarms.clear()
         self._watchdog.reset()
 
-    def _resume(self) -> None:
-        """START: let a paused program go on."""
-        if self._executor.state is not ProgramState.PAUSED:
-            return
-        reason = self._start_obstacle() or (
-            "the program is being ended" if self._aborting else None
-        )
-        if reason:
-            self._raise(alarms.START_REFUSED, reason)
-        else:
-            self._executor.resume()
-
-    def _run(self, number: int) -> None:
-        """RSRn: start a program."""
-        program = self._programs.get(number)
-        if self._executor.state is not ProgramState.ABORTED:
-            assert self._executor.program is not None
-            reason: str | None = (
-                f"{self._executor.program.name} is {self._executor.state.name.lower()}"
-            )
-        elif program is None:
-            reason = f"RSR{number} has no program"
-        else:
-            reason = self._start_obstacle()
-        if reason or program is None:
-            self._raise(alarms.START_REFUSED, reason or "")
-            return
-        self.source.check_again()
-        self._executor.start(program, self._config.plant.start_delay_ms / 1000.0)
-
     def _start_obstacle(self) -> str | None:
         """Say why nothing may start now, or None."""
+        if self._aborting:
+            return "the program is being ended"
         if self._alarms.fault:
             return "FAULT is on"
         for name in NORMALLY_ON:

@@ -43,9 +43,14 @@ class ProgramState(IntEnum):
 
 
 class Executor:
-    """Run one program at a time."""
+    """Run one program at a time.
+
+    Attributes:
+        cursor: The step at which the last program was ended; 0 after its own end.
+    """
 
     def __init__(self) -> None:
+        self.cursor = 0
         self.state = ProgramState.ABORTED
         self.program: Program | None = None
         self._index = 0
@@ -66,11 +71,11 @@ class Executor:
             return None
         return self.program.steps[self._index]
 
-    def start(self, program: Program, delay: float) -> None:
-        """Begin ``program`` at its first line; its first step starts after ``delay`` [s]."""
+    def start(self, program: Program, delay: float, index: int = 0) -> None:
+        """Begin ``program`` at a step, which starts after ``delay`` [s]."""
         self.program = program
         self.state = ProgramState.RUNNING
-        self._index = 0
+        self._index = index
         self._started = False
         self._delay = delay
 
@@ -87,6 +92,7 @@ class Executor:
     def abort(self) -> None:
         """End the program here."""
         self.state = ProgramState.ABORTED
+        self.cursor = self._index
 
     def advance(
         self, dt: float, path_done: bool, arrived: bool, vacuum: bool = False
@@ -111,6 +117,7 @@ class Executor:
             self._index += 1
             if self._index >= len(self.program.steps):
                 self.state = ProgramState.ABORTED
+                self.cursor = 0
                 return None
         self._started = True
         step = self.program.steps[self._index]

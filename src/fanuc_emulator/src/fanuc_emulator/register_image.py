@@ -191,9 +191,11 @@ class RegisterImage:
         if sequence == self._sequence:
             return
         self._sequence = sequence
-        name, levels = self._codes.get(code, ("", ()))
-        for level in levels:
+        name, level = self._codes.get(code, ("", None))
+        if level is not None:
             controller.write_input(name, level)
+        elif name:
+            controller.pulse_input(name)
 
     def _show_signals(self, snapshot: Snapshot) -> None:
         """Fill the words of outputs, inputs and the confirmed command, where the map has such."""
@@ -261,15 +263,11 @@ def _offsets(registers: Iterable[Register]) -> frozenset[int]:
     )
 
 
-def _codes(layout: ModbusMap) -> dict[int, tuple[str, tuple[bool, ...]]]:
-    """Return for each command code the input and the levels that it takes one after the other."""
-    found: dict[int, tuple[str, tuple[bool, ...]]] = {}
+def _codes(layout: ModbusMap) -> dict[int, tuple[str, bool | None]]:
+    """Return for each command code the input and the level that it takes; None: a pulse."""
+    found: dict[int, tuple[str, bool | None]] = {}
     for name, code in (layout.command_word.codes if layout.command_word else {}).items():
-        for value, levels in (
-            (code.low, (False,)),
-            (code.high, (True,)),
-            (code.pulse, (True, False)),
-        ):
+        for value, level in ((code.low, False), (code.high, True), (code.pulse, None)):
             if value is not None:
-                found[value] = (name, levels)
+                found[value] = (name, level)
     return found

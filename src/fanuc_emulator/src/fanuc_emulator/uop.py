@@ -1,70 +1,197 @@
 """The controller's digital signals.
 
-Inputs UI[1..18] as the client writes them, outputs UO[1..20] as it reads them.
+Inputs UI[1..18] as the client writes them, outputs UO[1..20] as it reads them, the keys of the
+pendant, and how an integrator set all that up.
 
 Source:
-    The real controller's user operator panel (UOP).
+    The maker's operator's manual B-83284EN/09, sections 3.3, 3.8 and 3.15: docs/sources.md.
 """
 
 from __future__ import annotations
 
 from enum import Enum, auto
+from typing import Annotated, Literal
 
 import msgspec
+from msgspec import Meta
+
+
+class UopSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """What stands on the robot's screens System > Config and I/O > UOP.
+
+    Attributes:
+        cstopi_for_abort: CSTOPI ends the program at once. Else the program goes on to its end, and
+            only the requests that wait are cleared.
+        imstp_assigned: ``*IMSTP`` has an input of its own. Else it is always on.
+        uop: Which signals are allocated: ``full``; ``simple``: few, and CSTOPI and RESET are one
+            signal, START and PNSTROBE another; ``none``: no UI acts and no UO lights.
+        start_for_continue: START only lets a paused program go on. Else it starts the selected
+            program too, in the line where it stands.
+        shortest_pulse_ms: START, PROD_START, RSR and PNSTROBE that are on for less are not seen.
+    """
+
+    cstopi_for_abort: bool
+    imstp_assigned: bool
+    uop: Literal["none", "simple", "full"]
+    start_for_continue: bool
+    shortest_pulse_ms: Annotated[int, Meta(ge=0, le=1000)]
 
 
 class Request(Enum):
-    """What an edge of an input asks for."""
+    """What an edge of an input asks for; one that starts something comes with a number."""
 
     NOTHING = auto()
     POWER_OFF = auto()
     HOLD = auto()
     END = auto()
+    CYCLE_STOP = auto()
     RESET = auto()
     RESUME = auto()
+    START = auto()
+    START_FIRST = auto()
+    QUEUE = auto()
+    SELECT = auto()
     RUN = auto()
 
 
-INPUTS = (
+_RSR = tuple(f"rsr{number}" for number in range(1, 9))
+_RUN = tuple(f"panel_run{number}" for number in range(1, 9))
+UI = (
     ("imstp", "hold", "sfspd", "cstopi", "fault_reset", "start", "home", "enbl")
-    + tuple(f"rsr{number}" for number in range(1, 9))
-    + ("pnstrobe", "prod_start", "panel_imstp", "panel_hold")
+    + _RSR
+    + ("pnstrobe", "prod_start")
 )
-"""The last two are the buttons of the person at the robot; no client of the UOP releases them."""
+"""UI[1..18], the user operator panel."""
+PANEL = ("panel_imstp", "panel_hold", "panel_start", "panel_abort", "panel_reset", *_RUN)
+"""Buttons and keys of the person at the robot; no setting of the UOP touches them."""
+INPUTS = UI + PANEL
 NORMALLY_ON = ("imstp", "hold", "sfspd", "enbl", "panel_imstp", "panel_hold")
 
-# (input, value after the edge) -> request. HOME, PNSTROBE and PROD_START do nothing here.
+# (input, value after the edge) -> request. HOME does nothing here.
 _EDGES: dict[tuple[str, bool], Request] = {
     ("imstp", False): Request.POWER_OFF,
     ("panel_imstp", False): Request.POWER_OFF,
     ("hold", False): Request.HOLD,
     ("panel_hold", False): Request.HOLD,
     ("enbl", False): Request.HOLD,
-    ("cstopi", True): Request.END,
+    ("cstopi", True): Request.CYCLE_STOP,
     ("fault_reset", False): Request.RESET,
-    ("start", False): Request.RESUME,
-    **{(f"rsr{number}", True): Request.RUN for number in range(1, 9)},
+    ("start", False): Request.START,
+    ("prod_start", False): Request.START_FIRST,
+    ("panel_start", True): Request.RESUME,
+    ("panel_abort", True): Request.END,
+    ("panel_reset", True): Request.RESET,
+    **{(name, True): Request.RUN for name in _RUN},
 }
+# What counts once it has been on for long enough, and what only then counts when it goes off.
+_ON_LONG_ENOUGH = {**dict.fromkeys(_RSR, Request.QUEUE), "pnstrobe": Request.SELECT}
+_OFF_AFTER_LONG_ENOUGH = ("start", "prod_start")
+
+# "simple": one signal drives several inputs, and those that are left out have no input.
+_PNS = _RSR[:4]
+_SIMPLE: dict[str, tuple[str, ...]] = {
+    "hold": ("hold",),
+    "enbl": ("enbl",),
+    "cstopi": ("cstopi", "fault_reset"),
+    "fault_reset": ("cstopi", "fault_reset"),
+    "start": ("pnstrobe", "start"),
+    "pnstrobe": ("pnstrobe", "start"),
+    **{name: (name,) for name in _PNS},
+}
+_LIT: dict[str, tuple[str, ...]] = {"none": (), "simple": ("cmdenbl", "fault", "batalm", "busy")}
+"""The outputs that an allocation has; one that is not named here has all."""
+
+Asked = tuple[Request, int]
 
 
 class Inputs:
-    """Levels of all inputs; ``lit`` are those that are on."""
+    """Levels of all inputs as the robot sees them, and the pulses that are not over.
 
-    def __init__(self) -> None:
+    Args:
+        settings: Of the user operator panel.
+
+    Attributes:
+        lit: Those that are on.
+    """
+
+    def __init__(self, settings: UopSettings) -> None:
+        self._settings = settings
         self._levels = {name: name in NORMALLY_ON for name in INPUTS}
+        # When each input that counts by its length came on, by the robot's own clock [ms].
+        self._since: dict[str, int] = {}
+        # Inputs that count once they have been on for long enough, and have not yet.
+        self._waiting: set[str] = set()
         self.lit = frozenset(NORMALLY_ON)
 
     def __getitem__(self, name: str) -> bool:
         """Level of the input called ``name``."""
         return self._levels[name]
 
-    def write(self, name: str, value: bool) -> Request:
-        """Set an input and return what its edge asks for; a level that stays asks for nothing."""
+    def write(self, name: str, value: bool, now_ms: int) -> list[Asked]:
+        """Set a signal and return what the edges of its inputs ask for.
+
+        A level that stays asks for nothing, a signal without an input neither.
+        """
+        return [asked for each in self._driven(name) for asked in self._set(each, value, now_ms)]
+
+    def pulse(self, name: str, now_ms: int) -> list[Asked]:
+        """Return what a pulse asks for that a program of the robot's own makes, long enough."""
+        asked = self.write(name, True, now_ms)
+        later = now_ms + self._settings.shortest_pulse_ms
+        return asked + self.due(later) + self.write(name, False, later)
+
+    def due(self, now_ms: int) -> list[Asked]:
+        """Return what has been on for long enough by now, once."""
+        if not self._waiting:
+            return []
+        shortest = self._settings.shortest_pulse_ms
+        long = [name for name in INPUTS if name in self._waiting]
+        long = [name for name in long if now_ms - self._since[name] >= shortest]
+        self._waiting.difference_update(long)
+        return [self._asked(name, _ON_LONG_ENOUGH[name]) for name in long]
+
+    def _driven(self, name: str) -> tuple[str, ...]:
+        """Return the inputs that a signal drives, as they are allocated."""
+        if name in PANEL:
+            return (name,)
+        if self._settings.uop == "none" or (name == "imstp" and not self._settings.imstp_assigned):
+            return ()
+        return _SIMPLE.get(name, ()) if self._settings.uop == "simple" else (name,)
+
+    def _set(self, name: str, value: bool, now_ms: int) -> list[Asked]:
         if self._levels[name] == value:
-            return Request.NOTHING
+            return []
         self._levels[name] = value
         self.lit = self.lit | {name} if value else self.lit - {name}
-        return _EDGES.get((name, value), Request.NOTHING)
+        if value:
+            self._since[name] = now_ms
+        if name in _ON_LONG_ENOUGH and not self._is_pns(name):
+            if not value:
+                self._waiting.discard(name)
+                return []
+            self._waiting.add(name)
+            return self.due(now_ms)
+        asked = _EDGES.get((name, value))
+        if asked is None:
+            return []
+        if name in _OFF_AFTER_LONG_ENOUGH:
+            since = self._since.pop(name)
+            if now_ms - since < self._settings.shortest_pulse_ms:
+                return []
+        return [self._asked(name, asked)]
+
+    def _is_pns(self, name: str) -> bool:
+        """With the simple allocation RSR is not there: these are bits of a program's number."""
+        return self._settings.uop == "simple" and name in _PNS
+
+    def _asked(self, name: str, request: Request) -> Asked:
+        """Return a request with the number that it is about; 0: none."""
+        if request is Request.SELECT:
+            simple = self._settings.uop == "simple"
+            bits = [self._levels[each] for each in _PNS] if simple else []
+            return request, sum(1 << place for place, on in enumerate(bits) if on)
+        digit = name[-1]
+        return request, int(digit) if digit.isdigit() else 0
 
 
 class Outputs(msgspec.Struct, frozen=True):
@@ -87,3 +214,13 @@ class Outputs(msgspec.Struct, frozen=True):
     panel_held: bool
     gripper: bool = False
     vacuum: bool = False
+
+
+UO = Outputs.__struct_fields__[:10]
+"""UO[1..10]."""
+
+
+def unlit(uop: str) -> tuple[str, ...]:
+    """Return the outputs UO that stay off because they are not allocated."""
+    lit = _LIT.get(uop, UO)
+    return tuple(name for name in UO if name not in lit)

@@ -164,7 +164,7 @@ def test_only_a_command_opens_the_gripper() -> None:
     Each write of the coil does.
     """
     robot = controller((GripperStep(1, True),))
-    run(robot, 0.1)
+    run(robot, 0.2)
     for name, level in (("hold", False), ("imstp", False), ("cstopi", True)):
         robot.write_input(name, level)
         assert run(robot, 0.2).outputs.gripper

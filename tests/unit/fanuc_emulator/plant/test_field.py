@@ -185,3 +185,29 @@ def test_a_moving_axis_lags_by_what_friction_takes() -> None:
     friction = RUBBING.friction
     assert friction is not None
     assert lags[0] - lags[1] == pytest.approx(friction.at(1.0) / 100.0**2, rel=0.02)
+
+
+@pytest.mark.parametrize("factor", [0.7, 1.0, 1.2, 1.5])
+def test_a_well_damped_motor_comes_to_rest_and_its_program_ends(factor: float) -> None:
+    """A motor that creeps into static friction for ever does not move."""
+    robot = load_robot(CONFIG)
+    config = load_emulator(robot, CONFIG, "field", settings="")
+    axes = {
+        name: msgspec.structs.replace(axis, damping=factor * axis.damping)
+        for name, axis in config.plant.axes.items()
+    }
+    plant = msgspec.structs.replace(config.plant, axes=axes)
+    made = Controller(
+        msgspec.structs.replace(config, plant=plant),
+        robot,
+        load_programs(robot, CONFIG),
+        0.0,
+        random=np.random.default_rng(1),
+    )
+    made.write_override(100)
+    made.write_input("panel_run2", True)
+    for _ in range(500):
+        made.step()
+    made.write_input("cstopi", True)
+    ended = [made.step().program_state for _ in range(400)]
+    assert ProgramState.ABORTED in ended, "within 0.8 s"

@@ -12,6 +12,8 @@ from scara_config import Robot, load_robot
 from scara_config.modbus_map import load_modbus_map
 
 CONFIG = Path(__file__).resolve().parents[4] / "config"
+PULSE_S = 0.12
+"""Longer than the shortest one that the robot sees [s]."""
 PLACES, SPACING = 10, 12
 
 
@@ -57,7 +59,7 @@ class Stage:
         """Start the stream program and wait until it runs."""
         self.run(0.02)
         self.controller.write_input("rsr1", True)
-        self.run(0.02)
+        self.run(PULSE_S)
         self.controller.write_input("rsr1", False)
         self.run(0.5)
         assert self.now.program_state is ProgramState.RUNNING
@@ -119,7 +121,7 @@ def test_a_held_program_goes_on_with_new_set_points_only(stage: Stage) -> None:
     stage.controller.write_input("hold", True)
     for level in (True, False):
         stage.controller.write_input("start", level)
-        stage.run(0.02)
+        stage.run(PULSE_S)
     stood = stage.now.positions[0]
     stage.run(0.5)
     assert stage.now.program_state is ProgramState.RUNNING

@@ -74,6 +74,11 @@ class MotionGroup:
                 return False
         return True
 
+    def at(self, positions: Sequence[float]) -> bool:
+        """Return whether each axis is there within its tolerance [rad or m]."""
+        places = zip(self.axes, self.positions, positions)
+        return all([abs(q - there) <= axis.parameters.tolerance for axis, q, there in places])
+
     def start_move(self, target: Sequence[float], speed: float) -> None:
         """Plan a joint move from the end of the last one (or from where the command is).
 

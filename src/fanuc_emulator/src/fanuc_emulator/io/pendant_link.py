@@ -13,7 +13,7 @@ from scara_config.modbus_map import ModbusMap, SignalWord
 
 from fanuc_emulator.registers import Value, decode, encode
 
-_PULSE = 0.03
+_POLL = 0.003
 _CONFIRM = 1.0
 _SEQUENCES = 32768
 
@@ -105,7 +105,7 @@ class PendantLink:
             self._command(name, None if codes is None else codes.pulse)
             return
         self.set_signal(name, True)
-        time.sleep(_PULSE)
+        time.sleep(self._layout.coils[name].pulse_ms * 1e-3)
         self.set_signal(name, False)
 
     def _lit(self, word: SignalWord) -> dict[str, bool]:
@@ -135,7 +135,7 @@ class PendantLink:
         while int(self.read(word.echo)[0]) != sequence:
             if time.monotonic() > deadline:
                 raise PendantError(f"the robot did not confirm {name}")
-            time.sleep(_PULSE / 10)
+            time.sleep(_POLL)
 
     def alarm(self) -> str:
         """Return the active alarm as the pendant shows it, or an empty text."""

@@ -101,13 +101,13 @@ class PendantPage:
         ui.label("Program").classes("key-title")
         with ui.element("div").classes("key-row"):
             for number, program in sorted(self._programs.items()):
-                self._key(program.name, partial(_pulse, f"rsr{number}")).style(
+                self._key(program.name, partial(_pulse, f"panel_run{number}")).style(
                     "grid-column: span 2"
                 )
         with ui.element("div").classes("key-row"):
             self._key("HOLD", lambda link: link.set_signal("panel_hold", False))
             self._key("RESUME", _resume)
-            self._key("ABORT", partial(_pulse, "cstopi"))
+            self._key("ABORT", partial(_pulse, "panel_abort"))
             self._key("RESET", _reset)
         ui.label("Override").classes("key-title")
         with ui.element("div").classes("key-row"):
@@ -162,13 +162,13 @@ def _pulse(name: str, link: PendantLink) -> None:
 
 def _resume(link: PendantLink) -> None:
     link.set_signal("panel_hold", True)
-    link.pulse("start")
+    link.pulse("panel_start")
 
 
 def _reset(link: PendantLink) -> None:
     """Release hold, clear alarms, switch the drives on; switches that are off stay off."""
     link.set_signal("panel_hold", True)
-    link.pulse("fault_reset")
+    link.pulse("panel_reset")
 
 
 def _rows(rows: tuple[tuple[str, float, float, str], ...]) -> str:

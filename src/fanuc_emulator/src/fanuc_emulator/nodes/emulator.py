@@ -7,6 +7,8 @@ Parameters (as ``_name:=value`` on the command line, so that they hold without r
     ~config_dir: Folder with the YAML files; default: the package scara_config.
     ~host, ~port: Address to listen on.
     ~plant: How the robot behaves, a file of plants/; default: ``SCARA_PLANT``, else ``ideal``.
+    ~settings: How the robot was set up, where it differs from emulator.yaml, for example
+        ``uop: simple, cstopi_for_abort: false``; default: what ``SCARA_SETTINGS`` says.
     ~links: ``desk`` for the patience of emulator.yaml with a client on the same machine;
         default: strict.
 
@@ -168,7 +170,8 @@ def main() -> None:
         if key.startswith("_")
     }
     try:
-        sys.exit(run(*map(private.get, ("config_dir", "host", "port", "links", "plant"))))
+        names = ("config_dir", "host", "port", "links", "plant", "settings")
+        sys.exit(run(*map(private.get, names)))
     except (ConfigError, PortError) as error:
         print(f"emulator: {error}", file=sys.stderr, flush=True)
         sys.exit(2)
@@ -180,6 +183,7 @@ def run(
     port: str | None,
     links: str | None = None,
     plant: str | None = None,
+    settings: str | None = None,
 ) -> int:
     """Run the stand-in until it is told to end and return the exit code.
 
@@ -189,7 +193,8 @@ def run(
     """
     directory = Path(config_dir) if config_dir else None
     robot, layout = load_robot(directory), load_modbus_map(directory)
-    config, programs = load_emulator(robot, directory, plant), load_programs(robot, directory)
+    config = load_emulator(robot, directory, plant, settings)
+    programs = load_programs(robot, directory)
     if port is not None and not (port.isdigit() and 1 <= int(port) <= 65535):
         raise ConfigError(f"~port = {port}: allowed is 1..65535")
     if links not in (None, "strict", "desk"):

@@ -20,6 +20,7 @@ from rich.table import Table
 from scara_config import ConfigError, Robot, load_robot
 from scara_config.modbus_map import load_modbus_map
 
+from fanuc_emulator.alarms import Severity
 from fanuc_emulator.config import EmulatorConfig, load_emulator, load_programs
 from fanuc_emulator.io.pendant_link import PendantError, PendantLink
 from fanuc_emulator.program import ProgramState
@@ -35,6 +36,7 @@ ConfigDir = Annotated[
     Path | None, typer.Option(help="Folder with the YAML files; default: the package scara_config.")
 ]
 Wait = Annotated[bool, typer.Option("--wait", help="Show the progress and end with the program.")]
+RUNNING = ProgramState.RUNNING
 _ANSWER_TIMEOUT = 1.0
 _POLL = 0.05
 
@@ -76,7 +78,7 @@ def run(
         if name not in numbers:
             raise PendantError(f"no program {name!r}: there are {', '.join(sorted(numbers))}")
         _check_startable(link)
-        link.pulse(f"rsr{numbers[name]}")
+        link.pulse(f"panel_run{numbers[name]}")
         _expect(link, lambda: _running(link, name), f"{name} did not start")
         typer.echo(f"{name} started at override {link.read('override_now')[0]} %")
         if wait:
@@ -88,7 +90,7 @@ def hold(host: Host = None, port: Port = None, config_dir: ConfigDir = None) -> 
     """Decelerate along the path and pause the program."""
     with _robot(host, port, config_dir) as (link, _, _):
         link.set_signal("panel_hold", False)
-        _expect(link, lambda: not link.outputs()["progrun"], "the program still runs")
+        _expect(link, lambda: _state(link) is not RUNNING, "the program still runs")
         typer.echo("held")
 
 
@@ -96,13 +98,11 @@ def hold(host: Host = None, port: Port = None, config_dir: ConfigDir = None) -> 
 def resume(host: Host = None, port: Port = None, config_dir: ConfigDir = None) -> None:
     """Let the paused program go on, along the same path."""
     with _robot(host, port, config_dir) as (link, _, _):
-        if not link.outputs()["paused"]:
+        if _state(link) is not ProgramState.PAUSED:
             raise PendantError("no program is paused")
         link.set_signal("panel_hold", True)
-        if not link.signal("hold"):
-            raise PendantError("the hold at the pendant is released; *HOLD of the UOP is still off")
-        link.pulse("start")
-        _expect(link, lambda: link.outputs()["progrun"], "the program did not resume")
+        link.pulse("panel_start")
+        _expect(link, lambda: _state(link) is RUNNING, "the program did not resume")
         typer.echo("resumed")
 
 
@@ -110,10 +110,10 @@ def resume(host: Host = None, port: Port = None, config_dir: ConfigDir = None) -
 def abort(host: Host = None, port: Port = None, config_dir: ConfigDir = None) -> None:
     """Decelerate and end the program."""
     with _robot(host, port, config_dir) as (link, _, _):
-        link.pulse("cstopi")
+        link.pulse("panel_abort")
         _expect(
             link,
-            lambda: link.read("program_state")[0] == ProgramState.ABORTED,
+            lambda: _state(link) is ProgramState.ABORTED,
             "the program did not end",
         )
         typer.echo("aborted")
@@ -128,12 +128,8 @@ def reset(host: Host = None, port: Port = None, config_dir: ConfigDir = None) ->
     with _robot(host, port, config_dir) as (link, _, _):
         link.set_signal("panel_imstp", True)
         link.set_signal("panel_hold", True)
-        link.pulse("fault_reset")
-        _expect(
-            link,
-            lambda: link.outputs()["sysrdy"] and not link.outputs()["fault"],
-            "the fault stays",
-        )
+        link.pulse("panel_reset")
+        _expect(link, lambda: not _fault(link), "the fault stays")
         typer.echo("ready")
 
 
@@ -163,7 +159,7 @@ def status(host: Host = None, port: Port = None, config_dir: ConfigDir = None) -
     with _robot(host, port, config_dir) as (link, robot, _):
         console = Console()
         console.print(_joint_table(link, robot))
-        state = ProgramState(int(link.read("program_state")[0])).name.lower()
+        state = _state(link).name.lower()
         lit = " ".join(name.upper() for name, on in link.outputs().items() if on)
         for label, text in {
             "program": (
@@ -192,21 +188,29 @@ def _joint_table(link: PendantLink, robot: Robot) -> Table:
 
 def _check_startable(link: PendantLink) -> None:
     """Raise PendantError with the reason if a program cannot be started now."""
-    outputs = link.outputs()
-    if outputs["fault"]:
+    if _fault(link):
         raise PendantError(f"FAULT is on: {link.alarm()}; remove the cause, then: pendant reset")
-    if outputs["progrun"] or outputs["paused"]:
-        state = "paused" if outputs["paused"] else "running"
-        raise PendantError(f"{link.read('program_name')} is {state}; first: pendant abort")
-    if outputs["held"]:
+    if (state := _state(link)) is not ProgramState.ABORTED:
+        raise PendantError(
+            f"{link.read('program_name')} is {state.name.lower()}; first: pendant abort"
+        )
+    if not link.signal("panel_hold"):
         raise PendantError("HELD is on; first: pendant reset")
-    if not outputs["cmdenbl"]:
-        raise PendantError("CMDENBL is off: *SFSPD or ENBL is off")
+
+
+def _state(link: PendantLink) -> ProgramState:
+    """Return whether a program runs; a pendant knows it without the UOP's outputs."""
+    return ProgramState(int(link.read("program_state")[0]))
+
+
+def _fault(link: PendantLink) -> bool:
+    """Tell whether an alarm is active that stops."""
+    return int(link.read("alarm_severity")[0]) > Severity.WARN
 
 
 def _running(link: PendantLink, name: str) -> bool:
     """Tell whether ``name`` runs."""
-    return link.outputs()["progrun"] and link.read("program_name") == name
+    return _state(link) is RUNNING and link.read("program_name") == name
 
 
 def _expect(link: PendantLink, condition: Callable[[], bool], failure: str) -> None:
@@ -225,13 +229,13 @@ def _expect(link: PendantLink, condition: Callable[[], bool], failure: str) -> N
 def _follow(link: PendantLink, name: str) -> None:
     """Show the program's line until it ends; raise PendantError if it ends by a fault."""
     shown = None
-    while (state := link.read("program_state")[0]) != ProgramState.ABORTED:
-        line = f"{name} line {link.read('program_line')[0]} {ProgramState(int(state)).name.lower()}"
+    while (state := _state(link)) is not ProgramState.ABORTED:
+        line = f"{name} line {link.read('program_line')[0]} {state.name.lower()}"
         if line != shown:
             typer.echo(line)
             shown = line
         time.sleep(_POLL)
-    if link.outputs()["fault"]:
+    if _fault(link):
         raise PendantError(f"{name} ended by {link.alarm()}")
     typer.echo(f"{name} ended")
 

@@ -136,7 +136,10 @@ def aimed(
     target = target_of(setup, follows, course, at)
     # The slowest joint's instant: the gap needs one for all.
     aim = at + max(follows.delay)
-    if follows.blend is None:
+    flags = sides.real.flags
+    # START counts when its pulse ends, and only then the robot goes on: the gap does not close yet.
+    held = follows.resumes and flags is not None and (flags.paused or not flags.streaming)
+    if follows.blend is None or held:
         offset = tuple(a - b for a, b in zip(sides.real.last.q, target))
         follows = replace(follows, blend=close_gap(setup, offset, aim))
     assert follows.blend is not None

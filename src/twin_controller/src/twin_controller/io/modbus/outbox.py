@@ -44,7 +44,8 @@ class Outbox:
         # Set points were dropped since the last time that something was taken.
         self._dropped = False
         self._commands: deque[Command] = deque()
-        self._releases: deque[tuple[float, str]] = deque()
+        # When each pulsed signal goes off again.
+        self._releases: dict[str, float] = {}
 
     def put_setpoint(self, action: StreamReal) -> None:
         """Leave a set point until its time; it replaces those left for then or later."""
@@ -85,14 +86,22 @@ class Outbox:
             self._changed.notify()
 
     def end_pulse(self, name: str, due: float) -> None:
-        """Remember to switch a pulsed signal off at ``due`` (reader only)."""
-        self._releases.append((due, name))
+        """Remember to switch a pulsed signal off at ``due`` (reader only).
+
+        One that is on already stays on until then.
+        """
+        self._releases[name] = due
+
+    def pulses_left(self) -> float:
+        """Return how long the longest pulse still lasts [s] (reader only)."""
+        return max(self._releases.values(), default=0.0) - time.monotonic()
 
     def due_releases(self) -> list[str]:
         """Take the pulsed signals whose time is over (reader only)."""
-        names = []
-        while self._releases and self._releases[0][0] <= time.monotonic():
-            names.append(self._releases.popleft()[1])
+        now = time.monotonic()
+        names = [name for name, due in self._releases.items() if due <= now]
+        for name in names:
+            del self._releases[name]
         return names
 
     def take(self, until: float) -> tuple[StreamReal | None, StreamAhead | None, list[Command]]:
@@ -101,8 +110,7 @@ class Outbox:
         A set point is taken when it is due. It is taken sooner only for a command that must not
         come before it.
         """
-        if self._releases:
-            until = min(until, self._releases[0][0])
+        until = min(until, *self._releases.values()) if self._releases else until
         with self._changed:
             while (
                 not (self.closed or self._commands or self._ahead is not None)
@@ -161,7 +169,6 @@ class Outbox:
             self._commands.clear()
             self._setpoints.clear()
             self._ahead = None
-            self._releases = deque(
-                (due, name) for due, name in self._releases if name not in _ACT_ON_RELEASE
-            )
+            for name in _ACT_ON_RELEASE:
+                self._releases.pop(name, None)
             return lost

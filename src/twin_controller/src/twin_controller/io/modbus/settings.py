@@ -15,7 +15,6 @@ class ModbusSettings:
         timeout: The longest wait for one answer or for a connection.
         status_period: Of the program and alarm blocks, which are also read when FAULT, PROGRUN or
             PAUSED change.
-        pulse: How long a pulsed signal stays on.
         retry_first: Pause before the first new attempt, short enough for the robot's watchdog;
             doubled at each failure.
         retry_last: Longest pause.
@@ -32,7 +31,6 @@ class ModbusSettings:
     drift_ppm: float = 500.0
     timeout: float = 0.04
     status_period: float = 1.0
-    pulse: float = 0.03
     retry_first: float = 0.02
     retry_last: float = 2.0
     command_retry: float = 0.1

@@ -135,7 +135,7 @@ class Writer:
     def _write_last(self) -> None:
         """Write what was left when the outbox was closed, and end its pulses."""
         self._write_all()
-        self._ended.wait(self._settings.pulse)
+        self._ended.wait(self._outbox.pulses_left())
         for name in self._outbox.due_releases():
             self._attempt(self._port.write_coil, self._layout.coils[name].offset, False)
 
@@ -201,9 +201,10 @@ class Writer:
         if self._commands is not None and command.name in signal_names(self._layout):
             self._commands.put(command.name, bool(command.value), command.pulsed)
         elif command.name in self._layout.coils:
-            self._port.write_coil(self._layout.coils[command.name].offset, bool(command.value))
+            coil = self._layout.coils[command.name]
+            self._port.write_coil(coil.offset, bool(command.value))
             if command.pulsed:
-                self._outbox.end_pulse(command.name, time.monotonic() + self._settings.pulse)
+                self._outbox.end_pulse(command.name, time.monotonic() + coil.pulse_ms * 1e-3)
         else:
             register = self._layout.holding_registers[command.name]
             self._port.write_words(
