@@ -18,10 +18,10 @@ MOST_STEPS = 2000
 SPACING = 0.01
 """Longest chord of a point's path [m]; at 0.2 m from an axis it is 0.06 mm off the arc."""
 FINER = 1.2
-COARSE_TURN = 1.6
+COARSE_TURN = 1.5
 """Most that the joints turn in a coarse step [rad], all together."""
-BULGE = COARSE_TURN / 8.0
-"""How far an arc may bulge beyond its chord, in parts of the chord: an eighth of its turn."""
+BULGE = 0.2
+"""How far an arc may bulge beyond its chord, in parts of the chord: tan(turn / 4) / 2 at most."""
 STILL = 1e-12
 DEPTH_TOLERANCE = 1e-3
 """A point in a zone that goes deeper by less [m] stands there."""
