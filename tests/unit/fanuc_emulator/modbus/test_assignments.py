@@ -387,3 +387,16 @@ def test_a_map_with_a_wrong_variable_is_refused(
     layout: ModbusMap = msgspec.structs.replace(LAYOUT, holding_registers=registers)
     with pytest.raises(ConfigError, match=f"modbus_map.yaml: holding_registers.{message}"):
         power_up(layout)
+
+
+def test_a_map_with_more_registers_than_entries_is_refused() -> None:
+    """75 entries are free for it; the message says so."""
+    register = LAYOUT.holding_registers["heartbeat"]
+    registers = {
+        f"r{k}": msgspec.structs.replace(register, address=2000 + 2 * k) for k in range(76)
+    }
+    layout: ModbusMap = msgspec.structs.replace(LAYOUT, holding_registers=registers)
+    with pytest.raises(ConfigError, match=r"has 76 registers .*: \$SNPX_ASG takes 75$"):
+        power_up(layout)
+    del registers["r75"]
+    assert len(power_up(layout)) == 80

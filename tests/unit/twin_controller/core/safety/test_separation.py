@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from itertools import permutations
 
 import numpy as np
@@ -65,6 +66,25 @@ def test_the_cap_keeps_the_margin_beyond_the_protective_distance(
     assert 0.0 < found.cap < 100.0
     assert protective_distance(at_cap, TERMS) == pytest.approx(away - margin_mm * 1e-3)
     assert not judge(person(away - 0.99 * margin_mm * 1e-3), speed=at_cap).too_close
+
+
+def test_nobody_near_and_nobody_watched_for_slow_nothing_down() -> None:
+    """The cap is all of the program's speed, never more, and no distance is asked for."""
+    assert judge(person(50.0)).cap == 100.0
+    off = replace(TERMS, enabled=False)
+    assert judge_separation(SETUP.points, (), HOME, 1.0, NOW, off, SETUP.fastest) == Distance(
+        math.inf, protective=0.0, cap=100.0, too_close=False, reason=""
+    )
+
+
+@pytest.mark.parametrize("sensor", ["", "left"])
+def test_a_sensor_that_is_silent_or_was_never_heard_stops_everything(sensor: str) -> None:
+    """As somebody at the robot would; the text names the sensor if it has a name."""
+    for found in (judge(), judge(person(9.0, 1.01 * STALE_S, sensor))):
+        assert (found.distance, found.cap, found.too_close) == (0.0, 0.0, True)
+        assert "silent" in found.reason
+    assert not judge(person(9.0, 0.99 * STALE_S, sensor)).too_close
+    assert sensor in judge(person(9.0, 1.01 * STALE_S, sensor)).reason
 
 
 @pytest.mark.parametrize("speed", [0.0, 0.5])
