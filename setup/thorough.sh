@@ -11,7 +11,7 @@ ensure_mutants() {
     --upgrade --target "$folder" -r "$wanted" && cp "$wanted" "$folder/installed.txt"
 }
 
-# Make mutants in kinematics, motion, figures and core, and see which the tests kill.
+# Make mutants in the rooms of tests/mutants/rooms.yaml, and see which the tests kill.
 run_mutants() {
   ensure_mutants || return 1
   PYTHONPATH="$root/tests:$PYTHONPATH:$root/.venv/thorough" \
