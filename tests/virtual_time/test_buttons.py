@@ -104,7 +104,10 @@ def test_resume_says_that_the_robot_is_held_at_its_pendant(cell: VirtualCell) ->
 
 
 def test_speed_never_raises_the_override_of_the_person_at_the_robot(cell: VirtualCell) -> None:
-    """A cap only lowers, and gives back what it took: no more than was set at the pendant."""
+    """A cap only lowers, and only a program of the robot's own; what it took stays taken.
+
+    The person may have set just that meanwhile.
+    """
 
     def override_after(percent: float) -> tuple[int, str]:
         answer = cell.operate("SPEED", speed_percent=percent)
@@ -117,8 +120,13 @@ def test_speed_never_raises_the_override_of_the_person_at_the_robot(cell: Virtua
     override, text = override_after(100.0)
     assert override == 30
     assert "keeps its own override of 30 %: raise it there" in text
-    assert override_after(20.0)[0] == 20
-    assert override_after(100.0)[0] == 30
+    assert override_after(20.0)[0] == 30, "the cap is in the set points"
+    run_program(cell)
+    cell.schedule.run(1.0)
+    assert cell.mode == "REAL_LEADS" and cell.real.shown.override == 20
+    override, text = override_after(100.0)
+    assert override == 20
+    assert "keeps its own override of 20 %: raise it there" in text
     cell.real.robot.write_override(10)
     cell.schedule.run(1.0)
     assert override_after(80.0)[0] == 10

@@ -140,10 +140,10 @@ def test_jogs_and_direct_commands_obey_the_operators_speed(cell: TroubledCell, c
     cell.twin.command_position("joint_3", -0.02)
     cell.schedule.run(2.5)
     assert cell.mode == "IDLE", cell.why
-    # The robot's drives overshoot its own override by up to 2 %; the twin's by nothing.
+    # The robot's drives overshoot by up to 2 %; the twin's by nothing but rounding.
     assert 0.5 * cap < fastest_percent(cell, begun) <= cap + 2.0
     twins = [abs(row[2][0]) / velocity for row in cell.twin.truth if row[0] >= begun]
-    assert max(twins) <= 1e-2 * cap
+    assert max(twins) <= 1e-2 * cap + 1e-6
 
 
 def test_a_cap_that_falls_slows_a_direct_command_at_once(cell: TroubledCell) -> None:

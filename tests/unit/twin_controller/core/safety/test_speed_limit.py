@@ -176,7 +176,7 @@ def test_speed_lower_than_the_persons_cap_stays() -> None:
 
 
 def test_speed_given_while_the_robot_is_not_reached_counts_when_it_is() -> None:
-    """The answer says what is true until then."""
+    """The answer says what is true until then; the override is lowered for a program alone."""
     pair = Pair()
     pair.connect()
     pair.link("real", False)
@@ -185,6 +185,9 @@ def test_speed_given_while_the_robot_is_not_reached_counts_when_it_is() -> None:
     assert pair.override == 100.0
     pair.link("real", True)
     pair.run(1.0)
+    assert pair.override == 100.0
+    pair.start_program(ramp(HOME, shifted(HOME, 5.0), 3.0))
+    pair.run(0.5)
     assert pair.override == 30.0
 
 

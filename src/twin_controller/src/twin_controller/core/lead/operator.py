@@ -62,8 +62,10 @@ def _cap(setup: Setup, state: CoreState, event: Operator) -> Result:
         outside = f"speed_percent = {percent:g} is outside [1, 100]"
         return state, [Reply(event.id, False, outside)]
     speeds = replace(state.orders.speeds, cap=percent)
-    allowed = real_cap(setup, speeds, state.safety, state.lead.leader)
-    answer = speed_answer(speeds, state.sides.real.flags, allowed)
+    flags = state.sides.real.flags
+    runs = flags is not None and flags.own_program
+    allowed = real_cap(setup, speeds, state.safety, state.lead.leader, runs)
+    answer = speed_answer(speeds, flags, allowed)
     # Stage 9 sends what follows from it.
     state = replace(state, orders=replace(state.orders, speeds=speeds))
     return state, [Reply(event.id, True, answer)]

@@ -18,6 +18,7 @@ from twin_controller.core.sides.side import Sides, TwinSide
 
 replace = msgspec.structs.replace
 
+OPERATORS_SPEED = "the operator's SPEED"
 ZONE_AHEAD = "a keep-out zone is ahead, and a slower robot can stop before it"
 
 
@@ -58,7 +59,7 @@ def cap_speeds(
     actions: list[AnyAction] = []
     flags, motion = sides.real.flags, sides.twin.motion
     if flags is not None:
-        allowed = real_cap(setup, speeds, safety, leader.name).percent
+        allowed = real_cap(setup, speeds, safety, leader.name, flags.own_program).percent
         speeds, actions = _override_real(setup, speeds, flags, allowed, now)
     if motion is None or not sides.twin.connected:
         return speeds, actions
@@ -78,10 +79,13 @@ def _judged(
         # A robot that leads runs at its override; what we took of that is the limit.
         requested = applied = flags.speed_percent
         limited = False
+        ours = speeds.real is not None and speeds.real.wanted >= flags.override_percent
+        held = real_cap(setup, speeds, safety, leader.name, flags.own_program)
         if speeds.own_override is not None and speeds.real is not None:
             applied, limited = min(requested, speeds.real.wanted), True
-            requested = max(requested, speeds.own_override)
-            reason = real_cap(setup, speeds, safety, leader.name).reason
+            requested, reason = max(requested, speeds.own_override), held.reason
+        elif ours and held.percent <= flags.override_percent < 100.0:
+            limited, reason = True, held.reason
     else:
         claimed = 0.0 if motion is None else motion.speed_requested_percent
         requested = max(claimed, _measured_percent(setup, sides.twin, leader.name))
@@ -124,7 +128,7 @@ def _twin_cap(
 ) -> Cap:
     """Return the lowest cap of the twin's program speed."""
     limit, cartesian = setup.config.limit, setup.config.cell.cartesian_speed_mm_s
-    caps = [Cap(speeds.cap, "the operator's SPEED")]
+    caps = [Cap(speeds.cap, OPERATORS_SPEED)]
     if sides.real.connected and sides.real.flags is not None:
         override = max(sides.real.flags.override_percent, 1.0)
         most = _program_speed(limit.twin_percent, motion)
@@ -158,18 +162,28 @@ def _program_speed(most: float, motion: TwinMotion) -> float:
     return min(100.0, most * max(1.0, motion.speed_requested_percent / motion.peak_percent))
 
 
-def real_cap(setup: Setup, speeds: Speeds, safety: Safety, leader: str) -> Cap:
-    """Return the largest override that the real robot may have."""
-    caps = [Cap(speeds.cap, "the operator's SPEED")]
+def real_cap(setup: Setup, speeds: Speeds, safety: Safety, leader: str, own_program: bool) -> Cap:
+    """Return the largest override that the real robot may have.
+
+    The operator's cap is in the set points and their program speed. Only a program of the robot's
+    own knows neither, and has no other means to be slowed.
+    """
+    caps = [Cap(100.0, "")]
+    if own_program:
+        caps.append(Cap(speeds.cap, OPERATORS_SPEED))
     if setup.config.cell.cartesian_speed_mm_s is not None:
         caps.append(Cap(setup.safe_percent, _cartesian(setup)))
     # A robot that follows is as slow as its leader, whose cap holds.
     if leader == "real":
         caps.append(Cap(safety.separation.cap, safety.separation.reason))
         caps.append(Cap(100.0 * safety.guard.share / safety.guard.asked, ZONE_AHEAD))
-    cap = min(caps, key=lambda one: one.percent)
-    # The robot knows whole percents, and an override of 0 would stop it for good.
-    return Cap(float(max(1, math.trunc(cap.percent))), cap.reason)
+    cap = min(reversed(caps), key=lambda one: one.percent)
+    return Cap(_whole(cap.percent), cap.reason)
+
+
+def _whole(percent: float) -> float:
+    """Round down: the robot knows whole percents, and an override of 0 would stop it for good."""
+    return float(max(1, math.trunc(percent)))
 
 
 def _cartesian(setup: Setup) -> str:
@@ -179,9 +193,14 @@ def _cartesian(setup: Setup) -> str:
 def _override_real(
     setup: Setup, speeds: Speeds, flags: RealMeasured, allowed: float, now: float
 ) -> tuple[Speeds, list[AnyAction]]:
-    """Lower the robot's override as far as its limits ask, and give it back afterwards."""
+    """Lower the robot's override as far as its limits ask, and give it back afterwards.
+
+    Only what zones and people took is given back. The operator's cap is not: a person who sets the
+    same value meanwhile changes nothing that could be seen.
+    """
     config, order, own = setup.config.speed, speeds.real, speeds.own_override
     shown, waits = flags.override_percent, fresh(order, now)
+    most = _whole(speeds.cap) if flags.own_program else 100.0
     if allowed < shown - config.step_percent:
         # Lower it at once, before the robot moves too; but not twice for the same limit.
         if order is not None and waits and allowed >= order.wanted:
@@ -189,7 +208,7 @@ def _override_real(
         if own is None:
             # What is not shown yet is ours; otherwise somebody at the robot set it.
             own = order.wanted if order is not None and waits else shown
-        wanted = allowed
+        own, wanted = min(own, most), allowed
     elif waits:
         return speeds, []
     elif order is None or own is None or not shows_override(order.wanted, shown, config):
@@ -197,6 +216,8 @@ def _override_real(
         return replace(speeds, own_override=None), []
     else:
         # Give it back in steps: between two sightings of a person the cap falls and rises a little.
+        own = min(own, most)
+        speeds = replace(speeds, own_override=None if own <= shown else own)
         wanted = min(own, allowed)
         if wanted < min(own, shown + config.raise_step_percent):
             return speeds, []
@@ -210,14 +231,14 @@ def _override_real(
 def speed_answer(speeds: Speeds, flags: RealMeasured | None, allowed: Cap) -> str:
     """Return the answer to the operator's SPEED, ``speeds.cap``: what each side gets of it.
 
-    A cap only lowers. What somebody has set at the robot is the most that the robot gets; the
-    override that :func:`cap_speeds` has lowered is given back up to that.
+    A cap only lowers. What somebody has set at the robot is the most that the robot gets, and a cap
+    that has lowered it is not given back: whoever stands at the robot may want what it shows.
     """
     percent = speeds.cap
     answer = f"speed of both capped at {percent:g} %"
     if flags is None:
-        unreached = "the real robot is not reached: its override is lowered to that once it is"
-        return f"{answer}; {unreached}, but not raised"
+        unreached = "the real robot is not reached: once it is, a program of its own is slowed to"
+        return f"{answer}; {unreached} that, and no override is raised"
     own = speeds.own_override
     if own is None:
         own = flags.override_percent
