@@ -35,20 +35,26 @@ class Cell:
         """Start all."""
         import actionlib
         from sensor_msgs.msg import JointState
+        from std_msgs.msg import Float64
 
         from control_msgs.msg import FollowJointTrajectoryAction, JointJog
         from scara_msgs.msg import MotionCommand, MotionState
         from scara_msgs.srv import MoveJoints, MoveTo
 
         self.ros = ros
-        ros.run("scara_simulation", "simulator")
+        simulator = ros.run("scara_simulation", "simulator")
         self.nodes = {name: ros.run("scara_control", name) for name in NODES}
+        self.nodes["simulator"] = simulator
         self.move_to = ros.service("move_to", MoveTo)
         self.move = ros.service("joint_pose_controller/move", MoveJoints)
         self.joints = ros.collect("twin/joint_states", JointState)
         self.states = ros.collect("joint_pose_controller/state", MotionState)
         self.commands = ros.publisher("motion_command", MotionCommand, subscribers=5)
         self.targets = ros.publisher("joint_pose_controller/target", JointState)
+        self.direct = {
+            kind: ros.publisher(f"twin/{NAMES[0]}_{kind}_controller/command", Float64)
+            for kind in ("position", "velocity")
+        }
         self.jogs = ros.publisher("joint_vel_controller/command", JointJog, subscribers=1)
         self.goals = actionlib.SimpleActionClient(
             ros.name("joint_trajectory_action"), FollowJointTrajectoryAction
@@ -243,4 +249,17 @@ def test_a_jog_that_waited_does_not_begin_after_stop(
         cell.jogs.publish(jog)
         time.sleep(0.5 * stalled)
         cell.stop(stamped=stamped)
+    cell.stays(place)
+
+
+@pytest.mark.parametrize("stalled", STALLS)
+@pytest.mark.parametrize("kind", ["position", "velocity"])
+def test_a_direct_command_that_waited_does_not_begin_after_stop(
+    cell: Cell, place: list[float], kind: str, stalled: float
+) -> None:
+    """A plain number names no time: the simulator finds it and the STOP side by side."""
+    with cell.standing("simulator", stalled):
+        cell.direct[kind].publish(place[0] + 0.3)
+        time.sleep(0.5 * stalled)
+        cell.stop()
     cell.stays(place)

@@ -93,6 +93,7 @@ def main() -> None:
         payload = PayloadPorts(carried, part, names, world, told, effort_percent)
 
         def publish(snapshots: Sequence[Snapshot]) -> None:
+            commands.ran()
             states.publish(snapshots)
             if parts is not None:
                 parts.publish(snapshots)
@@ -109,7 +110,7 @@ def main() -> None:
             report=DiagnosticsPort(factor, config).report,
         )
         desk = CommandDesk(simulation.control, CommandGate(robot, config), config)
-        CommandPorts(names, clockwork, desk, states)
+        commands = CommandPorts(names, clockwork, desk, states)
         TuningPorts(names, clockwork, tuning, gains_path(directory))
         payload.serve(clockwork)
         if parts is not None:

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
 from functools import partial
 
 import rospy
 from rosgraph_msgs.msg import Clock
-from scara_control.motion.commands import Command
+from scara_control.motion.commands import Command, MotionRefusedError
+from scara_control.motion.epoch import Epoch
+from scara_control.nodes.command_listener import CommandListener
 from scara_control.nodes.setpoint_messages import to_setpoints
+from scara_control.nodes.wiring import Guard
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, String
 from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
@@ -24,6 +28,8 @@ from scara_simulation.joint_loop import LoopState
 from scara_simulation.simulation import Snapshot
 
 MAX_STEPS = 60_000
+DIRECT = "_controller/command"
+"""How the topics end on which a joint is commanded past all motion nodes."""
 
 
 class StatePorts:
@@ -135,6 +141,7 @@ class CommandPorts:
         """Subscribe and serve."""
         self._clockwork, self._desk, self._states = clockwork, desk, states
         self._control = clockwork.simulation.control
+        self._epoch = Epoch(time.monotonic())
         self._modes = ""
         self._tell_modes()
         for name in joints:
@@ -142,12 +149,17 @@ class CommandPorts:
                 topic = f"twin/{name}_{kind}_controller/command"
                 self._listen(topic, Float64, partial(take, name))
         self._listen("twin/joint_setpoints", JointTrajectory, self._setpoints)
-        self._listen("motion_command", MotionCommand, self._obey)
+        self._stops = CommandListener(partial(self._guarded, "motion_command", self._obey), Guard())
         self._listen("joint_pose_controller/speed_limit_percent", Float64, self._limit_speed)
         rospy.Service("pause_physics", Empty, partial(self._empty, clockwork.pause))
         rospy.Service("unpause_physics", Empty, partial(self._empty, clockwork.unpause))
         rospy.Service("reset_simulation", Empty, partial(self._empty, clockwork.reset))
         rospy.Service("step", Step, self._step)
+
+    def ran(self) -> None:
+        """Note that this node runs."""
+        with self._clockwork.lock:
+            self._epoch.ran(time.monotonic())
 
     def _listen(self, topic: str, kind: type, take: Callable[[object], None]) -> None:
         # A queue of 10: commands to different joints share a topic, so the newest must not displace
@@ -158,6 +170,8 @@ class CommandPorts:
 
     def _guarded(self, topic: str, take: Callable[[object], None], message: object) -> None:
         try:
+            if topic.endswith(DIRECT):
+                self._hear_stops_first()
             with self._clockwork.lock:
                 take(message)
                 self._tell_modes()
@@ -168,10 +182,27 @@ class CommandPorts:
             self._clockwork.fail(error)
             raise
 
+    def _hear_stops_first(self) -> None:
+        """Let a stop that waits be heard before us, if this node may have stood still."""
+        with self._clockwork.lock:
+            gap = self._epoch.ran(time.monotonic())
+        if gap:
+            self._stops.read_out()
+
+    def _begin(self, name: str) -> None:
+        """Refuse a command that names no time and may have waited through a stop."""
+        try:
+            self._epoch.begin(0.0, time.monotonic())
+        except MotionRefusedError as stopped:
+            raise CommandError(f"{name}: {stopped}") from stopped
+
     def _position(self, name: str, message: Float64) -> None:
+        self._begin(name)
         self._desk.position(name, message.data)
 
     def _velocity(self, name: str, message: Float64) -> None:
+        if message.data != 0.0:
+            self._begin(name)
         self._desk.velocity(name, message.data, self._clockwork.simulation.now)
 
     def _limit_speed(self, message: Float64) -> None:
@@ -187,7 +218,9 @@ class CommandPorts:
 
     def _obey(self, message: MotionCommand) -> None:
         if message.command in list(Command):
-            self._desk.obey(Command(message.command), self._clockwork.simulation.now)
+            command, now = Command(message.command), time.monotonic()
+            if self._epoch.hear(command, message.reason, message.asked, now):
+                self._desk.obey(command, self._clockwork.simulation.now)
 
     def _empty(self, act: Callable[[], None], _: EmptyRequest) -> EmptyResponse:
         act()
