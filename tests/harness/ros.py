@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import threading
+import time
 import xmlrpc.client
 from collections.abc import Callable
 from pathlib import Path
@@ -92,7 +93,8 @@ class Ros:
     def service(self, name: str, kind: type[Any], timeout: float = 20.0) -> Callable[..., Any]:
         """Return a call of a service that ends after ``timeout`` [s].
 
-        rospy's own would wait for ever.
+        rospy's own would wait for ever. A request says when it was asked for, unless ``asked`` is
+        given.
         """
         self.wait_for_service(name, timeout)
         import rospy
@@ -100,7 +102,11 @@ class Ros:
         proxy = rospy.ServiceProxy(self.name(name), kind)
 
         def call(*args: Any, within: float = timeout, **fields: Any) -> Any:
-            return _with_deadline(lambda: proxy(*args, **fields), within, f"answer of {name}")
+            names = kind._request_class.__slots__
+            fields |= dict(zip(names, args))
+            if "asked" in names:
+                fields.setdefault("asked", time.monotonic())  # as our own clients do
+            return _with_deadline(lambda: proxy(**fields), within, f"answer of {name}")
 
         return call
 

@@ -9,6 +9,7 @@ import struct
 import threading
 import time
 from collections.abc import Callable, Iterator
+from typing import Any
 from xmlrpc.server import SimpleXMLRPCServer
 
 import pytest
@@ -148,6 +149,21 @@ def test_fields_go_and_the_response_comes(start: Start) -> None:
     start()
     answer = ServiceClient(NAME, Trigger, 1.0)()
     assert (answer.success, answer.message) == (True, "1")
+
+
+def test_a_request_says_when_it_was_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By the clock of this machine, where its type can say it and the caller has not."""
+    from scara_msgs.srv import ForwardKinematics, MoveTo
+
+    sent: list[Any] = []
+    monkeypatch.setattr(ServiceClient, "call", lambda self, request: sent.append(request))
+    before = time.monotonic()
+    ServiceClient(NAME, MoveTo, DEADLINE)(x=0.5)
+    ServiceClient(NAME, MoveTo, DEADLINE)(x=0.5, asked=1.5)
+    ServiceClient(NAME, ForwardKinematics, DEADLINE)(joint_positions=[0.0])
+    assert before <= sent[0].asked <= time.monotonic()
+    assert sent[1].asked == 1.5
+    assert not hasattr(sent[2], "asked")
 
 
 def test_a_kept_connection_is_used_again(start: Start) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import threading
+import time
 from collections.abc import Awaitable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -136,9 +137,9 @@ class CellLink:
         self._listening.watch(watched)
 
     async def command(self, seat: Seat, command: str, **fields: Any) -> Answer:
-        """Send a command to the twin controller."""
-        who = self._who(seat)
-        return as_answer(await self._commands.call(command=command, **who, **fields))
+        """Send a command to the twin controller; it is as old as this call, not as its turn."""
+        who, asked = self._who(seat), time.monotonic()
+        return as_answer(await self._commands.call(command=command, asked=asked, **who, **fields))
 
     async def control(self, seat: Seat, action: str, moves: bool) -> Answer:
         """Ask the twin controller who may move the pair."""
