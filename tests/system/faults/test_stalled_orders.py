@@ -1,0 +1,37 @@
+"""Never a motion of either side from before an acknowledged STOP, whichever node stood still."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+from harness.faults.fault_cell import FaultCell
+from harness.ros import Master, Ros
+from harness.running.thorough import thorough
+from harness.scenes.stalled_orders import ROUTES, Orders, Round, draw
+
+REST_DEG = 0.005
+"""Twice what loops and filters leave of a joint at rest; mm for joint_3."""
+SEED = 1
+ROUNDS = draw(SEED, 8 * len(ROUTES))
+FIRST = [Round(node, orders[0], 0.15, 0.5) for node, orders in ROUTES.items()]
+
+
+@pytest.fixture(scope="module")
+def orders(ros_master: Master, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Orders]:
+    """Give a cell with all motion nodes."""
+    ros = Ros(ros_master, tmp_path_factory.mktemp("orders"), "orders")
+    try:
+        with FaultCell(ros) as cell, Orders(cell) as opened:
+            yield opened
+    finally:
+        ros.close()
+
+
+@pytest.mark.parametrize("scene", [*FIRST, ROUNDS[2], *thorough(*((one,) for one in ROUNDS))])
+def test_what_was_asked_for_before_a_stop_moves_neither_side(orders: Orders, scene: Round) -> None:
+    """The node finds the request and the STOP side by side, or only the request."""
+    found = orders.play(scene)
+    print(found)
+    assert found.stopped
+    assert found.real <= REST_DEG and found.twin <= REST_DEG, str(found)
