@@ -10,6 +10,7 @@ from itertools import pairwise
 import pytest
 from harness.yaml_files import copy_configuration
 from scara_config import load_robot
+from scara_control.config import load_motion
 from scara_control.kinematics.scara import Scara, tool_position
 
 pytestmark = pytest.mark.usefixtures("cell")
@@ -201,7 +202,7 @@ def test_move_refuses_wrong_requests(cell, fields, text):
 
 
 def test_a_move_is_announced_on_time_and_looks_ahead(cell):
-    """The first packet comes 0.08 s before the first motion; each looks 0.13 s ahead.
+    """The first packet comes as motion.yaml says before the first motion; each looks 0.13 s ahead.
 
     The last one is at rest.
     """
@@ -210,7 +211,8 @@ def test_a_move_is_announced_on_time_and_looks_ahead(cell):
     packets = list(cell.setpoints)
     first = packets[0].header.stamp.to_sec()
     moving = next(p for p in packets if any(p.points[0].velocities))
-    assert 0.06 < moving.header.stamp.to_sec() - first < 0.13
+    announced = moving.header.stamp.to_sec() - first - load_motion().move.announce
+    assert -0.02 < announced < 0.05
     assert packets[0].points[-1].time_from_start.to_sec() == pytest.approx(0.13)
     assert any(packets[0].points[-1].velocities) and not any(packets[-1].points[0].velocities)
     assert packets[-1].points[0].positions == pytest.approx(FAR) and packets[0].joint_names == NAMES
