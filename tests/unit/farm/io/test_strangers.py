@@ -18,7 +18,8 @@ from farm.desk.io.commands import cells_there, order
 from farm.io.bus import BusError, open_client, open_router
 from farm.security.access import Role
 from farm.security.certificates import DAYS
-from farm.security.io.authority import Authority
+from farm.security.io.authority import REGISTER, Authority
+from farm.security.io.door import Door
 from farm.security.io.invitation import Invitation, write_private
 from farm.security.io.lab_authority import LabAuthority
 from farm.wire import Answer, Joints
@@ -42,6 +43,7 @@ class Site:
     port: int
     authority: Authority
     heard: list[tuple[str, bytes]] = field(default_factory=list)
+    door: Door | None = None
 
     def invite(self, name: str, role: Role = Role.MACHINE) -> Invitation:
         """Invite somebody."""
@@ -66,8 +68,10 @@ class Site:
 
     def listen(self) -> zenoh.Session:
         """Open the router for all who are invited now, and hear all that comes."""
-        outside = self.authority.outside(HOST, self.port)
-        router = self.farm.ends.enter_context(open_router(self.farm.config.router, 1000.0, outside))
+        config = self.farm.config
+        router = self.farm.ends.enter_context(open_router(config.router, 1000.0))
+        folder = self.folder.parent / "authority"
+        self.door = self.farm.ends.enter_context(Door(config, folder, (HOST, self.port)))
         router.declare_subscriber(
             "**", lambda s: self.heard.append((str(s.key_expr), bytes(s.payload)))
         )
@@ -211,3 +215,82 @@ def test_a_stranger_at_the_open_port_gets_nothing_without_tls(site: Site) -> Non
     session = site.farm.client()
     session.put("site/here/a/state", b"here")
     wait_until(lambda: site.through({b"here"}), DEADLINE_S, "this machine")
+
+
+OUT_S = 2.0
+"""The promise: who is revoked is out so soon."""
+
+
+def test_a_machine_that_is_revoked_is_out_at_once(site: Site) -> None:
+    """While the desk goes on; the others come back by themselves, and this machine never left."""
+    good, bad = site.invite("pc_1"), site.invite("pc_2")
+    router = site.listen()
+    here = keys.CellName("site", "here", "c")
+    site.farm.link(site.farm.client(), Journal(), cell=here)
+    sessions = {cell: site.come_in(site.address(who)) for cell, who in ((GOOD, good), (OTHER, bad))}
+    for cell, session in sessions.items():
+        site.farm.link(session, Journal(), cell=cell)
+    everybody = [here, GOOD, OTHER]
+    wait_until(lambda: cells_there(router, "site", 1.0) == everybody, DEADLINE_S, "all cells")
+    lost: list[str] = []
+    router.liveliness().declare_subscriber(
+        here.key(keys.ALIVE), lambda sample: lost.append(str(sample.kind))
+    )
+    site.authority.revoke("pc_2")
+    revoked = time.monotonic()
+    wait_until(lambda: OTHER not in cells_there(router, "site", 1.0), DEADLINE_S, "its end")
+    assert time.monotonic() - revoked < OUT_S
+    wait_until(lambda: GOOD in cells_there(router, "site", 1.0), DEADLINE_S, "the other again")
+    assert time.monotonic() - revoked < 2 * OUT_S
+    # A machine that comes again is told of who looks at its site, and of nobody else.
+    looking = router.declare_subscriber("site/**", lambda _: None)
+    # The other may try for as long as it likes, with its old line and with a new one.
+    again = site.come_in(site.address(bad))
+
+    def heard() -> list[str]:
+        for session in (sessions[OTHER], again):
+            session.put(OTHER.key(keys.STATE), b"forged")
+        sessions[GOOD].put(GOOD.key(keys.STATE), b"good")
+        return site.through({b"good"})
+
+    wait_until(lambda: len(heard()) > 20, DEADLINE_S, "the honest state")
+    assert site.through({b"forged"}) == []
+    answers = list(order(router, [here, GOOD, OTHER], "STOP", "ann", "desk", 1.0))
+    accepted = {a.cell for a in answers if a.answer is not None and a.answer.accepted}
+    assert accepted == {here, GOOD} and lost == []
+    looking.undeclare()
+
+
+def test_a_machine_that_is_invited_comes_in_at_once(site: Site) -> None:
+    """Nobody starts the desk anew; what its name had before is out with that."""
+    first = site.invite("pc_1")
+    router = site.listen()
+    second = site.invite("pc_1")
+    wait_until(lambda: site.door.names == ("pc_1 2",), DEADLINE_S, "the door")
+    old, new = (site.come_in(site.address(each)) for each in (first, second))
+    old.put(GOOD.key(keys.STATE), b"old")
+    new.put(GOOD.key(keys.STATE), b"new")
+    wait_until(lambda: site.through({b"new"}), DEADLINE_S, "the new one")
+    time.sleep(QUIET_S)
+    assert site.through({b"old"}) == [] and router.info is not None
+
+
+def test_nobody_comes_in_while_nobody_knows_who_may(
+    site: Site, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A register that cannot be read closes the door, not the desk; whole again, it opens."""
+    invited = site.invite("pc_1")
+    site.listen()
+    file = site.folder.parent / "authority" / REGISTER
+    whole = file.read_bytes()
+    file.write_bytes(b"{")
+    wait_until(lambda: site.door.names is None, DEADLINE_S, "a closed door")
+    with pytest.raises(BusError):
+        open_client(site.address(invited), 1000.0, 0.3)
+    site.farm.client().put("site/here/a/state", b"here")
+    wait_until(lambda: site.through({b"here"}), DEADLINE_S, "this machine")
+    write_private(file, whole)
+    wait_until(lambda: site.door.names == ("pc_1 1",), DEADLINE_S, "an open door")
+    site.come_in(site.address(invited)).put(GOOD.key(keys.STATE), b"good")
+    wait_until(lambda: site.through({b"good"}), DEADLINE_S, "who may come in")
+    assert capsys.readouterr().err.count("nobody comes in: ") == 1

@@ -38,7 +38,7 @@ def test_from_invitation_to_revocation(say, tmp_path: Path) -> None:  # type: ig
     code, text = say("certificates")
     assert code == 0 and "pc_2" in text and "1 invited, 1 may come in" in text
     code, text = say("revoke", "pc_2")
-    assert code == 0 and "until it is started anew" in text
+    assert code == 0 and "puts it out within 2 seconds" in text
     assert "1 invited, 0 may come in" in say("certificates")[1]
     assert say("leave") == (0, "left: cells join the desk of this machine again\n")
     assert say("leave") == (0, "nothing was joined\n")

@@ -1,7 +1,8 @@
 """Open the bus: no multicast, no shared memory, nothing that is stored.
 
-The desk opens the router in its own process; everybody else is a client of it: by TCP on loopback,
-from other machines by TLS where both sides show certificates.
+The desk opens the router in its own process; everybody else on this machine is a client of it by
+TCP on loopback. Other machines are clients of a second router, by TLS where both sides show
+certificates (:mod:`farm.security.io.door`).
 """
 
 from __future__ import annotations
@@ -20,38 +21,61 @@ BATCH_BYTES = 8192
 """Our choice: a state needs 400; zenoh's 65,535 are 80 kB more for each session of a router."""
 RETRY_S = 0.5
 """Our choice: how soon a desk that was not there is looked for again."""
+RETRY_MS = (200, 1000)
+"""Our choice: how soon a client whose line was cut tries again, first and at most [ms]. zenoh's own
+1,000 to 4,000 would leave machines out for longer when the door for them is opened anew."""
 
 
 class BusError(RuntimeError):
     """The bus cannot be opened; the text says why and what to do."""
 
 
-def open_router(address: Address, lease_ms: float, outside: Outside | None = None) -> zenoh.Session:
-    """Open the router in this process.
+def open_router(address: Address, lease_ms: float) -> zenoh.Session:
+    """Open the router of this machine in this process.
 
     Args:
-        address: Where it listens for this machine.
+        address: Where it listens.
         lease_ms: How long a silent client counts as there [ms].
-        outside: Where it listens for other machines; None: nowhere.
 
     Raises:
-        BusError: An address is not of this machine, or is taken.
+        BusError: The address is not of this machine, or is taken.
     """
     _check(address)
-    ends = [address.endpoint, *([outside.endpoint] if outside else [])]
+    return _listen(address.endpoint, {"connect/endpoints": []}, lease_ms)
+
+
+def open_outside(address: Address, lease_ms: float, outside: Outside) -> zenoh.Session:
+    """Open the router for other machines in this process, and connect it to that of this machine.
+
+    Args:
+        address: Where the router of this machine listens.
+        lease_ms: How long a silent client counts as there [ms].
+        outside: Where it listens, what it shows, and whom it lets do what.
+
+    Raises:
+        BusError: The address is taken, or the router of this machine is not there.
+    """
     settings = {
-        **(outside.settings if outside else {}),
+        **outside.settings,
+        "connect/endpoints": [address.endpoint],
+        "connect/timeout_ms": int(RETRY_S * 1000),
+        "connect/exit_on_failure": True,
+    }
+    return _listen(outside.endpoint, settings, lease_ms)
+
+
+def _listen(endpoint: str, settings: dict[str, Any], lease_ms: float) -> zenoh.Session:
+    always = {
         "mode": "router",
-        "listen/endpoints": ends,
-        "connect/endpoints": [],
+        "listen/endpoints": [endpoint],
         "transport/unicast/max_sessions": MOST_SESSIONS,
         "transport/unicast/accept_pending": MOST_SESSIONS,
     }
     try:
-        return zenoh.open(_config(settings, lease_ms))
+        return zenoh.open(_config({**settings, **always}, lease_ms))
     except zenoh.ZError as error:
         raise BusError(
-            f"{' or '.join(ends)} cannot be listened on: does another desk run here (./cell farm "
+            f"{endpoint} cannot be listened on: does another desk run here (./cell farm "
             "cells)? Else give another port, --router-port, --listen or farm.yaml. "
             f"{_first(error)}"
         ) from error
@@ -71,6 +95,11 @@ def open_client(address: Address, lease_ms: float, timeout_s: float) -> zenoh.Se
         "connect/endpoints": [address.endpoint],
         "connect/timeout_ms": int(timeout_s * 1000),
         "connect/exit_on_failure": True,
+        "connect/retry": {
+            "period_init_ms": RETRY_MS[0],
+            "period_max_ms": RETRY_MS[1],
+            "period_increase_factor": 2,
+        },
     }
     try:
         return zenoh.open(_config(settings, lease_ms))

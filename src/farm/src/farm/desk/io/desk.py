@@ -38,6 +38,9 @@ AGAIN_S = 5.0
 
 COMING_S = 10.0
 """Our choice: so long after the desk's start a cell that does not come is an alarm."""
+AWAY_S = 2.5
+"""Our choice: a cell that is lost for longer is an alarm. When the door for other machines is
+opened anew, because another one may come in or one no longer, theirs are away for a second."""
 
 KINDS: dict[str, type[CellState | Event | Health]] = {
     keys.STATE: CellState,
@@ -309,7 +312,8 @@ class Desk:
         if time.monotonic() - self._began > COMING_S:
             with self._lock:
                 lost = self._roster.lost()
-            self.alarms.there(lost, time.time())
+            now = time.time()
+            self.alarms.there({c: at for c, at in lost.items() if now - at > AWAY_S}, now)
 
     def _flush(self) -> None:
         with self._lock:

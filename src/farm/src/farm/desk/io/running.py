@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import threading
@@ -11,7 +12,7 @@ from pathlib import Path
 from scara_ros.io.page_token import page_token, ros_home
 from scara_ros.io.token_file import TokenError
 
-from farm.config import FarmConfig, Outside
+from farm.config import FarmConfig
 from farm.desk.io.command_line import TOKEN_FILE, TOKEN_VARIABLE
 from farm.desk.io.desk import Desk
 from farm.desk.io.history import History, HistoryError
@@ -49,10 +50,9 @@ def run(
     try:
         history = History(folder / EVENTS, settings.small_files, settings.small_file_mb)
         # First the history: who cannot keep events shall not take the router's port.
-        outside = _outside(config, reached) if reached is not None else None
-        with history, open_router(config.router, config.lease_ms, outside) as session:
+        with history, open_router(config.router, config.lease_ms) as session:
             print(f"farm: router at {config.router.endpoint}, history in {folder}", flush=True)
-            with Desk(session, config, history) as desk:
+            with _door(config, reached), Desk(session, config, history) as desk:
                 if with_page:
                     _serve(desk, config, who)
                 else:
@@ -61,17 +61,21 @@ def run(
         raise StartError(str(error)) from error
 
 
-def _outside(config: FarmConfig, reached: tuple[str, int]) -> Outside:
-    """Make ready for other machines, and say who may come in."""
+def _door(
+    config: FarmConfig, reached: tuple[str, int] | None
+) -> contextlib.AbstractContextManager[object]:
+    """Open the door for other machines, and say who may come in; None: there is none."""
+    if reached is None:
+        return contextlib.nullcontext()
     # Imported late: the library of certificates takes a tenth of a second.
     from farm.security.io.authority import Authority, authority_folder
+    from farm.security.io.door import Door
 
     folder = authority_folder(keys_folder(os.environ))
-    authority = Authority(folder, config.site, datetime.now(timezone.utc))
-    made = authority.outside(*reached)
-    names = ", ".join(each.name for each in authority.good()) or "nobody: ./cell farm invite NAME"
-    print(f"farm: machines come in at {made.endpoint}; invited: {names}", flush=True)
-    for each in authority.ending():
+    made = Door(config, folder, reached)
+    names = ", ".join(made.names or ()) or "nobody: ./cell farm invite NAME"
+    print(f"farm: machines come in at {reached[0]}:{reached[1]}; invited: {names}", flush=True)
+    for each in Authority(folder, config.site, datetime.now(timezone.utc)).ending():
         until = datetime.fromtimestamp(each.until).strftime("%Y-%m-%d")
         print(f"farm: the certificate of {each.name} ends {until}: invite it again", flush=True)
     return made

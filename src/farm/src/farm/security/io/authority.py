@@ -133,7 +133,7 @@ class Authority:
         )
 
     def revoke(self, name: str) -> None:
-        """Let nobody in by a certificate of this name, from the desk's next start on.
+        """Let nobody in by a certificate of this name; a desk that listens sees it by itself.
 
         Raises:
             SecurityError: Nobody of this name was invited, or the register cannot be written.
@@ -170,7 +170,9 @@ class Authority:
             raise SecurityError(f"{host}: no certificate can be made for it: {error}") from error
         write_private(self._folder / SERVER_KEY, server.key)
         write_private(self._folder / SERVER_CERTIFICATE, server.certificate)
-        self._write(msgspec.structs.replace(self.register, listened=(host, port)))
+        # Only if it is news: somebody may be inviting at the same time.
+        if self.register.listened != (host, port):
+            self._write(msgspec.structs.replace(self.register, listened=(host, port)))
         files = Credentials(
             str(self._folder / CERTIFICATE),
             str(self._folder / SERVER_CERTIFICATE),

@@ -79,7 +79,7 @@ class Practice:
     ) -> None:
         """Make the cells, with a clock that is ahead; :meth:`join` brings them to the desk."""
         self._config, self._machine, self._until = config, machine, events_until
-        self._clock = lambda: time.time() + ahead_s
+        self._clock: Callable[[], float] = lambda: time.time() + ahead_s
         self._cells = [Running(cell, Shown(int(self._clock())), self._clock) for cell in cells]
         self.ended = threading.Event()
         self._ends = ExitStack()

@@ -105,7 +105,7 @@ def invite(
 def _next_here(made: Invitation) -> str:
     if made.role is Role.LAB:
         return f"Here: ./cell lab scheduler --listen {made.host}"
-    return "Here: start the desk anew with --listen."
+    return f"Here: a desk that runs with --listen {made.host} lets it in within 2 seconds."
 
 
 @app.command()
@@ -138,7 +138,7 @@ def leave(lab: OfLab = False) -> None:
 
 @app.command()
 def revoke(name: Who, lab: OfLab = False) -> None:
-    """Let nobody in by a certificate of this name, from the desk's next start on."""
+    """Let nobody in by a certificate of this name; a desk that runs puts it out within 2 s."""
     try:
         opened_authority(lab=lab).revoke(name)
     except SecurityError as error:
@@ -146,7 +146,7 @@ def revoke(name: Who, lab: OfLab = False) -> None:
     if lab:
         typer.echo(f"{name} is revoked. A scheduler that runs ends its lines within seconds.")
         return
-    typer.echo(f"{name} is revoked. A desk that runs now lets it in until it is started anew.")
+    typer.echo(f"{name} is revoked. A desk that runs puts it out within 2 seconds.")
 
 
 @app.command()
