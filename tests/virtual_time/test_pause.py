@@ -29,7 +29,9 @@ class PausedCell(VirtualCell):
     def __init__(self, monitored: bool = False) -> None:
         """Connect."""
         files = load_files(ROBOT)
-        separation = msgspec.structs.replace(files.controller.separation, enabled=monitored)
+        separation = msgspec.structs.replace(
+            files.controller.separation, enabled=monitored, sensors=("",)
+        )
         controller = msgspec.structs.replace(files.controller, separation=separation)
         super().__init__(replace(files, controller=controller))
         self.person = (4.0, 0.0, 0.2)

@@ -33,7 +33,9 @@ class MonitoredCell(VirtualCell):
     def __init__(self) -> None:
         """Connect; the person is far away."""
         files = load_files(ROBOT)
-        separation = msgspec.structs.replace(files.controller.separation, enabled=True)
+        separation = msgspec.structs.replace(
+            files.controller.separation, enabled=True, sensors=("",)
+        )
         controller = msgspec.structs.replace(files.controller, separation=separation)
         super().__init__(replace(files, controller=controller))
         self._walks = [(0.0, FAR, FAR, 1.0)]

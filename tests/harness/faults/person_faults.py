@@ -41,6 +41,7 @@ def monitored(folder: Path) -> dict[str, str]:
     """
     known_robot(folder)
     changed_yaml(folder / "twin_controller.yaml", folder, ["separation", "enabled"], True)
+    changed_yaml(folder / "twin_controller.yaml", folder, ["separation", "sensors"], ["/person"])
     return {OVERRIDE: str(folder)}
 
 

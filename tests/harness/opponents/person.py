@@ -97,7 +97,7 @@ def _serve(line: Connection, walk: Walk | None, topic: str, frame: str) -> None:
     import rospy
     from geometry_msgs.msg import Point, PointStamped
 
-    rospy.init_node("person", anonymous=True, disable_signals=True)
+    rospy.init_node("person", disable_signals=True)
     publisher: Any = rospy.Publisher(topic, PointStamped, queue_size=1, tcp_nodelay=True)
     due = time.monotonic()
     while True:

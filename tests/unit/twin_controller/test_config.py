@@ -88,6 +88,7 @@ def test_other_values_are_accepted(tmp_path: Path, path: list[str | int], value:
         (["response", "known_ms"], 0, r"response\.known_ms = 0: Expected `float` > 0"),
         (["home", "speed_percent"], 0.0, r"home\.speed_percent = 0\.0: Expected `float` >= 1"),
         (["state_rate_hz"], 0.5, r"state_rate_hz = 0\.5: Expected `float` >= 1"),
+        (["separation", "sensors"], ["my scanner"], r"separation\.sensors\[0\] = .my scanner"),
         (["decision_history"], 5, r"decision_history = 5: Expected `int` >= 10"),
     ],
 )
@@ -115,6 +116,16 @@ def test_watching_a_robot_without_watched_points_is_refused(
         ConfigError, match=r"need watched_points in robot\.yaml: Expected at least one"
     ):
         load_twin_controller(replace(ROBOT, watched_points=[]), folder)
+
+
+def test_watching_people_with_no_sensor_named_is_refused(tmp_path: Path) -> None:
+    """Nobody could be seen, and the pair would never align."""
+    folder = changed_yaml(
+        SHIPPED / "twin_controller.yaml", tmp_path, ["separation", "enabled"], True
+    )
+    changed_yaml(folder / "twin_controller.yaml", tmp_path, ["separation", "sensors"], [])
+    with pytest.raises(ConfigError, match=r"separation\.sensors = \[\]: Expected at least one"):
+        load_twin_controller(ROBOT, folder)
 
 
 def test_a_missing_file_is_refused(tmp_path: Path) -> None:

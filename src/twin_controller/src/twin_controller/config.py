@@ -13,6 +13,7 @@ from scara_config.percent import SpeedPercent
 Ms = Annotated[float, Meta(ge=0.0, le=600_000.0)]
 PositiveMs = Annotated[float, Meta(gt=0.0, le=600_000.0)]
 Positive = Annotated[float, Meta(gt=0.0, le=1e6)]
+SensorName = Annotated[str, Meta(pattern=r"^/?[A-Za-z]\w*(/[A-Za-z]\w*)*\Z")]
 Count = Annotated[int, Meta(ge=1, le=1000)]
 
 
@@ -166,6 +167,7 @@ class Separation(Section, frozen=True):
     """Terms of the protective distance."""
 
     enabled: bool
+    sensors: tuple[SensorName, ...]
     human_speed_mm_s: Positive
     reaction_ms: Ms
     deceleration_m_s2: Positive
@@ -378,6 +380,8 @@ def _check_speeds(path: Path, config: TwinControllerConfig) -> None:
 def _check_watched(path: Path, config: TwinControllerConfig, robot: Robot) -> None:
     """Refuse to watch people or the Cartesian speed where no point of the robot is watched."""
     watches = config.separation.enabled or config.cell.cartesian_speed_mm_s is not None
+    if config.separation.enabled and not config.separation.sensors:
+        raise ConfigError(f"{path}: separation.sensors = []: Expected at least one with enabled")
     if watches and not robot.watched_points:
         text = "separation and cell.cartesian_speed_mm_s need watched_points in robot.yaml"
         raise ConfigError(f"{path}: {text}: Expected at least one")

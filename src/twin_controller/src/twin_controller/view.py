@@ -180,6 +180,8 @@ def alarm_text(state: CoreState) -> str:
             for name, side in (("real", sides.real), ("twin", sides.twin))
             if side.reason
         ]
+        if not down and state.safety.separation.silent:
+            return f"the pair waits to align: {state.safety.separation.reason}"
         return "; ".join(down)
     return state.orders.grips.trouble
 

@@ -44,7 +44,12 @@ from std_msgs.msg import String
 from scara_msgs.srv import Why, WhyResponse
 from twin_controller.config import TwinControllerConfig, load_twin_controller
 from twin_controller.core.events import PersonSeen
-from twin_controller.core.safety.sightings import SightingError, sighting_age
+from twin_controller.core.safety.sightings import (
+    SightingError,
+    note_stranger,
+    sensor_of,
+    sighting_age,
+)
 from twin_controller.core.setup import Setup
 from twin_controller.io.engine import Engine
 from twin_controller.io.modbus.robot_link import ModbusRobotLink
@@ -93,6 +98,7 @@ class Node:
         """
         self._setup = Setup(robot, config)
         self._base_frame = own_frame(robot.base_frame)
+        self._sensors, self._strangers = config.separation.sensors, tuple[str, ...]()
         self._shadow = ShadowService(self._setup, configuration)
         self._publishing = Publishing(self._setup, robot, self._shadow)
         self._real = self._real_link(robot, config, layout)
@@ -187,12 +193,18 @@ class Node:
         self._engine.link_changed(side, connected, reason)
 
     def _person(self, message: PointStamped) -> None:
-        """Take a sighting; one that cannot be used does not count.
+        """Take a sighting of a named sensor; one that cannot be used does not count.
 
         Without a sighting the pair stops when monitoring is on.
         """
+        caller = message._connection_header.get("callerid", "")
+        sensor = sensor_of(caller, rospy.get_namespace(), self._sensors)
+        if sensor is None:
+            self._strangers, said = note_stranger(self._strangers, caller)
+            if said:
+                rospy.logwarn("%s", said)
+            return
         header, point = message.header, (message.point.x, message.point.y, message.point.z)
-        sensor = message._connection_header.get("callerid", "")
         try:
             age = sighting_age(
                 header.frame_id, header.stamp.to_sec(), point, rospy.get_time(), self._base_frame

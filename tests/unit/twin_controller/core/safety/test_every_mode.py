@@ -17,7 +17,8 @@ from twin_controller.core.setup import Setup
 
 RETRY_S = SETUP.config.stop.retry_ms * 1e-3
 WATCHED = Setup(
-    ROBOT, replace(SETUP.config, separation=replace(SETUP.config.separation, enabled=True))
+    ROBOT,
+    replace(SETUP.config, separation=replace(SETUP.config.separation, enabled=True, sensors=("",))),
 )
 FAR, NEAR = 6.0, 0.8
 SURFACE = SETUP.keep_out[0].upper_mm[2] * 1e-3

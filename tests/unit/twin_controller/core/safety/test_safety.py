@@ -32,7 +32,7 @@ from twin_controller.core.setup import Setup
 
 replace = msgspec.structs.replace
 POINTS = SETUP.points
-SEPARATION = replace(SETUP.config.separation, enabled=True)
+SEPARATION = replace(SETUP.config.separation, enabled=True, sensors=("",))
 L1, L2, H = 0.35, 0.30, 0.16
 Q = st.tuples(
     st.floats(-2.5, 2.5), st.floats(-2.6, 2.6), st.floats(-0.21, 0.0), st.floats(-3.0, 3.0)

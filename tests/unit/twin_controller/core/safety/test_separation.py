@@ -20,7 +20,7 @@ from twin_controller.core.safety.separation import (
 )
 from twin_controller.core.safety.sightings import Person
 
-TERMS = replace(SETUP.config.separation, enabled=True)
+TERMS = replace(SETUP.config.separation, enabled=True, sensors=())
 STALE_S = TERMS.stale_ms * 1e-3
 NOW = 100.0
 TOOL = all_positions(SETUP.points, np.array([HOME]))[:, 0]

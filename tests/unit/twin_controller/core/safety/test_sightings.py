@@ -9,13 +9,22 @@ from harness.pair import HOME, ROBOT, SETUP, Pair, ramp, shifted
 from msgspec.structs import replace
 from twin_controller.core.events import PersonSeen
 from twin_controller.core.lead.modes import Mode
-from twin_controller.core.safety.sightings import Person, SightingError, newest, sighting_age
+from twin_controller.core.safety.sightings import (
+    MOST_STRANGERS,
+    Person,
+    SightingError,
+    newest,
+    note_stranger,
+    sensor_of,
+    sighting_age,
+)
 from twin_controller.core.setup import Setup
+from twin_controller.view import alarm_text
 
 HERE = (2.0, 0.0, 0.0)
-WATCHED = Setup(
-    ROBOT, replace(SETUP.config, separation=replace(SETUP.config.separation, enabled=True))
-)
+SENSORS = ("left", "right")
+SEPARATION = replace(SETUP.config.separation, enabled=True, sensors=SENSORS)
+WATCHED = Setup(ROBOT, replace(SETUP.config, separation=SEPARATION))
 FAR = 8.0
 
 
@@ -47,12 +56,12 @@ def test_a_sighting_that_cannot_be_used_is_refused_with_the_reason(
 
 def test_of_each_sensor_the_newest_sighting_is_kept() -> None:
     """One that arrives after a newer one is dropped; sensors do not replace each other's."""
-    people = newest((), Person(2.0, HERE, "left"))
-    people = newest(people, Person(1.0, (9.0, 0.0, 0.0), "left"))
+    people = newest((), Person(2.0, HERE, "left"), SENSORS)
+    people = newest(people, Person(1.0, (9.0, 0.0, 0.0), "left"), SENSORS)
     assert people == (Person(2.0, HERE, "left"),)
-    people = newest(people, Person(3.0, (1.0, 0.0, 0.0), "right"))
+    people = newest(people, Person(3.0, (1.0, 0.0, 0.0), "right"), SENSORS)
     assert {person.sensor: person.seen for person in people} == {"left": 2.0, "right": 3.0}
-    assert newest(people, Person(4.0, HERE, "left"))[-1] == Person(4.0, HERE, "left")
+    assert newest(people, Person(4.0, HERE, "left"), SENSORS)[-1] == Person(4.0, HERE, "left")
 
 
 def see(pair: Pair, duration: float, age: float = 0.0, **sensors: float) -> None:
@@ -99,3 +108,60 @@ def test_one_sensor_that_falls_silent_stops_the_pair_until_it_is_back(moving: Pa
     assert not moving.operate("RESUME").success
     see(moving, 0.2, left=FAR, right=FAR)
     assert moving.operate("RESUME").success
+
+
+def test_a_thousand_senders_that_nobody_named_lock_no_cell_and_fill_no_memory() -> None:
+    """As `rostopic pub` does, with a new name each time: near people, then silence."""
+    pair = Pair(setup=WATCHED)
+    pair.link("real", True)
+    pair.link("twin", True)
+    see(pair, 2.5, left=FAR, right=FAR)
+    for number in range(1000):
+        pair.feed(PersonSeen(pair.now, (0.3, 0.0, 0.0), 0.0, f"/rostopic_{number}_1767"))
+    assert {person.sensor for person in pair.state.safety.people} == set(SENSORS)
+    pair.start_program(ramp(HOME, shifted(HOME, 40.0), 4.0))
+    see(pair, 2.0, left=FAR, right=FAR)
+    assert pair.state.lead.mode is Mode.REAL_LEADS and pair.real_q[0] > HOME[0] + 0.2
+
+
+def test_unknown_senders_are_said_once_and_after_some_no_more() -> None:
+    """Their names are no memory that grows."""
+    strangers: tuple[str, ...] = ()
+    said = []
+    for number in range(1000):
+        for _ in range(2):
+            strangers, text = note_stranger(strangers, f"/rostopic_{number}")
+            said += [text] if text else []
+    assert len(said) == len(strangers) == MOST_STRANGERS + 1
+    assert "/rostopic_0 is dropped: separation.sensors" in said[0]
+    assert "more unknown senders" in said[-1]
+
+
+@pytest.mark.parametrize(
+    ("caller", "sensor"),
+    [
+        ("/cell_2/scanner", "scanner"),
+        ("/scanner", None),
+        ("/hall/camera", "/hall/camera"),
+        ("/cell_2/hall/camera", None),
+        ("/cell_2/scanner_1_2", None),
+    ],
+)
+def test_a_name_is_of_the_cells_own_node_unless_it_begins_with_a_slash(
+    caller: str, sensor: str | None
+) -> None:
+    """As all names of ROS."""
+    assert sensor_of(caller, "/cell_2/", ("scanner", "/hall/camera")) == sensor
+
+
+def test_the_pair_aligns_once_each_named_sensor_was_heard() -> None:
+    """Before, one that was heard only after the robot stopped the pair at its start."""
+    pair = Pair(setup=WATCHED)
+    pair.link("real", True)
+    pair.link("twin", True)
+    see(pair, 2.0, left=FAR)
+    assert pair.state.lead.mode is Mode.OFFLINE
+    assert "waits to align: the sensor right" in alarm_text(pair.state)
+    see(pair, 2.5, left=FAR, right=FAR)
+    assert pair.state.lead.mode is Mode.IDLE
+    assert "TOO_CLOSE" not in {decision.trigger for decision in pair.decisions()}

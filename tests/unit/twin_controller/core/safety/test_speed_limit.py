@@ -23,7 +23,8 @@ LIMITED = Setup(
     ROBOT, replace(SETUP.config, cell=replace(SETUP.config.cell, cartesian_speed_mm_s=LIMIT))
 )
 WATCHED = Setup(
-    ROBOT, replace(SETUP.config, separation=replace(SETUP.config.separation, enabled=True))
+    ROBOT,
+    replace(SETUP.config, separation=replace(SETUP.config.separation, enabled=True, sensors=("",))),
 )
 SWEEPS = moves(
     {"joint_1": 20.0, "joint_3": -160.0}, {"joint_1": -20.0, "joint_2": 20.0, "joint_3": -150.0}

@@ -62,7 +62,10 @@ def find_trigger(setup: Setup, state: CoreState, event: AnyEvent) -> Trigger | N
 
 
 def link_triggers(setup: Setup, state: CoreState) -> list[Trigger]:
-    """Return LINK_LOST on the edge, LINKS_READY while OFFLINE and both sides are usable."""
+    """Return LINK_LOST on the edge, LINKS_READY while OFFLINE and both sides are usable.
+
+    An alignment waits for the sensors of people too: it would be stopped at once.
+    """
     sides, config = state.sides, setup.config
     if state.lead.links_up and not sides.usable:
         return [Trigger.LINK_LOST]
@@ -70,7 +73,8 @@ def link_triggers(setup: Setup, state: CoreState) -> list[Trigger]:
         sides.real.clock.samples >= config.real.samples
         and sides.twin.clock.samples >= config.twin.probes
     )
-    ready = state.lead.mode is Mode.OFFLINE and sides.usable and known
+    seeing = not state.safety.separation.silent
+    ready = state.lead.mode is Mode.OFFLINE and sides.usable and known and seeing
     if ready:
         return [Trigger.LINKS_READY]
     return []

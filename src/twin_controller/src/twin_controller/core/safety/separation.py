@@ -32,6 +32,7 @@ class Distance(msgspec.Struct, frozen=True):
         cap: Program speed that keeps the protective distance [percent].
         too_close: Motion must stop, and none may begin.
         reason: In words.
+        silent: A sensor tells nothing, so nobody knows where people are.
     """
 
     distance: float = math.inf
@@ -39,6 +40,7 @@ class Distance(msgspec.Struct, frozen=True):
     cap: float = 100.0
     too_close: bool = False
     reason: str = ""
+    silent: bool = False
 
 
 def protective_distance(speed: float, config: Separation, age: float = 0.0) -> float:
@@ -73,7 +75,7 @@ def judge_separation(
 
     Args:
         points: Watched points of the arm.
-        people: The newest sighting of each sensor; empty if there never was one.
+        people: The newest sighting of each of the named sensors, as far as they were heard.
         q: Joint positions, SI.
         speed: Largest speed of a watched point now [m/s].
         now: Time [s].
@@ -82,11 +84,20 @@ def judge_separation(
     """
     if not config.enabled:
         return Distance()
+    heard = {person.sensor for person in people}
+    if missing := [name for name in config.sensors if name not in heard]:
+        return _silent(missing[0])
     if not people:
-        return Distance(0.0, 0.0, 0.0, True, "the sensor that sees people is silent")
+        return _silent("")
     places = all_positions(points, np.array([q]))[:, 0]
     judged = [_judge(places, person, speed, now, config, fastest) for person in people]
     return min(judged, key=lambda one: (not one.too_close, one.cap, one.distance))
+
+
+def _silent(sensor: str) -> Distance:
+    name = f"{sensor} " if sensor else ""
+    reason = f"the sensor {name}that sees people is silent"
+    return Distance(0.0, 0.0, 0.0, True, reason, silent=True)
 
 
 def _judge(
@@ -96,8 +107,7 @@ def _judge(
     age = max(0.0, now - person.seen)
     # Nobody seen is not the same as nobody there: a silent sensor counts as a person at the robot.
     if age > config.stale_ms * 1e-3:
-        name = f"{person.sensor} " if person.sensor else ""
-        return Distance(0.0, 0.0, 0.0, True, f"the sensor {name}that sees people is silent")
+        return _silent(person.sensor)
     distance = float(np.min(np.linalg.norm(places - np.array(person.position), axis=1)))
     protective = protective_distance(speed, config, age)
     at_rest = protective_distance(0.0, config, age)

@@ -8,6 +8,9 @@ import msgspec
 
 Place = tuple[float, float, float]
 
+MOST_STRANGERS = 20
+"""So many unknown senders are named; a program that is started anew has another name each time."""
+
 
 class SightingError(ValueError):
     """A sighting cannot be used; it counts as none."""
@@ -43,11 +46,41 @@ def sighting_age(frame: str, stamp: float, position: Place, now: float, base_fra
     return max(0.0, now - stamp)
 
 
-def newest(people: tuple[Person, ...], person: Person) -> tuple[Person, ...]:
-    """Return the newest sighting of each sensor, with ``person`` among them.
+def sensor_of(caller: str, namespace: str, sensors: tuple[str, ...]) -> str | None:
+    """Return which of the named sensors a node is; None: none of them.
 
-    A sensor is never forgotten: a silent one counts as a person at the robot until it is back.
+    Args:
+        caller: The node's full name.
+        namespace: Of the cell, with a slash at both ends.
+        sensors: Names, of the cell's own nodes or with a slash before of any.
     """
+    named = {name if name.startswith("/") else namespace + name: name for name in sensors}
+    return named.get(caller)
+
+
+def note_stranger(strangers: tuple[str, ...], caller: str) -> tuple[tuple[str, ...], str]:
+    """Return who is known to be no sensor, with ``caller``, and what is to be said of it once."""
+    if caller in strangers or len(strangers) > MOST_STRANGERS:
+        return strangers, ""
+    strangers = (*strangers, caller)
+    if len(strangers) > MOST_STRANGERS:
+        return strangers, "people/nearest has more unknown senders: they are dropped unnamed"
+    return strangers, (
+        f"people/nearest of {caller} is dropped: separation.sensors in twin_controller.yaml does "
+        "not name it"
+    )
+
+
+def newest(
+    people: tuple[Person, ...], person: Person, sensors: tuple[str, ...]
+) -> tuple[Person, ...]:
+    """Return the newest sighting of each of the named sensors, with ``person`` among them.
+
+    Who is not named is dropped. A sensor is never forgotten: a silent one counts as a person at the
+    robot until it is back.
+    """
+    if person.sensor not in sensors:
+        return people
     known = next((other for other in people if other.sensor == person.sensor), None)
     if known is not None and known.seen > person.seen:
         return people

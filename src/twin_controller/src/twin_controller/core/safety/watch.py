@@ -50,7 +50,7 @@ class Safety(msgspec.Struct, frozen=True):
     way: Way = Way()
     # What the real robot's own motion means for zones and the Cartesian limit.
     guard: Guard = Guard()
-    # Where each sensor saw the nearest person last. A sensor is never forgotten.
+    # Where each of the named sensors saw the nearest person last. A sensor is never forgotten.
     people: tuple[Person, ...] = ()
     # Distance to the nearest of them, and what follows from it.
     separation: Distance = Distance()
@@ -73,7 +73,8 @@ def watch(setup: Setup, safety: Safety, sides: Sides, event: AnyEvent, task: Tas
     match event:
         case PersonSeen():
             person = Person(event.now - event.age, event.position, event.sensor)
-            return replace(safety, people=newest(safety.people, person))
+            sensors = setup.config.separation.sensors
+            return replace(safety, people=newest(safety.people, person, sensors))
         case RealMeasured() if sides.real.history:
             return _watch_real(setup, safety, sides, task)
         case TwinMotion():
