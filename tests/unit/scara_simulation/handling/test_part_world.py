@@ -162,3 +162,13 @@ def test_sleeping_parts_turn_with_the_table_and_come_back_exactly(cell: Cell) ->
     assert min(math.dist(a, b) for a, b in zip(before, turned)) > 0.1
     assert max(math.dist(a, b) for a, b in zip(before, after)) < 2e-5
     assert cell.events() == []
+
+
+def test_what_the_arm_touches_is_told_while_it_does(cell: Cell) -> None:
+    """A tool that stands on a part gently is no collision, but may be why a pose is not reached."""
+    cell.go(X, Y, ABOVE, ANGLE, 1.5)
+    assert cell.world.now.touches == ""
+    cell.go(X, Y, WORK.pick_height - 0.002, ANGLE, 0.8)
+    assert NAME in cell.world.now.touches and " touches " in cell.world.now.touches
+    cell.go(X, Y, ABOVE, ANGLE, 1.0)
+    assert cell.world.now.touches == ""

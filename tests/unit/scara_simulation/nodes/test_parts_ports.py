@@ -67,7 +67,7 @@ def test_parts_that_rest_are_told_once_a_second(told: dict[str, list[Any]]) -> N
     """Noise below a tenth of a millimetre is rest too; each message is whole."""
     work = find_palletise()
     assert work is not None
-    world = SimpleNamespace(now=PartsNow(list(REST), Suction(), 0, 0, ""), happened=[])
+    world = SimpleNamespace(now=PartsNow(list(REST), Suction(), 0, 0, "", ""), happened=[])
     ports = PartsPorts(cast(Any, world), work, "base_link")
     publish_for(4.0, ports, world, 100.0)
     assert 4 <= len(told["twin/parts"]) <= 5
@@ -83,7 +83,7 @@ def test_a_part_that_moves_is_told_ten_times_a_second(told: dict[str, list[Any]]
     """From its first tenth of a millimetre on, until it rests again."""
     work = find_palletise()
     assert work is not None
-    world = SimpleNamespace(now=PartsNow(list(REST), Suction(), 0, 0, ""), happened=[])
+    world = SimpleNamespace(now=PartsNow(list(REST), Suction(), 0, 0, "", ""), happened=[])
     ports = PartsPorts(cast(Any, world), work, "base_link")
     publish_for(0.5, ports, world, 100.0)
     before = len(told["twin/parts"])
@@ -96,7 +96,7 @@ def test_a_grip_is_told_at_once(told: dict[str, list[Any]]) -> None:
     """It changes the part's colour, not its place."""
     work = find_palletise()
     assert work is not None
-    world = SimpleNamespace(now=PartsNow(list(REST), Suction(), 0, 0, ""), happened=[])
+    world = SimpleNamespace(now=PartsNow(list(REST), Suction(), 0, 0, "", ""), happened=[])
     ports = PartsPorts(cast(Any, world), work, "base_link")
     publish_for(0.55, ports, world, 100.0)
     before = len(told["twin/parts"])

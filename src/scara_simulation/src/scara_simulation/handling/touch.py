@@ -35,6 +35,19 @@ class Touch(msgspec.Struct, frozen=True):
     force: float
 
 
+def is_told(touch: Touch, touch_n: float) -> bool:
+    """Tell whether the arm, or what it holds, touches something else.
+
+    Args:
+        touch: The contact.
+        touch_n: Weaker contacts are none [N].
+    """
+    kinds = set(touch.kinds)
+    if touch.force < touch_n or not kinds & {Body.ARM, Body.NOZZLE, Body.HELD}:
+        return False
+    return not (Body.HELD in kinds and kinds & {Body.ARM, Body.NOZZLE})
+
+
 def is_collision(touch: Touch, touch_n: float, press_n: float) -> bool:
     """Tell whether a touch should not be.
 
@@ -47,11 +60,9 @@ def is_collision(touch: Touch, touch_n: float, press_n: float) -> bool:
         touch_n: Weaker contacts are none [N].
         press_n: What may be touched must not be pressed harder [N].
     """
+    if not is_told(touch, touch_n):
+        return False
     kinds = set(touch.kinds)
-    if touch.force < touch_n or not kinds & {Body.ARM, Body.NOZZLE, Body.HELD}:
-        return False
-    if Body.HELD in kinds and kinds & {Body.ARM, Body.NOZZLE}:
-        return False
     if kinds in ({Body.NOZZLE, Body.PART}, {Body.HELD, Body.REST}):
         return touch.vertical < UPRIGHT or touch.force > press_n
     return True

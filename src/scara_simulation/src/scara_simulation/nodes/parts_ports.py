@@ -90,7 +90,14 @@ class PartsPorts:
             self._events.publish(event)
             if happened.kind in (PartEvent.DROPPED, PartEvent.COLLISION):
                 rospy.logwarn("%s: %s", happened.kind, happened.message)
-        told = (now.suction.commanded, now.suction.held, now.collisions, now.drops, now.message)
+        told = (
+            now.suction.commanded,
+            now.suction.held,
+            now.collisions,
+            now.drops,
+            now.message,
+            now.touches,
+        )
         for pace, tell in self._paces:
             if pace.is_due(stamp_ns, told):
                 tell(now, stamp)
@@ -103,6 +110,7 @@ class PartsPorts:
             collisions=now.collisions,
             drops=now.drops,
             message=now.message,
+            touches=now.touches,
         )
         state.header.stamp = stamp
         self._gripper.publish(state)

@@ -146,11 +146,12 @@ class TwinMotion(Event, frozen=True, tag="motion"):
 
 
 class TwinGripper(Event, frozen=True, tag="twin_gripper"):
-    """State of the twin's gripper: suction, vacuum, and which part it holds."""
+    """State of the twin's gripper: suction, vacuum, which part it holds, what its arm touches."""
 
     on: bool
     holding: bool
     part: str = ""
+    touches: str = ""
 
 
 class GripAnswered(Event, frozen=True, tag="grip_answered"):

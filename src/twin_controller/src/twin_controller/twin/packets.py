@@ -181,6 +181,7 @@ def twin_gripper(message: Mapping[str, Any], now: float) -> TwinGripper:
         typed(message, "commanded", bool),
         typed(message, "holding", bool),
         typed(message, "part", str),
+        typed(message, "touches", str),
     )
 
 

@@ -10,6 +10,7 @@ from harness.parts import changed
 from hypothesis import given
 from hypothesis import strategies as st
 from scara_control.joint_motion import JointMotion
+from twin_controller.core.events import TwinGripper
 from twin_controller.core.follow.memory import RealFollows
 from twin_controller.core.follow.real import (
     setpoint_spacing,
@@ -18,6 +19,7 @@ from twin_controller.core.follow.real import (
     twin_course,
 )
 from twin_controller.core.follow.twin import close_gap, estimate_acceleration
+from twin_controller.core.lead.modes import Mode
 from twin_controller.core.setup import Setup
 from twin_controller.estimation.rhythm import Rhythm, heard
 
@@ -167,3 +169,22 @@ def test_a_robot_is_told_ahead_what_its_filters_take_away() -> None:
         course(0.2 + d).q[k] - s * bend[k] for k, (d, s) in enumerate(zip(delay, smoothing))
     ]
     assert told == pytest.approx(expected, abs=1e-12)
+
+
+@pytest.mark.parametrize("touches", ["part_1 touches stand_1", ""])
+def test_an_alignment_that_cannot_end_says_which_joint_by_how_much_and_what_touches(
+    touches: str,
+) -> None:
+    """A twin that stands on something stays short of the real robot's pose for good."""
+    pair = Pair(twin=shifted(HOME, 0.0, 0.0, 0.62))
+    pair.take_follow = lambda action, now: None  # type: ignore[method-assign]  # it cannot move
+    pair.link("real", True)
+    pair.link("twin", True)
+    pair.run(1.0)
+    assert pair.state.lead.mode is Mode.ALIGNING
+    pair.feed(TwinGripper(pair.now, on=False, holding=False, touches=touches))
+    pair.run(SETUP.config.align.timeout_ms * 1e-3)
+    (failed,) = [each for each in pair.decisions() if each.trigger == "ALIGN_FAILED"]
+    at, there = (HOME[2] * 1e3 + 0.62, HOME[2] * 1e3)
+    assert f"joint_3 is 0.62 mm away, at {at:.2f} instead of {there:.2f} mm" in failed.why
+    assert (touches or "the twin reports no contact") in failed.why

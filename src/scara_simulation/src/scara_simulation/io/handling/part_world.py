@@ -51,6 +51,7 @@ class PartsNow(msgspec.Struct, frozen=True):
     collisions: int
     drops: int
     message: str
+    touches: str
 
 
 class PartWorld(World):
@@ -210,6 +211,7 @@ class PartWorld(World):
             self._collisions,
             self._drops,
             self._message,
+            self._touches.text(self._steps),
         )
 
     def _suck(self) -> None:

@@ -9,7 +9,7 @@ from scara_config.palletise import Watch
 
 from scara_msgs.msg import PartEvent
 from scara_simulation.handling.ledger import Happening
-from scara_simulation.handling.touch import Body, Touch, is_collision
+from scara_simulation.handling.touch import Body, Touch, is_collision, is_told
 from scara_simulation.io.handling.part_bodies import PartBodies
 
 AGAIN_S = 0.2
@@ -63,10 +63,18 @@ class TouchWatch:
             )
             self._links[index] = (kind, name)
         self._touched: dict[tuple[str, str], int] = {}
+        # When two things that count touched last, whether that was a collision or not.
+        self._told: dict[tuple[str, str], int] = {}
 
     def reset(self) -> None:
         """Forget what was touched."""
-        self._touched = {}
+        self._touched, self._told = {}, {}
+
+    def text(self, step: int) -> str:
+        """Say what the arm and what it holds touch now; empty: nothing."""
+        near = AGAIN_S / self._dt
+        pairs = sorted(pair for pair, last in self._told.items() if step - last < near)
+        return ", ".join(f"{first} touches {second}" for first, second in pairs)
 
     def collisions(self, held: str, step: int) -> list[Happening]:
         """Return what has collided in this step and was apart before.
@@ -91,6 +99,9 @@ class TouchWatch:
             touch = Touch(
                 (first[0], second[0]), (first[1], second[1]), abs(contact[7][2]), contact[9]
             )
+            if is_told(touch, self._watch.touch_n):
+                first_name, second_name = touch.names
+                self._told[first_name, second_name] = step
             if is_collision(touch, self._watch.touch_n, self._watch.press_n) and self._is_new(
                 touch, step
             ):

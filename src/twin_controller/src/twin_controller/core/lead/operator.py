@@ -49,7 +49,7 @@ def operate(setup: Setup, state: CoreState, event: Operator, judge_target: bool 
     state, actions = transition(setup, state, trigger, event.now, event)
     text = row.why or trigger.value
     if row.refused:
-        answer = text + detail(state, trigger)
+        answer = text + detail(setup, state, trigger)
     else:
         answer = f"{state.lead.mode}: {text}"
     return state, [*actions, Reply(event.id, not row.refused, answer)]

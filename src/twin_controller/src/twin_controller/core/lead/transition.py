@@ -26,6 +26,7 @@ from twin_controller.core.safety.divergence import DelayState, DivergenceState
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides.change import drop_baseline
 from twin_controller.core.sides.own_gap import stall_text
+from twin_controller.core.sides.pairing import apart_text
 from twin_controller.core.sides.side import Sides
 from twin_controller.core.state import CoreState
 
@@ -66,7 +67,7 @@ def transition(
         return state, []
     why = trigger.value
     if row.why:
-        why = f"{trigger.value}{detail(state, trigger)}: {row.why}"
+        why = f"{trigger.value}{detail(setup, state, trigger)}: {row.why}"
     # What the decision was made on is looked at before the new mode forgets it.
     seen = triggers.Onsets()
     if trigger in ONSET_TRIGGERS:
@@ -120,19 +121,21 @@ def _because(action: AnyAction, reason: str) -> AnyAction:
     return action
 
 
-def detail(state: CoreState, trigger: Trigger) -> str:
+def detail(setup: Setup, state: CoreState, trigger: Trigger) -> str:
     """Return what a person wants to know beside the trigger, in brackets; empty if nothing."""
-    words = _words(state, trigger)
+    words = _words(setup, state, trigger)
     return f" ({words})" if words else ""
 
 
-def _words(state: CoreState, trigger: Trigger) -> str:
+def _words(setup: Setup, state: CoreState, trigger: Trigger) -> str:
     sides, safety = state.sides, state.safety
     real, twin = sides.real, sides.twin
     match trigger:
         case Trigger.LINK_LOST:
             both = (("real", real), ("twin", twin))
             return "; ".join(f"{name}: {side.reason}" for name, side in both if not side.history)
+        case Trigger.ALIGN_FAILED:
+            return apart_text(setup, sides)
         case Trigger.KEEP_OUT:
             return safety.way.violation or safety.guard.violation
         case Trigger.TOO_FAST:

@@ -74,7 +74,7 @@ def take_in(setup: Setup, sides: Sides, event: AnyEvent) -> Sides:
             return replace(sides, twin=replace(twin, motion=event))
         case TwinGripper() if twin.connected:
             shown = Gripper(event.on, event.holding, event.part)
-            return replace(sides, twin=replace(twin, gripper=shown))
+            return replace(sides, twin=replace(twin, gripper=shown, touches=event.touches))
         case ClockProbe():
             return replace(sides, twin=clock_probed(setup, twin, event))
     return sides

@@ -33,6 +33,25 @@ def deviation(setup: Setup, sides: Sides) -> float:
     return max(abs(a - b) for a, b in zip(setup.to_border(real.q), setup.to_border(twin.q)))
 
 
+def apart_text(setup: Setup, sides: Sides) -> str:
+    """Say which joint of the twin is farthest from the real robot's, by how much, and what touches.
+
+    Positions and deviation are in the joint's border unit.
+    """
+    if not sides.known:
+        return ""
+    real, twin = paired(sides) or (sides.real.last, sides.twin.last)
+    rows = zip(setup.joints, setup.to_border(twin.q), setup.to_border(real.q))
+    joint, here, there = max(rows, key=lambda row: abs(row[1] - row[2]))
+    away = f"{abs(here - there):.2f} {joint.unit}"
+    text = f"{joint.name} is {away} away, at {here:.2f} instead of {there:.2f} {joint.unit}"
+    if sides.twin.touches:
+        return f"{text}; {sides.twin.touches}"
+    motion = sides.twin.motion
+    state = "" if motion is None else f", its motion is {motion.state} {motion.message}".rstrip()
+    return f"{text}; the twin reports no contact{state}"
+
+
 def _hermite(before: JointMotion, after: JointMotion, t: float) -> JointMotion:
     """Interpolate between two samples by position and velocity."""
     h = after.time - before.time

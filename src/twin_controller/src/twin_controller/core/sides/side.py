@@ -91,6 +91,8 @@ class TwinSide(Side, frozen=True):
     motion: TwinMotion | None = None
     # Set points it is going to pass. Dropped when it is stopped: it will not pass them.
     plan: TwinPlan | None = None
+    # What its arm touches, as its simulator tells; empty: nothing. Only said to a person.
+    touches: str = ""
 
 
 class Sides(msgspec.Struct, frozen=True):
