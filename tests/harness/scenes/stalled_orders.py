@@ -105,18 +105,28 @@ class Orders:
             "joint_trajectory_action/goal", FollowJointTrajectoryActionGoal
         )
         self._now = rospy.Time.now
-        self._web = websocket.create_connection(
-            f"ws://127.0.0.1:{cell.ports['gateway']}", timeout=DEADLINE_S, suppress_origin=True
-        )
-        self._send(
-            op="advertise", topic=name("joint_vel_controller/command"), type="control_msgs/JointJog"
-        )
+        self._jogs = name("joint_vel_controller/command")
+        self._web: websocket.WebSocket | None = None
 
     def __enter__(self) -> Orders:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._web.close()
+        if self._web is not None:
+            self._web.close()
+
+    def _connect(self) -> None:
+        """Open a new connection: the gateway ends one whose client reads nothing for a while."""
+        self.__exit__()
+        self._web = websocket.create_connection(
+            f"ws://127.0.0.1:{self._cell.ports['gateway']}",
+            timeout=DEADLINE_S,
+            suppress_origin=True,
+        )
+        self._send(op="advertise", topic=self._jogs, type="control_msgs/JointJog")
+        # Answered behind it, so the gateway listens to both by then.
+        self._send(op="call_service", service="/rosapi/get_time", args={})
+        self._web.recv()
 
     def play(self, scene: Round) -> Found:
         """Play one round from an idle pair."""
@@ -126,6 +136,8 @@ class Orders:
         twin, real = self._cell.twin.position(), self._cell.real.position()
         target = self._elsewhere(twin)
         answers: list[Any] = []
+        if scene.order.endswith("by web"):
+            self._connect()
         with self._standing(scene.node, scene.stall):
             self._orders(scene.order, target)()
             time.sleep(scene.stall * scene.stop)
@@ -213,12 +225,12 @@ class Orders:
         return lambda: self._send(op="call_service", service=name, args=fields)
 
     def _send(self, **packet: Any) -> None:
+        assert self._web is not None
         self._web.send(json.dumps(packet))
 
     def _jog(self, target: list[float]) -> None:
         jog = {"joint_names": NAMES[:1], "velocities": [0.5]}
-        topic = self._cell.ros.name("joint_vel_controller/command")
-        self._send(op="publish", topic=topic, msg=jog)
+        self._send(op="publish", topic=self._jogs, msg=jog)
 
     def _target(self, target: list[float]) -> None:
         from sensor_msgs.msg import JointState
