@@ -7,6 +7,7 @@ recording are read as one.
 from __future__ import annotations
 
 import contextlib
+import logging
 import tempfile
 from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
@@ -19,13 +20,17 @@ from numpy.typing import NDArray
 from rosbags.interfaces import Connection, MessageDefinitionFormat
 from rosbags.rosbag1 import Reader
 from rosbags.rosbag1.reader import ReaderError
-from rosbags.typesys import Stores, TypesysError, get_types_from_msg, get_typestore
+from rosbags.rosbag1.writer import WriterError
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from cell_recorder.io.reading.bag_parts import Parts
 from cell_recorder.io.reading.bag_repair import is_indexed, repair
 from cell_recorder.io.runs_folder import parts_of
 
 Array = NDArray[np.float64]
+
+_LOG = logging.getLogger("rosout.bag_reader")
+_TOLD = 20  # our choice: so many gaps of a bag are told; all of them are in Bag.missing
 
 
 class BagError(RuntimeError):
@@ -38,10 +43,11 @@ class Bag:
     Topics are asked for by their relative name, in any namespace of the cell.
     """
 
-    def __init__(self, path: Path, reader: Parts, repaired: bool) -> None:
+    def __init__(self, path: Path, reader: Parts, repaired: list[str] | None) -> None:
         """Wrap what is open; use :func:`open_bag`."""
         self.path = path
-        self.repaired = repaired
+        self.repaired = repaired is not None
+        self._lost = repaired or []
         self._reader = reader
         self._store = get_typestore(Stores.EMPTY)
         self._known: set[str] = set()
@@ -54,6 +60,14 @@ class Bag:
         lasts as long as this bag is open.
         """
         return self._reader.files
+
+    @property
+    def missing(self) -> list[str]:
+        """What could not be read, in words: by the repair, and of what has been read so far."""
+        return self._lost + [
+            f"{count} messages of the chunk at byte {position} of {Path(file).name}"
+            for (file, position), count in self._reader.missing.items()
+        ]
 
     @property
     def topics(self) -> dict[str, int]:
@@ -107,12 +121,9 @@ class Bag:
             return
         for connection in connections:
             self._learn(connection)
-        try:
-            names = {connection.topic for connection in connections}
-            for connection, stamp, raw in self._reader.messages(names):
-                yield stamp * 1e-9, self._store.deserialize_ros1(raw, connection.msgtype)
-        except (ReaderError, TypesysError, AssertionError) as error:
-            raise BagError(f"{self.path}: {topic}: {error}") from error
+        names = {connection.topic for connection in connections}
+        for connection, stamp, raw in self._reader.messages(names):
+            yield stamp * 1e-9, self._read(raw, connection)
 
     def merged(self, topics: Collection[str]) -> Iterator[tuple[float, str, Callable[[], Any]]]:
         """Yield receive time [s], topic and a reader of the message of several topics, in order.
@@ -128,19 +139,17 @@ class Bag:
             for connection in self._connections(topic):
                 self._learn(connection)
                 names[connection.topic] = topic
-        try:
-            for connection, stamp, raw in self._reader.messages(names.keys()):
-                read = partial(self._read, raw, connection)
-                yield stamp * 1e-9, names[connection.topic], read
-        except (ReaderError, AssertionError) as error:
-            raise BagError(f"{self.path}: {error}") from error
+        for connection, stamp, raw in self._reader.messages(names.keys()):
+            yield stamp * 1e-9, names[connection.topic], partial(self._read, raw, connection)
 
     def _read(self, raw: bytes, connection: Connection) -> Any:
         """Return the message that ``raw`` is."""
         try:
             return self._store.deserialize_ros1(raw, connection.msgtype)
-        except (TypesysError, AssertionError) as error:
-            raise BagError(f"{self.path}: {connection.topic}: {error}") from error
+        except Exception as error:  # what the library's code for this type meets in damaged data
+            raise BagError(
+                f"{self.path}: {connection.topic}: a message is no {connection.msgtype}: {error!r}"
+            ) from error
 
     def arrivals(self) -> Iterator[Array]:
         """Yield the times of receipt of all messages of all topics [s], sorted, part by part."""
@@ -167,10 +176,16 @@ class Bag:
                 f"{self.path}: {connection.topic}: the bag holds no definition of "
                 f"{connection.msgtype}"
             )
-        types = get_types_from_msg(connection.msgdef.data, connection.msgtype)
-        self._store.register(
-            {name: kind for name, kind in types.items() if name not in self._store.fielddefs}
-        )
+        try:
+            types = get_types_from_msg(connection.msgdef.data, connection.msgtype)
+            self._store.register(
+                {name: kind for name, kind in types.items() if name not in self._store.fielddefs}
+            )
+        except Exception as error:  # the grammar's own errors for a damaged definition
+            raise BagError(
+                f"{self.path}: {connection.topic}: the definition of {connection.msgtype} in the "
+                f"bag cannot be read: {error!r}"
+            ) from error
         self._known.add(connection.msgtype)
 
 
@@ -185,16 +200,19 @@ def open_bag(path: Path | str) -> Iterator[Bag]:
     """
     path = Path(path)
     with tempfile.TemporaryDirectory(prefix="bag_") as folder, contextlib.ExitStack() as opened:
-        readers, repaired = [], False
+        readers, lost, repaired = [], [], False
         for number, part in enumerate([path, *(p for p in parts_of(path) if p != path)]):
             try:
                 reader = _try_index(part) if is_indexed(part) else None
                 if reader is None:
                     repaired = True
-                    reader = _open_copy(part, Path(folder) / f"repaired_{number}.bag")
+                    copy = Path(folder) / f"repaired_{number}.bag"
+                    found = repair(part, copy)
+                    lost += [f"{part.name}: {text}" for text in found.missing]
+                    reader = _try_index(copy) if found.count else None
             except FileNotFoundError as error:
                 raise BagError(f"{part}: there is no such bag") from error
-            except (ReaderError, OSError) as error:
+            except (ReaderError, WriterError, OSError) as error:
                 raise BagError(f"{part}: is no readable bag: {error}") from error
             if reader is not None:
                 opened.callback(reader.close)
@@ -203,19 +221,13 @@ def open_bag(path: Path | str) -> Iterator[Bag]:
             raise BagError(f"{path}: the recording was not finished and no whole message is in it")
         opened.pop_all()
         parts = Parts(readers)
+        bag = Bag(path, parts, lost if repaired else None)
         try:
-            yield Bag(path, parts, repaired)
+            yield bag
         finally:
+            for text in bag.missing[:_TOLD]:
+                _LOG.warning("%s: missing: %s", path, text)
             parts.close()
-
-
-def _open_copy(damaged: Path, copy: Path) -> Reader | None:
-    """Return the opened repaired copy of a bag, or None if no whole message is in it."""
-    if not repair(damaged, copy):
-        return None
-    reader = Reader(copy)
-    reader.open()
-    return reader
 
 
 def _try_index(path: Path) -> Reader | None:
@@ -223,6 +235,6 @@ def _try_index(path: Path) -> Reader | None:
     reader = Reader(path)
     try:
         reader.open()
-    except (ReaderError, AssertionError, IndexError, ValueError):
+    except Exception:  # whatever the library meets in a damaged index; it has closed the file
         return None
     return reader
