@@ -1,12 +1,18 @@
-"""Modes, motion states and part events are constants of the messages that carry them."""
+"""Words of the messages are their constants; expressions for names fit the whole of a name."""
 
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Iterator
 
+import msgspec
+import pytest
+from farm.config import Name as FarmName
 from harness.sources import Module, modules
+from operator_panel.config import Origin
 from scara_control.motion.states import State
+from scara_ros.io.persons import Name, Variable
 from twin_controller.core.lead.modes import Mode
 
 from scara_msgs.msg import MotionState, PartEvent, TwinControllerState
@@ -75,3 +81,56 @@ def test_the_stand_ins_part_events_are_the_messages() -> None:
         and isinstance(node.args[0], ast.Constant)
     }
     assert told == set(constants(PartEvent).values())
+
+
+_EXPRESSIONS = {"match", "search", "compile", "fullmatch", "sub", "split", "findall", "finditer"}
+_END = re.compile(r"(?<!\\)(?:\\\\)*\$")
+"""A dollar sign that is not escaped."""
+
+
+def expressions(module: Module) -> Iterator[tuple[int, str]]:
+    """Yield line and text of each regular expression: of ``re``, of ``Meta``, and by its form."""
+    for node in ast.walk(module.tree):
+        found: ast.expr | None = None
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
+            of_re = isinstance(node.func.value, ast.Name) and node.func.value.id == "re"
+            if of_re and node.func.attr in _EXPRESSIONS and node.args:
+                found = node.args[0]
+        elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
+            if node.func.id == "Meta":
+                found = next((each.value for each in node.keywords if each.arg == "pattern"), None)
+        elif isinstance(node, ast.Assign):
+            found = node.value
+            if not isinstance(found, ast.Constant) or not str(found.value).startswith("^"):
+                continue
+        parts = found.values if isinstance(found, ast.JoinedStr) else [found]
+        for part in parts:
+            if isinstance(part, ast.Constant) and isinstance(part.value, str):
+                yield part.lineno, part.value
+
+
+def test_no_expression_ends_before_a_line_end() -> None:
+    """A dollar fits before a last line end too, so a name could hold one: fullmatch, or Z."""
+    found = [
+        f"{module.relative}:{line}: {text}"
+        for module in modules()
+        for line, text in expressions(module)
+        if _END.search(re.sub(r"\[[^\]]*\]", "", text))
+    ]
+    assert not found, "\n".join(found)
+
+
+@pytest.mark.parametrize(
+    ("kind", "name"),
+    [
+        (Name, "ann"),
+        (Variable, "SCARA_TOKEN"),
+        (FarmName, "machine-1"),
+        (Origin, "http://localhost:80"),
+    ],
+)
+def test_name_with_a_line_end_is_none(kind: object, name: str) -> None:
+    """Whoever writes it into a file or a header says something else than was checked."""
+    assert msgspec.convert(name, kind) == name
+    with pytest.raises(msgspec.ValidationError, match="regex"):
+        msgspec.convert(f"{name}\n", kind)

@@ -21,7 +21,7 @@ from ruamel.yaml.nodes import MappingNode, Node, SequenceNode
 Keys = tuple[str | int, ...]
 
 _STEP = re.compile(r"\.?([^.\[\]]+)|\[(\d+)\]")
-_AT = re.compile(r"^(?P<what>.*?)(?: - at `\$(?P<path>.*)`)?$", re.DOTALL)
+_AT = re.compile(r"^(?P<what>.*?)(?: - at `\$(?P<path>.*)`)?\Z", re.DOTALL)
 _NEAR = 0.6  # our choice: two letters of a short word may differ
 _SHOWN = 80
 _UNIONS = (typing.Union, types.UnionType)

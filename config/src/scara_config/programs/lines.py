@@ -52,7 +52,7 @@ class ProgramFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     Positions carry the unit in the key (``joint_1_deg``, ``joint_3_mm``).
     """
 
-    name: Annotated[str, Meta(pattern=r"^[A-Z][A-Z0-9_]{0,15}$")]
+    name: Annotated[str, Meta(pattern=r"^[A-Z][A-Z0-9_]{0,15}\Z")]
     rsr: Annotated[int, Meta(ge=2, le=8)]
     comment: str
     positions: dict[str, dict[str, float]]

@@ -18,7 +18,7 @@ from scara_config.writer import Key
 Flat: TypeAlias = bool | int | float | str | None
 Value: TypeAlias = Flat | list[Flat | list[Flat]]
 """Of a YAML file: one value, or a list, or a list of lists."""
-NAME = r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,62}$"
+NAME = r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,62}\Z"
 MOST_VALUES = 200
 """Our choice: a change that people can still read."""
 
@@ -75,7 +75,7 @@ class Change(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             >>> list(Change("slow", {"persons.yaml": {"persons": "x"}}).faults())[0][:45]
             'persons.yaml: no change from elsewhere may to'
         """
-        if not re.match(NAME, self.name):
+        if not re.fullmatch(NAME, self.name):
             yield (
                 f"name = {self.name[:63]!r}: allowed are 1 to 63 letters, digits, dots, dashes and "
                 "underlines, a letter or digit first"

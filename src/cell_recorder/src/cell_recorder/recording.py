@@ -21,7 +21,7 @@ class RecorderSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Section ``recorder`` of experiments.yaml."""
 
     topics: Annotated[
-        list[Annotated[str, Meta(pattern=r"^/?[A-Za-z][A-Za-z0-9_/]*$")]], Meta(min_length=1)
+        list[Annotated[str, Meta(pattern=r"^/?[A-Za-z][A-Za-z0-9_/]*\Z")]], Meta(min_length=1)
     ]
     write_period_ms: Annotated[float, Meta(ge=5.0, le=100.0)]
     queue_messages: Annotated[int, Meta(ge=100, le=1_000_000)]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import NamedTuple
 
-NAME = r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,62}$"
+NAME = r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,62}\Z"
 """What a part of a key may be: no sign that means something in a key expression."""
 
 ALIVE, STATE, JOINTS, HEALTH, EVENT = "alive", "state", "joints", "health", "event"
@@ -49,7 +49,7 @@ def checked(site: str, machine: str, cell: str) -> CellName:
         CellNameError: One cannot.
     """
     for part, text in (("site", site), ("machine", machine), ("cell", cell)):
-        if not re.match(NAME, text):
+        if not re.fullmatch(NAME, text):
             raise CellNameError(
                 f"{part} = {text!r}: allowed are at most 63 letters, digits, dots, dashes and "
                 "underlines, a letter or digit first"

@@ -72,7 +72,7 @@ def length_text(seconds: float) -> str:
 
 def part_number(name: str) -> int:
     """Return which part of a recording a bag is: 1 for the first."""
-    found = re.search(r"\.part(\d+)\.bag$", name)
+    found = re.search(r"\.part(\d+)\.bag\Z", name)
     return int(found[1]) if found else 1
 
 

@@ -73,7 +73,7 @@ class Twin(Section, frozen=True):
     stop_quiet_ms: Ms
     command_retry_ms: PositiveMs
     command_attempts: Count
-    token_environment: Annotated[str, Meta(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$")] | None = None
+    token_environment: Annotated[str, Meta(pattern=r"^[A-Za-z_][A-Za-z0-9_]*\Z")] | None = None
     ca_file: str | None = None
     clock_jump_ms: PositiveMs = 100.0
     clock_conflicts: Count = 50

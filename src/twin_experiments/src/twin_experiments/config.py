@@ -26,7 +26,7 @@ class Section(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
 class RealLeads(Section, frozen=True, kw_only=True, tag_field="leader", tag="real"):
     """The robot's own program moves first."""
 
-    program: Annotated[str, Meta(pattern=r"^[A-Z][A-Z0-9_]*$")]
+    program: Annotated[str, Meta(pattern=r"^[A-Z][A-Z0-9_]*\Z")]
     override_percent: SpeedPercent
     visits: Visits
     leader: ClassVar[Literal["real", "twin"]] = "real"
@@ -44,7 +44,7 @@ class TwinLeads(Section, frozen=True, kw_only=True, tag_field="leader", tag="twi
 class RealPalletises(Section, frozen=True, kw_only=True, tag_field="leader", tag="real"):
     """The robot's own program carries the parts."""
 
-    program: Annotated[str, Meta(pattern=r"^[A-Z][A-Z0-9_]*$")]
+    program: Annotated[str, Meta(pattern=r"^[A-Z][A-Z0-9_]*\Z")]
     override_percent: SpeedPercent
     visits: ClassVar[tuple[str, ...]] = ()
     leader: ClassVar[Literal["real", "twin"]] = "real"

@@ -9,7 +9,7 @@ from what_if.errors import WhatIfError
 from what_if.motions import ToolTarget
 
 NUMBER = r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?"
-LIST = re.compile(rf"^\s*{NUMBER}(\s*,\s*{NUMBER})*\s*$")
+LIST = re.compile(rf"^\s*{NUMBER}(\s*,\s*{NUMBER})*\s*\Z")
 
 
 def point_of(text: str, speed_percent: float = 0.0, elbow: str = "") -> ToolTarget | None:

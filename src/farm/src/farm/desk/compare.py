@@ -25,8 +25,8 @@ LEAST_SPANS = 3
 """Our choice: with fewer nobody can tell the scatter, and nothing is marked."""
 DAY_S, SPANS = 86400.0, 8
 """Our choice: spans are days, or an eighth of a time that is shorter than half of eight days."""
-WEEK = re.compile(r"^(\d{4})-W(\d{2})$")
-WEEKS_AGO = re.compile(r"^\d{1,3}$")
+WEEK = re.compile(r"^(\d{4})-W(\d{2})\Z")
+WEEKS_AGO = re.compile(r"^\d{1,3}\Z")
 
 
 class Cycle(NamedTuple):

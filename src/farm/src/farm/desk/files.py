@@ -11,7 +11,7 @@ import re
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-NAME = re.compile(r"^(\d{12})-(\d{12})\.parquet$")
+NAME = re.compile(r"^(\d{12})-(\d{12})\.parquet\Z")
 
 
 class Span(NamedTuple):

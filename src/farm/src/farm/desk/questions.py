@@ -20,7 +20,7 @@ COLUMNS = (
     "body",
 )
 """Of the table ``events``; time is UTC, body is the whole line of the journal as JSON."""
-SPAN = re.compile(r"^(\d+(?:\.\d+)?)(s|m|h|d|w)$")
+SPAN = re.compile(r"^(\d+(?:\.\d+)?)(s|m|h|d|w)\Z")
 UNITS = {"s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0, "w": 604800.0}
 
 

@@ -18,7 +18,7 @@ LONGEST_EXPIRY_S = 2.0
 MOST_SEEN = 10_000
 """Our choice: so many ids are kept even when they have expired. A cell's clock may be set back, and
 what had expired could come again then."""
-CALLER = re.compile(r"^[A-Za-z0-9_.-]{1,63}$")
+CALLER = re.compile(r"^[A-Za-z0-9_.-]{1,63}\Z")
 """What may stand in a caller's id: it goes into audits, logs and bags."""
 
 

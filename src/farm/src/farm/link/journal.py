@@ -14,7 +14,7 @@ import msgspec
 
 from farm.wire import Event, Events
 
-FILE = re.compile(r"^\d{4}-\d{2}-\d{2}\.jsonl$")
+FILE = re.compile(r"^\d{4}-\d{2}-\d{2}\.jsonl\Z")
 
 
 class JournalReadError(Exception):

@@ -17,8 +17,8 @@ from scara_config import load, locate
 from scara_ros.io.page_token import page_token, ros_home
 from scara_ros.io.token_file import TokenError
 
-Name = Annotated[str, Meta(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,31}$")]
-Variable = Annotated[str, Meta(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$")]
+Name = Annotated[str, Meta(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,31}\Z")]
+Variable = Annotated[str, Meta(pattern=r"^[A-Za-z_][A-Za-z0-9_]*\Z")]
 Word = Annotated[str, Meta(min_length=1, max_length=200)]
 LONGEST = 40
 """Of a name that somebody gives, so much is repeated."""

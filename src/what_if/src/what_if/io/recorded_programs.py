@@ -13,7 +13,7 @@ from what_if.errors import WhatIfError
 from what_if.world import Cell
 
 DATA, STATE, JOINTS = "real/robot_data", "twin_controller/state", "real/joint_states"
-SHOWN = re.compile(r"^(?P<name>\S+) line (?P<line>\d+) running$")
+SHOWN = re.compile(r"^(?P<name>\S+) line (?P<line>\d+) running\Z")
 SAME_PERCENT = 0.5
 """An override that changes by more is another one: the robot knows whole percents."""
 Row = tuple[float, ...]

@@ -12,7 +12,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 ENTRY = re.compile(r'import\{(\w+) as \w+.*?\}from"\./([\w-]+\.js)"')
-MODULE_END = re.compile(r"export\{([^{}]*)\};?\s*(?://# sourceMappingURL=\S*\s*)?$")
+MODULE_END = re.compile(r"export\{([^{}]*)\};?\s*(?://# sourceMappingURL=\S*\s*)?\Z")
 
 
 @cache
@@ -31,7 +31,7 @@ def chart_library() -> str:
         raise OSError(f"{folder / 'index.js'}: no chart library is found in it")
     text = (folder / entry[2]).read_text(encoding="utf-8")
     end = MODULE_END.search(text)
-    name = end and re.search(rf"([\w$]+) as {re.escape(entry[1])}(?:,|$)", end[1])
+    name = end and re.search(rf"([\w$]+) as {re.escape(entry[1])}(?:,|\Z)", end[1])
     if end is None or not name or "</script" in text:
         raise OSError(f"{folder / entry[2]}: no chart library is found in it")
     return f"{text[: end.start()]}window.echarts={name[1]};"
