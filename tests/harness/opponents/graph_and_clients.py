@@ -48,17 +48,24 @@ class JsonMessage:
 
 
 class Call:
-    """A service call that ends when the test says so."""
+    """A service call that begins at once, or when the test says so, and ends when it says so."""
 
-    def __init__(self, args: Any, timeout: float, caller: str) -> None:
+    def __init__(self, service: str, args: Any, timeout: float, caller: str, came: float) -> None:
+        self.service = service
+        self.came = came
+        self.started, self.may_begin = threading.Event(), threading.Event()
         self.args = args
         self.timeout = timeout
         self.caller = caller
         self.end: queue.Queue[dict[str, Any] | Exception] = queue.Queue()
         self.cancelled = threading.Event()
 
-    def run(self) -> dict[str, Any]:
+    def run(self, begun: Callable[[], None]) -> dict[str, Any]:
         """Wait for the test."""
+        self.started.set()
+        if "slow_to_begin" in self.service:
+            assert self.may_begin.wait(DEADLINE)
+        begun()
         outcome = self.end.get(timeout=DEADLINE)
         if isinstance(outcome, Exception):
             raise outcome
@@ -66,6 +73,7 @@ class Call:
 
     def cancel(self) -> None:
         """End as a broken connection would."""
+        self.may_begin.set()
         self.cancelled.set()
         self.end.put(GraphError("cancelled"))
 
@@ -76,6 +84,7 @@ class Graph:
     def __init__(self) -> None:
         self.done: queue.Queue[tuple[Any, ...]] = queue.Queue()
         self.calls: queue.Queue[Call] = queue.Queue()
+        self.stops: list[float] = []
         self.asks: dict[str, Ask] = {}
         self.forms: dict[tuple[int, str], Form] = {}
         """How each client wants each topic."""
@@ -106,7 +115,7 @@ class Graph:
         """Note it."""
         self.done.put(("unadvertise", owner, topic))
 
-    def publish(self, owner: int, topic: str, values: dict[str, Any]) -> str | None:
+    def publish(self, owner: int, topic: str, values: dict[str, Any], came: float) -> str | None:
         """Refuse one value, break at another, remark on a third."""
         if values.get("data") == "refuse":
             raise GraphError("data = 'refuse': allowed: anything else")
@@ -114,6 +123,10 @@ class Graph:
             raise KeyError("a bug")
         self.done.put(("publish", owner, topic, values))
         return "nobody was connected yet" if values.get("data") == "too early" else None
+
+    def stopped(self, given: float) -> None:
+        """Note it."""
+        self.stops.append(given)
 
     def subscribe(self, owner: int, topic: str, type_name: str | None, form: Form) -> None:
         """Know no topic called unknown."""
@@ -126,9 +139,11 @@ class Graph:
         """Note it."""
         self.done.put(("unsubscribe", owner, topic))
 
-    def service_call(self, service: str, args: Any, timeout: float, caller: str) -> Call:
+    def service_call(
+        self, service: str, args: Any, timeout: float, caller: str, came: float
+    ) -> Call:
         """Hand the call to the test."""
-        call = Call(args, timeout, caller)
+        call = Call(service, args, timeout, caller, came)
         self.calls.put(call)
         return call
 

@@ -6,11 +6,15 @@ import sys
 import threading
 import time
 
+import actionlib
 import pytest
 import rospy
+from actionlib.msg import TestAction, TestActionGoal, TestFeedback, TestGoal, TestResult
 from harness.opponents.running_gateway import DEADLINE, RosbridgeClient, RunningGateway
 from harness.ros import Ros
 from std_msgs.msg import String
+
+from scara_msgs.msg import MotionCommand
 
 SHORTEST_SCRIPT = """
 import sys
@@ -103,15 +107,73 @@ def publishers(ros: Ros, topic: str) -> list[str]:
 
 
 def test_command_is_never_delivered_late_and_its_sender_is_told(gateway: RunningGateway) -> None:
-    """A STOP that nobody could hear yet is said to have reached nobody, once."""
+    """A RESUME that nobody could hear yet is said to have reached nobody, once."""
     ros, client = gateway.ros, gateway.client()
-    advertise_and_publish(client, "motion_command", "first", "second")
+    client.say(op="advertise", topic="motion_command", type="scara_msgs/MotionCommand")
+    for number in (1, 2):
+        client.say(op="publish", topic="motion_command", msg={"command": 3, "id": number})
     told = client.hear("status")
     assert told["level"] == "error"
     assert "motion_command: nobody was connected yet, so this reached nobody" in told["msg"]
-    heard = ros.collect("motion_command", String)
-    ros.wait_until(
-        lambda: client.say(op="publish", topic="motion_command", msg={"data": "now"}) or heard,
-        DEADLINE,
-    )
-    assert {message.data for message in heard} == {"now"}
+    heard = ros.collect("motion_command", MotionCommand)
+    now = {"op": "publish", "topic": "motion_command", "msg": {"command": 3, "id": 3}}
+    ros.wait_until(lambda: client.say(**now) or heard, DEADLINE)
+    assert {message.id for message in heard} == {3}
+    assert all(message.asked for message in heard), "when its packet came"
+
+
+ACTION_SCRIPT = """
+import sys
+import roslibpy
+from roslibpy.ros1 import actionlib
+
+client = roslibpy.Ros(host="127.0.0.1", port=int(sys.argv[1]))
+client.run()
+action = actionlib.ActionClient(client, sys.argv[2], "actionlib/TestAction")
+goal = actionlib.Goal(action, roslibpy.Message({"goal": 8}))
+goal.send()
+result = goal.wait(10)
+action.dispose()
+print("result", result["result"])
+client.terminate()
+"""
+
+
+def test_action_client_of_roslibpy_gets_its_result(gateway: RunningGateway) -> None:
+    """The steps of its documentation: a goal right behind the advertise; six times out of six."""
+    ros = gateway.ros
+
+    def count(goal: TestGoal) -> None:
+        """Work for half a second, as any action that is worth one: feedback, then the result."""
+        for step in range(5):
+            server.publish_feedback(TestFeedback(step))
+            rospy.rostime.wallsleep(0.1)
+        server.set_succeeded(TestResult(2 * goal.goal))
+
+    server = actionlib.SimpleActionServer(ros.name("double"), TestAction, count, auto_start=False)
+    server.start()
+    script = ros.folder / "act.py"
+    script.write_text(ACTION_SCRIPT, encoding="utf-8")
+    for _ in range(6):
+        client = ros.stage.start(sys.executable, str(script), str(gateway.port), ros.name("double"))
+        assert client.wait(30.0) == 0, client.tail()
+        assert "result 16" in client.output
+
+
+def test_goal_is_forgotten_at_a_stop(gateway: RunningGateway) -> None:
+    """Its server connects after the STOP and gets nothing; its sender is told, and sends again."""
+    ros, client = gateway.ros, gateway.client()
+    commands = ros.publisher("motion_command", MotionCommand)
+    ros.wait_until(commands.get_num_connections, DEADLINE, "the gateway hears stops")
+    goal = {"op": "publish", "topic": "reach/goal", "msg": {"goal": {"goal": 1}}}
+    client.say(op="advertise", topic="reach/goal", type="actionlib/TestActionGoal")
+    client.say(**goal)
+    client.call("/rosapi/get_time")
+    commands.publish(MotionCommand(command=MotionCommand.STOP, asked=time.monotonic()))
+    told = client.hear("status")
+    assert told["msg"].endswith("reach/goal: cancelled by STOP, before it began: send it again")
+    heard = ros.collect("reach/goal", TestActionGoal)
+    goal["msg"] = {"goal": {"goal": 2}}
+    ros.wait_until(lambda: client.say(**goal) or heard, DEADLINE, "a goal after the STOP")
+    assert {message.goal.goal for message in heard} == {2}
+    assert all(message.header.stamp for message in heard), "when its packet came"

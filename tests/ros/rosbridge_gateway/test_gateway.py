@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 import re
+import signal
+import time
 from typing import Any
 
 import pytest
@@ -11,6 +13,8 @@ import rospy
 from diagnostic_msgs.msg import DiagnosticArray
 from harness.opponents.running_gateway import DEADLINE, RunningGateway
 from std_msgs.msg import Float64, String
+
+from scara_msgs.msg import MotionCommand
 
 
 def test_not_a_number_crosses_both_ways(gateway: RunningGateway) -> None:
@@ -103,16 +107,19 @@ def test_what_ros_cannot_do_is_said(
 def test_viewer_cannot_publish_and_operator_can(gateway: RunningGateway) -> None:
     """Tokens come from the environment variables that gateway.yaml names."""
     viewer = gateway.client(header=["Authorization: Bearer look"])
-    viewer.say(op="advertise", id="a", topic="motion_command", type="std_msgs/String")
+    viewer.say(op="advertise", id="a", topic="motion_command", type="scara_msgs/MotionCommand")
     assert (
         viewer.hear("status")["msg"]
         == f"role viewer may not advertise {gateway.ros.name('motion_command')}"
     )
     operator = gateway.client(header=["Authorization: Bearer drive"])
-    received = gateway.ros.collect("motion_command", String)
-    operator.say(op="advertise", topic="motion_command", type="std_msgs/String")
+    received = gateway.ros.collect("motion_command", MotionCommand)
+    operator.say(op="advertise", topic="motion_command", type="scara_msgs/MotionCommand")
     gateway.ros.wait_until(
-        lambda: operator.say(op="publish", topic="motion_command", msg={"data": "x"}) or received,
+        lambda: (
+            operator.say(op="publish", topic="motion_command", msg={"command": 3, "reason": "x"})
+            or received
+        ),
         DEADLINE,
     )
 
@@ -146,3 +153,30 @@ def test_diagnostics_count_what_was_refused(gateway: RunningGateway) -> None:
     gateway.ros.wait_for_message(
         "/diagnostics", DiagnosticArray, DEADLINE, such_that=lambda a: refused(a) > before
     )
+
+
+def test_velocity_that_waited_in_a_stopped_gateway_moves_nothing(gateway: RunningGateway) -> None:
+    """A plain number says nothing of its time; a STOP may have come while the gateway stood."""
+    ros, client = gateway.ros, gateway.client()
+    topic = "twin/joint_1_velocity_controller/command"
+    heard = ros.collect(topic, Float64)
+    client.say(op="advertise", topic=topic, type="std_msgs/Float64")
+    number = [0.0]
+
+    def arrives() -> bool:
+        number[0] += 1.0
+        client.say(op="publish", topic=topic, msg={"data": number[0]})
+        return bool(heard)
+
+    ros.wait_until(arrives, DEADLINE, "a velocity")
+    gateway.node.signal(signal.SIGSTOP)
+    client.say(op="publish", topic=topic, msg={"data": -1.0})
+    time.sleep(0.2)  # what is tried: the standstill
+    gateway.node.signal(signal.SIGCONT)
+    told = client.hear("status")
+    while "waited" not in told["msg"]:
+        told = client.hear("status")
+    assert re.search(r"not sent: it waited for 0\.[2-9]\d s in the gateway", told["msg"])
+    before = len(heard)
+    ros.wait_until(lambda: arrives() and len(heard) > before, DEADLINE, "the next velocity")
+    assert -1.0 not in {message.data for message in heard}

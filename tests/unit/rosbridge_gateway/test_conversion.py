@@ -12,7 +12,7 @@ import roslib.message
 from geometry_msgs.msg import PoseWithCovariance
 from hypothesis import given
 from hypothesis import strategies as st
-from rosbridge_gateway.protocol.conversion import ConversionError, Converters
+from rosbridge_gateway.protocol.conversion import Arrival, ConversionError, Converters
 from sensor_msgs.msg import Image, JointState
 from std_msgs.msg import (
     Bool,
@@ -144,12 +144,38 @@ def stamp_of(header: dict[str, Any]) -> tuple[int, int]:
     return stamp.secs, stamp.nsecs
 
 
+@pytest.mark.parametrize(
+    ("said", "asked"),
+    [({}, 100.0), ({"asked": 0.0}, 100.0), ({"asked": 99.5}, 99.5), ({"asked": 1e9}, 100.0)]
+    + [({"asked": None}, 100.0), ({"asked": -1.0}, 100.0)],
+)
+def test_request_says_when_its_packet_came(said: dict[str, Any], asked: float) -> None:
+    """Unless its sender has said when it was asked for, on this machine, and not in the future."""
+    converter = CONVERTERS.by_class(MoveToRequest)
+    assert converter.to_message(said, Arrival(100.0, (12, 34))).asked == asked
+    assert converter.to_message([0.5, 0.1, 0.1], Arrival(100.0, (12, 34))).asked == 100.0
+
+
+def test_type_tells_whether_its_messages_say_when() -> None:
+    """By a header, or by the field ``asked``."""
+    says = {
+        kind: CONVERTERS.by_class(kind).says_when for kind in (JointState, MoveToRequest, Float64)
+    }
+    assert says == {JointState: True, MoveToRequest: True, Float64: False}
+
+
 def test_header_without_a_stamp_gets_the_present_time() -> None:
     """A stamp that is given stays, also 0; a message without a header at all keeps 0."""
     for header in ({}, {"frame_id": "base_link"}, {"stamp": {}}, {"stamp": None}, {"stamp": "now"}):
         assert stamp_of(header) == (12, 34)
     assert stamp_of({"stamp": {"secs": 5}}) == (5, 0) and stamp_of({"stamp": {"secs": 0}}) == (0, 0)
     assert message_of(JointState, {}).header.stamp.secs == 0
+    arrived = Arrival(100.0, (56, 78))
+    for values in ({}, {"header": {}}, {"header": {"stamp": {"secs": 0, "nsecs": 0}}}):
+        stamp = CONVERTERS.by_class(JointState).to_message(values, arrived).header.stamp
+        assert (stamp.secs, stamp.nsecs) == (56, 78), "published: when the packet came"
+    given = {"header": {"stamp": {"secs": 5}}}
+    assert CONVERTERS.by_class(JointState).to_message(given, arrived).header.stamp.secs == 5
     assert message_of(Time, {}).data.secs == 0
     assert message_of(Time, {"data": "now"}).data.nsecs == 34
     strict = Converters(roslib.message.get_message_class, None).by_class(JointState)

@@ -10,7 +10,14 @@ from rosbridge_gateway.config import FirstMessages
 from rosbridge_gateway.protocol.first_messages import FirstOnes, KeepRules
 
 RULES = KeepRules(SHIPPED.first_messages, "/cell_2")
-LIMITS = FirstMessages(seconds=1.0, count=3, never_topics=[], never_types=[])
+LIMITS = FirstMessages(
+    seconds=1.0,
+    count=3,
+    never_topics=[],
+    never_types=[],
+    until_stop_topics=[],
+    until_stop_types=[],
+)
 
 
 @pytest.mark.parametrize(
@@ -40,7 +47,6 @@ def test_what_commands_nothing_is_kept(topic: str, type_name: str) -> None:
         ("/other_robot/joint_1_position_controller/command", "std_msgs/Float64"),
         ("/turtle1/cmd_vel", "geometry_msgs/Twist"),
         ("/mixed", "geometry_msgs/TwistStamped"),
-        ("/move_base/goal", "move_base_msgs/MoveBaseActionGoal"),
         ("/move_base/cancel", "actionlib_msgs/GoalID"),
         ("/E_Stop", "std_msgs/Bool"),
         ("/line_3/emergency_stop/state", "std_msgs/Empty"),
@@ -56,7 +62,37 @@ def test_all_that_clients_may_command_in_the_cell_is_never_kept() -> None:
     outright = [name for role in SHIPPED.roles.values() for name in role.publish if "*" not in name]
     for pattern in (*SHIPPED.reserved.shared, *outright, *SHIPPED.driving.topics):
         name = pattern.replace("*", "joint_1")
+        if name == "joint_trajectory_action/goal":
+            continue  # until a stop
         assert not RULES.keeps(f"/cell_2/{name}", "std_msgs/String"), name
+
+
+@pytest.mark.parametrize(
+    ("topic", "type_name"),
+    [
+        ("/cell_2/joint_trajectory_action/goal", "control_msgs/FollowJointTrajectoryActionGoal"),
+        ("/move_base/goal", "move_base_msgs/MoveBaseActionGoal"),
+        ("/anywhere", "actionlib_tutorials/FibonacciActionGoal"),
+    ],
+)
+def test_goal_of_an_action_is_kept_until_a_stop(topic: str, type_name: str) -> None:
+    """An action client sends it right behind its advertise; its server answers it."""
+    assert RULES.keeps(topic, type_name) and RULES.until_stop(topic, type_name)
+
+
+def test_what_is_no_goal_outlives_a_stop() -> None:
+    """Nobody moves by it."""
+    assert not RULES.until_stop("/chatter", "std_msgs/String")
+
+
+def test_stop_forgets_what_came_before_it() -> None:
+    """What came after it is handed on; only what was young enough counts as lost."""
+    first = FirstOnes(LIMITS, now=0.0)
+    for number, now in enumerate((0.1, 0.2, 0.9)):
+        first.add(number, now)
+    assert first.forget(0.5, 1.0) and first.young(1.0) == [2]
+    assert not first.forget(0.5, 1.0) and first.young(1.0) == [2]
+    assert not first.forget(0.95, 2.0), "it was too old already"
 
 
 def test_messages_of_the_first_second_live_a_second_each() -> None:

@@ -80,13 +80,25 @@ class FirstMessages(Struct, frozen=True, forbid_unknown_fields=True):
 
     Messages of the first ``seconds`` after an advertise are kept for subscribers that connect, each
     for ``seconds`` and at most ``count`` of a topic; never those of ``never_topics`` and
-    ``never_types``.
+    ``never_types``. A stop forgets those of ``until_stop_topics`` and ``until_stop_types``.
     """
 
     seconds: Annotated[float, Meta(gt=0.0, le=10.0)]
     count: Number
     never_topics: list[str]
     never_types: list[str]
+    until_stop_topics: list[str]
+    until_stop_types: list[str]
+
+
+class Stops(Struct, frozen=True, forbid_unknown_fields=True):
+    """Which packets stop a robot: they wait for nothing that the same client has sent before.
+
+    By topic or service, the values of the field ``command`` that do.
+    """
+
+    publish: dict[str, list[int]]
+    call_service: dict[str, list[str]]
 
 
 class GuessLimits(Struct, frozen=True, forbid_unknown_fields=True):
@@ -134,6 +146,9 @@ class GatewayConfig(Struct, frozen=True, forbid_unknown_fields=True):
     ping_timeout: Seconds
     driving: Driving
     first_messages: FirstMessages
+    stops: Stops
+    begin_timeout: Seconds
+    unstamped_age: Seconds
     sender_stamps: list[str]
     handshake_timeout: Seconds
     stall_timeout: Seconds

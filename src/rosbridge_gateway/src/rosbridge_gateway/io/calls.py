@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -25,6 +26,7 @@ class Shared(Protocol):
     graph: Graph
     call_threads: ThreadPoolExecutor
     page_call_threads: ThreadPoolExecutor
+    stop_threads: ThreadPoolExecutor
     namespace: str
     calls: int
     errors: int
@@ -53,19 +55,34 @@ class Caller(Protocol):
 
 
 class Calls:
-    """Starts calls, each in a thread of its own; an answer goes out when its call ends."""
+    """Starts calls, each in a thread of its own; an answer goes out when its call ends.
+
+    They begin in order: a call of the same service waits until the one before has begun, and the
+    client's next packet waits for that too, but not for long. A call has begun when its request has
+    gone to its service. One that stops waits for nothing.
+    """
 
     def __init__(self, client: Caller, shared: Shared) -> None:
         self._client = client
         self._shared = shared
         self._loop = asyncio.get_running_loop()
         self._running: dict[asyncio.Task[None], ServiceCall | None] = {}
+        self._begun: dict[str, asyncio.Event] = {}
+        """Of each service, whether the newest call has begun."""
 
     def __len__(self) -> int:
         return len(self._running)
 
-    def start(self, packet: CallService, name: str) -> None:
+    async def start(self, packet: CallService, name: str, came: float, stops: bool) -> None:
         """Begin a call of the service ``name``; rosapi's time is answered at once.
+
+        Return when it has begun, or after ``begin_timeout``: whatever comes behind it goes on then.
+
+        Args:
+            packet: The call.
+            name: Absolute name of the service.
+            came: When the packet came (monotonic, [s]).
+            stops: It stops a robot.
 
         Raises:
             GraphError: Too many calls run.
@@ -75,25 +92,50 @@ class Calls:
         if own == answers.GET_TIME:
             client.respond(packet, answers.time_values(*shared.graph.now()))
             return
-        own_limit = shared.config.roles[client.visitor.role].takes.calls
-        limit = shared.config.limits.calls
-        together = 0 if client.visitor.is_page else shared.calls  # pages have threads of their own
-        if len(self._running) >= own_limit or together >= limit:
-            raise GraphError(
-                f"{len(self._running)} of {own_limit} calls of this client and {together} of "
-                f"{limit} calls of all run: {name} refused; call again when one has ended"
-            )
+        if not stops:
+            self._check_limits(name)
         if own is not None:
             graph = shared.graph
-            tell = own in answers.WRITES
-            self._begin(packet, name, None, lambda: answers.answer(own, packet.args, graph), tell)
+            writes = own in answers.WRITES
+            done = asyncio.Event()
+            self._begin(
+                packet, name, None, lambda: answers.answer(own, packet.args, graph), writes, done
+            )
+            if writes:  # what is read next is what was written
+                await self._wait(done)
             return
         args, config = packet.args, shared.config
         timeout = min(packet.timeout or config.service_timeout, config.service_timeout_max)
         if name in shared.person_services:
             args = with_person(args, client.visitor.person, client.visitor.token, client.owner)
-        call = shared.graph.service_call(name, args, timeout, client.caller)
-        self._begin(packet, name, call, call.run, True)
+        call = shared.graph.service_call(name, args, timeout, client.caller, came)
+        begun = asyncio.Event()
+
+        def tell() -> None:
+            with contextlib.suppress(RuntimeError):  # the loop has ended
+                self._loop.call_soon_threadsafe(begun.set)
+
+        if stops:
+            self._begin(packet, name, call, lambda: call.run(tell), True, begun, stops=True)
+        else:
+            before, self._begun[name] = self._begun.get(name), begun
+            self._begin(packet, name, call, lambda: call.run(tell), True, begun, before)
+        await self._wait(begun)
+
+    async def _wait(self, event: asyncio.Event) -> None:
+        with contextlib.suppress(asyncio.TimeoutError):
+            await asyncio.wait_for(event.wait(), self._shared.config.begin_timeout)
+
+    def _check_limits(self, name: str) -> None:
+        shared, is_page = self._shared, self._client.visitor.is_page
+        own_limit = shared.config.roles[self._client.visitor.role].takes.calls
+        limit = shared.config.limits.calls
+        together = 0 if is_page else shared.calls  # pages have threads of their own
+        if len(self._running) >= own_limit or together >= limit:
+            raise GraphError(
+                f"{len(self._running)} of {own_limit} calls of this client and {together} of "
+                f"{limit} calls of all run: {name} refused; call again when one has ended"
+            )
 
     def cancel(self) -> None:
         """End all calls that can be ended; each is answered with an error."""
@@ -108,17 +150,33 @@ class Calls:
         call: ServiceCall | None,
         ask: Callable[[], dict[str, Any]],
         tell: bool,
+        begun: asyncio.Event,
+        before: asyncio.Event | None = None,
+        stops: bool = False,
     ) -> None:
-        task = self._loop.create_task(self._run(packet, name, ask, tell))
+        task = self._loop.create_task(self._run(packet, name, ask, tell, before, stops))
         self._shared.calls += not self._client.visitor.is_page
         self._running[task] = call
-        task.add_done_callback(self._ended)
+
+        def ended(_: asyncio.Task[None]) -> None:
+            self._shared.calls -= not self._client.visitor.is_page
+            self._running.pop(task, None)
+            begun.set()
+            if self._begun.get(name) is begun:
+                del self._begun[name]
+
+        task.add_done_callback(ended)
 
     async def _run(
-        self, packet: CallService, name: str, ask: Callable[[], dict[str, Any]], tell: bool
+        self,
+        packet: CallService,
+        name: str,
+        ask: Callable[[], dict[str, Any]],
+        tell: bool,
+        before: asyncio.Event | None,
+        stops: bool,
     ) -> None:
         client, shared = self._client, self._shared
-        threads = shared.page_call_threads if client.visitor.is_page else shared.call_threads
         spent: list[float] = []
 
         def timed() -> dict[str, Any]:
@@ -128,6 +186,13 @@ class Calls:
             finally:
                 spent.append(time.thread_time() - begun)
 
+        if before is not None:
+            await before.wait()
+        threads = shared.call_threads
+        if stops:
+            threads = shared.stop_threads
+        elif client.visitor.is_page:
+            threads = shared.page_call_threads
         try:
             values = await self._loop.run_in_executor(threads, timed)
             client.respond(packet, values)
@@ -141,7 +206,3 @@ class Calls:
             client.refuse_call(packet, name, f"error in the gateway: {error!r}")
         finally:
             client.charge(sum(spent))
-
-    def _ended(self, task: asyncio.Task[None]) -> None:
-        self._shared.calls -= not self._client.visitor.is_page
-        self._running.pop(task, None)

@@ -14,17 +14,19 @@ from websockets.exceptions import ConnectionClosed
 
 from rosbridge_gateway.admission.driving import Drivers
 from rosbridge_gateway.admission.places import Seat, Visitor
+from rosbridge_gateway.admission.stops import StopRules
 from rosbridge_gateway.io.calls import Calls
 from rosbridge_gateway.io.calls import Shared as CallsShared
 from rosbridge_gateway.io.graph import Ask, GraphError, Message
 from rosbridge_gateway.io.line import Line
 from rosbridge_gateway.io.questions import Questions
 from rosbridge_gateway.io.sending import Sending
+from rosbridge_gateway.io.turns import Turns
 from rosbridge_gateway.protocol import packets
 from rosbridge_gateway.protocol.conversion import ConversionError
-from rosbridge_gateway.protocol.packets import Packet
+from rosbridge_gateway.protocol.packets import Packet, PacketId
 from rosbridge_gateway.protocol.roles import taken
-from rosbridge_gateway.protocol.session import Request, Session, Wishes
+from rosbridge_gateway.protocol.session import Arrived, Request, Session, Wishes
 from rosbridge_gateway.wire.fragments import split
 from rosbridge_gateway.wire.outgoing import Form, Frames
 
@@ -34,6 +36,7 @@ class Shared(CallsShared, Protocol):
 
     graph_thread: ThreadPoolExecutor
     drivers: Drivers
+    stop_rules: StopRules
     listeners: dict[str, set[Client]]
 
 
@@ -70,6 +73,7 @@ class Client:
         self._forms: dict[str, Form] = {}
         self._answers = 0
         self._calls = Calls(self, shared)
+        self._turns = Turns(self._act)
         self._questions = Questions(self._loop, self.answer)
 
     async def run(self) -> None:
@@ -80,12 +84,13 @@ class Client:
                 data = await self._connection.recv(decode=False)
                 self._heard = time.monotonic()
                 self._connection.packet()
+                came = self._connection.taken_at()
                 with self._connection.charged():
-                    outcome = self.session.receive(data, self._heard)
-                if isinstance(outcome, Request):
-                    await self._perform_safely(outcome)
-                elif outcome is not None:
-                    self.answer(outcome)
+                    found = self.session.read(data, self._heard)
+                if isinstance(found, Arrived):
+                    await self._in_turn(found.packet, came)
+                elif found is not None:
+                    self.answer(found)
                 self._tell_audit()
                 await self._make_way()
         except ConnectionClosed:
@@ -93,7 +98,31 @@ class Client:
         finally:
             if self._keep_alive is not None:
                 self._keep_alive.cancel()
+            if self.drop_reason is not None:
+                self._turns.forget()
+            await self._turns.finish()  # what came before a client went is performed
             await self._release()
+
+    async def _in_turn(self, packet: Packet, came: float) -> None:
+        """Perform a packet behind those that came before; a stop at once."""
+        answers = isinstance(packet, packets.ServiceResponse)  # who asked waits for it
+        if answers or (self._turns.is_free and self.session.needs_no_turn(packet)):
+            await self._act(packet, came)
+        elif self._shared.stop_rules.stops(packet):
+            self._turns.overtake(self._act(packet, came, stops=True))
+        else:
+            await self._turns.put(packet, came)
+
+    async def _act(self, packet: Packet, came: float, stops: bool = False) -> None:
+        """Judge a packet in its turn, and perform it or answer it."""
+        outcome = self.session.judge(packet, self._heard)
+        if isinstance(outcome, Request):
+            if stops:
+                self._shared.graph.stopped(came)
+            await self._perform_safely(outcome, came, stops)
+        elif outcome is not None:
+            self.answer(outcome)
+        self._tell_audit()
 
     async def _make_way(self) -> None:
         """Let the others have their turn, and wait as long as the budget says."""
@@ -103,6 +132,12 @@ class Client:
             if remark is not None:
                 self.answer(remark)
         await self._connection.make_way()
+
+    def remark(self, text: str, packet_id: PacketId = UNSET) -> None:
+        """Tell the client something that it has not asked for, about a packet of it if known."""
+        status = self.session.status("error", text, packet_id)
+        if status is not None:
+            self.answer(status)
 
     def charge(self, seconds: float) -> None:
         """Charge processor time [s] that a thread has taken for this client."""
@@ -138,27 +173,23 @@ class Client:
                         self.drop(f"no answer to a ping within {timeout:g} s")
                         return
 
-    async def _perform_safely(self, request: Request) -> None:
+    async def _perform_safely(self, request: Request, came: float, stops: bool) -> None:
         """Perform; whatever fails is answered, and the client lives on."""
         try:
-            remark = await self._perform(request)
+            remark = await self._perform(request, came, stops)
             if not isinstance(request.packet, packets.CallService):  # a call is told when it ends
                 self.session.performed(request, remark or "done", self._heard)
             # The twin controller sees by itself whether it is obeyed, and sends again.
             if remark is not None and self.session.role not in self._shared.config.driving.roles:
-                status = self.session.status("error", remark, request.packet.id)
-                if status is not None:
-                    self.answer(status)
+                self.remark(remark, request.packet.id)
         except (GraphError, ConversionError) as error:
             self._refuse(request, str(error))
-        except ConnectionClosed:
-            raise
         except Exception as error:
             self._shared.errors += 1
             self._shared.log(f"error while serving {request.name}: {error!r}")
             self._refuse(request, f"error in the gateway: {error!r}")
 
-    async def _perform(self, request: Request) -> str | None:
+    async def _perform(self, request: Request, came: float, stops: bool) -> str | None:
         """Do what the packet says; return a remark on it, or None."""
         graph, name = self._shared.graph, request.name
         match request.packet:
@@ -168,9 +199,9 @@ class Client:
                     self.session.advertised(name, UNSET)
                     self._pace_pings()
                 with self._connection.charged():
-                    return graph.publish(self.owner, name, packet.msg)
+                    return graph.publish(self.owner, name, packet.msg, came)
             case packets.CallService() as packet:
-                self._calls.start(packet, name)
+                await self._calls.start(packet, name, came, stops)
             case packets.Subscribe() as packet:
                 await self._subscribe(packet, name)
             case packets.Unsubscribe() as packet:

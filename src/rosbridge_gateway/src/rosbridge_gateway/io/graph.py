@@ -18,8 +18,12 @@ class GraphError(RuntimeError):
 class ServiceCall(Protocol):
     """A service call that can be ended from another thread."""
 
-    def run(self) -> dict[str, Any]:
-        """Call and return the response's values; raises GraphError or ConversionError."""
+    def run(self, begun: Callable[[], None]) -> dict[str, Any]:
+        """Call and return the response's values; raises GraphError or ConversionError.
+
+        ``begun`` is called once the request has gone to its service; from then on what is asked
+        later cannot pass it.
+        """
 
     def cancel(self) -> None:
         """End a running call."""
@@ -56,12 +60,21 @@ class Graph(GraphView, Protocol):
     def unadvertise(self, owner: int, topic: str) -> None:
         """Close a client's publisher."""
 
-    def publish(self, owner: int, topic: str, values: dict[str, Any]) -> str | None:
+    def publish(self, owner: int, topic: str, values: dict[str, Any], came: float) -> str | None:
         """Publish at once; called in the event loop, must not block.
+
+        Args:
+            owner: The client.
+            topic: Absolute name.
+            values: The message.
+            came: When the packet came (monotonic, [s]).
 
         Returns:
             A remark for the client, or None.
         """
+
+    def stopped(self, given: float) -> None:
+        """Note that a stop was given then (monotonic, [s]); called in the event loop."""
 
     def subscribe(self, owner: int, topic: str, type_name: str | None, form: Form) -> None:
         """Deliver ``topic`` in ``form`` from now on, latched messages included.
@@ -72,8 +85,13 @@ class Graph(GraphView, Protocol):
     def unsubscribe(self, owner: int, topic: str) -> None:
         """Deliver ``topic`` to this client no more."""
 
-    def service_call(self, service: str, args: Any, timeout: float, caller: str) -> ServiceCall:
-        """Prepare a service call in the name of ``caller``; it runs in a thread of its own."""
+    def service_call(
+        self, service: str, args: Any, timeout: float, caller: str, came: float
+    ) -> ServiceCall:
+        """Prepare a service call in the name of ``caller``; it runs in a thread of its own.
+
+        ``came``: when the packet came (monotonic, [s]).
+        """
 
     def advertise_service(
         self, owner: int, service: str, type_name: str, ask: Ask, timeout: float

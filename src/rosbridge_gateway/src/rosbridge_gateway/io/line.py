@@ -50,6 +50,8 @@ class Poll(selectors.DefaultSelector):
             ready, looked = super().select(left), now
             now = time.monotonic()
             stood_still = now - looked > left + _LOOK_S
+            if stood_still and not ready:  # its time was over, and nobody has looked
+                ready = super().select(0.0)
             self.since = looked if stood_still else now
         self._looked = now
         return ready

@@ -26,6 +26,7 @@ from websockets.http11 import Request, Response
 
 from rosbridge_gateway.admission.driving import Drivers
 from rosbridge_gateway.admission.places import NoPlace, Place, Visitor, find_place
+from rosbridge_gateway.admission.stops import StopRules
 from rosbridge_gateway.config import GatewayConfig
 from rosbridge_gateway.io.client import Client
 from rosbridge_gateway.io.door import Door, NotAdmittedError, bind, tls_context
@@ -39,6 +40,7 @@ from rosbridge_gateway.protocol.roles import Roles
 from rosbridge_gateway.protocol.session import Session
 
 _HARD_SIZE_FACTOR = 8  # our choice: so much longer a packet may be and still be answered
+_STOP_THREADS = 4  # our choice: for calls that stop; a stop never waits for another call to end
 _SILENT = logging.getLogger("rosbridge_gateway.websockets")
 _SILENT.addHandler(logging.NullHandler())
 _SILENT.propagate = False
@@ -91,11 +93,13 @@ class GatewayServer:
         self.errors = 0
         self.graph_thread = ThreadPoolExecutor(1, "gateway_graph")
         self.call_threads = ThreadPoolExecutor(config.limits.calls, "gateway_call")
+        self.stop_threads = ThreadPoolExecutor(_STOP_THREADS, "gateway_stop")
         self.page_call_threads = ThreadPoolExecutor(config.limits.page_calls, "gateway_page_call")
         self.person_services = frozenset(
             resolve(name, namespace) for name in config.person_services
         )
         self.drivers = Drivers(config.driving, namespace)
+        self.stop_rules = StopRules(config.stops, namespace)
         self._door = Door(config, tokens, persons)
         self._roles = Roles(config.roles, config.reserved, namespace)
         self._tls = tls_context(config)
@@ -144,6 +148,7 @@ class GatewayServer:
             self._thread.join()
         self.call_threads.shutdown(wait=True, cancel_futures=True)
         self.page_call_threads.shutdown(wait=True, cancel_futures=True)
+        self.stop_threads.shutdown(wait=True, cancel_futures=True)
         self.graph_thread.shutdown(wait=True)
         self._socket.close()
 
@@ -166,6 +171,17 @@ class GatewayServer:
         """
         with contextlib.suppress(RuntimeError):  # the loop has ended
             self._loop.call_soon_threadsafe(self._fan_out, topic, message, owner)
+
+    def remark(self, owner: int, text: str) -> None:
+        """Tell a client something; callable from any thread."""
+
+        def tell() -> None:
+            client = self._clients.get(owner)
+            if client is not None:
+                client.remark(text)
+
+        with contextlib.suppress(RuntimeError):  # the loop has ended
+            self._loop.call_soon_threadsafe(tell)
 
     def _fan_out(self, topic: str, message: Message, owner: int | None) -> None:
         for client in tuple(self.listeners.get(topic, ())):

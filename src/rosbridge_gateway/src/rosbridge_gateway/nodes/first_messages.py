@@ -68,6 +68,11 @@ class Opening(rospy.SubscribeListener):  # type: ignore[misc]
         with self._lock, contextlib.suppress(rospy.ROSException):  # the topic has just been closed
             self._greet()
 
+    def forget(self, until: float) -> bool:
+        """Forget what came until then (monotonic, [s]); return whether nobody had got it yet."""
+        with self._lock:
+            return self._first.forget(until, time.monotonic()) and not self._greeted
+
     def wanted_for(self) -> float:
         """Return how long [s] the publisher has to stay for subscribers to come."""
         with self._lock:

@@ -45,7 +45,9 @@ def main() -> None:
         tokens, persons = _tokens(config, load_persons(folder))
         namespace = rospy.get_namespace()
         stamps_itself = any_of(patterns_in(config.sender_stamps, namespace)).match
-        graph = RosGraph(KeepRules(config.first_messages, namespace), stamps_itself)
+        drives = any_of(patterns_in(config.driving.topics, namespace)).match
+        keep_rules = KeepRules(config.first_messages, namespace)
+        graph = RosGraph(keep_rules, stamps_itself, drives, config.unstamped_age)
         server = GatewayServer(
             config,
             graph,
@@ -57,7 +59,7 @@ def main() -> None:
     except (ConfigError, GatewayError, TokenError) as error:
         rospy.logfatal(str(error))
         sys.exit(2)
-    graph.deliver = server.deliver
+    graph.deliver, graph.remark = server.deliver, server.remark
     keep_for_good()
     go_first()
     with server, until_shutdown():

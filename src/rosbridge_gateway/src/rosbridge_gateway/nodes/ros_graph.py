@@ -13,6 +13,7 @@ from typing import Any
 import genpy
 import roslib.message
 import rospy
+from scara_ros.standstill import said
 
 from rosbridge_gateway.io.graph import Ask, GraphError, Message
 from rosbridge_gateway.nodes.first_messages import Opening
@@ -24,16 +25,25 @@ from rosbridge_gateway.nodes.ros_service_call import (
 )
 from rosbridge_gateway.nodes.ros_view import RosView
 from rosbridge_gateway.protocol.audit import Entry
-from rosbridge_gateway.protocol.conversion import ConversionError, Converter, Converters
+from rosbridge_gateway.protocol.conversion import (
+    Arrival,
+    ConversionError,
+    Converter,
+    Converters,
+)
 from rosbridge_gateway.protocol.first_messages import FirstOnes, KeepRules
 from rosbridge_gateway.rosapi.answers import Nodes
 from rosbridge_gateway.wire.outgoing import Form, Outgoing
-from scara_msgs.msg import Audit
+from scara_msgs.msg import Audit, MotionCommand
 
 _BURST = 100
 _LOG_PERIOD = 5.0
 
+_STOPS = (MotionCommand.STOP, MotionCommand.PAUSE, MotionCommand.ESTOP)
+
 Deliver = Callable[[str, Message, int | None], None]
+Remark = Callable[[int, str], None]
+"""Takes a client and a remark for it."""
 
 
 @dataclass(slots=True)
@@ -42,12 +52,16 @@ class _Publication:
 
     ``first``: the topic's first second, None if its messages are never kept.
     ``told_until``: until then (monotonic, [s]) the client is told if nobody is connected.
+    ``until_stop``: its first messages are forgotten at a stop. ``drives``: its messages move a
+    robot at once, and have no field that says when they were commanded.
     """
 
     publisher: rospy.Publisher
     converter: Converter
     first: Opening | None
     told_until: float
+    until_stop: bool
+    drives: bool
 
 
 @dataclass
@@ -68,20 +82,32 @@ class _Subscription:
 class RosGraph(RosView):
     """Implements :class:`rosbridge_gateway.io.graph.Graph` with rospy."""
 
-    def __init__(self, keep_rules: KeepRules, stamps_itself: Callable[[str], object]) -> None:
+    def __init__(
+        self,
+        keep_rules: KeepRules,
+        stamps_itself: Callable[[str], object],
+        drives: Callable[[str], object],
+        unstamped_age: float,
+    ) -> None:
         """Begin.
 
         Args:
             keep_rules: Which first messages are kept.
             stamps_itself: Tells of a topic whether its sender has to stamp its messages itself.
+            drives: Tells of a topic whether its messages move a robot at once.
+            unstamped_age: So old [s] such a message may be if it does not say when it was
+                commanded.
         """
         super().__init__()
         self.deliver: Deliver = lambda topic, message, owner: None
+        self.remark: Remark = lambda owner, text: None
         self.errors = 0
         """Messages that could not be converted."""
         self._converters = Converters(roslib.message.get_message_class, self.now)
         self._unstamped = Converters(roslib.message.get_message_class, None)
         self._stamps_itself = stamps_itself
+        self._drives, self._unstamped_age = drives, unstamped_age
+        self._stopped_at = 0.0
         self._encoders = RosEncoders(self._converters)
         self._numbers = itertools.count(1)
         self._keep_rules = keep_rules
@@ -91,6 +117,9 @@ class RosGraph(RosView):
         self._service_types = ServiceTypes(self._converters)
         self._audit = rospy.Publisher(
             "twin_controller/audit", Audit, queue_size=_BURST, tcp_nodelay=True
+        )
+        rospy.Subscriber(
+            "motion_command", MotionCommand, self._hear_command, queue_size=_BURST, tcp_nodelay=True
         )
 
     def advertise(
@@ -113,7 +142,15 @@ class RosGraph(RosView):
         previous = self._publications.get((owner, topic))
         first = self._opening(publisher, topic, converter.message_class._type)
         told_until = 0.0 if first else time.monotonic() + self._keep_rules.config.seconds
-        self._publications[owner, topic] = _Publication(publisher, converter, first, told_until)
+        type_name = converter.message_class._type
+        self._publications[owner, topic] = _Publication(
+            publisher,
+            converter,
+            first,
+            told_until,
+            self._keep_rules.until_stop(topic, type_name),
+            bool(self._drives(topic)) and not converter.says_when,
+        )
         if previous:
             previous.publisher.unregister()
 
@@ -152,18 +189,55 @@ class RosGraph(RosView):
                 publication.first = None
                 first.end()
 
-    def publish(self, owner: int, topic: str, values: dict[str, Any]) -> str | None:
+    def _hear_command(self, command: Any) -> None:
+        """Hear a stop of any node."""
+        if command.command not in _STOPS:
+            return
+        self.stopped(command.asked if said(command.asked, now := time.monotonic()) else now)
+
+    def stopped(self, given: float) -> None:
+        """Forget goals that nobody has got yet: what comes after a stop was meant before it."""
+        self._stopped_at = max(self._stopped_at, given)
+        for (owner, topic), publication in list(self._publications.items()):
+            first = publication.first
+            if first is not None and publication.until_stop and first.forget(given):
+                self.remark(owner, f"{topic}: cancelled by STOP, before it began: send it again")
+
+    def _check_age(self, topic: str, came: float) -> None:
+        """Refuse what moves a robot at once and may be older than a stop: nobody behind can tell.
+
+        Raises:
+            GraphError: It is, or it has waited here.
+        """
+        if came <= self._stopped_at:
+            raise GraphError(f"{topic}: cancelled by STOP, before it began: send it again")
+        waited = time.monotonic() - came
+        if waited > self._unstamped_age:
+            raise GraphError(
+                f"{topic}: not sent: it waited for {waited:.2f} s in the gateway, so a stop may "
+                "have come between; send it again"
+            )
+
+    def _arrival(self, came: float) -> Arrival:
+        """Return both clocks' time of what came at ``came`` (monotonic, [s])."""
+        since = max(0.0, time.monotonic() - came)
+        stamp = rospy.get_rostime().to_nsec() - int(since * 1e9)
+        return Arrival(came, divmod(max(0, stamp), 1_000_000_000))
+
+    def publish(self, owner: int, topic: str, values: dict[str, Any], came: float) -> str | None:
         """Publish at once; tell once if nobody was connected yet to what is never kept."""
         publication = self._publications[owner, topic]
         publisher, first = publication.publisher, publication.first
         try:
-            message = publication.converter.to_message(values)
+            if publication.drives:
+                self._check_age(topic, came)
+            message = publication.converter.to_message(values, self._arrival(came))
             if first is not None and first.publish(message):
                 return None
             publisher.publish(message)
         except (ConversionError, rospy.ROSException, genpy.MessageException) as error:
             raise GraphError(f"{topic}: {error}") from error
-        if time.monotonic() >= publication.told_until or publisher.get_num_connections():
+        if time.monotonic() >= publication.told_until or _hearers(publisher):
             return None
         publication.told_until = 0.0  # once is enough
         return (
@@ -230,13 +304,20 @@ class RosGraph(RosView):
                 shared.latched[header.get("callerid", "")] = outgoing
             self.deliver(topic, outgoing, None)
 
-    def service_call(self, service: str, args: Any, timeout: float, caller: str) -> RosServiceCall:
+    def service_call(
+        self, service: str, args: Any, timeout: float, caller: str, came: float
+    ) -> RosServiceCall:
         """Prepare a service call.
 
         The service sees the client's role and address behind this node's name.
         """
         return RosServiceCall(
-            self._service_types, service, args, timeout, f"{rospy.get_name()}/{caller}"
+            self._service_types,
+            service,
+            args,
+            timeout,
+            f"{rospy.get_name()}/{caller}",
+            self._arrival(came),
         )
 
     def advertise_service(
@@ -312,3 +393,8 @@ class RosGraph(RosView):
 def _others(nodes: Nodes, name: str) -> list[str]:
     """Return the nodes behind ``name``, this one left out."""
     return [node for node in nodes.get(name, []) if node != rospy.get_name()]
+
+
+def _hearers(publisher: rospy.Publisher) -> int:
+    """Return how many others hear a topic: this node listens to stops itself."""
+    return sum(one.endpoint_id != rospy.get_name() for one in publisher.impl.connections)

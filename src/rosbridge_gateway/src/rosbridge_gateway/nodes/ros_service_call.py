@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import genpy
@@ -10,7 +11,7 @@ from scara_ros.io.service_connection import ServiceError
 from scara_ros.nodes.service_client import ServiceClient, service_type
 
 from rosbridge_gateway.io.graph import GraphError
-from rosbridge_gateway.protocol.conversion import Converter, Converters
+from rosbridge_gateway.protocol.conversion import Arrival, Converter, Converters
 
 
 class ServiceTypes:
@@ -46,18 +47,25 @@ class RosServiceCall:
     """One service call with a deadline; ``cancel`` may come from another thread."""
 
     def __init__(
-        self, types: ServiceTypes, service: str, args: Any, timeout: float, caller: str
+        self,
+        types: ServiceTypes,
+        service: str,
+        args: Any,
+        timeout: float,
+        caller: str,
+        arrival: Arrival,
     ) -> None:
         self._types = types
         self._service = service
         self._args = args
         self._timeout = timeout
         self._caller = caller
+        self._arrival = arrival
         self._client: ServiceClient | None = None
         self._cancelled = False
 
-    def run(self) -> dict[str, Any]:
-        """Call and return the response's values.
+    def run(self, begun: Callable[[], None]) -> dict[str, Any]:
+        """Call and return the response's values; ``begun`` is called once the request is sent.
 
         Raises:
             GraphError: There is no such service, it failed or was too slow.
@@ -66,13 +74,13 @@ class RosServiceCall:
         try:
             service_class = self._types.of(self._service, self._timeout)
             request, response = self._types.converters(service_class)
-            message = request.to_message(self._args)
+            message = request.to_message(self._args, self._arrival)
             self._client = ServiceClient(
                 self._service, service_class, self._timeout, caller=self._caller
             )
             if self._cancelled:
                 self._client.close()
-            answer = self._client.call(message)
+            answer = self._client.call(message, begun)
         except ServiceError as error:
             self._types.forget(self._service)
             raise GraphError(str(error)) from error

@@ -2,8 +2,9 @@
 
 On the wire NaN and infinities are ``null`` (JSON has neither), ``uint8[]`` and ``char[]`` are
 base64 text, time and duration are ``{"secs", "nsecs"}``. What comes in may say ``"now"`` for a
-time, and a std_msgs/Header without a stamp gets the present time. Errors name the path inside the
-message and what is allowed.
+time, and a std_msgs/Header without a stamp gets a time: both are when the packet came. So does a
+field ``asked`` of a request or command. Errors name the path inside the message and what is
+allowed.
 """
 
 from __future__ import annotations
@@ -13,12 +14,26 @@ import binascii
 import math
 import re
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
+
+from scara_ros.standstill import said
 
 Encode = Callable[[Any], Any]
-Decode = Callable[[Any, str], Any]
-Now = Callable[[], tuple[int, int]]
-"""ROS time: seconds, nanoseconds."""
+RosTime = tuple[int, int]
+"""Seconds, nanoseconds."""
+Decode = Callable[[Any, str, RosTime], Any]
+Now = Callable[[], RosTime]
+
+
+class Arrival(NamedTuple):
+    """When the packet came that holds a message.
+
+    ``monotonic`` is this machine's monotonic clock [s], ``stamp`` the same instant as ROS time.
+    """
+
+    monotonic: float
+    stamp: RosTime
+
 
 _INTEGERS = {
     name: (-(1 << (bits - 1)), (1 << (bits - 1)) - 1)
@@ -34,6 +49,8 @@ _TIME_RANGES = {
     "duration": ((-(1 << 31), (1 << 31) - 1), (-999_999_999, 999_999_999)),
 }
 _HEADER = "std_msgs/Header"
+_ASKED = ("asked", "float64")
+"""The field that says when something was asked for: what is older than a stop is refused by it."""
 _ARRAY = re.compile(r"(.+?)\[(\d*)\]")
 
 
@@ -44,10 +61,18 @@ class ConversionError(ValueError):
 class Converter:
     """Converts messages of one type."""
 
-    def __init__(self, message_class: type[Any], encode: Encode, decode: Decode) -> None:
+    def __init__(
+        self, message_class: type[Any], encode: Encode, decode: Decode, now: Now | None
+    ) -> None:
         self.message_class = message_class
         self._encode = encode
         self._decode = decode
+        self._now = now
+        fields = list(zip(message_class.__slots__, message_class._slot_types))
+        self.says_when = _ASKED in fields or ("header", _HEADER) in fields
+        """Whether its messages say when they were asked for, or true."""
+        self._is_asked = _ASKED in fields
+        self._is_stamped = now is not None and ("header", _HEADER) in fields
 
     def to_values(self, message: Any) -> dict[str, Any]:
         """Return a message as nested dicts and lists.
@@ -56,7 +81,7 @@ class Converter:
         """
         return self._encode(message)  # type: ignore[no-any-return]
 
-    def to_message(self, values: Any) -> Any:
+    def to_message(self, values: Any, arrival: Arrival | None = None) -> Any:
         """Build a message.
 
         A missing field keeps its default; ``null`` stands for NaN in float fields.
@@ -64,6 +89,9 @@ class Converter:
         Args:
             values: A dict by field names, or (as rosbridge allows for calls) a list in field order,
                 which may be shorter.
+            arrival: When the packet came. Then ``asked`` and the header's stamp become that where
+                they are 0, ``asked`` also where it is later. None: a header that is given without a
+                stamp gets the present time.
 
         Raises:
             ConversionError: Unknown field, wrong type, wrong count, number out of range; the text
@@ -79,7 +107,20 @@ class Converter:
                     f"at most {len(fields)}"
                 )
             values = dict(zip(fields, values))
-        return self._decode(values, "")
+        stamp = (0, 0)
+        if self._now is not None:
+            stamp = self._now() if arrival is None else arrival.stamp
+        message = self._decode(values, "", stamp)
+        if arrival is not None:
+            self._say_when(message, arrival)
+        return message
+
+    def _say_when(self, message: Any, arrival: Arrival) -> None:
+        """Fill what the sender has not said, or could not know: a later time is another clock's."""
+        if self._is_asked and not said(message.asked, arrival.monotonic):
+            message.asked = arrival.monotonic
+        if self._is_stamped and not message.header.stamp:
+            message.header.stamp.secs, message.header.stamp.nsecs = arrival.stamp
 
 
 class Converters:
@@ -114,7 +155,7 @@ class Converters:
         name: str = message_class._type
         if name not in self._compiled:
             encode, decode = self._compile_message(message_class)
-            self._compiled[name] = Converter(message_class, encode, decode)
+            self._compiled[name] = Converter(message_class, encode, decode, self._now)
         return self._compiled[name]
 
     def _class(self, type_name: str) -> type[Any]:
@@ -130,20 +171,20 @@ class Converters:
         }
         encoders = [(name, encode) for name, (encode, _) in codecs.items()]
         decoders = {name: decode for name, (_, decode) in codecs.items()}
-        now = self._now if message_class._type == _HEADER else None
+        stamped = self._now is not None and message_class._type == _HEADER
 
         def encode(message: Any) -> dict[str, Any]:
             return {
                 n: getattr(message, n) if e is None else e(getattr(message, n)) for n, e in encoders
             }
 
-        def decode(values: Any, path: str) -> Any:
+        def decode(values: Any, path: str, stamp: RosTime) -> Any:
             if not isinstance(values, dict):
                 raise _mismatch(
                     path, values, f"an object with {', '.join(decoders) or 'no fields'}"
                 )
             message = message_class()
-            if now is not None and values.get("stamp") in (None, {}):
+            if stamped and values.get("stamp") in (None, {}):
                 values = {**values, "stamp": "now"}
             for name, value in values.items():
                 decoder = decoders.get(name)
@@ -152,7 +193,7 @@ class Converters:
                     raise ConversionError(
                         f"{inner}: unknown field: allowed: {', '.join(decoders) or 'none'}"
                     )
-                setattr(message, name, decoder(value, inner))
+                setattr(message, name, decoder(value, inner, stamp))
             return message
 
         return encode, decode
@@ -171,8 +212,8 @@ class Converters:
         if kind == "string":
             return None, _string
         if kind in _TIME_RANGES:
-            now = self._now if kind == "time" else None
-            return _encode_time, _time(self._class(kind), *_TIME_RANGES[kind], now)
+            may_be_now = self._now is not None and kind == "time"
+            return _encode_time, _time(self._class(kind), *_TIME_RANGES[kind], may_be_now)
         compiled = self.by_class(self._class(kind))
         return compiled._encode, compiled._decode
 
@@ -195,7 +236,7 @@ def _mismatch(path: str, value: Any, allowed: str) -> ConversionError:
 
 
 def _integer(low: int, high: int) -> Decode:
-    def decode(value: Any, path: str) -> int:
+    def decode(value: Any, path: str, stamp: RosTime) -> int:
         if type(value) is not int or not low <= value <= high:
             raise _mismatch(path, value, f"an integer {low}..{high}")
         return value
@@ -204,7 +245,7 @@ def _integer(low: int, high: int) -> Decode:
 
 
 def _float(limit: float) -> Decode:
-    def decode(value: Any, path: str) -> float:
+    def decode(value: Any, path: str, stamp: RosTime) -> float:
         if value is None:
             return math.nan
         if type(value) is int:
@@ -216,13 +257,13 @@ def _float(limit: float) -> Decode:
     return decode
 
 
-def _bool(value: Any, path: str) -> bool:
+def _bool(value: Any, path: str, stamp: RosTime) -> bool:
     if type(value) is not bool:
         raise _mismatch(path, value, "true or false")
     return value
 
 
-def _string(value: Any, path: str) -> str:
+def _string(value: Any, path: str, stamp: RosTime) -> str:
     if type(value) is not str:
         raise _mismatch(path, value, "a text")
     return value
@@ -236,37 +277,40 @@ def _time(
     time_class: type[Any],
     secs_range: tuple[int, int],
     nsecs_range: tuple[int, int],
-    now: Now | None,
+    may_be_now: bool,
 ) -> Decode:
-    """Return the decoder of a time, which may be "now" if ``now`` tells it, or of a duration."""
-    allowed = "an object with secs, nsecs" + (', or "now"' if now else "")
+    """Return the decoder of a time, which may be "now" if ``may_be_now``, or of a duration."""
+    allowed = "an object with secs, nsecs" + (', or "now"' if may_be_now else "")
     parts = {"secs": _integer(*secs_range), "nsecs": _integer(*nsecs_range)}
 
-    def decode(value: Any, path: str) -> Any:
-        if now is not None and value == "now":
-            return time_class(*now())
+    def decode(value: Any, path: str, stamp: RosTime) -> Any:
+        if may_be_now and value == "now":
+            return time_class(*stamp)
         if not isinstance(value, dict) or not parts.keys() >= value.keys():
             raise _mismatch(path, value, allowed)
         return time_class(
-            *(part(value.get(name, 0), f"{path}.{name}") for name, part in parts.items())
+            *(part(value.get(name, 0), f"{path}.{name}", stamp) for name, part in parts.items())
         )
 
     return decode
 
 
 def _array(decode_element: Decode, count: int | None) -> Decode:
-    def decode(value: Any, path: str) -> list[Any]:
+    def decode(value: Any, path: str, stamp: RosTime) -> list[Any]:
         if not isinstance(value, list) or count not in (None, len(value)):
             raise _mismatch(path, value, "an array" if count is None else f"an array of {count}")
-        return [decode_element(element, f"{path}[{index}]") for index, element in enumerate(value)]
+        return [
+            decode_element(element, f"{path}[{index}]", stamp)
+            for index, element in enumerate(value)
+        ]
 
     return decode
 
 
 def _octets(decode_list: Decode, count: int | None) -> Decode:
-    def decode(value: Any, path: str) -> bytes:
+    def decode(value: Any, path: str, stamp: RosTime) -> bytes:
         if not isinstance(value, str):
-            return bytes(decode_list(value, path))
+            return bytes(decode_list(value, path, stamp))
         try:
             octets = base64.b64decode(value, validate=True)
         except binascii.Error as error:

@@ -16,8 +16,9 @@ from rosbridge_gateway.protocol.names import any_of, patterns_in
 class KeepRules:
     """Which first messages may reach a subscriber late.
 
-    Nothing that moves or stops a robot may: a set point or a jog is meant for the instant at which
-    it was sent, and a stop, resume or cancel that comes late undoes what was commanded meanwhile.
+    Nothing that moves or stops a robot at once may: a set point or a jog is meant for the instant
+    at which it was sent, and a stop, resume or cancel that comes late undoes what was commanded
+    meanwhile. The goal of an action may, until a stop comes.
     """
 
     def __init__(self, config: FirstMessages, namespace: str) -> None:
@@ -25,10 +26,17 @@ class KeepRules:
         never = patterns_in(config.never_topics, namespace)
         self._topics = any_of(pattern.lower() for pattern in never)
         self._types = any_of(config.never_types)
+        goals = patterns_in(config.until_stop_topics, namespace)
+        self._goal_topics = any_of(pattern.lower() for pattern in goals)
+        self._goal_types = any_of(config.until_stop_types)
 
     def keeps(self, topic: str, type_name: str) -> bool:
         """Tell whether messages of ``topic`` (absolute) and ``package/Type`` may come late."""
         return not self._topics.match(topic.lower()) and not self._types.match(type_name)
+
+    def until_stop(self, topic: str, type_name: str) -> bool:
+        """Tell whether messages of ``topic`` are forgotten when a stop comes."""
+        return bool(self._goal_topics.match(topic.lower()) or self._goal_types.match(type_name))
 
 
 class FirstOnes:
@@ -56,6 +64,12 @@ class FirstOnes:
         while self._kept and now - self._kept[0][0] > self._life:
             self._kept.popleft()
         return [message for _, message in self._kept]
+
+    def forget(self, until: float, now: float) -> bool:
+        """Forget what came until then; return whether some of it could still be handed on."""
+        before = len(self.young(now))
+        self._kept = deque((one for one in self._kept if one[0] > until), self._kept.maxlen)
+        return len(self._kept) < before
 
     def over_in(self, now: float) -> float:
         """Return how long [s] it lasts until nothing can be kept or handed on any more."""

@@ -40,6 +40,13 @@ class Request:
 
 
 @dataclass(frozen=True, slots=True)
+class Arrived:
+    """A packet of a client that could be read, and waits for its turn."""
+
+    packet: Packet
+
+
+@dataclass(frozen=True, slots=True)
 class Wishes:
     """How a client wants a topic: least interval [s], longest queue, and the form of messages."""
 
@@ -60,8 +67,8 @@ class Counters:
 class Session:
     """The protocol state of one client.
 
-    ``receive`` judges a packet and returns a :class:`Request` to perform, an answer to send, or
-    None. What has been performed is told back by ``subscribed``, ``advertised`` and their
+    ``read`` and ``judge`` (both: ``receive``) return a :class:`Request` to perform, an answer to
+    send, or None. What has been performed is told back by ``subscribed``, ``advertised`` and their
     counterparts.
     """
 
@@ -103,7 +110,12 @@ class Session:
         self._entries: list[Entry] = []
 
     def receive(self, data: bytes, now: float) -> Request | Packet | None:
-        """Judge one packet that came at ``now`` (monotonic, [s])."""
+        """Read and judge one packet that came at ``now`` (monotonic, [s])."""
+        found = self.read(data, now)
+        return self.judge(found.packet, now) if isinstance(found, Arrived) else found
+
+    def read(self, data: bytes, now: float) -> Arrived | Packet | None:
+        """Read one packet; return it, or what it is answered if it is none."""
         self.counters.received += 1
         try:
             packet = packets.decode(data, self._takes.packet_bytes, self._limits.nesting)
@@ -111,10 +123,10 @@ class Session:
             return self._unreadable(error, now)
         if isinstance(packet, packets.Fragment | packets.Png):
             return self._unwrap(packet, now)
-        return self._take(packet, now)
+        return Arrived(packet)
 
-    def _take(self, packet: Packet, now: float) -> Request | Packet | None:
-        """Judge what is no wrapping of another packet."""
+    def judge(self, packet: Packet, now: float) -> Request | Packet | None:
+        """Judge a packet in its turn: what the client sent before has been performed."""
         if isinstance(packet, packets.SetLevel):
             self._level = _SEVERITY[packet.level]
             return None
@@ -122,8 +134,8 @@ class Session:
             return None
         return self._judge(packet, now)
 
-    def _unwrap(self, outer: packets.Fragment | packets.Png, now: float) -> Request | Packet | None:
-        """Judge the packet inside an image, or inside fragments as soon as all are there."""
+    def _unwrap(self, outer: packets.Fragment | packets.Png, now: float) -> Arrived | Packet | None:
+        """Read the packet inside an image, or inside fragments as soon as all are there."""
         limit = self._takes.packet_bytes
         try:
             if isinstance(outer, packets.Png):
@@ -145,7 +157,7 @@ class Session:
         if isinstance(packet, packets.Fragment | packets.Png):
             self.counters.refused += 1
             return self.status("error", f"{_op(packet)} inside {_op(outer)}", packet.id)
-        return self._take(packet, now)
+        return Arrived(packet)
 
     def _unreadable(self, error: PacketError, now: float) -> Packet | None:
         """Answer what is no packet.
@@ -307,6 +319,15 @@ class Session:
             ids.clear()
         ids.discard(packet_id)
         return not ids and self._advertised.pop(name, None) is not None
+
+    def needs_no_turn(self, packet: Packet) -> bool:
+        """Tell whether a packet is performed at once when it is judged, and waits for nothing."""
+        if not isinstance(packet, packets.Publish):
+            return isinstance(packet, packets.SetLevel | Status)
+        try:
+            return names.resolve(packet.topic, self._namespace) in self._advertised
+        except names.NameNotLegalError:
+            return True
 
     def is_advertised(self, name: str) -> bool:
         """Tell whether the client publishes topic ``name``."""

@@ -109,6 +109,7 @@ class ServiceConnection:
         request: bytes,
         timeout: float | None = None,
         alive: Callable[[], bool] | None = None,
+        sent: Callable[[], None] | None = None,
     ) -> bytes:
         """Send a serialised request, return the serialised response.
 
@@ -117,6 +118,7 @@ class ServiceConnection:
             timeout: Of this call [s]; None: what the connection's own has left.
             alive: For calls of unknown length. It is asked each time that the time-out passes;
                 the call goes on for another one as long as it says yes.
+            sent: Called once the request has been sent.
 
         Raises:
             ServiceTimeoutError: The time-out passed.
@@ -127,6 +129,8 @@ class ServiceConnection:
         try:
             self._socket.settimeout(self._left())
             self._socket.sendall(struct.pack("<I", len(request)) + request)
+            if sent is not None:
+                sent()
             ok, size = struct.unpack("<BI", self._read(5, alive))
             body = self._read(size, alive)
         except OSError as error:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import threading
 import time
+from collections.abc import Callable
 from typing import Any
 
 import rosgraph
@@ -101,8 +102,12 @@ class ServiceClient:
             request.asked = time.monotonic()
         return request
 
-    def call(self, request: Any) -> Any:
+    def call(self, request: Any, sent: Callable[[], None] | None = None) -> Any:
         """Send a request and return the response.
+
+        Args:
+            request: Of the service's type.
+            sent: Called once it has been sent, before the service has answered.
 
         Raises:
             ServiceTimeoutError: It was not answered in time: it may still be done.
@@ -111,15 +116,15 @@ class ServiceClient:
         """
         payload = _serialised(request)
         if not self._keep:
-            return self._call_on(self._connect(), payload, None)
+            return self._call_on(self._connect(), payload, None, sent)
         if not self._turn.acquire(timeout=self._timeout):
             raise ServiceTimeoutError(f"service {self._name}: an older call has not ended")
         try:
             if self._kept is not None and self._kept.is_open():
-                return self._call_on(self._kept, payload, self._timeout)
+                return self._call_on(self._kept, payload, self._timeout, sent)
             self.disconnect()
             self._kept = self._connect()
-            return self._call_on(self._kept, payload, None)
+            return self._call_on(self._kept, payload, None, sent)
         finally:
             self._turn.release()
 
@@ -136,7 +141,13 @@ class ServiceClient:
         if kept is not None:
             kept.close()
 
-    def _call_on(self, connection: ServiceConnection, payload: bytes, timeout: float | None) -> Any:
+    def _call_on(
+        self,
+        connection: ServiceConnection,
+        payload: bytes,
+        timeout: float | None,
+        sent: Callable[[], None] | None,
+    ) -> Any:
         """Call; without ``timeout`` the call has what connecting has left."""
         self._running.add(connection)
         try:
@@ -144,7 +155,7 @@ class ServiceClient:
                 raise ServiceError(f"service {self._name}: the caller has gone")
             alive = self._answers if self._lasting else None
             response = self._kind._response_class()
-            response.deserialize(connection.call(payload, timeout, alive))
+            response.deserialize(connection.call(payload, timeout, alive, sent))
         except ServiceError:
             if connection is self._kept:
                 self._kept = None

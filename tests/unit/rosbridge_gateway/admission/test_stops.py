@@ -1,0 +1,38 @@
+"""Which packets stop a robot, as gateway.yaml ships it."""
+
+from __future__ import annotations
+
+import pytest
+from harness.opponents.graph_and_clients import SHIPPED
+from rosbridge_gateway.admission.stops import StopRules
+from rosbridge_gateway.protocol.packets import CallService, Packet, Publish, Subscribe
+
+RULES = StopRules(SHIPPED.stops, "/cell")
+COMMAND = "twin_controller/command"
+
+
+@pytest.mark.parametrize(
+    ("packet", "stops"),
+    [
+        (Publish(topic="motion_command", msg={"command": 1}), True),
+        (Publish(topic="/cell/motion_command", msg={"command": 2, "id": 7}), True),
+        (Publish(topic="motion_command", msg={"command": 4}), True),
+        (Publish(topic="motion_command", msg={"command": 3}), False),
+        (Publish(topic="motion_command", msg={}), False),
+        (Publish(topic="motion_command", msg={"command": [1]}), False),
+        (Publish(topic="/other/motion_command", msg={"command": 1}), False),
+        (Publish(topic="no name", msg={"command": 1}), False),
+        (CallService(service=COMMAND, args={"command": "STOP"}), True),
+        (CallService(service=f"/cell/{COMMAND}", args=["ESTOP"]), True),
+        (CallService(service=COMMAND, args={"command": "PAUSE"}), True),
+        (CallService(service=COMMAND, args={"command": "RESUME"}), False),
+        (CallService(service=COMMAND, args={"command": {"STOP": 1}}), False),
+        (CallService(service=COMMAND, args=[]), False),
+        (CallService(service=COMMAND), False),
+        (CallService(service="move_to", args={"command": "STOP"}), False),
+        (Subscribe(topic="motion_command"), False),
+    ],
+)
+def test_packet_stops_a_robot(packet: Packet, stops: bool) -> None:
+    """By the name of the topic or service in the gateway's namespace, and the command."""
+    assert RULES.stops(packet) is stops
