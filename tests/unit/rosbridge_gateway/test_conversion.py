@@ -29,7 +29,7 @@ from std_msgs.msg import (
 )
 
 from control_msgs.msg import FollowJointTrajectoryActionGoal
-from scara_msgs.msg import CoreInput, TwinControllerState
+from scara_msgs.msg import CoreInput, MotionCommand, TwinControllerState
 from scara_msgs.srv import MoveToRequest
 
 CONVERTERS = Converters(roslib.message.get_message_class, lambda: (12, 34))
@@ -142,6 +142,13 @@ def stamp_of(header: dict[str, Any]) -> tuple[int, int]:
     """Return the stamp that a header gets."""
     stamp = message_of(JointState, {"header": header}).header.stamp
     return stamp.secs, stamp.nsecs
+
+
+@pytest.mark.parametrize(("said", "asked"), [(0.0, 100.0), (99.5, 99.5), (100.1, 100.1)])
+def test_a_stop_stays_as_new_as_it_is(said: float, asked: float) -> None:
+    """It was given while the gateway stood still, from 100.0 on: behind what waited beside it."""
+    converter = CONVERTERS.by_class(MotionCommand)
+    assert converter.to_message({"asked": said}, Arrival(100.0, (12, 34))).asked == asked
 
 
 @pytest.mark.parametrize(

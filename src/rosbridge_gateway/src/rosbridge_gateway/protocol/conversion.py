@@ -73,6 +73,8 @@ class Converter:
         """Whether its messages say when they were asked for, or true."""
         self._is_asked = _ASKED in fields
         self._is_stamped = now is not None and ("header", _HEADER) in fields
+        # A request has no header. What has one and is asked for is a command such as STOP.
+        self._is_command = self._is_asked and ("header", _HEADER) in fields
 
     def to_values(self, message: Any) -> dict[str, Any]:
         """Return a message as nested dicts and lists.
@@ -116,8 +118,13 @@ class Converter:
         return message
 
     def _say_when(self, message: Any, arrival: Arrival) -> None:
-        """Fill what the sender has not said, or could not know: a later time is another clock's."""
-        if self._is_asked and not said(message.asked, arrival.monotonic):
+        """Fill what the sender has not said, or could not know: a later time is another clock's.
+
+        A command keeps a later time: a stop that was given while this process stood still must not
+        become as old as the requests that waited beside it. Who hears it knows the future.
+        """
+        given = message.asked > 0.0 if self._is_command else False
+        if self._is_asked and not given and not said(message.asked, arrival.monotonic):
             message.asked = arrival.monotonic
         if self._is_stamped and not message.header.stamp:
             message.header.stamp.secs, message.header.stamp.nsecs = arrival.stamp
