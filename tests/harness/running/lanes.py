@@ -22,7 +22,7 @@ CELLS = (
     "tests/ros/operator_panel/test_jog_buttons.py",
     "tests/ros/operator_panel/test_stop.py",
     "tests/ros/operator_panel/test_tuning_form.py",
-    "tests/ros/rosbridge_gateway/test_page_from_file.py",
+    "tests/ros/rosbridge_gateway/pages/test_page_from_file.py",
 )
 """Whole cells, and browsers beside one: each wants one of two cores for itself."""
 TIMED = (
