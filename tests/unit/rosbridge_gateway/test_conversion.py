@@ -16,15 +16,22 @@ from rosbridge_gateway.protocol.conversion import Arrival, ConversionError, Conv
 from sensor_msgs.msg import Image, JointState
 from std_msgs.msg import (
     Bool,
+    Byte,
     ByteMultiArray,
+    Char,
     Duration,
     Empty,
     Float32,
     Float64,
     Int8,
+    Int16,
+    Int32,
+    Int64,
     String,
     Time,
     UInt8,
+    UInt16,
+    UInt32,
     UInt64,
 )
 
@@ -196,6 +203,32 @@ def test_header_without_a_stamp_gets_the_present_time() -> None:
 def test_integers_are_numbers_too() -> None:
     """JavaScript writes 1 for 1.0."""
     assert message_of(Float64, {"data": 1}).data == 1.0
+
+
+@pytest.mark.parametrize(
+    ("kind", "lowest", "highest"),
+    [
+        (Byte, -128, 127),
+        (Char, 0, 255),
+        (Int8, -(2**7), 2**7 - 1),
+        (Int16, -(2**15), 2**15 - 1),
+        (Int32, -(2**31), 2**31 - 1),
+        (Int64, -(2**63), 2**63 - 1),
+        (UInt8, 0, 2**8 - 1),
+        (UInt16, 0, 2**16 - 1),
+        (UInt32, 0, 2**32 - 1),
+        (UInt64, 0, 2**64 - 1),
+    ],
+)
+def test_an_integer_may_be_what_its_type_holds_and_no_more(
+    kind: Any, lowest: int, highest: int
+) -> None:
+    """The smallest and the largest go over the wire; the next ones are refused with the range."""
+    for number in (lowest, highest):
+        assert reread(message_of(kind, {"data": number})).data == number
+    for number in (lowest - 1, highest + 1):
+        with pytest.raises(ConversionError, match=f"data = {number}: allowed: .*{highest}"):
+            message_of(kind, {"data": number})
 
 
 def test_message_without_fields_is_an_empty_object() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 from harness.opponents.graph_and_clients import SHIPPED
+from msgspec.structs import replace
 from rosbridge_gateway.admission.places import Visitor
 from rosbridge_gateway.io.door import Door, NotAdmittedError
 from websockets.datastructures import Headers
@@ -27,6 +28,21 @@ def test_a_client_of_another_machine_needs_a_token(host: str, headers: Headers) 
     """Whoever reaches the port from elsewhere is nobody, whatever page it names."""
     with pytest.raises(NotAdmittedError, match="a token is needed"):
         Door(SHIPPED, {}).admit(host, headers, "/", 0.0)
+
+
+@pytest.mark.parametrize(("tls", "own", "pages"), [(None, "http", "https"), ("x", "https", "http")])
+def test_the_gateways_own_origin_has_the_scheme_that_it_speaks(
+    tls: str | None, own: str, pages: str
+) -> None:
+    """By the other scheme there may be a page on that port, whoever made it."""
+    door = Door(replace(SHIPPED, tls_certificate=tls, tls_key=tls), {})
+
+    def comes_as(scheme: str) -> Visitor:
+        origin = Headers({"Origin": f"{scheme}://127.0.0.1:{SHIPPED.port}"})
+        return door.admit("127.0.0.1", origin, "/", 0.0)
+
+    assert comes_as(own) == Visitor("operator", is_page=False)
+    assert comes_as(pages) == Visitor("viewer", is_page=True)
 
 
 def test_a_client_of_another_machine_has_the_role_of_its_token() -> None:
