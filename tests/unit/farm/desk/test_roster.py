@@ -60,6 +60,15 @@ def test_what_was_sent_before_a_cell_had_joined_is_not_lost() -> None:
     assert roster.counted()[A] == (4, 1)
 
 
+def test_a_clock_that_is_not_known_yet_counts_as_the_desks() -> None:
+    """What is sent a tenth of a second after a cell has joined is missed already."""
+    roster = Roster(2.0)
+    roster.alive(A, 10.0)
+    for sequence, stamp in ((7, 9.9), (9, 10.1), (12, 10.2)):
+        roster.shown(A, CellState(sequence, stamp, 1, Level.GOOD, "working"), 10.3)
+    assert roster.counted()[A] == (3, 2)
+
+
 def test_states_that_did_not_come_are_counted() -> None:
     """A link that was started again counts from 1; an old state is left out."""
     roster = Roster(2.0)
