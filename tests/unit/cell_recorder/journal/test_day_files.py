@@ -212,6 +212,18 @@ def test_beyond_the_limit_the_oldest_go(tmp_path: Path) -> None:
     assert found == list(range(found[0], 41)) and found[0] > 1
 
 
+def test_as_many_of_the_oldest_go_as_make_room_and_no_more(tmp_path: Path) -> None:
+    """A burst takes the place of several days at once; those behind them stay."""
+    with opened(tmp_path, limit_mb=0.01) as files:
+        for day in range(4):
+            write(files, *(said(NOON + day * DAY, "x" * 400) for _ in range(4)))
+        before = {path.name: path.stat().st_size for path in sorted(tmp_path.glob("*.jsonl"))}
+        write(files, *(said(NOON + 4 * DAY, "x" * 400) for _ in range(12)))
+    gone = set(before) - {path.name for path in tmp_path.glob("*.jsonl")}
+    assert len(before) == 4 and gone == set(sorted(before)[:3])
+    assert sum(path.stat().st_size for path in tmp_path.glob("*.jsonl")) <= 10_000
+
+
 def test_a_flood_ends_at_the_limit_of_a_day_and_the_next_day_goes_on(tmp_path: Path) -> None:
     """The error says what to do; what was written stays whole."""
     with opened(tmp_path, day_limit_mb=0.001) as files:

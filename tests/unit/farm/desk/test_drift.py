@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import random
 
 import pytest
@@ -50,6 +51,13 @@ def test_a_slow_drift_does_not_become_its_own_past() -> None:
     row = [Bin("m/a", FIGURE, day, 1.0 + 0.01 * day) for day in range(30)]
     (drift,) = find_drifts(row)
     assert drift.drifts and drift.before == pytest.approx(1.065)
+
+
+def test_a_score_counts_standard_deviations_of_a_median() -> None:
+    """From the steps' median: 1.4826 of it is their deviation, by a root of 2 that of a value."""
+    row = [1.0, 1.02] * 14 + [1.2, 1.2]
+    (drift,) = find_drifts(Bin("m/a", FIGURE, day, value) for day, value in enumerate(row))
+    assert drift.score == pytest.approx((1.2 - 1.01) / (1.4826 * 0.02 / math.sqrt(2.0)))
 
 
 def test_too_short_a_past_says_nothing() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from farm.link.event_text import describe
 from farm.link.shown import Pair, Shown, show, silent
-from farm.wire import Level
+from farm.wire import CellState, Level, decode
 
 from scara_msgs.msg import TwinControllerState as Mode
 
@@ -79,3 +79,10 @@ def test_a_silent_controller_is_bad_and_one_state() -> None:
 def test_events_are_told_in_one_line(kind: str, body: dict, stop: bool, said: str) -> None:
     """A kind that is not known, or a line that lacks something, is told as far as it goes."""
     assert describe(kind, body) == (stop, said)
+
+
+def test_a_state_claims_nothing_that_its_link_did_not_say() -> None:
+    """An older link leaves fields out: no leader, no speed, and the farm may not move the cell."""
+    state = decode(b'{"sequence":1,"stamp":2.0,"revision":3,"level":0,"mode":"IDLE"}', CellState)
+    assert (state.leader, state.why, state.alarm, state.holder) == ("",) * 4
+    assert (state.speed_percent, state.deviation_mm, state.remote) == (0.0, None, False)
