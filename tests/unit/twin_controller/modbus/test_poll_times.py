@@ -113,6 +113,20 @@ def test_readings_are_fresh_once_the_ticks_are_known(tick_ms: int) -> None:
     assert statistics.mean(poll.aimed for poll in after) > 0.9
 
 
+@pytest.mark.parametrize("tick_ms", [2, 4, 5, 6, 8])
+def test_a_question_leaves_a_tick_that_is_late_its_fifth_of_a_millisecond(tick_ms: int) -> None:
+    """On a line that takes no time, from a machine that wakes at once."""
+    robot, times, behind = Robot(tick_ms, ppm=0.0), PollTimes(POLL, DRIFT_PPM), []
+    times.begin(100.0)
+    while times.due < LEARNT + 5.0:
+        now, aimed = times.due, times.aimed
+        stamp, true = robot.read(now)
+        if aimed and now > LEARNT:
+            behind.append(now - true)
+        times.polled(stamp, now, now)
+    assert 0.15e-3 < statistics.median(behind) < 0.3e-3
+
+
 @pytest.mark.parametrize("tick_ms", [2, 4, 5, 6, 8, 9])
 def test_the_core_learns_the_same_period_and_the_same_clock(tick_ms: int) -> None:
     """Polls that always come alike would make a period look longer, and lose the clock's bound."""
