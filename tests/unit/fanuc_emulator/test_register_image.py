@@ -103,6 +103,8 @@ def test_alarm_block_names_code_severity_time_and_cause(
     bench.pulse("fault_reset")
     image.show(bench.now)
     assert (at(image, layout, "alarm_id"), at(image, layout, "alarm_message")) == ((0,), "")
+    assert (at(image, layout, "alarm_number"), at(image, layout, "alarm_severity")) == ((0,), (0,))
+    assert at(image, layout, "alarm_time") == (0,) * 6
 
 
 def test_one_request_with_set_point_heartbeat_and_speed_reaches_the_controller(

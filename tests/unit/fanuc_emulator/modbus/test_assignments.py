@@ -339,6 +339,22 @@ def test_a_name_that_is_none_is_refused(name: str) -> None:
         parse(name)
 
 
+@pytest.mark.parametrize(
+    ("name", "first", "last"),
+    [("R", 1, 200), ("PR", 1, 100), ("PRG", 1, 100), ("ALM", 1, 100), ("UI", 1, 18), ("UO", 1, 20)]
+    + [("DI", 1, 512), ("DO", 1, 512), ("RI", 1, 8), ("RO", 1, 8), ("POS", 0, 0)],
+)
+def test_an_array_has_its_first_and_its_last_element_and_no_other(
+    name: str, first: int, last: int
+) -> None:
+    """Counted as the controller counts; the error says how."""
+    for index in (first, last):
+        assert parse(f"{name}[{index}]")
+    for index in (max(first - 1, 0) if first else last + 1, last + 1):
+        with pytest.raises(VariableError, match=rf"the index is outside \[{first}, {last}\]"):
+            parse(f"{name}[{index}]")
+
+
 @given(st.text(max_size=40))
 def test_whatever_stands_in_a_name_only_variable_errors_come_out(name: str) -> None:
     """A client may write anything."""

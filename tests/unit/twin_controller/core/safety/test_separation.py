@@ -68,6 +68,19 @@ def test_the_cap_keeps_the_margin_beyond_the_protective_distance(
     assert not judge(person(away - 0.99 * margin_mm * 1e-3), speed=at_cap).too_close
 
 
+@pytest.mark.parametrize("age", [0.0, 0.5 * STALE_S])
+def test_a_robot_at_rest_may_have_somebody_as_near_as_its_distance_at_rest(age: float) -> None:
+    """Nearer, none may begin to move; noise in its speed is no motion."""
+    kept, noise = protective_distance(0.0, TERMS, age), 0.99e-3 * TERMS.standstill_mm_s
+    for speed in (0.0, noise):
+        assert not judge(person(kept + 1e-3, age), speed=speed).too_close
+        assert judge(person(kept - 1e-3, age), speed=speed).too_close
+    faster = 1.01e-3 * TERMS.standstill_mm_s
+    near = 0.5 * (kept + protective_distance(faster, TERMS, age))
+    assert judge(person(near, age), speed=faster).too_close
+    assert not judge(person(near, age), speed=noise).too_close
+
+
 def test_nobody_near_and_nobody_watched_for_slow_nothing_down() -> None:
     """The cap is all of the program's speed, never more, and no distance is asked for."""
     assert judge(person(50.0)).cap == 100.0
