@@ -14,7 +14,7 @@ from harness.pair import SETUP
 from hypothesis import given
 from hypothesis import strategies as st
 from scara_config import KeepOut
-from scara_control.keep_out.zones import entered, first_hit, heads_into, judge_way
+from scara_control.keep_out.zones import entered, first_hit, free_part, heads_into, judge_way
 
 POINTS = SETUP.points
 Q = st.tuples(
@@ -149,3 +149,20 @@ def test_the_quick_look_sees_a_zone_that_only_a_bulge_enters(
     corners = [((-1) ** k * half_sweep, 0.0, -0.1, 0.0) for k in range(pieces + 1)]
     pillar = KeepOut("pillar", (648.0, -3.0, -1000.0), (700.0, 3.0, 1000.0))
     assert "pillar" in heads_into(POINTS, [pillar], *corners)
+
+
+@pytest.mark.parametrize("angle", [0.3, 0.9, 1.5])
+def test_the_free_part_of_a_way_ends_at_the_face_of_the_first_zone(angle: float) -> None:
+    """A little less is free, a little more is not; behind a nearer zone a further one is hidden."""
+
+    def post(at: float) -> KeepOut:
+        x, y = 650.0 * math.cos(at), 650.0 * math.sin(at)
+        return KeepOut("post", (x - 20.0, y - 20.0, -1000.0), (x + 20.0, y + 20.0, 1000.0))
+
+    start, end = np.array((0.0, 0.0, -0.1, 0.0)), np.array((1.8, 0.0, -0.1, 0.0))
+    zones = [post(1.7), post(angle)]
+    part = free_part(POINTS, zones, tuple(start), tuple(end))
+    assert 0.0 < part < angle / 1.8
+    for more, entered_zone in ((-2e-4, False), (2e-4, True)):
+        there = start + (part + more) * (end - start)
+        assert bool(heads_into(POINTS, zones, tuple(start), tuple(there))) is entered_zone
