@@ -21,8 +21,8 @@ from scara_config.rollout.kept import (
     write_kept,
 )
 
-SLOW = Change("slow", {"motion.yaml": {"move.speed_percent": 20.0}})
-QUICK = Change("quick", {"motion.yaml": {"move.speed_percent": 60.0}})
+SLOW = Change("slow", {"motion.yaml": {"move.default_speed_percent": 20.0}})
+QUICK = Change("quick", {"motion.yaml": {"move.default_speed_percent": 60.0}})
 
 
 @pytest.mark.parametrize(
@@ -36,7 +36,17 @@ QUICK = Change("quick", {"motion.yaml": {"move.speed_percent": 60.0}})
         ({"twin_controller.yaml": {"real.host": "10.0.0.9"}}, "real.host: is decided at the cell"),
         ({"twin_controller.yaml": {"separation.enabled": False}}, "separation.enabled: is decided"),
         ({"twin_controller.yaml": {"limit.x": 1}}, "limit.x: is decided at the cell"),
+        # The twin went 64 degrees past a STOP with it, and nobody decided anything.
+        (
+            {"twin_controller.yaml": {"change.still_tolerance": 1000}},
+            "change.still_tolerance: is decided at the cell",
+        ),
+        ({"twin_controller.yaml": {"change": [1]}}, "change: is decided at the cell"),
+        ({"twin_controller.yaml": {"gripper.attempts": 1}}, "gripper.attempts: is decided"),
+        ({"twin_controller.yaml": {"shadows.x": 1}}, "shadows.x: is decided at the cell"),
         ({"motion.yaml": {"jog": 1}}, "jog: is decided at the cell"),
+        ({"motion.yaml": {"move.time_scale_ramp": 0.1}}, "move.time_scale_ramp: is decided"),
+        ({"motion.yaml": {"follow.timeout": 10.0}}, "follow.timeout: is decided at the cell"),
         ({}, "0 values: allowed are 1 to 200"),
         ({"pid_gains.yaml": {f"k{n}": n for n in range(201)}}, "201 values"),
     ],
@@ -76,8 +86,8 @@ def some_key(folder: Path) -> tuple[str, float]:
     from ruamel.yaml import YAML
 
     tree = YAML(typ="safe").load((folder / "motion.yaml").read_text())
-    key = next(k for k, v in tree["move"].items() if isinstance(v, float))
-    return f"move.{key}", tree["move"][key]
+    key = next(k for k, v in tree["trim"].items() if isinstance(v, float))
+    return f"trim.{key}", tree["trim"][key]
 
 
 def test_a_change_is_written_into_a_copy_only(tmp_path: Path) -> None:
@@ -102,11 +112,18 @@ def test_the_cell_says_what_is_wrong_with_a_change() -> None:
     key, _ = some_key(CONFIG)
     (fault,) = faults_of(Change("x", {"motion.yaml": {key: "fast"}}), CONFIG)
     assert fault.startswith("motion.yaml") and key in fault
-    (unknown,) = faults_of(Change("x", {"motion.yaml": {"move.sped": 1.0}}), CONFIG)
+    (unknown,) = faults_of(Change("x", {"motion.yaml": {"trim.sped": 1.0}}), CONFIG)
     assert "sped" in unknown
-    assert faults_of(Change("x", {"payloads.yml": {"a": 1}}), CONFIG) == [
-        "payloads.yml: this cell has no such file"
-    ]
+    (missing,) = faults_of(Change("x", {"payloads.yml": {"a": 1}}), CONFIG)
+    assert missing.startswith("payloads.yml: no change from elsewhere may touch it")
+
+
+def test_a_kept_change_is_judged_by_the_rule_of_today() -> None:
+    """A cell that took it when it was allowed leaves it at its next start."""
+    (fault,) = faults_of(
+        Change("old", {"twin_controller.yaml": {"change.still_tolerance": 1000.0}}), CONFIG
+    )
+    assert "is decided at the cell" in fault
 
 
 def test_a_copy_for_a_look_is_gone_afterwards() -> None:
