@@ -77,7 +77,6 @@ class FaultCell:
         for node in NODES:
             self.start(node)
         self._watch()
-        # A sensor that is heard only after the first reading of the robot has stopped the pair.
         wait_until(self._is_ready, 60.0, "an idle cell", period=0.1)
         self.pendant("override", "100")
         wait_until(lambda: self.states[-1].speed_limited is False, 5.0, "override 100 %")

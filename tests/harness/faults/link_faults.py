@@ -6,7 +6,7 @@ import math
 import time
 from random import Random
 
-from harness.faults.fault_cell import FaultCell
+from harness.faults.fault_cell import ROBOT, FaultCell
 from harness.faults.rows import Row
 from harness.processes import wait_until
 from harness.wires.damage import Delayed, Fault, Sometimes, Split
@@ -16,6 +16,8 @@ MODBUS_FOUND_S, WEB_FOUND_S = 0.1, 0.25
 REACTION_S = 0.2
 TWIN_REACTION_S = 0.3
 """When the twin leads and its side is gone: what finding that may take, and a follower's lag."""
+TOLD_S = 0.05
+"""From the decision to the twin's first slower set point, on a busy machine."""
 STILL_MM_DEG = 0.05
 
 
@@ -38,6 +40,19 @@ def reaction(cell: FaultCell, fault: str, since: float, allowed: float = REACTIO
         allowed + cell.real.ramp(since),
         found[-1],
     )
+
+
+def twin_stands(cell: FaultCell, fault: str, since: float, allowed: float) -> Row:
+    """Return how long the twin moved on after ``since``; allowed is so long, and its ramp."""
+    found = [math.inf]
+
+    def stands() -> bool:
+        found.append(cell.twin.standstill(since))
+        return found[-1] < 5.0
+
+    wait_until(stands, 10.0, "standstill of the twin")
+    label = f"twin stands after [s], {allowed:g} and its ramp"
+    return Row(fault, label, allowed + cell.twin.ramp(since), found[-1])
 
 
 def still_row(cell: FaultCell, fault: str, begin: float, side: str = "real") -> Row:
@@ -100,6 +115,38 @@ def cut(cell: FaultCell, side: str, rng: Random) -> list[Row]:
     cell.recover()
     time.sleep(0.5)
     return [*rows, still_row(cell, f"{fault} cut", rested)]
+
+
+def own_way(cell: FaultCell, how: str, rng: Random) -> list[Row]:
+    """The twin moves by its own side's command, and its line to the controller is lost for long."""
+    from sensor_msgs.msg import JointState
+
+    fault, proxy, limit = _wire(cell, "twin")
+    cell.recover()
+    target = JointState(
+        name=[joint.name for joint in ROBOT.twin_joints],
+        position=cell.farther_pose(),
+        velocity=[20.0],
+    )
+    cell.ros.publisher("joint_pose_controller/target", JointState).publish(target)
+    wait_until(lambda: cell.twin.under_way(0.12, 0.1), 8.0, "a twin under way")
+    time.sleep(rng.uniform(0.0, 0.05))
+    begun = time.time()
+    if how == "cut":
+        proxy.refuse(True)
+        proxy.cut(reset=rng.random() < 0.5)
+    else:
+        proxy.freeze(True)
+    rows = [twin_stands(cell, f"{fault} {how}, its own way", begun, limit + TOLD_S)]
+    rested = time.time()
+    time.sleep(0.5)
+    rows.append(still_row(cell, f"{fault} {how}, its own way", rested, "twin"))
+    if how == "cut":
+        proxy.refuse(False)
+    else:
+        proxy.freeze(False)
+    cell.recover()
+    return rows
 
 
 def refused(cell: FaultCell, side: str, rng: Random) -> list[Row]:

@@ -35,6 +35,14 @@ def test_line_that_is_cut_stops_the_robot_and_nothing_goes_on_by_itself(
     check(lambda: link_faults.cut(cell, side, rng))
 
 
+@pytest.mark.parametrize("how", ["cut", "half-open"])
+def test_a_twin_on_its_own_way_stops_when_its_line_is_lost(
+    cell: FaultCell, how: str, rng: Random
+) -> None:
+    """Nobody at the real robot follows it any longer; it stands a ramp after that is found."""
+    check(lambda: link_faults.own_way(cell, how, rng))
+
+
 @pytest.mark.thorough
 @SIDES
 def test_peer_that_refuses_is_found_again(cell: FaultCell, side: str, rng: Random) -> None:

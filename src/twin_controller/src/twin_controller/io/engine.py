@@ -206,7 +206,7 @@ class Engine:
                 self._real.stream_ahead(action)
             case Send(command=command) if command.name.endswith("_TWIN"):
                 stamp = self.state.sides.twin.clock.to_remote(time.monotonic())
-                self._twin.perform(action, stamp)
+                self._twin.perform(action, stamp, self.state.sides.twin.usable)
             case Send(command=command):
                 self._real.perform(command)
             case CapTwin():

@@ -40,8 +40,14 @@ class TwinCommands(Protocol):
     def follow(self, action: FollowTwin) -> None:
         """Send one set point."""
 
-    def perform(self, action: Send, stamp: float) -> None:
-        """Send one motion command; ``stamp`` is the twin's ROS time."""
+    def perform(self, action: Send, stamp: float, reached: bool) -> None:
+        """Send one motion command.
+
+        Args:
+            action: The command.
+            stamp: The twin's ROS time.
+            reached: The twin's data come.
+        """
 
     def cap(self, speed_percent: float) -> None:
         """Send the speed cap."""

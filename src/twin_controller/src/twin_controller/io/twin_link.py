@@ -15,6 +15,7 @@ from typing_extensions import Self
 from twin_controller.core.actions import Command, FollowTwin, MoveTwin, Send
 from twin_controller.core.events import AnyEvent, TwinMeasured, TwinMotion
 from twin_controller.core.orders.order import Order
+from twin_controller.core.orders.twin_stop import STOPPING_TWIN
 from twin_controller.core.setup import Setup
 from twin_controller.io.rosbridge_access import Access
 from twin_controller.io.rosbridge_link import RosbridgeLink
@@ -66,6 +67,7 @@ class TwinLink:
         changed: Callable[[str, bool, str], None],
         url: str,
         access: Access | None = None,
+        beside: Callable[[Packet], None] = lambda packet: None,
     ) -> None:
         """Prepare the link.
 
@@ -75,8 +77,9 @@ class TwinLink:
             changed: Told side, connected and why not.
             url: ``ws://host:port`` of the gateway.
             access: What the gateway asks of us.
+            beside: Takes a stop to the twin's nodes past the line, while that is lost.
         """
-        self._setup, self._put = setup, put
+        self._setup, self._put, self._beside = setup, put, beside
         # The monotonic clock is one for all processes of a machine, and another one elsewhere.
         self._same_clock = urlsplit(url).hostname in HERE
         self._rejected = 0
@@ -153,12 +156,16 @@ class TwinLink:
         """Send one set point."""
         self._link.publish(FOLLOW, follow_packet(action, self._setup.names))
 
-    def perform(self, action: Send, stamp: float) -> None:
+    def perform(self, action: Send, stamp: float, reached: bool) -> None:
         """Send the end of following, or one motion command until the twin reports it.
+
+        A twin whose line is lost may still move by a trajectory of its own: a stop goes past the
+        line too then. It has its number, so nobody obeys it twice.
 
         Args:
             action: What the twin is told.
             stamp: The twin's ROS time.
+            reached: The twin's data come: its line can be trusted.
         """
         if action.command is Command.RELEASE_TWIN:
             self._link.publish(FOLLOW, end_packet(stamp))
@@ -166,6 +173,8 @@ class TwinLink:
         # Sent again it stays as old as it is.
         asked = time.monotonic() if self._same_clock else 0.0
         packet = command_packet(action, stamp, asked)
+        if not reached and action.command in STOPPING_TWIN:
+            self._beside(packet)
         if self._link.publish(MOTION_COMMAND, packet):
             self._command = told(packet, self._patience, time.monotonic())
 

@@ -12,7 +12,8 @@ program that the robot starts by itself.
 Subscribes: ``people/nearest`` (geometry_msgs/PointStamped in the base frame), for speed and
 separation monitoring; ``what_if/gate`` (scara_msgs/Audit), what all gates say, which it publishes
 too.
-Publishes: ``twin_controller/state``, ``decisions``, ``inputs``, ``audit``, ``configuration``
+Publishes: ``motion_command`` (a stop that the lost line to the twin cannot carry),
+``twin_controller/state``, ``decisions``, ``inputs``, ``audit``, ``configuration``
 (latched), ``real/joint_states``, ``real/robot_data``, ``robot_status``, ``speed_scaling_factor``,
 ``/diagnostics``.
 """
@@ -41,6 +42,7 @@ from scara_ros.nodes.starting import become_node, until_shutdown
 from scara_ros.pacing import Pace
 from std_msgs.msg import String
 
+from scara_msgs.msg import MotionCommand
 from scara_msgs.srv import Why, WhyResponse
 from twin_controller.config import TwinControllerConfig, load_twin_controller
 from twin_controller.core.events import PersonSeen
@@ -63,6 +65,8 @@ from twin_controller.nodes.move_gate import MoveGate
 from twin_controller.nodes.publishing import Publishing
 from twin_controller.nodes.shadow_service import ShadowService
 from twin_controller.robot.link import RobotListener
+from twin_controller.twin.commands import Packet
+from twin_controller.twin.packets import SENDER
 from twin_controller.view import decision_text, statuses
 
 WATCH_PERIOD_S = 0.05
@@ -102,7 +106,10 @@ class Node:
         self._shadow = ShadowService(self._setup, configuration)
         self._publishing = Publishing(self._setup, robot, self._shadow)
         self._real = self._real_link(robot, config, layout)
-        self._twin = TwinLink(self._setup, self._put, self._changed, url, access)
+        self._stops = rospy.Publisher(
+            "motion_command", MotionCommand, queue_size=10, tcp_nodelay=True
+        )
+        self._twin = TwinLink(self._setup, self._put, self._changed, url, access, self._stop_beside)
         self._engine = Engine(self._setup, self._real, self._twin, self._publishing.thread)
         if persons.trouble:
             rospy.logerr("nobody can hold control: %s", persons.trouble)
@@ -191,6 +198,12 @@ class Node:
     def _changed(self, side: str, connected: bool, reason: str) -> None:
         rospy.loginfo("link %s: %s", side, "connected" if connected else reason)
         self._engine.link_changed(side, connected, reason)
+
+    def _stop_beside(self, packet: Packet) -> None:
+        """Tell the twin's nodes to stop: their line to us is lost, and with it their robot."""
+        told = {name: packet[name] for name in ("command", "id", "reason", "asked")}
+        header = rospy.Header(stamp=rospy.get_rostime(), frame_id=SENDER)
+        self._stops.publish(MotionCommand(header=header, **told))
 
     def _person(self, message: PointStamped) -> None:
         """Take a sighting of a named sensor; one that cannot be used does not count.

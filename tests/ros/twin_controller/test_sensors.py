@@ -1,0 +1,61 @@
+"""Who may report people to a live twin controller."""
+
+from __future__ import annotations
+
+from harness.opponents.person import Person
+from harness.processes import Process
+from harness.ros import Ros
+from harness.yaml_files import changed_yaml, copy_configuration
+
+DEADLINE_S = 60.0
+SIGHTING = "{header: {stamp: now, frame_id: FRAME}, point: {x: 0.4}}"
+
+
+def controller(ros: Ros) -> Process:
+    """Start a twin controller that has neither side, and hears the sensor /person alone."""
+    folder = ros.folder / "config"
+    copy_configuration(folder)
+    file = folder / "twin_controller.yaml"
+    changed_yaml(file, folder, ["separation", "sensors"], ["/person"])
+    return ros.run(
+        "twin_controller",
+        "twin_controller",
+        f"_config_dir:={folder}",
+        f"_modbus_port:={ros.free_port()}",
+        f"_gateway_url:=ws://127.0.0.1:{ros.free_port()}",
+    )
+
+
+def test_senders_that_nobody_named_are_said_once_and_dropped(ros: Ros) -> None:
+    """Three `rostopic pub`, each under a name of its own, then the sensor."""
+    from geometry_msgs.msg import PointStamped
+    from rosgraph_msgs.msg import Log
+
+    from scara_msgs.msg import CoreInput
+
+    said = ros.collect("/rosout", Log)
+    inputs = ros.collect("twin_controller/inputs", CoreInput)
+    controller(ros)
+    ros.wait_until(lambda: bool(inputs), DEADLINE_S, "inputs")
+    publisher = ros.publisher("people/nearest", PointStamped)
+    near = PointStamped()
+    near.header.frame_id = ros.frame("base_link")
+    for number in range(1, 4):
+        near.header.stamp.secs = number
+        publisher.publish(near)
+        sighting = SIGHTING.replace("FRAME", ros.frame("base_link"))
+        ros.shell(
+            *("rostopic", "pub", "-1", "people/nearest", "geometry_msgs/PointStamped", sighting),
+            timeout=DEADLINE_S,
+        )
+
+    def dropped() -> list[str]:
+        return [log.msg for log in said if "is dropped: separation.sensors" in log.msg]
+
+    ros.wait_until(lambda: len(dropped()) >= 4, DEADLINE_S, "the test and three others")
+    with Person(ros):
+        ros.wait_until(lambda: any(b"person" in row.data for row in inputs), DEADLINE_S, "person")
+    names = [text.split(" is dropped")[0] for text in dropped()]
+    assert len(names) == len(set(names)) == 4
+    seen = b"".join(row.data for row in inputs)
+    assert b"/person" in seen and b"rostopic" not in seen
