@@ -173,7 +173,8 @@ def changed_copy(change: Change, base: Path) -> Iterator[Path]:
 def faults_of(change: Change, base: Path) -> list[str]:
     """Return what is wrong with a cell's files once they are changed, a line each.
 
-    A change that may not come from elsewhere is wrong before that. A change that is kept already is judged by the rule as it is now, too.
+    A change that may not come from elsewhere is wrong before that. A change that is kept already is
+    judged by the rule as it is now, too.
     """
     if faults := list(change.faults()):
         return faults
