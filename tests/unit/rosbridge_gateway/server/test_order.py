@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import subprocess
@@ -164,7 +165,7 @@ cell.server.start()
 print("ready", flush=True)
 while True:
     call = cell.graph.calls.get()
-    print(call.came, flush=True)
+    print(call.service, call.came, flush=True)
     call.end.put({})
 """
 
@@ -172,7 +173,10 @@ while True:
 def test_packet_that_waited_in_a_stopped_gateway_is_as_old_as_the_standstill(
     tmp_path: Path,
 ) -> None:
-    """SIGSTOP, a packet, SIGCONT: its time is that of the stop, not that of its reading."""
+    """SIGSTOP, a packet, SIGCONT: its time is that of the standstill's beginning.
+
+    A STOP beside it is as new as its reading, so that it refuses what waited beside it.
+    """
     script, port = tmp_path / "gateway.py", free_port()
     script.write_text(GATEWAY, encoding="utf-8")
     gateway = subprocess.Popen(
@@ -195,13 +199,14 @@ def test_packet_that_waited_in_a_stopped_gateway_is_as_old_as_the_standstill(
             stopped = time.monotonic()
             line.send('{"op": "call_service", "service": "s"}')
             time.sleep(0.15)  # what is measured: the standstill
-            line.send('{"op": "call_service", "service": "s"}')
+            line.send(json.dumps(STOP))
             gateway.send_signal(signal.SIGCONT)
-            came = [float(gateway.stdout.readline()) for _ in range(2)]
-            assert max(came) <= stopped, (came, stopped)
+            came = dict(gateway.stdout.readline().split() for _ in range(2))
+            assert float(came["/cell/s"]) <= stopped, (came, stopped)
+            assert float(came["/cell/twin_controller/command"]) > stopped + 0.15, "a STOP is newer"
         sent = time.monotonic()
         line.send('{"op": "call_service", "service": "s"}')
-        assert float(gateway.stdout.readline()) >= sent - 0.03, "it runs again"
+        assert float(gateway.stdout.readline().split()[1]) >= sent - 0.03, "it runs again"
     finally:
         gateway.kill()
         gateway.wait()

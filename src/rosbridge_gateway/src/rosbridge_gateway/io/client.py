@@ -58,10 +58,7 @@ class Client:
         self.session = session
         self.sending = Sending(connection, shared.config, self.drop)
         self.drop_reason: str | None = None
-        """Why the gateway ended the connection.
-
-        None while it serves, and when the client went by itself.
-        """
+        """Why the gateway ended the connection; None if the client went by itself."""
         self.visitor = visitor
         self._gone = False
         self._heard = time.monotonic()
@@ -105,11 +102,14 @@ class Client:
 
     async def _in_turn(self, packet: Packet, came: float) -> None:
         """Perform a packet behind those that came before; a stop at once."""
+        stops = self._shared.stop_rules.stops(packet)
+        if stops:  # it is newer than all that waited beside it, also in a standstill
+            came = time.monotonic()
         answers = isinstance(packet, packets.ServiceResponse)  # who asked waits for it
         if answers or (self._turns.is_free and self.session.needs_no_turn(packet)):
-            await self._act(packet, came)
-        elif self._shared.stop_rules.stops(packet):
-            self._turns.overtake(self._act(packet, came, stops=True))
+            await self._act(packet, came, stops)
+        elif stops:
+            self._turns.overtake(self._act(packet, came, stops))
         else:
             await self._turns.put(packet, came)
 

@@ -41,8 +41,8 @@ class Poll(selectors.DefaultSelector):
     def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
         """Wait for sockets, as any selector does."""
         self.turn += 1
+        begun = now = time.monotonic()  # before we look: the process may stop right behind it
         ready = super().select(0.0)
-        begun = now = time.monotonic()
         self.since = self._looked  # it was there when we looked: it may have come at once
         end = None if timeout is None else begun + timeout
         while not ready and (end is None or now < end):
