@@ -10,6 +10,7 @@ import pytest
 from harness.yaml_files import CONFIG
 from scara_config.profile import CHOICE
 from what_if.geometry.bodies import Body, FloatArray, Kind, upright
+from what_if.geometry.pairs import watched_pairs
 from what_if.geometry.scene import Press, Scene
 from what_if.geometry.sweep import sweep
 from what_if.geometry.tree import Tree
@@ -194,3 +195,17 @@ def test_a_distance_that_the_library_cannot_tell_from_a_hit_is_one(world: World)
     still = Way(np.array([(1.8, 0.0, -0.05, 0.0)]))
     assert sweep(beyond(world, still, NEARER + 9e-6), still, NEARER).hit is not None
     assert sweep(beyond(world, still, NEARER + 1.2e-5), still, NEARER).hit is None
+
+
+def test_a_pair_is_watched_whatever_order_the_bodies_stand_in(cell: Cell) -> None:
+    """Each pair once, those that stand beside each other in the list too."""
+
+    def named(bodies: list[Body]) -> set[frozenset[int]]:
+        pairs = watched_pairs(cell.tree, bodies)
+        found = [frozenset((id(bodies[p.first]), id(bodies[p.second]))) for p in pairs]
+        assert len(set(found)) == len(found) > 0
+        return set(found)
+
+    bodies = list(cell.bodies)
+    mixed = [bodies[k] for k in np.random.default_rng(4).permutation(len(bodies))]
+    assert named(bodies) == named(mixed) == named(bodies[::-1])

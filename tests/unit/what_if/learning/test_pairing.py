@@ -154,3 +154,16 @@ def test_way_of_a_robot_at_rest_has_no_length() -> None:
     assert way_length(points) == 0.0
     straight = np.linspace([0.0, 0.0, 0.0], [0.3, 0.4, 0.0], 2000)
     assert way_length(straight) == pytest.approx(0.5, abs=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("said", "measured"),
+    [((), (0.4,)), ((0.0, 0.0), (0.4, 0.0)), ((0.4,), ()), ((0.4, 0.1), (0.0, 0.0))],
+)
+def test_an_effort_that_one_side_does_not_know_is_not_compared(
+    said: tuple[float, ...], measured: tuple[float, ...]
+) -> None:
+    """Time and way are; nothing is divided by nothing."""
+    whole = outcome_of()
+    known = replace(whole, predicted=replace(whole.predicted, effort=said), effort=measured)
+    assert set(known.ratios) == {"time", "way"}
