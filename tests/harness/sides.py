@@ -59,8 +59,11 @@ class RealSide:
         """Stand at ``q``; set points are reached ``stream_lag`` [s] after they came."""
         self.real_q = q
         self.real_up = False
-        self.own_program = self.streaming = self.paused = self.fault = False
+        self.own_program = self.streaming = self.fault = False
+        self.hold_away = self.program_paused = False
         self.drives = self.starts_stream = True
+        # CSTOPI ends its program; else only HOLD stops it. What was asked for beside a program.
+        self.cancels, self.queued = True, False
         self.estop_pressed = self.fault_persists = False
         self.real_path: Path_ | None = None
         self.real_path_start = 0.0
@@ -71,6 +74,17 @@ class RealSide:
         self.ahead: dict[int, tuple[float, Joints]] = {}
         self.stream_lag = stream_lag
 
+    @property
+    def paused(self) -> bool:
+        """Whether a program is paused, or the robot is held."""
+        return self.hold_away or self.program_paused
+
+    @paused.setter
+    def paused(self, paused: bool) -> None:
+        """Hold the robot at its pendant, or let it go on there, whoever holds it."""
+        self.program_paused = paused
+        self.hold_away = self.hold_away and paused
+
     def run_program(self, path: Path_, now: float) -> None:
         """Start a program on the robot's own side, if it can start."""
         if self.drives and not self.fault and not self.paused:
@@ -79,7 +93,7 @@ class RealSide:
 
     def end_program(self) -> None:
         """End it; the robot stays where it is."""
-        self.own_program, self.real_path = False, None
+        self.own_program, self.program_paused, self.real_path = False, False, None
 
     def press_estop(self) -> None:
         """Press the robot's emergency stop; it stays pressed until ``estop_pressed`` is cleared."""
@@ -95,29 +109,36 @@ class RealSide:
     def command_real(self, do: Command) -> None:
         """Obey one command."""
         if do is Command.STOP_REAL:
-            self.streaming = self.paused = False
-            self.end_program()
+            self.hold_away, self.queued = True, False
+            if self.cancels:
+                self.streaming = False
+                self.end_program()
+            else:
+                self.program_paused = self.own_program or self.streaming
             self._forget_setpoints()
         elif do is Command.HOLD_REAL:
-            self.paused = True
+            self.hold_away = True
+            self.program_paused = self.own_program or self.streaming
             self.ahead = {}
+        elif do is Command.GIVE_HOLD_BACK:
+            self.hold_away = False
         elif do is Command.RELEASE_REAL:
-            self.paused = False
+            self.hold_away = self.program_paused = False
+        elif do is Command.CONTINUE_STREAM:
+            self.program_paused = self.program_paused and self.hold_away
         elif do is Command.ESTOP_REAL:
             self._drives_off()
         elif do is Command.RESET_REAL:
-            self.drives, self.fault, self.paused = (
-                not self.estop_pressed,
-                self.fault_persists,
-                False,
-            )
+            self.drives, self.fault = not self.estop_pressed, self.fault_persists
+            self.hold_away = self.program_paused = False
         elif (
             do is Command.START_STREAM
             and self.starts_stream
             and self.drives
-            and not (self.own_program or self.fault)
+            and not (self.fault or self.hold_away)
         ):
-            self.streaming = True
+            self.queued = self.own_program or self.streaming
+            self.streaming = not self.own_program
 
     def move_real(self, now: float) -> None:
         """Let a millisecond pass."""
@@ -153,7 +174,7 @@ class RealSide:
         return self.real_path(elapsed), rate(self.real_path, elapsed)
 
     def _drives_off(self) -> None:
-        self.drives = self.streaming = self.paused = False
+        self.drives = self.streaming = self.program_paused = False
         self.end_program()
         self._forget_setpoints()
 

@@ -26,7 +26,8 @@ from harness.pair import REAL_PERIOD_S, SETUP, Pair
 LEADERS = {Mode.REAL_LEADS: "real", Mode.TWIN_LEADS: "twin", Mode.OPERATOR_LEADS: "operator"}
 TWIN_FOLLOWS = (Mode.ALIGNING, Mode.REAL_LEADS)
 REAL_FOLLOWS = (Mode.TWIN_LEADS, Mode.OPERATOR_LEADS)
-MOVING = (Command.START_STREAM, Command.RELEASE_REAL, Command.RESUME_TWIN)
+STREAMS = (Command.START_STREAM, Command.CONTINUE_STREAM)
+MOVING = (*STREAMS, Command.RELEASE_REAL, Command.RESUME_TWIN)
 TOLERANCE = 1e-9
 
 
@@ -96,7 +97,7 @@ class Watch:
                     "the twin gets set points only while it follows or aligns"
                 )
             elif isinstance(action, StreamReal | StreamAhead) or (
-                isinstance(action, Send) and action.command is Command.START_STREAM
+                isinstance(action, Send) and action.command in STREAMS
             ):
                 assert active in REAL_FOLLOWS, (
                     "the real robot gets set points only while the twin or the operator leads"

@@ -226,8 +226,7 @@ def load_modbus_map(directory: Path | str | None = None) -> ModbusMap:
     """
     path = locate("modbus_map.yaml", directory)
     layout = load(path, ModbusMap)
-    problem = next(problems(layout), None)
-    if problem is not None:
+    for problem in problems(layout):
         raise ConfigError(f"{path}: {problem}")
     return layout
 

@@ -22,6 +22,7 @@ from twin_controller.robot.signals import (
     Number,
     Pulse,
     Signal,
+    StandHere,
     TakeBack,
     steps,
 )
@@ -78,6 +79,7 @@ class RealSide:
         self._waiting: list[StreamReal] = []
         self._idle: Row = ()
         self._paused = False
+        self._here: Row = ()
         self._heartbeat = 0
         self.truth: list[tuple[float, Row, Row]] = []
         quartz = SideClock(schedule, 0.0, files.emulator.plant.clock.drift_ppm)
@@ -121,6 +123,9 @@ class RealSide:
                     self._ring.empty()
                     self._write.send(partial(self.robot.write_setpoint_valid, False))
                     self._write.send(partial(self.robot.source.ring.write_newest, 0))
+                case StandHere():
+                    here = self._here
+                    self._write.send(partial(self.robot.write_setpoint, here))
                 case Signal():
                     self._write.send(partial(self.signal, step.name, step.level))
                 case Pulse():
@@ -167,7 +172,7 @@ class RealSide:
 
         def arrive() -> None:
             received = self._clock()
-            self._paused = "paused" in sample.outputs
+            self._paused, self._here = "paused" in sample.outputs, sample.motion.q
             if sample.control_type is not ControlType.STREAM or not self._idle:
                 self._idle = sample.motion.q
             decide = partial(self._hand_over, sample, sent, received)

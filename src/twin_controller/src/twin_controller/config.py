@@ -191,14 +191,16 @@ class Stop(Section, frozen=True):
 
     retry_ms: PositiveMs
     attempts: Count
+    hold_ms: PositiveMs
     safety_retry_ms: PositiveMs
     twin_retry_ms: PositiveMs
 
 
 class EStop(Section, frozen=True):
-    """How long a side may take to show a latched emergency stop."""
+    """How long a side may take to show a latched emergency stop, and the robot to stand by it."""
 
     retry_ms: PositiveMs
+    shown_ms: PositiveMs
 
 
 class SpeedOrders(Section, frozen=True):
@@ -330,14 +332,10 @@ def load_twin_controller(
     """
     path = locate("twin_controller.yaml", directory)
     config = with_links(load(path, TwinControllerConfig), links)
-    for section, low, high in (
-        ("change", config.change.confirm, config.change.window),
-        ("divergence", config.divergence.confirm, config.divergence.window),
-    ):
-        if low > high:
-            raise ConfigError(
-                f"{path}: {section}.confirm = {low}: Expected at most {section}.window = {high}"
-            )
+    for name, each in (("change", config.change), ("divergence", config.divergence)):
+        if each.confirm > each.window:
+            at_most = f"Expected at most {name}.window = {each.window}"
+            raise ConfigError(f"{path}: {name}.confirm = {each.confirm}: {at_most}")
     _check_speeds(path, config)
     _check_watched(path, config, robot)
     _check_response(path, config.response, robot)

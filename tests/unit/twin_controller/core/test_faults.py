@@ -329,6 +329,7 @@ def test_a_reconnect_moves_the_twin_slowly_and_the_real_robot_not_at_all(
     assert pair.real_q == begin
     assert {action.command for action in pair.actions if isinstance(action, Send)} <= {
         Command.STOP_REAL,
+        Command.GIVE_HOLD_BACK,
         Command.STOP_TWIN,
         Command.RELEASE_TWIN,
     }

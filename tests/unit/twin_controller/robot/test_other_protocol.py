@@ -17,6 +17,7 @@ from twin_controller.robot.signals import (
     Pulse,
     Signal,
     SignalTable,
+    StandHere,
 )
 from twin_controller.robot_sample import (
     AlarmStatus,
@@ -32,6 +33,8 @@ WORDS: SignalTable = {
     Command.STOP_REAL: (DropSetpoints(), Number("task", 0)),
     Command.HOLD_REAL: (DropSetpoints(), Signal("motion_enable", False)),
     Command.END_STREAM: (DropSetpoints(),),
+    Command.GIVE_HOLD_BACK: (StandHere(if_paused=True),),
+    Command.CONTINUE_STREAM: (Pulse("continue", if_paused=True),),
     Command.RELEASE_REAL: (Signal("motion_enable", True), Pulse("continue", if_paused=True)),
     Command.ESTOP_REAL: (DropSetpoints(), Signal("power", False), Number("task", 0)),
     Command.RESET_REAL: (Signal("power", True), Pulse("acknowledge")),
@@ -155,9 +158,23 @@ def test_each_action_becomes_what_the_table_says(
 
 def test_a_paused_program_is_resumed_and_no_other(cell: Cell) -> None:
     """START would run a program that nobody paused."""
-    cell.robot.show(outputs=frozenset(("sysrdy", "paused")))
-    cell.link.perform(Command.RELEASE_REAL)
-    assert cell.robot.asked[-1] == ("pulse", "continue", False)
+    for do in (Command.RELEASE_REAL, Command.CONTINUE_STREAM):
+        cell.link.perform(do)
+        assert ("pulse", "continue", False) not in cell.robot.asked
+        cell.robot.show(outputs=frozenset(("sysrdy", "paused")))
+        cell.link.perform(do)
+        assert cell.robot.asked.pop() == ("pulse", "continue", False)
+        cell.robot.show()
+
+
+def test_whoever_starts_a_paused_program_finds_the_robot_at_its_set_point(cell: Cell) -> None:
+    """The joints without a twin too; a robot without a paused program gets no set point."""
+    cell.link.perform(Command.GIVE_HOLD_BACK)
+    assert cell.robot.asked == []
+    here = (0.101, 0.201, -0.0501, 0.301, 0.4)
+    assert cell.robot.show(*here, outputs=frozenset(("sysrdy", "paused")))
+    cell.link.perform(Command.GIVE_HOLD_BACK)
+    assert cell.robot.asked == [("setpoint", here, 1.0, 0.0)]
 
 
 def test_the_link_is_up_with_the_first_believed_sample(cell: Cell) -> None:
@@ -223,6 +240,7 @@ def test_override_and_gripper_go_the_same_way(cell: Cell) -> None:
 
 def test_every_action_on_the_real_robot_stands_in_the_shipped_table() -> None:
     """An action that is forgotten would silently do nothing."""
-    streams = {Command.START_STREAM, Command.END_STREAM}
-    on_the_robot = {do for do in Command if do.name.endswith("_REAL")} | streams
+    others = {Command.START_STREAM, Command.CONTINUE_STREAM, Command.END_STREAM}
+    others |= {Command.GIVE_HOLD_BACK}
+    on_the_robot = {do for do in Command if do.name.endswith("_REAL")} | others
     assert set(UI_SIGNALS) == on_the_robot == set(WORDS)

@@ -14,11 +14,13 @@ class Command(StrEnum):
 
     STOP_REAL = "stop the real robot"
     HOLD_REAL = "hold the real robot"
+    GIVE_HOLD_BACK = "give the real robot's HOLD back"
     RELEASE_REAL = "let the real robot go on"
     END_STREAM = "take the real robot's set point back"
     ESTOP_REAL = "switch the real robot's drives off"
     RESET_REAL = "reset the real robot"
     START_STREAM = "start the real robot's stream program"
+    CONTINUE_STREAM = "let the real robot's paused stream program go on"
     STOP_TWIN = "stop the twin"
     PAUSE_TWIN = "pause the twin"
     RESUME_TWIN = "resume the twin"

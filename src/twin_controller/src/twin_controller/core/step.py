@@ -12,7 +12,12 @@ from twin_controller.core.events import AnyEvent, ControlAsked, Operator, RealMe
 from twin_controller.core.follow.response import measured
 from twin_controller.core.lead.commands.holder import hear_command, hear_control, let_time_pass
 from twin_controller.core.lead.modes import Mode
-from twin_controller.core.lead.reports import agree_when_stopped, note_ended, note_pauses
+from twin_controller.core.lead.reports import (
+    agree_when_stopped,
+    note_ended,
+    note_pauses,
+    note_stopped,
+)
 from twin_controller.core.lead.sending import (
     cap_both,
     note_overtaken,
@@ -68,7 +73,17 @@ def step(setup: Setup, before: CoreState, event: AnyEvent) -> Result:
 
     # 4 Find the trigger: the most urgent thing that has happened. What the sides show of our orders
     # is struck off before, or a stop that is obeyed just now would count as ignored.
-    orders = hear(setup.config.change, orders, event, heard, safety.guard.moves)
+    told = orders.stop
+    orders = hear(
+        setup.config.change,
+        setup.config.stop,
+        orders,
+        event,
+        heard,
+        safety.guard.moves,
+        lead.mode is Mode.REAL_LEADS,
+    )
+    lead = note_stopped(lead, told, orders.stop)
     lead, actions = note_ended(lead, event, setup.config.decision_history)
     lead = note_pauses(lead, sides)
     sides = agree_when_stopped(setup, lead, sides, now)

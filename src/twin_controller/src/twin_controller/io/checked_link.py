@@ -17,7 +17,15 @@ from twin_controller.core.actions import RobotSetpoint, StreamAhead, StreamReal
 from twin_controller.plausible import Verdict
 from twin_controller.robot.intake import Intake, begin, take, whole_pose
 from twin_controller.robot.link import Connect, LinkLostError, RobotCounters
-from twin_controller.robot.signals import DropSetpoints, Number, Pulse, Signal, Step, TakeBack
+from twin_controller.robot.signals import (
+    DropSetpoints,
+    Number,
+    Pulse,
+    Signal,
+    StandHere,
+    Step,
+    TakeBack,
+)
 from twin_controller.robot_sample import AlarmStatus, ProgramStatus, RobotSample, SetpointError
 
 replace = msgspec.structs.replace
@@ -113,6 +121,8 @@ class CheckedLink:
                     self._link.drop_setpoints()
                 case TakeBack():
                     self._link.take_back_setpoints()
+                case StandHere():
+                    self._stand_here()
 
     def write_setpoint(self, action: StreamReal) -> None:
         """Write a set point of the twin's joints at its time.
@@ -134,6 +144,15 @@ class CheckedLink:
             self._refuse(error)
         else:
             self._link.write_ahead(whole)
+
+    def _stand_here(self) -> None:
+        """Make the newest reading the set point; without one the robot's own stays."""
+        reading = self._intake.plausible.last
+        if reading is None:
+            return
+        joints = zip(reading.motion.q, self._robot.joints)
+        q = tuple([min(max(value, joint.lower), joint.upper) for value, joint in joints])
+        self._link.write_setpoint(StreamReal(RobotSetpoint(q), 1.0, 0.0))
 
     def _whole(self, setpoint: RobotSetpoint) -> RobotSetpoint:
         """Return a set point for all joints of the robot."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import logging
+import threading
 import time
 from collections.abc import Callable
 from types import TracebackType
@@ -26,6 +27,10 @@ from twin_controller.robot.signals import (
 from twin_controller.robot_sample import AlarmStatus, ControlType, ProgramStatus, RobotSample
 
 _LOG = logging.getLogger("rosout.real_link")
+REST = 1.0
+"""A stream that ends with the controller has so long to come to rest [s]. Our choice."""
+SLOW = 0.005
+"""A joint below this part of its largest speed stands: readings are noisy. Our choice."""
 OnData = Callable[[RobotSample, str, str, int], None]
 
 
@@ -63,6 +68,8 @@ class RealLink:
         self._paused = False
         # Our stream program runs, as of the last sample; once the link ends nothing is streamed.
         self._streams = self._ends = False
+        # A sample was read that showed the robot stopped.
+        self._rests = threading.Event()
         self._link = CheckedLink(
             robot,
             connect,
@@ -86,11 +93,17 @@ class RealLink:
     ) -> None:
         """End what was started: a stream of ours first, then the robot's watchdog and the line.
 
-        A program of the robot's own goes on.
+        A program of the robot's own goes on. HOLD is given back to a robot that has stopped, for
+        nobody else would; one that was not seen to stop keeps it away.
         """
         self._ends = True
         if self._streams:
+            self._rests.clear()
             self.perform(Command.STOP_REAL)
+            if self._rests.wait(REST):
+                self.perform(Command.GIVE_HOLD_BACK)
+            else:
+                _LOG.warning("real robot: not seen to stand; its HOLD stays away")
         self._link.close()
 
     @property
@@ -124,6 +137,9 @@ class RealLink:
     def _sampled(self, sample: RobotSample, sent: float, received: float) -> None:
         self._paused = is_paused(sample)
         self._streams = sample.moved_by is ControlType.STREAM
+        slow = zip(sample.motion.qdot, self._robot.joints)
+        if "progrun" not in sample.outputs and all(abs(v) < SLOW * j.velocity for v, j in slow):
+            self._rests.set()
         program = self._program_name
         self._put(measured(sample, sent, received, self._robot, self._has_gripper, program))
         self._on_data(sample, self._program, self._alarm, self._alarm_number)

@@ -50,31 +50,43 @@ class TakeBack(msgspec.Struct, frozen=True):
     """Tell the robot that none of its set points counts any longer."""
 
 
-Step = Signal | Pulse | Number | DropSetpoints | TakeBack
+class StandHere(msgspec.Struct, frozen=True):
+    """Make where the robot stands its set point.
+
+    Attributes:
+        if_paused: Only while one of the robot's programs is paused.
+    """
+
+    if_paused: bool = False
+
+
+Step = Signal | Pulse | Number | DropSetpoints | TakeBack | StandHere
 SignalTable = Mapping[Command, tuple[Step, ...]]
 
 UI_SIGNALS: SignalTable = {
-    Command.STOP_REAL: (
-        DropSetpoints(),
-        Pulse("cstopi"),
-        TakeBack(),
-        # A hold of ours would pause the next program. One at the robot is not ours to release.
-        Signal("hold", True),
-    ),
+    # HOLD first: it pauses any program, whatever else is set up. CSTOPI ends the program only where
+    # "CSTOPI for ABORT" is set; everywhere it clears the programs that wait for their turn.
+    Command.STOP_REAL: (DropSetpoints(), Signal("hold", False), Pulse("cstopi"), TakeBack()),
+    # A paused program does not go on by this, it wants START. Who presses that at the pendant must
+    # not find an old set point: the robot goes to PR[1] whether it is marked as valid or not.
+    Command.GIVE_HOLD_BACK: (StandHere(if_paused=True), TakeBack(), Signal("hold", True)),
     # Without a set point: the stream must not begin with an old one when it is let go on.
     Command.HOLD_REAL: (DropSetpoints(), Signal("hold", False), TakeBack()),
     Command.END_STREAM: (DropSetpoints(), TakeBack()),
     Command.RELEASE_REAL: (Signal("hold", True), Pulse("start", if_paused=True)),
     Command.ESTOP_REAL: (
         DropSetpoints(),
+        Signal("hold", False),
         Signal("imstp", False),
         # An alarm may only pause a program. With CSTOPI its goal is gone: no reset gives it back.
         Pulse("cstopi"),
         TakeBack(),
     ),
     Command.RESET_REAL: (Signal("imstp", True), Signal("hold", True), Pulse("fault_reset")),
-    # The stream program must never begin with an old set point.
+    # The stream program must never begin, or go on, with an old set point. RSR1 beside a program
+    # that is paused would wait for its end and start then.
     Command.START_STREAM: (Pulse("rsr1", behind=True),),
+    Command.CONTINUE_STREAM: (Pulse("start", behind=True, if_paused=True),),
 }
 """Robots that take UI signals, by coils or by numbered commands: all that config/robots has."""
 

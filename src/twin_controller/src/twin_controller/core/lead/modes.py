@@ -48,6 +48,7 @@ class Trigger(StrEnum):
     TWIN_ESTOPPED = "the twin was frozen on its side"
     ESTOP_MISSED = "a side does not obey the latched emergency stop"
     STOP_IGNORED = "the real robot does not obey a stop"
+    ESTOP_IGNORED = "the real robot moves although its drives were switched off"
     TWIN_STOP_IGNORED = "the twin does not obey a stop"
     RELEASED_BLOCKED = "a side goes on although the pair is paused"
     STREAM_FAILED = "the real robot does not start its stream program"

@@ -16,6 +16,7 @@ from twin_controller.core.lead.table import FOLLOWS_TWIN, LEADING
 from twin_controller.core.orders.book import due
 from twin_controller.core.orders.estop import estop_missed
 from twin_controller.core.orders.state import OWN_COMMAND, is_old, pauses
+from twin_controller.core.orders.stop import StopOrder
 from twin_controller.core.orders.stream import StreamOrder, longest_wait
 from twin_controller.core.orders.twin_stop import moves_on
 from twin_controller.core.setup import Setup
@@ -69,6 +70,13 @@ def note_pauses(lead: Lead, sides: Sides) -> Lead:
     return replace(lead, paused_seen=seen)
 
 
+def note_stopped(lead: Lead, before: StopOrder | None, after: StopOrder | None) -> Lead:
+    """Note that a stop of the robot is over: a program that runs from then on is a new one."""
+    if before is None or before.given_back is None or after is not None:
+        return lead
+    return replace(lead, program_was_off=True)
+
+
 def agree_when_stopped(setup: Setup, lead: Lead, sides: Sides, now: float) -> Sides:
     """Agree on the position of each side that has come to rest after a stop or a pause."""
     stops = lead.mode in (Mode.STOPPED, Mode.PAUSED)
@@ -94,11 +102,20 @@ def side_triggers(setup: Setup, state: CoreState, now: float) -> list[Trigger]:
         found += _twin_reports(setup, state, motion, now)
     found += _real_reports(setup, state, flags, now)
     latched = lead.mode is Mode.ESTOP and lead.reset_since is None
+    late = now - lead.since > config.estop.shown_ms * 1e-3
+    if latched and late and not lead.helpless and not _stands(setup, state, flags, now):
+        found.append(Trigger.ESTOP_IGNORED)
     if latched and estop_missed(state.orders.estop, flags, motion, old, now):
         found.append(Trigger.ESTOP_MISSED)
     if state.safety.divergence.alarm and config.divergence.pause and lead.mode in LEADING:
         found.append(Trigger.DIVERGED)
     return found + _reset_reports(setup, state, flags, now)
+
+
+def _stands(setup: Setup, state: CoreState, flags: RealMeasured, now: float) -> bool:
+    """Return whether the real robot has stopped: no program runs, and its joints stand."""
+    runs = (flags.own_program or flags.streaming) and not flags.paused
+    return not runs and change.stands_still(state.sides.real.change, now, setup.config.change)
 
 
 def resume_blocked(state: CoreState) -> bool:
@@ -188,6 +205,10 @@ def _real_reports(setup: Setup, state: CoreState, flags: RealMeasured, now: floa
     own = real.change.onset if change.moved(real.change, setup.config.change) else None
     if own is not None and follows.onset is not None and own <= follows.onset:
         return [Trigger.REAL_WAS_FIRST]
+    # The stream before is told to end: this one is asked for when that is shown.
+    stop = state.orders.stop
+    if stop is not None and stop.given_back is None:
+        return []
     return _stream_reports(setup, state.orders.stream, flags, now)
 
 
@@ -196,15 +217,18 @@ def _stream_reports(
 ) -> list[Trigger]:
     """Return what has become of the robot's stream program."""
     start = stream.start
+    if stream.loaded and not flags.streaming:
+        return [Trigger.REAL_STOPPED]
     if flags.paused:
-        # A program that has never run may still be held from before: it gets its time to go on.
-        late = now - start.sent > longest_wait(setup.config.stream)
+        # A program that has never run may still be paused from before: it gets its time to go on.
+        waited = now - start.sent > longest_wait(setup.config.stream)
+        late = bool(due([start], now).failures) or (flags.held_there and waited)
         if start.shown or late:
             return [Trigger.REAL_HELD]
         return []
     if flags.streaming:
         return []
-    if start.shown or stream.loaded:
+    if start.shown:
         return [Trigger.REAL_STOPPED]
     if due([start], now).failures:
         return [Trigger.STREAM_FAILED]

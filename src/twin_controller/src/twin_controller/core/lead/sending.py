@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import msgspec
 
-from twin_controller.core.actions import AnyAction, Command
+from twin_controller.core.actions import AnyAction, Command, Send
 from twin_controller.core.events import AnyEvent, TwinMeasured
 from twin_controller.core.follow.ahead import stream_ahead
 from twin_controller.core.follow.blend import finished
@@ -19,10 +19,11 @@ from twin_controller.core.lead.transition import reject
 from twin_controller.core.orders.gripper import Notice, watch_grippers
 from twin_controller.core.orders.order import send
 from twin_controller.core.orders.speed_caps import Leader, cap_speeds
-from twin_controller.core.orders.stop import stop_again
+from twin_controller.core.orders.stop import may_give_back, stop_again
 from twin_controller.core.orders.stream import start_stream
 from twin_controller.core.orders.twin_stop import twin_stop_again
 from twin_controller.core.setup import Setup
+from twin_controller.core.sides.change import stands_still
 from twin_controller.core.sides.measure import remember
 from twin_controller.core.sides.side import Sides
 from twin_controller.core.state import CoreState
@@ -81,15 +82,44 @@ def _noted(setup: Setup, state: CoreState) -> Remembered:
 
 def order_real(setup: Setup, state: CoreState, streamed: bool, now: float) -> Result:
     """Ask the real robot for its stream program, and tell it again to stop, where that is due."""
-    orders, flags = state.orders, state.sides.real.flags
-    stream, actions = orders.stream, list[AnyAction]()
-    if streamed and stream is not None and flags is not None and state.lead.mode is not Mode.PAUSED:
-        stream, asked = start_stream(stream, flags, setup.config.stream, now)
-        actions += asked
-    stop, again = stop_again(orders.stop, now)
+    orders, flags, asked = state.orders, state.sides.real.flags, list[Send]()
+    stream, stop = orders.stream, orders.stop
+    # A stream begins behind the stop of the one before: HOLD is back then.
+    may = stop is None or stop.given_back is not None
+    if streamed and may and stream is not None and flags is not None:
+        stream, asked = start_stream(stream, flags, now)
+        stop = None if asked else stop
+    stop, again = stop_again(stop, now)
     state = replace(state, orders=replace(orders, stream=stream, stop=stop))
+    state, back = _give_hold_back(setup, state, now)
     state, resumed = _resume_twin(state, now)
-    return state, actions + again + resumed
+    return state, [*asked, *again, *back, *resumed]
+
+
+def _give_hold_back(setup: Setup, state: CoreState, now: float) -> Result:
+    """Give the robot's HOLD back once it has stopped and nobody wants it held.
+
+    This is the one place where a stop ends: whatever follows it finds HOLD back. In PAUSED it stays
+    away until RESUME, in an emergency stop until RESET.
+    """
+    orders, flags, config = state.orders, state.sides.real.flags, setup.config
+    if not orders.hold_away or flags is None:
+        return state, []
+    stop = orders.stop
+    if stop is not None:
+        stopped = may_give_back(stop, config.stop, now)
+    else:
+        # The stop was struck off with a link that was lost, or the pair left PAUSED otherwise.
+        runs = (flags.own_program or flags.streaming) and not flags.paused
+        wanted = state.lead.mode is Mode.PAUSED or orders.estop is not None
+        still = stands_still(state.sides.real.change, now, config.change)
+        stopped = still and not runs and not wanted
+    if not stopped:
+        return state, []
+    if stop is not None:
+        stop = replace(stop, given_back=now)
+    orders = replace(orders, stop=stop, hold_away=False)
+    return replace(state, orders=orders), [Send(Command.GIVE_HOLD_BACK, "the real robot stands")]
 
 
 def _resume_twin(state: CoreState, now: float) -> Result:

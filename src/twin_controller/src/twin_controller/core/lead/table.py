@@ -81,6 +81,7 @@ DEFAULTS: dict[Trigger, Row] = {
         (Command.ESTOP_REAL, Command.ESTOP_TWIN),
         "its drives are switched off; RESET once the cause is gone",
     ),
+    Trigger.ESTOP_IGNORED: STAY,
     # It has no drives to switch off; the real robot obeys and keeps its own.
     Trigger.TWIN_STOP_IGNORED: Row(
         Mode.FAULT, BOTH_STOP, "end the simulator or what commands it, then RESET"
@@ -182,6 +183,7 @@ _RESET_DONE = Row(
     Mode.STOPPED, (Command.RESET_TWIN,), "nothing moves; ALIGN or a new command goes on"
 )
 _TWIN_DEFIES = Row(None, (), "end the simulator or what commands it, then RESET")
+_NOTHING_LEFT = Row(None, (), "press the emergency stop at the robot itself")
 _RESET_FAILED = Row(None, (), "its cause persists: remove it, then RESET again")
 
 # While the twin follows, and what a stream to the real robot adds.
@@ -323,6 +325,7 @@ ROWS: dict[Mode, dict[Trigger, Row]] = {
         Trigger.REAL_DRIVES_OFF: STAY,
         Trigger.TWIN_ESTOPPED: STAY,
         Trigger.STOP_IGNORED: STAY,
+        Trigger.ESTOP_IGNORED: _NOTHING_LEFT,
         Trigger.TWIN_STOP_IGNORED: _TWIN_DEFIES,
         Trigger.ESTOP_MISSED: Row(None, (Command.ESTOP_REAL, Command.ESTOP_TWIN), "sent again"),
         Trigger.STOP: Row(None, BOTH_STOP, "the emergency stop stays latched"),
@@ -368,7 +371,9 @@ ROWS: dict[Mode, dict[Trigger, Row]] = {
 }
 
 # Going on after PAUSE depends on who led; the mode that was paused comes back.
-_RESUME_STREAM = (Command.RELEASE_REAL, Command.BEGIN_STREAM, Command.RESUME_TWIN)
+# The robot's stream goes on behind a fresh set point, not by RESUME itself.
+_BEGIN = (Command.GIVE_HOLD_BACK, Command.BEGIN_STREAM, Command.START_STREAM)
+_RESUME_STREAM = (*_BEGIN, Command.RESUME_TWIN)
 RESUME_ROWS: dict[Mode, Row] = {
     Mode.REAL_LEADS: Row(
         Mode.REAL_LEADS, (Command.RELEASE_REAL, Command.RESUME_TWIN), "the same path goes on"

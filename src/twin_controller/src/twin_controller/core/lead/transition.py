@@ -147,8 +147,9 @@ def _words(setup: Setup, state: CoreState, trigger: Trigger) -> str:
         case Trigger.AT_REST | Trigger.UNSETTLED:
             return f"the real robot only followed, in {real.echoed} samples"
         case Trigger.STOP_IGNORED if state.orders.stop is not None:
-            stop = state.orders.stop
-            return f"{stop.wanted.value}, sent {stop.attempts} times"
+            order = state.orders.stop.order
+            shown = "it still moves" if order.shown else "its program goes on"
+            return f"{order.wanted.value}, sent {order.attempts} times: {shown}"
         case Trigger.TWIN_STOP_IGNORED if state.orders.twin_stop is not None:
             return defied_text(state.orders.twin_stop, twin)
         case Trigger.DIVERGED:
@@ -192,6 +193,7 @@ def _enter(setup: Setup, state: CoreState, row: Row, trigger: Trigger, now: floa
         must_align=_must_align(lead.must_align, mode, trigger),
         needs_acknowledge=mode is Mode.PAUSED and trigger is Trigger.DIVERGED,
         reset_since=None,
+        helpless=False,
         move_pending=lead.move_pending and active is Mode.OPERATOR_LEADS,
     )
     if mode in HOLDING:
@@ -229,6 +231,8 @@ def _forget_cause(setup: Setup, state: CoreState, trigger: Trigger, now: float) 
         lead = replace(lead, program_was_off=False)
     if trigger in (Trigger.RESET_FAILED, Trigger.LINK_LOST):
         lead = replace(lead, reset_since=None)
+    if trigger is Trigger.ESTOP_IGNORED:
+        lead = replace(lead, helpless=True)
     if trigger is Trigger.TWIN_MOVED_UNASKED:
         # The twin comes to rest elsewhere: it is stopped once, not at each sample from there.
         state = replace(state, sides=_drop_baselines(state.sides))

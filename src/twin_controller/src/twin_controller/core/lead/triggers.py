@@ -48,7 +48,7 @@ def find_trigger(setup: Setup, state: CoreState, event: AnyEvent) -> Trigger | N
     # Only a side that answers can ignore a stop.
     if isinstance(event, TwinMeasured) and twin_disobeyed(state.orders.twin_stop, now):
         found = [Trigger.TWIN_STOP_IGNORED, *found]
-    if isinstance(event, RealMeasured) and disobeyed(state.orders.stop, now):
+    if isinstance(event, RealMeasured) and disobeyed(state.orders.stop, setup.config.stop, now):
         found = [Trigger.STOP_IGNORED, *found]
     if isinstance(event, RealMeasured | TwinMeasured | TwinPlan | TwinMotion):
         found = [

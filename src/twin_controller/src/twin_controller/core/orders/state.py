@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import msgspec
 
-from twin_controller.config import Change
+from twin_controller.config import Change, Stop
 from twin_controller.core.events import AnyEvent, RealMeasured, TwinMeasured, TwinMotion
 from twin_controller.core.orders.estop import EStopOrder
 from twin_controller.core.orders.gripper import Grips
 from twin_controller.core.orders.order import Order
 from twin_controller.core.orders.speed import Speeds
-from twin_controller.core.orders.stop import StopOrder, shows_stop
+from twin_controller.core.orders.stop import StopOrder, hear_stop
 from twin_controller.core.orders.stream import StreamOrder, hear_stream
 from twin_controller.core.orders.twin_stop import TwinStop, strike_off
 from twin_controller.core.setup import Setup
+from twin_controller.core.sides.change import stands_still
 from twin_controller.core.sides.side import Sides
 
 replace = msgspec.structs.replace
@@ -37,6 +38,8 @@ class Orders(msgspec.Struct, frozen=True):
     # The stop or hold of the real robot. It outlives a lost link; ends when the robot shows it, is
     # let go on, or has its drives switched off.
     stop: StopOrder | None = None
+    # The robot's HOLD is away, and it was we who took it: whoever has done that gives it back.
+    hold_away: bool = False
     # The last answer showed a program or a stream: while the link is down it may still run.
     real_busy: bool = False
     # The stop, pause or emergency stop of the twin; ends when it stands, may move again or is lost.
@@ -52,15 +55,25 @@ class Orders(msgspec.Struct, frozen=True):
     told: TwinTold = TwinTold()
 
 
-def hear(config: Change, orders: Orders, event: AnyEvent, sides: Sides, moves: bool) -> Orders:
+def hear(
+    config: Change,
+    stop_config: Stop,
+    orders: Orders,
+    event: AnyEvent,
+    sides: Sides,
+    moves: bool,
+    leads: bool,
+) -> Orders:
     """Strike off what a side shows, before anybody judges what is late.
 
     Args:
         config: What counts as standing still.
+        stop_config: How a stop is shown.
         orders: What is open.
         event: The input.
         sides: Both sides, as they were heard.
         moves: The real robot moves.
+        leads: It leads: that it moves is no disobedience, only its stream has to end.
     """
     if isinstance(event, TwinMeasured):
         return replace(orders, twin_stop=strike_off(orders.twin_stop, sides.twin, config))
@@ -69,8 +82,10 @@ def hear(config: Change, orders: Orders, event: AnyEvent, sides: Sides, moves: b
     if not isinstance(event, RealMeasured) or sides.real.flags is not event:
         return orders
     stop, stream, safety_stop = orders.stop, orders.stream, orders.safety_stop
-    if stop is not None and shows_stop(stop, event, stream is not None):
-        stop = None
+    if stop is not None:
+        real = sides.real
+        stands = leads or (bool(real.history) and stands_still(real.change, real.last.time, config))
+        stop = hear_stop(stop, event, stands, stop_config)
     if stream is not None:
         stream = hear_stream(stream, event)
     if sides.real.history and not moves:
@@ -85,7 +100,9 @@ def forget_lost(orders: Orders, sides: Sides) -> Orders:
     A stop stays: a robot that moves on behind a lost link is stopped when it answers again. The
     twin is stopped anew after a reconnect.
     """
-    grips, speeds = orders.grips, orders.speeds
+    grips, speeds, stop = orders.grips, orders.speeds, orders.stop
+    if stop is not None and not sides.real.history:
+        stop = replace(stop, reached=False)
     twin_stop = orders.twin_stop if sides.twin.usable else None
     if grips.real is not None and not sides.real.history:
         grips = replace(grips, real=None)
@@ -93,7 +110,7 @@ def forget_lost(orders: Orders, sides: Sides) -> Orders:
         grips = replace(grips, twin=None)
     if speeds.twin is not None and sides.twin.motion is None:
         speeds = replace(speeds, twin=None)
-    return replace(orders, grips=grips, speeds=speeds, twin_stop=twin_stop)
+    return replace(orders, grips=grips, speeds=speeds, stop=stop, twin_stop=twin_stop)
 
 
 def told_twin(orders: Orders, motion: TwinMotion | None, now: float) -> Orders:

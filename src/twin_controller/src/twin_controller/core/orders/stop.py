@@ -1,22 +1,54 @@
-"""A stop is not done when it is sent: the real robot must show it.
+"""A stop is not done when it is sent: the real robot must show that it stands.
 
-A write may be lost with its connection, or a robot may refuse it. What a stop asked for is compared
-with the robot's next answers; it is sent again, and a robot that does not obey in the end has its
-drives switched off.
+A stop takes the robot's HOLD away and cancels its program. A write may be lost with its connection,
+a robot may be set up so that one of the two does nothing. So neither a written signal nor one that
+reads back is a proof: the robot has stopped when its program is paused, held or gone and its joints
+stand. It is told again until its program is so. If it still moves or runs after the time that HOLD
+and CSTOPI have, the next means follows: its drives are switched off.
+
+HOLD is given back once the robot has stopped, never before: a paused program does not go on by it,
+and a HOLD of ours that stayed away would keep the person at the robot from starting anything.
 """
 
 from __future__ import annotations
+
+import msgspec
 
 from twin_controller.config import Stop
 from twin_controller.core.actions import Command, Send
 from twin_controller.core.events import RealMeasured
 from twin_controller.core.orders.book import due
-from twin_controller.core.orders.order import GiveUp, Order, Patience
+from twin_controller.core.orders.order import GiveUp, Order, Patience, tell
 
-StopOrder = Order[Command]
-"""To stop or to hold the real robot."""
+replace = msgspec.structs.replace
 
 STOPPING = (Command.STOP_REAL, Command.HOLD_REAL)
+TAKES_HOLD = (*STOPPING, Command.ESTOP_REAL)
+"""After one of these the robot's HOLD is away."""
+GIVES_HOLD = (Command.GIVE_HOLD_BACK, Command.RELEASE_REAL, Command.RESET_REAL)
+"""After one of these it is there again."""
+
+
+class StopOrder(msgspec.Struct, frozen=True):
+    """To stop or to hold the real robot.
+
+    Attributes:
+        order: What it was told; shown: its program is paused, held or gone.
+        since: When it was told so first [s].
+        reached: Its link has been up since it was told last. A program that was paused before
+            shows nothing of a stop that was never written, and a robot that is away has no time.
+        left: Its program is there, paused.
+        stands: It has stopped: that is shown, and its joints stand.
+        given_back: When HOLD was given back [s]; None: it is away. From then on it is only watched
+            for a moment whether the program goes on all the same.
+    """
+
+    order: Order[Command]
+    since: float
+    reached: bool = True
+    left: bool = False
+    stands: bool = False
+    given_back: float | None = None
 
 
 def stop_patience(config: Stop) -> Patience:
@@ -29,28 +61,72 @@ def safety_patience(config: Stop) -> Patience:
     return Patience(config.safety_retry_ms * 1e-3)
 
 
-def shows_stop(order: StopOrder, event: RealMeasured, streams: bool) -> bool:
-    """Return whether an answer shows the stop.
+def tell_stop(
+    stop: StopOrder | None, command: Command, config: Stop, reached: bool, now: float
+) -> StopOrder:
+    """Return the stop after the robot, whose link is up or not, was told ``command``."""
+    if stop is None or stop.given_back is not None or stop.order.wanted is not command:
+        return StopOrder(tell(None, command, stop_patience(config), now), now, reached)
+    order = tell(stop.order, command, stop_patience(config), now)
+    return replace(stop, order=order, reached=reached)
+
+
+def hear_stop(stop: StopOrder, event: RealMeasured, stands: bool, config: Stop) -> StopOrder | None:
+    """Return the stop after an answer of the robot; None once nothing of it is left to do.
 
     Args:
-        order: What the robot was told.
-        event: Its answer. One to a question from before the order tells nothing about it.
-        streams: A stream has been begun since; its program is none that goes on.
+        stop: What the robot was told.
+        event: Its answer. One to a question from before the stop tells nothing about it.
+        stands: Its joints have not moved for a while.
+        config: How long HOLD stays away at least, and how long the robot is watched after that.
     """
-    if event.sent <= order.sent:
+    told = stop.order.sent if stop.given_back is None else stop.given_back
+    if event.sent <= told:
+        return stop
+    runs = (event.own_program or event.streaming) and not event.paused
+    if stop.given_back is not None:
+        if not stop.left:
+            # What runs from here on was begun by somebody.
+            return None
+        if runs:
+            # It went on by itself when HOLD came back, so it is stopped anew.
+            order = replace(stop.order, shown=False)
+            return StopOrder(order, event.now)
+        watched = event.sent - told >= config.retry_ms * 1e-3
+        return None if watched else stop
+    there = event.own_program or event.streaming
+    shown = not runs and (stop.reached or not there)
+    since = stop.since if stop.reached else event.now
+    order = replace(stop.order, shown=shown)
+    stop = replace(stop, order=order, since=since, left=there, stands=stands and shown)
+    if stop.order.wanted is Command.HOLD_REAL and stop.stands:
+        # HOLD stays away: RESUME gives it back.
+        return None
+    return stop
+
+
+def may_give_back(stop: StopOrder, config: Stop, now: float) -> bool:
+    """Return whether the robot has stopped, and every pulse that was on its way has ended."""
+    told_for = now - stop.order.sent
+    return stop.given_back is None and stop.stands and told_for >= config.hold_ms * 1e-3
+
+
+def disobeyed(stop: StopOrder | None, config: Stop, now: float) -> bool:
+    """Return whether the real robot, which answers, still moves or runs after its time."""
+    if stop is None or stop.given_back is not None:
         return False
-    if order.wanted is Command.HOLD_REAL:
-        return event.paused or not (event.own_program or event.streaming)
-    return not (event.own_program or (event.streaming and not streams))
+    most = stop.order.patience.most
+    time = config.attempts * config.retry_ms * 1e-3
+    return bool(due([stop.order], now).failures) or (
+        most is not None and not stop.stands and now - stop.since > time
+    )
 
 
-def disobeyed(order: StopOrder | None, now: float) -> bool:
-    """Return whether the real robot, which answers, has obeyed none of all attempts."""
-    return bool(due([order], now).failures)
-
-
-def stop_again(order: StopOrder | None, now: float) -> tuple[StopOrder | None, list[Send]]:
+def stop_again(stop: StopOrder | None, now: float) -> tuple[StopOrder | None, list[Send]]:
     """Send a stop again that the real robot should show by now."""
-    for again in due([order], now).sends:
-        return again, [Send(again.wanted, "the real robot does not show it yet")]
-    return order, []
+    if stop is None or stop.given_back is not None:
+        return stop, []
+    for again in due([stop.order], now).sends:
+        why = "the real robot does not show it yet"
+        return replace(stop, order=again, reached=True), [Send(again.wanted, why)]
+    return stop, []

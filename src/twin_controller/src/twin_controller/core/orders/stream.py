@@ -1,4 +1,8 @@
-"""The robot's stream program: asked for behind a fresh set point, until it is reported."""
+"""The robot's stream program: asked for behind a fresh set point, until it is reported.
+
+One that is gone is started; one that is there and paused, as after a stop on a robot whose CSTOPI
+ends no program, is let go on.
+"""
 
 from __future__ import annotations
 
@@ -20,53 +24,61 @@ class StreamOrder(msgspec.Struct, frozen=True):
     start: Order[Command]
     # Ask for it as soon as a set point has been sent: the program must never find an old one.
     at_once: bool = False
-    # The robot still reports the stream before, which was told to end; ask for this one after it.
-    ending: bool = False
-    # It was there, held, when it was let go on: if it is gone after that, somebody ended it.
+    # It was there, paused, when it was let go on: if it is gone after that, somebody ended it.
     loaded: bool = False
 
 
 def begin_stream(
-    before: StreamOrder | None, flags: RealMeasured | None, config: Stream, now: float
+    flags: RealMeasured | None, stopping: bool, config: Stream, now: float
 ) -> StreamOrder:
-    """Return the order for a stream that begins or goes on; nothing is asked for yet."""
-    ends = before is not None and before.ending
-    loaded = flags is not None and flags.streaming and not ends
+    """Return the order for a stream that begins or goes on; nothing is asked for yet.
+
+    Args:
+        flags: The robot's newest answer.
+        stopping: It has not shown yet that the stream before has ended.
+        config: How long it may take.
+        now: Time [s].
+    """
+    loaded = flags is not None and flags.streaming and not stopping
     patience = Patience(config.retry_ms * 1e-3, config.attempts, GiveUp.STOP_PAIR)
     return StreamOrder(Order(Command.START_STREAM, patience, sent=now), loaded=loaded)
 
 
-def ask_for_stream(order: StreamOrder, flags: RealMeasured | None) -> StreamOrder:
-    """Return the order after the stream program was asked for: a new one, not one that is there."""
-    ending = flags is not None and flags.streaming
-    return replace(order, at_once=True, ending=ending, loaded=False)
+def ask_for_stream(order: StreamOrder) -> StreamOrder:
+    """Return the order after the stream program was asked for."""
+    return replace(order, at_once=True)
 
 
 def hear_stream(order: StreamOrder, event: RealMeasured) -> StreamOrder:
-    """Note what an answer of the robot shows of its stream program."""
-    if order.ending:
-        return replace(order, ending=event.streaming)
-    if event.streaming and not event.paused:
+    """Note what an answer of the robot shows of its stream program.
+
+    Only once it was asked for: the stream before may still run.
+    """
+    if event.streaming and not event.paused and not order.at_once:
         return replace(order, start=replace(order.start, shown=True))
     return order
 
 
 def start_stream(
-    order: StreamOrder, flags: RealMeasured, config: Stream, now: float
+    order: StreamOrder, flags: RealMeasured, now: float
 ) -> tuple[StreamOrder, list[Send]]:
-    """Ask for the program behind a fresh set point; again when the robot does not report it."""
-    if flags.own_program:
+    """Ask for the program behind a fresh set point; again when the robot does not report it.
+
+    Nobody's hold but ours is ours to undo, and a program of the robot's own is never let go on.
+    """
+    late = bool(due([order.start], now).sends)
+    if flags.own_program or flags.held_there or not (order.at_once or late):
         return order, []
-    # The stream before gets as long to end as this one would get to start.
-    if order.ending and now - order.start.sent <= longest_wait(config):
-        return order, []
-    # A held program does not show that it runs; who holds it lets it go on.
-    late = not flags.paused and bool(due([order.start], now).sends)
-    if not order.at_once and not late:
-        return order, []
-    reason = "the robot did not start it yet" if late else "the real robot follows"
-    order = replace(order, start=send(order.start, now), at_once=False, ending=False)
-    return order, [Send(Command.START_STREAM, reason)]
+    there = flags.streaming
+    if there and not flags.paused:
+        # It pauses, after a short hold, or it was never paused. RSR1 beside it would wait for its
+        # end and start it anew then.
+        pauses = now - order.start.sent < order.start.patience.period
+        return replace(order, at_once=pauses), []
+    command = Command.CONTINUE_STREAM if there else Command.START_STREAM
+    reason = "the real robot follows" if order.at_once else "the robot did not start it yet"
+    start = send(replace(order.start, wanted=command), now)
+    return StreamOrder(start, loaded=there), [Send(command, reason)]
 
 
 def longest_wait(config: Stream) -> float:
