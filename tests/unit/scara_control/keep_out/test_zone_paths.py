@@ -166,3 +166,11 @@ def test_the_free_part_of_a_way_ends_at_the_face_of_the_first_zone(angle: float)
     for more, entered_zone in ((-2e-4, False), (2e-4, True)):
         there = start + (part + more) * (end - start)
         assert bool(heads_into(POINTS, zones, tuple(start), tuple(there))) is entered_zone
+
+
+@pytest.mark.parametrize("turns", [1e7, 1e12])
+def test_a_target_of_many_turns_is_judged_in_few_steps(turns: float) -> None:
+    """A message may name any number; whoever judges it has no time for so many chords."""
+    home = SETUP.home
+    way = judge_way(POINTS, [ZONE], home, (turns, *home[1:]), SETUP.velocity)
+    assert way.target == (turns, *home[1:])

@@ -169,8 +169,8 @@ def _fewest_steps(rows: FloatArray) -> int:
     """Return into how many steps a way is cut at least, the same number for each piece."""
     pieces = len(rows) - 1
     turned = float(np.abs(np.diff(rows, axis=0)).sum(axis=1).max())
-    # What is no number cannot be cut finer.
-    fine = math.ceil(turned / COARSE_TURN) if math.isfinite(turned) else 1
+    # What is no number cannot be cut finer, and a target of a million turns must not take for ever.
+    fine = min(MOST_STEPS, math.ceil(turned / COARSE_TURN)) if math.isfinite(turned) else 1
     return pieces * max(math.ceil(COARSE_STEPS / pieces), fine)
 
 
