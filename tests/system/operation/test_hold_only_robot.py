@@ -1,0 +1,138 @@
+"""A stranger's robot that only HOLD stops: it leads, follows, stops, recovers and goes on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from harness.live_cell import LiveCell, forward
+from harness.opponents.hold_only_robot import ABORTED, PAUSED, STREAM, HoldOnlyRobot
+from harness.processes import wait_until
+from harness.wires.gateway_client import command_over
+from harness.yaml_files import REMOVED, changed_yaml, copy_configuration
+
+pytestmark = pytest.mark.system
+
+RING = ("ring_write", "ring_read", "ring_underruns", "ring_clock_ms", "ring_setpoint")
+PATIENCE = (
+    (["real", "timeout_ms"], 800.0),
+    (["real", "stale_ms"], 3000.0),
+    (["twin", "stale_ms"], 3000.0),
+)
+P2, NEAR = (0.51, 0.16, 0.10), (0.60, 0.0, 0.02)
+"""Points of the tool [m]."""
+SLOW_PERCENT = 4
+"""A move takes longer than a command line tool needs to end."""
+NEAR_DEG_MM, NEAR_M = 0.3, 1e-3
+STANDS_S = 1.0
+"""A machine that does other things too."""
+
+
+@pytest.fixture(scope="module")
+def robot() -> Iterator[HoldOnlyRobot]:
+    """Give the robot, which listens."""
+    with HoldOnlyRobot() as made:
+        yield made
+
+
+@pytest.fixture(scope="module")
+def cell(tmp_path_factory: pytest.TempPathFactory, robot: HoldOnlyRobot) -> Iterator[LiveCell]:
+    """Give a ready cell without the stand-in, whose map knows no ring and no panel."""
+    made = LiveCell(tmp_path_factory.mktemp("cell"))
+    made.modbus_port = robot.port
+    config = copy_configuration(made.folder / "changed")
+    for name in RING:
+        changed_yaml(config / "modbus_map.yaml", config, ["holding_registers", name], REMOVED)
+    for path, value in PATIENCE:
+        changed_yaml(config / "twin_controller.yaml", config, list(path), value)
+    try:
+        env = {"SCARA_CONFIG_DIR": str(config)}
+        made.wait_ready(made.start("up", "--without", "emulator", env=env))
+        made.make_ready()
+        yield made
+    finally:
+        made.close()
+
+
+def move(cell: LiveCell, point: tuple[float, float, float]) -> None:
+    """Let the operator move the pair; it is accepted."""
+    x, y, z = point
+    request = f"{{command: MOVE, x: {x}, y: {y}, z: {z}, speed_percent: {SLOW_PERCENT}}}"
+    answer = cell.call("/twin_controller/command", request)
+    assert answer["success"], answer
+
+
+def wait_mode(cell: LiveCell, mode: str, seconds: float = 40.0) -> None:
+    """Wait until the pair is in a mode."""
+    wait_until(lambda: cell.mode() == mode, seconds, f"{mode}, now {cell.mode()}", period=0.05)
+
+
+def arrives(cell: LiveCell, robot: HoldOnlyRobot, point: tuple[float, float, float]) -> None:
+    """Wait until the robot's tool is at a point [m], and the pair idle."""
+    wait_until(lambda: forward(robot.q) == pytest.approx(point, abs=NEAR_M), 40.0, f"{point}")
+    wait_mode(cell, "IDLE")
+
+
+def stands(robot: HoldOnlyRobot) -> list[float]:
+    """Wait until the robot stands; return where."""
+    wait_until(lambda: robot.standing, STANDS_S, "the robot to stand")
+    return list(robot.q)
+
+
+def test_it_leads(cell: LiveCell, robot: HoldOnlyRobot) -> None:
+    """Its own program runs to its end, and the pair is idle again."""
+    robot.run_program()
+    wait_mode(cell, "REAL_LEADS")
+    wait_until(lambda: robot.state == ABORTED, 60.0, "its program's end")
+    wait_mode(cell, "IDLE")
+
+
+def test_it_follows_stops_and_goes_on_like_ours(cell: LiveCell, robot: HoldOnlyRobot) -> None:
+    """Twice: a move, a STOP in its middle, ALIGN, and the next move to its end."""
+    for _ in range(2):
+        move(cell, P2)
+        wait_until(lambda: not robot.standing and robot.kind == STREAM, 10.0, "the robot to follow")
+        assert command_over(cell.gateway_port, "STOP")["success"]
+        stood = stands(robot)
+        wait_mode(cell, "STOPPED")
+        assert robot.state == PAUSED
+        command_over(cell.gateway_port, "ALIGN")
+        wait_mode(cell, "IDLE")
+        assert robot.q == pytest.approx(stood, abs=NEAR_DEG_MM), "only the twin aligns"
+        move(cell, NEAR)
+        arrives(cell, robot, NEAR)
+
+
+def test_pause_holds_it_and_resume_goes_on(cell: LiveCell, robot: HoldOnlyRobot) -> None:
+    """To the same target."""
+    cell.make_ready()
+    move(cell, P2)
+    wait_until(lambda: not robot.standing, 10.0, "the robot to follow")
+    command_over(cell.gateway_port, "PAUSE")
+    stands(robot)
+    wait_mode(cell, "PAUSED")
+    command_over(cell.gateway_port, "RESUME")
+    arrives(cell, robot, P2)
+
+
+def test_it_recovers_from_an_emergency_stop(cell: LiveCell, robot: HoldOnlyRobot) -> None:
+    """*IMSTP has no input: HOLD is what stops it, and RESET gives it back."""
+    cell.make_ready()
+    move(cell, NEAR)
+    wait_until(lambda: not robot.standing, 10.0, "the robot to follow")
+    command_over(cell.gateway_port, "ESTOP")
+    stands(robot)
+    wait_mode(cell, "ESTOP")
+    command_over(cell.gateway_port, "RESET")
+    wait_mode(cell, "STOPPED")
+    command_over(cell.gateway_port, "ALIGN")
+    wait_mode(cell, "IDLE")
+    move(cell, P2)
+    arrives(cell, robot, P2)
+
+
+def test_configuration_names_no_ring(cell: LiveCell) -> None:
+    """The robot is followed by PR[1] alone."""
+    text = (Path(cell.output) / "config" / "modbus_map.yaml").read_text(encoding="utf-8")
+    assert not any(f"{name}:" in text for name in RING)
