@@ -14,7 +14,7 @@ from random import Random
 
 from harness.faults import gateway_faults, operator_faults, person_faults, value_faults
 from harness.faults.campaign import scenarios, storm
-from harness.faults.fault_cell import NODES, FaultCell
+from harness.faults.fault_cell import NODES, SET_UPS, FaultCell
 from harness.faults.roscore_faults import MasterCell, master_killed, master_stopped
 from harness.faults.rows import Row, repeated, worst
 from harness.ros import Master, Ros
@@ -130,6 +130,7 @@ class Campaign:
         task = self._progress.add_task("", total=seeds * len(found))
         for seed in range(seeds):
             rng = Random(seed)
+            cell.set_up(SET_UPS[seed % len(SET_UPS)])
             for name in rng.sample(sorted(found), len(found)):
                 self._progress.update(task, description=f"seed {seed}: {name}")
                 self._in_cell(cell, name, lambda n=name, r=rng: found[n](cell, r))  # type: ignore[misc]

@@ -7,7 +7,7 @@ from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
-from harness.faults.fault_cell import FaultCell
+from harness.faults.fault_cell import SET_UPS, FaultCell
 from harness.faults.rows import Row
 from harness.ros import Ros
 from harness.storm.crew import Crew, crew
@@ -70,12 +70,13 @@ class _Storms:
     """Plays seeds, shows how far it is, and keeps what was found."""
 
     def __init__(self, made: Crew, journal: Journal, folder: Path, console: Console) -> None:
-        self._storm = Storm(made)
+        self._crew, self._storm = made, Storm(made)
         self._journal, self._folder, self._console = journal, folder, console
         self._rows: list[Row] = []
 
     def seed(self, seed: int, seconds: float) -> None:
         """Play the scenes of a seed until ``seconds`` are over, those of the journal included."""
+        self._crew.cell.set_up(SET_UPS[seed % len(SET_UPS)])
         past, number = 0.0, 0
         while past < seconds:
             past += self.scene(seed, number)

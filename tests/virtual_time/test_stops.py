@@ -16,13 +16,22 @@ from harness.scenes.steps import (
 )
 from harness.scenes.truth import travel
 from harness.virtual_cell.cell import VirtualCell
+from harness.virtual_cell.files import load_files
 from scara_control.motion.commands import Command
 
+SETTINGS = (
+    "",
+    "cstopi_for_abort: false",
+    "imstp_assigned: false",
+    "cstopi_for_abort: false, imstp_assigned: false",
+)
+"""How the robot was set up; the last is one that only HOLD stops."""
 
-@pytest.fixture
-def cell() -> Iterator[VirtualCell]:
-    """Give an idle cell."""
-    with VirtualCell(ROBOT) as made:
+
+@pytest.fixture(params=SETTINGS, ids=lambda settings: settings or "as filed")
+def cell(request: pytest.FixtureRequest) -> Iterator[VirtualCell]:
+    """Give an idle cell whose robot was set up in one of four ways."""
+    with VirtualCell(load_files(ROBOT, settings=request.param)) as made:
         made.connect()
         yield made
 

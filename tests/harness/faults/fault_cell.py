@@ -16,6 +16,7 @@ from typing import Any
 
 from scara_config import load_robot
 from scara_config.loader import OVERRIDE
+from scara_config.profile import SETTINGS_CHOICE
 
 from harness.plants.known_robot import known_robot
 from harness.processes import Process, Stage, free_port, wait_until
@@ -40,6 +41,13 @@ PACKAGES = {
     "joint_vel_controller": "scara_control",
     "trajectory_server": "scara_control",
 }
+SET_UPS = (
+    "",
+    "cstopi_for_abort: false",
+    "imstp_assigned: false",
+    "cstopi_for_abort: false, imstp_assigned: false",
+)
+"""How the robot was set up, where it is not as filed; the last is one that only HOLD stops."""
 THERE, BACK = (1.2, 1.0, -0.10, 0.8), (0.0, 0.0, -0.16, 0.0)
 
 
@@ -140,6 +148,15 @@ class FaultCell:
         now = time.time()
         self.processes[node].signal(signal.SIGCONT)
         return now
+
+    def set_up(self, settings: str) -> None:
+        """Start the robot again, set up otherwise, and lead the pair to IDLE."""
+        if self.environment.get(SETTINGS_CHOICE, "") == settings:
+            return
+        self.environment[SETTINGS_CHOICE] = settings
+        self.kill("emulator")
+        self.start("emulator")
+        self.recover()
 
     def pendant(self, *words: str) -> str:
         """Use the robot's own pendant, which has a line of its own."""
