@@ -193,6 +193,12 @@ def main(
     write: Annotated[
         bool, typer.Option("--page", help="Only write the pages from bench/results.json.")
     ] = False,
+    stops: Annotated[
+        bool,
+        typer.Option(
+            "--stops", help="How stops end, by the robot's set-up: docs/operating/stops.md."
+        ),
+    ] = False,
     virtual: Annotated[
         bool, typer.Option("--virtual", help="The experiments in virtual time: ROBOT ... as rows.")
     ] = False,
@@ -208,6 +214,11 @@ def main(
         from harness.virtual_cell.__main__ import main as measure_virtual
 
         measure_virtual(rows, renew, as_json)
+    if stops:
+        from harness.stops.__main__ import main as measure_stops
+
+        measure_stops()
+        raise typer.Exit(0)
     console = Console(stderr=as_json)
     sections = (
         ("faults", faults),

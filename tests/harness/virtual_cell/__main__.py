@@ -44,7 +44,7 @@ def main(
     if renew:
         older = stored.read_baseline().figures if stored.FILE.exists() else {}
         today = datetime.now(timezone.utc).strftime("%Y-%m-%d")
-        stored.write_baseline(stored.Baseline(today, _commit(), {**older, **found}))
+        stored.write_baseline(stored.Baseline(today, commit(), {**older, **found}))
         console.print(f"baseline written: {stored.FILE.relative_to(ROOT)}", soft_wrap=True)
     if as_json:
         print(msgspec.json.encode(found).decode())
@@ -65,7 +65,7 @@ def main(
     raise typer.Exit(1 if lines else 0)
 
 
-def _commit() -> str:
+def commit() -> str:
     """Return the commit that is checked out, marked when files differ from it."""
     words = ["git", "-C", str(ROOT), "describe", "--always", "--dirty", "--abbrev=9"]
     done = subprocess.run(words, capture_output=True, text=True)

@@ -1,0 +1,86 @@
+"""The rows as a page of the documents."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import product
+
+from harness.stops.rows import COMMANDS, PLANTS, SCENES, UOPS, Instant, Row
+
+HEAD = """# How a stop ends
+This page says how long the robot takes to stand after STOP, ESTOP and PAUSE, by how the robot was
+set up. `./cell bench --stops` wrote it on {date}, commit {commit}. Everything was held to our
+stand-in in virtual time, which obeys the maker's manual ([sources](../sources.md)); **no real robot
+was stopped for it**.
+
+- CSTOPI: "CSTOPI for ABORT" is TRUE, or FALSE as delivered. `*IMSTP`: it has an input or not.
+- Scenes: the robot's program ARTICLE at 100 % in the middle of a move; a `move_to` of the twin at
+  50 %; ARTICLE in a WAIT, 0.25 s before its next move; ARTICLE where the next move begins.
+- Each cell: time from the command until the robot stands, what became of its program, the mode
+  1.2 s after the command. In brackets: the robot's own ramp, when a person takes its HOLD away.
+- With all signals (`full`) each row stands within 0.1 s after that ramp;
+  `tests/virtual_time/stops/test_stop_table.py` holds every row.
+"""
+
+
+NOTES = {
+    "full": "HOLD, which works on each of these robots, is what stops it.",
+    "simple": (
+        "UO 2 to 5 are not allocated. The pair takes SYSRDY, which is never on, for drives that "
+        "are off: it stays in ESTOP and never leads the robot. STOP and ESTOP hold the robot's own "
+        'program by HOLD; PAUSE is refused in ESTOP. Set "UOP auto assignment" to Full.'
+    ),
+    "none": (
+        "No input has an effect: **nothing of the pair stops this robot**, only its own buttons "
+        'do. The pair stays in ESTOP and never leads it. Set "UOP auto assignment" to Full.'
+    ),
+}
+"""What each section says before its tables."""
+
+
+def page(found: Mapping[object, list[Row] | str], date: str, commit: str) -> str:
+    """Return the page as Markdown.
+
+    Args:
+        found: Rows by instant, or why the cell did not come to it.
+        date: When they were measured.
+        commit: Of what.
+    """
+    lines = [HEAD.format(date=date, commit=commit)]
+    for uop in UOPS:
+        lines += [f"## UOP {uop}", NOTES[uop], ""]
+        for plant in PLANTS:
+            lines += _table(found, uop, plant)
+    return "\n".join(lines)
+
+
+def _table(found: Mapping[object, list[Row] | str], uop: str, plant: str) -> list[str]:
+    """Return one plant's table, or why the pair does not come to it."""
+    reasons = {
+        str(why) for scene in SCENES if isinstance(why := found[Instant(uop, scene, plant)], str)
+    }
+    if reasons:
+        return [f"Plant {plant}: the pair never led. {' '.join(sorted(reasons))}", ""]
+    lines = [f"Plant {plant}:", "", f"| CSTOPI | *IMSTP | scene | {' | '.join(COMMANDS)} |"]
+    lines.append("|---|---|---|" + "---|" * len(COMMANDS))
+    for cstopi, imstp, scene in product((True, False), (True, False), SCENES):
+        rows = found[Instant(uop, scene, plant)]
+        cells = [
+            _cell(row)
+            for command in COMMANDS
+            for row in rows
+            if isinstance(row, Row)
+            and (row.command, row.cstopi_for_abort, row.imstp_assigned) == (command, cstopi, imstp)
+        ]
+        on = {True: "on", False: "off"}
+        lines.append(f"| {on[cstopi]} | {on[imstp]} | {scene} | {' | '.join(cells)} |")
+    return [*lines, ""]
+
+
+def _cell(row: Row) -> str:
+    if not row.moved:
+        return f"never led; {row.mode}"
+    if row.stood_s is None:
+        return f"does not stand; {row.program}; {row.mode}"
+    again = ", moves again" if row.began else ""
+    return f"{row.stood_s:.3f} s{again} ({row.ramp_s:.3f}); {row.program}; {row.mode}"
