@@ -108,12 +108,12 @@ class RealSide:
 
     def command_real(self, do: Command) -> None:
         """Obey one command."""
-        if do is Command.STOP_REAL:
-            self.hold_away, self.queued = True, False
+        if do in (Command.STOP_REAL, Command.END_AT_REST):
+            self.hold_away, self.queued = self.hold_away or do is Command.STOP_REAL, False
             if self.cancels:
                 self.streaming = False
                 self.end_program()
-            else:
+            elif do is Command.STOP_REAL:
                 self.program_paused = self.own_program or self.streaming
             self._forget_setpoints()
         elif do is Command.HOLD_REAL:

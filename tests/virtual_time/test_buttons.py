@@ -10,6 +10,7 @@ from collections.abc import Iterator
 
 import pytest
 from harness.scenes.steps import ROBOT, both_stood, go, nothing_moves, run_program
+from harness.scenes.truth import standstill_since, travel
 from harness.virtual_cell.cell import VirtualCell
 
 HELD = "robot is held at its pendant"
@@ -130,3 +131,44 @@ def test_speed_never_raises_the_override_of_the_person_at_the_robot(cell: Virtua
     cell.real.robot.write_override(10)
     cell.schedule.run(1.0)
     assert override_after(80.0)[0] == 10
+
+
+@pytest.mark.parametrize("late", [0.0, 0.05, 0.1, 0.15, 0.2, 0.3])
+def test_a_start_at_the_pendant_right_behind_a_twins_move_is_taken(
+    cell: VirtualCell, late: float
+) -> None:
+    """While the stream that followed it comes to its end; nobody presses twice."""
+    begun = cell.schedule.now
+    go(cell, 80.0)
+    cell.schedule.run(1.0)
+
+    def arrived() -> bool:
+        rested = standstill_since(cell.real.truth, begun)
+        return travel(cell.real.truth, begun) > 60.0 and rested < cell.schedule.now - 0.02
+
+    cell.wait_whatever(arrived, 15.0, "the end of the way")
+    cell.schedule.run(late)
+    pressed = cell.schedule.now
+    run_program(cell)
+    assert cell.schedule.now < pressed + 0.6
+    cell.schedule.run(2.0)
+    assert cell.mode == "REAL_LEADS" and cell.real.running
+    assert travel(cell.real.truth, pressed) > 10.0
+
+
+def test_a_start_at_the_pendant_that_waits_for_a_stream_begins_after_no_stop(
+    cell: VirtualCell,
+) -> None:
+    """HOLD, which a stop takes away, clears it: what was asked for before never begins after."""
+    go(cell, 80.0)
+    cell.wait_whatever(lambda: cell.mode == "IDLE", 20.0, "IDLE")
+    assert cell.operate("MOVE_JOINTS", target=(0.0, 0.0, -0.1, 0.0), speed_percent=80.0).success
+    cell.wait_until(lambda: cell.real.shown.control_type == 2, 5.0, "the stream")
+    number = cell.files.program_number("TWO_POINT")
+    cell.real.signal(f"panel_run{number}", None)
+    cell.real.signal("panel_hold", False)
+    cell.schedule.run(0.5)
+    cell.real.signal("panel_hold", True)
+    assert cell.operate("STOP").success
+    rested = both_stood(cell, cell.schedule.now)
+    nothing_moves(cell, rested)

@@ -29,6 +29,7 @@ class EmulatorFile(UopSettings, frozen=True, forbid_unknown_fields=True, kw_only
     safety_speed_percent: Annotated[int, Meta(ge=1, le=100)]
     heartbeat_timeout_ms: Annotated[int, Meta(ge=10, le=10000)]
     gripper_timeout_ms: Annotated[int, Meta(ge=10, le=10000)]
+    start_wait_ms: Annotated[int, Meta(ge=0, le=10000)]
     stream_program: Annotated[str, Meta(pattern=r"^[A-Z][A-Z0-9_]{0,15}\Z")]
     desk_heartbeat_timeout_ms: Annotated[int, Meta(ge=10, le=10000)] | None = None
 

@@ -122,17 +122,23 @@ class Controller:
         for request, number in asked:
             match request:
                 case Request.POWER_OFF:
+                    self._try(self._jobs.forget_here)
                     self._cut_drives()
                 case Request.HOLD:
+                    self._try(self._jobs.forget_here)
                     self._pause()
                 case Request.CYCLE_STOP:
                     self._jobs.clear()
                     if self._config.cstopi_for_abort:
                         self._abort()
                 case Request.END:
+                    self._try(self._jobs.forget_here)
                     self._abort()
                 case Request.RESET:
                     self._reset()
+                case Request.RUN:
+                    until_ms = self._now_ms + self._config.start_wait_ms
+                    self._try(partial(self._jobs.run_here, number, until_ms))
                 case _:
                     self._try(partial(self._jobs.ask, request, number))
 
@@ -187,6 +193,8 @@ class Controller:
         if self._aborting and self._motion.standing:
             self._motion.clear()
             self._end()
+        if self._jobs.waits_here:
+            self._try(partial(self._jobs.next_here, self._now_ms))
         if self._jobs.waiting:
             self._try(self._jobs.next)
         self._show()

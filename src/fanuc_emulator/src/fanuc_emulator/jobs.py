@@ -37,7 +37,14 @@ class Jobs:
         self._programs, self._executor, self._delay = programs, executor, start_delay
         self._only_continues, self._obstacle = start_for_continue, obstacle
         self._queue: deque[int] = deque()
+        # What was started at the pendant and waits for the end of the stream: until when [ms].
+        self._here: tuple[int, int] | None = None
         self.selected: Program | None = None
+
+    @property
+    def waits_here(self) -> bool:
+        """Whether a start at the pendant waits."""
+        return self._here is not None
 
     @property
     def waiting(self) -> bool:
@@ -70,6 +77,35 @@ class Jobs:
         if program is None:
             return f"RSR{number} has no program"
         return self._begin(program, 0)
+
+    def run_here(self, number: int, until_ms: int) -> str | None:
+        """Start a program at the pendant, or let it wait for the end of a stream.
+
+        Args:
+            number: Of the program.
+            until_ms: It waits no longer than until then, by the robot's own clock.
+        """
+        program = self._executor.program
+        over = program is None or self._executor.state is ProgramState.ABORTED
+        if not over and program is not None and program.streams:
+            self._here = number, until_ms
+            return None
+        return self.run(number)
+
+    def next_here(self, now_ms: int) -> str | None:
+        """Start what waits for the end of the stream, once that has come or will not soon."""
+        if self._here is None:
+            return None
+        number, until_ms = self._here
+        if self._executor.state is not ProgramState.ABORTED and now_ms < until_ms:
+            return None
+        self._here = None
+        return self.run(number)
+
+    def forget_here(self) -> str | None:
+        """Forget what waits for the end of the stream: the robot is held. Return why it is gone."""
+        gone, self._here = self._here, None
+        return None if gone is None else "the robot was held before it began"
 
     def request(self, number: int) -> str | None:
         """RSR: start a program, or let it wait until the one that runs or is paused has ended."""

@@ -31,6 +31,7 @@ from twin_controller.robot_sample import (
 PERIOD = 0.01
 WORDS: SignalTable = {
     Command.STOP_REAL: (DropSetpoints(), Number("task", 0)),
+    Command.END_AT_REST: (DropSetpoints(), Number("task", 0)),
     Command.HOLD_REAL: (DropSetpoints(), Signal("motion_enable", False)),
     Command.END_STREAM: (DropSetpoints(),),
     Command.GIVE_HOLD_BACK: (StandHere(if_paused=True),),
@@ -141,6 +142,7 @@ def cell() -> Cell:
     ("do", "asked"),
     [
         (Command.STOP_REAL, [("drop",), ("number", "task", 0)]),
+        (Command.END_AT_REST, [("drop",), ("number", "task", 0)]),
         (Command.HOLD_REAL, [("drop",), ("signal", "motion_enable", False)]),
         (Command.RELEASE_REAL, [("signal", "motion_enable", True)]),
         (Command.ESTOP_REAL, [("drop",), ("signal", "power", False), ("number", "task", 0)]),
@@ -241,6 +243,6 @@ def test_override_and_gripper_go_the_same_way(cell: Cell) -> None:
 def test_every_action_on_the_real_robot_stands_in_the_shipped_table() -> None:
     """An action that is forgotten would silently do nothing."""
     others = {Command.START_STREAM, Command.CONTINUE_STREAM, Command.END_STREAM}
-    others |= {Command.GIVE_HOLD_BACK}
+    others |= {Command.GIVE_HOLD_BACK, Command.END_AT_REST}
     on_the_robot = {do for do in Command if do.name.endswith("_REAL")} | others
     assert set(UI_SIGNALS) == on_the_robot == set(WORDS)

@@ -16,6 +16,7 @@ class Command(StrEnum):
     HOLD_REAL = "hold the real robot"
     GIVE_HOLD_BACK = "give the real robot's HOLD back"
     RELEASE_REAL = "let the real robot go on"
+    END_AT_REST = "end the real robot's program at rest"
     END_STREAM = "take the real robot's set point back"
     ESTOP_REAL = "switch the real robot's drives off"
     RESET_REAL = "reset the real robot"

@@ -70,6 +70,9 @@ UI_SIGNALS: SignalTable = {
     # A paused program does not go on by this, it wants START. Who presses that at the pendant must
     # not find an old set point: the robot goes to PR[1] whether it is marked as valid or not.
     Command.GIVE_HOLD_BACK: (StandHere(if_paused=True), TakeBack(), Signal("hold", True)),
+    # Nothing moves: HOLD stays, or a start at the pendant right behind would be refused. If the
+    # program does not end by that, the robot is stopped.
+    Command.END_AT_REST: (DropSetpoints(), Pulse("cstopi"), TakeBack()),
     # Without a set point: the stream must not begin with an old one when it is let go on.
     Command.HOLD_REAL: (DropSetpoints(), Signal("hold", False), TakeBack()),
     Command.END_STREAM: (DropSetpoints(), TakeBack()),

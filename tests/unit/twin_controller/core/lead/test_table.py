@@ -202,7 +202,8 @@ def test_a_stream_is_ended_when_nobody_feeds_it_any_more(mode: Mode) -> None:
     """
     for trigger, _, row in rows(mode):
         if row.to not in (None, mode, Mode.PAUSED) and trigger is not Trigger.REAL_TOOK_OVER:
-            assert {Command.STOP_REAL, Command.ESTOP_REAL} & set(row.commands), trigger
+            ends = {Command.STOP_REAL, Command.ESTOP_REAL, Command.END_AT_REST}
+            assert ends & set(row.commands), trigger
 
 
 @IN_EACH_MODE

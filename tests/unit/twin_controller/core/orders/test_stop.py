@@ -367,3 +367,45 @@ def test_a_robot_that_nothing_stops_is_left_to_the_person_beside_it(pair: Deaf) 
     pair.run(4.0)
     said = [each for each in pair.decisions() if each.trigger == "ESTOP_IGNORED"]
     assert len(said) == 1 and "press the emergency stop at the robot itself" in said[0].why
+
+
+def rested_behind_a_move(pair: Deaf) -> int:
+    """Let the robot follow a move of the twin to its end; return how many actions there were."""
+    pair.move_twin(ramp(HOME, shifted(HOME, 20.0), 2.0))
+    pair.run(1.0)
+    assert pair.state.lead.mode is Mode.TWIN_LEADS
+    since = len(pair.actions)
+    pair.run_until(lambda: pair.state.lead.mode is Mode.IDLE, 10.0)
+    return since
+
+
+def test_a_stream_at_rest_is_ended_without_taking_hold_away(pair: Deaf) -> None:
+    """A start at the pendant right behind the move would be refused."""
+    since = rested_behind_a_move(pair)
+    pair.run(1.0)
+    assert sent(pair, since) == [] and not pair.streaming and not pair.hold_away
+    assert pair.state.orders.stop is None
+
+
+def test_a_stream_that_does_not_end_at_rest_is_stopped(pair: Deaf) -> None:
+    """By HOLD, which is given back once the robot shows it."""
+    pair.not_heard = (Command.END_AT_REST,)
+    since = rested_behind_a_move(pair)
+    pair.run(0.5 * RETRY_S)
+    assert sent(pair, since) == [] and pair.streaming
+    pair.run(1.5)
+    assert sent(pair, since) == [Command.STOP_REAL]
+    assert not pair.streaming and not pair.hold_away and pair.state.orders.stop is None
+    assert pair.state.lead.mode is Mode.IDLE
+
+
+def test_a_program_started_behind_a_stream_is_no_disobedience(pair: Deaf) -> None:
+    """It is not stopped for a stream that has ended."""
+    rested_behind_a_move(pair)
+    pair.run_until(lambda: not pair.streaming, 0.1)
+    assert pair.state.orders.stop is not None, "the end is not reported yet"
+    since, here = len(pair.actions), pair.real_q
+    pair.start_program(ramp(here, shifted(here, 60.0), 4.0))
+    pair.run(2.0)
+    assert pair.own_program and sent(pair, since) == []
+    assert pair.state.lead.mode is Mode.REAL_LEADS

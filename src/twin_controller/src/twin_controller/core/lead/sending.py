@@ -19,7 +19,7 @@ from twin_controller.core.lead.transition import reject
 from twin_controller.core.orders.gripper import Notice, watch_grippers
 from twin_controller.core.orders.order import send
 from twin_controller.core.orders.speed_caps import Leader, cap_speeds
-from twin_controller.core.orders.stop import may_give_back, stop_again
+from twin_controller.core.orders.stop import TAKES_HOLD, may_give_back, stop_again
 from twin_controller.core.orders.stream import start_stream
 from twin_controller.core.orders.twin_stop import twin_stop_again
 from twin_controller.core.setup import Setup
@@ -90,7 +90,8 @@ def order_real(setup: Setup, state: CoreState, streamed: bool, now: float) -> Re
         stream, asked = start_stream(stream, flags, now)
         stop = None if asked else stop
     stop, again = stop_again(stop, now)
-    state = replace(state, orders=replace(orders, stream=stream, stop=stop))
+    away = orders.hold_away or any(each.command in TAKES_HOLD for each in again)
+    state = replace(state, orders=replace(orders, stream=stream, stop=stop, hold_away=away))
     state, back = _give_hold_back(setup, state, now)
     state, resumed = _resume_twin(state, now)
     return state, [*asked, *again, *back, *resumed]

@@ -138,7 +138,7 @@ _OPERATOR_LEADS = Row(
 )
 _TO_IDLE = Row(Mode.IDLE, (Command.RELEASE_TWIN, Command.BASELINE), "the positions are agreed")
 _TO_IDLE_STREAMED = Row(
-    Mode.IDLE, (Command.STOP_REAL, Command.BASELINE), "the positions are agreed"
+    Mode.IDLE, (Command.END_AT_REST, Command.BASELINE), "the positions are agreed"
 )
 _ALIGN = Row(Mode.ALIGNING, (Command.BEGIN_ALIGN,), "the twin goes slowly to the real robot's pose")
 _REALIGN = Row(

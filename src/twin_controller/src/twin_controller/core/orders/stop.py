@@ -22,8 +22,8 @@ from twin_controller.core.orders.order import GiveUp, Order, Patience, tell
 
 replace = msgspec.structs.replace
 
-STOPPING = (Command.STOP_REAL, Command.HOLD_REAL)
-TAKES_HOLD = (*STOPPING, Command.ESTOP_REAL)
+STOPPING = (Command.STOP_REAL, Command.HOLD_REAL, Command.END_AT_REST)
+TAKES_HOLD = (Command.STOP_REAL, Command.HOLD_REAL, Command.ESTOP_REAL)
 """After one of these the robot's HOLD is away."""
 GIVES_HOLD = (Command.GIVE_HOLD_BACK, Command.RELEASE_REAL, Command.RESET_REAL)
 """After one of these it is there again."""
@@ -83,6 +83,9 @@ def hear_stop(stop: StopOrder, event: RealMeasured, stands: bool, config: Stop) 
     told = stop.order.sent if stop.given_back is None else stop.given_back
     if event.sent <= told:
         return stop
+    if stop.order.wanted is Command.END_AT_REST:
+        # HOLD is there, and what was started at the pendant behind the stream is not ours to stop.
+        return stop if event.streaming else None
     runs = (event.own_program or event.streaming) and not event.paused
     if stop.given_back is not None:
         if not stop.left:
@@ -128,5 +131,7 @@ def stop_again(stop: StopOrder | None, now: float) -> tuple[StopOrder | None, li
         return stop, []
     for again in due([stop.order], now).sends:
         why = "the real robot does not show it yet"
+        if again.wanted is Command.END_AT_REST:
+            stop, again = replace(stop, since=now), replace(again, wanted=Command.STOP_REAL)
         return replace(stop, order=again, reached=True), [Send(again.wanted, why)]
     return stop, []

@@ -1,0 +1,73 @@
+"""A start at the pendant while the client's stream program runs."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+from fanuc_emulator.program import ProgramState
+
+from fanuc_emulator import alarms
+
+if TYPE_CHECKING:
+    from unit.fanuc_emulator.conftest import Bench
+
+TWO_POINT = "panel_run3"
+
+
+@pytest.fixture
+def streaming(bench: Bench) -> Bench:
+    """Return a robot at rest whose stream program runs."""
+    bench.stream_to("joint_1", 0.01)
+    bench.pulse("rsr1")
+    bench.run(1.0)
+    program = bench.now.program_name
+    assert bench.now.program_state is ProgramState.RUNNING and program == "STREAM"
+    return bench
+
+
+def begun(bench: Bench) -> bool:
+    """Return whether a program of the robot's own runs."""
+    running = bench.now.program_state is ProgramState.RUNNING
+    return running and bench.now.program_name not in ("", "STREAM")
+
+
+def test_a_start_at_the_pendant_waits_for_the_end_of_the_stream(streaming: Bench) -> None:
+    """CSTOPI, by which the client ends its stream, does not clear it."""
+    streaming.pulse(TWO_POINT)
+    assert not begun(streaming) and streaming.now.alarm is None
+    streaming.pulse("cstopi")
+    streaming.run(0.2)
+    assert begun(streaming) and streaming.now.alarm is None
+
+
+@pytest.mark.parametrize("name", ["hold", "panel_hold", "enbl", "imstp", "panel_imstp"])
+def test_whoever_holds_the_robot_clears_it(streaming: Bench, name: str) -> None:
+    """What was asked for before a stop never begins after it."""
+    streaming.pulse(TWO_POINT)
+    streaming.controller.write_input(name, False)
+    streaming.pulse("cstopi")
+    streaming.controller.write_input(name, True)
+    streaming.pulse("fault_reset")
+    streaming.run(2.0)
+    assert not begun(streaming) and streaming.now.program_state is ProgramState.ABORTED
+
+
+def test_an_abort_at_the_pendant_clears_it(streaming: Bench) -> None:
+    """The person has thought better of it."""
+    streaming.pulse(TWO_POINT)
+    streaming.pulse("panel_abort")
+    streaming.run(2.0)
+    assert not begun(streaming)
+
+
+def test_a_stream_that_goes_on_refuses_it_in_the_end(streaming: Bench) -> None:
+    """Nobody is surprised by a program that begins long after the key was pressed."""
+    streaming.pulse(TWO_POINT)
+    streaming.run(streaming.config.start_wait_ms * 1e-3 + 0.01)
+    alarm = streaming.now.alarm
+    assert alarm is not None and alarm.code is alarms.START_REFUSED
+    assert alarm.cause == "STREAM is running"
+    streaming.pulse("cstopi")
+    streaming.run(2.0)
+    assert not begun(streaming)
