@@ -119,21 +119,17 @@ class Controller:
 
     def _obey(self, asked: Iterable[Asked]) -> None:
         """Do what the edges of inputs ask for."""
+        cut, hold, end = Request.POWER_OFF, Request.HOLD, Request.END
+        stops = {cut: self._cut_drives, hold: self._pause, end: self._abort}
         for request, number in asked:
             match request:
-                case Request.POWER_OFF:
+                case Request.POWER_OFF | Request.HOLD | Request.END:
                     self._try(self._jobs.forget_here)
-                    self._cut_drives()
-                case Request.HOLD:
-                    self._try(self._jobs.forget_here)
-                    self._pause()
+                    stops[request]()
                 case Request.CYCLE_STOP:
                     self._jobs.clear()
                     if self._config.cstopi_for_abort:
                         self._abort()
-                case Request.END:
-                    self._try(self._jobs.forget_here)
-                    self._abort()
                 case Request.RESET:
                     self._reset()
                 case Request.RUN:
@@ -284,10 +280,8 @@ class Controller:
     @property
     def _enabled(self) -> bool:
         """CMDENBL: a remote start is possible."""
-        inputs = self._inputs
-        return (
-            self._motion.powered and inputs["sfspd"] and inputs["enbl"] and not self._alarms.fault
-        )
+        ready = self._motion.powered and not self._alarms.fault
+        return ready and self._inputs["sfspd"] and self._inputs["enbl"]
 
     def _outputs(self) -> Outputs:
         state = self._executor.state
@@ -337,9 +331,8 @@ class Controller:
         self._gripper_wait += self._dt
         if self._gripper_wait > self._config.gripper_timeout_ms * 1e-3:
             self._gripper_wait = 0.0
-            self._raise(
-                alarms.NO_VACUUM, f"RI[1] is not {'ON' if step.on else 'OFF'} in line {step.line}"
-            )
+            level = "ON" if step.on else "OFF"
+            self._raise(alarms.NO_VACUUM, f"RI[1] is not {level} in line {step.line}")
 
     def _raise(self, code: AlarmCode, cause: str) -> None:
         """Make an alarm active and do what its severity asks for."""
@@ -383,8 +376,7 @@ class Controller:
 
     def _reset(self) -> None:
         """FAULT_RESET: clear alarms whose cause is gone, and switch the drives on again."""
-        persists = self._power_off_causes()
-        if persists:
+        if persists := self._power_off_causes():
             self._alarms.clear(keep=persists)
             return
         if not self._motion.powered:

@@ -27,6 +27,8 @@ SLOWEST_M_S = 0.05
 """A tool slower than this is not late by a time [m/s]; our choice."""
 NEW_SHARE = 0.1
 """Share of the newest sample in the mean delay: at 100 Hz a mean of about 0.1 s; our choice."""
+MOST = 1e6
+"""A joint faster than this is none [rad/s or m/s]; our choice."""
 GLANCE_S = 1e-3
 """How far ahead a tool's velocity is taken from its joints' [s]; our choice."""
 
@@ -163,7 +165,10 @@ def tools(
         _tool(
             setup.arm,
             setup.arm_columns,
-            tuple(q + ahead * qdot for q, qdot in zip(side.q, side.qdot)),
+            # A speed that is beyond all numbers, between two wild samples, leads nowhere.
+            tuple(
+                q + ahead * qdot if abs(qdot) < MOST else q for q, qdot in zip(side.q, side.qdot)
+            ),
         )
         for side in pair
     )
