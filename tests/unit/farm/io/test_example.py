@@ -39,5 +39,5 @@ def test_the_feeder_joins_is_shown_and_stops(farm: Farm) -> None:
 def test_the_tutorial_names_every_example() -> None:
     """Whoever looks for a first step finds it there."""
     told = (ROOT / "docs" / "learn" / "tutorial.md").read_text(encoding="utf-8")
-    names = {path.name for path in (ROOT / "examples").iterdir() if path.is_file()}
+    names = {path.name for path in (ROOT / "examples").iterdir() if path.suffix}
     assert {name for name in names if f"examples/{name}" not in told} == set()
