@@ -13,7 +13,7 @@ def test_set_points_look_ahead_by_the_delay_of_the_follower():
     bench = Bench()
     bench.core.look_ahead(0.15)
     bench.move()
-    bench.tick(23)
+    bench.tick(round((CONFIG.move.announce + 0.15) / DT))
     assert set(bench.states[1:-1]) == {"announcing"}
     bench.tick()
     assert bench.states[-1] == "moving"
