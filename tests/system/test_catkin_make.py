@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -46,12 +47,15 @@ def clone(tmp_path: Path) -> Path:
 
 
 def other_python_first(folder: Path) -> dict[str, str]:
-    """Return a PATH that begins with a python3 that is none."""
-    fake = folder / "other" / "python3"
-    fake.parent.mkdir()
-    fake.write_text("#!/bin/sh\necho another python3 was asked >&2; exit 1\n")
-    fake.chmod(0o755)
-    return {"PATH": f"{fake.parent}:{ENV['PATH']}"}
+    """Return a PATH that begins with another Python, which nothing here may ask."""
+    first = folder / "other"
+    first.mkdir()
+    version = f"{sys.version_info.major}.{sys.version_info.minor}"
+    for name in ("python3", "python3-config", f"python{version}-config"):
+        fake = first / name
+        fake.write_text("#!/bin/sh\necho another python3 was asked >&2; exit 1\n")
+        fake.chmod(0o755)
+    return {"PATH": f"{first}:{ENV['PATH']}"}
 
 
 def interpreters(devel: Path) -> set[str]:
