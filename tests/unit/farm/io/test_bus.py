@@ -134,7 +134,12 @@ def test_a_stop_is_taken_by_cells_with_any_clock(farm: Farm) -> None:
         practice = farm.ends.enter_context(Practice(farm.config, "m", cells, ahead_s=ahead))
         assert practice.join()
         threading.Thread(target=practice.run, args=(5.0, 0.0), daemon=True).start()
-    names = cells_there(session, "site", 1.0)
+    # A token is on its way for some milliseconds when its cell has joined.
+    names = wait_until(
+        lambda: len(found := cells_there(session, "site", 1.0)) == len(DIFFERENCES) and found,
+        DEADLINE_S,
+        "all cells",
+    )
     for command in ("STOP", "PAUSE"):
         answers = list(order(session, names, command, "ann", "desk_1", 2.0))
         assert [a.text for a in answers if a.answer is None or not a.answer.accepted] == []
