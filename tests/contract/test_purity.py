@@ -97,7 +97,7 @@ FILES = frozenset(
 EXEMPT = {
     "config/src/scara_config/palletise.py": {"exists"},
     "config/src/scara_config/readers.py": {"exists", "read_text"},
-    "config/src/scara_config/loader.py": {"os", "rospkg", "read_text"},
+    "config/src/scara_config/loader.py": {"os", "rospkg", "read_bytes", "exists"},
     "config/src/scara_config/profile.py": {
         "os",
         "rospkg",

@@ -25,6 +25,7 @@ _AT = re.compile(r"^(?P<what>.*?)(?: - at `\$(?P<path>.*)`)?\Z", re.DOTALL)
 _NEAR = 0.6  # our choice: two letters of a short word may differ
 _SHOWN = 80
 _UNIONS = (typing.Union, types.UnionType)
+_ROWS = (list, tuple, set, frozenset)
 
 
 class Fault(NamedTuple):
@@ -100,13 +101,13 @@ def keys_of(text: str) -> Keys:
 def line_of(text: str, keys: Keys) -> int | None:
     """Return the line of a YAML text at which ``keys`` stand, counted from 1.
 
-    None: there are no such keys. For an empty ``keys`` this is the first line with content.
+    None: there are no such keys. For an empty ``keys`` this is the first line with content, or 1.
     """
     try:
         node = YAML().compose(text)
     except YAMLError:
         return None
-    line = node.start_mark.line + 1 if node is not None else None
+    line = node.start_mark.line + 1 if node is not None else 1
     for key in keys:
         found = _child(node, key)
         if found is None:
@@ -171,7 +172,7 @@ def _below(value: Any, kind: Any, keys: Keys) -> Iterator[Fault]:
         if len(value) == len(arguments):
             for number, (part, each) in enumerate(zip(value, arguments, strict=True)):
                 yield from _faults(part, each, (*keys, number))
-    elif origin is not None and isinstance(value, list) and arguments:
+    elif origin in _ROWS and isinstance(value, list) and arguments:
         for number, part in enumerate(value):
             yield from _faults(part, arguments[0], (*keys, number))
 

@@ -12,14 +12,15 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import msgspec
-from ruamel.yaml import YAML
-from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
 from scara_config.faults import Fault, find_faults, line_of
+from scara_config.parsing.yaml_text import YamlTextError, parse
 
 T = TypeVar("T")
 
 OVERRIDE = "SCARA_CONFIG_DIR"
+LARGEST = 1_000_000
+"""Bytes of a file [our]: the largest that is shipped has 20,000."""
 
 
 class ConfigError(ValueError):
@@ -59,32 +60,45 @@ def load(path: Path | str, kind: type[T]) -> T:
         kind: A msgspec structure; its constraints are the allowed values.
 
     Raises:
-        ConfigError: The file is missing, is no YAML, or a value does not fit ``kind``.
+        ConfigError: The file cannot be read, is no YAML, or a value does not fit ``kind``.
     """
     path = Path(path)
-    try:
-        text = path.read_text(encoding="utf-8")
-    except OSError as error:
-        raise ConfigError(f"{path}: cannot be read: {error.strerror}") from error
+    text = _read(path)
     try:
         tree = copy.deepcopy(_parsed(text))
-    except YAMLError as error:
-        raise ConfigError(f"{path}: is no valid YAML: {_syntax(error)}") from error
-    return convert(tree, kind, str(path), text)
+    except YamlTextError as error:
+        raise ConfigError(f"{path}: is no valid YAML: {error}") from error
+    return convert(tree, kind, str(path), text or "\n")
 
 
-def _syntax(error: YAMLError) -> str:
-    """Say on one line what is wrong with a YAML text, and where."""
-    if not isinstance(error, MarkedYAMLError) or error.problem_mark is None:
-        return " ".join(str(error).split())
-    mark = error.problem_mark
-    return f"{error.problem} (line {mark.line + 1}, column {mark.column + 1})"
+def _read(path: Path) -> str:
+    """Return the text of a file.
+
+    Raises:
+        ConfigError: It is missing, no file, too large, or not in UTF-8.
+    """
+    try:
+        if path.exists() and not path.is_file():
+            raise ConfigError(f"{path}: cannot be read: it is no file")
+        content = path.read_bytes()
+    except OSError as error:
+        raise ConfigError(f"{path}: cannot be read: {error.strerror}") from error
+    if len(content) > LARGEST:
+        raise ConfigError(f"{path}: {len(content)} bytes: Expected at most {LARGEST}")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content[: error.start].count(b"\n") + 1
+        byte = content[error.start]
+        raise ConfigError(
+            f"{path}: is not in UTF-8: byte 0x{byte:02x} (line {line}). Save it as UTF-8"
+        ) from error
 
 
 @functools.lru_cache(maxsize=64)
 def _parsed(text: str) -> Any:
     """Parse YAML. The same text is parsed once: that takes up to 60 ms, a copy takes one."""
-    return YAML(typ="safe").load(text)
+    return parse(text)
 
 
 def convert(tree: Any, kind: type[T], source: str, text: str = "") -> T:

@@ -1,7 +1,5 @@
 """What stands where on a robot's Modbus server, by modbus_map.yaml.
 
-Addresses, types, scales, signals; checked.
-
 Robots differ in where things stand and how they are written, not in what is needed of them. The
 names are those of the first robot (UI and UO of a Fanuc controller); a map says for another one by
 what register, bit or command code it does the same.

@@ -130,9 +130,9 @@ def test_all_faults_of_a_file_come_at_once(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("a: [1, 2\n", "(line 2, column 1)"),
+        ("a: [1, 2\n", "(line 2, column 1, near `a`)"),
         ("rate_hz: 1\nrate_hz: 2\n", "duplicate key"),
-        ("\tx: 1\n", "(line 1, column 1)"),
+        ("\tx: 1\n", "(line 1, column 1, near `x`)"),
     ],
 )
 def test_broken_yaml_is_one_line_with_line_and_column(tmp_path: Path, text: str, said: str) -> None:

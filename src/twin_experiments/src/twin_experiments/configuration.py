@@ -6,9 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ruamel.yaml import YAML
-from ruamel.yaml.error import YAMLError
 from scara_config import ConfigError, Robot, convert
+from scara_config.parsing.yaml_text import YamlTextError, parse
 
 from twin_experiments.config import ExperimentsFile
 
@@ -63,6 +62,6 @@ def _parse(text: Any, name: str) -> Any:
         ConfigError: It is no YAML.
     """
     try:
-        return YAML(typ="safe").load(text)
-    except (YAMLError, TypeError, AttributeError) as error:
+        return parse(text)
+    except (YamlTextError, TypeError, AttributeError) as error:
         raise ConfigError(f"{name} in the bag: is no valid YAML: {error}") from error

@@ -7,10 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from cell_recorder.io.reading.bag_reader import Bag
-from ruamel.yaml import YAML
-from ruamel.yaml.error import YAMLError
 from scara_config import ConfigError, convert
 from scara_config.palletise import FILE, Palletise, find_palletise
+from scara_config.parsing.yaml_text import YamlTextError, parse
 
 from twin_experiments.palletising.outcome import SIDES, Handled
 
@@ -52,7 +51,7 @@ def read_work(recorded: Mapping[str, Any], directory: Path | None) -> Palletise 
     if text is None:
         return None if recorded else find_palletise(directory)
     try:
-        tree = YAML(typ="safe").load(text)
-    except (YAMLError, TypeError, AttributeError) as error:
+        tree = parse(text)
+    except (YamlTextError, TypeError, AttributeError) as error:
         raise ConfigError(f"{FILE} in the bag: is no valid YAML: {error}") from error
     return convert(tree, Palletise, f"{FILE} in the bag")

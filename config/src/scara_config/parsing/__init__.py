@@ -1,0 +1,1 @@
+"""What stands between a file of the configuration and its values."""
