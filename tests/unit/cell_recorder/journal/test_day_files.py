@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 from cell_recorder.config import JournalSettings
 from cell_recorder.io.journal import DayFiles, JournalError, journals, read, read_between
+from cell_recorder.io.journal.reader import utc_day
 from cell_recorder.journal.entries import (
     LONGEST_TEXT,
     AnyEntry,
@@ -18,6 +19,7 @@ from cell_recorder.journal.entries import (
     Gap,
     Torn,
     encode,
+    numbered,
     stamped,
 )
 from hypothesis import given, settings
@@ -57,10 +59,9 @@ def opened(folder: Path, now: float = NOON, **changes: Any) -> Iterator[DayFiles
 
 
 def write(files: DayFiles, *entries: Any) -> None:
-    """Write all of some entries, day by day."""
-    left = list(entries)
-    while left:
-        left = left[files.append(left) :]
+    """Write some entries one by one, by a clock that shows their time."""
+    for entry in entries:
+        assert files.append([entry], entry.time) == 1
 
 
 def numbers(folder: Path, since: int = 0) -> list[int]:
@@ -85,7 +86,7 @@ def test_one_file_a_day_in_utc_and_numbers_go_on_over_days_and_starts(tmp_path: 
 @given(
     starts=st.lists(
         st.tuples(
-            st.lists(st.floats(-3 * DAY, 3 * DAY), max_size=6),
+            st.lists(st.floats(-DAY, DAY), max_size=6),
             st.integers(0, 400),
             st.binary(max_size=6),
         ),
@@ -97,7 +98,7 @@ def test_one_file_a_day_in_utc_and_numbers_go_on_over_days_and_starts(tmp_path: 
 def test_numbers_have_no_gap_whatever_is_torn(
     starts: list[tuple[list[float], int, bytes]], tmp_path_factory: pytest.TempPathFactory
 ) -> None:
-    """Any clock, any cut through the newest file, any bytes behind it.
+    """Any clock within a day, any cut through the newest file, any bytes behind it.
 
     What stood whole before the cut is read again; what did not is kept aside and told.
     """
@@ -167,6 +168,137 @@ def test_clock_that_is_set_back_writes_on_into_the_newest_file(tmp_path: Path) -
     assert [path.name for path in tmp_path.glob("*.jsonl")] == ["2026-11-22.jsonl"]
     early = read_between(tmp_path, NOON - 3 * DAY, NOON - DAY)
     assert [entry.number for entry in early] == [2]
+
+
+YEARS = 3652 * DAY
+JUMPS = st.floats(-4000 * DAY, 4000 * DAY) | st.floats(-4 * DAY, 4 * DAY)
+
+
+def test_clock_that_jumps_ten_years_and_back_goes_on_in_todays_file(tmp_path: Path) -> None:
+    """What was written meanwhile is put aside and named, whole; no number is given twice."""
+    with opened(tmp_path) as files:
+        write(files, said(NOON), said(NOON + YEARS), said(NOON + YEARS + DAY), said(NOON + 60.0))
+        assert files.path.name == "2026-11-22.jsonl"
+    assert [path.name for path in tmp_path.glob("*.jsonl")] == ["2026-11-22.jsonl"]
+    before, gap, after = read(tmp_path, 0, pytest.fail)
+    assert [entry.number for entry in (before, gap, after)] == [1, 4, 5]
+    assert isinstance(gap, Gap) and not gap.lost and gap.time == NOON + 60.0
+    assert gap.why == (
+        "this machine's clock was ahead and is right again: put aside "
+        "2036-11-21.jsonl as 2036-11-21.future, 2036-11-22.jsonl as 2036-11-22.future"
+    )
+    aside = [numbered(path.read_bytes().strip()) for path in sorted(tmp_path.glob("*.future"))]
+    assert [each.number for each in aside if each is not None] == [2, 3]
+    # Each day for two months, as long as a day's limit lasts beyond the 53 days of before.
+    with opened(tmp_path, NOON + DAY, day_limit_mb=0.001) as files:
+        for day in range(1, 60):
+            write(files, said(NOON + day * DAY))
+            assert files.path.name == f"{utc_day(NOON + day * DAY)}.jsonl"
+    assert numbers(tmp_path, 5) == list(range(6, 65))
+
+
+def test_one_entry_from_the_future_is_of_today(tmp_path: Path) -> None:
+    """A message with a wrong stamp says nothing of this machine's clock."""
+    with opened(tmp_path) as files:
+        files.append([said(NOON + YEARS)], NOON)
+        files.append([said(NOON)], NOON)
+    assert [path.name for path in tmp_path.glob("*.jsonl")] == ["2026-11-22.jsonl"]
+    assert numbers(tmp_path) == [1, 2]
+
+
+def test_a_start_finds_files_from_the_future(tmp_path: Path) -> None:
+    """Of a journal that ended while its clock was ahead, with a torn line; and once more."""
+    for round_ in (1, 2):
+        with opened(tmp_path, NOON + YEARS) as files:
+            write(files, said(NOON + YEARS))
+            last = files.last_number
+        path = tmp_path / "2036-11-21.jsonl"
+        path.write_bytes(path.read_bytes() + b'{"kind":"au')
+        with opened(tmp_path) as files:
+            (torn,) = files.told
+            assert isinstance(torn, Torn) and torn.file == path.name
+            assert files.last_number == last + 1 and files.path.name == "2026-11-22.jsonl"
+        assert len(list(tmp_path.glob("*.future"))) == round_
+    assert (tmp_path / "2036-11-21.2.future").is_file()
+    assert numbers(tmp_path) == [2, 4]
+
+
+def test_numbers_go_on_where_todays_file_has_none_yet(tmp_path: Path) -> None:
+    """Somebody has removed it, or the power went before its first line was safe."""
+    with opened(tmp_path) as files:
+        write(files, said(NOON + YEARS), said(NOON))
+        assert files.last_number == 3
+    (tmp_path / "2026-11-22.jsonl").write_bytes(b"")
+    (tmp_path / "2026-11-22.jsonl").unlink()
+    with opened(tmp_path) as files:
+        write(files, said(NOON))
+    assert numbers(tmp_path) == [2]  # that of the last entry that was put aside is 1
+
+
+def test_a_machine_that_does_not_know_the_time_yet_puts_nothing_aside(tmp_path: Path) -> None:
+    """Without a battery a clock begins in 1970: then the files are right, and the clock is not."""
+    with opened(tmp_path) as files:
+        write(files, said(NOON))
+    with opened(tmp_path, 60.0) as files:
+        write(files, said(61.0), said(NOON + 1.0))
+    assert [path.name for path in tmp_path.iterdir() if path.suffix] == ["2026-11-22.jsonl"]
+    assert numbers(tmp_path) == [1, 2, 3]
+
+
+def test_a_disk_that_is_full_when_the_clock_comes_back_loses_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The files stay where they are until the entry that names them is written."""
+    with opened(tmp_path) as files:
+        write(files, said(NOON), said(NOON + YEARS))
+
+        def full(fd: int, data: Any) -> int:
+            raise OSError(28, "No space left on device")
+
+        with monkeypatch.context() as patched:
+            patched.setattr(os, "write", full)
+            with pytest.raises(OSError, match="No space left"):
+                files.append([said(NOON)], NOON)
+        assert not files.is_open and not list(tmp_path.glob("*.future"))
+        files.open(NOON)
+        write(files, said(NOON))
+    assert numbers(tmp_path) == [1, 3, 4] and len(list(tmp_path.glob("*.future"))) == 1
+
+
+def test_what_was_put_aside_makes_room_first(tmp_path: Path) -> None:
+    """It counts to limit_mb, and nobody reads it any more."""
+    with opened(tmp_path, limit_mb=0.01) as files:
+        write(files, said(NOON, "x" * 400), *(said(NOON + YEARS, "x" * 400) for _ in range(9)))
+        for n in range(14):
+            write(files, said(NOON + n, "x" * 400))
+    assert numbers(tmp_path)[0] == 1 and not list(tmp_path.glob("*.future"))
+
+
+@given(jumps=st.lists(JUMPS, min_size=1, max_size=6))
+@settings(max_examples=40, deadline=None)
+def test_no_number_is_given_twice_whatever_the_clock_does(
+    jumps: list[float], tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    """Over all files, those aside too; and the journal is never behind its newest entry."""
+    folder = tmp_path_factory.mktemp("journal")
+    newest = 0
+    for jump in (*jumps, 0.0):
+        with opened(folder, NOON + jump) as files:
+            write(files, said(NOON + jump), said(NOON))
+            assert files.last_number >= newest + 2
+            newest = files.last_number
+    lines = [
+        line
+        for path in folder.iterdir()
+        if path.suffix in (".jsonl", ".future")
+        for line in path.read_bytes().splitlines()
+    ]
+    given_ = [found.number for found in map(numbered, lines) if found is not None]
+    assert sorted(given_) == list(range(1, newest + 1))
+    # A clock that was ahead by two days at most writes on into that file.
+    assert max(folder.glob("*.jsonl")).name <= "2026-11-24.jsonl"
+    read_again = numbers(folder)
+    assert read_again == sorted(read_again) and read_again[-1] == newest
 
 
 def test_entries_of_a_time(tmp_path: Path) -> None:
@@ -251,7 +383,7 @@ def test_full_disk_takes_a_whole_line_or_nothing(
         with monkeypatch.context() as patched:
             patched.setattr(os, "write", full)
             with pytest.raises(OSError, match="No space left"):
-                files.append([said(NOON)])
+                files.append([said(NOON)], NOON)
         write(files, said(NOON))
     assert numbers(tmp_path) == [1, 2]
 

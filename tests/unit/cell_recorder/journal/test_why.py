@@ -164,7 +164,7 @@ def write(runs: Path, name: str = "milk_2") -> None:
         Torn(time=now + 8.0, file="a.jsonl", kept="a.torn", size=9, text="{"),
     ]
     files.open(now)
-    assert files.append(entries) == len(entries) or now % 86400 > 86390
+    assert files.append(entries, now + 8.0) == len(entries) or now % 86400 > 86390
     files.close()
 
 

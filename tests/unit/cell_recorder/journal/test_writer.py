@@ -14,7 +14,7 @@ from cell_recorder.config import JournalSettings, load_journal
 from cell_recorder.io.journal import DayFiles, JournalWriter, read
 from cell_recorder.io.journal import writer as writer_module
 from cell_recorder.journal.entries import AnyEntry, Audit, Gap
-from cell_recorder.journal.health import JournalStatus, diagnose
+from cell_recorder.journal.health import JournalStatus, diagnose, lost_at_close
 from harness.processes import wait_until
 from msgspec.structs import replace
 from scara_ros.diagnosis import Level
@@ -205,7 +205,50 @@ def test_close_ends_although_the_disk_is_full(tmp_path: Path, disk: Disk) -> Non
     disk.problem = OSError(28, "No space left on device")
     writer.put(said("lost"))
     status = writer.close()
-    assert status.waiting == 1 and "No space" in status.problem
+    assert status.waiting == 1
+    assert lost_at_close(status) == f"1 entry is lost: {tmp_path}: No space left on device"
+
+
+def test_close_says_why_an_entry_is_lost_that_came_too_late(tmp_path: Path) -> None:
+    """The disk is well: a callback was still running when the node ended."""
+    writer = start(tmp_path)
+    writer.put(said("in time"))
+    assert lost_at_close(writer.close()) == ""
+    writer.put(said("late"))
+    writer.put(said("later"))
+    told = lost_at_close(writer.close())
+    assert told == "2 entries are lost: they came when the journal was closed already"
+    assert whats(tmp_path) == ["in time"]
+
+
+def test_close_says_why_an_entry_is_lost_that_the_disk_has_not_taken(
+    tmp_path: Path, disk: Disk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It hangs; the node ends all the same."""
+    monkeypatch.setattr(writer_module, "CLOSE_DEADLINE_S", 0.05)
+    writer = start(tmp_path)
+    wait_until(lambda: writer.status.file != "", 10.0, "an open journal")
+    disk.free.clear()
+    writer.put(said("never"))
+    told = lost_at_close(writer.close())
+    disk.free.set()
+    assert told == "1 entry is lost: the disk took too long, more than 0.05 s: is it slow, or hung?"
+
+
+@pytest.mark.parametrize(
+    ("waiting", "lost", "said_so"),
+    [
+        (1, 0, "not written: full; 1 entry waits"),
+        (1, 1, "not written: full; 1 entry waits, 1 is lost"),
+        (2, 5, "not written: full; 2 entries wait, 5 are lost"),
+    ],
+)
+def test_numbers_of_entries_are_told_as_people_say_them(
+    waiting: int, lost: int, said_so: str
+) -> None:
+    """One entry is no entries."""
+    status = JournalStatus(waiting=waiting, lost=lost, problem="full")
+    assert diagnose(status, 0, "/journal").message == said_so
 
 
 def test_status_of_a_good_journal_is_ok() -> None:

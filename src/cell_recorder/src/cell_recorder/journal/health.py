@@ -37,10 +37,11 @@ def diagnose(status: JournalStatus, alarms: int, name: str) -> Diagnosis:
     """
     if status.problem:
         level = Level.ERROR
-        lost = f", {status.lost} are lost" if status.lost else ""
-        message = f"not written: {status.problem}; {status.waiting} entries wait{lost}"
+        lost = f", {status.lost} {_ending(status.lost, 'is', 'are')} lost" if status.lost else ""
+        wait = f"{counted(status.waiting)} {_ending(status.waiting, 'waits', 'wait')}"
+        message = f"not written: {status.problem}; {wait}{lost}"
     else:
-        level, message = Level.OK, f"{status.number} entries"
+        level, message = Level.OK, counted(status.number)
     values = {
         "number": status.number,
         "waiting": status.waiting,
@@ -51,3 +52,30 @@ def diagnose(status: JournalStatus, alarms: int, name: str) -> Diagnosis:
         "active_alarms": alarms,
     }
     return Diagnosis(level, name, message, values)
+
+
+def lost_at_close(status: JournalStatus) -> str:
+    """Return what was lost when a journal was closed, and why; empty: nothing.
+
+    Example:
+        >>> lost_at_close(JournalStatus(waiting=1, problem="the disk is full"))
+        '1 entry is lost: the disk is full'
+    """
+    if not status.waiting:
+        return ""
+    verb = _ending(status.waiting, "is", "are")
+    return f"{counted(status.waiting)} {verb} lost: {status.problem}"
+
+
+def counted(number: int) -> str:
+    """Return a number of entries in words.
+
+    Example:
+        >>> counted(1), counted(2)
+        ('1 entry', '2 entries')
+    """
+    return f"{number} {_ending(number, 'entry', 'entries')}"
+
+
+def _ending(number: int, one: str, more: str) -> str:
+    return one if number == 1 else more

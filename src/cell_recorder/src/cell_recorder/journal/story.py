@@ -19,6 +19,7 @@ from cell_recorder.journal.entries import (
     Start,
     Torn,
 )
+from cell_recorder.journal.health import counted
 from scara_msgs.msg import TwinControllerState
 
 STOPS = (
@@ -131,7 +132,8 @@ def _line(entry: AnyEntry, later: Iterable[AnyEntry]) -> Line:
     if isinstance(entry, Start):
         return replace(line, words=f"the journal began: {entry.robot}, stand-in {entry.plant}")
     if isinstance(entry, Gap):
-        lost = f"{entry.lost} entries are missing here: " if entry.lost else ""
+        verb = "is" if entry.lost == 1 else "are"
+        lost = f"{counted(entry.lost)} {verb} missing here: " if entry.lost else ""
         return replace(line, words=lost + entry.why)
     assert isinstance(entry, Torn)
     words = f"the last line of {entry.file} was torn: {entry.size} bytes, kept in {entry.kept}"

@@ -38,7 +38,7 @@ from cell_recorder.io.journal.writer import JournalWriter
 from cell_recorder.journal.alarms import AlarmBook
 from cell_recorder.journal.cycles import REAL, TWIN, Cycles
 from cell_recorder.journal.entries import Audit, Decision, Entry, Start
-from cell_recorder.journal.health import diagnose
+from cell_recorder.journal.health import diagnose, lost_at_close
 from cell_recorder.journal.outcomes import outcome_entry
 from cell_recorder.journal.repeats import Repeats
 from scara_msgs.msg import Audit as AuditMessage
@@ -85,9 +85,8 @@ class Journal:
             self._put(self._cycles.close(time.time()))
             for entry in self._repeats.close():
                 self._writer.put(entry)
-        status = self._writer.close()
-        if status.waiting:
-            rospy.logerr("journal: %d entries are lost: %s", status.waiting, status.problem)
+        if lost := lost_at_close(self._writer.close()):
+            rospy.logerr("journal: %s", lost)
 
     def _hear(self, name: str, kind: type[Any], callback: Any) -> rospy.Subscriber:
         return rospy.Subscriber(name, kind, callback, queue_size=QUEUE, tcp_nodelay=True)

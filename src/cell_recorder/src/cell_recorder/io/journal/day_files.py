@@ -1,7 +1,8 @@
 """Write a journal: one file a day (UTC), appended to, bounded; what a crash has torn is kept aside.
 
-One thread uses it. Every error leaves the files as they were, so that the same entries can be
-written again.
+A clock that was ahead leaves files from the future; they are put aside once it is right again. One
+thread uses it. Every error leaves the files as they were, so that the same entries can be written
+again.
 """
 
 from __future__ import annotations
@@ -10,7 +11,8 @@ import contextlib
 import fcntl
 import os
 from collections.abc import Sequence
-from datetime import date
+from datetime import date, timedelta
+from itertools import count
 from pathlib import Path
 
 from cell_recorder.config import JournalSettings
@@ -19,6 +21,9 @@ from cell_recorder.journal.entries import Entry, Gap, Torn, encode, numbered, st
 
 LOCK = ".lock"
 TAIL = 1 << 20  # our choice: so much of a file's end is looked at first [bytes]
+ASIDE = ".future"  # ending of a file that was written while the clock was ahead, and put aside
+AHEAD = timedelta(days=2)  # our choice: a clock that is corrected by less writes on into that file
+CLOCK_SET = date(2023, 6, 10)  # [src] Debian 12 came out then: a clock before it was not set yet
 SHOWN = 200  # our choice: so much of a torn line is in its entry [bytes]
 
 
@@ -78,29 +83,37 @@ class DayFiles:
             self.folder.mkdir(parents=True, exist_ok=True)
             self._take()
             self._recover(now)
-            files = files_of(self.folder)
-            newest = day_of(files[-1]) if files else date.min
-            self._open_day(max(utc_day(now), newest), now)
+            if self._from_future(now):
+                self._leave_future(now)
+            else:
+                self._go_on(now, files_of(self.folder))
         except BaseException:
             self.close()
             raise
 
-    def append(self, entries: Sequence[Entry]) -> int:
+    def append(self, entries: Sequence[Entry], now: float) -> int:
         """Write the first of ``entries``, those of one day, with their numbers; return how many.
+
+        Args:
+            entries: At least one.
+            now: Unix time [s]. An entry that says a later one is of today all the same.
 
         Raises:
             JournalError: The day's file has come to its limit.
             OSError: The disk took none of them.
         """
         assert self._fd is not None, "open() comes first"
+        today = utc_day(now)
+        if self._day > today + AHEAD and today >= CLOCK_SET:
+            self._leave_future(now)
         # Never back to an older file: numbers grow from file to file, whatever the clock does.
-        days = [max(utc_day(entry.time), self._day) for entry in entries]
+        days = [max(min(utc_day(entry.time), today), self._day) for entry in entries]
         if days[0] != self._day:
-            self._open_day(days[0], entries[0].time)
-        count = next((n for n, day in enumerate(days) if day != days[0]), len(days))
+            self._open_day(days[0], now)
+        many = next((n for n, day in enumerate(days) if day != days[0]), len(days))
         lines = b"".join(
             encode(stamped(entry, self._last + place, self._cell))
-            for place, entry in enumerate(entries[:count], 1)
+            for place, entry in enumerate(entries[:many], 1)
         )
         if self._size + len(lines) > self._settings.day_limit_mb * 1e6:
             raise JournalError(
@@ -108,11 +121,11 @@ class DayFiles:
                 "journal.yaml: what happens is counted and not kept until tomorrow (UTC). Look "
                 "what happens so often (./cell why --since 1h), or raise day_limit_mb"
             )
-        self._make_room(len(lines), entries[0].time)
+        self._make_room(len(lines), now)
         self._write(lines)
-        self._last += count
+        self._last += many
         self._size += len(lines)
-        return count
+        return many
 
     def sync(self) -> None:
         """Return when everything is on the disk.
@@ -153,7 +166,15 @@ class DayFiles:
 
     def _recover(self, now: float) -> None:
         """Find the newest whole entry; keep aside what follows it."""
-        for path in reversed(files_of(self.folder)):
+        future = self._from_future(now)
+        self._mend_newest(future, now)
+        self._mend_newest([path for path in files_of(self.folder) if path not in future], now)
+        # Today's file may have no entry yet whose number is beyond those that were put aside.
+        self._mend_newest(self._aside(), now)
+
+    def _mend_newest(self, files: list[Path], now: float) -> None:
+        """Take in the newest number of some files, and keep aside what is torn behind it."""
+        for path in reversed(files):
             number, torn = _mend(path)
             if torn:
                 kept = path.with_suffix(".torn").name
@@ -165,6 +186,46 @@ class DayFiles:
                 # Where files were removed below a running journal, its numbers go on.
                 self._last = max(self._last, number)
                 break
+
+    def _from_future(self, now: float) -> list[Path]:
+        """Return the files of days that cannot have come yet, the oldest first."""
+        today = utc_day(now)
+        if today < CLOCK_SET:  # it is this clock that is wrong
+            return []
+        return [path for path in files_of(self.folder) if day_of(path) > today + AHEAD]
+
+    def _aside(self) -> list[Path]:
+        """Return the files that were put aside, in the order of their numbers."""
+        return sorted(self.folder.glob(f"*{ASIDE}"), key=lambda path: path.stat().st_mtime_ns)
+
+    def _leave_future(self, now: float) -> None:
+        """Go on in today's file, which says so first, and put aside what is from the future.
+
+        Whoever reads the journal meanwhile sees no newest number that is less than before: the
+        others go when this one is on the disk.
+        """
+        try:
+            moves = {path: _free_name(path) for path in self._from_future(now)}
+            self._go_on(now, [path for path in files_of(self.folder) if path not in moves])
+            names = ", ".join(f"{old.name} as {new.name}" for old, new in moves.items())
+            text = f"this machine's clock was ahead and is right again: put aside {names}"
+            gap = Gap(time=now, lost=0, since=0.0, until=0.0, why=text)
+            line = encode(stamped(gap, self._last + 1, self._cell))
+            self._write(line)
+            self._last += 1
+            self._size += len(line)
+            self.sync()
+            for old, new in moves.items():
+                old.rename(new)
+            _sync_folder(self.folder)
+        except BaseException:
+            self.close()  # the next open() does it again
+            raise
+
+    def _go_on(self, now: float, files: list[Path]) -> None:
+        """Go on with today's file, or with the newest of ``files`` if that is a later one."""
+        newest = day_of(files[-1]) if files else date.min
+        self._open_day(max(utc_day(now), newest), now)
 
     def _open_day(self, day: date, now: float) -> None:
         """Go on with the file of a day."""
@@ -179,20 +240,27 @@ class DayFiles:
         files = files_of(self.folder)
         # Days with a file count, not days of the calendar: a clock that was wrong removes none.
         old = files[: -self._settings.keep_days]
-        self._others = sum(path.stat().st_size for path in files[:-1])
+        others = [*self._aside(), *(path for path in files if path != self.path)]
+        self._others = sum(path.stat().st_size for path in others)
         self._remove(old, f"keep_days = {self._settings.keep_days}", now)
         self._make_room(0, now)
 
     def _make_room(self, size: int, now: float) -> None:
-        """Remove the oldest files until ``size`` more bytes fit; today's stays."""
+        """Remove files until ``size`` more bytes fit: what was put aside, then the oldest.
+
+        Today's stays.
+        """
         limit = self._settings.limit_mb * 1e6
         excess = self._others + self._size + size - limit
+        if excess <= 0.0:
+            return
         gone = []
-        for path in files_of(self.folder)[:-1] if excess > 0.0 else []:
+        for path in (*self._aside(), *files_of(self.folder)):
             if excess <= 0.0:
                 break
-            gone.append(path)
-            excess -= path.stat().st_size
+            if path != self.path:
+                gone.append(path)
+                excess -= path.stat().st_size
         self._remove(gone, f"limit_mb = {self._settings.limit_mb:g}", now)
 
     def _remove(self, files: list[Path], limit: str, now: float) -> None:
@@ -275,6 +343,12 @@ def _last_whole(data: bytes, begin: int) -> tuple[int | None, int, bool]:
             return found.number, begin + end, stop < end
         end = start
     return None, begin, True
+
+
+def _free_name(path: Path) -> Path:
+    """Return the first name for a file to be put aside that no other one has."""
+    names = (path.with_suffix(f".{n}{ASIDE}" if n > 1 else ASIDE) for n in count(1))
+    return next(name for name in names if not name.exists())
 
 
 def _sync_folder(folder: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import threading
 import time
 from collections import deque
@@ -86,12 +87,24 @@ class JournalWriter:
             )
 
     def close(self) -> JournalStatus:
-        """Write what waits, if the disk takes it, and let go of the files."""
+        """Write what waits, if the disk takes it, and let go of the files.
+
+        Returns:
+            How it ended; ``problem`` says why something still waits, and is lost.
+        """
         with self._changed:
             self._ending = True
             self._changed.notify()
         self._thread.join(CLOSE_DEADLINE_S)
-        return self.status
+        status = self.status
+        if status.problem or not status.waiting:
+            return status
+        it = "it" if status.waiting == 1 else "they"
+        if self._thread.is_alive():
+            why = f"the disk took too long, more than {CLOSE_DEADLINE_S:g} s: is it slow, or hung?"
+        else:
+            why = f"{it} came when the journal was closed already"
+        return dataclasses.replace(status, problem=why)
 
     def __enter__(self) -> JournalWriter:
         """Return the writer, which runs already."""
@@ -159,7 +172,7 @@ class JournalWriter:
         while batch := self._take():
             written = 0
             try:
-                written = self._files.append(batch)
+                written = self._files.append(batch, self._clock())
             finally:
                 self._put_back(batch[written:])
             if self._unsafe_since is None:

@@ -65,6 +65,9 @@ class JournalFiles:
             found = [path for path in self._folder.iterdir() if FILE.match(path.name)]
         except (FileNotFoundError, NotADirectoryError):
             return []
+        with self._lock:  # a file that has gone may come again under its name, as another one
+            here = {path.name for path in found}
+            self._firsts = {name: first for name, first in self._firsts.items() if name in here}
         return [path for path in sorted(found) if self._first(path)]
 
     def _from(self, since: int) -> list[Path]:
