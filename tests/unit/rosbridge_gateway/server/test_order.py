@@ -16,6 +16,7 @@ import websocket
 from harness.opponents.graph_and_clients import DEADLINE, Call, Cell, MakeCell
 from harness.processes import free_port, wait_until
 from harness.workspace import ROOT
+from rosbridge_gateway.io.line import Poll
 
 PATIENT = {"begin_timeout": 5.0}
 STOP = {"op": "call_service", "service": "twin_controller/command", "args": {"command": "STOP"}}
@@ -168,6 +169,30 @@ while True:
     print(call.service, call.came, flush=True)
     call.end.put({})
 """
+
+
+def test_packet_that_the_look_of_a_standstill_missed_is_as_old_as_the_standstill(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A look that had its answer when the process stopped reports it after; the next one, more."""
+    looks = iter([(0.0, []), (0.15, ["a thread's word"]), (0.0, ["what waited"]), (0.0, [])])
+    clock = {"now": 100.0}
+
+    def look(_: object, __: float | None) -> list[str]:
+        took, ready = next(looks)
+        clock["now"] += took
+        return ready
+
+    monkeypatch.setattr("rosbridge_gateway.io.line.time.monotonic", lambda: clock["now"])
+    monkeypatch.setattr("selectors.DefaultSelector.select", look)
+    poll = Poll()
+    try:
+        assert poll.select(1.0) == ["a thread's word"] and poll.since == 100.0
+        assert poll.select(0.0) == ["what waited"] and poll.since == 100.0
+        poll.select(0.0)
+        assert poll.since == pytest.approx(100.15), "it runs again"
+    finally:
+        poll.close()
 
 
 def test_packet_that_waited_in_a_stopped_gateway_is_as_old_as_the_standstill(

@@ -45,6 +45,7 @@ class Poll(selectors.DefaultSelector):
         ready = super().select(0.0)
         self.since = self._looked  # it was there when we looked: it may have come at once
         end = None if timeout is None else begun + timeout
+        seen = now
         while not ready and (end is None or now < end):
             left = _LOOK_S if end is None else min(_LOOK_S, end - now)
             ready, looked = super().select(left), now
@@ -52,8 +53,10 @@ class Poll(selectors.DefaultSelector):
             stood_still = now - looked > left + _LOOK_S
             if stood_still and not ready:  # its time was over, and nobody has looked
                 ready = super().select(0.0)
-            self.since = looked if stood_still else now
-        self._looked = now
+            # What this look reports was found before it stood still, perhaps: what came meanwhile
+            # is reported by the next one, and is as old.
+            self.since = seen = looked if stood_still else now
+        self._looked = seen
         return ready
 
 
