@@ -13,8 +13,8 @@ import msgspec
 from msgspec import Meta
 
 from scara_config.loader import ConfigError, load
-from scara_config.percent import SpeedPercent
 from scara_config.profile import locate
+from scara_config.quantities import SpeedPercent
 
 Length = Annotated[float, Meta(ge=-10_000.0, le=10_000.0)]
 Positive = Annotated[float, Meta(gt=0.0, le=10_000.0)]

@@ -11,13 +11,23 @@ from msgspec import Meta
 
 from scara_config.loader import ConfigError, load
 from scara_config.profile import description_path, locate
+from scara_config.quantities import (
+    AngleDeg,
+    CoordinateM,
+    CoordinateMm,
+    JointAcceleration,
+    JointEffort,
+    JointInertia,
+    JointJerk,
+    JointSpeed,
+    LengthMm,
+)
 
-Finite = Annotated[float, Meta(ge=-1e6, le=1e6)]
-Positive = Annotated[float, Meta(gt=0.0, le=1e9)]
-Coordinate = Annotated[float, Meta(ge=-10.0, le=10.0)]
-Millimetres3 = tuple[Finite, Finite, Finite]
-Row4 = tuple[Finite, Finite, Finite, Finite]
-Twist = tuple[Finite, Finite, Finite, Finite, Finite, Finite]
+UNIT_TOLERANCE = 1e-3
+"""Our choice: directions are written with so many digits."""
+Millimetres3 = tuple[CoordinateMm, CoordinateMm, CoordinateMm]
+Row4 = tuple[CoordinateM, CoordinateM, CoordinateM, CoordinateM]
+Twist = tuple[CoordinateM, CoordinateM, CoordinateM, CoordinateM, CoordinateM, CoordinateM]
 
 
 class _JointFields(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -25,8 +35,8 @@ class _JointFields(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     axis_number: Annotated[int, Meta(ge=1, le=9)]
     twin: bool
     screw_axis: Twist | None
-    effort: Positive
-    inertia: Positive | None = None
+    effort: JointEffort
+    inertia: JointInertia | None = None
 
     def check(self, source: str) -> None:
         """Raise ConfigError unless the lower limit is below the upper one."""
@@ -44,11 +54,11 @@ class RevoluteJoint(
 ):
     """A joint that turns: [rad] inside, degrees at the borders."""
 
-    lower_deg: Finite
-    upper_deg: Finite
-    velocity_deg_s: Positive
-    acceleration_deg_s2: Positive
-    jerk_deg_s3: Positive
+    lower_deg: AngleDeg
+    upper_deg: AngleDeg
+    velocity_deg_s: JointSpeed
+    acceleration_deg_s2: JointAcceleration
+    jerk_deg_s3: JointJerk
     unit: ClassVar[str] = "deg"
     scale: ClassVar[float] = math.pi / 180.0
     si_unit: ClassVar[str] = "rad"
@@ -89,11 +99,11 @@ class PrismaticJoint(
 ):
     """A joint that slides: [m] inside, millimetres at the borders."""
 
-    lower_mm: Finite
-    upper_mm: Finite
-    velocity_mm_s: Positive
-    acceleration_mm_s2: Positive
-    jerk_mm_s3: Positive
+    lower_mm: CoordinateMm
+    upper_mm: CoordinateMm
+    velocity_mm_s: JointSpeed
+    acceleration_mm_s2: JointAcceleration
+    jerk_mm_s3: JointJerk
     unit: ClassVar[str] = "mm"
     scale: ClassVar[float] = 1e-3
     si_unit: ClassVar[str] = "m"
@@ -130,9 +140,9 @@ Joint = RevoluteJoint | PrismaticJoint
 class Geometry(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Lengths of the closed-form kinematics."""
 
-    l1_mm: Positive
-    l2_mm: Positive
-    h_mm: Finite
+    l1_mm: LengthMm
+    l2_mm: LengthMm
+    h_mm: CoordinateMm
 
 
 class KeepOut(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -161,11 +171,11 @@ class Robot(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     urdf: str
     base_frame: str
     tool_frame: str
-    reach_mm: Positive
+    reach_mm: LengthMm
     home_pose: tuple[Row4, Row4, Row4, Row4]
     joints: list[Joint]
-    home: dict[str, float]
-    positions_m: dict[str, tuple[Coordinate, Coordinate, Coordinate]]
+    home: dict[str, CoordinateMm]
+    positions_m: dict[str, tuple[CoordinateM, CoordinateM, CoordinateM]]
     watched_points: list[WatchedPointEntry] = []
     keep_out: list[KeepOut] = []
     geometry: Geometry | None = None
@@ -213,7 +223,7 @@ def load_robot(directory: Path | str | None = None) -> Robot:
 
     Raises:
         ConfigError: The file is missing or wrong, a limit is inverted, a name or axis number occurs
-            twice, home or inertia does not fit the twin's joints.
+            twice, a direction is none, home or inertia does not fit the twin's joints.
     """
     path = locate("robot.yaml", directory)
     robot = load(path, Robot)
@@ -226,8 +236,34 @@ def load_robot(directory: Path | str | None = None) -> Robot:
         twice = sorted({value for value in values if values.count(value) > 1})
         if twice:
             raise ConfigError(f"{path}: joints: {key} {', '.join(twice)} occurs more than once")
+    _check_axes(robot, path)
     _check_twin(robot, path)
     return robot
+
+
+def _check_axes(robot: Robot, path: Path) -> None:
+    """Raise ConfigError unless directions are unit vectors: a comma that slipped shows there."""
+    for joint in robot.joints:
+        if joint.screw_axis is None:
+            continue
+        omega, v = joint.screw_axis[:3], joint.screw_axis[3:]
+        length = math.hypot(*(omega if joint.unit == "deg" else v))
+        across = sum(a * b for a, b in zip(omega, v))
+        if abs(length - 1.0) > UNIT_TOLERANCE or abs(across) > UNIT_TOLERANCE:
+            what = "a unit omega, and v across it" if joint.unit == "deg" else "omega 0, a unit v"
+            raise ConfigError(
+                f"{path}: joints: {joint.name}.screw_axis = {list(joint.screw_axis)}: "
+                f"Expected {what}"
+            )
+    turn = [row[:3] for row in robot.home_pose[:3]]
+    products = [[sum(a * b for a, b in zip(one, two)) for two in turn] for one in turn]
+    straight = all(
+        abs(product - (i == k)) <= UNIT_TOLERANCE
+        for i, row in enumerate(products)
+        for k, product in enumerate(row)
+    )
+    if not straight or robot.home_pose[3] != (0.0, 0.0, 0.0, 1.0):
+        raise ConfigError(f"{path}: home_pose: Expected a rotation, a place, and 0 0 0 1 below")
 
 
 def _check_twin(robot: Robot, path: Path) -> None:

@@ -21,15 +21,15 @@ from playwright.sync_api import Browser, Page, expect
 # late is tested elsewhere.
 PATIENCE: list[tuple[str, list[str | int], float]] = [
     ("emulator.yaml", ["heartbeat_timeout_ms"], 3000),
-    ("twin_controller.yaml", ["real", "timeout_ms"], 800.0),
-    ("twin_controller.yaml", ["real", "stale_ms"], 3000.0),
-    ("twin_controller.yaml", ["twin", "stale_ms"], 3000.0),
+    ("twin_controller.yaml", ["desk", "real_timeout_ms"], 800.0),
+    ("twin_controller.yaml", ["desk", "real_stale_ms"], 3000.0),
+    ("twin_controller.yaml", ["desk", "twin_stale_ms"], 3000.0),
     (
         "twin_controller.yaml",
         ["twin", "stop_quiet_ms"],
         1200.0,
     ),  # the twin takes no stream after a stop until follow.timeout
-    ("twin_controller.yaml", ["limit", "source_age_ms"], 1500.0),
+    ("twin_controller.yaml", ["limit", "source_age_ms"], 1000.0),
     ("twin_controller.yaml", ["divergence", "path_mm"], 200.0),
     ("twin_controller.yaml", ["divergence", "rest_mm"], 50.0),
     ("motion.yaml", ["follow", "timeout"], 1.0),

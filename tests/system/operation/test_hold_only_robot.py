@@ -16,9 +16,10 @@ pytestmark = pytest.mark.system
 
 RING = ("ring_write", "ring_read", "ring_underruns", "ring_clock_ms", "ring_setpoint")
 PATIENCE = (
-    (["real", "timeout_ms"], 800.0),
-    (["real", "stale_ms"], 3000.0),
-    (["twin", "stale_ms"], 3000.0),
+    (["links"], "desk"),
+    (["desk", "real_timeout_ms"], 800.0),
+    (["desk", "real_stale_ms"], 3000.0),
+    (["desk", "twin_stale_ms"], 3000.0),
 )
 P2, NEAR = (0.51, 0.16, 0.10), (0.60, 0.0, 0.02)
 """Points of the tool [m]."""

@@ -9,13 +9,18 @@ import msgspec
 from msgspec import Meta
 from scara_config import Robot, load, locate
 from scara_config.palletise import find_palletise
-from scara_config.percent import SharePercent, SpeedPercent
+from scara_config.quantities import (
+    CoarseTolerance,
+    DivergenceMm,
+    PatienceMs,
+    Port,
+    SharePercent,
+    SpeedPercent,
+)
 
 Rate = Annotated[float, Meta(ge=1.0, le=50.0)]
 Seconds = Annotated[float, Meta(gt=0.0, le=600.0)]
-Positive = Annotated[float, Meta(gt=0.0, le=1e6)]
 MOST_MM_S = 250.0  # the reduced speed of ISO 10218-1, as a bound for jogs: our choice
-Port = Annotated[int, Meta(ge=1, le=65535)]
 
 
 class ToolSpeeds(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -39,8 +44,8 @@ class Jog(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Preview(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """The step response shown before gains are set."""
 
-    step_deg: Positive
-    step_mm: Positive
+    step_deg: CoarseTolerance
+    step_mm: CoarseTolerance
     duration_s: Annotated[float, Meta(gt=0.0, le=10.0)]
 
 
@@ -80,12 +85,12 @@ class Program(msgspec.Struct, frozen=True):
 
 
 class _Control(msgspec.Struct, frozen=True):
-    keep_ms: Annotated[float, Meta(gt=0.0, le=600_000.0)]
+    keep_ms: PatienceMs
 
 
 class _Divergence(msgspec.Struct, frozen=True):
-    delay_mm: Positive
-    rest_mm: Positive
+    delay_mm: DivergenceMm
+    rest_mm: DivergenceMm
 
 
 class _Home(msgspec.Struct, frozen=True):

@@ -8,11 +8,17 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 from scara_config import ConfigError, Joint, load, locate
-from scara_config.percent import SpeedPercent
-
-Rate = Annotated[float, Meta(ge=1.0, le=1000.0)]
-Duration = Annotated[float, Meta(gt=0.0, le=60.0)]
-Positive = Annotated[float, Meta(gt=0.0, le=1e4)]
+from scara_config.quantities import (
+    BeyondLimit,
+    CoarseTolerance,
+    Duration,
+    FineTolerance,
+    RateHz,
+    SignSeconds,
+    SpeedPercent,
+    StandstillSpeed,
+    StateSeconds,
+)
 
 
 class MoveConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -20,41 +26,41 @@ class MoveConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     default_speed_percent: SpeedPercent
     effort_percent: Annotated[float, Meta(ge=20.0, le=100.0)]
-    announce: Annotated[float, Meta(ge=0.0, le=2.0)]
-    horizon: Annotated[float, Meta(gt=0.0, le=1.0)]
+    announce: Annotated[float, Meta(ge=0.02, le=1.0)]
+    horizon: Annotated[float, Meta(ge=0.01, le=1.0)]
     time_scale_ramp: Annotated[float, Meta(ge=0.1, le=100.0)]
     time_scale_jerk: Annotated[float, Meta(ge=1.0, le=10000.0)]
-    position_tolerance_deg: Positive
-    position_tolerance_mm: Positive
+    position_tolerance_deg: FineTolerance
+    position_tolerance_mm: FineTolerance
     settle_timeout: Duration
-    start_tolerance_deg: Positive
-    start_tolerance_mm: Positive
-    standstill_deg_s: Positive
-    standstill_mm_s: Positive
+    start_tolerance_deg: CoarseTolerance
+    start_tolerance_mm: CoarseTolerance
+    standstill_deg_s: StandstillSpeed
+    standstill_mm_s: StandstillSpeed
 
 
 class FollowConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Streamed set points of joint_pose_controller."""
 
-    timeout: Annotated[float, Meta(ge=0.02, le=2.0)]
-    extrapolation: Annotated[float, Meta(ge=0.0, le=2.0)]
-    ahead: Duration
-    start_tolerance_deg: Positive
-    start_tolerance_mm: Positive
-    step_tolerance_deg: Positive
-    step_tolerance_mm: Positive
-    limit_tolerance_deg: Annotated[float, Meta(ge=0.0, le=5.0)]
-    limit_tolerance_mm: Annotated[float, Meta(ge=0.0, le=5.0)]
-    velocity_factor: Annotated[float, Meta(ge=1.0, le=10.0)]
+    timeout: SignSeconds
+    extrapolation: Annotated[float, Meta(ge=0.01, le=0.5)]
+    ahead: StateSeconds
+    start_tolerance_deg: CoarseTolerance
+    start_tolerance_mm: CoarseTolerance
+    step_tolerance_deg: CoarseTolerance
+    step_tolerance_mm: CoarseTolerance
+    limit_tolerance_deg: BeyondLimit
+    limit_tolerance_mm: BeyondLimit
+    velocity_factor: Annotated[float, Meta(ge=1.0, le=5.0)]
 
 
 class JogConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Joint velocities of joint_vel_controller."""
 
-    timeout: Annotated[float, Meta(ge=0.02, le=2.0)]
+    timeout: SignSeconds
     speed_percent: SpeedPercent
     braking_percent: SpeedPercent
-    reaction: Annotated[float, Meta(ge=0.0, le=1.0)]
+    reaction: Annotated[float, Meta(ge=0.01, le=0.5)]
     final_zeros: Annotated[int, Meta(ge=1, le=100)]
     waits_for_robot: bool
     waiting_ramp_percent: SpeedPercent
@@ -63,13 +69,13 @@ class JogConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class TrimConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """The end of move_to: what the joint move has left is driven out by small velocities."""
 
-    tolerance_mm: Positive
+    tolerance_mm: FineTolerance
     timeout: Duration
     gain: Annotated[float, Meta(ge=0.1, le=50.0)]
-    integral_gain: Annotated[float, Meta(ge=0.0, le=50.0)]
-    breakaway_percent: Annotated[float, Meta(ge=0.0, le=5.0)]
-    speed_mm_s: Positive
-    range_mm: Positive
+    integral_gain: Annotated[float, Meta(ge=0.1, le=50.0)]
+    breakaway_percent: Annotated[float, Meta(ge=0.01, le=5.0)]
+    speed_mm_s: Annotated[float, Meta(ge=1.0, le=250.0)]
+    range_mm: CoarseTolerance
     settled: Duration
     service_timeout: Duration
 
@@ -77,23 +83,23 @@ class TrimConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class TrajectoryConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Trajectories given to trajectory_server; tolerances hold where a goal names none."""
 
-    path_tolerance_deg: Positive
-    path_tolerance_mm: Positive
-    goal_tolerance_deg: Positive
-    goal_tolerance_mm: Positive
+    path_tolerance_deg: CoarseTolerance
+    path_tolerance_mm: CoarseTolerance
+    goal_tolerance_deg: FineTolerance
+    goal_tolerance_mm: FineTolerance
     goal_time_tolerance: Duration
-    longest: Annotated[float, Meta(gt=0.0, le=3600.0)]
-    feedback_rate_hz: Rate
-    stream_timeout: Duration
-    mode_timeout: Duration
+    longest: Annotated[float, Meta(ge=10.0, le=3600.0)]
+    feedback_rate_hz: RateHz
+    stream_timeout: StateSeconds
+    mode_timeout: StateSeconds
 
 
 class MotionConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Everything of motion.yaml."""
 
-    rate_hz: Rate
-    state_rate_hz: Rate
-    state_timeout: Duration
+    rate_hz: RateHz
+    state_rate_hz: RateHz
+    state_timeout: StateSeconds
     command_memory: Duration
     move: MoveConfig
     follow: FollowConfig

@@ -9,7 +9,7 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 from scara_config import ConfigError, Joint, Robot, load, locate
-from scara_config.percent import TolerancePercent
+from scara_config.quantities import TolerancePercent
 from scara_control.pid import PidGains
 
 Rate = Annotated[int, Meta(ge=1, le=10_000)]

@@ -8,13 +8,9 @@ from typing import Annotated, Literal
 import msgspec
 from msgspec import Meta
 from scara_config import ConfigError, Robot, load, locate
-from scara_config.percent import SpeedPercent
+from scara_config import quantities as allowed
 
-Ms = Annotated[float, Meta(ge=0.0, le=600_000.0)]
-PositiveMs = Annotated[float, Meta(gt=0.0, le=600_000.0)]
-Positive = Annotated[float, Meta(gt=0.0, le=1e6)]
 SensorName = Annotated[str, Meta(pattern=r"^/?[A-Za-z]\w*(/[A-Za-z]\w*)*\Z")]
-Count = Annotated[int, Meta(ge=1, le=1000)]
 
 
 class Section(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -25,38 +21,38 @@ class Real(Section, frozen=True):
     """Link to the real robot."""
 
     host: str
-    port: Annotated[int, Meta(ge=1, le=65535)]
-    poll_period_ms: PositiveMs
-    sample_latency_ms: Ms
-    samples: Count
-    timeout_ms: PositiveMs
-    stale_ms: PositiveMs
-    clock_drift_ppm: Positive
-    command_retry_ms: PositiveMs
-    command_attempts: Count
-    clock_jump_ms: PositiveMs = 100.0
-    clock_conflicts: Count = 50
-    alone_ms: PositiveMs = 2000.0
+    port: allowed.Port
+    poll_period_ms: allowed.PeriodMs
+    sample_latency_ms: allowed.RegisterDelayMs
+    samples: allowed.Samples
+    timeout_ms: allowed.SilenceMs
+    stale_ms: allowed.SilenceMs
+    clock_drift_ppm: allowed.ClockDriftPpm
+    command_retry_ms: allowed.RepeatMs
+    command_attempts: allowed.Attempts
+    clock_jump_ms: allowed.SilenceMs = 100.0
+    clock_conflicts: allowed.Conflicts = 50
+    alone_ms: allowed.SettleMs = 2000.0
 
 
 class MeasuredJoint(Section, frozen=True):
     """How one joint of the real robot answered when it was measured."""
 
-    delay_ms: Ms
+    delay_ms: allowed.MeasuredDelayMs
     smoothing_ms2: Annotated[float, Meta(ge=0.0, le=10_000.0)] = 0.0
 
 
 class ResponseConfig(Section, frozen=True):
     """How the real robot's answer to its set points is measured, and what is assumed of it."""
 
-    first_ms: PositiveMs
-    first_percent: SpeedPercent
-    careful_percent: SpeedPercent
-    known_ms: PositiveMs
-    longest_ms: PositiveMs
-    window_ms: PositiveMs
-    behind_ms: PositiveMs
-    change_percent: Annotated[float, Meta(gt=0.0, le=100.0)]
+    first_ms: allowed.DelayMs
+    first_percent: allowed.SpeedPercent
+    careful_percent: allowed.SpeedPercent
+    known_ms: allowed.SpreadMs
+    longest_ms: allowed.DelayMs
+    window_ms: allowed.MemoryMs
+    behind_ms: allowed.SpreadMs
+    change_percent: allowed.SpeedPercent
     measured: dict[str, MeasuredJoint] | None = None
 
 
@@ -64,103 +60,103 @@ class Twin(Section, frozen=True):
     """Link to the twin."""
 
     url: str
-    stale_ms: PositiveMs
-    state_period_ms: PositiveMs
-    plan_period_ms: PositiveMs
-    probe_period_ms: PositiveMs
-    clock_drift_ppm: Positive
-    probes: Count
-    stop_quiet_ms: Ms
-    command_retry_ms: PositiveMs
-    command_attempts: Count
+    stale_ms: allowed.SilenceMs
+    state_period_ms: allowed.PeriodMs
+    plan_period_ms: allowed.PeriodMs
+    probe_period_ms: allowed.RepeatMs
+    clock_drift_ppm: allowed.ClockDriftPpm
+    probes: allowed.Samples
+    stop_quiet_ms: allowed.QuietMs
+    command_retry_ms: allowed.RepeatMs
+    command_attempts: allowed.Attempts
     token_environment: Annotated[str, Meta(pattern=r"^[A-Za-z_][A-Za-z0-9_]*\Z")] | None = None
     ca_file: str | None = None
-    clock_jump_ms: PositiveMs = 100.0
-    clock_conflicts: Count = 50
+    clock_jump_ms: allowed.SilenceMs = 100.0
+    clock_conflicts: allowed.Conflicts = 50
 
 
 class Desk(Section, frozen=True):
     """Link limits of a cell whose robot is the stand-in on the same machine."""
 
-    real_timeout_ms: PositiveMs
-    real_stale_ms: PositiveMs
-    twin_stale_ms: PositiveMs
-    clock_jump_ms: PositiveMs
-    clock_conflicts: Count
+    real_timeout_ms: allowed.DeskSilenceMs
+    real_stale_ms: allowed.DeskSilenceMs
+    twin_stale_ms: allowed.DeskSilenceMs
+    clock_jump_ms: allowed.DeskSilenceMs
+    clock_conflicts: allowed.Conflicts
 
 
 class OwnGap(Section, frozen=True):
     """When a late look of the controller itself is no silence of a side."""
 
-    notice_ms: PositiveMs
-    forgive_ms: Ms
-    window_ms: PositiveMs
+    notice_ms: allowed.ReactionMs
+    forgive_ms: allowed.ReactionMs
+    window_ms: allowed.MemoryMs
 
 
 class Change(Section, frozen=True):
     """What counts as moved and as standing still."""
 
-    decimals: Annotated[int, Meta(ge=0, le=6)]
-    hysteresis: Positive
-    confirm: Count
-    window: Count
-    confirm_wait_ms: Ms
-    agree_samples: Count
-    still_tolerance: Positive
-    still_time_ms: PositiveMs
-    echo_tolerance: Positive
-    echo_memory_ms: PositiveMs
+    decimals: Annotated[int, Meta(ge=1, le=4)]
+    hysteresis: allowed.StillTolerance
+    confirm: allowed.FewSamples
+    window: allowed.FewSamples
+    confirm_wait_ms: allowed.ReactionMs
+    agree_samples: allowed.Samples
+    still_tolerance: allowed.StillTolerance
+    still_time_ms: allowed.QuietMs
+    echo_tolerance: allowed.LeadTolerance
+    echo_memory_ms: allowed.MemoryMs
 
 
 class Align(Section, frozen=True):
     """The twin's slow way to the real robot's pose."""
 
-    speed_percent: SpeedPercent
-    tolerance: Positive
-    timeout_ms: PositiveMs
-    lead_tolerance: Positive
-    catch_up: Positive
-    catch_up_ms: PositiveMs
+    speed_percent: allowed.SpeedPercent
+    tolerance: allowed.FineTolerance
+    timeout_ms: allowed.PatienceMs
+    lead_tolerance: allowed.LeadTolerance
+    catch_up: allowed.CoarseTolerance
+    catch_up_ms: allowed.ReactionMs
 
 
 class Settle(Section, frozen=True):
     """When a motion has ended."""
 
-    tolerance: Positive
-    timeout_ms: PositiveMs
-    minimum_ms: Ms
+    tolerance: allowed.FineTolerance
+    timeout_ms: allowed.SettleMs
+    minimum_ms: allowed.QuietMs
 
 
 class Gripper(Section, frozen=True):
     """How long a gripper may take to show what it was told."""
 
-    retry_ms: PositiveMs
-    attempts: Count
-    agree_ms: PositiveMs
+    retry_ms: allowed.RepeatMs
+    attempts: allowed.Attempts
+    agree_ms: allowed.SettleMs
 
 
 class Limit(Section, frozen=True):
     """The additional controller between twin and real robot."""
 
-    speed_percent: SpeedPercent
-    told_percent: SpeedPercent
-    twin_percent: SpeedPercent
-    step_margin: Annotated[float, Meta(ge=1.0, le=10.0)]
+    speed_percent: allowed.SpeedPercent
+    told_percent: allowed.SpeedPercent
+    twin_percent: allowed.SpeedPercent
+    step_margin: Annotated[float, Meta(ge=1.0, le=3.0)]
     override_margin: Annotated[float, Meta(ge=1.0, le=2.0)]
-    source_age_ms: PositiveMs
-    position_tolerance: Positive
+    source_age_ms: allowed.SilenceMs
+    position_tolerance: allowed.FineTolerance
 
 
 class CellLimits(Section, frozen=True):
     """What holds in the whole cell, whoever leads."""
 
-    cartesian_speed_mm_s: Positive | None
+    cartesian_speed_mm_s: allowed.ToolSpeedMmS | None
     cartesian_margin: Annotated[float, Meta(ge=1.0, le=2.0)]
-    cartesian_confirm_ms: Ms
-    braking_delay_ms: Ms
-    slowing_delay_ms: Ms
-    braking_acceleration_percent: SpeedPercent
-    keep_out_clearance_mm: Annotated[float, Meta(ge=0.0, le=1000.0)]
+    cartesian_confirm_ms: allowed.ReactionMs
+    braking_delay_ms: allowed.ReactionMs
+    slowing_delay_ms: allowed.ReactionMs
+    braking_acceleration_percent: allowed.SpeedPercent
+    keep_out_clearance_mm: allowed.ClearanceMm
 
 
 class Separation(Section, frozen=True):
@@ -168,90 +164,90 @@ class Separation(Section, frozen=True):
 
     enabled: bool
     sensors: tuple[SensorName, ...]
-    human_speed_mm_s: Positive
-    reaction_ms: Ms
-    deceleration_m_s2: Positive
-    intrusion_mm: Ms
-    sensor_uncertainty_mm: Ms
-    robot_uncertainty_mm: Ms
-    margin_mm: Ms
-    standstill_mm_s: Positive
-    stale_ms: PositiveMs
+    human_speed_mm_s: allowed.WalkingMmS
+    reaction_ms: allowed.ReactionMs
+    deceleration_m_s2: allowed.DecelerationMS2
+    intrusion_mm: allowed.IntrusionMm
+    sensor_uncertainty_mm: allowed.UncertaintyMm
+    robot_uncertainty_mm: allowed.UncertaintyMm
+    margin_mm: allowed.UncertaintyMm
+    standstill_mm_s: allowed.StandstillSpeed
+    stale_ms: allowed.SilenceMs
 
 
 class Reset(Section, frozen=True):
     """How long the robot may take to become ready."""
 
-    wait_ms: Ms
-    timeout_ms: PositiveMs
+    wait_ms: allowed.QuietMs
+    timeout_ms: allowed.SettleMs
 
 
 class Stop(Section, frozen=True):
     """How long a side may take to show a stop, and how often it is told."""
 
-    retry_ms: PositiveMs
-    attempts: Count
-    hold_ms: PositiveMs
-    safety_retry_ms: PositiveMs
-    twin_retry_ms: PositiveMs
+    retry_ms: allowed.StopRepeatMs
+    attempts: allowed.StopAttempts
+    hold_ms: allowed.QuietMs
+    safety_retry_ms: allowed.RepeatMs
+    twin_retry_ms: allowed.RepeatMs
 
 
 class EStop(Section, frozen=True):
     """How long a side may take to show a latched emergency stop, and the robot to stand by it."""
 
-    retry_ms: PositiveMs
-    shown_ms: PositiveMs
+    retry_ms: allowed.RepeatMs
+    shown_ms: allowed.ShownMs
 
 
 class SpeedOrders(Section, frozen=True):
     """How long a side may take to show a cap or an override, and what counts as shown."""
 
-    retry_ms: PositiveMs
-    step_percent: Positive
-    step_ratio: Annotated[float, Meta(gt=0.0, le=1.0)]
-    raise_step_percent: Positive
+    retry_ms: allowed.RepeatMs
+    step_percent: allowed.StepPercent
+    step_ratio: Annotated[float, Meta(ge=0.01, le=0.2)]
+    raise_step_percent: allowed.StepPercent
 
 
 class Stream(Section, frozen=True):
     """How the robot's stream program is fed and started."""
 
-    period_ms: PositiveMs | None
+    period_ms: allowed.PeriodMs | None
     ahead_period_ms: Annotated[int, msgspec.Meta(ge=2, le=100)]
-    retry_ms: PositiveMs
-    attempts: Count
+    retry_ms: allowed.RepeatMs
+    attempts: allowed.Attempts
 
 
 class Divergence(Section, frozen=True):
     """The alarm when the pair comes apart."""
 
-    path_mm: Positive
-    rest_mm: Positive
-    delay_mm: Positive
-    release_ratio: Annotated[float, Meta(gt=0.0, lt=1.0)]
-    confirm: Count
-    window: Count
-    history_ms: PositiveMs
+    path_mm: allowed.DivergenceMm
+    rest_mm: allowed.DivergenceMm
+    delay_mm: allowed.DivergenceMm
+    release_ratio: Annotated[float, Meta(ge=0.2, lt=1.0)]
+    confirm: allowed.Samples
+    window: allowed.Samples
+    history_ms: allowed.MemoryMs
     pause: bool
 
 
 class Home(Section, frozen=True):
     """How the twin goes home; where that is: robot.yaml."""
 
-    speed_percent: SpeedPercent
+    speed_percent: allowed.SpeedPercent
 
 
 class Shadow(Section, frozen=True):
     """What the service ``twin_controller/shadow`` remembers."""
 
-    period_ms: PositiveMs
-    memory_s: Annotated[float, Meta(gt=0.0, le=3600.0)]
+    period_ms: allowed.RepeatMs
+    memory_s: Annotated[float, Meta(ge=1.0, le=3600.0)]
 
 
 class ControlTimes(Section, frozen=True):
     """When who holds control, or asks for it, loses it."""
 
-    keep_ms: PositiveMs
-    answer_ms: PositiveMs
+    keep_ms: allowed.PatienceMs
+    answer_ms: allowed.PatienceMs
 
 
 class TwinControllerConfig(Section, frozen=True):

@@ -10,7 +10,7 @@ import numpy as np
 from cell_recorder.recording import RecorderSettings
 from msgspec import Meta
 from scara_config import ConfigError, Robot, load, locate
-from scara_config.percent import SharePercent, SpeedPercent
+from scara_config.quantities import SharePercent, SpeedPercent
 
 from twin_experiments.metrics.errors import MetricsSettings
 

@@ -8,7 +8,10 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 from scara_config import load, locate
-from scara_config.percent import SpeedPercent
+from scara_config.quantities import (
+    ClearanceMm,
+    SpeedPercent,
+)
 from scara_ros.gate.settings import GateSettings
 
 Length = Annotated[float, Meta(ge=0.0, le=100.0)]
@@ -77,7 +80,7 @@ class WhatIfConfig(GateSettings, frozen=True, forbid_unknown_fields=True):
 
 
 class _Cell(msgspec.Struct, frozen=True):
-    keep_out_clearance_mm: Length
+    keep_out_clearance_mm: ClearanceMm
 
 
 class _Limit(msgspec.Struct, frozen=True):

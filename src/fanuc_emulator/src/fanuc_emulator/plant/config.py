@@ -13,8 +13,8 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 from scara_config import ConfigError, Joint, Robot, load
-from scara_config.percent import AccelerationPercent
 from scara_config.profile import plant_path
+from scara_config.quantities import AccelerationPercent
 
 from fanuc_emulator.drives.axis import Axis, AxisParameters, Friction
 from fanuc_emulator.uop import Outputs
