@@ -17,8 +17,8 @@ from farm.config import Address, Credentials, SecureAddress
 from farm.desk.io.commands import cells_there, order
 from farm.io.bus import BusError, open_client, open_router
 from farm.security.access import Role
-from farm.security.certificates import DAYS
-from farm.security.io.authority import REGISTER, Authority
+from farm.security.certificates import DAYS, Pair, new_client
+from farm.security.io.authority import CERTIFICATE, KEY, REGISTER, Authority
 from farm.security.io.door import Door
 from farm.security.io.invitation import Invitation, write_private
 from farm.security.io.lab_authority import LabAuthority
@@ -217,6 +217,7 @@ def test_a_stranger_at_the_open_port_gets_nothing_without_tls(site: Site) -> Non
     wait_until(lambda: site.through({b"here"}), DEADLINE_S, "this machine")
 
 
+AUTHORITY = (KEY, CERTIFICATE)
 OUT_S = 2.0
 """The promise: who is revoked is out so soon."""
 
@@ -294,3 +295,42 @@ def test_nobody_comes_in_while_nobody_knows_who_may(
     site.come_in(site.address(invited)).put(GOOD.key(keys.STATE), b"good")
     wait_until(lambda: site.through({b"good"}), DEADLINE_S, "who may come in")
     assert capsys.readouterr().err.count("nobody comes in: ") == 1
+
+
+def test_a_stolen_key_of_the_authority_opens_nothing_once_all_is_renewed(site: Site) -> None:
+    """A job of the lab runs as the desk's owner, so it can read that key; the desk goes on."""
+    site.invite("pc_1")
+    thief = Pair(*((site.folder.parent / "authority" / name).read_bytes() for name in AUTHORITY))
+
+    def forged(name: str) -> Invitation:
+        made = new_client(thief, name, NOW)
+        return msgspec.structs.replace(
+            site.invite("pc_9"),
+            certificate=made.certificate.decode(),
+            key=made.key.decode(),
+            authority=(site.folder.parent / "authority" / AUTHORITY[1]).read_text(),
+        )
+
+    site.listen()
+    # It really is a key to everything: this is why there is a word to renew all.
+    site.come_in(site.address(forged("pc_1 1"))).put(GOOD.key(keys.STATE), b"thief")
+    wait_until(lambda: site.through({b"thief"}), DEADLINE_S, "the thief, before")
+    kept: list[Invitation] = []
+    site.authority.renew((HOST, site.port), kept.append)
+    new = next(each for each in kept if each.name == "pc_1")
+    wait_until(lambda: new.shown in (site.door.names or ()), OUT_S, "the new keys")
+    site.heard.clear()
+    with pytest.raises(BusError, match="takes this machine's certificate no more"):
+        open_client(site.address(forged(new.shown)), 1000.0, 1.0)
+    site.come_in(site.address(new)).put(GOOD.key(keys.STATE), b"good")
+    wait_until(lambda: site.through({b"good"}), DEADLINE_S, "who was invited again")
+    assert site.through({b"thief"}) == []
+
+
+def test_a_door_that_lets_nobody_in_takes_the_new_authority_too(site: Site) -> None:
+    """Its names do not change by that."""
+    site.listen()
+    before = site.door._authority
+    site.authority.renew((HOST, site.port), lambda _: None)
+    wait_until(lambda: site.door._authority != before, OUT_S, "the new authority")
+    wait_until(lambda: site.door.names == (), OUT_S, "an open door")

@@ -12,10 +12,10 @@ import pytest
 from farm.config import SecureAddress, load_farm
 from farm.desk.io.lines.machines import ReachedError, reached
 from farm.security.access import Invited, Role, access_control
-from farm.security.certificates import DAYS
+from farm.security.certificates import DAYS, CertificateError, Pair, check
 from farm.security.io.authority import Authority
 from farm.security.io.invitation import Invitation, SecurityError, write_private
-from farm.security.io.lab_authority import LabAuthority, has_lab
+from farm.security.io.lab_authority import DESK, LabAuthority, has_lab
 from farm.security.io.membership import as_member, join, joined, leave
 from harness.workspace import ROOT
 
@@ -179,3 +179,86 @@ def test_the_lab_has_an_authority_of_its_own(tmp_path: Path) -> None:
     later = LabAuthority(keys / "lab", "hall", NOW + timedelta(days=DAYS - 10))
     later.desk()
     assert own.read_bytes() != first
+
+
+def test_a_renewed_authority_forgets_what_it_has_signed(tmp_path: Path) -> None:
+    """Who may come in is invited again, by another key; who was revoked or ended is not."""
+    for kind, role in ((Authority, Role.MACHINE), (LabAuthority, Role.LAB)):
+        folder = tmp_path / role.name
+        kind(folder, "hall", NOW - timedelta(days=DAYS)).invite("pc_9", role, WHERE)
+        authority = kind(folder, "hall", NOW)
+        old = authority.invite("pc_2", role, WHERE)
+        authority.invite("pc_3", role, WHERE)
+        authority.revoke("pc_3")
+        key = (folder / "authority.key").read_bytes()
+        kept: list[Invitation] = []
+        assert [each.name for each in authority.renew(WHERE, kept.append)] == ["pc_2"]
+        (new,) = kept
+        assert (new.shown, new.role, new.site) == ("pc_2 2", role, "hall")
+        assert (folder / "authority.key").read_bytes() != key and new.authority != old.authority
+        assert stat.S_IMODE((folder / "authority.key").stat().st_mode) == 0o600
+        again = kind(folder, "hall", NOW)
+        assert [each.shown for each in again.good()] == ["pc_2 2"]
+        assert {e.name for e in again.register.invited} == {"pc_2", "pc_3", "pc_9"}
+        check(new.authority.encode(), pair_of(new), "pc_2 2", NOW)
+        with pytest.raises(CertificateError, match="not of the authority"):
+            check(new.authority.encode(), pair_of(old), "pc_2 1", NOW)
+
+
+def pair_of(invitation: Invitation) -> Pair:
+    """Return what somebody shows with an invitation."""
+    return Pair(invitation.key.encode(), invitation.certificate.encode())
+
+
+def test_the_labs_desk_shows_what_the_new_authority_has_signed(tmp_path: Path) -> None:
+    """Its own certificate may have been read, too."""
+    lab = LabAuthority(tmp_path / "lab", "hall", NOW)
+    own = Path(lab.desk().certificate)
+    before = own.read_bytes()
+    lab.renew(None, lambda _: None)
+    after = Path(LabAuthority(tmp_path / "lab", "hall", NOW).desk().certificate).read_bytes()
+    assert after != before
+    authority = (tmp_path / "lab" / "authority.crt").read_bytes()
+    check(authority, Pair(after, after), DESK, NOW)
+    with pytest.raises(CertificateError):
+        check(authority, Pair(before, before), DESK, NOW)
+
+
+@pytest.mark.parametrize("fails_at", [1, 2, 3])
+def test_renewing_that_was_interrupted_is_done_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fails_at: int
+) -> None:
+    """Wherever it ended, the second time makes all of it whole."""
+    from farm.security.io import authority as module
+
+    folder = tmp_path / "authority"
+    Authority(folder, "hall", NOW).invite("pc_2", Role.MACHINE, WHERE)
+    written = 0
+
+    def full(file: Path, content: bytes) -> None:
+        nonlocal written
+        written += 1
+        if written == fails_at:
+            raise SecurityError(f"{file}: No space left on device")
+        write_private(file, content)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(module, "write_private", full)
+        with pytest.raises(SecurityError, match="No space left"):
+            Authority(folder, "hall", NOW).renew(WHERE, lambda _: None)
+    kept: list[Invitation] = []
+    Authority(folder, "hall", NOW).renew(WHERE, kept.append)
+    authority = (folder / "authority.crt").read_bytes()
+    check(authority, pair_of(kept[0]), "pc_2 2", NOW)
+    later = Authority(folder, "hall", NOW).invite("pc_4", Role.MACHINE, WHERE)
+    check(authority, pair_of(later), "pc_4 1", NOW)
+
+
+def test_nobody_is_renewed_where_nobody_knows_the_desk(tmp_path: Path) -> None:
+    """Before anything is changed."""
+    folder = tmp_path / "authority"
+    Authority(folder, "hall", NOW).invite("pc_2", Role.MACHINE, WHERE)
+    key = (folder / "authority.key").read_bytes()
+    with pytest.raises(SecurityError, match="nobody knows yet where the desk is"):
+        Authority(folder, "hall", NOW).renew(None, lambda _: None)
+    assert (folder / "authority.key").read_bytes() == key

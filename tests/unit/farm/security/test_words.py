@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import stat
 from pathlib import Path
 
 import farm.desk.io.lines.machines  # noqa: F401  it adds its words
 import pytest
 from farm.desk.io.command_line import app
+from farm.security.io.invitation import read_invitation
 from harness.workspace import ROOT
 from typer.testing import CliRunner
 
@@ -44,6 +46,25 @@ def test_from_invitation_to_revocation(say, tmp_path: Path) -> None:  # type: ig
     assert say("leave") == (0, "nothing was joined\n")
 
 
+def test_all_is_renewed_by_one_word(say, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
+    """Farm and lab; each machine gets a file of its own, for its owner's eyes."""
+    for words in (("pc_2",), ("lap", "--desk"), ("pc_2", "--lab", "--file", "lab_before")):
+        assert say("invite", *words, "--address", "hall-pc")[0] == 0
+    assert say("revoke", "lap")[0] == 0
+    code, text = say("renew", "--all")
+    assert code == 2 and "give --address HOST[:PORT]" in text and "do it again" in text
+    code, text = say("renew", "--all", "--address", "hall-pc")
+    assert code == 0 and "2 new invitations" in text and "Nothing of before counts" in text
+    files = sorted((tmp_path / "renewed").iterdir())
+    assert [file.name for file in files] == ["pc_2.invitation", "pc_2.lab.invitation"]
+    assert {stat.S_IMODE(file.stat().st_mode) for file in files} == {0o600}
+    ports = {file.name: read_invitation(file).port for file in files}
+    assert ports == {"pc_2.invitation": 7448, "pc_2.lab.invitation": 8786}
+    for file in files:
+        assert say("join", str(file))[0] == 0
+    assert "3 invited, 2 may come in" in say("certificates")[1]
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
@@ -52,6 +73,7 @@ def test_from_invitation_to_revocation(say, tmp_path: Path) -> None:  # type: ig
         (("revoke", "pc_2"), "was not invited; there are: none"),
         (("join", "missing"), "No such file"),
         (("--listen", "::"), "--listen"),
+        (("renew",), "renew --all: all is made anew. For one machine alone: ./cell farm invite"),
     ],
 )
 def test_wrong_words_end_with_the_reason(say, words: tuple[str, ...], said: str) -> None:  # type: ignore[no-untyped-def]

@@ -7,7 +7,7 @@ router, and ``invited.json``. Whoever has the key can let himself in: it never l
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from datetime import datetime, timedelta
 from pathlib import Path
 
@@ -104,26 +104,69 @@ class Authority:
         """
         if role not in self.roles:
             raise SecurityError(f"{role.value}: the authority of the {self.purpose} gives no such")
-        reached = reached or self.register.listened
+        place = self._reached(reached)
+        before = next((each for each in self.register.invited if each.name == name), None)
+        entry = self._next(name, role, before)
+        made = self._invitation(entry, place)
+        others = [each for each in self.register.invited if each.name != name]
+        self._write(msgspec.structs.replace(self.register, invited=(*others, entry)))
+        return made
+
+    def renew(
+        self, reached: tuple[str, int] | None, keep: Callable[[Invitation], None]
+    ) -> list[Entry]:
+        """Begin anew with another key: nothing that was signed with the one before counts.
+
+        Whoever may come in now is invited again; who was revoked stays so. The register is written
+        last, and by it a desk that runs sees the change. If this ends before, do it again: until
+        then both keys may be of different authorities, and certificates are made for nobody.
+
+        Args:
+            reached: Where the others find the desk; None: where it listened last.
+            keep: Is given each new invitation before anything else is changed.
+
+        Returns:
+            Who was invited again.
+
+        Raises:
+            SecurityError: A file cannot be written, or nobody knows where the desk is.
+        """
+        good = {each.name for each in self.good()}
+        place = self._reached(reached) if good else None
+        self._pair = new_authority(f"{self._site} {self.purpose}", self._now)
+        entries = []
+        for each in self.register.invited:
+            if place is not None and each.name in good:
+                each = self._next(each.name, each.role, each)
+                keep(self._invitation(each, place))
+            entries.append(each)
+        write_private(self._folder / KEY, self._pair.key)
+        write_private(self._folder / CERTIFICATE, self._pair.certificate)
+        self._write(msgspec.structs.replace(self.register, invited=tuple(entries)))
+        return [each for each in entries if each.name in good]
+
+    def _reached(self, given: tuple[str, int] | None) -> tuple[str, int]:
+        reached = given or self.register.listened
         if reached is None:
             raise SecurityError(
                 "nobody knows yet where the desk is reached: give --address HOST[:PORT], or start "
                 f"it once with {self.started_by}"
             )
-        before = next((each for each in self.register.invited if each.name == name), None)
-        number = before.number + 1 if before else 1
+        return reached
+
+    def _next(self, name: str, role: Role, before: Entry | None) -> Entry:
         until = (self._now + timedelta(days=DAYS)).timestamp()
-        entry = Entry(name, role, number, until)
+        return Entry(name, role, before.number + 1 if before else 1, until)
+
+    def _invitation(self, entry: Entry, reached: tuple[str, int]) -> Invitation:
         try:
             pair = self._issued(entry.shown)
         except CertificateError as error:
             raise SecurityError(f"{self._folder}: {error}") from error
-        others = [each for each in self.register.invited if each.name != name]
-        self._write(msgspec.structs.replace(self.register, invited=(*others, entry)))
         return Invitation(
             site=self._site,
-            name=name,
-            role=role,
+            name=entry.name,
+            role=entry.role,
             shown=entry.shown,
             host=reached[0],
             port=reached[1],

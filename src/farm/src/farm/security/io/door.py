@@ -16,7 +16,7 @@ import zenoh
 
 from farm.config import FarmConfig
 from farm.io.bus import BusError, open_outside
-from farm.security.io.authority import Authority, good_of, read_register
+from farm.security.io.authority import CERTIFICATE, Authority, good_of, read_register
 from farm.security.io.invitation import SecurityError
 
 LOOK_S = 0.25
@@ -42,6 +42,7 @@ class Door:
         """
         self._config, self._folder, self._reached = config, folder, reached
         self._session: zenoh.Session | None = None
+        self._authority = b""
         self.names: tuple[str, ...] | None = None
         """In the certificates that are let in; None: the door is closed."""
         self._open()
@@ -63,7 +64,7 @@ class Door:
         while not self._ended.wait(wait):
             wait = LOOK_S
             try:
-                if self._good() == self.names:
+                if (self._good(), self._certificate()) == (self.names, self._authority):
                     continue
                 self._close()
                 self._open()
@@ -80,10 +81,20 @@ class Door:
         good = good_of(read_register(self._folder), datetime.now(timezone.utc))
         return tuple(each.shown for each in good)
 
+    def _certificate(self) -> bytes:
+        """Return the authority's certificate: what it has signed is let in, and nothing else."""
+        file = self._folder / CERTIFICATE
+        try:
+            return file.read_bytes()
+        except OSError as error:
+            raise SecurityError(f"{file}: {error.strerror}") from error
+
     def _open(self) -> None:
         authority = Authority(self._folder, self._config.site, datetime.now(timezone.utc))
         outside = authority.outside(*self._reached)
         config = self._config
+        # Before the router reads it: if it changes meanwhile, the next look sees that.
+        self._authority = self._certificate()
         self._session = open_outside(config.router, config.lease_ms, outside)
         self.names = tuple(each.shown for each in authority.good())
 

@@ -150,6 +150,41 @@ def revoke(name: Who, lab: OfLab = False) -> None:
 
 
 @app.command()
+def renew(
+    everything: Annotated[
+        bool, typer.Option("--all", help="Both authorities, and all certificates of both.")
+    ] = False,
+    address: Annotated[
+        str, typer.Option(help="Where this desk is reached, HOST[:PORT]. Default: as last time.")
+    ] = "",
+    folder: Annotated[
+        Path, typer.Option(help="For the new invitations; NAME.invitation, NAME.lab.invitation.")
+    ] = Path("renewed"),
+) -> None:
+    """Begin anew with other keys: what was signed before opens nothing, stolen keys neither."""
+    if not everything:
+        fail("renew --all: all is made anew. For one machine alone: ./cell farm invite NAME", WRONG)
+    folder, count = folder.resolve(), 0
+    try:
+        for lab in (False, True):
+            if lab and not has_lab(keys_folder(os.environ)):
+                continue
+            where = reached(address, LAB_PORT if lab else PORT) if address else None
+            ending = ".lab.invitation" if lab else ".invitation"
+
+            def keep_in(made: Invitation, ending: str = ending) -> None:
+                write_private(folder / f"{made.name}{ending}", msgspec.json.encode(made))
+
+            count += len(opened_authority(lab=lab).renew(where, keep_in))
+    except (ReachedError, SecurityError) as error:
+        fail(f"{error}. Not all is renewed: do it again", WRONG)
+    typer.echo(f"All keys are new; {count} new invitations in {folder}. Nothing of before counts.")
+    typer.echo("There: ./cell farm join NAME.invitation, then remove the file.")
+    typer.echo("A desk that runs takes the new keys within 2 seconds. End and start anew what runs")
+    typer.echo("of the lab (scheduler, workers): it trusts the old authority until then.")
+
+
+@app.command()
 def certificates() -> None:
     """List who was invited, and for how long."""
     authorities = [opened_authority()]
