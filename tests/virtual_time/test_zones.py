@@ -77,13 +77,6 @@ def test_straight_down_towards_a_zone_that_is_not_entered_goes_to_its_end(
         assert cell.real.truth[-1][1] == pytest.approx(down, abs=1e-4)
 
 
-LATE_START = pytest.mark.xfail(
-    strict=True,
-    reason="open: a stream that RSR1 starts by a pulse of 120 ms begins later than this expects",
-)
-
-
-@LATE_START
 def test_a_jog_towards_a_zone_is_slowed_all_the_way_to_it() -> None:
     """The cap falls as the zone comes nearer, in its clearance too; neither side enters."""
     with VirtualCell(ROBOT) as cell:

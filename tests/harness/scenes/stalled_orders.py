@@ -28,7 +28,7 @@ ROUTES = {
 """What passes a node before anything moves."""
 STALL_S = (0.0, 1.0)
 WATCHED_S = 0.8
-"""So long after STOP and standstill nothing may move; a move is announced 0.14 s ahead."""
+"""So long after STOP and standstill nothing may move; a move is announced 0.08 s ahead."""
 SPEED_PERCENT = 30.0
 DEADLINE_S = 20.0
 

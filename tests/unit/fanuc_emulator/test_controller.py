@@ -252,7 +252,6 @@ def test_stream_follows_set_points_after_the_start_delay(bench: Bench) -> None:
     """RSR1 starts following PR[1]; the delay is that of emulator.yaml."""
     bench.stream_to("joint_1", 0.01)
     bench.controller.write_input("rsr1", True)
-    bench.run(bench.config.shortest_pulse_ms / 1000)
     begin = bench.now.tick
     bench.run_until(lambda now: now.positions[0] != 0.0)
     assert (bench.now.tick - begin) * bench.config.plant.servo_period_ms == pytest.approx(

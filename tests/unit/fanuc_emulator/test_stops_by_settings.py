@@ -119,15 +119,24 @@ def test_whoever_ends_a_program_clears_what_waits(bench: Bench, key: str) -> Non
     assert bench.now.program_state is ABORTED and bench.now.program_name == "ARTICLE"
 
 
-@pytest.mark.parametrize("name", ["rsr2", "start", "prod_start"])
+def test_an_rsr_is_taken_at_its_rising_edge(bench: Bench) -> None:
+    """PROGRUN comes within 35 ms of it, and how long it is on afterwards does not matter."""
+    bench.controller.write_input("rsr2", True)
+    bench.run(0.035)
+    assert bench.now.outputs.progrun
+    bench.controller.write_input("rsr2", False)
+    bench.run(0.2)
+    assert bench.now.outputs.progrun
+
+
+@pytest.mark.parametrize("name", ["start", "prod_start"])
 def test_a_short_pulse_starts_nothing(bench: Bench, name: str) -> None:
     """Measured by the robot's own clock: 90 ms are too short, 100 ms are enough."""
-    if name != "rsr2":
-        start_moving(bench)
-        bench.pulse("panel_abort" if name == "prod_start" else "panel_run2")
-        bench.controller.write_input("hold", False)
-        bench.run(0.5)
-        bench.controller.write_input("hold", True)
+    start_moving(bench)
+    bench.pulse("panel_abort" if name == "prod_start" else "panel_run2")
+    bench.controller.write_input("hold", False)
+    bench.run(0.5)
+    bench.controller.write_input("hold", True)
     bench.pulse(name, 0.09)
     bench.run(0.3)
     assert bench.now.program_state is not RUNNING

@@ -27,9 +27,10 @@ RISING = {
     "panel_start": Request.RESUME,
     "panel_abort": Request.END,
     "panel_reset": Request.RESET,
+    **{f"rsr{n}": Request.QUEUE for n in range(1, 9)},
     **{f"panel_run{n}": Request.RUN for n in range(1, 9)},
 }
-LONG = {"pnstrobe": Request.SELECT, **{f"rsr{n}": Request.QUEUE for n in range(1, 9)}}
+LONG = {"pnstrobe": Request.SELECT}
 FALLING = {
     "imstp": Request.POWER_OFF,
     "panel_imstp": Request.POWER_OFF,
@@ -63,9 +64,9 @@ def expected(*found: Request | None) -> list[Request]:
 
 @pytest.mark.parametrize("name", INPUTS)
 def test_each_input_acts_on_its_edge_and_on_no_other(name: str) -> None:
-    """FAULT_RESET and START act on the falling edge, CSTOPI on the rising one.
+    """FAULT_RESET and START act on the falling edge, CSTOPI and RSR on the rising one.
 
-    RSR acts once it has been on for long enough. A repeated level never.
+    PNSTROBE acts once it has been on for long enough. A repeated level never.
     """
     inputs = Inputs(READY)
     assert inputs[name] is (name in NORMALLY_ON)
@@ -95,8 +96,7 @@ def test_a_pulse_that_is_too_short_is_not_seen(name: str) -> None:
 def test_requests_carry_the_number_of_their_program() -> None:
     """RSR3 and the pendant's key for program 4."""
     inputs = Inputs(READY)
-    assert inputs.write("rsr3", True, 0) == []
-    assert inputs.due(100) == [(Request.QUEUE, 3)]
+    assert inputs.write("rsr3", True, 0) == [(Request.QUEUE, 3)]
     assert inputs.write("panel_run4", True, 0) == [(Request.RUN, 4)]
 
 

@@ -63,13 +63,6 @@ def test_the_real_robot_goes_where_the_named_joints_go() -> None:
     )
 
 
-LATE_START = pytest.mark.xfail(
-    strict=True,
-    reason="open: a stream that RSR1 starts by a pulse of 120 ms begins later than this expects",
-)
-
-
-@LATE_START
 def test_it_is_followed_ahead_of_its_time_as_one_of_all_joints() -> None:
     """Naming two joints costs nothing: the sides are apart as little as if all were named.
 

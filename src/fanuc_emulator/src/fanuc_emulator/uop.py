@@ -27,7 +27,8 @@ class UopSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
             signal, START and PNSTROBE another; ``none``: no UI acts and no UO lights.
         start_for_continue: START only lets a paused program go on. Else it starts the selected
             program too, in the line where it stands.
-        shortest_pulse_ms: START, PROD_START, RSR and PNSTROBE that are on for less are not seen.
+        shortest_pulse_ms: START, PROD_START and PNSTROBE that are on for less are not seen. RSR is
+            taken at its rising edge, whatever its length.
     """
 
     cstopi_for_abort: bool
@@ -81,10 +82,10 @@ _EDGES: dict[tuple[str, bool], Request] = {
     ("panel_start", True): Request.RESUME,
     ("panel_abort", True): Request.END,
     ("panel_reset", True): Request.RESET,
+    **{(name, True): Request.QUEUE for name in _RSR},
     **{(name, True): Request.RUN for name in _RUN},
 }
-# What counts once it has been on for long enough, and what only then counts when it goes off.
-_ON_LONG_ENOUGH = {**dict.fromkeys(_RSR, Request.QUEUE), "pnstrobe": Request.SELECT}
+# What counts when it goes off, if it has been on for long enough. PNSTROBE counts while it is on.
 _OFF_AFTER_LONG_ENOUGH = ("start", "prod_start")
 
 # "simple": one signal drives several inputs, and those that are left out have no input.
@@ -119,8 +120,8 @@ class Inputs:
         self._levels = {name: name in NORMALLY_ON for name in INPUTS}
         # When each input that counts by its length came on, by the robot's own clock [ms].
         self._since: dict[str, int] = {}
-        # Inputs that count once they have been on for long enough, and have not yet.
-        self._waiting: set[str] = set()
+        # PNSTROBE is on, and has not been on for long enough yet.
+        self._strobed = False
         self.lit = frozenset(NORMALLY_ON)
 
     def __getitem__(self, name: str) -> bool:
@@ -141,14 +142,13 @@ class Inputs:
         return asked + self.due(later) + self.write(name, False, later)
 
     def due(self, now_ms: int) -> list[Asked]:
-        """Return what has been on for long enough by now, once."""
-        if not self._waiting:
+        """Return what PNSTROBE asks for once it has been on for long enough."""
+        if not self._strobed:
             return []
-        shortest = self._settings.shortest_pulse_ms
-        long = [name for name in INPUTS if name in self._waiting]
-        long = [name for name in long if now_ms - self._since[name] >= shortest]
-        self._waiting.difference_update(long)
-        return [self._asked(name, _ON_LONG_ENOUGH[name]) for name in long]
+        if now_ms - self._since["pnstrobe"] < self._settings.shortest_pulse_ms:
+            return []
+        self._strobed = False
+        return [self._asked("pnstrobe", Request.SELECT)]
 
     def _driven(self, name: str) -> tuple[str, ...]:
         """Return the inputs that a signal drives, as they are allocated."""
@@ -165,14 +165,11 @@ class Inputs:
         self.lit = self.lit | {name} if value else self.lit - {name}
         if value:
             self._since[name] = now_ms
-        if name in _ON_LONG_ENOUGH and not self._is_pns(name):
-            if not value:
-                self._waiting.discard(name)
-                return []
-            self._waiting.add(name)
+        if name == "pnstrobe":
+            self._strobed = value
             return self.due(now_ms)
         asked = _EDGES.get((name, value))
-        if asked is None:
+        if asked is None or self._is_pns(name):
             return []
         if name in _OFF_AFTER_LONG_ENOUGH:
             since = self._since.pop(name)

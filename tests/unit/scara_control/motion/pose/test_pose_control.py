@@ -34,7 +34,7 @@ def test_a_move_is_announced_then_driven_then_answered_then_silent():
     assert set(bench.states[1:-1]) == {"announcing"} and all(
         rests(s, HOME) for s in bench.setpoints
     )
-    assert bench.packets[-1].points[-1].q != HOME, "announced before it begins"
+    assert bench.packets[0].points[-1].q != HOME, "announced before it begins"
     bench.tick()
     bench.until("idle")
     assert rests(bench.setpoints[-1], FAR) and bench.report.setpoint == FAR
