@@ -10,6 +10,7 @@ Everything else is the page's own.
 from __future__ import annotations
 
 import asyncio
+import json
 import os
 import sys
 import threading
@@ -138,7 +139,9 @@ class StageDoor:
         return Answer(True, "complete")
 
     async def report(self, bag: Path) -> Answer:
-        """Write a page in a report's place."""
+        """Write a page in a report's place, of a bag that is damaged."""
+        document = {"experiments": [], "missing": "The recording is damaged. Not read: its end."}
+        (bag.parent / "report.json").write_text(json.dumps(document), encoding="utf-8")
         (bag.parent / "report.html").write_text("<h1>Report of the stage</h1>", encoding="utf-8")
         return Answer(True, f"the report of {bag.parent.name} is ready")
 

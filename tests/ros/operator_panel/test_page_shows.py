@@ -104,6 +104,7 @@ def test_recording_gets_a_report_another_name_and_an_end(theatre: Theatre) -> No
     report = theatre.page.frame_locator(".report-frame").locator("h1")
     expect(report).to_have_text("Report of the stage")
     theatre.page.get_by_role("button", name="Close").click()
+    expect(row("a_better_name")).to_contain_text("The recording is damaged. Not read: its end.")
     row("to_go").get_by_role("button", name="Delete").click()
     question.get_by_role("button", name="Cancel").click()
     expect(question).to_have_count(0)

@@ -160,6 +160,22 @@ def test_one_chunk_that_cannot_be_unpacked_costs_only_its_own_messages(
     assert "chunk at byte" in said and ("unpacked" in said or said.startswith("10 messages of"))
 
 
+def test_a_message_that_is_missing_counts_once_however_often_it_is_read(
+    whole: dict[str, bytes], tmp_path: Path
+) -> None:
+    """A report asks for some topics twice."""
+    data = bytearray(whole["none"])
+    places = [at for at in range(len(data)) if data[at : at + 4] == b"op=\x02"]
+    data[places[40] : places[40] + 2] = bytes(2)
+    path = tmp_path / "run.bag"
+    path.write_bytes(data)
+    with open_bag(path) as bag:
+        for topic in 2 * ("a", "joints", "words"):
+            list(bag.messages(topic))
+        (said,) = bag.missing
+    assert said.startswith("1 message of the chunk at byte")
+
+
 def test_one_broken_record_of_a_plain_chunk_costs_only_itself(
     whole: dict[str, bytes], tmp_path: Path
 ) -> None:

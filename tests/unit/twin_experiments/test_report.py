@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 from cell_recorder.io.reading.bag_reader import BagError
+from operator_panel.io.run_folders import list_runs
 from rich.console import Console
 from scara_config import ConfigError
 from twin_experiments.document import report_document
@@ -111,6 +112,29 @@ def test_one_sentence_stands_above_everything(
     bad = page_of(write_report(bag, bag.parent / "out", CONFIG))
     told = re.search(r"<p class=\"verdict FAIL\">([^<]*)", bad)
     assert told and "2 of 2 experiments missed what is asked, first real_leads: the" in told[1]
+
+
+@pytest.mark.parametrize("finished", [True, False])
+@pytest.mark.usefixtures("without_figures")
+def test_what_is_missing_of_a_damaged_bag_is_said_wherever_its_report_is_seen(
+    make_bag: MakeBag, finished: bool
+) -> None:
+    """On the page below the verdict, on the terminal, and in the list of runs: one line."""
+    bag = make_bag()
+    data = bytearray(bag.read_bytes())
+    messages = [at for at in range(len(data)) if data[at : at + 4] == b"op=\x02"]
+    middle = messages[len(messages) // 2]
+    data[middle - 4 : middle + 2] = bytes(6)
+    bag.write_bytes(data if finished else data[:-100])
+    written = write_report(bag, bag.parent, CONFIG)
+    named = r"1 message of the chunk at byte \d+" if finished else r"\d+ bytes from byte \d+ on"
+    line = re.search(r'<p class="sentence FAIL">(The recording is damaged[^<]*)', page_of(written))
+    assert line and re.match(rf"The recording is damaged\. Not read: (run\.bag: )?{named}", line[1])
+    console = Console(file=io.StringIO(), width=200)
+    print_report(written, console)
+    assert line[1] in console.file.getvalue()
+    (listed,) = [run for run in list_runs(bag.parent.parent) if run.name == bag.parent.name]
+    assert listed.missing == line[1]
 
 
 @pytest.mark.usefixtures("without_figures")

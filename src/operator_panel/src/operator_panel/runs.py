@@ -29,6 +29,7 @@ class Run(msgspec.Struct, frozen=True):
         length: Of its bags, as text; empty if nobody knows it yet.
         bags: Its bags, the first part first.
         busy: Whether it is being recorded.
+        missing: What its report could not read of its bags, in words; empty if nothing is missing.
     """
 
     name: str
@@ -39,6 +40,7 @@ class Run(msgspec.Struct, frozen=True):
     length: str = ""
     bags: tuple[str, ...] = ()
     busy: bool = False
+    missing: str = ""
 
 
 def is_run_name(name: str) -> bool:
@@ -74,6 +76,12 @@ def part_number(name: str) -> int:
     """Return which part of a recording a bag is: 1 for the first."""
     found = re.search(r"\.part(\d+)\.bag\Z", name)
     return int(found[1]) if found else 1
+
+
+def missing(report: Mapping[str, Any]) -> str:
+    """Return what report.json says is missing of a damaged recording, in one line."""
+    text = report.get("missing")
+    return text if isinstance(text, str) else ""
 
 
 def verdict(report: Mapping[str, Any]) -> str:

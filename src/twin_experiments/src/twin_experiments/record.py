@@ -79,6 +79,7 @@ class Run:
 
     ``configuration`` and its digest are empty if the bag holds none; ``plant`` is None if no
     stand-in said it. ``real_is_truth`` is False where the real side is what the robot reads.
+    ``missing`` says what of a damaged bag could not be read.
     """
 
     path: str
@@ -100,6 +101,7 @@ class Run:
     pauses: tuple[Pause, ...] = ()
     real_is_truth: bool = True
     predictions: tuple[Foretold, ...] = ()
+    missing: tuple[str, ...] = ()
 
 
 def whole_span(real: Motion, twin: Motion) -> Span:

@@ -16,6 +16,7 @@ from operator_panel.runs import (
     is_run_name,
     length_text,
     may_be_shown,
+    missing,
     part_number,
     size_text,
     verdict,
@@ -141,15 +142,17 @@ def _run(folder: Path, when: float) -> Run:
     has_report = (folder / REPORT).is_file()
     clock = datetime.fromtimestamp(when).strftime("%Y-%m-%d %H:%M")
     busy = _is_busy(folder)
+    judged, gone = _said(folder) if has_report else ("", "")
     return Run(
         folder.name,
         clock,
         size_text(size) if size else "no bag",
-        _verdict(folder) if has_report else "",
+        judged,
         has_report,
         "being recorded" if busy else _length(bags),
         tuple(bag.name for bag in bags),
         busy,
+        gone,
     )
 
 
@@ -167,8 +170,10 @@ def _length(bags: list[Path]) -> str:
     return length_text(max(end for _, end in times) - min(start for start, _ in times))
 
 
-def _verdict(folder: Path) -> str:
+def _said(folder: Path) -> tuple[str, str]:
+    """Return the verdict of report.json, and what it says is missing; empty without a good one."""
     try:
-        return verdict(json.loads((folder / "report.json").read_text(encoding="utf-8")))
+        report = json.loads((folder / "report.json").read_text(encoding="utf-8"))
+        return verdict(report), missing(report)
     except (OSError, ValueError, AttributeError):
-        return ""
+        return "", ""

@@ -38,7 +38,7 @@ from twin_experiments.io.palletising.parts_reader import read_work
 from twin_experiments.io.run_reader import read_configuration, read_run
 from twin_experiments.label.made_with import MadeWith
 from twin_experiments.label.notes import notes
-from twin_experiments.label.sentence import sentence, verdict_sentence
+from twin_experiments.label.sentence import missing_sentence, sentence, verdict_sentence
 from twin_experiments.label.true_arm import true_arm
 from twin_experiments.palletising.outcome import SUMMARY, error_rows
 from twin_experiments.palletising.outcome import summary_rows as summary_of_parts
@@ -89,6 +89,7 @@ class Report:
     folder: Path
     made_with: MadeWith
     foretold: tuple[str, ...] = ()
+    missing: str = ""
 
     @property
     def passed(self) -> bool:
@@ -131,11 +132,13 @@ def write_report(bag: Path, folder: Path, config_directory: Path | None = None) 
     run, chosen, results = analyse_bag(bag, config_directory)
     folder.mkdir(parents=True, exist_ok=True)
     foretold = tuple(predictions.summary(run.predictions))
-    report = Report(results, chosen, folder, _made_with(run, chosen, results), foretold)
+    missing = missing_sentence(run.missing)
+    report = Report(results, chosen, folder, _made_with(run, chosen, results), foretold, missing)
     document = {
         **report_document(results, chosen.robot.reach_mm, chosen.experiments.paper),
         **_predictions(run),
         "made_with": report.made_with.document(),
+        **({"missing": missing} if missing else {}),
     }
     (folder / "report.html").write_text(_page(run, report, document), encoding="utf-8")
     (folder / "report.json").write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
@@ -174,6 +177,7 @@ def _page(run: Run, report: Report, document: dict[str, Any]) -> str:
                 short_rows(report.results, robot.reach_mm, config.limits, config.paper),
             ),
             "short_legend": SHORT_LEGEND,
+            "missing": report.missing,
             "sentences": [
                 (
                     "pass" if result.passed else "FAIL",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -55,7 +56,7 @@ def read_run(bag: Bag, joint_names: list[str]) -> Run:
     twin = _side(bag, "twin", TWIN, joint_names, origin)
     markers = [(at - origin, message.data) for at, message in bag.messages(MARKER)]
     whole = (whole_span(real.motion, twin.motion),)
-    return Run(
+    run = Run(
         path=str(bag.path),
         origin=origin,
         duration=end - origin,
@@ -76,6 +77,8 @@ def read_run(bag: Bag, joint_names: list[str]) -> Run:
         pauses=read_pauses(bag),
         predictions=read_predictions(bag),
     )
+    # Only who has read all topics knows what is missing of them.
+    return replace(run, missing=tuple(bag.missing))
 
 
 def read_pauses(bag: Bag) -> tuple[Pause, ...]:

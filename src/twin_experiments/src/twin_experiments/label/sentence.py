@@ -1,4 +1,7 @@
-"""Say in one sentence whether a run, or an experiment of it, was good, and why."""
+"""Say in one sentence whether a run, or an experiment of it, was good, and why.
+
+Another one says what of its recording could not be read.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,8 @@ from collections.abc import Sequence
 
 from twin_experiments.analysis import Result, exceeded
 from twin_experiments.config import Limits
+
+_NAMED = 3  # our choice: one line; the log of the report names more
 
 
 def verdict_sentence(results: Sequence[Result], reach_mm: float, limits: Limits) -> str:
@@ -49,6 +54,15 @@ def sentence(result: Result, reach_mm: float, limits: Limits) -> str:
     if result.passed:
         return f"{name} is good: {_kept(result, reach_mm, limits)}."
     return f"{name} is bad: {'; '.join(_missed(result, reach_mm, limits))}."
+
+
+def missing_sentence(missing: Sequence[str]) -> str:
+    """Return one line that names what of a damaged bag could not be read; empty: all was."""
+    if not missing:
+        return ""
+    more = len(missing) - _NAMED
+    text = "; ".join(missing[:_NAMED]) + (f"; and {more} more" if more > 0 else "")
+    return f"The recording is damaged. Not read: {text}."
 
 
 def _missed(result: Result, reach_mm: float, limits: Limits) -> list[str]:

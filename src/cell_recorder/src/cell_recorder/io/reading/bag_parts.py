@@ -31,8 +31,11 @@ class Parts:
         self.files = [Path(str(reader.path)) for reader in readers]
         self.connections: list[Connection] = []
         self.counts: Counter[str] = Counter()
-        self.missing: dict[tuple[str, int], int] = {}
-        """Messages that could not be read so far, by file and position of their chunk."""
+        self.missing: dict[tuple[str, int], set[int]] = {}
+        """Messages that could not be read so far: where they stand in a chunk, by file and chunk.
+
+        Who reads a topic twice misses no more than who reads it once.
+        """
         for reader in readers:
             self.connections += reader.connections
             self.counts.update({name: info.msgcount for name, info in reader.topics.items()})
@@ -83,7 +86,7 @@ class Parts:
                 held, records = position, self._unpack(reader, position)
             data = None if records is None else _message(records, offset, stamp)
             if data is None:
-                self._miss(reader, position)
+                self.missing.setdefault((str(reader.path), position), set()).add(offset)
             else:
                 yield connections[number], stamp, data
 
@@ -97,10 +100,6 @@ class Parts:
             return chunk.decompressor(read_bytes(reader.bio, chunk.datasize))
         except Exception:  # each library has errors of its own for what it cannot unpack
             return None
-
-    def _miss(self, reader: Reader, position: int) -> None:
-        self.missing.setdefault((str(reader.path), position), 0)
-        self.missing[str(reader.path), position] += 1
 
     def arrivals(self) -> Iterator[NDArray[np.int64]]:
         """Yield the times of receipt [ns] of all messages, sorted, one part after another."""

@@ -65,8 +65,9 @@ class Bag:
     def missing(self) -> list[str]:
         """What could not be read, in words: by the repair, and of what has been read so far."""
         return self._lost + [
-            f"{count} messages of the chunk at byte {position} of {Path(file).name}"
-            for (file, position), count in self._reader.missing.items()
+            f"{len(gone)} {'message' if len(gone) == 1 else 'messages'} of the chunk at byte "
+            f"{position} of {Path(file).name}"
+            for (file, position), gone in self._reader.missing.items()
         ]
 
     @property

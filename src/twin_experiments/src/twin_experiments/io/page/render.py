@@ -20,6 +20,7 @@ NUMBER_AND_UNIT = re.compile(r"(?<=\d) (?=(mm|ms|s|%)(?!\w))")
 NO_BREAK = "\u00a0"
 MISSING: Mapping[str, Any] = {
     "verdict": None,
+    "missing": "",
     "sentences": (),
     "short": None,
     "short_legend": "",

@@ -23,6 +23,7 @@ TEMPLATE = """<!DOCTYPE html>
 <header>
 <h1>{{ title }}</h1>
 {% if verdict %}<p class="verdict {{ verdict[0] }}">{{ verdict[1] | with_units }}</p>{% endif %}
+{% if missing %}<p class="sentence FAIL">{{ missing }}</p>{% endif %}
 {% for passed, text in sentences %}<p class="sentence {{ passed }}">{{ text | with_units }}</p>
 {% endfor %}
 {% if short %}{{ table(short.headings, short.rows, "short") }}

@@ -48,7 +48,7 @@ def print_report(report: Report, console: Console) -> None:
         pauses = [pause_note(result)] if result.pauses else []
         for text in (*result.reasons, *pauses):
             console.print(f"{result.span.label}: {text}", markup=False, soft_wrap=True)
-    for text in report.foretold:
+    for text in (*report.foretold, *filter(None, (report.missing,))):
         console.print(text, markup=False, soft_wrap=True)
     document = report_document(report.results, reach_mm, config.paper)
     console.print(run_verdict(document, config.limits), style="bold", markup=False, soft_wrap=True)

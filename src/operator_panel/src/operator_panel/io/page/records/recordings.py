@@ -103,6 +103,8 @@ class _Recordings:
             ui.label(one.name).classes("row-name")
             facts = (one.when, one.length, one.size, one.verdict)
             ui.label(", ".join(each for each in facts if each)).classes("row-text")
+            if one.missing:
+                ui.label(one.missing).props('data-is="bad"')
             with ui.element("div").classes("row-line"):
                 self._look_back(one)
                 if one.has_report:
