@@ -49,6 +49,7 @@ def test_programs_positions_and_the_robots_address_come_from_the_other_rooms_fil
         (["update_rate_hz"], 100, r"update_rate_hz = 100"),
         (["jog", "dead_man_ms"], 5000, r"dead_man_ms = 5000"),
         (["preview", "step_deg"], -1.0, r"step_deg"),
+        (["api_origins"], ["null"], r"api_origins\[0\] = .null"),
     ],
 )
 def test_value_out_of_range_is_refused(

@@ -49,7 +49,7 @@ class Preview(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     duration_s: Annotated[float, Meta(gt=0.0, le=10.0)]
 
 
-Origin = Annotated[str, Meta(pattern=r"^(https?://[a-z0-9._-]+(:[0-9]{1,5})?|null)\Z")]
+Origin = Annotated[str, Meta(pattern=r"^https?://[a-z0-9._-]+(:[0-9]{1,5})?\Z")]
 
 
 class PanelConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
