@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import functools
 import os
 from collections.abc import Iterator
+from datetime import datetime, timezone
 from pathlib import Path
 
 import pytest
-from harness.clients.page import MODBUS, ROSBRIDGE, UPSTREAM, write
+from harness.clients.page import MODBUS, ROSBRIDGE, TRIED, UPSTREAM, write
+from harness.workspace import ROOT
+from twin_experiments.io.label.workspace import PROCESSORS, commit_of, processor_of
 
 Record = dict[tuple[str, str], dict[str, str | None]]
 
@@ -17,7 +21,19 @@ def _collect(protocol: str) -> Iterator[Record]:
     found: Record = {}
     yield found
     if found and (page := os.environ.get("CELL_CLIENTS_PAGE")):
-        write(Path(page), found, protocol)
+        cells = {column: {TRIED: tried(), **checks} for column, checks in found.items()}
+        write(Path(page), cells, protocol)
+
+
+@functools.cache
+def tried() -> str:
+    """Return when, at which commit and on what machine these tests run.
+
+    It is asked before the first table is written: what they write themselves is no change.
+    """
+    today = datetime.now(timezone.utc).date().isoformat()
+    machine = f"{processor_of(PROCESSORS)}, {os.cpu_count()} cores"
+    return f"{today}, {commit_of(ROOT)}, {machine}"
 
 
 @pytest.fixture(scope="session")

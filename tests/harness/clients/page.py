@@ -8,6 +8,9 @@ from pathlib import Path
 END = "<!-- end of table -->"
 ROSBRIDGE, MODBUS, UPSTREAM = "rosbridge", "Modbus", "rosbridge_server"
 
+TRIED = "tried"
+"""The row that says when, at which commit and on what machine a column was run."""
+
 Results = Mapping[tuple[str, str], Mapping[str, str | None]]
 """What went wrong (None: nothing) by check, by client and version."""
 
@@ -42,6 +45,8 @@ def _cell(found: Mapping[str, str | None], check: str) -> str:
     if check not in found:
         return ""
     wrong = found[check]
+    if check == TRIED:
+        return wrong or ""
     return "works" if wrong is None else f"fails: {wrong}".replace("|", "/").replace("\n", " ")
 
 
@@ -63,7 +68,8 @@ def read(rows: str) -> dict[tuple[str, str], dict[str, str | None]]:
     for check, *cells in lines[2:]:
         for head, cell in zip(heads, cells):
             if cell:
-                found[head][check] = None if cell == "works" else cell.removeprefix("fails: ")
+                plain = check == TRIED or cell != "works"
+                found[head][check] = cell.removeprefix("fails: ") if plain else None
     return found
 
 

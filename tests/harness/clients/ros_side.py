@@ -12,10 +12,13 @@ from sensor_msgs.msg import Image, JointState
 from std_msgs.msg import String
 from std_srvs.srv import SetBool, SetBoolRequest, SetBoolResponse
 
+from harness.processes import wait_until
 from harness.ros import Ros
 
 PERIOD = 0.05
 """Seconds between two joint states."""
+HEARD_S = 5.0
+"""A subscription that is made connects within this time."""
 PIXELS = bytes(range(12))
 """The image: two rows of two pixels, rgb8."""
 
@@ -33,7 +36,8 @@ class RosSide:
         self._asked = ros.name("asked")
         self._lamp = rospy.ServiceProxy(ros.name("lamp"), SetBool)
         self._used = rospy.Publisher(ros.name("lamp_used"), String, queue_size=1)
-        self._answer = rospy.Publisher(ros.name("answer"), String, queue_size=1)
+        # Latched: a client's subscription may connect after its question was heard. Each asks once.
+        self._answer = rospy.Publisher(ros.name("answer"), String, latch=True, queue_size=1)
         self._states = rospy.Publisher(ros.name("states"), JointState, queue_size=1)
         self._image = rospy.Publisher(ros.name("image"), Image, latch=True, queue_size=1)
         self._image.publish(Image(width=2, height=2, encoding="rgb8", step=6, data=PIXELS))
@@ -74,9 +78,12 @@ class RosSide:
     def _use_lamp(self, _: String) -> None:
         try:
             answer = self._lamp(True)
-            self._used.publish(f"{answer.success} {answer.message}")
+            told = f"{answer.success} {answer.message}"
         except rospy.ServiceException as error:
-            self._used.publish(f"failed: {error}")
+            told = f"failed: {error}"
+        # Not latched, for it is used twice; ROS drops what comes before a subscription connects.
+        wait_until(lambda: self._used.get_num_connections() > 0, HEARD_S, "who used the lamp")
+        self._used.publish(told)
 
     def _counted(self, handle: actionlib.ServerGoalHandle) -> None:
         wanted = handle.get_goal().goal

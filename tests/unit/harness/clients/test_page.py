@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
-from harness.clients.page import END, MODBUS, ROSBRIDGE, begin, table, write
+from harness.clients.page import END, MODBUS, ROSBRIDGE, TRIED, begin, table, write
 from harness.workspace import ROOT
 
 RESULTS = {
@@ -44,6 +44,22 @@ def test_column_of_a_client_that_was_not_run_stays(tmp_path: Path) -> None:
     write(page, RESULTS, MODBUS)
     both = table({**RESULTS, ("by hand", "3"): before["by hand", "3"]})
     assert page.read_text(encoding="utf-8") == f"{begin(MODBUS)}\n{both}\n{END}\n"
+
+
+def test_the_first_row_says_when_and_where_each_column_was_run(tmp_path: Path) -> None:
+    """Also one that was not run this time; one from before that row has none."""
+    page = tmp_path / "clients.md"
+    before = {
+        ("by hand", "3"): {TRIED: "in May, works", "drive": None},
+        ("older", "1"): {"x": None},
+    }
+    page.write_text(f"{begin(MODBUS)}\n{table(before)}\n{END}\n", encoding="utf-8")
+    write(page, {("b", "1"): {TRIED: "today", "connect": "Error"}}, MODBUS)
+    assert page.read_text(encoding="utf-8").splitlines()[1:4] == [
+        "| check | b 1 | by hand 3 | older 1 |",
+        "|---|---|---|---|",
+        "| tried | today | in May, works |  |",
+    ]
 
 
 def test_page_without_marks_is_refused(tmp_path: Path) -> None:
