@@ -16,6 +16,9 @@ from msgspec import Meta
 SpeedPercent = Annotated[float, Meta(ge=1.0, le=100.0)]
 """Part of a largest speed or deceleration at which something is done: never so slow as to stand."""
 
+PartPercent = Annotated[float, Meta(ge=1.0, le=100.0)]
+"""Part of a whole that is never next to nothing: of a core, of the time that passes."""
+
 SharePercent = Annotated[float, Meta(gt=0.0, le=100.0)]
 """Part of a whole: an error of the reach, a threshold of the largest speed, a jog's speed."""
 
@@ -62,6 +65,9 @@ IntrusionMm = Annotated[float, Meta(ge=60.0, le=1000.0)]
 
 LengthMm = Annotated[float, Meta(ge=10.0, le=10_000.0)]
 """Length of a robot's link, or its reach."""
+
+BodyMm = Annotated[float, Meta(ge=0.1, le=50.0)]
+"""Distance of two bodies that counts as none, or that a plan and a motion may be apart."""
 
 CoordinateMm = Annotated[float, Meta(ge=-10_000.0, le=10_000.0)]
 """A place in the cell."""
@@ -142,6 +148,9 @@ MemoryMs = Annotated[float, Meta(ge=100.0, le=3000.0)]
 ShownMs = Annotated[float, Meta(ge=300.0, le=3000.0)]
 """How long a side may take to show what it was told before that is an alarm."""
 
+GateMs = Annotated[float, Meta(ge=20.0, le=30_000.0)]
+"""How long a motion or a program waits for its judgement."""
+
 SettleMs = Annotated[float, Meta(ge=300.0, le=10_000.0)]
 """How long both sides may take to agree, or a robot to be ready."""
 
@@ -154,6 +163,12 @@ SignSeconds = Annotated[float, Meta(ge=0.02, le=2.0)]
 
 StateSeconds = Annotated[float, Meta(ge=0.05, le=3.0)]
 """An older state is not believed."""
+
+GraceSeconds = Annotated[float, Meta(ge=0.05, le=120.0)]
+"""How long a process or a connection may take to begin or to end, or is silent before it counts."""
+
+WaitSeconds = Annotated[float, Meta(ge=0.5, le=2000.0)]
+"""How long an answer of another program is waited for; a person notices."""
 
 Duration = Annotated[float, Meta(ge=0.02, le=60.0)]
 """Part of a motion, or how long its end is waited for."""
@@ -179,6 +194,9 @@ StopAttempts = Annotated[int, Meta(ge=1, le=15)]
 
 Port = Annotated[int, Meta(ge=1, le=65535)]
 """TCP port."""
+
+ThingsHeld = Annotated[int, Meta(ge=1, le=10_000)]
+"""How many things of a kind somebody may have at a time."""
 
 RateHz = Annotated[float, Meta(ge=1.0, le=1000.0)]
 """How often a loop runs in a second."""

@@ -1,4 +1,4 @@
-"""Numbers that safety, orders, change detection and following read have bounds that mean something.
+"""Numbers that safety, orders, change detection and following read have bounds with a meaning.
 
 A number with no bound can switch supervision off: with ``change.still_tolerance: 1000`` a side that
 moves by 64 deg stands still. A bound helps if a comma that slips by three places breaks it, in
@@ -18,6 +18,8 @@ import msgspec.inspect as inspect
 import pytest
 from harness.workspace import ROOT
 from harness.yaml_files import changed_yaml, copy_configuration
+from operator_panel.config import PanelConfig
+from rosbridge_gateway.config import GatewayConfig
 from ruamel.yaml import YAML
 from scara_config import ConfigError, load_robot, loader
 from scara_config.profile import known_robots
@@ -25,14 +27,20 @@ from scara_config.readers import READERS_WITH_ROBOT, check_files, reader
 from scara_config.rollout.change import Change
 from scara_config.rollout.kept import changed_copy, faults_of
 from scara_control.config import MotionConfig
+from scara_simulation.config import SimulationConfig
 from twin_controller.core.setup import Setup
+from what_if.config import WhatIfConfig
 
 CONFIG = ROOT / "config"
-KINDS = [
+OF_THE_CORE = [
     kind for name, kind in get_type_hints(Setup.__init__).items() if name in ("robot", "config")
-] + [MotionConfig]
-"""What the core is made of, and what the motion nodes follow and stop by."""
-FILES = ("robot.yaml", "twin_controller.yaml", "motion.yaml")
+]
+KINDS = [*OF_THE_CORE, MotionConfig, SimulationConfig, GatewayConfig, WhatIfConfig, PanelConfig]
+"""Besides: what nodes follow and stop by, what lets a stop through, what judges a motion before."""
+FILES = (
+    *("robot.yaml", "twin_controller.yaml", "motion.yaml", "simulation.yaml"),
+    *("gateway.yaml", "what_if.yaml", "operator_panel.yaml"),
+)
 PLACES = [
     *(CONFIG / name for name in FILES if (CONFIG / name).exists()),
     *(CONFIG / "robots" / robot / FILES[0] for robot in known_robots(CONFIG)),
@@ -40,7 +48,11 @@ PLACES = [
 ROBOT = load_robot(CONFIG)
 Keys = tuple[str | int, ...]
 
-PLACE = "every place in the cell is a place: what is too near limits the robot more"
+PORT = "which port is meant nobody knows"
+PLACE = "a coordinate: no place of the cell is wrong by itself"
+ESTIMATE = "an estimate of what nobody knows: 0 is exactly as planned"
+STRICT = "a smaller tolerance refuses more"
+TUNING = "how the simulated world feels, which the twin's figures show"
 MAY: dict[str, str] = {
     # Which of them stays within its bounds although a comma slipped, and why that is no harm.
     "robot.yaml /1000 joints.*.*er_deg": PLACE,
@@ -52,7 +64,21 @@ MAY: dict[str, str] = {
     "robot.yaml /1000 keep_out.*_mm.*": PLACE,
     "robot.yaml /1000 joints.*.screw_axis.*": PLACE,
     "robot.yaml ?1000 joints.*.inertia": "a wrist's is a ten-thousandth of a shoulder's: tuning",
-    "twin_controller.yaml /1000 real.port": "which port is meant nobody knows",
+    "twin_controller.yaml /1000 real.port": PORT,
+    "gateway.yaml /1000 port": PORT,
+    "operator_panel.yaml /1000 port": PORT,
+    "gateway.yaml ?1000 roles.*.takes.bytes_per_second": "pictures need 500 times what words do",
+    "gateway.yaml ?1000 roles.*.takes.shortest_fragment": "a client may want pieces of any size",
+    "gateway.yaml /1000 roles.*.places": "without places of its own it shares limits.clients",
+    "simulation.yaml /1000 gravity_m_s2": TUNING,
+    "simulation.yaml /1000 tracking_bandwidth_rad_s": TUNING,
+    "simulation.yaml /1000 saturation_limit_percent": "0 tells of each step: nothing is missed",
+    "simulation.yaml /1000 *_tolerance_percent": STRICT,
+    "simulation.yaml /1000 stick_band_*": TUNING,
+    "what_if.yaml /1000 program.*": ESTIMATE,
+    "what_if.yaml /1000 lag.*": ESTIMATE,
+    "what_if.yaml /1000 uncertainty.*": ESTIMATE,
+    "what_if.yaml /1000 learning.*": "an alarm that comes too early",
     "twin_controller.yaml /1000 real.sample_latency_ms": "a register may show a position at once",
 }
 
@@ -112,7 +138,7 @@ def test_every_number_has_a_lower_and_an_upper_bound(kind: Any) -> None:
 
 def test_the_core_is_made_of_robot_and_controller_numbers() -> None:
     """The list of types is taken from the code, and it is the whole one."""
-    assert {kind.__name__ for kind in KINDS} == {"Robot", "TwinControllerConfig", "MotionConfig"}
+    assert {kind.__name__ for kind in OF_THE_CORE} == {"Robot", "TwinControllerConfig"}
 
 
 @pytest.fixture

@@ -13,6 +13,9 @@ from ruamel.yaml.error import YAMLError
 from scara_config import ConfigError, Robot, load, locate
 from scara_config.profile import chosen_settings
 from scara_config.programs.files import joint_positions, read_program
+from scara_config.quantities import (
+    Port,
+)
 
 from fanuc_emulator.plant.config import Plant, load_plant
 from fanuc_emulator.program import Program
@@ -23,7 +26,7 @@ class EmulatorFile(UopSettings, frozen=True, forbid_unknown_fields=True, kw_only
     """The file emulator.yaml: how the robot was set up."""
 
     host: str
-    port: Annotated[int, Meta(ge=1, le=65535)]
+    port: Port
     start_position: dict[str, float]
     cold_start_override_percent: Annotated[int, Meta(ge=1, le=100)]
     safety_speed_percent: Annotated[int, Meta(ge=1, le=100)]
@@ -38,7 +41,7 @@ class PendantPageFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """The file pendant_page.yaml: where the pendant's page is served."""
 
     host: str
-    port: Annotated[int, Meta(ge=1, le=65535)]
+    port: Port
 
 
 class EmulatorConfig(EmulatorFile, frozen=True, kw_only=True):

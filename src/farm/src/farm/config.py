@@ -9,12 +9,14 @@ from typing import Annotated, Any
 import msgspec
 from msgspec import Meta
 from scara_config import ConfigError, load, locate
+from scara_config.quantities import (
+    Port,
+)
 
 from farm.keys import NAME
 from farm.link.rights import Rights
 
 Name = Annotated[str, Meta(pattern=NAME)]
-Port = Annotated[int, Meta(ge=1, le=65535)]
 Rate = Annotated[float, Meta(ge=0.1, le=100.0)]
 Milliseconds = Annotated[float, Meta(ge=100.0, le=60_000.0)]
 LONGEST_EXPIRY_MS = 2000.0

@@ -16,10 +16,10 @@ from scara_config.quantities import (
     Port,
     SharePercent,
     SpeedPercent,
+    WaitSeconds,
 )
 
 Rate = Annotated[float, Meta(ge=1.0, le=50.0)]
-Seconds = Annotated[float, Meta(gt=0.0, le=600.0)]
 MOST_MM_S = 250.0  # the reduced speed of ISO 10218-1, as a bound for jogs: our choice
 
 
@@ -46,7 +46,7 @@ class Preview(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     step_deg: CoarseTolerance
     step_mm: CoarseTolerance
-    duration_s: Annotated[float, Meta(gt=0.0, le=10.0)]
+    duration_s: Annotated[float, Meta(ge=0.05, le=10.0)]
 
 
 Origin = Annotated[str, Meta(pattern=r"^https?://[a-z0-9._-]+(:[0-9]{1,5})?\Z")]
@@ -62,9 +62,9 @@ class PanelConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     silent_ms: Annotated[float, Meta(ge=100.0, le=60000.0)]
     chart_window_s: Annotated[float, Meta(ge=2.0, le=120.0)]
     chart_rate_hz: Rate
-    call_timeout_s: Seconds
-    program_timeout_s: Seconds
-    report_timeout_s: Seconds
+    call_timeout_s: WaitSeconds
+    program_timeout_s: WaitSeconds
+    report_timeout_s: WaitSeconds
     jog: Jog
     preview: Preview
 

@@ -7,14 +7,16 @@ from typing import Annotated
 
 from msgspec import Meta, Struct
 from scara_config import ConfigError, load, locate
+from scara_config.quantities import (
+    GraceSeconds,
+    PartPercent,
+    Port,
+    SignSeconds,
+    ThingsHeld,
+    WaitSeconds,
+)
 
 from rosbridge_gateway.admission.origin import Origin, OriginError
-
-Port = Annotated[int, Meta(ge=1, le=65535)]
-Seconds = Annotated[float, Meta(gt=0.0, le=3600.0)]
-Bytes = Annotated[int, Meta(ge=1024, le=1 << 30)]
-Percent = Annotated[float, Meta(gt=0.0, le=100.0)]
-Number = Annotated[int, Meta(ge=1, le=1_000_000)]
 
 
 class Takes(Struct, frozen=True, forbid_unknown_fields=True):
@@ -25,13 +27,13 @@ class Takes(Struct, frozen=True, forbid_unknown_fields=True):
     service calls of one connection; ``shortest_fragment``: bytes of the pieces that it gets.
     """
 
-    packet_bytes: Bytes
-    packets_per_second: Number
-    bytes_per_second: Bytes
-    cpu_percent: Percent
-    cpu_percent_together: Percent
+    packet_bytes: Annotated[int, Meta(ge=4096, le=1 << 23)]
+    packets_per_second: Annotated[int, Meta(ge=10, le=100_000)]
+    bytes_per_second: Annotated[int, Meta(ge=1 << 14, le=1 << 27)]
+    cpu_percent: PartPercent
+    cpu_percent_together: PartPercent
     calls: Annotated[int, Meta(ge=1, le=256)]
-    shortest_fragment: Number
+    shortest_fragment: Annotated[int, Meta(ge=1, le=1 << 16)]
 
 
 class Role(Struct, frozen=True, forbid_unknown_fields=True):
@@ -71,8 +73,8 @@ class Driving(Struct, frozen=True, forbid_unknown_fields=True):
 
     roles: list[str]
     topics: list[str]
-    ping_interval: Seconds
-    ping_timeout: Seconds
+    ping_interval: SignSeconds
+    ping_timeout: SignSeconds
 
 
 class FirstMessages(Struct, frozen=True, forbid_unknown_fields=True):
@@ -83,8 +85,8 @@ class FirstMessages(Struct, frozen=True, forbid_unknown_fields=True):
     ``never_types``. A stop forgets those of ``until_stop_topics`` and ``until_stop_types``.
     """
 
-    seconds: Annotated[float, Meta(gt=0.0, le=10.0)]
-    count: Number
+    seconds: Annotated[float, Meta(ge=0.05, le=10.0)]
+    count: ThingsHeld
     never_topics: list[str]
     never_types: list[str]
     until_stop_topics: list[str]
@@ -97,17 +99,17 @@ class Stops(Struct, frozen=True, forbid_unknown_fields=True):
     By topic or service, the values of the field ``command`` that do.
     """
 
-    publish: dict[str, list[int]]
+    publish: dict[str, list[Annotated[int, Meta(ge=1, le=255)]]]
     call_service: dict[str, list[str]]
 
 
 class GuessLimits(Struct, frozen=True, forbid_unknown_fields=True):
     """How wrong tokens slow an address down; each delay is twice the one before."""
 
-    first_delay: Seconds
-    longest_delay: Seconds
-    forgotten_after: Seconds
-    addresses: Number
+    first_delay: Annotated[float, Meta(ge=0.05, le=60.0)]
+    longest_delay: GraceSeconds
+    forgotten_after: WaitSeconds
+    addresses: Annotated[int, Meta(ge=16, le=100_000)]
 
 
 class Limits(Struct, frozen=True, forbid_unknown_fields=True):
@@ -118,14 +120,14 @@ class Limits(Struct, frozen=True, forbid_unknown_fields=True):
     """
 
     nesting: Annotated[int, Meta(ge=4, le=200)]
-    clients: Number
-    topics_per_client: Number
-    services_per_client: Number
-    burst: Seconds
+    clients: ThingsHeld
+    topics_per_client: ThingsHeld
+    services_per_client: ThingsHeld
+    burst: Annotated[float, Meta(ge=0.05, le=5.0)]
     calls: Annotated[int, Meta(ge=1, le=256)]
     page_calls: Annotated[int, Meta(ge=1, le=256)]
-    waiting_answers: Number
-    send_buffer_bytes: Bytes
+    waiting_answers: Annotated[int, Meta(ge=10, le=100_000)]
+    send_buffer_bytes: Annotated[int, Meta(ge=4096, le=1 << 24)]
 
 
 class GatewayConfig(Struct, frozen=True, forbid_unknown_fields=True):
@@ -142,19 +144,19 @@ class GatewayConfig(Struct, frozen=True, forbid_unknown_fields=True):
     reserved: Reserved
     person_services: list[str]
     guesses: GuessLimits
-    ping_interval: Seconds
-    ping_timeout: Seconds
+    ping_interval: GraceSeconds
+    ping_timeout: GraceSeconds
     driving: Driving
     first_messages: FirstMessages
     stops: Stops
-    begin_timeout: Seconds
-    unstamped_age: Seconds
+    begin_timeout: Annotated[float, Meta(ge=0.01, le=1.0)]
+    unstamped_age: Annotated[float, Meta(ge=0.005, le=0.2)]
     sender_stamps: list[str]
-    handshake_timeout: Seconds
-    stall_timeout: Seconds
-    close_timeout: Seconds
-    service_timeout: Seconds
-    service_timeout_max: Seconds
+    handshake_timeout: GraceSeconds
+    stall_timeout: GraceSeconds
+    close_timeout: GraceSeconds
+    service_timeout: WaitSeconds
+    service_timeout_max: WaitSeconds
     limits: Limits
 
 

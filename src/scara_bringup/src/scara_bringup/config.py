@@ -8,9 +8,12 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 from scara_config import load, locate
+from scara_config.quantities import (
+    GraceSeconds,
+    Port,
+    WaitSeconds,
+)
 
-Seconds = Annotated[float, Meta(gt=0.0, le=3600.0)]
-Port = Annotated[int, Meta(ge=1, le=65535)]
 DOOR_FILES = {
     "modbus": "emulator.yaml",
     "gateway": "gateway.yaml",
@@ -44,12 +47,12 @@ class Ports(msgspec.Struct, frozen=True):
 class Bringup(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Deadlines of starting and ending a cell [s], and how large its logs grow."""
 
-    master_timeout: Seconds
-    ready_timeout: Seconds
-    check_period: Seconds
-    interrupt_grace: Seconds
-    terminate_grace: Seconds
-    kill_grace: Seconds
+    master_timeout: WaitSeconds
+    ready_timeout: WaitSeconds
+    check_period: Annotated[float, Meta(ge=0.01, le=10.0)]
+    interrupt_grace: GraceSeconds
+    terminate_grace: GraceSeconds
+    kill_grace: GraceSeconds
     log_lines: Annotated[int, Meta(ge=1, le=1000)]
     log_limit_mb: Annotated[float, Meta(ge=0.1, le=10_000.0)]
 

@@ -9,11 +9,17 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 from scara_config import ConfigError, Joint, Robot, load, locate
-from scara_config.quantities import TolerancePercent
+from scara_config.quantities import (
+    QuietMs,
+    ReactionMs,
+    SettleMs,
+    SpreadMs,
+    StillTolerance,
+    TolerancePercent,
+)
 from scara_control.pid import PidGains
 
 Rate = Annotated[int, Meta(ge=1, le=10_000)]
-Milliseconds = Annotated[float, Meta(gt=0.0, le=60_000.0)]
 
 
 class JointDynamics(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -34,20 +40,20 @@ class SimulationConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     feed_forward: bool
     tracking_bandwidth_rad_s: Annotated[float, Meta(ge=0.0, le=400.0)]
     wake_period_ms: Annotated[float, Meta(ge=0.1, le=20.0)]
-    max_catch_up_ms: Milliseconds
-    clock_step_limit_ms: Milliseconds
+    max_catch_up_ms: QuietMs
+    clock_step_limit_ms: SpreadMs
     joint_states_rate_hz: Rate
     controller_state_rate_hz: Rate
     diagnostics_rate_hz: Annotated[int, Meta(ge=1, le=100)]
-    extrapolation_limit_ms: Annotated[float, Meta(ge=0.0, le=1000.0)]
-    setpoint_lead_limit_ms: Milliseconds
-    velocity_timeout_ms: Annotated[float, Meta(ge=10.0, le=60_000.0)]
-    stop_ramp_ms: Milliseconds
-    position_tolerance_deg: Annotated[float, Meta(ge=0.0, le=1.0)]
-    position_tolerance_mm: Annotated[float, Meta(ge=0.0, le=1.0)]
+    extrapolation_limit_ms: ReactionMs
+    setpoint_lead_limit_ms: SettleMs
+    velocity_timeout_ms: QuietMs
+    stop_ramp_ms: QuietMs
+    position_tolerance_deg: StillTolerance
+    position_tolerance_mm: StillTolerance
     velocity_tolerance_percent: TolerancePercent
     acceleration_tolerance_percent: TolerancePercent
-    standstill_percent: Annotated[float, Meta(gt=0.0, le=5.0)]
+    standstill_percent: Annotated[float, Meta(ge=0.01, le=5.0)]
     stick_band_deg: Annotated[float, Meta(ge=0.0, le=1.0)]
     stick_band_mm: Annotated[float, Meta(ge=0.0, le=1.0)]
     saturation_window_ms: Annotated[float, Meta(ge=100.0, le=60_000.0)]
@@ -115,11 +121,6 @@ def load_simulation(robot: Robot, directory: Path | str | None = None) -> Simula
         rate, multiple = getattr(config, key), getattr(config, whole)
         if multiple % rate:
             raise ConfigError(f"{path}: {key} = {rate}: must divide {whole} = {multiple}")
-    if config.wake_period_ms > config.max_catch_up_ms:
-        raise ConfigError(
-            f"{path}: wake_period_ms = {config.wake_period_ms}: must not exceed "
-            f"max_catch_up_ms = {config.max_catch_up_ms}"
-        )
     _refuse_strangers(path, "joint_dynamics.", config.joint_dynamics, robot)
     return config
 

@@ -52,7 +52,7 @@ class ResponseConfig(Section, frozen=True):
     longest_ms: allowed.DelayMs
     window_ms: allowed.MemoryMs
     behind_ms: allowed.SpreadMs
-    change_percent: allowed.SpeedPercent
+    change_percent: allowed.PartPercent
     measured: dict[str, MeasuredJoint] | None = None
 
 

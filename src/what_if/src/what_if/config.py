@@ -9,7 +9,9 @@ import msgspec
 from msgspec import Meta
 from scara_config import load, locate
 from scara_config.quantities import (
+    BodyMm,
     ClearanceMm,
+    MeasuredDelayMs,
     SpeedPercent,
 )
 from scara_ros.gate.settings import GateSettings
@@ -35,8 +37,8 @@ class ProgramConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class LagConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """The lag of a robot that was not measured."""
 
-    mean_ms: Milliseconds
-    spread_ms: Milliseconds
+    mean_ms: MeasuredDelayMs
+    spread_ms: Annotated[float, Meta(ge=0.0, le=500.0)]
 
 
 class UncertaintyConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -67,12 +69,12 @@ class LearningConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class WhatIfConfig(GateSettings, frozen=True, forbid_unknown_fields=True):
     """Everything of what_if.yaml."""
 
-    nearer_mm: Length
-    lay_mm: Length
-    person_radius_mm: Annotated[float, Meta(gt=0.0, le=2000.0)]
-    person_height_mm: Annotated[float, Meta(gt=0.0, le=3000.0)]
+    nearer_mm: BodyMm
+    lay_mm: BodyMm
+    person_radius_mm: Annotated[float, Meta(ge=50.0, le=2000.0)]
+    person_height_mm: Annotated[float, Meta(ge=300.0, le=3000.0)]
     sample_ms: Annotated[float, Meta(ge=0.5, le=50.0)]
-    strayed_mm: Annotated[float, Meta(gt=0.0, le=100.0)]
+    strayed_mm: BodyMm
     program: ProgramConfig
     lag: LagConfig
     uncertainty: UncertaintyConfig

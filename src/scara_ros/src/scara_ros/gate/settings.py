@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
 
 import msgspec
-from msgspec import Meta
 from scara_config import load, locate
+from scara_config.quantities import (
+    GateMs,
+)
 from scara_config.text_enum import StrEnum
-
-Patience = Annotated[float, Meta(gt=0.0, le=30000.0)]
 
 
 class Act(StrEnum):
@@ -42,8 +41,8 @@ class GateSettings(msgspec.Struct, frozen=True):
     """
 
     gate: Act
-    gate_timeout_ms: Patience
-    gate_program_timeout_ms: Patience
+    gate_timeout_ms: GateMs
+    gate_program_timeout_ms: GateMs
     gate_without_judge: Unjudged
     hold_own_programs: bool
 

@@ -9,17 +9,18 @@ import msgspec
 import numpy as np
 from msgspec import Meta
 from scara_config import Joint, load, locate
+from scara_config.quantities import (
+    CoarseTolerance,
+)
 
 from twin_experiments.metrics.series import Array
-
-Positive = Annotated[float, Meta(gt=0.0, le=1e4)]
 
 
 class Accepted(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Differences within which two snapshots may match."""
 
-    deg: Positive
-    mm: Positive
+    deg: CoarseTolerance
+    mm: CoarseTolerance
 
 
 class ComparisonFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
