@@ -28,6 +28,7 @@ TWIN_FOLLOWS = (Mode.ALIGNING, Mode.REAL_LEADS)
 REAL_FOLLOWS = (Mode.TWIN_LEADS, Mode.OPERATOR_LEADS)
 STREAMS = (Command.START_STREAM, Command.CONTINUE_STREAM)
 MOVING = (*STREAMS, Command.RELEASE_REAL, Command.RESUME_TWIN)
+RESUMED = (*LEADERS, Mode.IDLE, Mode.ALIGNING)
 TOLERANCE = 1e-9
 
 
@@ -107,7 +108,7 @@ class Watch:
             else:
                 follows = before.follow.real
                 waits = before.lead.mode is Mode.PAUSED or (follows and follows.resumes)
-                assert waits and active in LEADERS, "only a paused motion goes on"
+                assert waits and active in RESUMED, "only a paused motion goes on"
 
     def _stream(self, after: CoreState, actions: list[AnyAction]) -> None:
         if after.follow.real is None or after.follow.real.last is None:

@@ -159,6 +159,11 @@ def test_stop_of_the_operator_stops_both_sides(live_cell: LiveCell) -> None:
         first = live_cell.real_joints()
         assert distance(forward(first), (x, y, z)) > 10 * TOLERANCE, "it stood before the target"
         assert live_cell.real_joints() == pytest.approx(first, abs=0.02)
+        refused = live_cell.call("/move_to", "{x: 0.65, y: 0.0, z: 0.0}")
+        assert not refused["success"] and "ALIGN, then it may lead" in refused["message"], refused
+        assert live_cell.real_joints() == pytest.approx(first, abs=0.02)
+        assert live_cell.call("/twin_controller/command", "{command: ALIGN}")["success"]
+        wait_until(lambda: live_cell.mode() == "IDLE", 20.0, "IDLE", period=0.1)
         home = live_cell.call("/move_to", "{x: 0.65, y: 0.0, z: 0.0}")
         assert home["success"], home
         wait_until(

@@ -188,6 +188,8 @@ class Stop(Section, frozen=True):
     retry_ms: allowed.StopRepeatMs
     attempts: allowed.StopAttempts
     hold_ms: allowed.QuietMs
+    heard_ms: allowed.QuietMs
+    restart_percent: allowed.StepPercent
     safety_retry_ms: allowed.RepeatMs
     twin_retry_ms: allowed.RepeatMs
 

@@ -272,9 +272,17 @@ def test_a_goal_is_rejected_while_somebody_else_holds_control(bench: Bench) -> N
     assert bench.desk.accept("a", GOAL, bench.now)
 
 
-@pytest.mark.parametrize("mode", ["IDLE", "STOPPED", "TWIN_LEADS"])
+def test_a_goal_in_a_stopped_pair_is_told_what_leads_on(bench: Bench) -> None:
+    """Only a person does: whoever sends goals may not have heard of the stop."""
+    bench.mode = "STOPPED"
+    bench.step()
+    with pytest.raises(GoalError, match=r"in STOPPED \(because\): ALIGN first"):
+        bench.desk.accept("a", GOAL, bench.now)
+
+
+@pytest.mark.parametrize("mode", ["IDLE", "TWIN_LEADS"])
 def test_a_goal_is_accepted_in_the_other_modes(bench: Bench, mode: str) -> None:
-    """A new command leads out of STOPPED."""
+    """Nobody else leads."""
     bench.mode = mode
     bench.step()
     assert bench.desk.accept("a", GOAL, bench.now)

@@ -292,7 +292,7 @@ def test_a_program_of_the_robot_takes_over_from_the_twin(pair: Pair) -> None:
 
 
 def test_a_twin_that_is_not_aligned_may_not_lead(pair: Pair) -> None:
-    """It aligns first; the real robot is never moved to where the twin is."""
+    """It is stopped, and aligns first; the real robot is never moved to where the twin is."""
     pair.start_program(ramp(HOME, AWAY, 2.0))
     pair.run(0.5)
     pair.operate("STOP")
@@ -300,6 +300,9 @@ def test_a_twin_that_is_not_aligned_may_not_lead(pair: Pair) -> None:
     pair.run(1.0)
     before, real = len(pair.actions), pair.real_q
     pair.move_twin(ramp(pair.twin_q, HOME, 2.0))
+    pair.run(3.0)
+    assert pair.state.lead.mode == "STOPPED"
+    assert pair.operate("ALIGN").success
     pair.run_until(lambda: pair.state.lead.mode == "IDLE", 20.0)
     assert not sent(pair, StreamReal, before)
     assert pair.real_q == real

@@ -27,6 +27,7 @@ BLOCKING = (
     Mode.REAL_LEADS,
     Mode.OPERATOR_LEADS,
     Mode.PAUSED,
+    Mode.STOPPED,
     Mode.ESTOP,
     Mode.FAULT,
 )
@@ -298,9 +299,9 @@ class GoalQueue:
         if now - self._mode_at > self._config.trajectory.mode_timeout:
             return
         if self._mode in BLOCKING:
-            raise GoalError(
-                Code.INVALID_GOAL, f"the twin controller is in {self._mode}{_reason(self._why)}"
-            )
+            remedy = ": ALIGN first" if self._mode == Mode.STOPPED else ""
+            said = f"the twin controller is in {self._mode}{_reason(self._why)}{remedy}"
+            raise GoalError(Code.INVALID_GOAL, said)
         if self._others_only:
             raise GoalError(Code.INVALID_GOAL, self._others_only)
 

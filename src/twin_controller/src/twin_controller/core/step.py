@@ -125,7 +125,7 @@ def step(setup: Setup, before: CoreState, event: AnyEvent) -> Result:
     if sampled:
         state, sent = order_real(setup, state, streamed, now)
         actions += sent
-    state, sent = order_twin(state, event)
+    state, sent = order_twin(setup, state, event)
     actions += sent
     state, sent = order_grippers(setup, state, before.sides, event)
     actions += sent

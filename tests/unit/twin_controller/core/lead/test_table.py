@@ -12,7 +12,6 @@ from twin_controller.core.lead.modes import Mode, Trigger
 from twin_controller.core.lead.table import (
     BOTH_STOP,
     DEFAULTS,
-    LEADING,
     RESUME_ROWS,
     RESUMING,
     ROWS,
@@ -54,7 +53,7 @@ IN_EACH_MODE = pytest.mark.parametrize("mode", Mode, ids=name)
 @IN_EACH_MODE
 def test_every_pair_has_a_row(mode: Mode) -> None:
     """Undefined pairs are impossible."""
-    for trigger, paused in product(Trigger, (None, *LEADING)):
+    for trigger, paused in product(Trigger, (None, *RESUME_ROWS)):
         assert isinstance(look_up(mode, trigger, paused), Row)
 
 
@@ -64,7 +63,7 @@ def test_every_mode_and_every_trigger_is_in_the_tables() -> None:
     assert set(DEFAULTS) == set(Trigger)
 
 
-@pytest.mark.parametrize(("trigger", "paused"), list(product(RESUMING, LEADING)), ids=name)
+@pytest.mark.parametrize(("trigger", "paused"), list(product(RESUMING, RESUME_ROWS)), ids=name)
 def test_what_was_paused_comes_back(trigger: Trigger, paused: Mode) -> None:
     """RESUME gives the lead back to whoever had it, whoever says it."""
     assert look_up(Mode.PAUSED, trigger, paused) is RESUME_ROWS[paused]
@@ -260,6 +259,7 @@ def test_every_mode_leads_back_to_idle(mode: Mode) -> None:
 
 SILENT: dict[Mode, str] = {
     Mode.OFFLINE: """
+        TWIN_MOVED_STOPPED
         ESTOP_IGNORED
         TWIN_MOVED_PAUSED
         TWIN_MOVES_TOO ALIGNED ALIGN_FAILED REAL_MOVED REAL_TOOK_OVER REAL_WAS_FIRST TWIN_MOVED
@@ -269,6 +269,7 @@ SILENT: dict[Mode, str] = {
         RELEASED_BLOCKED STREAM_FAILED REJECTED DIVERGED RESET_DONE RESET_FAILED
     """,
     Mode.ALIGNING: """
+        TWIN_MOVED_STOPPED
         ESTOP_IGNORED
         TWIN_MOVED_PAUSED
         TWIN_MOVES_TOO
@@ -278,6 +279,7 @@ SILENT: dict[Mode, str] = {
         RELEASED_BLOCKED STREAM_FAILED REJECTED DIVERGED RESET_DONE RESET_FAILED
     """,
     Mode.IDLE: """
+        TWIN_MOVED_STOPPED
         ESTOP_IGNORED
         TWIN_MOVED_PAUSED
         TWIN_MOVES_TOO
@@ -286,6 +288,7 @@ SILENT: dict[Mode, str] = {
         STREAM_FAILED REJECTED DIVERGED TOO_CLOSE RESET_DONE RESET_FAILED
     """,
     Mode.REAL_LEADS: """
+        TWIN_MOVED_STOPPED
         ESTOP_IGNORED
         TWIN_MOVED_PAUSED
         LINKS_READY ALIGNED ALIGN_FAILED REAL_MOVED REAL_TOOK_OVER REAL_WAS_FIRST TWIN_MOVED
@@ -294,6 +297,7 @@ SILENT: dict[Mode, str] = {
         RELEASED_BLOCKED STREAM_FAILED REJECTED RESET_DONE RESET_FAILED
     """,
     Mode.TWIN_LEADS: """
+        TWIN_MOVED_STOPPED
         ESTOP_IGNORED
         TWIN_MOVED_PAUSED
         TWIN_MOVES_TOO
@@ -302,6 +306,7 @@ SILENT: dict[Mode, str] = {
         TWIN_RESUMED ESTOP_MISSED RELEASED_BLOCKED RESET_DONE RESET_FAILED
     """,
     Mode.OPERATOR_LEADS: """
+        TWIN_MOVED_STOPPED
         ESTOP_IGNORED
         TWIN_MOVED_PAUSED
         TWIN_MOVES_TOO
@@ -310,6 +315,7 @@ SILENT: dict[Mode, str] = {
         TWIN_RESUMED ESTOP_MISSED RELEASED_BLOCKED RESET_DONE RESET_FAILED
     """,
     Mode.PAUSED: """
+        TWIN_MOVED_STOPPED
         ESTOP_IGNORED
         TWIN_MOVES_TOO
         LINKS_READY ALIGNED ALIGN_FAILED REAL_MOVED REAL_WAS_FIRST TWIN_MOVED TWIN_MOVED_UNALIGNED
@@ -318,6 +324,7 @@ SILENT: dict[Mode, str] = {
         RESET_FAILED
     """,
     Mode.STOPPED: """
+        TWIN_MOVED TWIN_MOVED_UNALIGNED TWIN_MOVED_UNASKED
         ESTOP_IGNORED
         TWIN_MOVED_PAUSED
         TWIN_MOVES_TOO
@@ -326,6 +333,7 @@ SILENT: dict[Mode, str] = {
         STREAM_FAILED REJECTED DIVERGED TOO_CLOSE RESET_DONE RESET_FAILED
     """,
     Mode.ESTOP: """
+        TWIN_MOVED_STOPPED
         TWIN_MOVED_PAUSED
         TWIN_MOVES_TOO
         LINKS_READY ALIGNED ALIGN_FAILED REAL_MOVED REAL_TOOK_OVER REAL_WAS_FIRST TWIN_MOVED
@@ -335,6 +343,7 @@ SILENT: dict[Mode, str] = {
         RELEASED_BLOCKED STREAM_FAILED REJECTED DIVERGED KEEP_OUT TOO_CLOSE TOO_FAST
     """,
     Mode.FAULT: """
+        TWIN_MOVED_STOPPED
         ESTOP_IGNORED
         TWIN_MOVED_PAUSED
         TWIN_MOVES_TOO

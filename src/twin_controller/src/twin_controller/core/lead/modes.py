@@ -35,6 +35,7 @@ class Trigger(StrEnum):
     TWIN_MOVED_UNALIGNED = "the twin moved while it was not aligned"
     TWIN_MOVED_UNASKED = "the twin moved, and who holds control did not move it"
     TWIN_MOVED_PAUSED = "the twin moved although the pair is paused"
+    TWIN_MOVED_STOPPED = "the twin moved although the pair is stopped"
     AT_REST = "both stand still and agree"
     UNSETTLED = "both stand still but do not agree"
     REAL_FAULT = "the real robot reports an alarm that stops it"

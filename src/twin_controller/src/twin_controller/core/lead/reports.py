@@ -18,7 +18,7 @@ from twin_controller.core.orders.estop import estop_missed
 from twin_controller.core.orders.state import OWN_COMMAND, is_old, pauses
 from twin_controller.core.orders.stop import StopOrder
 from twin_controller.core.orders.stream import StreamOrder, longest_wait
-from twin_controller.core.orders.twin_stop import moves_on
+from twin_controller.core.orders.twin_stop import moves_on, speeds_since
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides import change
 from twin_controller.core.sides.measure import agree_at_rest
@@ -174,6 +174,8 @@ def _twin_reports(setup: Setup, state: CoreState, motion: TwinMotion, now: float
         return [Trigger.TWIN_RESUMED if may else Trigger.RELEASED_BLOCKED]
     if _moved_in_pause(setup, state, now):
         return [Trigger.TWIN_MOVED_PAUSED]
+    if not lead.twin_named and moves_in_stop(setup, state, now):
+        return [Trigger.TWIN_MOVED_STOPPED]
     return []
 
 
@@ -187,6 +189,26 @@ def _moved_in_pause(setup: Setup, state: CoreState, now: float) -> bool:
     if lead.mode is not Mode.PAUSED or state.orders.twin_stop is not None:
         return False
     return change.moved(twin.change, config) and not change.stands_still(twin.change, now, config)
+
+
+def moves_in_stop(setup: Setup, state: CoreState, now: float) -> bool:
+    """Return whether the twin of a stopped pair moves, or is about to, and must be stopped again.
+
+    It has begun a move of its own, or it speeds up again since it was told last, or it has left the
+    place where it had come to rest: a joint may be commanded past all of its nodes.
+    """
+    lead, twin, told, config = state.lead, state.sides.twin, state.orders.told, setup.config
+    motion = twin.motion
+    if lead.mode is not Mode.STOPPED or motion is None or not twin.history:
+        return False
+    if now - told.sent <= config.stop.heard_ms * 1e-3:
+        # It slows down from now on, not before it has heard so.
+        return False
+    begun = motion.state in ("announcing", "moving") and not is_old(setup, told, motion, now)
+    left = change.moved(twin.change, config.change)
+    left = left and not change.stands_still(twin.change, now, config.change)
+    slowest, fastest = speeds_since(twin, told.sent + config.stop.heard_ms * 1e-3, setup.velocity)
+    return begun or left or fastest > slowest + config.stop.restart_percent * 1e-2
 
 
 def _real_reports(setup: Setup, state: CoreState, flags: RealMeasured, now: float) -> list[Trigger]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import msgspec
 
 from twin_controller.core.actions import AnyAction, Command, Send
-from twin_controller.core.events import AnyEvent, TwinMeasured
+from twin_controller.core.events import AnyEvent, TwinMeasured, TwinMotion
 from twin_controller.core.follow.ahead import stream_ahead
 from twin_controller.core.follow.blend import finished
 from twin_controller.core.follow.real import follower_pace, stream_real
@@ -13,6 +13,7 @@ from twin_controller.core.follow.remembered import Remembered, note_sample
 from twin_controller.core.follow.twin import follow_twin
 from twin_controller.core.lead.effects import send_twin
 from twin_controller.core.lead.modes import Mode
+from twin_controller.core.lead.reports import moves_in_stop
 from twin_controller.core.lead.state import record_notice
 from twin_controller.core.lead.table import FOLLOWS_TWIN
 from twin_controller.core.lead.transition import reject
@@ -21,12 +22,19 @@ from twin_controller.core.orders.order import send
 from twin_controller.core.orders.speed_caps import Leader, cap_speeds
 from twin_controller.core.orders.stop import TAKES_HOLD, may_give_back, stop_again
 from twin_controller.core.orders.stream import start_stream
-from twin_controller.core.orders.twin_stop import twin_stop_again
+from twin_controller.core.orders.twin_stop import (
+    speeds_since,
+    tell_twin_stop,
+    twin_stop_again,
+)
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides.change import stands_still
 from twin_controller.core.sides.measure import remember
 from twin_controller.core.sides.side import Sides
 from twin_controller.core.state import CoreState
+
+STOPPED_AGAIN = "the pair is stopped: ALIGN, then it may lead"
+"""Why a move of the twin is aborted that begins in STOPPED: whoever has asked for it reads this."""
 
 replace = msgspec.structs.replace
 Result = tuple[CoreState, list[AnyAction]]
@@ -135,9 +143,17 @@ def _resume_twin(state: CoreState, now: float) -> Result:
     return send_twin(state, Command.RESUME_TWIN, "the real robot has come to it", now)
 
 
-def order_twin(state: CoreState, event: AnyEvent) -> Result:
-    """Tell the twin again to stop, where its newest sample shows that it moves on."""
+def order_twin(setup: Setup, state: CoreState, event: AnyEvent) -> Result:
+    """Tell the twin again to stop, where its newest sample shows that it moves on, or again."""
     stop, now = state.orders.twin_stop, event.now
+    if isinstance(event, TwinMeasured | TwinMotion) and moves_in_stop(setup, state, now):
+        told = state.orders.told.sent + setup.config.stop.heard_ms * 1e-3
+        slowest, _ = speeds_since(state.sides.twin, told, setup.velocity)
+        if slowest < setup.config.stop.restart_percent * 1e-2:
+            # It had obeyed: this is another motion, and no disobedience.
+            stop = tell_twin_stop(None, Command.STOP_TWIN, setup.config.stop, now)
+            state = replace(state, orders=replace(state.orders, twin_stop=stop))
+        return send_twin(state, Command.STOP_TWIN, STOPPED_AGAIN, now)
     again = twin_stop_again(stop, now) if isinstance(event, TwinMeasured) else None
     if stop is None or again is None:
         return state, []

@@ -88,6 +88,7 @@ DEFAULTS: dict[Trigger, Row] = {
     ),
     Trigger.RELEASED_BLOCKED: STAY,
     Trigger.TWIN_MOVED_PAUSED: STAY,
+    Trigger.TWIN_MOVED_STOPPED: STAY,
     Trigger.STREAM_FAILED: STAY,
     Trigger.REJECTED: STAY,
     Trigger.DIVERGED: STAY,
@@ -95,7 +96,7 @@ DEFAULTS: dict[Trigger, Row] = {
     Trigger.TOO_CLOSE: STAY,
     Trigger.TOO_FAST: STAY,
     Trigger.STOP: Row(Mode.STOPPED, BOTH_STOP, "the target is cleared"),
-    Trigger.PAUSE: _refuse("nothing moves that could be paused"),
+    Trigger.PAUSE: _refuse("the pair is stopped"),
     Trigger.RESUME: _refuse("nothing is paused"),
     Trigger.RESUME_BLOCKED: _refuse("nothing is paused"),
     Trigger.RESUME_HELD: _refuse("nothing is paused"),
@@ -169,6 +170,11 @@ _DIVERGED = Row(
     (Command.HOLD_REAL, Command.PAUSE_TWIN),
     "both are paused until the operator acknowledges",
 )
+# What a person wants who would go on, or hold what goes on.
+_GOING_ON = (
+    *(Trigger.PAUSE, Trigger.RESUME, Trigger.RESUME_BLOCKED, Trigger.RESUME_HELD),
+    *(Trigger.ALIGN, Trigger.MOVE, Trigger.MOVE_UNALIGNED),
+)
 _GUARDED = Row(None, (Command.STOP_REAL,), "the real robot moves all the same and is stopped")
 _STOPPED = Row(Mode.STOPPED, BOTH_STOP, "both are stopped")
 _FAILED = Row(Mode.FAULT, BOTH_STOP, "both are stopped; RESET, then ALIGN")
@@ -179,9 +185,7 @@ _FAULTED = _refuse("a fault is active: RESET first")
 _HELD_THERE = _refuse("the robot is held at its pendant: let it go there, then RESUME again")
 _PRESSED = _refuse("the emergency stop at the robot is pressed: release it there, then RESET again")
 _RESET = Row(None, (Command.RESET_REAL,), "the real robot is asked to reset; nothing moves")
-_RESET_DONE = Row(
-    Mode.STOPPED, (Command.RESET_TWIN,), "nothing moves; ALIGN or a new command goes on"
-)
+_RESET_DONE = Row(Mode.STOPPED, (Command.RESET_TWIN,), "nothing moves; ALIGN goes on")
 _TWIN_DEFIES = Row(None, (), "end the simulator or what commands it, then RESET")
 _NOTHING_LEFT = Row(None, (), "press the emergency stop at the robot itself")
 _RESET_FAILED = Row(None, (), "its cause persists: remove it, then RESET again")
@@ -228,16 +232,10 @@ ROWS: dict[Mode, dict[Trigger, Row]] = {
             BOTH_STOP,
             "sent to the side still reached; a robot that is not is told when it answers again",
         ),
-        Trigger.PAUSE: _OFFLINE,
-        Trigger.RESUME: _OFFLINE,
-        Trigger.RESUME_BLOCKED: _OFFLINE,
-        Trigger.RESUME_HELD: _OFFLINE,
+        **dict.fromkeys(_GOING_ON, _OFFLINE),
         Trigger.RESET: _OFFLINE,
         Trigger.RESET_BLOCKED: _OFFLINE,
         Trigger.RESET_PRESSED: _OFFLINE,
-        Trigger.ALIGN: _OFFLINE,
-        Trigger.MOVE: _OFFLINE,
-        Trigger.MOVE_UNALIGNED: _OFFLINE,
         Trigger.ACKNOWLEDGE: _OFFLINE,
     },
     # The twin goes slowly; nobody may take the lead from it, but anything may stop it.
@@ -253,7 +251,7 @@ ROWS: dict[Mode, dict[Trigger, Row]] = {
         Trigger.ALIGN: Row(None, (), "already aligning"),
         Trigger.MOVE: _refuse("the twin is aligning: wait"),
         Trigger.MOVE_UNALIGNED: _refuse("the twin is aligning: wait"),
-        Trigger.PAUSE: _refuse("the twin is aligning: STOP ends it"),
+        Trigger.PAUSE: _PAUSE,
     },
     # Both stand where they have agreed: who moves first leads.
     Mode.IDLE: {
@@ -264,6 +262,7 @@ ROWS: dict[Mode, dict[Trigger, Row]] = {
         Trigger.TWIN_MOVED: _TWIN_LEADS,
         Trigger.TWIN_MOVED_UNALIGNED: _NO_LEAD,
         Trigger.TWIN_MOVED_UNASKED: _UNASKED,
+        Trigger.PAUSE: _PAUSE,
         Trigger.ALIGN: _ALIGN,
         Trigger.MOVE: _OPERATOR_LEADS,
         Trigger.MOVE_UNALIGNED: _refuse("the twin is not aligned: ALIGN first"),
@@ -290,7 +289,6 @@ ROWS: dict[Mode, dict[Trigger, Row]] = {
         Trigger.REAL_STOPPED: _STOPPED,
         Trigger.REAL_TOOK_OVER: _TAKE_OVER,
         Trigger.RELEASED_BLOCKED: _STOPPED,
-        # Not stopped: after a stop the next command of whoever moves it would lead.
         Trigger.TWIN_MOVED_PAUSED: Row(None, (Command.PAUSE_TWIN,), "it is held again"),
         Trigger.REJECTED: _STOPPED,
         Trigger.PAUSE: Row(None, (), "already paused"),
@@ -305,15 +303,16 @@ ROWS: dict[Mode, dict[Trigger, Row]] = {
         ),
         Trigger.ALIGN: _refuse("a motion is paused: STOP first"),
     },
-    # Targets are cleared; any new command or motion goes on.
+    # Targets are cleared. Only a person goes on, here or at the robot: what moves the twin may have
+    # begun before the stop and never heard of it.
     Mode.STOPPED: {
         Trigger.KEEP_OUT: Row(None, BOTH_STOP, "both are stopped before it"),
         Trigger.TOO_FAST: Row(None, BOTH_STOP, "both are stopped"),
         Trigger.REAL_MOVED: _REAL_LEADS,
         Trigger.REAL_TOOK_OVER: _REAL_LEADS,
-        Trigger.TWIN_MOVED: _TWIN_LEADS,
-        Trigger.TWIN_MOVED_UNALIGNED: _NO_LEAD,
-        Trigger.TWIN_MOVED_UNASKED: _UNASKED,
+        Trigger.TWIN_MOVED_STOPPED: Row(
+            None, (Command.STOP_TWIN,), "it is stopped again; ALIGN, then it may lead"
+        ),
         Trigger.ALIGN: _ALIGN,
         Trigger.MOVE: _OPERATOR_LEADS,
         Trigger.MOVE_UNALIGNED: _refuse("the twin is not aligned: ALIGN first"),
@@ -337,13 +336,7 @@ ROWS: dict[Mode, dict[Trigger, Row]] = {
         Trigger.RESET_PRESSED: _PRESSED,
         Trigger.RESET_DONE: _RESET_DONE,
         Trigger.RESET_FAILED: _RESET_FAILED,
-        Trigger.PAUSE: _LATCHED,
-        Trigger.RESUME: _LATCHED,
-        Trigger.RESUME_BLOCKED: _LATCHED,
-        Trigger.RESUME_HELD: _LATCHED,
-        Trigger.ALIGN: _LATCHED,
-        Trigger.MOVE: _LATCHED,
-        Trigger.MOVE_UNALIGNED: _LATCHED,
+        **dict.fromkeys(_GOING_ON, _LATCHED),
     },
     # As ESTOP, with the drives on.
     Mode.FAULT: {
@@ -360,13 +353,7 @@ ROWS: dict[Mode, dict[Trigger, Row]] = {
         Trigger.RESET_PRESSED: _PRESSED,
         Trigger.RESET_DONE: _RESET_DONE,
         Trigger.RESET_FAILED: _RESET_FAILED,
-        Trigger.PAUSE: _FAULTED,
-        Trigger.RESUME: _FAULTED,
-        Trigger.RESUME_BLOCKED: _FAULTED,
-        Trigger.RESUME_HELD: _FAULTED,
-        Trigger.ALIGN: _FAULTED,
-        Trigger.MOVE: _FAULTED,
-        Trigger.MOVE_UNALIGNED: _FAULTED,
+        **dict.fromkeys(_GOING_ON, _FAULTED),
     },
 }
 
@@ -375,6 +362,16 @@ ROWS: dict[Mode, dict[Trigger, Row]] = {
 _BEGIN = (Command.GIVE_HOLD_BACK, Command.BEGIN_STREAM, Command.START_STREAM)
 _RESUME_STREAM = (*_BEGIN, Command.RESUME_TWIN)
 RESUME_ROWS: dict[Mode, Row] = {
+    Mode.ALIGNING: Row(
+        Mode.ALIGNING,
+        (Command.GIVE_HOLD_BACK, Command.RESUME_TWIN, Command.BEGIN_ALIGN),
+        "the twin goes on to the real robot's pose",
+    ),
+    Mode.IDLE: Row(
+        Mode.IDLE,
+        (Command.GIVE_HOLD_BACK, Command.RESUME_TWIN, Command.BASELINE),
+        "who moves first leads",
+    ),
     Mode.REAL_LEADS: Row(
         Mode.REAL_LEADS, (Command.RELEASE_REAL, Command.RESUME_TWIN), "the same path goes on"
     ),

@@ -193,12 +193,13 @@ def _enter(setup: Setup, state: CoreState, row: Row, trigger: Trigger, now: floa
         must_align=_must_align(lead.must_align, mode, trigger),
         needs_acknowledge=mode is Mode.PAUSED and trigger is Trigger.DIVERGED,
         reset_since=None,
+        twin_named=False,
         helpless=False,
         move_pending=lead.move_pending and active is Mode.OPERATOR_LEADS,
     )
     if mode in HOLDING:
         new = end_epoch(new, f"{mode} ({trigger.value})", now)
-    state = _end_following(state, active)
+    state = _end_following(state, mode, active)
     if mode in (Mode.STOPPED, Mode.FAULT, Mode.ESTOP, Mode.OFFLINE, Mode.PAUSED):
         # Where the sides stop is not agreed: nothing counts as a motion until they stand.
         state = replace(state, sides=_drop_baselines(state.sides))
@@ -233,6 +234,8 @@ def _forget_cause(setup: Setup, state: CoreState, trigger: Trigger, now: float) 
         lead = replace(lead, reset_since=None)
     if trigger is Trigger.ESTOP_IGNORED:
         lead = replace(lead, helpless=True)
+    if trigger is Trigger.TWIN_MOVED_STOPPED:
+        lead = replace(lead, twin_named=True)
     if trigger is Trigger.TWIN_MOVED_UNASKED:
         # The twin comes to rest elsewhere: it is stopped once, not at each sample from there.
         state = replace(state, sides=_drop_baselines(state.sides))
@@ -253,10 +256,11 @@ def _must_align(must: bool, mode: Mode, trigger: Trigger) -> bool:
     return trigger is Trigger.RESET_DONE or (must and mode is not Mode.ALIGNING)
 
 
-def _end_following(state: CoreState, active: Mode) -> CoreState:
+def _end_following(state: CoreState, mode: Mode, active: Mode) -> CoreState:
     """Forget a follower that the new mode lacks; in PAUSED ``active`` is the paused mode."""
     follow, orders = state.follow, state.orders
-    if active not in (Mode.ALIGNING, Mode.REAL_LEADS):
+    # An alignment begins anew after a pause: the real robot's pose would draw the twin on.
+    if mode is not Mode.ALIGNING and active is not Mode.REAL_LEADS:
         follow = replace(follow, twin=None)
     if active not in FOLLOWS_TWIN:
         follow = replace(follow, real=None)

@@ -144,6 +144,9 @@ def leader_triggers(setup: Setup, state: CoreState) -> list[Trigger]:
     if state.lead.mode not in (Mode.IDLE, Mode.STOPPED) or not state.sides.known:
         return []
     found = onsets(setup, state)
+    if state.lead.mode is Mode.STOPPED:
+        # Nothing from here moves the robot then: who does stands beside it, and is first.
+        return [Trigger.REAL_MOVED] if found.real is not None else []
     wait = setup.config.change.confirm_wait_ms * 1e-3
     if found.real is None and found.twin is None:
         return []

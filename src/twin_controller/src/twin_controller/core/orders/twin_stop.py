@@ -11,6 +11,7 @@ import msgspec
 
 from twin_controller.config import Change, Stop
 from twin_controller.core.actions import Command
+from twin_controller.core.events import Joints
 from twin_controller.core.orders.book import due
 from twin_controller.core.orders.order import GiveUp, Order, Patience, tell
 from twin_controller.core.sides.change import stands_still
@@ -67,6 +68,19 @@ def strike_off(stop: TwinStop | None, twin: TwinSide, config: Change) -> TwinSto
     if stands and told_for >= config.still_time_ms * 1e-3:
         return None
     return stop
+
+
+def speeds_since(twin: TwinSide, heard: float, velocity: Joints) -> tuple[float, float]:
+    """Return the lowest and the newest speed of its fastest joint since ``heard`` [s].
+
+    As a part of that joint's largest speed; zeros without a sample.
+    """
+    shares = [
+        max(abs(v) / most for v, most in zip(sample.qdot, velocity))
+        for sample in twin.history
+        if sample.time >= heard
+    ]
+    return (min(shares), shares[-1]) if shares else (0.0, 0.0)
 
 
 def moves_on(stop: TwinStop | None) -> bool:

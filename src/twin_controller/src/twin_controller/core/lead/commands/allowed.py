@@ -51,4 +51,6 @@ def _why_not_lead(state: CoreState, moved: Trigger) -> str:
     """Return why a side that moves now does not lead, in the words of a refused move."""
     if not look_up(state.lead.mode, moved, state.lead.paused).silent:
         return ""
+    if state.lead.mode is Mode.STOPPED:
+        return "the pair is stopped: ALIGN first"
     return look_up(state.lead.mode, Trigger.MOVE, state.lead.paused).why
