@@ -194,7 +194,7 @@ def _judged(
                 return Outcome.REFUSED, words.people(state.why)
         case "RESET":
             if state.mode not in (Mode.ESTOP, Mode.FAULT):
-                return Outcome.DONE, "nothing moves; Align or a new command goes on"
+                return Outcome.DONE, "nothing moves; Align goes on"
             if waited > RESET_S:
                 return Outcome.REFUSED, words.people(state.why)
         case "STOP" | "ESTOP":
