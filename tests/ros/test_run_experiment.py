@@ -77,7 +77,7 @@ class PlayedCell:
 
     def _command(self, request: TwinCommand._request_class) -> TwinCommandResponse:
         self.commands.append(request.command)
-        return TwinCommandResponse(True, "")
+        return TwinCommandResponse(True, "", True)
 
     def _run(self) -> None:
         while not self._stop.wait(0.005):

@@ -39,7 +39,8 @@ class StandIn:
 
         def obey(request: Any) -> TwinCommandResponse:
             self.commands.append((request.command, request.speed_percent))
-            return TwinCommandResponse(request.command != "HOME", f"{request.command} was heard")
+            heard = request.command != "HOME"
+            return TwinCommandResponse(heard, f"{request.command} was heard", heard)
 
         def hand_out(request: Any) -> ControlResponse:
             """Give control to whoever takes it last, as if the others were gone."""

@@ -154,7 +154,7 @@ class Orders:
         )
         return Found(
             scene,
-            bool(answers) and bool(answers[0].success),
+            bool(answers) and bool(answers[0].sent),
             _farthest(self._cell.twin, twin, begin),
             _farthest(self._cell.real, real, begin),
         )

@@ -52,7 +52,8 @@ def move_joints(hands: Hands, attempt: Attempt, *pose: float) -> None:
 def _command(hands: Hands, attempt: Attempt, command: str, **fields: Any) -> None:
     from scara_msgs.srv import TwinCommand
 
-    hands.call(attempt, "twin_controller/command", TwinCommand, command=command, **fields)
+    kind, fields = TwinCommand, {"command": command, "at_once": True, **fields}
+    hands.call(attempt, "twin_controller/command", kind, **fields)
 
 
 @deed("move_to")

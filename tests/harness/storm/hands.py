@@ -165,7 +165,9 @@ class Hands:
             attempt.mark()
             line.send(**fields)
             answer = line.answer(ANSWER_S)
-        attempt.close(bool(answer.success), str(answer.message))
+        # A stop is acknowledged when it is sent: from then on nothing may begin.
+        taken = answer.success or getattr(answer, "sent", False)
+        attempt.close(bool(taken), str(answer.message))
 
     @contextlib.contextmanager
     def gateway(self) -> Iterator[websocket.WebSocket]:

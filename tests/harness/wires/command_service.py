@@ -84,7 +84,7 @@ class CommandService:
                 self.answers.wait()
                 buffer = io.BytesIO()
                 words = f"{request.command} was heard"
-                self._kind._response_class(True, words).serialize(buffer)
+                self._kind._response_class(True, words, True).serialize(buffer)
                 line.sendall(b"\x01" + _sized(buffer.getvalue()))
 
 

@@ -65,7 +65,7 @@ class Cell:
 
     def _obey(self, request: Any) -> TwinCommandResponse:
         self.calls.append((request.command, request._connection_header["callerid"]))
-        return TwinCommandResponse(True, f"{request.command} received")
+        return TwinCommandResponse(True, f"{request.command} received", True)
 
 
 @pytest.fixture

@@ -188,6 +188,7 @@ class Stop(Section, frozen=True):
     retry_ms: allowed.StopRepeatMs
     attempts: allowed.StopAttempts
     hold_ms: allowed.QuietMs
+    answer_ms: allowed.ShownMs
     heard_ms: allowed.QuietMs
     restart_percent: allowed.StepPercent
     safety_retry_ms: allowed.RepeatMs

@@ -7,12 +7,13 @@ from typing import Any
 
 import msgspec
 import pytest
-from harness.pair import HOME, SETUP, Pair, shifted
+from harness.pair import HOME, SETUP, Pair, ramp, shifted
 from scara_ros.gate.permit import Permit
 from scara_ros.standstill import Standstill, said
 from twin_controller.core.actions import MoveTwin, Reply
 from twin_controller.core.events import Operator
 from twin_controller.core.lead.modes import Mode
+from twin_controller.core.lead.standing import unseen
 from twin_controller.nodes.command_services import CommandServices
 
 from scara_msgs.srv import TwinCommandRequest
@@ -70,6 +71,13 @@ class Cell:
         self.pair.feed(msgspec.structs.replace(event, id=number))
         return self.pair.replies[number]
 
+    def wait_to_stand(self, since: float, timeout: float) -> str:
+        """Wait until both sides stand, as the engine."""
+        end = self.pair.now + timeout
+        while self.pair.now < end and unseen(SETUP, self.pair.state, since):
+            self.run(0.01)
+        return unseen(SETUP, self.pair.state, since)
+
     def run(self, seconds: float) -> None:
         """Let time pass, the engine too."""
         for _ in range(round(seconds * 100)):
@@ -93,12 +101,12 @@ def test_a_move_that_was_asked_for_before_a_stop_is_not_accepted_after_it(
 
     def meanwhile() -> None:
         cell.run(0.2)
-        stops.append(cell.call("STOP"))
+        stops.append(cell.call("STOP", at_once=True))
         cell.run(0.6)
 
     cell.meanwhile = meanwhile
     answer = cell.call("MOVE_JOINTS", joint_positions=OTHER, speed_percent=20.0)
-    assert [stop.success for stop in stops] == [True]
+    assert [stop.sent for stop in stops] == [True]
     assert (answer.success, answer.message) == (False, "cancelled by STOP, before it began")
     assert cell.state.lead.mode is Mode.STOPPED
     assert not any(isinstance(action, MoveTwin) for action in cell.pair.actions)
@@ -114,10 +122,64 @@ def test_a_move_and_a_stop_that_waited_while_the_controller_stood_still(
     cell.run(0.1)
     asked = cell.pair.now + 0.1 * stalled
     cell.pair.run(stalled)  # nobody notes that the engine runs
-    assert cell.call("STOP").success
+    assert cell.call("STOP", at_once=True).sent
     answer = cell.call(
         "MOVE_JOINTS", joint_positions=OTHER, speed_percent=20.0, asked=asked if stamped else 0.0
     )
     assert (answer.success, answer.message) == (False, "cancelled by STOP, before it began")
     cell.run(1.0)
     assert cell.call("MOVE_JOINTS", joint_positions=OTHER, speed_percent=20.0).success
+
+
+@pytest.mark.parametrize("command", ["STOP", "PAUSE", "ESTOP"])
+def test_a_stop_is_answered_when_both_are_seen_to_stand(
+    command: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In the middle of a move; who does not wait hears only that it was sent."""
+    cell = Cell(monkeypatch, "nobody")
+    cell.run(0.1)
+    assert cell.call("MOVE_JOINTS", joint_positions=OTHER, speed_percent=20.0).success
+    cell.run(0.5)
+    begun = cell.pair.now
+    answer = cell.call(command)
+    assert answer.success and answer.sent and answer.message.endswith("; both stand")
+    still = SETUP.config.change.still_time_ms * 1e-3
+    assert begun + still <= cell.pair.now < begun + SETUP.config.stop.answer_ms * 1e-3
+    assert not unseen(SETUP, cell.state, begun)
+    sent = cell.call(command, at_once=True)
+    assert sent.sent and not sent.success and sent.message.startswith("sent: ")
+
+
+def test_a_stop_that_no_robot_shows_is_no_success(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The program goes on whatever is sent: the answer says so, and what is left to do."""
+    cell = Cell(monkeypatch, "nobody")
+    cell.run(0.1)
+    cell.pair.start_program(ramp(HOME, shifted(HOME, 60.0), 5.0))
+    cell.run(0.5)
+    cell.pair.command_real = lambda command: None  # type: ignore[method-assign]
+    answer = cell.call("STOP")
+    assert answer.sent and not answer.success
+    assert "the real robot is not seen to stand: look at the robot" in answer.message
+
+
+@pytest.mark.parametrize("side", ["real", "twin"])
+def test_a_side_that_does_not_answer_is_not_seen_to_stand(
+    side: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A stop that is sent to nobody is no success either."""
+    cell = Cell(monkeypatch, "nobody")
+    cell.run(0.1)
+    cell.pair.link(side, False)
+    cell.run(0.5)
+    answer = cell.call("STOP")
+    name = {"real": "the real robot", "twin": "the twin"}[side]
+    assert answer.sent and not answer.success and f"{name} does not answer" in answer.message
+
+
+def test_a_refused_stop_was_not_sent(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A pair that is stopped cannot be paused."""
+    cell = Cell(monkeypatch, "nobody")
+    cell.run(0.1)
+    assert cell.call("STOP").success
+    answer = cell.call("PAUSE")
+    assert not answer.success and not answer.sent and answer.message == "the pair is stopped"

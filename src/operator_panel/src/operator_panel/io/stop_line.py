@@ -113,7 +113,7 @@ class StopLine:
         else:
             late = time.monotonic() - begun
             words = response.message + (f" (after {late:.1f} s)" if late > ANSWER_S else "")
-            answer.set_result(Answer(response.success, words, {"confirmed": True}))
+            answer.set_result(Answer(response.sent, words, {"confirmed": True}))
         finally:
             self._answered(command)
 
@@ -216,7 +216,8 @@ class StopLine:
 
     def _serialised(self, command: str, who: dict[str, str]) -> bytes:
         buffer = io.BytesIO()
-        self._kind._request_class(command=command, **who).serialize(buffer)
+        # The page shows by itself when both stand.
+        self._kind._request_class(command=command, at_once=True, **who).serialize(buffer)
         return buffer.getvalue()
 
 

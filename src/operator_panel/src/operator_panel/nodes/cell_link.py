@@ -139,7 +139,13 @@ class CellLink:
     async def command(self, seat: Seat, command: str, **fields: Any) -> Answer:
         """Send a command to the twin controller; it is as old as this call, not as its turn."""
         who, asked = self._who(seat), time.monotonic()
-        return as_answer(await self._commands.call(command=command, asked=asked, **who, **fields))
+        # The page shows by itself when both stand; what comes behind a PAUSE does not wait for it.
+        response = await self._commands.call(
+            command=command, asked=asked, at_once=True, **who, **fields
+        )
+        if isinstance(response, Answer):
+            return response
+        return Answer(response.success or response.sent, response.message)
 
     async def control(self, seat: Seat, action: str, moves: bool) -> Answer:
         """Ask the twin controller who may move the pair."""

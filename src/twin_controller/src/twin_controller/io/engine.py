@@ -38,6 +38,7 @@ from twin_controller.core.events import (
     TwinMeasured,
 )
 from twin_controller.core.lead.modes import Mode
+from twin_controller.core.lead.standing import unseen
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides.own_gap import OwnGaps
 from twin_controller.core.state import CoreState, initial_state
@@ -79,6 +80,7 @@ class Engine:
         self._replies_lock = threading.Lock()
         self._number = 0
         self.state = initial_state(setup)
+        self._stepped = threading.Condition()
         self._thread = threading.Thread(target=self._run, name="engine", daemon=True)
         self.failure: BaseException | None = None
         self._looped = float("-inf")
@@ -154,6 +156,16 @@ class Engine:
             with self._replies_lock:
                 self._replies.pop(number, None)
 
+    def wait_to_stand(self, since: float, timeout: float) -> str:
+        """Wait until both sides are seen to stand that were told to stop at ``since`` [s].
+
+        Returns:
+            Which side was not seen to stand within ``timeout`` [s], in words; empty: both were.
+        """
+        with self._stepped:
+            self._stepped.wait_for(lambda: not unseen(self._setup, self.state, since), timeout)
+            return unseen(self._setup, self.state, since)
+
     def _run(self) -> None:
         try:
             last = time.monotonic()
@@ -194,6 +206,8 @@ class Engine:
                 if isinstance(action, Decided):
                     _LOG.debug("%s -> %s: %s", action.trigger, action.mode_after, action.why)
                     decided.append(action)
+        with self._stepped:
+            self._stepped.notify_all()
         self._listener.stepped(batch, self.state, decided)
 
     def _carry_out(self, action: AnyAction) -> None:

@@ -37,6 +37,7 @@ from twin_controller.nodes.move_gate import MoveGate
 
 Audit = Callable[[str, str, bool, str], None]
 TRIGGERS = ("stop", "pause", "resume", "reset")
+LAST_MEANS = "look at the robot, and press its own emergency stop if it moves"
 SILENT = "KEEP"
 """A sign of life comes each second and is no entry of the audit."""
 
@@ -90,10 +91,22 @@ class CommandServices:
             **self._who(request, read=command not in ENDING),
         )
         answer = self._judged(event)
+        sent = command in ENDING and answer.success
+        if sent:
+            answer = self._stood(answer, now, request.at_once)
         speed = f"speed {request.speed_percent:g} %" if target else f"{request.speed_percent:g} %"
         what = f"{command} target {list(target)} {speed}" if target else f"{command} {speed}"
-        self._audit(_name(request, event), what, answer.success, answer.message)
-        return TwinCommandResponse(answer.success, answer.message)
+        self._audit(_name(request, event), what, answer.success or sent, answer.message)
+        return TwinCommandResponse(answer.success, answer.message, sent)
+
+    def _stood(self, answer: Reply, since: float, at_once: bool) -> Reply:
+        """Return what a stop has come to: sent, or seen to have made both stand."""
+        if at_once:
+            return Reply(answer.id, False, f"sent: {answer.message}")
+        trouble = self._engine.wait_to_stand(since, self._setup.config.stop.answer_ms * 1e-3)
+        if not trouble:
+            return Reply(answer.id, True, f"{answer.message}; both stand")
+        return Reply(answer.id, False, f"sent: {answer.message}; but {trouble}: {LAST_MEANS}")
 
     def _judged(self, event: Operator) -> Reply:
         """Hand a command to the engine once the gate lets it through."""

@@ -11,6 +11,7 @@ import msgspec
 from twin_controller.core.actions import AnyAction
 from twin_controller.core.events import AnyEvent, MoveEnded, RealMeasured, TwinMotion
 from twin_controller.core.lead.modes import Mode, Trigger
+from twin_controller.core.lead.standing import real_stands
 from twin_controller.core.lead.state import Lead, record_notice
 from twin_controller.core.lead.table import FOLLOWS_TWIN, LEADING
 from twin_controller.core.orders.book import due
@@ -103,19 +104,13 @@ def side_triggers(setup: Setup, state: CoreState, now: float) -> list[Trigger]:
     found += _real_reports(setup, state, flags, now)
     latched = lead.mode is Mode.ESTOP and lead.reset_since is None
     late = now - lead.since > config.estop.shown_ms * 1e-3
-    if latched and late and not lead.helpless and not _stands(setup, state, flags, now):
+    if latched and late and not lead.helpless and not real_stands(setup, state, flags, now):
         found.append(Trigger.ESTOP_IGNORED)
     if latched and estop_missed(state.orders.estop, flags, motion, old, now):
         found.append(Trigger.ESTOP_MISSED)
     if state.safety.divergence.alarm and config.divergence.pause and lead.mode in LEADING:
         found.append(Trigger.DIVERGED)
     return found + _reset_reports(setup, state, flags, now)
-
-
-def _stands(setup: Setup, state: CoreState, flags: RealMeasured, now: float) -> bool:
-    """Return whether the real robot has stopped: no program runs, and its joints stand."""
-    runs = (flags.own_program or flags.streaming) and not flags.paused
-    return not runs and change.stands_still(state.sides.real.change, now, setup.config.change)
 
 
 def resume_blocked(state: CoreState) -> bool:

@@ -1,0 +1,40 @@
+"""Say whether both sides were seen to stand: no stop is believed before."""
+
+from __future__ import annotations
+
+from twin_controller.core.events import RealMeasured
+from twin_controller.core.orders.state import is_old
+from twin_controller.core.setup import Setup
+from twin_controller.core.sides import change
+from twin_controller.core.state import CoreState
+
+
+def real_stands(setup: Setup, state: CoreState, flags: RealMeasured, now: float) -> bool:
+    """Return whether the real robot has stopped: no program runs, and its joints stand."""
+    runs = (flags.own_program or flags.streaming) and not flags.paused
+    return not runs and change.stands_still(state.sides.real.change, now, setup.config.change)
+
+
+def unseen(setup: Setup, state: CoreState, since: float) -> str:
+    """Return which side was not seen to stand since it was told to, in words; empty: both were.
+
+    Args:
+        setup: Profile and numbers.
+        state: The state now.
+        since: When both were told [s]. What a side said before shows nothing of it.
+    """
+    sides, found = state.sides, list[str]()
+    real, twin, flags = sides.real, sides.twin, sides.real.flags
+    if not real.usable or flags is None:
+        found.append("the real robot does not answer")
+    elif flags.sent <= since or not real_stands(setup, state, flags, real.last.time):
+        found.append("the real robot is not seen to stand")
+    if not twin.usable or twin.motion is None:
+        found.append("the twin does not answer")
+    elif (
+        twin.last.time <= since
+        or is_old(setup, state.orders.told, twin.motion, twin.last.time)
+        or not change.stands_still(twin.change, twin.last.time, setup.config.change)
+    ):
+        found.append("the twin is not seen to stand")
+    return ", and ".join(found)
