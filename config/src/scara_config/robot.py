@@ -1,10 +1,10 @@
-"""The robot profile of robot.yaml: joints, limits, lengths and screw axes, in SI."""
+"""The robot profile of robot.yaml: joints, limits, lengths, screw axes, stopping; in SI."""
 
 from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Annotated, ClassVar
+from typing import Annotated, ClassVar, Literal
 
 import msgspec
 from msgspec import Meta
@@ -164,6 +164,65 @@ class WatchedPointEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True)
     home_mm: Millimetres3
 
 
+Means = Literal["hold", "cstopi", "imstp"]
+"""The inputs by which a client stops a robot, in the order in which they are used."""
+Address = Annotated[str, Meta(min_length=1, max_length=255)]
+ALLOCATED: dict[str, tuple[Means, ...]] = {
+    "full": ("hold", "cstopi", "imstp"),
+    "simple": ("hold", "cstopi"),
+    "none": (),
+}
+"""Which of them an allocation of the user operator panel has."""
+_TRY = "try one (docs/operating/acceptance.md, C5), then write it there with this address"
+
+
+class Stopping(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """What stops the robot, and what it shows of it.
+
+    Attributes:
+        uop: Allocation of the user operator panel. ``full``: all signals. ``simple``: no RSR starts
+            the stream program, ``*IMSTP`` is tied on, SYSRDY, PROGRUN, PAUSED and HELD are not
+            shown. ``none``: no input acts and no output is shown.
+        tried: Of each means that was seen to stop this robot, the address at which: another address
+            is another robot.
+    """
+
+    uop: Literal["full", "simple", "none"]
+    tried: dict[Means, Address]
+
+    @property
+    def cuts_drives(self) -> bool:
+        """Whether ``*IMSTP`` was seen to stop the robot, so that its drives must go off by it."""
+        return "imstp" in self.tried
+
+    @property
+    def shows_all(self) -> bool:
+        """Whether the outputs tell what its program and its drives do."""
+        return self.uop == "full"
+
+    def only_followed(self, address: str) -> str:
+        """Return why the robot at ``address`` is never led, and what to do; empty: it may be."""
+        if self.uop == "none":
+            why = "no signal reaches the robot: allocate them on its screen I/O > UOP"
+            return f"robot.yaml: stopping.uop is none: {why}"
+        if self.uop == "simple":
+            why = "no RSR starts its stream program: allocate all signals on its screen I/O > UOP"
+            return f"robot.yaml: stopping.uop is simple: {why}"
+        if address not in self.tried.values():
+            return f"robot.yaml: stopping.tried names nothing that stopped {address}: {_TRY}"
+        return ""
+
+    def check(self, source: str) -> None:
+        """Raise ConfigError where a means was tried that the robot does not have."""
+        has = ALLOCATED[self.uop]
+        for means in self.tried:
+            if means not in has:
+                raise ConfigError(
+                    f"{source}: stopping.tried.{means}: uop is {self.uop}; "
+                    f"it allocates {', '.join(has) or 'nothing'}"
+                )
+
+
 class Robot(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """The robot of robot.yaml."""
 
@@ -176,6 +235,7 @@ class Robot(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     joints: list[Joint]
     home: dict[str, CoordinateMm]
     positions_m: dict[str, tuple[CoordinateM, CoordinateM, CoordinateM]]
+    stopping: Stopping
     watched_points: list[WatchedPointEntry] = []
     keep_out: list[KeepOut] = []
     geometry: Geometry | None = None
@@ -223,7 +283,8 @@ def load_robot(directory: Path | str | None = None) -> Robot:
 
     Raises:
         ConfigError: The file is missing or wrong, a limit is inverted, a name or axis number occurs
-            twice, a direction is none, home or inertia does not fit the twin's joints.
+            twice, a direction is none, home or inertia does not fit the twin's joints, a means of
+            stopping was tried that the robot does not have.
     """
     path = locate("robot.yaml", directory)
     robot = load(path, Robot)
@@ -237,6 +298,7 @@ def load_robot(directory: Path | str | None = None) -> Robot:
         if twice:
             raise ConfigError(f"{path}: joints: {key} {', '.join(twice)} occurs more than once")
     _check_axes(robot, path)
+    robot.stopping.check(str(path))
     _check_twin(robot, path)
     return robot
 

@@ -18,7 +18,9 @@ was stopped for it**.
   50 %; ARTICLE in a WAIT, 0.25 s before its next move; ARTICLE where the next move begins.
 - Each cell: time from the command until the robot stands, what became of its program, the mode
   1.2 s after the command. In brackets: the robot's own ramp, when a person takes its HOLD away.
-- With all signals (`full`) each row stands within 0.1 s after that ramp;
+- Each robot is described to the pair as it is set up (`stopping` in robot.yaml).
+- "no success": the answer says that the robot is not seen to stand.
+- Where HOLD is allocated each row stands within 0.1 s after that ramp;
   `tests/virtual_time/stops/test_stop_table.py` holds every row.
 """
 
@@ -26,13 +28,14 @@ was stopped for it**.
 NOTES = {
     "full": "HOLD, which works on each of these robots, is what stops it.",
     "simple": (
-        "UO 2 to 5 are not allocated. The pair takes SYSRDY, which is never on, for drives that "
-        "are off: it stays in ESTOP and never leads the robot. STOP and ESTOP hold the robot's own "
-        'program by HOLD; PAUSE is refused in ESTOP. Set "UOP auto assignment" to Full.'
+        "HOLD stops this robot too. No RSR starts its stream program, so the robot is followed and "
+        "never led. UO 2 to 5 are not allocated: the pair reads the blocks of program and alarm "
+        "instead. CSTOPI and RESET are one signal."
     ),
     "none": (
         "No input has an effect: **nothing of the pair stops this robot**, only its own buttons "
-        'do. The pair stays in ESTOP and never leads it. Set "UOP auto assignment" to Full.'
+        "do. It is followed and never led. Each stop ends in ESTOP, and says that the person at "
+        'the robot has to stop it. Set "UOP auto assignment" to Full.'
     ),
 }
 """What each section says before its tables."""
@@ -80,7 +83,8 @@ def _table(found: Mapping[object, list[Row] | str], uop: str, plant: str) -> lis
 def _cell(row: Row) -> str:
     if not row.moved:
         return f"never led; {row.mode}"
+    unsaid = "" if row.success else "; no success"
     if row.stood_s is None:
-        return f"does not stand; {row.program}; {row.mode}"
+        return f"does not stand; {row.program}; {row.mode}{unsaid}"
     again = ", moves again" if row.began else ""
-    return f"{row.stood_s:.3f} s{again} ({row.ramp_s:.3f}); {row.program}; {row.mode}"
+    return f"{row.stood_s:.3f} s{again} ({row.ramp_s:.3f}); {row.program}; {row.mode}{unsaid}"

@@ -8,6 +8,7 @@ rows of an instant begin with the same bits.
 
 from __future__ import annotations
 
+import dataclasses
 import os
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -15,6 +16,8 @@ from itertools import product
 
 import msgspec
 from fanuc_emulator.program import ProgramState
+from scara_config import Robot
+from scara_config.robot import ALLOCATED, Stopping
 from twin_controller.core.events import LinkChanged
 
 from harness.scenes.truth import STANDING, standstill_since, travel
@@ -50,11 +53,8 @@ class Instant(msgspec.Struct, frozen=True):
     uop: str
     scene: str
     plant: str
-
-    @property
-    def has_means(self) -> bool:
-        """HOLD can be taken away: it is allocated."""
-        return self.uop != "none"
+    profile: str = ""
+    """What robot.yaml says of the allocation; empty: what is true."""
 
     def __str__(self) -> str:
         return f"{self.uop}, {self.scene}, {self.plant}"
@@ -72,8 +72,8 @@ class Row(msgspec.Struct, frozen=True):
         ramp_s: The same, where the person at the robot takes its HOLD away: its own ramp.
         began: After it stood it moved again.
         program: Of the robot, at the end.
-        success: Whether the answer said so.
-        answer: Its text.
+        success: Whether the answer says by then that both stand.
+        answer: What it says: why it is refused, or which side is not seen to stand.
         mode: At the end.
         why: The reason of the mode.
     """
@@ -105,7 +105,8 @@ def measure(instant: Instant) -> list[Row]:
         CellError: The cell does not come to that instant; the text says why.
     """
     files = load_files(ROBOT, plant=instant.plant, settings={"uop": instant.uop})
-    with VirtualCell(files) as cell:
+    profile = profiled(files.robot, instant.profile or instant.uop)
+    with VirtualCell(dataclasses.replace(files, robot=profile)) as cell:
         _connect(cell, instant)
         moved = _approach(cell, instant.scene)
         ramp = _copied(lambda: _ramp(cell), float)
@@ -115,9 +116,17 @@ def measure(instant: Instant) -> list[Row]:
         ]
 
 
+def profiled(robot: Robot, uop: str) -> Robot:
+    """Return a profile whose robot has this allocation, every means of it tried."""
+    address = next(iter(robot.stopping.tried.values()))
+    tried = {means: address for means in ALLOCATED[uop]}
+    stopping = Stopping(uop=uop, tried=tried)  # type: ignore[arg-type]
+    return msgspec.structs.replace(robot, stopping=stopping)
+
+
 def _connect(cell: VirtualCell, instant: Instant) -> None:
-    """Bring the links up; only with all signals the pair has to become idle."""
-    if instant.uop == "full":
+    """Bring the links up; a pair whose profile says what is not true need not become idle."""
+    if not instant.profile:
         cell.connect()
         return
     cell.put(LinkChanged(cell.clock(), "twin", True, ""))
@@ -163,6 +172,7 @@ def _set_up(cell: VirtualCell, cstopi: bool, imstp: bool) -> None:
     robot = cell.real.robot
     changed = msgspec.structs.replace(robot._config, cstopi_for_abort=cstopi, imstp_assigned=imstp)
     robot._config = robot._inputs._settings = changed
+    cell.setup.cuts_drives = imstp and cell.setup.cuts_drives
 
 
 def _row(
@@ -171,6 +181,7 @@ def _row(
     """Give the command and watch."""
     _set_up(cell, cstopi, imstp)
     begun, led = cell.schedule.now, any(d.mode_after == "TWIN_LEADS" for d in cell.decisions)
+    told = cell.clock()
     reply = cell.operate(command)
     stood = None
     while cell.schedule.now < begun + WATCHED_S:
@@ -179,6 +190,7 @@ def _row(
         if stood is None and cell.schedule.now - since > 0.2:
             stood = since
     began = stood is not None and travel(cell.real.truth, stood + 0.02) > 0.1
+    trouble = cell.unseen(told)
     still = max(map(abs, cell.real.shown.velocities)) <= STANDING
     return Row(
         command=command,
@@ -190,8 +202,8 @@ def _row(
         ramp_s=ramp,
         began=began,
         program=ProgramState(cell.real.shown.program_state).name.lower(),
-        success=reply.success,
-        answer=reply.message,
+        success=reply.success and not trouble,
+        answer=trouble if reply.success else reply.message,
         mode=cell.mode,
         why=cell.why,
     )

@@ -42,6 +42,7 @@ from twin_controller.core.events import (
 )
 from twin_controller.core.follow.ahead import reaches_ahead
 from twin_controller.core.lead.commands.allowed import refusals
+from twin_controller.core.lead.standing import unseen
 from twin_controller.core.setup import Setup
 from twin_controller.core.state import initial_state
 from twin_controller.core.step import step
@@ -179,6 +180,10 @@ class VirtualCell:
     def refusals(self) -> dict[str, str]:
         """Return why each command is refused now, as the state shows it."""
         return refusals(self.setup, self._state, self.clock())
+
+    def unseen(self, since: float) -> str:
+        """Return which side was not seen to stand since ``since`` by the controller's clock [s]."""
+        return unseen(self.setup, self._state, since)
 
     def wait_still(self, duration: float) -> None:
         """Wait, from now on, until both have stood still for ``duration`` [s] in IDLE."""

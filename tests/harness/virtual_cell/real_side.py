@@ -13,8 +13,10 @@ from fanuc_emulator.program import ProgramState
 from fanuc_emulator.register_image import RegisterImage
 from twin_controller.core.actions import Command, StreamAhead, StreamReal
 from twin_controller.core.events import RealMeasured
+from twin_controller.modbus.blocks import Block
 from twin_controller.modbus.ring import RingCodec
 from twin_controller.registers import RegisterCodec
+from twin_controller.robot.allocation import told_outputs
 from twin_controller.robot.intake import measured
 from twin_controller.robot.signals import (
     UI_SIGNALS,
@@ -165,10 +167,8 @@ class RealSide:
     def _answer(self, sent: float) -> Callable[[], None]:
         """Read the registers now; return what happens when the answer arrives."""
         self._image.show(self.shown)
-        block = self._codec.state
-        begin = block.offset - self._image.first[block.table]
-        words = self._image.tables[block.table][begin : begin + block.count]
-        sample = self._codec.decode_sample(words, self._signals())
+        words = self._block(self._codec.state)
+        sample = self._codec.decode_sample(words, self._signals(), self._told())
 
         def arrive() -> None:
             received = self._clock()
@@ -189,6 +189,19 @@ class RealSide:
         for name, bit in self._files.layout.discrete_inputs.items():
             levels[bit.offset - block.offset] = bool(getattr(self.shown.outputs, name))
         return levels
+
+    def _told(self) -> frozenset[str]:
+        """Return what program and alarm tell of outputs that are not allocated."""
+        if self._files.robot.stopping.shows_all:
+            return frozenset()
+        blocks = [self._block(block) for block in (self._codec.program, self._codec.alarm)]
+        program, alarm = blocks
+        return told_outputs(self._codec.decode_program(program), self._codec.decode_alarm(alarm))
+
+    def _block(self, block: Block) -> list[int]:
+        """Return the words of a block as the robot answers them."""
+        begin = block.offset - self._image.first[block.table]
+        return self._image.tables[block.table][begin : begin + block.count]
 
     def _hand_over(self, sample: RobotSample, sent: float, received: float) -> None:
         """Give a sample to the core, as RealLink does."""

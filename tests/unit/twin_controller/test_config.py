@@ -14,7 +14,7 @@ from harness.yaml_files import REMOVED, changed_yaml
 from msgspec.structs import replace
 from scara_config import ConfigError, load_robot
 from twin_controller.config import load_twin_controller
-from twin_controller.links import links_text, recorded_links
+from twin_controller.links import links_text, recorded_choices
 
 SHIPPED = ROOT / "config"
 ROBOT = load_robot(SHIPPED)
@@ -167,14 +167,14 @@ def test_what_is_recorded_is_loaded_with_the_links_that_were_in_force(tmp_path: 
     desk = load_twin_controller(ROBOT, SHIPPED, "desk")
     text = (SHIPPED / "twin_controller.yaml").read_text()
     for name, recorded in (
-        ("line", recorded_links(text, desk)),
-        ("none", recorded_links(text.replace("links: strict", "# links: strict"), desk)),
+        ("line", recorded_choices(text, desk)),
+        ("none", recorded_choices(text.replace("links: strict", "# links: strict"), desk)),
     ):
         folder = tmp_path / name
         folder.mkdir()
         (folder / "twin_controller.yaml").write_text(recorded)
         assert load_twin_controller(ROBOT, folder) == desk
-    assert recorded_links(text, load_twin_controller(ROBOT, SHIPPED)) == text
+    assert recorded_choices(text, load_twin_controller(ROBOT, SHIPPED)) == text
 
 
 def test_the_log_says_which_links_are_in_force() -> None:

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 
+import msgspec
 import pytest
-from harness.stops.rows import COMMANDS, PLANTS, SCENES, Instant, Row, measure
+from harness.scenes.truth import travel
+from harness.stops.rows import COMMANDS, PLANTS, ROBOT, SCENES, Instant, Row, measure
+from harness.virtual_cell.cell import VirtualCell
+from harness.virtual_cell.files import load_files
+from scara_config.robot import Stopping
 
 LATER_S = 0.1
 """The robot stands at most so long after its own ramp has ended."""
@@ -37,21 +43,73 @@ def test_the_robot_stands_within_its_ramp_whatever_was_set_up(
         assert row.success and row.mode == AFTER[command], row
 
 
-@pytest.mark.parametrize("command", ["STOP", "ESTOP"])
+@pytest.mark.parametrize("command", COMMANDS)
 @pytest.mark.parametrize("scene", [scene for scene in SCENES if scene != "twin leads"])
 @pytest.mark.parametrize("plant", PLANTS)
-def test_hold_alone_stops_a_robots_own_program_too(plant: str, scene: str, command: str) -> None:
+def test_hold_alone_stops_a_robot_that_is_only_followed(
+    plant: str, scene: str, command: str
+) -> None:
     """With the simple allocation HOLD is what is left, and it is enough."""
     found = [row for row in rows(Instant("simple", scene, plant)) if row.command == command]
     assert len(found) == 4
     for row in found:
         assert row.stood_s is not None and row.stood_s <= row.ramp_s + LATER_S, row
         assert row.moved and not row.began and row.program in ("paused", "aborted"), row
+        assert row.success and row.mode == AFTER[command], row
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("scene", [scene for scene in SCENES if scene != "twin leads"])
+@pytest.mark.parametrize("plant", PLANTS)
+def test_a_stop_that_nothing_carries_out_is_no_success(
+    plant: str, scene: str, command: str
+) -> None:
+    """Nothing is allocated: the program runs on, and the answer says so."""
+    found = [row for row in rows(Instant("none", scene, plant)) if row.command == command]
+    assert len(found) == 4
+    for row in found:
+        assert row.moved and row.program == "running", row
+        assert not row.success and row.answer == "the real robot is not seen to stand", row
+        assert row.mode == "ESTOP", row
 
 
 @pytest.mark.parametrize("plant", PLANTS)
 @pytest.mark.parametrize("uop", ["simple", "none"])
-def test_a_robot_without_the_signals_of_the_stream_is_never_led(uop: str, plant: str) -> None:
-    """Without an RSR, or without any input, no motion of the twin reaches the robot."""
-    found = rows(Instant(uop, "twin leads", plant))
+@pytest.mark.parametrize("profile", ["", "full"])
+def test_a_robot_without_the_signals_of_the_stream_is_never_led(
+    profile: str, uop: str, plant: str
+) -> None:
+    """Without an RSR, or without any input; also where robot.yaml says that it has them."""
+    found = rows(Instant(uop, "twin leads", plant, profile))
     assert found and not any(row.moved or row.led for row in found)
+
+
+def test_a_robot_of_which_no_stop_was_tried_is_followed_and_never_led() -> None:
+    """The answer names the setting; whoever moves the twin is stopped, and the robot follows not.
+
+    Its own program leads, and STOP stops it as ever.
+    """
+    files = load_files(ROBOT)
+    untried = Stopping(uop="full", tried={"hold": "192.0.2.1"})
+    robot = msgspec.structs.replace(files.robot, stopping=untried)
+    with VirtualCell(dataclasses.replace(files, robot=robot)) as cell:
+        cell.connect()
+        refused = cell.operate("HOME")
+        assert not refused.success and "robot.yaml: stopping.tried" in refused.message
+        assert "stopping.tried" in cell.refusals()["JOG"]
+        begun = cell.schedule.now
+        cell.twin.move_to.begin(cell.files.robot.positions_m["P2"], 50.0, "", lambda *_: None)
+        cell.wait_whatever(lambda: cell.mode == "STOPPED", 2.0, "STOPPED")
+        assert cell.decisions[-1].trigger == "TWIN_MOVED_UNLED"
+        assert "stopping.tried" in cell.why
+        cell.schedule.run(1.0)
+        assert travel(cell.real.truth, begun) < 5e-3
+        assert cell.operate("ALIGN").success
+        cell.wait_whatever(lambda: cell.mode == "IDLE", 10.0, "IDLE")
+        cell.real.pendant(50.0, cell.files.program_number("TWO_POINT"))
+        cell.wait_whatever(lambda: cell.mode == "REAL_LEADS", 5.0, "REAL_LEADS")
+        cell.schedule.run(0.3)
+        told = cell.clock()
+        assert cell.operate("STOP").success
+        cell.schedule.run(1.0)
+        assert not cell.unseen(told)

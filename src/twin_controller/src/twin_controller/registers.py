@@ -75,12 +75,18 @@ class RegisterCodec:
         self._outputs = {name: bit.offset for name, bit in layout.discrete_inputs.items()}
         self.outputs = outputs_block(layout)
 
-    def decode_sample(self, words: Sequence[int], bits: Sequence[bool] = ()) -> RobotSample:
+    def decode_sample(
+        self,
+        words: Sequence[int],
+        bits: Sequence[bool] = (),
+        told: frozenset[str] = frozenset(),
+    ) -> RobotSample:
         """Return the reading in the answers to ``state`` and ``outputs``.
 
         Args:
             words: The answer to ``state``.
             bits: The answer to ``outputs``; nothing if the signals are in a word of ``state``.
+            told: Outputs that are on and not allocated, as other blocks tell them.
 
         Raises:
             SampleError: An answer is too short or too long, the robot calls its position invalid, a
@@ -108,7 +114,7 @@ class RegisterCodec:
             override=self._percent("override_now", words),
             heartbeat_echo=self._number("heartbeat_echo", words),
             watchdog_state=watchdog,
-            outputs=self._signals(words, bits),
+            outputs=self._signals(words, bits) | told,
             command_echo=self._number(self._command.echo, words) if self._command else 0,
             ring_places=self._places,
             ring_read=self._number("ring_read", words) if self._places else 0,

@@ -168,6 +168,8 @@ def alarm_text(state: CoreState) -> str:
     sides, lead = state.sides, state.lead
     if sides.real.alarm:
         return sides.real.alarm
+    if lead.helpless:
+        return "the real robot moves on: press the emergency stop at the robot itself"
     if lead.mode is Mode.ESTOP:
         return "emergency stop is latched: remove the cause, RESET, then ALIGN"
     if lead.mode is Mode.FAULT:
@@ -217,7 +219,7 @@ def decision_text(decision: Decided) -> str:
 def statuses(
     setup: Setup, state: CoreState, counters: dict[str, dict[str, int]], now: float
 ) -> list[Status]:
-    """Return the diagnostics of the controller, its two links, the real robot and the pair."""
+    """Return the diagnostics of the controller, its links, the robot, who may lead, the pair."""
     view = state_view(setup, state, now)
     level = {
         Mode.ESTOP: Level.ERROR,
@@ -266,6 +268,16 @@ def statuses(
             Level.ERROR if alarm else Level.OK,
             "twin_controller: real robot",
             alarm or "no alarm",
+            {},
+        )
+    )
+    found.append(
+        Status(
+            Level.WARN if setup.only_followed else Level.OK,
+            "twin_controller: leading",
+            f"the robot is followed, and never led: {setup.only_followed}"
+            if setup.only_followed
+            else "either side may lead",
             {},
         )
     )

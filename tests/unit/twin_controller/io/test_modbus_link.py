@@ -11,11 +11,14 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
+import msgspec
 import pytest
 from harness.opponents.modbus_robot import HEARTBEAT, Robot
 from harness.processes import free_port, wait_until
+from scara_config import Robot as Profile
 from scara_config import load_robot
 from scara_config.modbus_map import load_modbus_map
+from scara_config.robot import Stopping
 from twin_controller.io.modbus.link import ModbusLink, ModbusSettings, NotWritableError
 from twin_controller.io.modbus.port import ModbusPort
 from twin_controller.modbus.poll_times import PollTimes
@@ -35,13 +38,13 @@ class Owner:
         self.statuses: list[tuple[ProgramStatus, AlarmStatus]] = []
         self.rejects: list[str] = []
 
-    def link(self, port: int, **settings: float | bool) -> ModbusLink:
+    def link(self, port: int, profile: Profile = ROBOT, **settings: float | bool) -> ModbusLink:
         """Return a link that tells this owner."""
         quick = {"retry_first": 0.02, "retry_last": 0.05, **settings}
         return ModbusLink(
             ModbusSettings("127.0.0.1", port, **quick),  # type: ignore[arg-type]
             LAYOUT,
-            ROBOT,
+            profile,
             lambda *sample: self.samples.append(sample),
             lambda *change: self.changes.append(change),
             lambda *status: self.statuses.append(status),
@@ -371,6 +374,21 @@ def test_status_is_read_at_first_and_when_its_signals_change(robot: Robot, owner
         wait_until(lambda: len(owner.statuses) == 2)
     assert owner.statuses[0][1].text == ""
     assert (owner.statuses[1][1].facility, owner.statuses[1][1].message) == (11, "AB")
+
+
+def test_a_robot_without_all_outputs_tells_by_its_program(robot: Robot, owner: Owner) -> None:
+    """The block of the program is read in each cycle then, and before the state."""
+    stopping = Stopping(uop="simple", tried={"hold": "127.0.0.1"})
+    profile = msgspec.structs.replace(ROBOT, stopping=stopping)
+    robot.signals = 0
+
+    def shown() -> frozenset[str]:
+        return owner.samples[-1][0].outputs if owner.samples else frozenset()
+
+    with owner.link(robot.port, profile=profile, status_period=1000.0):
+        for state, name in ((2, "progrun"), (1, "paused"), (2, "progrun")):
+            robot.words[1209] = state
+            wait_until(lambda name=name: shown() == {"sysrdy", name})
 
 
 def test_an_error_of_the_owner_ends_the_link_and_is_kept(

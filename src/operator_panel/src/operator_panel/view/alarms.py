@@ -28,6 +28,7 @@ REMEDIES: tuple[tuple[str, str, str], ...] = (
         "The robot stopped itself because the line to it was quiet. RESET, then ALIGN.",
     ),
     ("real robot", r"", "Clear the cause on the robot's own pendant, then RESET, then ALIGN."),
+    ("leading", r"", "Until then the twin shows what the robot does, and moves nothing."),
     ("pair", r"", "Look at both robots, ACKNOWLEDGE, then RESUME or STOP."),
     (
         "twin_controller",

@@ -43,6 +43,9 @@ class Setup:
         )
         self.home = tuple(robot.home_positions)
         self.keep_out = tuple(robot.keep_out)
+        self.cuts_drives = robot.stopping.cuts_drives
+        # Why the real robot is followed and never led; empty: it may be led.
+        self.only_followed = robot.stopping.only_followed(config.real.host)
 
     @cached_property
     def tool(self) -> ToolKinematics:

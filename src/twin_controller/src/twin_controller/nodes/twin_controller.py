@@ -59,7 +59,7 @@ from twin_controller.io.modbus.settings import ModbusSettings
 from twin_controller.io.real_link import RealLink
 from twin_controller.io.rosbridge_access import Access, read_access
 from twin_controller.io.twin_link import TwinLink
-from twin_controller.links import links_text, recorded_links
+from twin_controller.links import links_text, recorded_choices
 from twin_controller.nodes.command_services import CommandServices
 from twin_controller.nodes.move_gate import MoveGate
 from twin_controller.nodes.publishing import Publishing
@@ -69,6 +69,7 @@ from twin_controller.twin.commands import Packet
 from twin_controller.twin.packets import SENDER
 from twin_controller.view import decision_text, statuses
 
+replace = msgspec.structs.replace
 WATCH_PERIOD_S = 0.05
 DEFAULT_DECISIONS = 10
 CONFIG_FILE = "twin_controller.yaml"
@@ -128,8 +129,8 @@ class Node:
     def _real_link(self, robot: Robot, config: TwinControllerConfig, layout: ModbusMap) -> RealLink:
         """Choose the robot's protocol; another one is another ``connect``."""
         settings = ModbusSettings(
-            rospy.get_param("~modbus_host", config.real.host),
-            int(rospy.get_param("~modbus_port", config.real.port)),
+            config.real.host,
+            config.real.port,
             poll_period=config.real.poll_period_ms * 1e-3,
             drift_ppm=config.real.clock_drift_ppm,
             timeout=config.real.timeout_ms * 1e-3,
@@ -244,7 +245,7 @@ def _publish_configuration(
         for name, path in sorted(files_in_force(folder).items())
         if not name.startswith(f"{PLANTS}/")
     }
-    files[CONFIG_FILE] = recorded_links(files[CONFIG_FILE], config)
+    files[CONFIG_FILE] = recorded_choices(files[CONFIG_FILE], config)
     text = msgspec.json.encode(files)
     publisher = rospy.Publisher("twin_controller/configuration", String, queue_size=1, latch=True)
     publisher.publish(String(text.decode()))
@@ -258,6 +259,9 @@ def main() -> None:
         folder = Path(rospy.get_param("~config_dir", "") or config_directory())
         robot = load_robot(folder)
         config = load_twin_controller(robot, folder, rospy.get_param("~links", ""))
+        host = str(rospy.get_param("~modbus_host", config.real.host))
+        port = int(rospy.get_param("~modbus_port", config.real.port))
+        config = replace(config, real=replace(config.real, host=host, port=port))
         layout = load_modbus_map(folder)
         url = rospy.get_param("~gateway_url", config.twin.url)
         access = read_access(config.twin, url, os.environ)
@@ -267,6 +271,9 @@ def main() -> None:
         rospy.logfatal("twin_controller: %s", error)
         sys.exit(2)
     rospy.loginfo(links_text(config))
+    only_followed = robot.stopping.only_followed(config.real.host)
+    if only_followed:
+        rospy.logwarn("the robot is followed, and never led: %s", only_followed)
     publisher, configuration = _publish_configuration(folder, config)
     node = Node(robot, config, layout, configuration, url, access, persons, gate)
     code = node.run()

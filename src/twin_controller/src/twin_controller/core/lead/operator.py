@@ -74,6 +74,8 @@ def _cap(setup: Setup, state: CoreState, event: Operator) -> Result:
 def _forbidden(setup: Setup, state: CoreState, trigger: Trigger) -> str:
     """Return why no move may begin now: a person, a hold, or a program."""
     sides, separation = state.sides, state.safety.separation
+    if setup.only_followed and trigger in (Trigger.MOVE, Trigger.MOVE_UNALIGNED):
+        return setup.only_followed
     if separation.too_close and trigger in (Trigger.MOVE, Trigger.ALIGN):
         return separation.reason
     if trigger is not Trigger.MOVE:

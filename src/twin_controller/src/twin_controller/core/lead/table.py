@@ -56,6 +56,7 @@ DEFAULTS: dict[Trigger, Row] = {
     Trigger.TWIN_MOVED: STAY,
     Trigger.TWIN_MOVED_UNALIGNED: STAY,
     Trigger.TWIN_MOVED_UNASKED: STAY,
+    Trigger.TWIN_MOVED_UNLED: STAY,
     Trigger.AT_REST: STAY,
     Trigger.UNSETTLED: STAY,
     Trigger.REAL_FAULT: Row(
@@ -262,6 +263,7 @@ ROWS: dict[Mode, dict[Trigger, Row]] = {
         Trigger.TWIN_MOVED: _TWIN_LEADS,
         Trigger.TWIN_MOVED_UNALIGNED: _NO_LEAD,
         Trigger.TWIN_MOVED_UNASKED: _UNASKED,
+        Trigger.TWIN_MOVED_UNLED: Row(Mode.STOPPED, BOTH_STOP, "it is stopped; ALIGN goes on"),
         Trigger.PAUSE: _PAUSE,
         Trigger.ALIGN: _ALIGN,
         Trigger.MOVE: _OPERATOR_LEADS,

@@ -154,6 +154,8 @@ def _words(setup: Setup, state: CoreState, trigger: Trigger) -> str:
             return defied_text(state.orders.twin_stop, twin)
         case Trigger.DIVERGED:
             return stall_text(real.stall, max(real.seen or 0.0, twin.seen or 0.0))
+        case Trigger.TWIN_MOVED_UNLED:
+            return setup.only_followed
         case Trigger.REAL_FAULT:
             return real.alarm
         case Trigger.REAL_DRIVES_OFF if real.flags is not None and real.flags.estop_pressed:

@@ -184,6 +184,8 @@ def _twin_moved(setup: Setup, state: CoreState) -> Trigger:
     It must be the motion of who holds control, if somebody does, and its agreed position that of
     the real robot.
     """
+    if setup.only_followed:
+        return Trigger.TWIN_MOVED_UNLED
     if unasked(state.lead.control):
         return Trigger.TWIN_MOVED_UNASKED
     if pair_agreed(setup, state):

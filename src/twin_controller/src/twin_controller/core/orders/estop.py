@@ -6,7 +6,7 @@ import msgspec
 
 from twin_controller.config import EStop
 from twin_controller.core.actions import Command
-from twin_controller.core.events import RealMeasured, TwinMotion
+from twin_controller.core.events import TwinMotion
 from twin_controller.core.orders.book import due
 from twin_controller.core.orders.order import Order, Patience, tell
 
@@ -22,18 +22,18 @@ def tell_estop(order: EStopOrder | None, config: EStop, now: float) -> EStopOrde
 
 
 def estop_missed(
-    order: EStopOrder | None, flags: RealMeasured, motion: TwinMotion, old: bool, now: float
+    order: EStopOrder | None, off: bool, motion: TwinMotion, old: bool, now: float
 ) -> bool:
     """Return whether a side should have obeyed by now and does not.
 
     Args:
         order: The emergency stop; None: it is not latched.
-        flags: The real robot's answer.
+        off: The real robot shows it: its drives are off, or it stands where nothing cuts them.
         motion: The twin's report.
         old: The twin's report is from before our last command to it.
         now: Time [s].
     """
     if order is None:
         return False
-    shown = not flags.drives_on and (motion.state == "estopped" or old)
+    shown = off and (motion.state == "estopped" or old)
     return bool(due([msgspec.structs.replace(order, shown=shown)], now).sends)

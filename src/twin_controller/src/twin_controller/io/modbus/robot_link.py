@@ -25,6 +25,7 @@ from twin_controller.modbus.heartbeat import Echo, heard, reconnected, stranger_
 from twin_controller.modbus.poll_times import PollTimes
 from twin_controller.modbus.signalling import may_write_signal, signal_names
 from twin_controller.registers import RegisterCodec
+from twin_controller.robot.allocation import told_outputs
 from twin_controller.robot.link import (
     LinkLostError,
     NotWritableError,
@@ -70,6 +71,7 @@ class ModbusRobotLink:
         self._echo = Echo()
         self._disarm = True
         self._signals: list[bool] | None = None
+        self._shows_all, self._told = robot.stopping.shows_all, frozenset[str]()
         self._outputs: frozenset[str] | None = None
         self._status_due = 0.0
         self._retry = settings.retry_first
@@ -236,6 +238,8 @@ class ModbusRobotLink:
         else:
             signals = self._port.read_signals(self._codec.outputs) if self._codec.outputs else []
             self._signals = signals
+            if not self._shows_all:
+                self._read_status()
         sent = time.monotonic()
         words = self._port.read_words(self._codec.state)
         received = time.monotonic()
@@ -264,7 +268,7 @@ class ModbusRobotLink:
     def _decode(self, words: list[int], signals: list[bool]) -> RobotSample | None:
         """Return the sample of both answers; None, and a word to the listener, if it is wrong."""
         try:
-            return self._codec.decode_sample(words, signals)
+            return self._codec.decode_sample(words, signals, self._told)
         except SampleError as error:
             self._counters.rejected += 1
             self._listener.rejected(f"sample: {error}")
@@ -276,7 +280,7 @@ class ModbusRobotLink:
         self._outputs = sample.outputs
         self._writer.echo = sample.command_echo
         self._retry = self._settings.retry_first
-        if self._reads_status and (changed or received >= self._status_due):
+        if self._reads_status and self._shows_all and (changed or received >= self._status_due):
             self._status_due = received + self._settings.status_period
             self._read_status()
 
@@ -290,4 +294,5 @@ class ModbusRobotLink:
             self._counters.rejected += 1
             self._listener.rejected(f"status: {error}")
             return
+        self._told = frozenset() if self._shows_all else told_outputs(*found)
         self._listener.told(*found)

@@ -35,6 +35,7 @@ def refusals(setup: Setup, state: CoreState, now: float) -> dict[str, str]:
     # A jog makes the twin the leader, and goes on meanwhile.
     jogs = state.lead.mode is Mode.TWIN_LEADS
     found["JOG"] = "" if jogs else _why_not_lead(state, Trigger.TWIN_MOVED)
+    found["JOG"] = setup.only_followed or found["JOG"]
     return found
 
 
