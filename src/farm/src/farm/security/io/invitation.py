@@ -9,9 +9,10 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import msgspec
+from scara_config.quantities import Port
 from scara_ros.io.token_file import token_folder
 
-from farm.config import Name, Port
+from farm.config import Name
 from farm.security.access import Role
 
 VARIABLE = "FARM_KEYS"
