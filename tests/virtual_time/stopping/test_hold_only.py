@@ -53,6 +53,29 @@ def test_a_program_stands_after_stop_and_goes_on_at_the_pendant_only(cell: Virtu
     cell.wait_whatever(lambda: cell.mode == "IDLE", 60.0, "its end")
 
 
+def test_a_program_that_was_paused_by_a_stop_keeps_the_twin_from_leading(
+    cell: VirtualCell,
+) -> None:
+    """No stream can start beside it: whoever asks reads why, and what ends it."""
+    run_program(cell, "ARTICLE")
+    cell.schedule.run(0.7)
+    assert cell.operate("STOP").success
+    cell.schedule.run(1.0)
+    aligned(cell)
+    said = "the real robot has paused a program of its own: end it there, or let it go on"
+    assert cell.operate("HOME").message == cell.refusals()["JOG"] == said
+    rested = cell.schedule.now
+    cell.twin.move_to.begin(cell.files.robot.positions_m["P2"], 30.0, "", lambda *_: None)
+    cell.wait_whatever(lambda: cell.mode == "STOPPED", 2.0, "STOPPED")
+    assert cell.decisions[-1].trigger == "TWIN_MOVED_UNLED" and said in cell.why
+    cell.schedule.run(1.0)
+    assert travel(cell.real.truth, rested) < AT_REST_DEG_MM
+    cell.real.signal("panel_abort", None)
+    cell.schedule.run(0.5)
+    aligned(cell)
+    assert cell.operate("HOME").success
+
+
 def test_the_pair_goes_on_with_the_same_stream_after_a_stop(cell: VirtualCell) -> None:
     """START lets the paused stream go on where the robot stands; nothing waits in the robot."""
     for _ in range(3):

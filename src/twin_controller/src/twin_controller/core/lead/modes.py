@@ -34,7 +34,7 @@ class Trigger(StrEnum):
     TWIN_MOVED = "the twin moved first"
     TWIN_MOVED_UNALIGNED = "the twin moved while it was not aligned"
     TWIN_MOVED_UNASKED = "the twin moved, and who holds control did not move it"
-    TWIN_MOVED_UNLED = "the twin moved, and the real robot is only followed"
+    TWIN_MOVED_UNLED = "the twin moved, and the real robot cannot be led"
     TWIN_MOVED_PAUSED = "the twin moved although the pair is paused"
     TWIN_MOVED_STOPPED = "the twin moved although the pair is stopped"
     AT_REST = "both stand still and agree"
@@ -85,5 +85,6 @@ ONSET_TRIGGERS = (
     Trigger.TWIN_MOVED,
     Trigger.TWIN_MOVED_UNALIGNED,
     Trigger.TWIN_MOVED_UNASKED,
+    Trigger.TWIN_MOVED_UNLED,
 )
 SAFETY_TRIGGERS = (Trigger.KEEP_OUT, Trigger.TOO_CLOSE, Trigger.TOO_FAST)

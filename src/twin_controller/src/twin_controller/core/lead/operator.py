@@ -12,6 +12,7 @@ from twin_controller.core.lead.modes import Trigger
 from twin_controller.core.lead.table import look_up
 from twin_controller.core.lead.transition import detail, transition
 from twin_controller.core.orders.speed_caps import real_cap, speed_answer
+from twin_controller.core.orders.stream import unstartable
 from twin_controller.core.setup import Setup
 from twin_controller.core.state import CoreState
 
@@ -74,15 +75,11 @@ def _cap(setup: Setup, state: CoreState, event: Operator) -> Result:
 def _forbidden(setup: Setup, state: CoreState, trigger: Trigger) -> str:
     """Return why no move may begin now: a person, a hold, or a program."""
     sides, separation = state.sides, state.safety.separation
-    if setup.only_followed and trigger in (Trigger.MOVE, Trigger.MOVE_UNALIGNED):
-        return setup.only_followed
     if separation.too_close and trigger in (Trigger.MOVE, Trigger.ALIGN):
         return separation.reason
-    if trigger is not Trigger.MOVE:
+    if trigger not in (Trigger.MOVE, Trigger.MOVE_UNALIGNED):
         return ""
     flags = sides.real.flags
     if flags is not None and flags.held_there:
         return "the real robot is held at its pendant: let it go there"
-    if flags is not None and flags.own_program:
-        return "the real robot runs a program of its own: STOP ends it"
-    return ""
+    return unstartable(setup, flags)

@@ -21,6 +21,7 @@ from twin_controller.core.lead.table import (
 )
 from twin_controller.core.orders.order import tell
 from twin_controller.core.orders.stop import safety_patience
+from twin_controller.core.orders.stream import unstartable
 from twin_controller.core.orders.twin_stop import defied_text, defy
 from twin_controller.core.safety.divergence import DelayState, DivergenceState
 from twin_controller.core.setup import Setup
@@ -155,7 +156,7 @@ def _words(setup: Setup, state: CoreState, trigger: Trigger) -> str:
         case Trigger.DIVERGED:
             return stall_text(real.stall, max(real.seen or 0.0, twin.seen or 0.0))
         case Trigger.TWIN_MOVED_UNLED:
-            return setup.only_followed
+            return unstartable(setup, real.flags)
         case Trigger.REAL_FAULT:
             return real.alarm
         case Trigger.REAL_DRIVES_OFF if real.flags is not None and real.flags.estop_pressed:

@@ -20,6 +20,7 @@ from twin_controller.core.lead.reports import moved_since_pause, resume_blocked,
 from twin_controller.core.lead.table import LEADING, look_up
 from twin_controller.core.orders.order import fresh
 from twin_controller.core.orders.stop import disobeyed
+from twin_controller.core.orders.stream import unstartable
 from twin_controller.core.orders.twin_stop import twin_disobeyed
 from twin_controller.core.safety.guard import Guard
 from twin_controller.core.setup import Setup
@@ -184,7 +185,7 @@ def _twin_moved(setup: Setup, state: CoreState) -> Trigger:
     It must be the motion of who holds control, if somebody does, and its agreed position that of
     the real robot.
     """
-    if setup.only_followed:
+    if unstartable(setup, state.sides.real.flags):
         return Trigger.TWIN_MOVED_UNLED
     if unasked(state.lead.control):
         return Trigger.TWIN_MOVED_UNASKED

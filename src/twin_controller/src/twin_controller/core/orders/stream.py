@@ -13,6 +13,7 @@ from twin_controller.core.actions import Command, Send
 from twin_controller.core.events import RealMeasured
 from twin_controller.core.orders.book import due
 from twin_controller.core.orders.order import GiveUp, Order, Patience, send
+from twin_controller.core.setup import Setup
 
 replace = msgspec.structs.replace
 
@@ -84,3 +85,17 @@ def start_stream(
 def longest_wait(config: Stream) -> float:
     """Return how long the robot may take to start its stream program, all attempts together [s]."""
     return config.attempts * config.retry_ms * 1e-3
+
+
+def unstartable(setup: Setup, flags: RealMeasured | None) -> str:
+    """Return why the robot's stream program cannot be started, and what to do; empty: it can.
+
+    Args:
+        setup: Whether this robot may be led at all.
+        flags: The robot's newest answer.
+    """
+    if setup.only_followed or flags is None or not flags.own_program:
+        return setup.only_followed
+    if flags.paused:
+        return "the real robot has paused a program of its own: end it there, or let it go on"
+    return "the real robot runs a program of its own: STOP ends or pauses it"

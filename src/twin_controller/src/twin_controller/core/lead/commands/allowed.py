@@ -8,6 +8,7 @@ from twin_controller.core.lead.modes import Mode, Trigger
 from twin_controller.core.lead.operator import operate
 from twin_controller.core.lead.table import look_up
 from twin_controller.core.lead.triggers import COMMANDS
+from twin_controller.core.orders.stream import unstartable
 from twin_controller.core.setup import Setup
 from twin_controller.core.state import CoreState
 
@@ -35,7 +36,8 @@ def refusals(setup: Setup, state: CoreState, now: float) -> dict[str, str]:
     # A jog makes the twin the leader, and goes on meanwhile.
     jogs = state.lead.mode is Mode.TWIN_LEADS
     found["JOG"] = "" if jogs else _why_not_lead(state, Trigger.TWIN_MOVED)
-    found["JOG"] = setup.only_followed or found["JOG"]
+    if not jogs and state.lead.mode is Mode.IDLE:
+        found["JOG"] = unstartable(setup, state.sides.real.flags)
     return found
 
 
