@@ -176,6 +176,28 @@ def test_stop_of_the_operator_stops_both_sides(live_cell: LiveCell) -> None:
     live_cell.beside_lost_links(scene)
 
 
+def test_whoever_moves_the_twin_of_a_stopped_pair_is_named(live_cell: LiveCell) -> None:
+    """A program that has never heard of the STOP stands in the audit by its node's name."""
+    topic = "/twin/joint_1_velocity_controller/command"
+
+    def scene() -> None:
+        assert live_cell.call("/twin_controller/command", "{command: STOP}")["success"]
+        audit = live_cell.stage.start("rostopic", "echo", "/twin_controller/audit")
+        mover = live_cell.stage.start(
+            "rostopic", "pub", "-r", "2", topic, "std_msgs/Float64", "0.1", "__name:=forgotten"
+        )
+        begun = live_cell.real_joints()
+        wait_until(lambda: 'who: "/forgotten"' in audit.output, 20.0, "its name", period=0.1)
+        assert topic.removeprefix("/") in audit.output
+        assert live_cell.mode() == "STOPPED"
+        assert live_cell.real_joints() == pytest.approx(begun, abs=0.02)
+        mover.stop()
+        audit.stop()
+        assert audit.output.count('who: "/forgotten"') == 1, "once in a stop"
+
+    live_cell.beside_lost_links(scene)
+
+
 def test_commands_without_words_pause_resume_stop_and_reset(live_cell: LiveCell) -> None:
     """std_srvs/Trigger, for buttons and scripts: `rosservice call /twin_controller/pause`."""
 

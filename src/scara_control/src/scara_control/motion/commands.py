@@ -7,6 +7,9 @@ from enum import IntEnum
 
 from scara_control.errors import ScaraControlError
 
+STOPPED_AGAIN = "the pair is stopped: ALIGN, then it may lead"
+"""Why the twin controller stops a motion that begins in STOPPED: who asked for it is named."""
+
 
 class MotionRefusedError(ScaraControlError):
     """A motion is not allowed now or not at all; the text says why."""

@@ -1,4 +1,4 @@
-"""``motion_command`` as a node hears it: before all that waits beside it."""
+"""``motion_command`` as a node hears it: before all that waits beside it, and who is named then."""
 
 from __future__ import annotations
 
@@ -7,13 +7,66 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+import rospy
 from scara_ros.standstill import WAITING_S
 
+from scara_control.motion.commands import STOPPED_AGAIN
 from scara_control.nodes.wiring import Guard, subscribe
-from scara_msgs.msg import MotionCommand
+from scara_msgs.msg import Audit, MotionCommand
 
 _TURN_S = 0.002
 """Who has read a message and waits for the interpreter gets it in this time; our choice."""
+
+
+OWN = ("motion_server", "trajectory_server", "joint_vel_controller", "joint_pose_controller")
+"""Nodes that pass on what others have asked them for; they name those themselves."""
+
+
+class Movers:
+    """Names who moves the twin although the pair is stopped, once in a stop.
+
+    Its program may never have heard of the stop, and the person at the page has to find it.
+    """
+
+    def __init__(self, tell: Callable[[Audit], None]) -> None:
+        """Remember whom to ``tell``; :func:`told_movers` tells the audit."""
+        self._tell = tell
+        self._asked: dict[str, str] = {}
+        self._named: set[tuple[str, str]] = set()
+
+    def asked(self, what: str, message: Any) -> None:
+        """Note who has sent a message or a request that moves the twin.
+
+        Args:
+            what: Its topic or service.
+            message: Its connection header says who.
+        """
+        caller = str(getattr(message, "_connection_header", {}).get("callerid", ""))
+        if caller and caller.rsplit("/", 1)[-1] not in OWN:
+            self._asked[caller] = what
+
+    def stopped(self, message: MotionCommand) -> None:
+        """Name who has moved the twin since the stop before, if this one says that it may not."""
+        again = message.reason == STOPPED_AGAIN
+        for caller, what in self._asked.items():
+            if again and (caller, what) not in self._named:
+                self._named.add((caller, what))
+                self._tell(Audit(who=caller, what=what, success=False, outcome=message.reason))
+        if not again:
+            self._named.clear()
+        self._asked.clear()
+
+
+def told_movers() -> Movers:
+    """Return movers that are told to the audit and to the log."""
+    audit = rospy.Publisher("twin_controller/audit", Audit, queue_size=10)
+
+    def tell(entry: Audit) -> None:
+        entry.header.stamp = rospy.Time.now()
+        audit.publish(entry)
+        rospy.logwarn("%s moves the twin by %s: %s", entry.who, entry.what, entry.outcome)
+
+    return Movers(tell)
 
 
 class CommandListener:

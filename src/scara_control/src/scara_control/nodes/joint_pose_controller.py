@@ -35,7 +35,7 @@ from scara_control.motion.commands import Command, CommandInbox, parse_modes
 from scara_control.motion.epoch import Epoch
 from scara_control.motion.pose_control import PoseController
 from scara_control.motion.requests import Outcome
-from scara_control.nodes.command_listener import CommandListener
+from scara_control.nodes.command_listener import CommandListener, told_movers
 from scara_control.nodes.gating import move_request, open_gate
 from scara_control.nodes.idle import Attention, IdleWait
 from scara_control.nodes.payload_listener import PayloadListener
@@ -66,6 +66,7 @@ class JointPoseController:
         self._core = PoseController(robot, config, self._clock.now())
         self._inbox = CommandInbox(config.command_memory)
         self._epoch = Epoch(time.monotonic())
+        self._movers = told_movers()
         self._gate = open_gate()
         self._measured: JointMotion | None = None
         self._rest = IdleWait(self._is_idle)
@@ -165,6 +166,7 @@ class JointPoseController:
             if fresh and self._epoch.hear(command, message.reason, message.asked, time.monotonic()):
                 self._core.command(command, message.reason, now)
                 rospy.loginfo("%s (id %d)", command.text(message.reason), message.id)
+                self._movers.stopped(message)
             self._settle(now)
 
     def _on_follow(self, message: JointTrajectory) -> None:
@@ -183,6 +185,7 @@ class JointPoseController:
                     self._epoch.begin(due, time.monotonic(), stream=True)
                 self._rouse(now)
                 passed = self._core.follow(setpoints, now)
+                self._movers.asked("joint_pose_controller/follow", message)
             except ScaraControlError as error:
                 rospy.logwarn_throttle(_LOG_PERIOD, f"follow: refused: {error}")
                 self._settle(now)
@@ -219,6 +222,9 @@ class JointPoseController:
         refusal = self._begin(message.name, message.position, speed, asked, log)
         if refusal:
             rospy.logwarn("target: refused: %s", refusal)
+            return
+        with self._lock:
+            self._movers.asked("joint_pose_controller/target", message)
 
     def _on_move(self, request: Any) -> MoveJointsResponse:
         ended = threading.Event()
@@ -238,6 +244,8 @@ class JointPoseController:
         )
         if refusal:
             return MoveJointsResponse(False, refusal, (), 0.0)
+        with self._lock:
+            self._movers.asked("joint_pose_controller/move", request)
         while not ended.wait(_SHUTDOWN_POLL):
             if rospy.is_shutdown():
                 return MoveJointsResponse(False, "joint_pose_controller is shutting down", (), 0.0)

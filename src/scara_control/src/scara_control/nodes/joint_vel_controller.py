@@ -29,7 +29,7 @@ from scara_control.joint_motion import JointMotion
 from scara_control.motion.commands import Command, CommandInbox, parse_modes
 from scara_control.motion.epoch import Epoch
 from scara_control.motion.jogging.jog import TRIM, JogController
-from scara_control.nodes.command_listener import CommandListener
+from scara_control.nodes.command_listener import CommandListener, told_movers
 from scara_control.nodes.idle import QUIET_S, IdleWait
 from scara_control.nodes.setpoint_messages import to_message
 from scara_control.nodes.wiring import Guard, JointStateReader, MotionClock, start_node, subscribe
@@ -56,6 +56,7 @@ class JointVelController:
         self._core = JogController(robot, config, self._clock.now())
         self._inbox = CommandInbox(config.command_memory)
         self._epoch = Epoch(time.monotonic())
+        self._movers = told_movers()
         self._rest = IdleWait(self._is_idle)
         self._reader = JointStateReader(
             robot.twin_joints, config, self._clock, self._measure, self._is_idle
@@ -136,6 +137,7 @@ class JointVelController:
                 command = Command(message.command)
                 if self._epoch.hear(command, message.reason, message.asked, time.monotonic()):
                     self._core.obey(command, message.reason, now)
+                    self._movers.stopped(message)
             self._show()
 
     def _on_jog(self, message: JointJog) -> None:
@@ -156,6 +158,7 @@ class JointVelController:
                     now,
                     prompt=message.header.frame_id == TRIM,
                 )
+                self._movers.asked("joint_vel_controller/command", message)
                 self._rest.wake()
                 self._reader.rouse()
             except ScaraControlError as error:

@@ -39,7 +39,7 @@ from scara_control.motion.feedback import Feedback
 from scara_control.motion.jogging.jog import TRIM
 from scara_control.motion.requests import check_speed
 from scara_control.motion.trim import Requests, Trim, tool_error
-from scara_control.nodes.command_listener import CommandListener
+from scara_control.nodes.command_listener import CommandListener, told_movers
 from scara_control.nodes.idle import QUIET_S
 from scara_control.nodes.wiring import (
     Guard,
@@ -86,6 +86,7 @@ class MotionServer:
         self._lock = threading.Condition()
         self._requests = Requests()
         self._epoch = Epoch(time.monotonic())
+        self._movers = told_movers()
         self._paused = False
         # When somebody let a paused motion go on: from then on its jogs are as new as that.
         self._resumed = 0.0
@@ -124,6 +125,7 @@ class MotionServer:
             if message.command in list(Command) and message.header.frame_id != _NAME:
                 command, now = Command(message.command), time.monotonic()
                 obeyed = self._epoch.hear(command, message.reason, message.asked, now)
+                self._movers.stopped(message)
                 if command is Command.RESUME and obeyed:
                     self._resumed = message.asked if said(message.asked, now) else now
             if (
@@ -165,6 +167,7 @@ class MotionServer:
         self._hear_stops_first()
         with self._lock:
             asked = self._epoch.begin(request.asked, time.monotonic())
+            self._movers.asked("move_to", request)
         check_speed(request.speed_percent, self._config.move)
         self._reader.wait_for_first(self._config.trim.service_timeout)
         seed = self._feedback.fresh(self._clock.now()).q

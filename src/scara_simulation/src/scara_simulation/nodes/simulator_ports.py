@@ -10,7 +10,7 @@ import rospy
 from rosgraph_msgs.msg import Clock
 from scara_control.motion.commands import Command, MotionRefusedError
 from scara_control.motion.epoch import Epoch
-from scara_control.nodes.command_listener import CommandListener
+from scara_control.nodes.command_listener import CommandListener, told_movers
 from scara_control.nodes.setpoint_messages import to_setpoints
 from scara_control.nodes.wiring import Guard
 from sensor_msgs.msg import JointState
@@ -142,6 +142,7 @@ class CommandPorts:
         self._clockwork, self._desk, self._states = clockwork, desk, states
         self._control = clockwork.simulation.control
         self._epoch = Epoch(time.monotonic())
+        self._movers = told_movers()
         self._modes = ""
         self._tell_modes()
         for name in joints:
@@ -172,6 +173,7 @@ class CommandPorts:
         try:
             if topic.endswith(DIRECT):
                 self._hear_stops_first()
+                self._movers.asked(topic, message)
             with self._clockwork.lock:
                 take(message)
                 self._tell_modes()
@@ -221,6 +223,7 @@ class CommandPorts:
             command, now = Command(message.command), time.monotonic()
             if self._epoch.hear(command, message.reason, message.asked, now):
                 self._desk.obey(command, self._clockwork.simulation.now)
+                self._movers.stopped(message)
 
     def _empty(self, act: Callable[[], None], _: EmptyRequest) -> EmptyResponse:
         act()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import msgspec
+from scara_control.motion.commands import STOPPED_AGAIN
 
 from twin_controller.core.actions import AnyAction, Command, Send
 from twin_controller.core.events import AnyEvent, TwinMeasured, TwinMotion
@@ -32,9 +33,6 @@ from twin_controller.core.sides.change import stands_still
 from twin_controller.core.sides.measure import remember
 from twin_controller.core.sides.side import Sides
 from twin_controller.core.state import CoreState
-
-STOPPED_AGAIN = "the pair is stopped: ALIGN, then it may lead"
-"""Why a move of the twin is aborted that begins in STOPPED: whoever has asked for it reads this."""
 
 replace = msgspec.structs.replace
 Result = tuple[CoreState, list[AnyAction]]
