@@ -58,11 +58,13 @@ def test_help_of_a_verb_starts_nothing(verb: str, word: str, tmp_path: Path) -> 
     assert sorted(tmp_path.rglob("*")) == before
 
 
-def test_unknown_verb_is_refused_with_the_list() -> None:
-    """The exit code is 2, as for every wrong use."""
-    done = run(str(ROOT / "cell"), "dance")
-    assert done.returncode == 2
-    assert 'unknown verb "dance"' in done.stderr and "./cell VERB" in done.stderr
+@pytest.mark.parametrize(("verb", "near"), [("dmo", "demo"), ("tets", "test"), ("xyzzy", "")])
+def test_unknown_verb_is_refused_with_the_nearest_one(verb: str, near: str) -> None:
+    """One line, and the exit code 2, as for every wrong use."""
+    done = run(str(ROOT / "cell"), verb)
+    hint = f"did you mean {near}? " if near else ""
+    assert done.returncode == 2 and not done.stdout
+    assert done.stderr == f'cell: there is no verb "{verb}"; {hint}./cell help lists all\n'
 
 
 def test_cell_works_through_a_symbolic_link_from_any_folder(tmp_path: Path) -> None:
