@@ -205,6 +205,9 @@ def test_why_shows_what_is_asked_for(tmp_path: Path) -> None:
     runs = ("--runs", str(tmp_path), "--name", "milk_2")
     assert len(run("--stops", *runs).output.splitlines()) == 2
     assert "#6" in run("--kind", "alarm", *runs).output
+    obeyed = "audit  STOP  (asked by Ada (page 3))  -> accepted"
+    assert obeyed not in run(*runs).output, "its decision tells it"
+    assert obeyed in run("--all", *runs).output and obeyed in run("--kind", "audit", *runs).output
     lines = run("--since", "4", "--json", *runs).output.splitlines()
     assert [json.loads(line)["number"] for line in lines] == [4, 5, 6, 7, 8]
     kinds = [json.loads(line)["kind"] for line in run("--json", *runs).output.splitlines()]

@@ -71,6 +71,14 @@ def is_stop(entry: AnyEntry) -> bool:
     )
 
 
+def is_told(entry: AnyEntry) -> bool:
+    """Return whether a person wants to read it: no command that was obeyed, its decision is there.
+
+    Nor what clients published; what was refused, or moved a stopped twin, stays.
+    """
+    return not isinstance(entry, Audit) or not entry.success
+
+
 def tell(entries: Iterable[AnyEntry], stops_only: bool = False) -> list[Line]:
     """Return the story of some entries, the same things one after the other as one line.
 
@@ -114,8 +122,8 @@ def _line(entry: AnyEntry, later: Iterable[AnyEntry]) -> Line:
         stop = is_stop(entry)
         return replace(
             line,
-            what=entry.mode_after if entry.mode_before != entry.mode_after else entry.event,
-            words=_sentence(entry.event, entry.why),
+            what=entry.mode_after if entry.mode_before != entry.mode_after else entry.kind,
+            words=entry.why or _words(entry.event),
             who=entry.who,
             outcome=_became(entry, later) if stop else "",
             is_stop=stop,
@@ -151,18 +159,16 @@ def _became(stop: Decision, later: Iterable[AnyEntry]) -> str:
             continue
         if entry.mode_after in WORKS:
             by = f" ({entry.who})" if entry.who else ""
-            return f"went on after {after}: {entry.event}{by}"
+            return f"went on after {after}: {_words(entry.event)}{by}"
         if is_stop(entry):
-            return f"{entry.mode_after} after {after}: {entry.event}"
+            return f"{entry.mode_after} after {after}: {_words(entry.event)}"
         mode = entry.mode_after
     return f"{mode} since then, as far as the journal goes"
 
 
-def _sentence(event: str, why: str) -> str:
-    """Join what happened and why, where the reason says more."""
-    if not why or why == event:
-        return event
-    return why if why.startswith(event) else f"{event}: {why}"
+def _words(event: str) -> str:
+    """Return the name of an event as words."""
+    return event.lower().replace("_", " ") if event.isupper() else event
 
 
 def _of_cycle(cycle: Cycle) -> str:

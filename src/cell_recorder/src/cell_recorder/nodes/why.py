@@ -21,7 +21,7 @@ from scara_ros.names import cell_of
 from cell_recorder.io.journal.reader import JOURNAL, journals, read, read_between
 from cell_recorder.journal.entries import KINDS, AnyEntry, encode
 from cell_recorder.journal.since import ALLOWED, Since, SinceError, parse_since
-from cell_recorder.journal.story import Line, duration, is_stop, local_time, tell
+from cell_recorder.journal.story import Line, duration, is_stop, is_told, local_time, tell
 
 NOW = 4e9  # later than any entry [s], Unix time
 WRONG = 2
@@ -43,6 +43,9 @@ def why(
     kind: Annotated[
         list[str] | None, typer.Option(help=f"Show this kind only, one of {', '.join(KINDS)}.")
     ] = None,
+    everything: Annotated[
+        bool, typer.Option("--all", help="Show the audit too: who asked for what, and was obeyed.")
+    ] = False,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print the entries as they are, one a line.")
     ] = False,
@@ -70,12 +73,13 @@ def why(
                 sys.stdout.write(encode(entry).decode())
         return
     console = Console(highlight=False, soft_wrap=True)
-    shown = [line for line in tell(of_kinds(entries, kinds), stops)]
+    told = entries if everything or "audit" in kinds else [e for e in entries if is_told(e)]
+    shown = [line for line in tell(of_kinds(told, kinds), stops)]
     for line in shown:
         print_line(console, line)
     count = sum(line.times for line in shown if line.is_stop)
-    told = f"{count} stop{'s' if count != 1 else ''}" if count else "no stop"
-    console.print(f"{cell}: {told} in {len(entries)} entries since {since}", style="bold")
+    stopped = f"{count} stop{'s' if count != 1 else ''}" if count else "no stop"
+    console.print(f"{cell}: {stopped} in {len(entries)} entries since {since}", style="bold")
 
 
 def of_kinds(entries: list[AnyEntry], kinds: frozenset[str]) -> list[AnyEntry]:
