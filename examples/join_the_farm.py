@@ -70,7 +70,11 @@ config = zenoh.Config()
 config.insert_json5("mode", '"client"')
 config.insert_json5("connect/endpoints", f'["tcp/127.0.0.1:{PORT}"]')
 config.insert_json5("scouting/multicast/enabled", "false")
-with zenoh.open(config) as session:
+try:
+    line = zenoh.open(config)
+except zenoh.ZError:
+    sys.exit(f"no desk answers at 127.0.0.1:{PORT}: start one first (./cell farm)")
+with line as session:
     session.declare_queryable(f"{CELL}/events", answer_events)
     session.declare_queryable(f"{CELL}/command", answer_command)
     token = session.liveliness().declare_token(f"{CELL}/alive")

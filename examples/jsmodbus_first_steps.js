@@ -4,6 +4,7 @@ const Modbus = require('jsmodbus')
 
 const socket = net.connect(Number(process.argv[2] || 5020), '127.0.0.1')
 const robot = new Modbus.client.TCP(socket, 1)
+socket.on('error', error => { console.error(`no robot answers (${error.code}): start a cell first (./cell up)`); process.exit(1) })
 socket.on('connect', async () => {
   const { response } = await robot.readHoldingRegisters(1000, 18) // registers 1001 to 1018
   const bytes = Buffer.from(Uint16Array.from(response.body.valuesAsArray).buffer) // low word first

@@ -9,4 +9,4 @@ robot.connectTCP('127.0.0.1', { port: Number(process.argv[2] || 5020) }).then(as
   console.log('J1 to J9 in deg and mm:', Array.from({ length: 9 }, (_, k) => bytes.readFloatLE(4 * k)).join(' '))
   await robot.writeRegisters(1100, [50, 0])
   robot.close()
-})
+}).catch(error => { console.error(`no robot answers (${error.message}): start a cell first (./cell up)`); process.exit(1) })

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 
+import rosgraph
 import rospy
 
 from scara_msgs.msg import TwinControllerState
@@ -11,6 +12,8 @@ from scara_msgs.srv import MoveTo
 
 POINTS = [(0.51, 0.16, 0.10), (0.51, -0.16, 0.16)]  # [m] in base_link
 
+if not rosgraph.is_master_online():
+    sys.exit("no ROS master answers: start a cell first (./cell up)")
 rospy.init_node("move_and_watch", anonymous=True)
 seen = []
 

@@ -6,7 +6,10 @@ import threading
 import roslibpy
 
 cell = roslibpy.Ros(host="127.0.0.1", port=int(sys.argv[1]) if len(sys.argv) > 1 else 9090)
-cell.run()
+try:
+    cell.run(timeout=2.0)
+except roslibpy.core.RosTimeoutError:
+    sys.exit("no gateway answers: start a cell first (./cell up)")
 heard = threading.Event()
 states = roslibpy.Topic(cell, "/twin/joint_states", "sensor_msgs/JointState")
 states.subscribe(lambda state: (print(state["name"], state["position"]), heard.set()))
