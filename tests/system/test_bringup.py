@@ -117,7 +117,8 @@ def test_node_with_a_wrong_configuration_is_named_with_its_fatal_line(cell: Live
     bringup = cell.start(env=env)
     assert bringup.wait(60.0) == 2, bringup.output
     assert re.search(
-        r"robot\.yaml: joints\[0\]\.velocity_deg_s = -1\.0: Expected `float` >= 5\.0", bringup.output
+        r"robot\.yaml: joints\[0\]\.velocity_deg_s = -1\.0: Expected `float` >= 5\.0",
+        bringup.output,
     )
 
 
