@@ -13,9 +13,7 @@ from ruamel.yaml.error import YAMLError
 from scara_config import ConfigError, Robot, load, locate
 from scara_config.profile import chosen_settings
 from scara_config.programs.files import joint_positions, read_program
-from scara_config.quantities import (
-    Port,
-)
+from scara_config.quantities import Port
 
 from fanuc_emulator.plant.config import Plant, load_plant
 from fanuc_emulator.program import Program

@@ -9,9 +9,7 @@ from typing import Annotated, Any
 import msgspec
 from msgspec import Meta
 from scara_config import ConfigError, load, locate
-from scara_config.quantities import (
-    Port,
-)
+from scara_config.quantities import Port
 
 from farm.keys import NAME
 from farm.link.rights import Rights

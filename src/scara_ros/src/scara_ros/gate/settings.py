@@ -6,9 +6,7 @@ from pathlib import Path
 
 import msgspec
 from scara_config import load, locate
-from scara_config.quantities import (
-    GateMs,
-)
+from scara_config.quantities import GateMs
 from scara_config.text_enum import StrEnum
 
 

@@ -9,9 +9,7 @@ import msgspec
 import numpy as np
 from msgspec import Meta
 from scara_config import Joint, load, locate
-from scara_config.quantities import (
-    CoarseTolerance,
-)
+from scara_config.quantities import CoarseTolerance
 
 from twin_experiments.metrics.series import Array
 

@@ -103,13 +103,14 @@ def side_triggers(setup: Setup, state: CoreState, now: float) -> list[Trigger]:
         found += _twin_reports(setup, state, motion, now)
     found += _real_reports(setup, state, flags, now)
     latched = lead.mode is Mode.ESTOP and lead.reset_since is None
-    late = now - lead.since > config.estop.shown_ms * 1e-3
-    stands = real_stands(setup, state, flags, now)
-    if latched and late and not lead.helpless and not stands:
-        found.append(Trigger.ESTOP_IGNORED)
-    off = not flags.drives_on or (stands and not setup.cuts_drives)
-    if latched and estop_missed(state.orders.estop, off, motion, old, now):
-        found.append(Trigger.ESTOP_MISSED)
+    if latched:
+        stands = real_stands(setup, state, flags, now)
+        late = now - lead.since > config.estop.shown_ms * 1e-3
+        if late and not lead.helpless and not stands:
+            found.append(Trigger.ESTOP_IGNORED)
+        off = not flags.drives_on or (stands and not setup.cuts_drives)
+        if estop_missed(state.orders.estop, off, motion, old, now):
+            found.append(Trigger.ESTOP_MISSED)
     if state.safety.divergence.alarm and config.divergence.pause and lead.mode in LEADING:
         found.append(Trigger.DIVERGED)
     return found + _reset_reports(setup, state, flags, now)
