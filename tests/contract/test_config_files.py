@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 from fanuc_emulator.config import load_programs
 from harness.workspace import ROOT
-from harness.yaml_files import copy_configuration, shipped
+from harness.yaml_files import copy_configuration, leaves, replaced, shipped
 from ruamel.yaml import YAML
 from scara_config import ConfigError, files_in_force, load_robot, locate
 from scara_config.profile import CHOICE, PLANT_CHOICE, known_robots
@@ -39,32 +39,6 @@ LOADERS = {
 PROGRAMS = sorted(file.name for file in locate("programs", CONFIG).glob("*.yaml"))
 TREES: dict[str, Any] = {name: YAML(typ="safe").load(shipped(name)) for name in LOADERS}
 Path_ = tuple[str | int, ...]
-
-
-def leaves(tree: Any, path: Path_ = ()) -> Iterator[tuple[Path_, Any]]:
-    """Yield the path and value of everything that is neither a mapping nor a list."""
-    items = (
-        tree.items()
-        if isinstance(tree, dict)
-        else enumerate(tree)
-        if isinstance(tree, list)
-        else ()
-    )
-    for key, value in items:
-        if isinstance(value, (dict, list)):
-            yield from leaves(value, (*path, key))
-        else:
-            yield (*path, key), value
-
-
-def replaced(tree: Any, path: Path_, value: Any) -> Any:
-    """Return a copy of a tree with one value replaced."""
-    copy = json.loads(json.dumps(tree))
-    branch = copy
-    for key in path[:-1]:
-        branch = branch[key]
-    branch[path[-1]] = value
-    return copy
 
 
 class Bench:

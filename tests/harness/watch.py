@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import TypeVar
 
 from twin_controller.core.actions import (
     AnyAction,
@@ -30,6 +31,7 @@ STREAMS = (Command.START_STREAM, Command.CONTINUE_STREAM)
 MOVING = (*STREAMS, Command.RELEASE_REAL, Command.RESUME_TWIN)
 RESUMED = (*LEADERS, Mode.IDLE, Mode.ALIGNING)
 TOLERANCE = 1e-9
+P = TypeVar("P", bound=Pair)
 
 
 class Watch:
@@ -227,3 +229,11 @@ def is_fresh(side: Side, now: float, stale_ms: float) -> bool:
         bool(side.connected and side.history)
         and now - side.last.time <= stale_ms * 1e-3 + side.clock.uncertainty + 1e-6
     )
+
+
+def watched(pair: P) -> P:
+    """Return a pair connected, IDLE and watched; commands and reports take their time."""
+    pair.command_delay, pair.report_delay = 0.01, 0.01
+    Watch(pair)
+    pair.connect()
+    return pair

@@ -1,8 +1,10 @@
-"""Change one value of a shipped YAML file, in a copy."""
+"""Change one value of a shipped YAML file, in a copy; find the values of what was read."""
 
 from __future__ import annotations
 
+import json
 import shutil
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -50,3 +52,22 @@ def changed_yaml(source: Path, folder: Path, path: list[str | int], value: Any) 
         branch[path[-1]] = value
     yaml.dump(tree, folder / source.name)
     return folder
+
+
+def leaves(tree: Any, path: tuple[str | int, ...] = ()) -> Iterator[tuple[Any, Any]]:
+    """Yield the path and value of everything that is neither a mapping nor a list."""
+    if not isinstance(tree, dict | list):
+        yield path, tree
+        return
+    for key, value in tree.items() if isinstance(tree, dict) else enumerate(tree):
+        yield from leaves(value, (*path, key))
+
+
+def replaced(tree: Any, path: tuple[str | int, ...], value: Any) -> Any:
+    """Return a copy of a tree with one value replaced."""
+    copy = json.loads(json.dumps(tree))
+    branch = copy
+    for key in path[:-1]:
+        branch = branch[key]
+    branch[path[-1]] = value
+    return copy

@@ -17,7 +17,7 @@ from typing import Any, get_type_hints
 import msgspec.inspect as inspect
 import pytest
 from harness.workspace import ROOT
-from harness.yaml_files import changed_yaml, copy_configuration
+from harness.yaml_files import changed_yaml, copy_configuration, leaves, replaced
 from operator_panel.config import PanelConfig
 from rosbridge_gateway.config import GatewayConfig
 from ruamel.yaml import YAML
@@ -83,23 +83,11 @@ MAY: dict[str, str] = {
 }
 
 
-def leaves(tree: Any, keys: Keys = ()) -> Iterator[tuple[Keys, float]]:
+def numbers(tree: Any) -> Iterator[tuple[Keys, float]]:
     """Yield the keys and value of each number."""
-    if isinstance(tree, dict | list):
-        for key, value in tree.items() if isinstance(tree, dict) else enumerate(tree):
-            yield from leaves(value, (*keys, key))
-    elif isinstance(tree, int | float) and not isinstance(tree, bool):
-        yield keys, tree
-
-
-def replaced(tree: Any, keys: Keys, value: float) -> Any:
-    """Return a copy with one number replaced."""
-    copy = json.loads(json.dumps(tree))
-    branch = copy
-    for key in keys[:-1]:
-        branch = branch[key]
-    branch[keys[-1]] = value
-    return copy
+    for keys, value in leaves(tree):
+        if isinstance(value, int | float) and not isinstance(value, bool):
+            yield keys, value
 
 
 def slipped(value: float) -> Iterator[tuple[str, float]]:
@@ -158,7 +146,7 @@ def accepted(place: Path, folder: Path) -> Iterator[str]:
     name = place.name
     tree = YAML(typ="safe").load(place)
     read, given = reader(name), [ROBOT] if name in READERS_WITH_ROBOT else []
-    for keys, value in leaves(tree):
+    for keys, value in numbers(tree):
         for how, wrong in slipped(value) if value else ():  # the comma of a 0 does not show
             row = f"{name} {how} {'.'.join(map(str, keys))}"
             (folder / name).write_text(json.dumps(replaced(tree, keys, wrong)))

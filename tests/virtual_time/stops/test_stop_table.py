@@ -24,6 +24,17 @@ def rows(instant: Instant) -> tuple[Row, ...]:
     return tuple(measure(instant))
 
 
+def stands(instant: Instant, command: str) -> None:
+    """Hold the four rows of a command to what a stop is: soon, for good, and told."""
+    found = [row for row in rows(instant) if row.command == command]
+    assert len(found) == 4
+    for row in found:
+        assert row.moved and row.led == (instant.scene == "twin leads"), row
+        assert row.stood_s is not None and row.stood_s <= row.ramp_s + LATER_S, row
+        assert not row.began and row.program in ("paused", "aborted"), row
+        assert row.success and row.mode == AFTER[command], row
+
+
 @pytest.mark.parametrize("command", COMMANDS)
 @pytest.mark.parametrize("scene", SCENES)
 @pytest.mark.parametrize("plant", PLANTS)
@@ -34,13 +45,7 @@ def test_the_robot_stands_within_its_ramp_whatever_was_set_up(
 
     The program is paused or gone and no next move begins; the mode is that of the command.
     """
-    found = [row for row in rows(Instant("full", scene, plant)) if row.command == command]
-    assert len(found) == 4
-    for row in found:
-        assert row.moved and row.led == (scene == "twin leads"), row
-        assert row.stood_s is not None and row.stood_s <= row.ramp_s + LATER_S, row
-        assert not row.began and row.program in ("paused", "aborted"), row
-        assert row.success and row.mode == AFTER[command], row
+    stands(Instant("full", scene, plant), command)
 
 
 @pytest.mark.parametrize("command", COMMANDS)
@@ -50,12 +55,7 @@ def test_hold_alone_stops_a_robot_that_is_only_followed(
     plant: str, scene: str, command: str
 ) -> None:
     """With the simple allocation HOLD is what is left, and it is enough."""
-    found = [row for row in rows(Instant("simple", scene, plant)) if row.command == command]
-    assert len(found) == 4
-    for row in found:
-        assert row.stood_s is not None and row.stood_s <= row.ramp_s + LATER_S, row
-        assert row.moved and not row.began and row.program in ("paused", "aborted"), row
-        assert row.success and row.mode == AFTER[command], row
+    stands(Instant("simple", scene, plant), command)
 
 
 @pytest.mark.parametrize("command", COMMANDS)

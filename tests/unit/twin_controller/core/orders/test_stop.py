@@ -10,7 +10,7 @@ import math
 import msgspec
 import pytest
 from harness.pair import HOME, SETUP, Pair, ramp, shifted
-from harness.watch import Watch
+from harness.watch import Watch, watched
 from twin_controller.core.actions import Command, Send
 from twin_controller.core.lead.modes import Mode
 
@@ -34,11 +34,7 @@ class Deaf(Pair):
 @pytest.fixture
 def pair() -> Deaf:
     """Return a connected and watched pair, IDLE at home; commands and reports take their time."""
-    made = Deaf()
-    made.command_delay, made.report_delay = 0.01, 0.01
-    Watch(made)
-    made.connect()
-    return made
+    return watched(Deaf())
 
 
 def sent(pair: Pair, since: int) -> list[Command]:
@@ -250,11 +246,7 @@ class HoldOnly(Deaf):
 @pytest.fixture
 def delivered() -> HoldOnly:
     """Return a connected and watched pair, IDLE at home, whose robot only HOLD stops."""
-    made = HoldOnly()
-    made.command_delay, made.report_delay = 0.01, 0.01
-    Watch(made)
-    made.connect()
-    return made
+    return watched(HoldOnly())
 
 
 class Coasting(Deaf):

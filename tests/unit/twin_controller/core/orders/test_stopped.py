@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from harness.pair import HOME, Pair, ramp, shifted
-from harness.watch import Watch
+from harness.watch import watched
 from twin_controller.core.actions import Command, Send
 from twin_controller.core.lead.commands.allowed import refusals
 from twin_controller.core.lead.modes import Mode
@@ -15,11 +15,7 @@ BURST = 0.3
 @pytest.fixture
 def pair() -> Pair:
     """Return a connected and watched pair, IDLE at home; commands and reports take their time."""
-    made = Pair()
-    made.command_delay, made.report_delay = 0.01, 0.01
-    Watch(made)
-    made.connect()
-    return made
+    return watched(Pair())
 
 
 def stops(pair: Pair, since: int) -> int:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import pytest
 from harness.pair import HOME, SETUP, Pair, ramp, shifted
-from harness.watch import Watch
+from harness.watch import watched
 from twin_controller.core.actions import Command, Send
 from twin_controller.core.lead.modes import Mode
 from twin_controller.core.orders.twin_stop import STOPPING_TWIN
@@ -38,10 +38,7 @@ class Deaf(Pair):
 @pytest.fixture
 def pair() -> Deaf:
     """Return a watched pair whose twin leads, jogged past its pose controller."""
-    made = Deaf()
-    made.command_delay, made.report_delay = 0.01, 0.01
-    Watch(made)
-    made.connect()
+    made = watched(Deaf())
     made.jog_twin(WAY, made.now)
     made.run_until(lambda: made.state.lead.mode is Mode.TWIN_LEADS, 2.0)
     made.run(0.5)
