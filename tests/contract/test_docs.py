@@ -80,7 +80,7 @@ def test_the_lines_by_hand_are_all_of_a_cell() -> None:
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     section = text.partition("## By hand")[2].partition("Then, for example")[0]
     typed = {line.partition("#")[0].strip() for line in section.splitlines()}
-    nodes = [ROSOUT, *cell_plan(load_doors(ROOT / "config"), with_panel=True, with_judge=True)]
+    nodes = [ROSOUT, *cell_plan(load_doors(ROOT / "config"), with_panel=True)]
     wanted = [" ".join(("rosrun", n.package, n.executable, *n.arguments)) for n in nodes]
     assert [line for line in wanted if line not in typed] == []
     assert {line for line in typed if line.startswith("rosrun")} == set(wanted)

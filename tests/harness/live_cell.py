@@ -72,8 +72,17 @@ class LiveCell:
         *arguments: str,
         env: dict[str, str] | None = None,
         choose_output: bool = True,
+        people: bool = False,
     ) -> Process:
-        """Start the bring-up; without ``choose_output`` it chooses its own folder."""
+        """Start the bring-up.
+
+        Args:
+            verb: Of the bring-up.
+            arguments: Further ones.
+            env: Beside the environment of this cell.
+            choose_output: Else it chooses its own folder.
+            people: Whether ``up`` starts what people use too, pages, camera and judge.
+        """
         words = [
             ROSRUN,
             "scara_bringup",
@@ -84,9 +93,8 @@ class LiveCell:
         ]
         words += ["--modbus-port", str(self.modbus_port), "--gateway-port", str(self.gateway_port)]
         words += ["--master-port", str(self.master_port)] if self.master_port else []
-        words += (
-            [word for node in FOR_PEOPLE for word in ("--without", node)] if verb == "up" else []
-        )
+        if verb == "up" and not people:
+            words += [word for node in FOR_PEOPLE for word in ("--without", node)]
         return self.stage.start(*words, *arguments, name=f"cell_{verb}", env=env)
 
     def wait_ready(self, bringup: Process, timeout: float = 90.0) -> None:

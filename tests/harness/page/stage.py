@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import math
 import os
 import sys
 import threading
@@ -37,16 +38,18 @@ from operator_panel.io.live import Live  # noqa: E402
 from operator_panel.io.page.shell import Shell  # noqa: E402
 from operator_panel.io.retold.recordings import Recordings  # noqa: E402
 from operator_panel.view.frame import FrameMaker  # noqa: E402
+from operator_panel.view.preview.judged import JUDGE  # noqa: E402
 from operator_panel.view.robot.registers import (  # noqa: E402
     Entry,
     entries,
     with_bit,
     with_words,
 )
-from operator_panel.view.snapshot import Snapshot  # noqa: E402
+from operator_panel.view.snapshot import Diagnosis, Snapshot  # noqa: E402
 from scara_config import load_robot  # noqa: E402
 from scara_config.modbus_map import load_modbus_map  # noqa: E402
 from scara_config.profile import CHOICE  # noqa: E402
+from scara_ros.diagnosis import Level  # noqa: E402
 from scara_ros.io.page_guard import PageGuard  # noqa: E402
 from scara_ros.page_door import PageDoor  # noqa: E402
 from starlette.responses import PlainTextResponse  # noqa: E402
@@ -84,7 +87,10 @@ class StageDoor:
         state = msgspec.structs.replace(snapshot.state, holder=holder, asker=asker)
         # A test sees by this text that the scene has reached the page.
         state_of_gate = {"gate": "refuse", "made": MADE}
-        return msgspec.structs.replace(snapshot, state=state, jog=self.scene, **state_of_gate)
+        diagnoses = {**snapshot.diagnoses, JUDGE: Diagnosis(Level.OK, JUDGE, "", math.inf)}
+        return msgspec.structs.replace(
+            snapshot, state=state, jog=self.scene, diagnoses=diagnoses, **state_of_gate
+        )
 
     def watch(self, watched: bool) -> None:
         """Be as new as ever, whether somebody looks or not."""

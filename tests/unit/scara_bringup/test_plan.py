@@ -45,7 +45,7 @@ def test_plan_holds_every_node_of_the_design() -> None:
 
 def test_a_twin_by_itself_has_no_robot_and_nobody_who_couples_it() -> None:
     """Its motion nodes, its gateway and its recordings stay."""
-    twin = cell_plan(DOORS, NOT_OF_THE_TWIN, with_panel=True, with_farm=True, with_judge=True)
+    twin = cell_plan(DOORS, NOT_OF_THE_TWIN, with_panel=True, with_farm=True)
     left = {node.name for node in twin}
     gone = {"emulator", "twin_controller", "operator_panel", "pendant_page", "what_if", "farm_link"}
     assert not left & gone
@@ -60,13 +60,14 @@ def test_ports_of_the_plan_are_those_of_the_configuration() -> None:
     }
 
 
-def test_page_and_camera_belong_to_a_cell_for_people_only() -> None:
-    """An experiment needs none of them.
+def test_pages_camera_and_judge_belong_to_a_cell_for_people_only() -> None:
+    """An experiment needs none of them, and people do without the judge if it ends.
 
     A page goes first when the cell ends, so that nobody commands a cell that ends.
     """
     added = {node.name: node for node in cell_plan(DOORS, with_panel=True) if node not in PLAN}
-    assert set(added) == {"camera", "operator_panel", "pendant_page"}
+    assert set(added) == {"camera", "operator_panel", "pendant_page", "what_if"}
+    assert {name for name, node in added.items() if node.optional} == {"what_if"}
     assert added["operator_panel"].port == 18080 and added["pendant_page"].port == 18090
     pages = frozenset({"operator_panel", "pendant_page"})
     assert ending_order(cell_plan(DOORS, with_panel=True))[0] == pages

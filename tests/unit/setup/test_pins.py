@@ -73,7 +73,8 @@ def test_what_tests_need_is_not_installed_for_a_cell() -> None:
     )
     assert run & farm == run & test == farm & test == set()
     assert {"pytest", "playwright", "mypy", "mkdocs"} <= test
-    assert {"eclipse-zenoh", "duckdb", "pyarrow"} <= farm
+    assert {"eclipse-zenoh", "duckdb", "pyarrow", "distributed"} <= farm
+    assert "coal" in run  # Preview is there without another set-up
     with pytest.raises(renew_pins.PinsError, match="need x==2, the cell 1"):
         renew_pins.without({"x": ("2", [A])}, {"X": ("1", [A])})
 

@@ -59,7 +59,6 @@ def cell_plan(
     with_panel: bool = False,
     runs: str = "",
     with_farm: bool = False,
-    with_judge: bool = False,
 ) -> list[NodePlan]:
     """List the nodes of a cell, in the order in which they are started.
 
@@ -70,11 +69,10 @@ def cell_plan(
     Args:
         doors: Where emulator, gateway and operator page will listen.
         without: Names to leave out, for example the emulator when a real robot is there.
-        with_panel: Whether what people look at belongs to it, the two pages and the camera: in a
-            cell for people, not in one that runs experiments.
+        with_panel: Whether what people look at belongs to it, the two pages, the camera and the
+            judge, which previews motions: in a cell for people, not in one that runs experiments.
         runs: The folder of all recordings; empty: the nodes' own default.
         with_farm: Whether the cell has a link to the farm. It waits for a desk by itself.
-        with_judge: Whether motions are judged in a second world before they begin.
 
     Raises:
         ValueError: ``without`` names a node that is not in the plan; the text lists those that are.
@@ -132,8 +130,6 @@ def cell_plan(
     ]
     if with_panel:
         nodes += _for_people(doors, runs, with_pendant="emulator" not in without)
-    if with_judge:
-        nodes.append(NodePlan(JUDGE, JUDGE, JUDGE, services=("what_if/judge",), optional=True))
     if with_farm:
         folder = (f"_directory:={runs}",) if runs else ()
         nodes.append(
@@ -147,8 +143,7 @@ def cell_plan(
                 optional=True,
             )
         )
-    # Without the emulator there is no pendant page either; who leaves out both is right as well,
-    # and so is who leaves out a judge that is not installed.
+    # Without the emulator there is no pendant page either; who leaves out both is right as well.
     known = {node.name for node in nodes} | {*NOT_OF_THE_TWIN}
     unknown = sorted(set(without) - known)
     if unknown:
@@ -174,6 +169,7 @@ def _for_people(doors: Doors, runs: str, with_pendant: bool) -> list[NodePlan]:
     return [
         NodePlan("camera", "scara_simulation", "camera", topics=("camera/image_raw",)),
         NodePlan(PANEL, PANEL, PANEL, panel, port=doors.panel.port, leaves=0),
+        NodePlan(JUDGE, JUDGE, JUDGE, services=("what_if/judge",), optional=True),
         *([pendant] if with_pendant else []),
     ]
 

@@ -4,8 +4,15 @@ from __future__ import annotations
 
 import pytest
 from operator_panel.retelling.taking import with_outcome
-from operator_panel.view.preview.judged import made_text
-from operator_panel.view.snapshot import Snapshot
+from operator_panel.view.preview.judged import (
+    JUDGE,
+    SIGN_OF_LIFE_S,
+    gate_text,
+    made_text,
+    preview_refusal,
+)
+from operator_panel.view.snapshot import Diagnosis, Snapshot
+from scara_ros.diagnosis import Level
 
 from scara_msgs.msg import MotionOutcome
 
@@ -45,3 +52,27 @@ def test_last_motion_is_told_with_both_times(
 def test_nothing_is_said_before_the_first_motion() -> None:
     """An empty place takes no room."""
     assert made_text(Snapshot()) == ""
+
+
+@pytest.mark.parametrize(
+    ("said", "now", "runs"),
+    [
+        ({}, 0.0, False),
+        ({"what_if: predictions": 9.9}, 10.0, False),
+        ({JUDGE: 9.9}, 10.0, True),
+        ({f"/cell_2/{JUDGE}": 9.9}, 10.0, True),
+        ({JUDGE: 10.0}, 10.0 + SIGN_OF_LIFE_S, False),
+    ],
+    ids=["never", "another status", "now", "of another cell's name", "silent since"],
+)
+def test_preview_is_refused_with_the_command_that_starts_a_judge(
+    said: dict[str, float], now: float, runs: bool
+) -> None:
+    """Where none runs, or none has said anything for a while."""
+    found = {name: Diagnosis(Level.OK, name, "", when) for name, when in said.items()}
+    snapshot = Snapshot(diagnoses=found, gate="refuse")
+    refused = preview_refusal(snapshot, now)
+    assert (refused == "") is runs
+    if not runs:
+        assert refused.endswith("To start one: source env.sh; rosrun what_if what_if")
+    assert gate_text(snapshot, now)[0].startswith("Judge runs" if runs else "No judge runs")

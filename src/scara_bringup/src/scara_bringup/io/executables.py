@@ -5,22 +5,12 @@ What rosrun finds out, without the 0.4 s of processor time that it takes for it.
 
 from __future__ import annotations
 
-import importlib.util
 import os
 from collections.abc import Mapping
 from pathlib import Path
 
 SYSTEM = "/usr"
 """Prefix of Debian's own packages."""
-
-
-JUDGES_LIBRARY = "coal"
-"""Distances between bodies; it comes with the farm's packages (docs/operating/machines.md)."""
-
-
-def judge_is_installed() -> bool:
-    """Return whether the second world's judge can run here."""
-    return importlib.util.find_spec(JUDGES_LIBRARY) is not None
 
 
 def command_of(package: str, executable: str, env: Mapping[str, str]) -> list[str]:

@@ -25,7 +25,6 @@ from scara_ros.names import cell_of
 
 from scara_bringup.config import Ports, load_bringup, load_doors
 from scara_bringup.io.configuration import begin_with_change, copy_with_ports, got_ready
-from scara_bringup.io.executables import judge_is_installed
 from scara_bringup.io.forked import WarmParent, WarmParentError
 from scara_bringup.io.master import MasterProbe
 from scara_bringup.io.named.turn import Turn
@@ -108,11 +107,6 @@ class Wishes:
     arguments: tuple[str, ...] = ()
     name: str | None = None
     anyway: bool = False
-
-    @property
-    def judged(self) -> bool:
-        """Whether motions are judged: in a cell for people, where the judge's library is there."""
-        return self.people and judge_is_installed()
 
 
 @app.command()
@@ -246,9 +240,7 @@ def run(wishes: Wishes) -> tuple[int, Path | None]:
         if wishes.master_port is not None:
             os.environ["ROS_MASTER_URI"] = f"http://127.0.0.1:{wishes.master_port}"
         doors = wishes.ports.over(load_doors())
-        nodes = cell_plan(
-            doors, wishes.without, wishes.people, with_farm=wishes.farm, with_judge=wishes.judged
-        )
+        nodes = cell_plan(doors, wishes.without, wishes.people, with_farm=wishes.farm)
         own_master = check_before_start(nodes, MasterProbe(os.environ["ROS_MASTER_URI"]))
         folder = prepare(wishes.output)
         change = own_configuration(wishes, folder)
@@ -318,7 +310,7 @@ def _run(wishes: Wishes, folder: Path, shown: Shown, own_master: bool) -> int:
     """Run a cell that was found right, in the environment that its nodes inherit."""
     deadlines, doors = load_bringup(), load_doors()
     runs = str(runs_of(folder, wishes.runs))
-    nodes = cell_plan(doors, wishes.without, wishes.people, runs, wishes.farm, wishes.judged)
+    nodes = cell_plan(doors, wishes.without, wishes.people, runs, wishes.farm)
     foreground = None
     if wishes.experiments:
         foreground = experiment_plan(str(folder), wishes.experiments, wishes.arguments)

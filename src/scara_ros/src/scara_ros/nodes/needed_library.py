@@ -1,4 +1,4 @@
-"""Say in one line that a library is missing which only some parts of the project need."""
+"""Say in one line that a library is missing, and what installs it."""
 
 from __future__ import annotations
 
@@ -24,8 +24,7 @@ def require_library(name: str, scope: str, code: int = MISSING) -> None:
     if importlib.util.find_spec(name) is None:
         program = Path(sys.argv[0]).name
         print(
-            f"{program}: the library {name} is not installed, which a cell does without. "
-            f"To install it: ./cell setup {scope}",
+            f"{program}: the library {name} is not installed. To install it: ./cell setup {scope}",
             file=sys.stderr,
         )
         sys.exit(code)

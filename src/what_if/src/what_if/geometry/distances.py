@@ -12,7 +12,7 @@ try:
     import coal
 except ModuleNotFoundError as error:
     raise ImportError(
-        "what_if needs the library coal, which `./cell setup farm` installs"
+        "what_if needs the library coal, which `./cell setup run` installs"
     ) from error
 import numpy as np
 

@@ -11,7 +11,7 @@ from nicegui import ui
 
 from operator_panel.control.fields import error_text, parse_number
 from operator_panel.door import Answer
-from operator_panel.io.page.preview.asking import play
+from operator_panel.io.page.preview.asking import needs_judge, play
 from operator_panel.io.page.preview.motion_line import build_gate_line
 from operator_panel.io.page.view import PageView, live, plain
 from operator_panel.view import words
@@ -68,6 +68,7 @@ class _TargetForm:
                 button = ui.button(text, on_click=ask, color=None)
                 button.props(f'unelevated no-caps dense aria-label="Preview {text}"')
                 button.classes("button").mark(f"preview-{text.lower()}")
+                needs_judge(view, button)
             build_gate_line()
         self._text = ui.label(ASK).classes("preview").mark("preview")
         self._gripper()

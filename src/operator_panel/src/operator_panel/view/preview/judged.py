@@ -22,6 +22,7 @@ JUDGE = "what_if: judge"
 """The name of the judge's status in /diagnostics, behind the cell's."""
 SIGN_OF_LIFE_S = 3.0
 """A judge that has said nothing for so long does not run; our choice: three of its periods."""
+NO_JUDGE = "No judge runs to preview a motion. To start one: source env.sh; rosrun what_if what_if"
 
 
 class Judged(msgspec.Struct, frozen=True):
@@ -116,6 +117,21 @@ def made_text(snapshot: Snapshot) -> str:
     return f"{text} ({words.number(off, 1, signed=True)} %)."
 
 
+def preview_refusal(snapshot: Snapshot, now: float) -> str:
+    """Return why no motion can be previewed now, and what to do; empty: it can.
+
+    Args:
+        snapshot: What is known.
+        now: Monotonic time [s].
+    """
+    runs = any(
+        now - found.received < SIGN_OF_LIFE_S
+        for found in snapshot.diagnoses.values()
+        if found.name.endswith(JUDGE)
+    )
+    return "" if runs else NO_JUDGE
+
+
 def gate_text(snapshot: Snapshot, now: float) -> tuple[str, str]:
     """Return what the gate does with a motion now, and the tone of it.
 
@@ -124,11 +140,7 @@ def gate_text(snapshot: Snapshot, now: float) -> tuple[str, str]:
         now: Monotonic time [s].
     """
     gate, moves_unjudged = snapshot.gate, snapshot.moves_unjudged
-    judge_runs = any(
-        now - found.received < SIGN_OF_LIFE_S
-        for found in snapshot.diagnoses.values()
-        if found.name.endswith(JUDGE)
-    )
+    judge_runs = not preview_refusal(snapshot, now)
     if gate == "off":
         return "Gate off: no motion is judged before it begins.", "warn"
     if not judge_runs and (moves_unjudged or gate == "warn"):

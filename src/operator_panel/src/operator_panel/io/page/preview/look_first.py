@@ -6,7 +6,7 @@ from typing import Any
 
 from nicegui import ui
 
-from operator_panel.io.page.preview.asking import play
+from operator_panel.io.page.preview.asking import needs_judge, play
 from operator_panel.io.page.view import PageView
 
 
@@ -23,6 +23,7 @@ class LookFirst:
         """Build one more place of the switch."""
         made = ui.switch("Only preview", on_change=lambda event: self._turn(bool(event.value)))
         self._switches.append(made.classes("switch").props("dense"))
+        needs_judge(self._view, made)
 
     def _turn(self, is_on: bool) -> None:
         self._is_on = is_on

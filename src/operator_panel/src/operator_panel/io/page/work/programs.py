@@ -7,7 +7,7 @@ from nicegui import ui
 from operator_panel.config import Program
 from operator_panel.control.fields import error_text, parse_number
 from operator_panel.door import Answer
-from operator_panel.io.page.preview.asking import ask, play
+from operator_panel.io.page.preview.asking import ask, needs_judge, play
 from operator_panel.io.page.preview.motion_line import build_gate_line
 from operator_panel.io.page.view import PageView, live, plain
 from operator_panel.view.robot.program_lines import listing
@@ -77,6 +77,7 @@ def _preview(view: PageView, name: str) -> None:
 
     button = ui.button("Preview", on_click=ask, color=None)
     button.props(f'unelevated no-caps dense aria-label="Preview {name}"').classes("button")
+    needs_judge(view, button)
 
 
 def _press(view: PageView, text: str, command: str, mark: str, *keys: str) -> None:
