@@ -41,7 +41,7 @@ ROOMS: dict[str, set[str]] = {
 """For each room the others that it may import. scara_bringup reaches nodes by rosrun only."""
 
 OUR = set(ROOMS)
-DOOR = tuple(f"scara_ros.{name}" for name in ("page_door", "io.page_", "io.token_file"))
+DOOR = tuple(f"scara_ros.{name}" for name in ("page_", "io.page_", "io.token_file"))
 """What the farm's desk may use of scara_ros: no ROS is in it."""
 LINK_OF_THE_FARM = tuple(f"src/farm/src/farm/{part}/" for part in ("link", "nodes", "synthetic"))
 """Where messages and nodes are used; invented cells pass for links."""

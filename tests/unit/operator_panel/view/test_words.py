@@ -8,6 +8,8 @@ import pytest
 from operator_panel.view import words
 from operator_panel.view.snapshot import CellState, Link
 
+from scara_ros import page_words
+
 
 @pytest.mark.parametrize(
     ("value", "decimals", "signed", "text"),
@@ -57,7 +59,7 @@ def test_time_is_in_the_unit_that_reads_best(value: float, text: str) -> None:
 )
 def test_codes_of_the_controller_are_left_out(said: str, shown: str) -> None:
     """A fitter reads words."""
-    assert words.people(said) == shown
+    assert page_words.people(said) == shown
 
 
 @pytest.mark.parametrize(
@@ -108,4 +110,4 @@ def test_motion_is_said_of_both_sides(real: bool, twin: bool, text: str) -> None
 
 def test_unknown_mode_and_leader_are_shown_as_they_are() -> None:
     """A newer controller is not hidden."""
-    assert words.mode_title("DANCING") == "DANCING" and words.leader_text("moon") == "moon"
+    assert page_words.mode_title("DANCING") == "DANCING" and words.leader_text("moon") == "moon"

@@ -11,11 +11,11 @@ from collections.abc import Iterable
 
 import msgspec
 
-from operator_panel.view import words
 from operator_panel.view.alarms import Alarm
 from operator_panel.view.progress import Command, Outcome
 from operator_panel.view.snapshot import DecisionLine
 from scara_msgs.msg import TwinControllerState as Mode
+from scara_ros import page_words
 
 KEPT = 500
 SHOWN = 200
@@ -78,10 +78,10 @@ class EventLog:
         for key, alarm in active.items():
             if key not in self._alarms:
                 severity = WARNING if alarm.level == "warn" else FAULT
-                self.note(time, severity, alarm.source, words.people(alarm.text))
+                self.note(time, severity, alarm.source, page_words.people(alarm.text))
         for key, alarm in self._alarms.items():
             if key not in active:
-                self.note(time, INFO, alarm.source, f"Over: {words.people(alarm.text)}")
+                self.note(time, INFO, alarm.source, f"Over: {page_words.people(alarm.text)}")
         self._alarms = active
 
     def decisions(self, newest_first: tuple[DecisionLine, ...], date: str) -> None:
@@ -92,12 +92,11 @@ class EventLog:
                 break
             fresh.append(line)
         for line in reversed(fresh):
-            before, after = words.mode_title(line.mode_before), words.mode_title(line.mode_after)
-            change = after if before == after else f"{before} \N{RIGHTWARDS ARROW} {after}"
+            change = page_words.mode_change(line.mode_before, line.mode_after)
             severity = FAULT if line.mode_after in _FAULTS else INFO
             if line.mode_after in _WARNINGS:
                 severity = WARNING
-            text = f"{change}: {words.people(line.why)}"
+            text = f"{change}: {page_words.people(line.why)}"
             self.note(f"{date}T{line.clock}", severity, "twin controller", text)
         if newest_first:
             self._decided = newest_first[0]
@@ -106,7 +105,7 @@ class EventLog:
         """Note how commands have ended."""
         for command in commands:
             severity = _SEVERITIES.get(command.outcome, WARNING)
-            text = f"{command.title}: {command.outcome}. {words.people(command.text)}"
+            text = f"{command.title}: {command.outcome}. {page_words.people(command.text)}"
             self.note(time, severity, command.who, text)
 
     def acknowledge(self, number: int, by: str, time: str) -> None:

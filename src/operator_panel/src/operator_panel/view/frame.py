@@ -16,6 +16,7 @@ from operator_panel.view.robot.program_lines import current_line
 from operator_panel.view.robot.status import status_texts
 from operator_panel.view.snapshot import CellState, Link, Loop, Snapshot
 from scara_description.urdf import Model, Vector, link_pose
+from scara_ros import page_words
 
 NOTHING = words.UNKNOWN
 
@@ -160,8 +161,8 @@ class FrameMaker:
         text = {
             "gate": gate_text(snapshot, now)[0],
             "made": made_text(snapshot),
-            "mode": words.mode_title(state.mode),
-            "why": words.people(state.why),
+            "mode": page_words.mode_title(state.mode),
+            "why": page_words.people(state.why),
             "leader": words.leader_text(state.leader),
             "lead.real": real,
             "lead.arrow": arrow,
@@ -296,7 +297,7 @@ def _apart_tone(state: CellState, limit: float) -> str:
 
 def _tones(state: CellState, limit: float) -> dict[str, str]:
     tone = {
-        "mode": words.mode_tone(state.mode),
+        "mode": page_words.mode_tone(state.mode),
         "lead": state.leader or "nobody",
         "speed.applied": "warn" if state.speed_limited else "",
         "deviation": _apart_tone(state, limit),

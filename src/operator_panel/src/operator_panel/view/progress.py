@@ -12,9 +12,9 @@ import msgspec
 from scara_config.text_enum import StrEnum
 
 from operator_panel.door import Answer
-from operator_panel.view import words
 from operator_panel.view.snapshot import CellState, Snapshot
 from scara_msgs.msg import TwinControllerState as Mode
+from scara_ros import page_words
 
 KEPT = 50
 SHOWN = 2
@@ -114,7 +114,7 @@ class CommandLog:
         command = self._commands.get(number)
         if command is None or command.ended:
             return
-        text = words.people(answer.message)
+        text = page_words.people(answer.message)
         if answer.lost:
             self._change(command, Outcome.LOST, text, now)
         elif not answer.success:
@@ -186,17 +186,17 @@ def _judged(
             if state.mode == Mode.PAUSED and still:
                 return Outcome.DONE, "both are held; Resume goes on, Stop ends the motion"
             if waited > GRACE_S and state.mode != Mode.PAUSED:
-                return Outcome.DONE, words.people(state.why)
+                return Outcome.DONE, page_words.people(state.why)
         case "RESUME":
             if state.mode != Mode.PAUSED:
                 return Outcome.DONE, "the motion goes on"
             if waited > GRACE_S:
-                return Outcome.REFUSED, words.people(state.why)
+                return Outcome.REFUSED, page_words.people(state.why)
         case "RESET":
             if state.mode not in (Mode.ESTOP, Mode.FAULT):
                 return Outcome.DONE, "nothing moves; Align goes on"
             if waited > RESET_S:
-                return Outcome.REFUSED, words.people(state.why)
+                return Outcome.REFUSED, page_words.people(state.why)
         case "STOP" | "ESTOP":
             if still:
                 return Outcome.DONE, "both stand still"
@@ -213,14 +213,14 @@ def _motion(
         program = package.program if runs and package is not None else ""
         return Outcome.RUNNING, f"{program}, the twin follows" if program else moving
     if state.mode == Mode.PAUSED:
-        return Outcome.PAUSED, words.people(state.why)
+        return Outcome.PAUSED, page_words.people(state.why)
     grace = PROGRAM_GRACE_S if command.kind == "RUN" else GRACE_S
     if not command.began and now - command.changed < grace:
         return Outcome.RUNNING, moving  # the mode that begins it has not come yet
     if state.mode == Mode.IDLE:
         if state.move_failed and command.kind in ("MOVE", "MOVE_JOINTS", "HOME"):
-            return Outcome.STOPPED, f"target not reached: {words.people(state.move_failed)}"
+            return Outcome.STOPPED, f"target not reached: {page_words.people(state.move_failed)}"
         return Outcome.DONE, reached
     if state.mode == Mode.OFFLINE:
-        return Outcome.LOST, words.people(state.why)
-    return Outcome.STOPPED, words.people(state.why)
+        return Outcome.LOST, page_words.people(state.why)
+    return Outcome.STOPPED, page_words.people(state.why)

@@ -1,9 +1,8 @@
-"""Modes, leaders, numbers and links in words, as an operator reads them."""
+"""Leaders, numbers and links in words, as an operator reads them."""
 
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Mapping
 
 from operator_panel.view.snapshot import CellState, Link
@@ -11,21 +10,7 @@ from scara_msgs.msg import TwinControllerState as Mode
 
 MINUS = "\N{MINUS SIGN}"
 UNKNOWN = "\N{EN DASH}"
-CODE = re.compile(r"[A-Z_]{3,}: ")  # how the controller begins an answer: "MOVE: "
 
-# mode: (title, tone). The tone is a CSS class; blue is the real robot, orange the twin.
-MODES: dict[str, tuple[str, str]] = {
-    Mode.OFFLINE: ("Offline", "bad"),
-    Mode.ALIGNING: ("Aligning", "busy"),
-    Mode.IDLE: ("Ready", "calm"),
-    Mode.REAL_LEADS: ("Real robot leads", "real"),
-    Mode.TWIN_LEADS: ("Twin leads", "twin"),
-    Mode.OPERATOR_LEADS: ("Operator leads", "operator"),
-    Mode.PAUSED: ("Paused", "warn"),
-    Mode.STOPPED: ("Stopped", "warn"),
-    Mode.ESTOP: ("Emergency stop", "bad"),
-    Mode.FAULT: ("Fault", "bad"),
-}
 LEADERS = {
     "real": "real robot, the twin follows",
     "twin": "twin, the real robot follows",
@@ -41,16 +26,6 @@ ROLES: dict[str, tuple[str, str, str]] = {
     "operator": ("obeys", "\N{LEFT RIGHT ARROW}", "obeys"),
     "": ("waits", "\N{MIDDLE DOT}", "waits"),
 }
-
-
-def mode_title(mode: str) -> str:
-    """Return the mode as a heading; an unknown one as it is."""
-    return MODES.get(mode, (mode, "warn"))[0]
-
-
-def mode_tone(mode: str) -> str:
-    """Return the CSS class of the mode."""
-    return MODES.get(mode, (mode, "warn"))[1]
 
 
 def leader_text(leader: str) -> str:
@@ -208,23 +183,6 @@ def command_title(command: str, fields: Mapping[str, object]) -> str:
 
 def _float(value: object) -> float:
     return float(value)  # type: ignore[arg-type]
-
-
-def people(text: str) -> str:
-    """Return a text of the controller with its modes and commands as a person says them.
-
-    Example:
-        >>> people("MOVE: OPERATOR_LEADS: both are commanded")
-        'Both are commanded'
-        >>> people("MOVE refused: something else leads: STOP first")
-        'MOVE refused: something else leads: STOP first'
-    """
-    while found := CODE.match(text):
-        text = text[found.end() :]
-    for mode, (title, _) in MODES.items():
-        if "_" in mode:
-            text = text.replace(mode, title.lower())
-    return text[:1].upper() + text[1:]
 
 
 def no_stop_text(why: str) -> str:

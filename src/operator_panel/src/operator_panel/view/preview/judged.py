@@ -13,6 +13,7 @@ from operator_panel.door import Answer
 from operator_panel.view import words
 from operator_panel.view.snapshot import Snapshot
 from scara_msgs.msg import MotionOutcome
+from scara_ros import page_words
 
 TONES = {"OK": "good", "LIMITED": "warn", "REFUSED": "bad"}
 REFUSED = "REFUSED"
@@ -89,8 +90,8 @@ def sentence_of(answer: Answer) -> str:
         found = values["place"]
         place = (MM * found[0], MM * found[1], MM * found[2]) if any(found) else None
         told = Judgement(values["verdict"] == REFUSED, answer.message, values["cause"], place)
-        return words.people(told.text)
-    return words.people(f"{answer.message}{_nearest(values)}")
+        return page_words.people(told.text)
+    return page_words.people(f"{answer.message}{_nearest(values)}")
 
 
 def _nearest(values: Mapping[str, Any]) -> str:
