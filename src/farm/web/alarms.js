@@ -1,83 +1,109 @@
-// The list of alarms. A line stays the same element for as long as its alarm is listed, so that no button moves away
-// below a finger because something else was renewed.
-import { ago, byId, make, put } from "./parts.js";
+// The list of alarms; equal ones of several cells are one row. A row keeps its place for as long as one of its alarms
+// is listed, so that no button moves away below a finger. A new one takes the first row whose alarms have gone, else
+// it comes last.
+import { ago, byId, clock, make, makeButton, put } from "./parts.js";
 
 const HOUR_S = 3600;
-const lines = new Map();
+const rows = []; // { line, parts, acknowledge, shelve, group }; group is null when its alarms have gone
 
-async function mark(asked) {
-  const answer = await fetch("/farm/alarm", {
-    method: "POST",
-    headers: { "content-type": "application/json" },
-    body: JSON.stringify(asked),
-  });
-  return { good: answer.ok, text: await answer.text() };
+async function mark(asked, tell) {
+  try {
+    const answer = await fetch("/farm/alarm", {
+      method: "POST",
+      headers: { "content-type": "application/json" },
+      body: JSON.stringify(asked),
+    });
+    tell(await answer.text(), answer.ok ? "good" : "bad");
+  } catch (error) {
+    tell(`${asked.word} ${asked.ids[0]}: not sent: ${error.message}`, "bad");
+  }
 }
 
-function newLine(alarm, tell) {
+function newRow(tell) {
   const line = make("li", "alarm");
-  const parts = { head: make("p", "alarm-head"), text: make("p", "alarm-text"), facts: make("p", "alarm-facts") };
-  const words = make("div", "alarm-words");
-  words.append(...Object.values(parts));
-  const buttons = make("div", "alarm-buttons");
-  const acknowledge = make("button", "button", "Acknowledge");
-  const shelve = make("button", "button", "Shelve");
-  for (const [pressed, word] of [[acknowledge, "Acknowledge"], [shelve, "Shelve"]]) {
-    pressed.type = "button";
-    pressed.setAttribute("aria-label", `${word} ${alarm.id}`);
-  }
-  const send = async (asked) => {
-    try {
-      const { good, text } = await mark(asked);
-      tell(text, good ? "good" : "bad");
-    } catch (error) {
-      tell(`${asked.id}: not sent: ${error.message}`, "bad");
-    }
+  const parts = {
+    head: make("p", "alarm-head"),
+    cells: make("p", "alarm-cells"),
+    facts: make("p", "alarm-facts"),
   };
-  acknowledge.addEventListener("click", () => send({ word: "acknowledge", id: alarm.id }));
-  shelve.addEventListener("click", () => {
-    if (line.dataset.status === "shelved") {
-      send({ word: "shelve", id: alarm.id, seconds: 0 });
+  const buttons = make("div", "alarm-buttons");
+  const row = { line, parts, acknowledge: makeButton("", "Acknowledge"), shelve: makeButton("", "Shelve"), group: null };
+  row.acknowledge.addEventListener("click", () => mark({ word: "acknowledge", ids: row.group.waiting }, tell));
+  row.shelve.addEventListener("click", () => {
+    const { ids, status } = row.group;
+    if (status === "shelved") {
+      mark({ word: "shelve", ids, seconds: 0 }, tell);
       return;
     }
-    const why = window.prompt(`Shelve ${alarm.id} for an hour. Why?`);
-    if (why) send({ word: "shelve", id: alarm.id, seconds: HOUR_S, why });
+    const why = window.prompt(`Shelve ${titleOf(row.group)} for an hour. Why?`);
+    if (why) mark({ word: "shelve", ids, seconds: HOUR_S, why }, tell);
   });
-  buttons.append(acknowledge, shelve);
-  line.append(words, buttons);
+  buttons.append(row.acknowledge, row.shelve);
+  line.append(...Object.values(parts), buttons);
   byId("alarms").append(line);
-  const made = { line, parts, acknowledge, shelve };
-  lines.set(alarm.id, made);
-  return made;
+  rows.push(row);
+  return row;
 }
 
-function showAlarm(alarm, place, now, tell) {
-  const { line, parts, acknowledge, shelve } = lines.get(alarm.id) ?? newLine(alarm, tell);
-  line.style.order = String(place);
-  line.dataset.status = alarm.status.split(",")[0];
-  line.dataset.level = alarm.level;
-  put(parts.head, alarm.id);
-  put(parts.text, alarm.text);
-  const facts = [alarm.status, `raised ${ago(now - alarm.raised)} ago`];
-  if (alarm.times > 1) facts.push(`${alarm.times} times`);
-  if (alarm.cleared) facts.push(`gone for ${ago(now - alarm.cleared)}`);
-  if (alarm.person) facts.push(`by ${alarm.person} ${ago(now - alarm.marked)} ago`);
-  if (alarm.until) facts.push(`until ${new Date(alarm.until * 1000).toLocaleTimeString()}: ${alarm.why}`);
-  put(parts.facts, facts.join(" · "));
-  const seen = alarm.status === "acknowledged";
-  acknowledge.classList.toggle("hidden", seen || alarm.status === "shelved");
-  put(shelve, alarm.status === "shelved" ? "Unshelve" : "Shelve");
+function titleOf(group) {
+  const times = group.ids.length > 1 ? `${group.ids.length} × ` : "";
+  return `${times}${group.source}: ${group.text}`;
 }
 
-export function showAlarms(alarms, now, tell) {
-  const there = new Set(alarms.map((alarm) => alarm.id));
-  alarms.forEach((alarm, place) => showAlarm(alarm, place, now, tell));
-  for (const [id, { line }] of lines) {
-    if (!there.has(id)) {
-      line.remove();
-      lines.delete(id);
-    }
+function factsOf(group, now) {
+  const facts = group.status === "raised" ? [] : [group.status];
+  if (group.waiting.length && group.waiting.length < group.ids.length) facts.push(`${group.waiting.length} wait`);
+  facts.push(`raised ${clock(group.raised, now)}, ${ago(now - group.raised)} ago`);
+  if (group.times > group.ids.length) facts.push(`${group.times} times`);
+  if (group.cleared) facts.push(`gone for ${ago(now - group.cleared)}`);
+  if (group.persons.length) facts.push(`by ${group.persons.join(", ")} ${ago(now - group.marked)} ago`);
+  if (group.until) facts.push(`until ${clock(group.until, now)}: ${group.why.join("; ")}`);
+  return facts.join(" · ");
+}
+
+function showRow(row, now) {
+  const { line, parts, acknowledge, shelve, group } = row;
+  line.classList.toggle("is-gone", !group);
+  if (!group) return;
+  line.dataset.status = group.status.split(",")[0];
+  line.dataset.level = group.level;
+  put(parts.head, titleOf(group));
+  put(parts.cells, group.cells.join(", "));
+  put(parts.facts, factsOf(group, now));
+  const isShelved = group.status === "shelved";
+  acknowledge.classList.toggle("is-hidden", !group.waiting.length);
+  put(shelve, isShelved ? "Unshelve" : "Shelve");
+  for (const button of [acknowledge, shelve]) button.setAttribute("aria-label", `${button.textContent} ${titleOf(group)}`);
+}
+
+const isSame = (one, other) => one.source === other.source && one.level === other.level && one.text === other.text;
+const meets = (one, other) => one.ids.some((id) => other.ids.includes(id));
+
+// Each group gets the row that it has; one whose words have changed the row of its cells.
+function place(groups, tell) {
+  const left = new Set(groups);
+  const before = rows.map((row) => row.group);
+  for (const row of rows) row.group = null;
+  for (const fits of [isSame, meets]) {
+    rows.forEach((row, k) => {
+      if (row.group || !before[k]) return;
+      const found = [...left].find((group) => fits(group, before[k]));
+      if (!found) return;
+      row.group = found;
+      left.delete(found);
+    });
   }
-  const waiting = alarms.filter((alarm) => alarm.status === "raised" || alarm.status.startsWith("cleared")).length;
-  put(byId("alarm-count"), alarms.length ? `${waiting} of ${alarms.length} wait for somebody` : "none");
+  for (const group of left) (rows.find((row) => !row.group) ?? newRow(tell)).group = group;
+  while (rows.length && !rows.at(-1).group) rows.pop().line.remove();
+}
+
+export function showAlarms(groups, waiting, now, tell) {
+  place(groups, tell);
+  for (const row of rows) showRow(row, now);
+  const count = groups.reduce((sum, group) => sum + group.ids.length, 0);
+  put(byId("alarm-count"), count ? `${waiting} of ${count} wait for somebody` : "No alarm");
+  const link = byId("to-alarms");
+  put(link.firstElementChild ?? link, waiting ? `${waiting} alarms` : "No alarm");
+  link.dataset.is = waiting ? (groups.some((group) => group.waiting.length && group.level === "error") ? "bad" : "warn") : "good";
+  link.onclick = () => byId("alarms").parentElement.scrollIntoView({ block: "start" });
 }

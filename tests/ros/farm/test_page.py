@@ -1,45 +1,27 @@
-"""The desk's page in a browser: the wall, STOP, a lost cell, alarms, figures at three widths."""
+"""The desk's page in a browser: STOP, a lost cell, alarms, figures at four sizes."""
 
 from __future__ import annotations
 
-import os
 import signal
-import sys
-from collections.abc import Iterator
 from datetime import date, timedelta
 from pathlib import Path
-from typing import Any
 
-import pytest
 from farm.desk.io.past.fits import keep_fits
 from farm.fits import DayFit
-from harness.processes import Process, Stage, free_port, wait_until
+from harness.processes import wait_until
 from harness.wires.browser import chromium
-from harness.workspace import workspace_environment
+from playwright.sync_api import Locator
+from ros.farm.conftest import DEADLINE_S, Farm
 
-TOKEN = "token-of-the-farms-page"
-DEADLINE_S = 30.0
 FRICTION = "fitted friction joint_2 [N m]"
+TITLES = """() => Object.fromEntries([...document.querySelectorAll(".cell")].map((card) => [
+    card.querySelector("h3").textContent, card.querySelector(".cell-title").textContent]))"""
 
 
-class Farm:
-    """Starts programs of one farm."""
-
-    def __init__(self, folder: Path) -> None:
-        self.stage = Stage(folder, {**workspace_environment(), "FARM_DESK_TOKEN": TOKEN})
-        self._router = str(free_port())
-
-    def start(self, *words: str) -> Process:
-        """Start a program."""
-        return self.stage.start(sys.executable, "-m", *words, "--router-port", self._router)
-
-
-@pytest.fixture
-def farm(tmp_path: Path) -> Iterator[Farm]:
-    """Give a test a farm; all of it is ended."""
-    made = Farm(tmp_path / "processes")
-    yield made
-    made.stage.close()
+def background(place: Locator) -> str:
+    """Return the colour of a button."""
+    colour: str = place.evaluate("(button) => getComputedStyle(button).backgroundColor")
+    return colour
 
 
 def worn(data: Path) -> None:
@@ -55,33 +37,40 @@ def worn(data: Path) -> None:
         keep_fits(data, day, [DayFit("m", f"cell_{k}", day, 1, f) for k, f in enumerate(figures)])
 
 
-def test_wall_shows_the_worst_first_and_stops_one_and_all(farm: Farm, tmp_path: Path) -> None:
+def test_desk_stops_one_and_all_and_marks_alarms(farm: Farm, tmp_path: Path) -> None:
     """As a person does it: look, press, read each cell's answer."""
-    port = free_port()
-    worn(tmp_path / "farm")
-    desk = farm.start(
-        "farm", "--person", "ann", "--folder", str(tmp_path / "farm"), "--port", str(port)
-    )
+    worn(farm.folder)
+    desk = farm.desk()
     farm.start("farm.synthetic", "--cells", "3", "--events-rate", "1")
     other = farm.start("farm.synthetic", "--cells", "1", "--first", "9")
-    wait_until(lambda: "?token=" in desk.output, DEADLINE_S, "the page's address")
     with chromium(tmp_path) as browser:
         page = browser.new_page(viewport={"width": 1600, "height": 900})
-        page.goto(f"http://127.0.0.1:{port}/?token={TOKEN}")
+        page.goto(farm.opened)
 
-        def names() -> list[str]:
-            """Return the cells as they are seen, in their order."""
-            cards: list[Any] = page.evaluate(
-                "[...document.querySelectorAll('.cell')]"
-                ".sort((a, b) => a.style.order - b.style.order)"
-                ".map((card) => [card.querySelector('h3').textContent, card.dataset.status])"
-            )
-            return [" ".join(card) for card in cards]
+        def titles() -> dict[str, str]:
+            """Return what each card says of its cell, by the end of its name."""
+            found: dict[str, str] = page.evaluate(TITLES)
+            return found
 
-        wait_until(lambda: len(names()) == 4, DEADLINE_S, "four cells")
-        page.locator("[data-command=STOP][data-cell='practice/made_up_002']").click()
+        def worst() -> list[str]:
+            """Return the chips, in their order."""
+            return [" ".join(text.split()) for text in page.locator(".chip").all_inner_texts()]
+
+        wait_until(lambda: len(titles()) == 4, DEADLINE_S, "four cells")
+        stop = page.locator("[data-command=STOP][data-cell='practice/made_up_002']")
+        plain, all_stop = background(stop), background(page.locator(".stop.all"))
+        assert plain == background(page.locator(".cell .pause").first) != all_stop
+        stop.hover()
+        page.mouse.down()
+        assert background(stop) == all_stop
+        # It has acted at the press, before the finger leaves.
         page.wait_for_selector("text=/made_up_002: STOP received/")
-        wait_until(lambda: names()[0].startswith("practice/made_up_002 "), DEADLINE_S, "it")
+        page.mouse.up()
+        wait_until(lambda: "made_up_002 Stopped" in worst(), DEADLINE_S, "its chip")
+        assert page.locator(".answer", has_text="STOP received").count() == 1
+        stopped = [name for name, title in titles().items() if title == "Stopped"]
+        assert stopped == ["made_up_002"]
+        assert "STOP received" in page.locator(".cell-facts[data-is=good]").inner_text()
         page.locator("[data-command=PAUSE][data-cell=all]").focus()
         page.keyboard.press("Enter")
         wait_until(
@@ -91,30 +80,33 @@ def test_wall_shows_the_worst_first_and_stops_one_and_all(farm: Farm, tmp_path: 
         )
         assert page.locator(".answer", has_text="STOP received").count() == 1
         other.signal(signal.SIGKILL)
-        wait_until(
-            lambda: names()[0] == "practice/made_up_009 lost", DEADLINE_S, "the lost cell on top"
-        )
+        wait_until(lambda: worst()[:1] == ["made_up_009 Lost"], DEADLINE_S, "it, the worst")
+        page.locator(".chip", has_text="made_up_009").click()
+        found = page.locator(".cell.is-found h3")
+        assert found.inner_text() == "made_up_009"
         wait_until(lambda: page.locator(".event").count() > 0, DEADLINE_S, "events of the journals")
-        lost = page.locator(".alarm", has_text="made_up_009: link")
+        lost = page.locator(".alarm", has_text="link: The cell is lost")
         wait_until(lambda: lost.count() == 1, DEADLINE_S, "the alarm of the lost cell")
         lost.get_by_role("button", name="Acknowledge").click()
         wait_until(
             lambda: lost.get_attribute("data-status") == "acknowledged", DEADLINE_S, "the look"
         )
-        fan = page.locator(".alarm", has_text="made_up_000: real")
+        slow = page.locator(".alarm", has_text="real: R[5] is slow")
+        wait_until(lambda: "4 × real" in slow.inner_text(), DEADLINE_S, "equal alarms as one row")
+        names = [f"made_up_{k:03d}" for k in (0, 1, 2, 9)]
+        assert slow.locator(".alarm-cells").inner_text() == ", ".join(names)
         page.once("dialog", lambda dialog: dialog.accept("a spare part comes"))
-        fan.get_by_role("button", name="Shelve").click()
-        wait_until(lambda: fan.get_attribute("data-status") == "shelved", DEADLINE_S, "the shelf")
-        assert "a spare part comes" in fan.inner_text()
+        slow.get_by_role("button", name="Shelve").click()
+        wait_until(lambda: slow.get_attribute("data-status") == "shelved", DEADLINE_S, "the shelf")
+        assert "a spare part comes" in slow.inner_text()
+        assert "real: shelved by ann" in page.locator(".answer").first.inner_text()
         page.reload()
         wait_until(lambda: page.locator(".figures .all-cells").count() == 1, DEADLINE_S, "figures")
         assert page.locator("#causes li").count() >= 1
         # Packed once for all pages, not once more for each.
         for kind, packed in (("gzip", "gzip"), ("identity", None)):
-            wall = page.request.get(
-                f"http://127.0.0.1:{port}/farm/wall", headers={"accept-encoding": kind}
-            )
-            assert wall.headers.get("content-encoding") == packed and wall.json()["cells"]
+            wall = page.request.get(f"{farm.address}/farm/wall", headers={"accept-encoding": kind})
+            assert wall.headers.get("content-encoding") == packed and wall.json()["cards"]
         away = page.locator("#drift-picture .away")
         wait_until(lambda: away.count() == 1, DEADLINE_S, "the picture of all cells")
         assert page.locator("#drift-picture .steady").count() == 5
@@ -124,13 +116,16 @@ def test_wall_shows_the_worst_first_and_stops_one_and_all(farm: Farm, tmp_path: 
         page.get_by_label("time", exact=True).select_option("12h")
         page.get_by_role("button", name="Compare").click()
         page.wait_for_selector("#compared >> text=parts placed")
-        for width, height in ((1600, 900), (1280, 720), (390, 844)):
+        for width, height in ((1920, 1080), (1280, 800), (820, 1180), (390, 844)):
             page.set_viewport_size({"width": width, "height": height})
             wide = "document.documentElement.scrollWidth <= innerWidth"
             held = "((e) => e.scrollWidth <= e.clientWidth)(document.getElementById('kpi'))"
             assert page.evaluate(wide) and page.evaluate(held), width
-            if pictures := os.environ.get("FARM_PICTURES"):
-                page.screenshot(path=f"{pictures}/farm_{width}.png", full_page=True)
         page.set_viewport_size({"width": 1600, "height": 900})
+        page.evaluate("window.scrollTo(0, 0)")
+        before = page.locator(".cell").first.bounding_box()
         desk.signal(signal.SIGKILL)
         page.wait_for_selector("#banner:has-text('The desk does not answer')")
+        page.locator("[data-command=STOP][data-cell='practice/made_up_000']").click()
+        page.wait_for_selector("#banner:has-text('use the STOP at the cell')")
+        assert page.locator(".cell").first.bounding_box() == before

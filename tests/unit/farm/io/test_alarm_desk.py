@@ -8,7 +8,7 @@ from pathlib import Path
 
 import msgspec
 from farm.desk.alarms import AlarmRow, Status
-from farm.desk.io.alarm_desk import ACKNOWLEDGE, MARKS, SHELVE, AlarmDesk, MarkAsked
+from farm.desk.io.alarm_desk import ACKNOWLEDGE, MARKS, SHELVE, AlarmDesk, MarkAsked, MarksAsked
 from farm.desk.io.history import History, Kept
 from farm.keys import ALARMS, MARK, CellName
 from farm.wire import Answer, Event, decode, encode
@@ -47,6 +47,21 @@ def test_a_full_disk_changes_nothing(tmp_path: Path) -> None:
     answer = desk.mark(MarkAsked(ACKNOWLEDGE, NAME), "ann@desk")
     assert not answer.accepted and "nothing was changed" in answer.text
     assert [row.status for row in desk.rows()] == [Status.RAISED]
+
+
+def test_equal_alarms_are_marked_together(tmp_path: Path) -> None:
+    """Those that are named and no others; a refusal does not hold up the rest."""
+    cells = [CellName("s", "m", name) for name in "abc"]
+    desk = AlarmDesk(tmp_path / MARKS, [Kept(cell, 0, RAISED) for cell in cells])
+    seen = ["m/a: fan", "m/b: fan"]
+    assert not desk.mark_all(MarksAsked(ACKNOWLEDGE, []), "ann@desk").accepted
+    answer = desk.mark_all(MarksAsked(ACKNOWLEDGE, seen), "ann@desk")
+    assert answer == Answer(True, "m/a: fan: acknowledged by ann@desk, and 1 more")
+    acknowledged = [row.id for row in desk.rows() if row.status is Status.ACKNOWLEDGED]
+    assert sorted(acknowledged) == seen
+    answer = desk.mark_all(MarksAsked(ACKNOWLEDGE, [*seen, "m/c: fan"]), "ben@desk")
+    assert not answer.accepted and "m/b: fan: is acknowledged, by ann@desk" in answer.text
+    assert {row.status for row in desk.rows()} == {Status.ACKNOWLEDGED}
 
 
 def test_alarms_are_asked_for_and_marked_over_the_bus(farm: Farm) -> None:

@@ -8,12 +8,15 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import msgspec
+from scara_ros.page_words import mode_title, mode_tone
 
 from farm.keys import CellName
 from farm.wire import CLOCKS_AGREE_S, CellState, Configuration, Health, Level, clock_words
 
 LOST, SILENT = "lost", "silent"
 """Words for a cell that is not there, and for one that is there and says nothing."""
+STATUSES = {LOST: ("Lost", "bad"), SILENT: ("Silent", "bad"), "": ("Starting", "busy")}
+"""Title and tone of what is no mode of a twin controller."""
 CLOCK_SAMPLES = 5
 """Our choice: of so many health messages the one that came quickest tells how the clocks differ."""
 
@@ -23,7 +26,7 @@ class Row(msgspec.Struct, frozen=True):
 
     Attributes:
         name: MACHINE/CELL.
-        level: How bad it is; the wall is sorted by it.
+        level: How bad it is; the rows are sorted by it.
         status: lost, silent, or the cell's mode.
         since: Since when it has this status [s since 1970, the desk's clock].
         text: What is wrong, or what it does.
@@ -50,6 +53,11 @@ class Row(msgspec.Struct, frozen=True):
     memory_mb: float
     configuration: Configuration | None = None
     clock_s: float | None = None
+
+    @property
+    def is_away(self) -> bool:
+        """Whether nothing is known of it now."""
+        return self.status in (LOST, SILENT)
 
 
 class Counted(NamedTuple):
@@ -180,7 +188,7 @@ class Roster:
         """Return level, status, since when, and the reason."""
         state = entry.state
         if not entry.alive:
-            last = "" if state is None else f"last seen: {state.mode or 'silent'}"
+            last = "" if state is None else f"last seen: {mode_title(state.mode or SILENT)}"
             return Level.BAD, LOST, entry.since, last
         if now - entry.heard > self.silent_s:
             return Level.BAD, SILENT, entry.heard, "its link is there and sends no state"
@@ -192,6 +200,21 @@ class Roster:
         elif level < Level.WARN and (why := clock_warning(entry.clock_s)):
             level, text = Level.WARN, why
         return level, state.mode or SILENT, entry.mode_since, text
+
+
+def status_title(status: str) -> str:
+    """Return a status as a heading: a mode in the operator page's words.
+
+    Example:
+        >>> status_title("ESTOP"), status_title(LOST)
+        ('Emergency stop', 'Lost')
+    """
+    return STATUSES[status][0] if status in STATUSES else mode_title(status)
+
+
+def status_tone(status: str) -> str:
+    """Return the CSS class of a status: that of a mode on the operator's page."""
+    return STATUSES[status][1] if status in STATUSES else mode_tone(status)
 
 
 def clock_warning(ahead_s: float | None) -> str:

@@ -38,6 +38,15 @@ class MarkAsked(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     why: str = ""
 
 
+class MarksAsked(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The same for equal alarms of several cells; ``ids`` are those that the person sees."""
+
+    word: str
+    ids: list[str]
+    seconds: float = 0.0
+    why: str = ""
+
+
 class AlarmDesk:
     """Holds all alarms; safe to use from several threads."""
 
@@ -102,6 +111,23 @@ class AlarmDesk:
                 return Answer(False, f"{self._file}: {error.strerror}: nothing was changed")
             self._book.read(mark)
         return Answer(True, f"{asked.id}: {_said(mark)}")
+
+    def mark_all(self, asked: MarksAsked, person: str) -> Answer:
+        """Acknowledge or shelve several; refusals do not hold up the others.
+
+        Args:
+            asked: What to do.
+            person: Who asks, as PERSON@DESK.
+        """
+        answers = [
+            self.mark(MarkAsked(asked.word, name, asked.seconds, asked.why), person)
+            for name in asked.ids
+        ]
+        refused = [answer.text for answer in answers if not answer.accepted]
+        if refused or not answers:
+            return Answer(False, "; ".join(refused) or f"{asked.word}: no alarm was named")
+        equal = f", and {len(answers) - 1} more" if len(answers) > 1 else ""
+        return Answer(True, answers[0].text + equal)
 
     def _write(self, mark: Mark) -> None:
         with self._file.open("ab") as stream:

@@ -19,11 +19,12 @@ import msgspec
 import typer
 import zenoh
 from scara_config import ConfigError
+from scara_ros.page_words import people
 
 from farm import keys
 from farm.config import FarmConfig, load_farm
 from farm.desk.questions import QuestionError, Wanted, causes, query, since, table
-from farm.desk.roster import LOST, Row, clock_warning, differs
+from farm.desk.roster import LOST, Row, clock_warning, differs, status_title
 from farm.io.bus import BusError, open_client
 
 WRONG, FAILED = 2, 1
@@ -97,7 +98,7 @@ def cells(router_port: RouterPort = None) -> None:
         (
             r.name,
             _status(r),
-            r.text,
+            people(r.text),
             "" if r.clock_s is None else f"{r.clock_s:+.1f} s",
             r.last_event,
             r.missing or "",
@@ -208,7 +209,7 @@ def roster_rows(config: FarmConfig, session: zenoh.Session) -> list[Row] | None:
 def _status(row: Row) -> str:
     seconds = max(0.0, time.time() - row.since)
     since_when = datetime.fromtimestamp(row.since).strftime("%Y-%m-%d %H:%M:%S")
-    return f"{row.status or 'starting'} for {seconds:.0f} s, since {since_when}"
+    return f"{status_title(row.status)} for {seconds:.0f} s, since {since_when}"
 
 
 def open_session(config: FarmConfig) -> zenoh.Session:

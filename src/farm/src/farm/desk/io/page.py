@@ -1,4 +1,4 @@
-"""The desk's page: the wall of cells, the worst first; events; STOP and PAUSE with the answers.
+"""The desk's page: the wall of cells, alarms, events; STOP and PAUSE with the answers.
 
 NiceGUI serves the page and its frame; the browser asks ``/farm/wall`` once a second, and sends a
 command to ``/farm/command``, which answers with one line for each cell as it comes. So a STOP needs
@@ -28,9 +28,8 @@ from starlette.concurrency import run_in_threadpool
 from starlette.requests import Request
 from starlette.responses import PlainTextResponse, Response, StreamingResponse
 
-from farm.desk.alarms import AlarmRow
 from farm.desk.drift import Drift
-from farm.desk.io.alarm_desk import MarkAsked
+from farm.desk.io.alarm_desk import MarksAsked
 from farm.desk.io.commands import Answered, cells_there, order
 from farm.desk.io.desk import Desk
 from farm.desk.io.figures import Cause, figures_of, figures_over, stops_by_cause
@@ -38,7 +37,7 @@ from farm.desk.io.past.comparing import compare_cells, compare_weeks
 from farm.desk.io.reading import AskingError
 from farm.desk.kpi import KeyFigures
 from farm.desk.questions import QuestionError, since
-from farm.desk.roster import Alike, Row, alike
+from farm.desk.wall import wall_of
 from farm.keys import ChoiceError, choose
 from farm.link.rights import ALWAYS
 
@@ -58,28 +57,6 @@ THERE_S = 0.5
 
 class PageError(RuntimeError):
     """The page cannot be served; the text says why and what to do."""
-
-
-class ShownEvent(msgspec.Struct, frozen=True):
-    """One event as the page shows it."""
-
-    cell: str
-    number: int
-    time: float
-    kind: str
-    stop: bool
-    text: str
-
-
-class Wall(msgspec.Struct, frozen=True):
-    """What a page shows."""
-
-    now: float
-    trouble: str
-    cells: list[Row]
-    events: list[ShownEvent]
-    alarms: list[AlarmRow]
-    configurations: list[Alike]
 
 
 class Figures(msgspec.Struct, frozen=True):
@@ -125,14 +102,10 @@ class Page:
     def wall(self, now: float) -> bytes:
         """Return what a page shows, as JSON; the same for all pages that ask at one time."""
         if now - self._made > KEPT_S:
-            shown = [
-                ShownEvent(str(cell), e.number, e.time, e.kind, e.stop, e.text)
-                for cell, e in reversed(tuple(self._desk.recent))
-            ]
             desk = self._desk
-            rows = desk.rows()
-            wall = Wall(time.time(), desk.trouble, rows, shown, desk.alarm_rows(), alike(rows))
-            self._wall, self._made = msgspec.json.encode(wall), now
+            recent = [(str(cell), event) for cell, event in reversed(tuple(desk.recent))]
+            made = wall_of(time.time(), desk.rows(), desk.alarm_rows(), recent, desk.trouble)
+            self._wall, self._made = msgspec.json.encode(made), now
             self._packed = gzip.compress(self._wall, PACKED)
         return self._wall
 
@@ -174,12 +147,12 @@ class Page:
         return Response(msgspec.json.encode(found), media_type="application/json")
 
     async def _mark(self, request: Request) -> Response:
-        """Acknowledge or shelve an alarm in the name of who started the desk."""
+        """Acknowledge or shelve equal alarms in the name of who started the desk."""
         try:
-            asked = msgspec.json.decode(await request.body(), type=MarkAsked)
+            asked = msgspec.json.decode(await request.body(), type=MarksAsked)
         except msgspec.DecodeError as error:
             return PlainTextResponse(str(error), 400)
-        answer = await run_in_threadpool(self._desk.alarms.mark, asked, "@".join(self._who))
+        answer = await run_in_threadpool(self._desk.alarms.mark_all, asked, "@".join(self._who))
         return PlainTextResponse(answer.text, 200 if answer.accepted else 409)
 
     async def _command(self, request: Request) -> Response:
@@ -212,55 +185,51 @@ class Page:
             with ui.element("div").classes("bar-title"):
                 _text("h1", f"Farm {self._site}")
                 _text("span", "connecting", "summary").props('id=summary role="status"')
-            for command in reversed(ALWAYS):
-                named = f'data-command={command} data-cell=all aria-label="{command} all"'
-                pressed = ui.element("button").classes(f"button {command.lower()} all")
-                with pressed.props(f"type=button {named}"):
-                    _text("span", f"{command} ALL")
-        _text("div", "", "banner hidden").props('id=banner role="alert"')
-        with ui.element("div").classes("columns"):
-            with ui.element("div").classes("main-column"):
-                self._build_main()
-            with ui.element("aside").classes("side-column"):
-                with ui.element("section").classes("card"):
-                    _text("h2", "Answers")
-                    _text("p", f"Commands are sent as {'@'.join(self._who)}.", "muted")
-                    ui.element("ol").classes("answers").props('id=answers aria-live="polite"')
-                with ui.element("section").classes("card"):
-                    _text("h2", "Events")
-                    ui.element("ol").classes("events").props("id=events")
+            _text("span", "", "clock").props('id=clock aria-label="clock of the desk"')
+            with ui.element("button").classes("button to-alarms").props("type=button id=to-alarms"):
+                _text("span", "Alarms")
+            with ui.element("div").classes("bar-all"):
+                for command in reversed(ALWAYS):
+                    named = f'data-command={command} data-cell=all aria-label="{command} all"'
+                    pressed = ui.element("button").classes(f"button {command.lower()} all")
+                    with pressed.props(f"type=button {named}"):
+                        _text("span", f"{command} ALL")
+            with ui.element("div").classes("bar-worst"):
+                ui.element("ol").classes("chips").props('id=worst aria-label="The worst cells"')
+                more = ui.element("button").classes("button more").props("type=button id=more")
+                with more:
+                    _text("span", "")
+            _text("div", "", "banner hidden").props('id=banner role="alert"')
+        with ui.element("div").classes("grid"):
+            with ui.element("section").classes("wall-place").props('aria-label="Cells"'):
+                ui.element("div").classes("wall").props("id=wall")
+            with ui.element("aside").classes("side"):
+                self._build_side()
+            with ui.element("div").classes("below"):
+                self._build_below()
 
-    def _build_main(self) -> None:
-        """Build alarms, cells and figures."""
-        with ui.element("section").classes("card").props('aria-label="Alarms"'):
-            with ui.element("div").classes("card-head"):
-                _text("h2", "Alarms")
-                _text("span", "", "muted").props("id=alarm-count")
+    def _build_side(self) -> None:
+        """Build alarms, answers and events; each scrolls in a place of its own."""
+        with _card("Alarms", "", "alarm-count").classes("alarms-card"):
             ui.element("ol").classes("alarms").props("id=alarms")
-        with ui.element("section").classes("card").props('aria-label="Cells"'):
-            ui.element("div").classes("wall").props("id=wall")
-        with ui.element("section").classes("card").props('aria-label="Key figures"'):
-            with ui.element("div").classes("card-head"):
-                _text("h2", "Key figures of 24 hours")
-                _text("span", "empty: not known. Renewed twice a minute.", "muted")
-                _text("span", "", "muted").props("id=figures-trouble")
+        with _card("Answers", f"Commands are sent as {'@'.join(self._who)}."):
+            ui.element("ol").classes("answers").props('id=answers aria-live="polite"')
+        with _card("Events"):
+            ui.element("ol").classes("events").props("id=events")
+
+    def _build_below(self) -> None:
+        """Build figures of longer times."""
+        about = "empty: not known. Renewed twice a minute."
+        with _card("Key figures of 24 hours", about, "figures-trouble"):
             ui.element("div").classes("figures-scroll").props("id=kpi")
-        with ui.element("section").classes("card").props('aria-label="Stops"'):
-            _text("h2", "What stopped them, 24 hours")
-            ui.element("ol").props("id=causes")
-        with ui.element("section").classes("card").props('aria-label="Drift"'):
-            _text("h2", "Away from their own past, 30 days")
-            ui.element("ol").props("id=drifts")
+        with _card("What stopped them, 24 hours"):
+            ui.element("ol").classes("renewed").props("id=causes")
+        with _card("Away from their own past, 30 days"):
+            ui.element("ol").classes("renewed").props("id=drifts")
             ui.element("div").classes("drift-picture").props("id=drift-picture")
-        with ui.element("section").classes("card").props('aria-label="Configuration"'):
-            with ui.element("div").classes("card-head"):
-                _text("h2", "Configuration")
-                _text("span", "changes that were rolled out: ./cell farm rollout", "muted")
-            ui.element("ol").props("id=configurations")
-        with ui.element("section").classes("card").props('aria-label="Comparison"'):
-            with ui.element("div").classes("card-head"):
-                _text("h2", "Compare")
-                _text("span", "two cells, or two weeks of one", "muted")
+        with _card("Configuration", "changes that were rolled out: ./cell farm rollout"):
+            ui.element("ol").classes("renewed").props("id=configurations")
+        with _card("Compare", "two cells, or two weeks of one"):
             ui.element("div").classes("compare-form").props("id=compare-form")
             ui.element("div").classes("figures-scroll").props("id=compared role=status")
 
@@ -332,6 +301,24 @@ def _short(drift: Drift) -> Drift:
 def _text(tag: str, text: str, classes: str = "") -> ui.element:
     """Add an element with plain text."""
     return ui.html(html.escape(text), sanitize=False, tag=tag).classes(classes)
+
+
+def _card(title: str, about: str = "", changes: str = "") -> ui.element:
+    """Begin a card.
+
+    Args:
+        title: Its heading.
+        about: Stands beside it.
+        changes: Id of a text beside it that the page changes; empty: there is no such text.
+    """
+    card = ui.element("section").classes("card").props(f'aria-label="{title}"')
+    with card, ui.element("div").classes("card-head"):
+        _text("h2", title)
+        if about:
+            _text("span", about, "muted")
+        if changes:
+            _text("span", "", "muted").props(f"id={changes}")
+    return card
 
 
 def _answer_line(answered: Answered) -> bytes:
