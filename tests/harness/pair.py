@@ -150,6 +150,10 @@ class Pair(RealSide, TwinSide):
         if self.real_up:
             self.feed(RealAlarm(self.now, text))
 
+    def warn(self, text: str) -> None:
+        """Let the real robot show a warning; without a text the person there has cleared it."""
+        self.feed(RealAlarm(self.now, text, stops=False))
+
     def order_twin(self, do: Command, number: int) -> None:
         """Give the twin a motion command that is not ours."""
         self.command_twin(do, number, self.now)

@@ -192,6 +192,7 @@ def test_alarm_and_divergence_are_errors(pair: Pair) -> None:
     state = pair.state
     assert (level(state, "real robot"), level(state, "pair")) == (Level.OK, Level.OK)
     assert level(changed(state, sides__real__alarm="SRVO-050"), "real robot") == Level.ERROR
+    assert level(changed(state, sides__real__warning="SYST-011"), "real robot") == Level.WARN
     assert level(changed(state, safety__divergence__alarm=True), "pair") == Level.ERROR
 
 

@@ -175,7 +175,10 @@ def alarm_text(state: CoreState) -> str:
     if lead.mode is Mode.FAULT:
         return lead.why
     if lead.needs_acknowledge:
-        return "the pair came apart: look at both robots, ACKNOWLEDGE, then RESUME or STOP"
+        return (
+            "the pair came apart: look at both robots, ACKNOWLEDGE, then RESUME; "
+            "if they part again, STOP and ALIGN"
+        )
     if lead.mode is Mode.OFFLINE:
         down = [
             f"{name}: {side.reason}"
@@ -253,7 +256,7 @@ def statuses(
                 values,
             )
         )
-    trouble, alarm = state.orders.grips.trouble, state.sides.real.alarm
+    trouble, real = state.orders.grips.trouble, state.sides.real
     grippers = {"real": view.real_gripper, "twin": view.twin_gripper}
     found.append(
         Status(
@@ -265,9 +268,9 @@ def statuses(
     )
     found.append(
         Status(
-            Level.ERROR if alarm else Level.OK,
+            Level.ERROR if real.alarm else Level.WARN if real.warning else Level.OK,
             "twin_controller: real robot",
-            alarm or "no alarm",
+            real.alarm or real.warning or "no alarm",
             {},
         )
     )

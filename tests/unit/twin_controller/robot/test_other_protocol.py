@@ -222,15 +222,19 @@ def test_a_reading_that_leaps_is_refused_and_a_robot_that_jumped_begins_anew(cel
 
 
 def test_program_and_alarm_come_in_words(cell: Cell) -> None:
-    """The core hears of an alarm when its text changes."""
+    """The core hears of an alarm when its text changes, and whether it stops the robot."""
     program = ProgramStatus("ARTICLE", 5, ProgramState.RUNNING)
     alarm = AlarmStatus(11, 37, "SERVO", "overload", "joint 2")
     for _ in range(2):
         cell.robot.listener.told(program, alarm)
     cell.robot.show()
     assert cell.words[-1] == ("ARTICLE line 5 running", "SERVO 11-037 overload (joint 2)", 37)
-    texts = [event.text for event in cell.events if isinstance(event, RealAlarm)]
-    assert texts == ["SERVO 11-037 overload (joint 2)"]
+    cell.robot.listener.told(program, AlarmStatus(24, 11, "WARN", "Start refused", ""))
+    told = [(event.text, event.stops) for event in cell.events if isinstance(event, RealAlarm)]
+    assert told == [
+        ("SERVO 11-037 overload (joint 2)", True),
+        ("WARN 24-011 Start refused", False),
+    ]
 
 
 def test_override_and_gripper_go_the_same_way(cell: Cell) -> None:

@@ -13,8 +13,8 @@ from scara_msgs.msg import TwinControllerState
 
 DIAGNOSIS_MEMORY_S = 3.5  # REP-107 asks for 1 Hz; three missed and a half
 
-# (source, text): what an operator does. The first row that fits is taken; both are searched, not
-# matched.
+# (source, mode and text): what an operator does. The first row that fits is taken; both are
+# searched, not matched. What a remedy names has to work in that mode.
 REMEDIES: tuple[tuple[str, str, str], ...] = (
     (
         "link real",
@@ -24,24 +24,36 @@ REMEDIES: tuple[tuple[str, str, str], ...] = (
     ("link twin", r"", "Do gateway and simulator run? It reconnects by itself."),
     (
         "real robot",
+        r"^\w* ?WARN\b",
+        "The robot works on. Press RESET on its own pendant once it was read.",
+    ),
+    (
+        "real robot",
+        r"^OFFLINE",
+        "Clear the cause on the robot's own pendant; RESET works here once both links are up.",
+    ),
+    (
+        "real robot",
         r"heartbeat",
         "The robot stopped itself because the line to it was quiet. RESET, then ALIGN.",
     ),
     ("real robot", r"", "Clear the cause on the robot's own pendant, then RESET, then ALIGN."),
     ("leading", r"", "Until then the twin shows what the robot does, and moves nothing."),
-    ("pair", r"", "Look at both robots, ACKNOWLEDGE, then RESUME or STOP."),
+    ("pair", r"^(STOPPED|IDLE)\b", "Look at both robots, then ALIGN."),
+    ("pair", r"^(ESTOP|FAULT)\b", "Look at both robots, RESET, then ALIGN."),
+    ("pair", r"_LEADS\b", "Look at both robots, STOP, then ALIGN."),
+    ("pair", r"^OFFLINE", "Look at both robots; the pair aligns by itself with both links up."),
     (
-        "twin_controller",
-        r"emergency stop|drives are off",
-        "Remove the cause, then RESET, then ALIGN.",
+        "pair",
+        r"",
+        "Look at both robots, ACKNOWLEDGE, then RESUME; if they part again, STOP and ALIGN.",
     ),
-    ("twin_controller", r"came apart", "Look at both robots, ACKNOWLEDGE, then RESUME or STOP."),
     (
         "twin_controller",
         r"^OFFLINE",
         "Check that both links are up; the pair aligns by itself when they are back.",
     ),
-    ("twin_controller", r"^FAULT", "Remove the cause, RESET, then ALIGN."),
+    ("twin_controller", r"^(ESTOP|FAULT)\b", "Remove the cause, RESET, then ALIGN."),
     ("recorder", r"disk|space|free", "Make room on the disk, then start a new recording."),
     ("recorder", r"", "Stop the recording and start a new one; the bag so far stays readable."),
     ("what_if: predictions", r"", "The text says what to look at; previews are off by as much."),
@@ -71,7 +83,12 @@ class Alarm(msgspec.Struct, frozen=True):
 
 
 def remedy(source: str, text: str) -> str:
-    """Return what to do about a message of ``source``."""
+    """Return what to do about a message.
+
+    Args:
+        source: Who says it.
+        text: The controller's mode, a space, and the message.
+    """
     for where, what, advice in REMEDIES:
         if where in source and re.search(what, text):
             return advice
@@ -120,9 +137,9 @@ def active_alarms(snapshot: Snapshot, now: float, silent_s: float) -> tuple[Alar
         for d in snapshot.diagnoses.values()
         if d.level != Level.OK and not d.name.endswith("twin_controller: mode")
     )
-    for alarm in map(
-        _diagnosed, _worst_first(d for d in wrong if now - d.received < DIAGNOSIS_MEMORY_S)
-    ):
+    mode = snapshot.state.mode if snapshot.state is not None else ""
+    for diagnosis in _worst_first(d for d in wrong if now - d.received < DIAGNOSIS_MEMORY_S):
+        alarm = _diagnosed(diagnosis, mode)
         # One line for one trouble: the one that names its source.
         same = [known for known in found if known.text in alarm.text]
         if same:
@@ -144,10 +161,10 @@ def _own(state: CellState) -> Alarm:
     return Alarm(level, "twin controller", state.alarm, advice)
 
 
-def _diagnosed(diagnosis: Diagnosis) -> Alarm:
+def _diagnosed(diagnosis: Diagnosis, mode: str) -> Alarm:
     source = diagnosis.name.lstrip("/")
     level = "warn" if diagnosis.level == Level.WARN else "error"
-    advice = remedy(source, diagnosis.message)
+    advice = remedy(source, f"{mode} {diagnosis.message}")
     shown = (
         source.removeprefix("twin_controller: ")
         if "real robot" in source or "link" in source

@@ -90,9 +90,15 @@ class RealMeasured(Event, frozen=True, tag="real"):
 
 
 class RealAlarm(Event, frozen=True, tag="alarm"):
-    """The text of the robot's active alarm; empty when there is none."""
+    """The robot's active alarm.
+
+    Attributes:
+        text: In words; empty when there is none.
+        stops: It stops the robot. A warning does not: the robot works on.
+    """
 
     text: str
+    stops: bool = True
 
 
 class TwinMeasured(Event, frozen=True, tag="twin"):

@@ -15,7 +15,7 @@ from typing_extensions import Self
 from twin_controller.core.actions import Command, StreamAhead, StreamReal
 from twin_controller.core.events import AnyEvent, RealAlarm
 from twin_controller.io.checked_link import CheckedLink
-from twin_controller.robot.intake import alarm_text, is_paused, measured, program_text
+from twin_controller.robot.intake import alarm_text, is_paused, is_stopping, measured, program_text
 from twin_controller.robot.link import Connect
 from twin_controller.robot.signals import (
     UI_SIGNALS,
@@ -150,4 +150,4 @@ class RealLink:
         text = alarm_text(alarm)
         if text != self._alarm:
             self._alarm = text
-            self._put(RealAlarm(time.monotonic(), text))
+            self._put(RealAlarm(time.monotonic(), text, is_stopping(alarm)))

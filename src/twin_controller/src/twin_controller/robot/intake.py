@@ -140,6 +140,15 @@ def program_text(program: ProgramStatus) -> str:
     return f"{program.name} line {program.line} {program.state.name.lower()}"
 
 
+WARNING = "WARN"
+"""The maker's word for what is shown and stops nothing."""
+
+
+def is_stopping(alarm: AlarmStatus) -> bool:
+    """Return whether the active alarm stops the robot; a warning does not."""
+    return alarm.severity != WARNING
+
+
 def alarm_text(alarm: AlarmStatus) -> str:
     """Return the active alarm in words; empty when there is no alarm."""
     if not alarm.facility:

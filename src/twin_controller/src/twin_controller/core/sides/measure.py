@@ -65,7 +65,8 @@ def take_in(setup: Setup, sides: Sides, event: AnyEvent) -> Sides:
         case RealMeasured():
             return replace(sides, real=real_measured(setup, real, event))
         case RealAlarm():
-            return replace(sides, real=replace(real, alarm=event.text))
+            alarm, warning = (event.text, "") if event.stops else ("", event.text)
+            return replace(sides, real=replace(real, alarm=alarm, warning=warning))
         case TwinMeasured():
             return replace(sides, twin=twin_measured(setup, twin, event))
         case TwinPlan():

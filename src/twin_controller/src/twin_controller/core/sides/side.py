@@ -75,8 +75,10 @@ class RealSide(Side, frozen=True):
     clock_ms: int | None = None
     # How often it renews its readings; a property of the robot, so it outlives a loss.
     rhythm: Rhythm = Rhythm()
-    # Text of its active alarm. The robot says when it ends.
+    # Text of its active alarm, and of its warning while nothing stops it. The robot says when they
+    # end.
     alarm: str = ""
+    warning: str = ""
 
     @property
     def takes_ahead(self) -> int:
