@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
+import rospy
 from harness.ros import Ros
 
 BUSY = """
@@ -126,3 +127,40 @@ def test_signal_ends_the_waiting_for_a_master(
     )
     node.signal(number)
     assert node.wait(10.0) == 0, node.tail()
+
+
+def answers(ros: Ros, service: str) -> bool:
+    """Return whether a service answers to its name."""
+    try:
+        rospy.wait_for_service(ros.name(service), timeout=0.2)
+    except rospy.ROSException:
+        return False
+    return True
+
+
+@pytest.mark.parametrize(
+    ("package", "name", "ready"),
+    [
+        ("scara_control", "kinematics_server", "forward_kinematics"),
+        ("scara_control", "joint_pose_controller", "joint_pose_controller/move"),
+        ("what_if", "what_if", "what_if/judge"),
+    ],
+)
+def test_a_second_node_of_a_name_says_so_and_leaves_the_first_alone(
+    ros: Ros, package: str, name: str, ready: str
+) -> None:
+    """One line, and the service of the first one goes on; under another name it may run."""
+    first = ros.run(package, name)
+    ros.wait_until(lambda: answers(ros, ready), 30.0, ready)
+    second = ros.run(package, name)
+    assert second.wait(20.0) == 1
+    said = second.output.splitlines()
+    (line,) = [line for line in said if not line.startswith("pybullet build time")]
+    assert line.startswith(f"{name}: {ros.namespace}/{name} runs already, as process {first.pid}")
+    assert line.endswith(f"__name:={name}_2")
+    assert first.poll() is None and answers(ros, ready)
+    first.signal(signal.SIGKILL)
+    first.wait(10.0)
+    again = ros.run(package, name)
+    ros.wait_until(lambda: answers(ros, ready), 30.0, "the node that came after a killed one")
+    assert again.poll() is None

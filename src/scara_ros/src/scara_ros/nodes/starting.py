@@ -40,7 +40,7 @@ def become_node(name: str) -> None:
     The node outlives a full log disk and takes nothing from web pages: ``harden_process``.
 
     Raises:
-        SystemExit: A signal came before there was a master; the code is 0.
+        SystemExit: A signal came before there was a master, code 0; or see ``refuse_second``.
     """
     # The one kind of queue that a signal handler may always put into.
     received: queue.SimpleQueue[int] = queue.SimpleQueue()
@@ -50,11 +50,40 @@ def become_node(name: str) -> None:
     for number in SIGNALS:
         signal.signal(number, lambda caught, _frame: received.put(caught))
     _wait_for_master(name, received)
+    refuse_second(name)
     rospy.init_node(name, disable_signals=True)
     ending = threading.Thread(target=_end_with, args=(received,), name="ending", daemon=True)
     ending.start()
     atexit.register(_finish, received, ending)
     keep_registered()
+
+
+def refuse_second(name: str) -> None:
+    """End this program with one line if a node of this name runs already.
+
+    The master would end that one in its place, and with it the cell that it belongs to. Without a
+    master nothing is said, nor about a node that was killed: the master still knows it, but it does
+    not answer.
+
+    Args:
+        name: Without ``__name:=``, which counts before it.
+
+    Raises:
+        SystemExit: It runs; the code is 1.
+    """
+    base = rosgraph.names.load_mappings(sys.argv).get("__name", name)
+    own = rosgraph.names.make_caller_id(base).rstrip("/")
+    try:
+        uri = MasterClient(rosgraph.get_master_uri(), own).ask("lookupNode", own)
+        pid = MasterClient(uri, own).ask("getPid")
+    except (*UNREACHABLE, MasterError):
+        return
+    print(
+        f"{name}: {own} runs already, as process {pid}: end it first, or give this one another "
+        f"name with __name:={base}_2",
+        file=sys.stderr,
+    )
+    sys.exit(1)
 
 
 def send_directly() -> None:
