@@ -19,6 +19,7 @@ from harness.wires.browser import chromium
 from harness.workspace import workspace_environment
 from harness.yaml_files import copy_configuration
 from playwright.sync_api import Page
+from scara_ros.page_words import mode_title
 
 from scara_msgs.msg import TwinControllerState
 
@@ -70,8 +71,8 @@ class Farm:
         for name in NAMES:
             words = ("rosservice", "call", "twin_controller/command", "{command: ALIGN}")
             self.stage.start(*words, name=f"align_{name}", env=self.own(name)).wait(30.0)
-        idle = TwinControllerState.IDLE
-        wait_until(lambda: self.ask("cells").count(idle) == len(NAMES), SHOWN_S, "two ready pairs")
+        ready = f"{mode_title(TwinControllerState.IDLE)} for"
+        wait_until(lambda: self.ask("cells").count(ready) == len(NAMES), SHOWN_S, "two ready pairs")
 
     def ask(self, *words: str) -> str:
         """Return what a word of ``./cell farm`` prints."""
@@ -138,8 +139,8 @@ def test_two_cells_with_their_experiments_are_seen_counted_and_stopped(
             """Whether both cells are seen moving."""
             ended = [process.output for process in running.values() if process.poll() is not None]
             assert not ended, f"ended before both were seen moving:\n{ended[0]}"
-            status = [card.inner_text() for card in page.locator(".cell-status").all()]
-            return sum("LEADS" in one for one in status) == len(NAMES)
+            titles = page.locator(".cell-title").all_inner_texts()
+            return sum("leads" in title for title in titles) == len(NAMES)
 
         wait_until(lead, EXPERIMENTS_S, "both cells moving")
         take(page, "two_cells_moving")
@@ -159,10 +160,9 @@ def test_two_cells_with_their_experiments_are_seen_counted_and_stopped(
         page.locator("[data-command=STOP][data-cell=all]").click()
         for name in NAMES:
             page.wait_for_selector(f".answer[data-is=good] >> text=/STOP .*{name}/")
+        stopped = f"{mode_title(TwinControllerState.STOPPED)} for"
         wait_until(
-            lambda: farm.ask("cells").count(TwinControllerState.STOPPED) >= len(NAMES),
-            SHOWN_S,
-            "two stopped cells",
+            lambda: farm.ask("cells").count(stopped) == len(NAMES), SHOWN_S, "two stopped cells"
         )
         counted = farm.ask("events", "--stops", "--by-cause")
         assert "STOP" in counted, counted
