@@ -12,7 +12,7 @@ from scara_config import Robot
 from operator_panel.view import words
 from operator_panel.view.orientation import turn_text
 from operator_panel.view.preview.judged import gate_text, made_text
-from operator_panel.view.robot.program_lines import current_line
+from operator_panel.view.robot.program_lines import current_line, program_text
 from operator_panel.view.robot.status import status_texts
 from operator_panel.view.snapshot import CellState, Link, Loop, Snapshot
 from scara_description.urdf import Model, Vector, link_pose
@@ -280,7 +280,7 @@ def _package_texts(snapshot: Snapshot) -> dict[str, str]:
     if package is None:
         return {"robot.program": NOTHING, "robot.speed": NOTHING, "robot.ready": NOTHING}
     return {
-        "robot.program": package.program or "no program",
+        "robot.program": program_text(package),
         "robot.speed": words.percent(package.speed_percent),
         "robot.ready": "ready" if package.ready else "not ready",
     }

@@ -6,7 +6,8 @@ import pytest
 from fanuc_emulator.config import load_programs
 from harness.workspace import ROOT
 from operator_panel.config import load_surroundings
-from operator_panel.view.robot.program_lines import current_line, listing
+from operator_panel.view.robot.program_lines import current_line, listing, program_text
+from operator_panel.view.snapshot import RobotPackage
 from scara_config import load_robot
 
 CONFIG = ROOT / "config"
@@ -54,3 +55,21 @@ def test_current_line_is_that_of_a_program_that_is_not_over(
 ) -> None:
     """A program that was ended is in no line."""
     assert current_line(said) == found
+
+
+@pytest.mark.parametrize(
+    ("kind", "running", "said", "shown"),
+    [
+        ("program", True, "ARTICLE line 5 running", "ARTICLE line 5 running"),
+        ("program", False, "ARTICLE line 5 paused", "ARTICLE line 5 paused"),
+        ("none", False, "ARTICLE line 8 aborted", "no program runs"),
+        ("stream", True, "STREAM line 1 running", "follows the twin"),
+        ("none", False, "STREAM line 1 aborted", "no program runs"),
+        ("none", False, "", "no program runs"),
+    ],
+)
+def test_a_program_that_has_ended_is_not_called_aborted(
+    kind: str, running: bool, said: str, shown: str
+) -> None:
+    """A good move of the twin ends the robot's stream program, which nobody has aborted."""
+    assert program_text(RobotPackage(kind, 50.0, True, running, said)) == shown

@@ -8,8 +8,13 @@ from typing import Any
 
 import msgspec
 
+from operator_panel.view.snapshot import RobotPackage
+
 SAID = re.compile(r"(?P<name>\S+) line (?P<line>\d+) (?P<state>\w+)")
 """As scara_msgs/RobotData.program says it."""
+
+STREAM = "stream"
+"""As RobotData.control_type says what moves the robot: set points of the twin controller."""
 
 
 class ProgramLine(msgspec.Struct, frozen=True):
@@ -35,6 +40,17 @@ def current_line(said: str) -> tuple[str, int]:
     if found is None or found["state"] not in ("running", "paused", "held"):
         return "", 0
     return found["name"], int(found["line"])
+
+
+def program_text(package: RobotPackage) -> str:
+    """Return what the robot executes now, in words.
+
+    A program that has ended is none: the controller calls each end "aborted", a good one too.
+    """
+    if package.control_type == STREAM and package.running:
+        return "follows the twin"
+    name, _ = current_line(package.program)
+    return package.program if name else "no program runs"
 
 
 def _walked(lines: Sequence[Mapping[str, Any]], depth: int) -> Iterator[tuple[int, str]]:
