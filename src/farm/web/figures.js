@@ -13,6 +13,7 @@ const COLUMNS = [
   ["quality", (row) => percent(row.quality_ratio)],
   ["OEE", (row) => percent(row.oee)],
   ["cycles done", (row) => `${row.done} of ${row.cycles}`],
+  ["by", (row) => `robot ${row.programs}, twin ${row.twin_moves}, operator ${row.operator_moves}`],
   ["cycle", (row) => (row.cycle_s === null ? "" : `${row.cycle_s.toFixed(1)} s`)],
   ["failures", (row) => `${row.failures} of ${row.stops} stops`],
   ["between failures", (row) => lasting(row.mean_between_failures_s)],

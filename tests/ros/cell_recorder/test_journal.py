@@ -84,7 +84,7 @@ class Cell:
 
         def said() -> bool:
             # As a cell does, again and again: topics overtake each other.
-            self._data.publish(program="PALLET line 3", running=True)
+            self._data.publish(program="PALLET line 3 running", running=True)
             for deviation in (0.2, 0.7, 0.4):
                 self._state.publish(mode=M.REAL_LEADS, leader="real", deviation_mm=deviation)
             return next(rounds) == 10

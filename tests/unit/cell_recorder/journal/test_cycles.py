@@ -54,17 +54,59 @@ def test_short_rests_belong_to_the_cycle() -> None:
 def test_program_holds_a_cycle_through_its_waiting_and_each_run_is_one() -> None:
     """From run to run, also without a rest between them."""
     cycles = begun()
-    cycles.program(10.2, "PALLET", True)
+    cycles.program(10.2, "PALLET line 1 running", True)
     cycles.decided(12.0, IDLE, "")
     assert cycles.look(30.0) == []
     cycles.decided(30.0, REAL_LEADS, "real")
-    assert cycles.program(40.0, "PALLET", False) == []
-    (first,) = cycles.program(40.5, "ARTICLE", True)
+    assert cycles.program(40.0, "PALLET line 9 aborted", False) == []
+    (first,) = cycles.program(40.5, "ARTICLE line 1 running", True)
     assert (first.start, first.end, first.program) == (10.0, 40.5, "PALLET")
     cycles.decided(50.0, IDLE, "")
-    cycles.program(50.1, "ARTICLE", False)
+    cycles.program(50.1, "ARTICLE line 8 aborted", False)
     (second,) = cycles.look(60.0)
     assert (second.start, second.end, second.program) == (40.5, 50.1, "ARTICLE")
+
+
+@pytest.mark.parametrize(
+    ("mode", "leader"), [(TWIN_LEADS, "twin"), (TwinControllerState.OPERATOR_LEADS, "operator")]
+)
+@pytest.mark.parametrize("said", ["ARTICLE line 8 aborted", "STREAM line 1 running"])
+def test_what_streams_to_the_robot_is_no_run_of_a_program(
+    mode: str, leader: str, said: str
+) -> None:
+    """Nor of the one that ran before, whose name is still read; the cycle ends with its rest."""
+    cycles = Cycles(rest_s=3.0)
+    cycles.decided(10.0, mode, leader)
+    assert cycles.program(10.1, said, True) == []
+    cycles.decided(12.0, IDLE, "")
+    (cycle,) = cycles.look(15.0)
+    assert (cycle.program, cycle.leader, cycle.end) == ("", leader, 12.0)
+
+
+def test_a_run_has_the_name_that_is_read_behind_its_start() -> None:
+    """The first words are still those of the run before."""
+    cycles = begun()
+    for said in ("OTHER line 9 aborted", "ARTICLE line 1 running", "ARTICLE line 8 running"):
+        assert cycles.program(10.2, said, True) == []
+    assert cycles.program(19.0, "ARTICLE line 8 aborted", False) == []
+    cycles.decided(20.0, IDLE, "")
+    assert [cycle.program for cycle in cycles.look(30.0)] == ["ARTICLE"]
+
+
+def test_a_run_that_was_paused_is_one_run() -> None:
+    """Its program does not run meanwhile, and has not ended."""
+    cycles = begun()
+    cycles.program(10.2, "ARTICLE line 1 running", True)
+    cycles.decided(12.0, PAUSED, "real")
+    for said in ("ARTICLE line 3 running", "ARTICLE line 3 paused"):
+        assert cycles.program(12.1, said, False) == []
+    cycles.decided(20.0, REAL_LEADS, "real")
+    assert cycles.program(20.1, "ARTICLE line 3 paused", True) == []
+    assert cycles.program(29.9, "ARTICLE line 8 aborted", False) == []
+    cycles.decided(30.0, IDLE, "")
+    (cycle,) = cycles.look(40.0)
+    assert (cycle.program, cycle.start, cycle.end) == ("ARTICLE", 10.0, 30.0)
+    assert (cycle.paused_s, cycle.outcome) == (8.0, "done")
 
 
 @pytest.mark.parametrize(("mode", "outcome"), ENDS.items())
@@ -134,7 +176,7 @@ def test_cycles_never_overlap_and_none_is_told_twice(
         now += dt
         told += cycles.look(now)
         told += cycles.decided(now, mode, LEADERS.get(mode, ""))
-        told += cycles.program(now, "P", running)
+        told += cycles.program(now, f"P line 1 {'running' if running else 'aborted'}", running)
     told += cycles.close(now)
     assert cycles.close(now) == []
     times = [time for cycle in told for time in (cycle.start, cycle.end)]

@@ -10,7 +10,13 @@ CELL = "m/a"
 
 def cycle(begin: float, end: float, **more: object) -> Happened:
     """Return a cycle that ended as meant."""
-    words = {"begin": begin, "end": end, "outcome": "done", "program": "MILK", **more}
+    words = {
+        "begin": begin,
+        "end": end,
+        "outcome": "done",
+        "program": "MILK",
+        "leader": "real",
+    } | more
     return Happened(CELL, end, "cycle", **words)  # type: ignore[arg-type]
 
 
@@ -43,6 +49,19 @@ def test_effectiveness_compares_with_the_planned_run_time() -> None:
     )
     assert found.effectiveness == pytest.approx(8.0 / 20.0)
     assert figures(cycle(0, 10, program="OTHER")).effectiveness is None
+
+
+def test_moves_of_twin_and_operator_are_counted_apart_from_programs() -> None:
+    """They are production, but no run of a program, even where an old journal names one."""
+    found = figures(
+        cycle(0, 10),
+        cycle(10, 12, leader="twin"),
+        cycle(12, 15, leader="operator", program=""),
+        cycle(15, 16, leader="twin", outcome="stopped"),
+    )
+    assert (found.cycles, found.done) == (4, 3)
+    assert (found.programs, found.twin_moves, found.operator_moves) == (1, 1, 1)
+    assert (found.production_s, found.cycle_s, found.effectiveness) == (16.0, 10.0, 0.8)
 
 
 def test_quality_and_oee_are_known_only_with_parts() -> None:

@@ -5,20 +5,41 @@ from __future__ import annotations
 import math
 
 import msgspec
+import pytest
 from operator_panel.view.robot.status import RobotStatus, status_texts
 from operator_panel.view.snapshot import CellState, RobotPackage, Snapshot
 from operator_panel.view.today import Today
+from operator_panel.view.words import UNKNOWN
 
 DAY = "2030-03-17"
+NO_MOVES = ", twin 0, operator 0"
 
 
 def cell(
-    running: bool, deviation_mm: float = 0.0, leader: str = "real", placed: int = 0
+    running: bool,
+    deviation_mm: float = 0.0,
+    leader: str | None = None,
+    placed: int = 0,
+    *,
+    mode: str = "",
+    said: str = "",
+    kind: str = "program",
 ) -> Snapshot:
-    """Return a cell with a program that runs or not."""
-    state = CellState("REAL_LEADS" if leader else "IDLE", leader=leader, deviation_mm=deviation_mm)
-    package = RobotPackage("program", 50.0, True, running, "ARTICLE line 1 running")
+    """Return a cell with a program that runs or not, and leads as long."""
+    leader = leader if leader is not None else "real" if running else ""
+    mode = mode or (f"{leader.upper()}_LEADS" if leader else "IDLE")
+    state = CellState(mode, leader=leader, deviation_mm=deviation_mm)
+    said = said or f"ARTICLE line 1 {'running' if running else 'aborted'}"
+    package = RobotPackage(kind, 50.0, True, running, said)
     return Snapshot(True, state, package=package, placed={"real": placed})
+
+
+def after(*cells: Snapshot) -> dict[str, str]:
+    """Return the texts after cells that were seen each 10 s."""
+    today = Today()
+    for number, one in enumerate(cells):
+        today.look(one, False, DAY, "12:00:00", 10.0 * number)
+    return today.texts(cells[-1], 10.0 * len(cells))
 
 
 def test_cycle_is_the_time_from_start_to_end_of_a_program() -> None:
@@ -27,10 +48,52 @@ def test_cycle_is_the_time_from_start_to_end_of_a_program() -> None:
     for now, running in ((0.0, False), (1.0, True), (11.0, False), (20.0, True), (34.0, False)):
         today.look(cell(running), False, DAY, "12:00:00", now)
     texts = today.texts(cell(False), 40.0)
-    assert (texts["today.cycles"], texts["today.last"]) == ("2", "14.0 s")
+    assert (texts["today.cycles"], texts["today.last"]) == (f"real 2{NO_MOVES}", "14.0 s")
     assert (texts["today.mean"], texts["today.running"]) == ("12.0 s", "none runs")
     today.look(cell(True), False, DAY, "12:00:00", 50.0)
     assert today.texts(cell(True), 57.0)["today.running"] == "ARTICLE, 7 s so far"
+
+
+def test_end_of_a_program_is_that_of_its_run_and_not_of_the_rest_behind_it() -> None:
+    """It is counted once both stand; a run that follows without a rest counts the first."""
+    found = after(cell(True), cell(False, leader="real"), cell(False))
+    assert (found["today.cycles"], found["today.last"]) == (f"real 1{NO_MOVES}", "10.0 s")
+    found = after(cell(True), cell(False, leader="real"), cell(True), cell(False))
+    assert (found["today.cycles"], found["today.last"]) == (f"real 2{NO_MOVES}", "10.0 s")
+
+
+@pytest.mark.parametrize("mode", ["STOPPED", "ESTOP", "FAULT", "OFFLINE"])
+def test_what_was_stopped_did_not_run_to_its_end(mode: str) -> None:
+    """Whether robot, twin or operator led; the program may end before the mode says why."""
+    ended = (cell(False, leader="real"), cell(False, mode=mode), cell(False))
+    assert after(cell(True), *ended)["today.cycles"] == f"real 0{NO_MOVES}"
+    for leader in ("twin", "operator"):
+        found = after(cell(True, leader=leader, kind="stream"), cell(False, mode=mode), cell(False))
+        assert found["today.cycles"] == f"real 0{NO_MOVES}"
+
+
+@pytest.mark.parametrize("said", ["ARTICLE line 8 aborted", "STREAM line 1 running"])
+@pytest.mark.parametrize("kind", ["program", "stream"])
+def test_a_move_of_the_twin_is_no_run_of_a_program(said: str, kind: str) -> None:
+    """What runs on the robot meanwhile is its stream, under whatever name."""
+    moves = [cell(True, leader="twin", said=said, kind=kind), cell(False)]
+    assert after(*moves)["today.cycles"] == "real 0, twin 1, operator 0"
+    assert after(*moves)["today.last"] == UNKNOWN
+    moves[0] = cell(True, leader="operator", said=said, kind=kind)
+    assert after(*moves)["today.cycles"] == "real 0, twin 0, operator 1"
+
+
+def test_a_move_that_the_robot_takes_over_is_none() -> None:
+    """The program that took over counts."""
+    found = after(cell(True, leader="twin", kind="stream"), cell(True), cell(False))
+    assert found["today.cycles"] == f"real 1{NO_MOVES}"
+
+
+def test_a_paused_program_is_one_run() -> None:
+    """The robot says that none runs meanwhile."""
+    paused = cell(False, leader="real", mode="PAUSED", said="ARTICLE line 3 paused")
+    found = after(cell(True), paused, cell(True), cell(False))
+    assert (found["today.cycles"], found["today.last"]) == (f"real 1{NO_MOVES}", "30.0 s")
 
 
 def test_cycle_that_nobody_saw_to_its_end_is_not_counted() -> None:
@@ -39,7 +102,7 @@ def test_cycle_that_nobody_saw_to_its_end_is_not_counted() -> None:
     today.look(cell(True), False, DAY, "12:00:00", 0.0)
     today.look(cell(True), True, DAY, "12:00:05", 5.0)
     today.look(cell(False), False, DAY, "12:00:09", 9.0)
-    assert today.texts(cell(False), 9.0)["today.cycles"] == "0"
+    assert today.texts(cell(False), 9.0)["today.cycles"] == f"real 0{NO_MOVES}"
 
 
 def test_largest_deviation_counts_while_a_side_leads_and_has_its_time() -> None:
@@ -58,10 +121,10 @@ def test_largest_deviation_counts_while_a_side_leads_and_has_its_time() -> None:
 def test_a_new_day_begins_at_nothing() -> None:
     """Parts of yesterday stay with yesterday."""
     today = Today()
-    today.look(cell(False, 1.5, placed=4), False, DAY, "23:59:59", 0.0)
-    today.look(cell(False, 0.2, placed=6), False, DAY, "23:59:59", 0.5)
+    today.look(cell(False, 1.5, "real", placed=4), False, DAY, "23:59:59", 0.0)
+    today.look(cell(False, 0.2, "real", placed=6), False, DAY, "23:59:59", 0.5)
     assert today.texts(cell(False, placed=6), 0.5)["today.parts"] == "real 2, twin 0"
-    today.look(cell(False, 0.1, placed=6), False, "2030-03-18", "00:00:00", 1.0)
+    today.look(cell(False, 0.1, "real", placed=6), False, "2030-03-18", "00:00:00", 1.0)
     texts = today.texts(cell(False, placed=7), 1.0)
     assert texts["today.parts"] == "real 1, twin 0"
     assert texts["today.deviation"] == "0.10 mm at 00:00:00"

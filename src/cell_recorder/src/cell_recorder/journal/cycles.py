@@ -52,11 +52,23 @@ class _Open:
     dropped: dict[str, int] = field(default_factory=dict)
 
 
+def _unended(said: str) -> str:
+    """Return the name of a program that runs or is paused; empty: it ended, or none is named.
+
+    Example:
+        >>> [_unended(said) for said in ("A line 2 running", "A line 2 paused", "A line 9 aborted")]
+        ['A', 'A', '']
+    """
+    name, _, rest = said.partition(" ")
+    return name if rest.endswith(("running", "paused")) else ""
+
+
 class Cycles:
     """Makes cycles of decisions, states and parts. Times are Unix time [s]; not thread-safe.
 
     Motions with pauses shorter than ``rest_s`` between them are one cycle. While the robot's own
-    program runs the cycle goes on, however long it waits; each run is a cycle of its own.
+    program runs the cycle goes on, however long it waits; each run is a cycle of its own. What runs
+    on the robot while another side leads is its stream program, and no run.
     """
 
     def __init__(self, rest_s: float) -> None:
@@ -109,10 +121,23 @@ class Cycles:
         if math.isfinite(lag_s):
             self._open.lag = lag_s
 
-    def program(self, now: float, name: str, running: bool) -> list[Cycle]:
-        """Take what the real robot says of its program; a new run begins a new cycle."""
+    def program(self, now: float, said: str, running: bool) -> list[Cycle]:
+        """Take what the real robot says of its program; a new run begins a new cycle.
+
+        Args:
+            now: When.
+            said: Name, line and state, as scara_msgs/RobotData says them. They are read behind
+                ``running`` and may still be those of the run before, which has ended.
+            running: Whether a program runs that is the robot's own.
+        """
         cycle = self._open
-        if cycle is None or running == cycle.running:
+        if cycle is None or cycle.leader != REAL:
+            return []
+        name = _unended(said)
+        # A paused program has not ended: it goes on, as the same run.
+        running = running or bool(name)
+        if running == cycle.running:
+            cycle.program = cycle.program or name
             return []
         ended = []
         if running and cycle.program:

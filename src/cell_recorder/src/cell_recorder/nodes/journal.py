@@ -48,6 +48,8 @@ from scara_msgs.msg import MotionOutcome, PartEvent, RobotData, TwinControllerSt
 OWN_ENTRIES = "twin_controller"
 """Who is behind the audit's entries of decisions: the decisions themselves are in the journal."""
 NUMBER_PERIOD_S = 0.1  # our choice: listeners to the number hear of new entries so soon
+STREAM = "stream"
+"""As RobotData.control_type says what moves the robot: set points of the twin controller."""
 QUEUE = 1000  # our choice: messages that rospy may hold per topic
 
 
@@ -160,10 +162,11 @@ class Journal:
             self._cycles.measured(said.deviation_mm, said.follower_lag)
 
     def _robot_data(self, said: RobotData) -> None:
-        """Take the real robot's program: its name is the first word."""
+        """Take the real robot's program; that which streams set points to it is none of its own."""
         with self._lock:
-            name = said.program.partition(" ")[0]
-            self._put(self._cycles.program(time.time(), name, said.running))
+            own = said.running and said.control_type != STREAM
+            text = "" if said.control_type == STREAM else said.program
+            self._put(self._cycles.program(time.time(), text, own))
 
     def _watch(self) -> None:
         """Look at what time brings, tell the newest number, listen to motion while there is any."""

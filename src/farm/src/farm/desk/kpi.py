@@ -13,6 +13,9 @@ from typing import NamedTuple
 
 import msgspec
 
+REAL, TWIN, OPERATOR = "real", "twin", "operator"
+"""Who led a cycle, as the journal writes it."""
+
 
 class Happened(NamedTuple):
     """What the figures need of an event; those of a cell come in the order of their numbers.
@@ -25,7 +28,7 @@ class Happened(NamedTuple):
         changed: Of a decision: whether the mode changed.
         asked: Of a decision: who asked for it; empty: nobody.
         begin, end, paused_s: Of a cycle.
-        program, outcome: Of a cycle.
+        program, outcome, leader: Of a cycle.
         placed, dropped: Parts of a cycle.
     """
 
@@ -40,6 +43,7 @@ class Happened(NamedTuple):
     paused_s: float = 0.0
     program: str = ""
     outcome: str = ""
+    leader: str = ""
     placed: int = 0
     dropped: int = 0
 
@@ -58,9 +62,11 @@ class KeyFigures(msgspec.Struct, frozen=True):
             (performance).
         quality_ratio: Good parts / parts.
         oee: Product of the three.
-        cycles: Cycles that ended, and how many of them as meant.
-        done: See above.
-        cycle_s: Median of those that ended as meant.
+        cycles: Cycles that ended, whoever led.
+        done: Those that ended as meant: ``programs`` of the real robot, ``twin_moves`` and
+            ``operator_moves``.
+        programs, twin_moves, operator_moves: See above.
+        cycle_s: Median of the programs among them.
         parts: Placed and dropped.
         stops: All; ``failures``: those that nobody asked for.
         failures: See above.
@@ -79,6 +85,9 @@ class KeyFigures(msgspec.Struct, frozen=True):
     oee: float | None
     cycles: int
     done: int
+    programs: int
+    twin_moves: int
+    operator_moves: int
     cycle_s: float | None
     parts: int
     stops: int
@@ -103,6 +112,9 @@ class _Sums:
     cycles: int = 0
     stops: int = 0
     failures: int = 0
+    twin_moves: int = 0
+    operator_moves: int = 0
+    # Of the real robot's programs that ended as meant.
     seconds: list[float] = field(default_factory=list)
     restorations: list[float] = field(default_factory=list)
 
@@ -191,12 +203,16 @@ def _count_cycle(
     sums.cycles += 1
     sums.placed += event.placed
     sums.dropped += event.dropped
+    lasted = event.end - event.begin - event.paused_s
     if event.outcome == done:
-        sums.seconds.append(event.end - event.begin - event.paused_s)
-    if event.program in planned_s:
+        if event.leader == REAL:
+            sums.seconds.append(lasted)
+        sums.twin_moves += event.leader == TWIN
+        sums.operator_moves += event.leader == OPERATOR
+    if event.leader == REAL and event.program in planned_s:
         # What was begun and not ended as meant has cost time and made nothing.
         sums.planned += planned_s[event.program] * (event.outcome == done)
-        sums.planned_production += event.end - event.begin - event.paused_s
+        sums.planned_production += lasted
 
 
 def _total(sums: Iterable[_Sums]) -> _Sums:
@@ -227,7 +243,10 @@ def _figures(cell: str, sums: _Sums) -> KeyFigures:
         quality_ratio=quality,
         oee=oee,
         cycles=sums.cycles,
-        done=len(sums.seconds),
+        done=len(sums.seconds) + sums.twin_moves + sums.operator_moves,
+        programs=len(sums.seconds),
+        twin_moves=sums.twin_moves,
+        operator_moves=sums.operator_moves,
         cycle_s=statistics.median(sums.seconds) if sums.seconds else None,
         parts=parts,
         stops=sums.stops,

@@ -1,14 +1,27 @@
-"""What the pair has done today: cycles of programs, parts, the largest deviation."""
+"""What the pair has done today: runs by who led them, parts, the largest deviation."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 from operator_panel.view import words
-from operator_panel.view.snapshot import Snapshot
+from operator_panel.view.robot.program_lines import STREAM, current_line
+from operator_panel.view.snapshot import CellState, RobotPackage, Snapshot
+from scara_msgs.msg import TwinControllerState
 
 SIDES = ("real", "twin")
 LAST_CYCLES = 20  # our choice: what the mean is made of; older cycles say little of now
+REAL, TWIN, OPERATOR = "real", "twin", "operator"
+
+
+@dataclass
+class _Run:
+    """A program of the real robot that has begun; ``ended`` once it runs no longer [s]."""
+
+    name: str
+    began: float
+    ended: float | None = None
 
 
 class Today:
@@ -22,8 +35,10 @@ class Today:
 
     def _clear(self) -> None:
         self._cycles: list[float] = []
-        self._count = 0
-        self._begun: tuple[str, float] | None = None
+        self._count = dict.fromkeys((REAL, TWIN, OPERATOR), 0)
+        self._run: _Run | None = None
+        # Who else leads, until the pair rests.
+        self._mover = ""
         self._worst: tuple[float, str] = (0.0, "")
 
     def look(self, snapshot: Snapshot, silent: bool, date: str, clock: str, now: float) -> None:
@@ -42,21 +57,36 @@ class Today:
             self._clear()
         state, package = snapshot.state, snapshot.package
         if state is None or silent:
-            self._begun = None  # nobody knows when it ended
+            self._run, self._mover = None, ""  # nobody knows how it ended
             return
         if state.leader and math.isfinite(state.deviation_mm):
             self._worst = max(self._worst, (state.deviation_mm, clock), key=lambda one: one[0])
         if package is not None:
-            self._cycle(package.running, package.program.partition(" ")[0], now)
+            self._program(package, state, now)
+        if state.leader in (TWIN, OPERATOR):
+            self._mover = state.leader
+        elif self._mover:
+            # Where the real robot took over, or something stopped the pair, it came to nothing.
+            self._count[self._mover] += state.mode == TwinControllerState.IDLE
+            self._mover = ""
 
-    def _cycle(self, running: bool, name: str, now: float) -> None:
-        """Time a program from its start to its end."""
-        if running and self._begun is None:
-            self._begun = (name, now)
-        elif not running and self._begun is not None:
-            self._cycles = [*self._cycles, now - self._begun[1]][-LAST_CYCLES:]
-            self._count += 1
-            self._begun = None
+    def _program(self, package: RobotPackage, state: CellState, now: float) -> None:
+        """Time a program of the real robot from its start to its end; count it once at rest."""
+        name, run = current_line(package.program)[0], self._run
+        # A paused one goes on. What runs while another side leads is the stream to the robot.
+        runs = state.leader in ("", REAL) and package.control_type != STREAM
+        runs = runs and (package.running or bool(name))
+        if run is not None and runs and run.ended is None:
+            run.name = run.name or name
+        elif run is not None and not runs and run.ended is None:
+            run.ended = now
+        if run is not None and run.ended is not None and (runs or state.leader != REAL):
+            if runs or state.mode == TwinControllerState.IDLE:
+                self._cycles = [*self._cycles, run.ended - run.began][-LAST_CYCLES:]
+                self._count[REAL] += 1
+            self._run = run = None
+        if run is None and runs and state.leader == REAL:
+            self._run = _Run(name, now)
 
     def texts(self, snapshot: Snapshot, now: float) -> dict[str, str]:
         """Return what stands on the page, by place."""
@@ -65,12 +95,12 @@ class Today:
             for side in SIDES
         ]
         running = "none runs"
-        if self._begun is not None:
-            running = f"{self._begun[0]}, {now - self._begun[1]:.0f} s so far"
+        if self._run is not None and self._run.ended is None:
+            running = f"{self._run.name}, {now - self._run.began:.0f} s so far"
         worst, clock = self._worst
         mean = sum(self._cycles) / len(self._cycles) if self._cycles else None
         return {
-            "today.cycles": str(self._count),
+            "today.cycles": ", ".join(f"{who} {count}" for who, count in self._count.items()),
             "today.running": running,
             "today.last": f"{self._cycles[-1]:.1f} s" if self._cycles else words.UNKNOWN,
             "today.mean": words.UNKNOWN if mean is None else f"{mean:.1f} s",

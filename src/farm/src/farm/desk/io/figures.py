@@ -31,6 +31,7 @@ SELECT machine || '/' || cell, epoch(time), kind, stop,
        coalesce(CAST(body->>'start' AS DOUBLE), 0), coalesce(CAST(body->>'end' AS DOUBLE), 0),
        coalesce(CAST(body->>'paused_s' AS DOUBLE), 0),
        coalesce(body->>'program', ''), coalesce(body->>'outcome', ''),
+       coalesce(body->>'leader', ''),
        coalesce(CAST(body->>'parts_placed' AS INTEGER), 0),
        coalesce(CAST(body->>'parts_dropped' AS INTEGER), 0)
 FROM events

@@ -8,9 +8,9 @@ from operator_panel.io.page.view import PageView, plain
 from operator_panel.io.page.work.robot import facts
 
 FACTS = (
-    ("Programs run", "today.cycles"),
+    ("Ran to the end", "today.cycles"),
     ("Now", "today.running"),
-    ("Last cycle", "today.last"),
+    ("Last program", "today.last"),
     ("Mean of the last 20", "today.mean"),
     ("Parts placed", "today.parts"),
     ("Tools furthest apart", "today.deviation"),
