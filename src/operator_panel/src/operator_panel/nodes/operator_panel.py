@@ -43,7 +43,6 @@ from scara_ros.io.page_token import address, refuse_token_in, ros_home
 from scara_ros.io.persons import load_persons, person_tokens
 from scara_ros.io.process.memory import give_back, keep_for_good
 from scara_ros.io.token_file import TokenError
-from scara_ros.nodes.starting import refuse_second
 from scara_ros.page_door import PageDoor
 
 from operator_panel.config import PanelConfig, load_panel, load_surroundings
@@ -72,11 +71,7 @@ class StartError(RuntimeError):
 
 
 def main() -> None:
-    """Serve until SIGINT or SIGTERM; exit code 2 for a wrong file or a taken port.
-
-    Raises:
-        SystemExit: That code, or 1 if a panel of this name runs already.
-    """
+    """Serve until SIGINT or SIGTERM; exit code 2 for a wrong file or a taken port."""
     private = {
         key[1:]: value
         for key, _, value in (text.partition(":=") for text in sys.argv[1:])
@@ -87,7 +82,6 @@ def main() -> None:
             number, lambda *_: None
         )  # uvicorn ends by them, then raises them again for us
     os.nice(NICENESS)
-    refuse_second(NODE)
     try:
         serve(private)
     except (ConfigError, TokenError, UrdfError, StartError) as error:
