@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
+from scara_ros.robot_program import current_line
+
 from cell_recorder.journal.entries import (
     DONE,
     ESTOP,
@@ -50,17 +52,6 @@ class _Open:
     paused_s: float = 0.0
     placed: dict[str, int] = field(default_factory=dict)
     dropped: dict[str, int] = field(default_factory=dict)
-
-
-def _unended(said: str) -> str:
-    """Return the name of a program that runs or is paused; empty: it ended, or none is named.
-
-    Example:
-        >>> [_unended(said) for said in ("A line 2 running", "A line 2 paused", "A line 9 aborted")]
-        ['A', 'A', '']
-    """
-    name, _, rest = said.partition(" ")
-    return name if rest.endswith(("running", "paused")) else ""
 
 
 class Cycles:
@@ -133,7 +124,7 @@ class Cycles:
         cycle = self._open
         if cycle is None or cycle.leader != REAL:
             return []
-        name = _unended(said)
+        name, _ = current_line(said)
         # A paused program has not ended: it goes on, as the same run.
         running = running or bool(name)
         if running == cycle.running:

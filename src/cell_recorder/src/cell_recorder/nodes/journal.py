@@ -29,6 +29,7 @@ from scara_ros.nodes.ending import wait_for_end
 from scara_ros.nodes.own_cell import is_own
 from scara_ros.nodes.starting import become_node, until_shutdown
 from scara_ros.pacing import Pace
+from scara_ros.robot_program import STREAM
 from std_msgs.msg import UInt64
 
 from cell_recorder.config import JournalSettings, load_journal
@@ -48,8 +49,6 @@ from scara_msgs.msg import MotionOutcome, PartEvent, RobotData, TwinControllerSt
 OWN_ENTRIES = "twin_controller"
 """Who is behind the audit's entries of decisions: the decisions themselves are in the journal."""
 NUMBER_PERIOD_S = 0.1  # our choice: listeners to the number hear of new entries so soon
-STREAM = "stream"
-"""As RobotData.control_type says what moves the robot: set points of the twin controller."""
 QUEUE = 1000  # our choice: messages that rospy may hold per topic
 
 

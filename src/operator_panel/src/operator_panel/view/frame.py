@@ -8,11 +8,12 @@ from collections.abc import Sequence
 import msgspec
 import numpy as np
 from scara_config import Robot
+from scara_ros.robot_program import current_line
 
 from operator_panel.view import words
 from operator_panel.view.orientation import turn_text
 from operator_panel.view.preview.judged import gate_text, made_text
-from operator_panel.view.robot.program_lines import current_line, program_text
+from operator_panel.view.robot.program_lines import program_text
 from operator_panel.view.robot.status import status_texts
 from operator_panel.view.snapshot import CellState, Link, Loop, Snapshot
 from scara_description.urdf import Model, Vector, link_pose

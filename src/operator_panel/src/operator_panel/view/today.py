@@ -5,14 +5,15 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from scara_ros.robot_program import STREAM, current_line
+
 from operator_panel.view import words
-from operator_panel.view.robot.program_lines import STREAM, current_line
 from operator_panel.view.snapshot import CellState, RobotPackage, Snapshot
 from scara_msgs.msg import TwinControllerState
 
-SIDES = ("real", "twin")
-LAST_CYCLES = 20  # our choice: what the mean is made of; older cycles say little of now
 REAL, TWIN, OPERATOR = "real", "twin", "operator"
+SIDES = (REAL, TWIN)
+LAST_CYCLES = 20  # our choice: what the mean is made of; older cycles say little of now
 
 
 @dataclass

@@ -6,7 +6,7 @@ import pytest
 from fanuc_emulator.config import load_programs
 from harness.workspace import ROOT
 from operator_panel.config import load_surroundings
-from operator_panel.view.robot.program_lines import current_line, listing, program_text
+from operator_panel.view.robot.program_lines import listing, program_text
 from operator_panel.view.snapshot import RobotPackage
 from scara_config import load_robot
 
@@ -38,23 +38,6 @@ def test_loop_takes_a_number_and_its_lines_stand_deeper() -> None:
         (3, 1, "Move to A at 30 %, pass by"),
         (4, 1, "Grip"),
     ]
-
-
-@pytest.mark.parametrize(
-    ("said", "found"),
-    [
-        ("ARTICLE line 5 running", ("ARTICLE", 5)),
-        ("ARTICLE line 12 paused", ("ARTICLE", 12)),
-        ("ARTICLE line 5 aborted", ("", 0)),
-        ("", ("", 0)),
-        ("no program", ("", 0)),
-    ],
-)
-def test_current_line_is_that_of_a_program_that_is_not_over(
-    said: str, found: tuple[str, int]
-) -> None:
-    """A program that was ended is in no line."""
-    assert current_line(said) == found
 
 
 @pytest.mark.parametrize(

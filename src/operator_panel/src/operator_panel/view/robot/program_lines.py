@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import msgspec
+from scara_ros.robot_program import STREAM, current_line
 
 from operator_panel.view.snapshot import RobotPackage
-
-SAID = re.compile(r"(?P<name>\S+) line (?P<line>\d+) (?P<state>\w+)")
-"""As scara_msgs/RobotData.program says it."""
-
-STREAM = "stream"
-"""As RobotData.control_type says what moves the robot: set points of the twin controller."""
 
 
 class ProgramLine(msgspec.Struct, frozen=True):
@@ -32,14 +26,6 @@ def listing(lines: Sequence[Mapping[str, Any]]) -> tuple[ProgramLine, ...]:
     """
     numbered = enumerate(_walked(lines, 0), start=1)
     return tuple(ProgramLine(number, depth, text) for number, (depth, text) in numbered)
-
-
-def current_line(said: str) -> tuple[str, int]:
-    """Return program and line that run or are paused now; an empty name if none does."""
-    found = SAID.fullmatch(said)
-    if found is None or found["state"] not in ("running", "paused", "held"):
-        return "", 0
-    return found["name"], int(found["line"])
 
 
 def program_text(package: RobotPackage) -> str:
