@@ -247,6 +247,22 @@ def test_silent_controller_is_said_with_the_time(
     )
 
 
+def test_second_panel_of_a_name_says_so_and_leaves_the_first_alone(
+    ros_module: Ros, panel: Panel
+) -> None:
+    """At a port of its own it would push the first one out of the master."""
+    node = ros_module.run(
+        "operator_panel",
+        "operator_panel",
+        f"_port:={ros_module.free_port()}",
+        env={VARIABLE: TOKEN},
+    )
+    assert node.wait(30.0) == 1
+    assert f"{ros_module.namespace}/operator_panel runs already" in node.output
+    with panel.live() as live:
+        assert heard(live, "frame")
+
+
 def test_taken_port_is_said(ros_module: Ros, panel: Panel) -> None:
     """Not left to a log of the web server."""
     node = ros_module.run(

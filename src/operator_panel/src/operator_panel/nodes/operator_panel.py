@@ -43,6 +43,7 @@ from scara_ros.io.page_token import address, refuse_token_in, ros_home
 from scara_ros.io.persons import load_persons, person_tokens
 from scara_ros.io.process.memory import give_back, keep_for_good
 from scara_ros.io.token_file import TokenError
+from scara_ros.nodes.starting import refuse_second_node
 from scara_ros.page_door import PageDoor
 
 from operator_panel.config import PanelConfig, load_panel, load_surroundings
@@ -71,7 +72,11 @@ class StartError(RuntimeError):
 
 
 def main() -> None:
-    """Serve until SIGINT or SIGTERM; exit code 2 for a wrong file or a taken port."""
+    """Serve until SIGINT or SIGTERM; exit code 2 for a wrong file or a taken port.
+
+    Raises:
+        SystemExit: That code, or 1 if a panel of this name runs already.
+    """
     private = {
         key[1:]: value
         for key, _, value in (text.partition(":=") for text in sys.argv[1:])
@@ -112,6 +117,7 @@ def serve(private: dict[str, str]) -> None:
     ).resolve()
     model = _model(robot.description)
     _check_free(host, port)
+    refuse_second_node(NODE)
     ended = threading.Event()
     link = CellLink(robot, config, around, folder, tokens)
     silent_s = config.silent_ms * 1e-3

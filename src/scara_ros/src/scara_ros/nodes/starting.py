@@ -40,7 +40,7 @@ def become_node(name: str) -> None:
     The node outlives a full log disk and takes nothing from web pages: ``harden_process``.
 
     Raises:
-        SystemExit: A signal came before there was a master, code 0; or see ``refuse_second``.
+        SystemExit: A signal came before there was a master, code 0; or see ``refuse_second_node``.
     """
     # The one kind of queue that a signal handler may always put into.
     received: queue.SimpleQueue[int] = queue.SimpleQueue()
@@ -50,7 +50,7 @@ def become_node(name: str) -> None:
     for number in SIGNALS:
         signal.signal(number, lambda caught, _frame: received.put(caught))
     _wait_for_master(name, received)
-    refuse_second(name)
+    refuse_second_node(name)
     rospy.init_node(name, disable_signals=True)
     ending = threading.Thread(target=_end_with, args=(received,), name="ending", daemon=True)
     ending.start()
@@ -58,7 +58,7 @@ def become_node(name: str) -> None:
     keep_registered()
 
 
-def refuse_second(name: str) -> None:
+def refuse_second_node(name: str) -> None:
     """End this program with one line if a node of this name runs already.
 
     The master would end that one in its place, and with it the cell that it belongs to. Without a
