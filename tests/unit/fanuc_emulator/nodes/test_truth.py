@@ -144,7 +144,8 @@ def test_late_listener_gets_what_is_true(bench: Bench) -> None:
     assert (last.commanded, last.holding, last.drops) == (False, False, 1)
     kinds = [event.kind for event in bench.topics["real/part_events"].messages]
     assert kinds == ["gripped", "released", "dropped"]
-    shown = {marker.text: marker.pose.position for marker in parts.messages[-1].markers}
+    assert not [marker.text for marker in parts.messages[-1].markers if marker.text]
+    shown = {marker.ns: marker.pose.position for marker in parts.messages[-1].markers}
     for part in bench.parts.parts:
         x, y, z = bench.parts.place(part)
         place = shown[part.name]

@@ -1,4 +1,4 @@
-"""How often the parts are told: often while one moves, seldom while all rest."""
+"""How often the parts are told, often while one moves, seldom while all rest; and how."""
 
 from __future__ import annotations
 
@@ -9,10 +9,12 @@ import msgspec
 import pytest
 import rospy
 from scara_config.palletise import find_palletise
+from scara_ros.part_markers import part_name
 from scara_simulation.handling.suction import Suction
 from scara_simulation.io.handling.part_bodies import PartShown
 from scara_simulation.io.handling.part_world import PartsNow
 from scara_simulation.nodes.parts_ports import PartsPorts
+from visualization_msgs.msg import Marker
 
 from scara_simulation.nodes import parts_ports
 
@@ -77,6 +79,18 @@ def test_parts_that_rest_are_told_once_a_second(told: dict[str, list[Any]]) -> N
     before = len(told["twin/parts"])
     publish_for(0.5, ports, world, 104.0)
     assert len(told["twin/parts"]) <= before + 1
+
+
+def test_a_part_is_named_without_a_warning_of_rviz(told: dict[str, list[Any]]) -> None:
+    """By its namespace: RViz warns of a text on a cylinder. Older recordings have the text."""
+    work = find_palletise()
+    assert work is not None
+    world = SimpleNamespace(now=PartsNow(list(REST), Suction(), 0, 0, "", ""), happened=[])
+    publish_for(0.1, PartsPorts(cast(Any, world), work, "base_link"), world, 100.0)
+    markers = told["twin/parts"][0].markers
+    assert [(marker.ns, marker.text) for marker in markers] == [("part_1", ""), ("part_2", "")]
+    assert [part_name(marker) for marker in markers] == ["part_1", "part_2"]
+    assert part_name(Marker(ns="parts", text="part_1")) == "part_1"
 
 
 def test_a_part_that_moves_is_told_ten_times_a_second(told: dict[str, list[Any]]) -> None:

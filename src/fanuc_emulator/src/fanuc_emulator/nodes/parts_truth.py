@@ -121,14 +121,9 @@ class PartsTruth:
     def _publish_parts(self, places: list[tuple[float, float, float]], seconds: float) -> None:
         """Publish one cylinder for each part, like the twin's."""
         array, stamp = self._array(), self._time(seconds)
-        for number, (part, place) in enumerate(zip(self._parts.parts, places)):
-            marker = self._marker(
-                ns="parts",
-                id=number,
-                type=self._marker.CYLINDER,
-                action=self._marker.ADD,
-                text=part.name,
-            )
+        for part, place in zip(self._parts.parts, places):
+            kind, action = self._marker.CYLINDER, self._marker.ADD
+            marker = self._marker(ns=part.name, type=kind, action=action)
             marker.header.stamp, marker.header.frame_id = stamp, self._frame
             where = marker.pose.position
             where.x, where.y, where.z = place

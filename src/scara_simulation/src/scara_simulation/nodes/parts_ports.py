@@ -119,10 +119,8 @@ class PartsPorts:
         if not self._changed.is_due(stamp.to_nsec(), [_shown(part) for part in now.parts]):
             return
         array = MarkerArray()
-        for number, part in enumerate(now.parts):
-            marker = Marker(
-                ns="parts", id=number, type=Marker.CYLINDER, action=Marker.ADD, text=part.name
-            )
+        for part in now.parts:
+            marker = Marker(ns=part.name, type=Marker.CYLINDER, action=Marker.ADD)
             marker.header.stamp, marker.header.frame_id = stamp, self._frame
             where, turn = marker.pose.position, marker.pose.orientation
             where.x, where.y, where.z = part.position

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
@@ -136,8 +135,3 @@ def half_extents(body: Body, rotations: FloatArray) -> FloatArray:
         along = np.abs(rotations[:, :, 2])
         return 0.5 * length * along + radius * np.sqrt(np.maximum(0.0, 1.0 - along * along))
     return np.full((len(rotations), 3), body.size[0])
-
-
-def reach_from(point: FloatArray, body: Body) -> float:
-    """Return the largest distance of the body's points from a point of its link's frame [m]."""
-    return math.sqrt(float(np.max(np.sum((body.corners - point) ** 2, axis=1))))

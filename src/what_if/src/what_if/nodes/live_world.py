@@ -15,6 +15,7 @@ from geometry_msgs.msg import PointStamped
 from scara_config.payload import Payload
 from scara_control.nodes.idle import HOLD_S, STATE_HOLD_S, Attention
 from scara_ros.io.hardening import harden_process
+from scara_ros.part_markers import part_name
 from sensor_msgs.msg import JointState
 from visualization_msgs.msg import MarkerArray
 
@@ -138,9 +139,9 @@ class LiveWorld:
     def _with_parts(self, world: World, message: MarkerArray, held: str) -> World:
         if world.cell.work is None:
             return world
+        named = [(part_name(marker), marker.pose) for marker in message.markers]
         parts = tuple(
-            found_part(world.cell, marker.text, _pose(marker.pose), world.q, marker.text == held)
-            for marker in message.markers
+            found_part(world.cell, name, _pose(pose), world.q, name == held) for name, pose in named
         )
         return replace(world, parts=parts)
 

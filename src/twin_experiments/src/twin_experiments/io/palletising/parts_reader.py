@@ -10,6 +10,7 @@ from cell_recorder.io.reading.bag_reader import Bag
 from scara_config import ConfigError, convert
 from scara_config.palletise import FILE, Palletise, find_palletise
 from scara_config.parsing.yaml_text import YamlTextError, parse
+from scara_ros.part_markers import part_name
 
 from twin_experiments.palletising.outcome import SIDES, Handled
 
@@ -35,7 +36,7 @@ def read_handled(bag: Bag) -> dict[str, Handled]:
 
 def _places(message: Any) -> dict[str, tuple[float, float, float]]:
     """Return where the middle of each part was [m]."""
-    points = {marker.text: marker.pose.position for marker in message.markers}
+    points = {part_name(marker): marker.pose.position for marker in message.markers}
     return {name: (point.x, point.y, point.z) for name, point in points.items()}
 
 
