@@ -167,6 +167,9 @@ StateSeconds = Annotated[float, Meta(ge=0.05, le=3.0)]
 GraceSeconds = Annotated[float, Meta(ge=0.05, le=120.0)]
 """How long a process or a connection may take to begin or to end, or is silent before it counts."""
 
+IdleSeconds = Annotated[float, Meta(ge=5.0, le=3600.0)]
+"""How long a person who does nothing keeps what others want; longer than a look at the robot."""
+
 WaitSeconds = Annotated[float, Meta(ge=0.5, le=2000.0)]
 """How long an answer of another program is waited for; a person notices."""
 

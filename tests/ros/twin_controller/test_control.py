@@ -9,6 +9,7 @@ from harness.processes import Process
 from harness.ros import Ros
 from harness.wires.operator_page import TOKEN, VARIABLE, Panel, heard
 from harness.yaml_files import changed_yaml, copy_configuration
+from scara_ros.nodes.service_client import ServiceClient
 
 FITTER, FOREMAN = "token-of-fitter-0123", "token-of-foreman-45678"
 STRANGERS = (
@@ -92,18 +93,41 @@ def test_two_persons_share_control_and_stop_needs_none(ros: Ros) -> None:
     assert FITTER not in told + node.output and FOREMAN not in told + node.output
 
 
-def test_open_page_holds_control_until_it_is_closed(ros: Ros) -> None:
-    """It takes control with its person's token, and keeps it by signs of life; others wait."""
+STRANGE = (
+    "/gateway/operator@10.0.0.7",
+    "/cell_2/gateway",
+    "/farm/ann@desk_1",
+    "/rosbridge_websocket",
+)
+
+
+def caller(kind: type, name: str, service: str) -> ServiceClient:
+    """Return a client that calls in this name."""
+    return ServiceClient(service, kind, 10.0, caller=name)
+
+
+def test_page_in_control_keeps_it_until_it_is_closed(ros: Ros) -> None:
+    """It keeps it by signs of life; a shell is the same person, clients of others wait."""
     from scara_msgs.msg import TwinControllerState
-    from scara_msgs.srv import TwinCommand
+    from scara_msgs.srv import Control, TwinCommand
 
     folder = copy_configuration(ros.folder / "config")
     changed_yaml(folder / "twin_controller.yaml", folder, ["control", "keep_ms"], 2000.0)
     states = ros.collect("twin_controller/state", TwinControllerState)
     controller(ros, folder, **{VARIABLE: TOKEN})
     command = ros.service("twin_controller/command", TwinCommand)
+    control = ros.service("twin_controller/control", Control)
     panel = Panel(ros, f"_config_dir:={folder}")
     with panel.live(panel.enter()) as live:
+        ros.wait_until(
+            lambda: heard(live, "frame")["text"]["mode"] != "No data", 20.0, "a state on the page"
+        )
+        live.send('{"hold": 1, "joint": "joint_1", "direction": 1, "percent": 3}')
+        assert "a link is down" in heard(live, "refused")["why"]
+        assert states[-1].holder == "", "a page that only watches"
+        # As its first command would; that begins nothing without the sides.
+        seat = {"person": "operator", "token": TOKEN, "session": "1"}
+        assert control(action="TAKE", **seat).success
         ros.wait_until(lambda: states[-1].holder == "operator 1", 20.0, "the page in control")
         held = states[-1].held_since
         ros.wait_until(
@@ -111,7 +135,15 @@ def test_open_page_holds_control_until_it_is_closed(ros: Ros) -> None:
         )
         assert states[-1].holder == "operator 1"
         assert abs((states[-1].held_since - held).to_sec()) < 0.5, "the same hold all the time"
-        assert "operator 1 holds control" in command(command="HOME").message
+        assert "a link is down" in command(command="HOME").message, "judged by the mode"
+        for name in STRANGE:
+            stranger = caller(TwinCommand, name, ros.name("twin_controller/command"))
+            assert "operator 1 holds control" in stranger(command="HOME").message
+        assert control(action="LEND", by="/rosservice").success
+        for by in (*STRANGE, ""):
+            assert "operator 1 holds control" in control(action="LEND", by=by).message
+        stranger = caller(Control, STRANGE[0], ros.name("twin_controller/control"))
+        assert not stranger(action="LEND", by="/rosservice").success
         live.send('{"stop": "STOP", "press": 1}')
         assert heard(live, "stopped")["confirmed"]
     ros.wait_until(lambda: states[-1].holder == "", 20.0, "a closed page that holds nothing")

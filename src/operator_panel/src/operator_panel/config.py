@@ -12,6 +12,7 @@ from scara_config.palletise import find_palletise
 from scara_config.quantities import (
     CoarseTolerance,
     DivergenceMm,
+    IdleSeconds,
     PatienceMs,
     Port,
     SharePercent,
@@ -62,6 +63,7 @@ class PanelConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     silent_ms: Annotated[float, Meta(ge=100.0, le=60000.0)]
     chart_window_s: Annotated[float, Meta(ge=2.0, le=120.0)]
     chart_rate_hz: Rate
+    let_go_s: IdleSeconds
     call_timeout_s: WaitSeconds
     program_timeout_s: WaitSeconds
     report_timeout_s: WaitSeconds

@@ -7,6 +7,7 @@ for all cells; and of ``/diagnostics`` and ``/tf`` it takes what its own nodes s
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 
 ROOT = "/"
 SHARED_TOPICS = ("/diagnostics", "/tf", "/tf_static")
@@ -78,6 +79,25 @@ def folder_of(stamp: str, namespace: str) -> str:
         ('2026-05-01_12-00-00', '2026-05-01_12-00-00_hall_cell_2')
     """
     return "_".join([stamp, *filter(None, namespace_of(namespace).split("/"))])
+
+
+def is_remote(caller: str, remote: Iterable[str]) -> bool:
+    """Return whether a node asks for somebody else: one of ``remote``, or below it.
+
+    A name that no node can have is that of a client: gateway and farm call in its name.
+
+    Args:
+        caller: Its absolute name, as ``callerid`` of a connection says it; without one nobody
+            knows who it is.
+        remote: Words of which none may stand in the name.
+
+    Example:
+        >>> is_remote("/cell_2/gateway/operator@10.0.0.7", ["gateway"]), is_remote("/farm/a@b", [])
+        (True, True)
+        >>> is_remote("/rosservice", ["gateway"]), is_remote("", ["gateway"])
+        (False, True)
+    """
+    return not caller or "@" in caller or not set(remote).isdisjoint(caller.split("/"))
 
 
 def is_of_cell(node: str, namespace: str) -> bool:

@@ -10,6 +10,7 @@ from msgspec import Meta
 from scara_config import ConfigError, Robot, load, locate
 from scara_config import quantities as allowed
 
+NodeWord = Annotated[str, Meta(pattern=r"^[A-Za-z]\w*\Z")]
 SensorName = Annotated[str, Meta(pattern=r"^/?[A-Za-z]\w*(/[A-Za-z]\w*)*\Z")]
 
 
@@ -247,10 +248,20 @@ class Shadow(Section, frozen=True):
 
 
 class ControlTimes(Section, frozen=True):
-    """When who holds control, or asks for it, loses it."""
+    """When who holds control, or asks for it, loses it; who is no program of this machine.
+
+    Attributes:
+        keep_ms: Who gives no sign of life for so long loses it.
+        answer_ms: Who does not answer a question for so long loses it.
+        lend_ms: So long a motion of the holder's own programs may begin.
+        remote: Nodes that pass on what clients of other machines or rights ask for.
+    """
 
     keep_ms: allowed.PatienceMs
     answer_ms: allowed.PatienceMs
+    # Recordings from before programs of this machine were the holder's have neither.
+    lend_ms: allowed.PatienceMs = 2000.0
+    remote: tuple[NodeWord, ...] = ()
 
 
 class TwinControllerConfig(Section, frozen=True):

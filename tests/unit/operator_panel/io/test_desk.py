@@ -24,7 +24,7 @@ from scara_description.urdf import parse_urdf
 ROBOT = load_robot(ROOT / "config")
 MODEL = parse_urdf(ROBOT.description.read_text(encoding="utf-8"))
 ARM = ToolArm(ROBOT, MODEL, load_panel(ROOT / "config").jog.tool, 10.0)
-KEEP_S = 5.0
+KEEP_S, LET_GO_S = 5.0, 30.0
 
 
 class Door:
@@ -65,7 +65,9 @@ class Door:
         self.asked.append((seat.name, action, moves))
         if action == "TAKE" and not self.holder:
             self.holder = seat.name
-        return Answer(True, action)
+        if action == "RELEASE" and self.holder == seat.name:
+            self.holder = ""
+        return Answer(self.holder == seat.name or action not in ("TAKE", "KEEP"), action)
 
     def stop(self, seat: Seat, command: str) -> Awaitable[Answer]:
         """Remember."""
@@ -89,14 +91,32 @@ def door() -> Door:
 
 @pytest.fixture
 def desk(door: Door) -> Desk:
-    """Give a desk with two operators, a and b, and a viewer v; a is in control."""
+    """Give a desk with two operators, a and b, and a viewer v; a is in control by a command."""
     dead_man = DeadMan(ROBOT, 10.0, 0.25)
-    made = Desk(door, dead_man, ARM, KEEP_S, 0.6, lambda _: None)  # type: ignore[arg-type]
+    made = Desk(door, dead_man, ARM, KEEP_S, LET_GO_S, 0.6, lambda _: None)  # type: ignore[arg-type]
     for page, role in (("a", Role.OPERATOR), ("b", Role.OPERATOR), ("v", Role.VIEWER)):
         made.open(page, role)
         made.arrived(page, f"tab {page}")
     signs(made)
+    assert door.asked == [] and door.holder == "", "who only looks says nothing"
+    assert command(made, "a", "SPEED").success
+    door.commands.clear()
     return made
+
+
+class Clock:
+    """The monotonic time of the desk."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        """Begin now."""
+        self.now = desk_module.time.monotonic()
+        monkeypatch.setattr(desk_module.time, "monotonic", lambda: self.now)
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
+    """Give the time into a test's hand."""
+    return Clock(monkeypatch)
 
 
 def signs(desk: Desk) -> None:
@@ -125,10 +145,101 @@ def stop(desk: Desk, page: str, name: str = "STOP") -> Answer:
     return asyncio.run(press())
 
 
-def test_first_operator_has_control_and_the_second_has_not(desk: Desk, door: Door) -> None:
-    """Without a question asked; a viewer says nothing at all."""
+def test_first_command_takes_control_and_the_pages_others_wait(desk: Desk, door: Door) -> None:
+    """Before the command, so that it is obeyed; a viewer says nothing at all."""
     assert door.holder == "operator 1" and desk.name_of("b") == "operator 2"
     assert door.asked == [("operator 1", "TAKE", False)]
+    assert desk.refusal("b") == "operator 1 holds control"
+    assert asyncio.run(desk.take("b")) == "operator 1 holds control"
+    assert asyncio.run(desk.take("a")) == ""
+    assert len(door.asked) == 1, "nothing is taken twice, or from anybody"
+
+
+@pytest.mark.parametrize("name", ["PAUSE", "STOP", "ESTOP"])
+def test_what_ends_a_motion_takes_no_control(desk: Desk, door: Door, name: str) -> None:
+    """Whoever stops need not answer for what moves next."""
+    door.holder = ""
+    asyncio.run(desk.command("b", name)) if name == "PAUSE" else stop(desk, "b", name)
+    signs(desk)
+    assert door.holder == "" and desk.refusal("b") == desk.refusal("a") == ""
+
+
+def test_control_that_somebody_else_took_first_refuses_the_command(desk: Desk, door: Door) -> None:
+    """What the page knew was old: the controller's answer counts, and nothing is sent."""
+    door.holder, control = "", door.control
+
+    async def late(seat: Seat, action: str, moves: bool) -> Answer:
+        door.holder = "fitter 1"
+        return await control(seat, action, moves)
+
+    door.control = late  # type: ignore[method-assign]
+    assert not command(desk, "b", "HOME").success and door.commands == []
+
+
+def test_page_lets_go_of_control_30_s_after_its_last_command(
+    desk: Desk, door: Door, clock: Clock
+) -> None:
+    """A question of others, or a look at the page, is no command; each command counts anew."""
+    clock.now += LET_GO_S - 1.0
+    signs(desk)
+    assert door.asked[-1] == ("operator 1", "KEEP", False)
+    assert command(desk, "a", "HOME").success
+    clock.now += LET_GO_S - 1.0
+    signs(desk)
+    assert door.holder == "operator 1"
+    stop(desk, "a")
+    clock.now += 2.0
+    signs(desk)
+    assert door.asked[-1] == ("operator 1", "RELEASE", False) and door.holder == ""
+    signs(desk)
+    assert door.asked[-1][1] == "RELEASE", "nothing is taken again without a command"
+
+
+@pytest.mark.parametrize("mode", ["TWIN_LEADS", "OPERATOR_LEADS", "REAL_LEADS", "PAUSED"])
+def test_page_keeps_control_while_something_runs_and_30_s_from_its_end(
+    desk: Desk, door: Door, clock: Clock, mode: str
+) -> None:
+    """A long program, a pause over lunch."""
+    door.mode = mode
+    for _ in range(100):
+        clock.now += 1.0
+        signs(desk)
+    door.mode = "IDLE"
+    clock.now += LET_GO_S - 1.0
+    signs(desk)
+    assert {action for _, action, _ in door.asked[1:]} == {"KEEP"}
+    clock.now += 2.0
+    signs(desk)
+    assert door.holder == ""
+
+
+def test_jog_is_a_command_at_each_of_its_signs(desk: Desk, door: Door, clock: Clock) -> None:
+    """It takes what is free, and keeps it while a button is held."""
+    door.holder = ""
+    assert hold(desk) == ""
+    assert door.asked[-1] == ("operator 1", "TAKE", True) and door.holder == "operator 1"
+    signs(desk)
+    for _ in range(200):
+        clock.now += 0.2
+        assert desk.hold("a", 1, "joint_1", 1, 3.0) == ""
+    clock.now += LET_GO_S - 1.0
+    signs(desk)
+    assert door.holder == "operator 1"
+
+
+def test_control_that_was_granted_later_lasts_from_then(
+    desk: Desk, door: Door, clock: Clock
+) -> None:
+    """Whoever asked has time to press what they asked for."""
+    clock.now += 100.0
+    asyncio.run(desk.ask("b"))
+    door.asker = "operator 2"
+    clock.now += 19.0
+    door.holder, door.asker = "operator 2", ""
+    signs(desk)
+    clock.now += LET_GO_S - 1.0
+    signs(desk)
+    assert door.holder == "operator 2"
 
 
 @pytest.mark.parametrize(
@@ -240,6 +351,7 @@ def test_mode_that_changes_under_a_held_button_releases_it(desk: Desk, door: Doo
 
 def test_page_loaded_again_keeps_control(desk: Desk, door: Door) -> None:
     """Same browser tab, new id: the same seat, whose signs of life go on."""
+    signs(desk)
     desk.left("a")
     desk.open("a2", Role.OPERATOR)
     desk.arrived("a2", "tab a")
@@ -247,6 +359,20 @@ def test_page_loaded_again_keeps_control(desk: Desk, door: Door) -> None:
     signs(desk)
     assert desk.name_of("a2") == "operator 1"
     assert door.asked == [("operator 1", "KEEP", False)]
+
+
+def test_page_loaded_again_lets_go_no_later(desk: Desk, door: Door, clock: Clock) -> None:
+    """To look anew is no command."""
+    signs(desk)
+    clock.now += LET_GO_S - 1.0
+    desk.left("a")
+    desk.open("a2", Role.OPERATOR)
+    desk.arrived("a2", "tab a")
+    signs(desk)
+    assert door.asked[-1][1] == "KEEP"
+    clock.now += 2.0
+    signs(desk)
+    assert door.holder == ""
 
 
 def test_page_whose_line_broke_after_it_was_loaded_again_keeps_its_seat(desk: Desk) -> None:
@@ -284,19 +410,19 @@ def test_other_tab_does_not_inherit(desk: Desk) -> None:
     assert "operator 1 holds control" in command(desk, "c", "HOME").message
 
 
-def test_page_that_comes_while_the_holder_is_gone_gets_control_if_that_stays_away(
+def test_page_that_comes_while_the_holder_is_gone_commands_once_control_is_free(
     desk: Desk, door: Door
 ) -> None:
-    """Nobody has to press a button for a free seat."""
+    """The twin controller waits for the holder's sign of life; the page only watches meanwhile."""
     desk.left("a")
-    desk.left("b")
     desk.open("c", Role.OPERATOR)
     desk.arrived("c", "tab c")
     signs(desk)
-    assert door.holder == "operator 1", "the twin controller waits for its sign of life"
+    assert door.holder == "operator 1" and desk.refusal("c")
     door.holder = ""
     signs(desk)
-    assert door.holder == "operator 3"
+    assert door.holder == "" and desk.refusal("c") == ""
+    assert command(desk, "c", "HOME").success and door.holder == "operator 3"
 
 
 def test_page_that_is_gone_gives_no_sign_of_life(desk: Desk, door: Door) -> None:
@@ -305,20 +431,6 @@ def test_page_that_is_gone_gives_no_sign_of_life(desk: Desk, door: Door) -> None
     door.asked.clear()
     signs(desk)
     assert door.asked == []
-
-
-def test_page_that_released_control_does_not_take_it_again_by_itself(
-    desk: Desk, door: Door
-) -> None:
-    """Somebody has to press a button; after a silence of its server it goes on by itself."""
-    door.holder = ""
-    signs(desk)
-    assert door.holder == "operator 1"
-    asyncio.run(desk.release("a"))
-    desk.sessions["b"].wants = False
-    door.holder = ""
-    signs(desk)
-    assert door.holder == ""
 
 
 def test_nothing_jogs_before_the_twin_controller_knows_whose_motion_it_is(

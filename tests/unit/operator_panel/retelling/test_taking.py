@@ -6,7 +6,7 @@ import math
 from types import SimpleNamespace
 
 from operator_panel.retelling.taking import with_state
-from operator_panel.view.snapshot import Snapshot
+from operator_panel.view.snapshot import RECENT_S, Snapshot
 
 OLD = {"mode": "REAL_LEADS", "leader": "real", "why": "", "links": [], "deviation_mm": 0.07}
 """A message from before both sides were told at one instant: its distance had the lag removed."""
@@ -32,3 +32,16 @@ def test_distance_of_an_older_recording_is_not_taken_for_another_one() -> None:
     state = with_state(Snapshot(), SimpleNamespace(**OLD), 1.0, "12:00:00").state
     assert state is not None and state.mode == "REAL_LEADS"
     assert math.isnan(state.deviation_mm) and math.isnan(state.real_tool[0])
+
+
+def test_a_peak_between_two_looks_is_kept_for_the_next_one() -> None:
+    """Each distance while a side leads, until every look has seen it."""
+    tools = {"real_tool": point(0.5, 0.1, 0.0), "twin_tool": point(0.5, 0.1, 0.001), "lag": 0.0}
+    snapshot = Snapshot()
+    for at, leader, apart in ((1.0, "", 9.0), (1.01, "real", 0.5), (1.02, "real", 7.0)):
+        told = {**OLD, **tools, "leader": leader, "deviation_mm": apart}
+        snapshot = with_state(snapshot, SimpleNamespace(**told), at, "12:00:00")
+    assert snapshot.apart == ((1.01, 0.5), (1.02, 7.0))
+    later = SimpleNamespace(**{**OLD, **tools, "deviation_mm": 0.1})
+    at = 1.1 + RECENT_S
+    assert with_state(snapshot, later, at, "12:00:00").apart == ((at, 0.1),)

@@ -272,6 +272,16 @@ def test_a_goal_is_rejected_while_somebody_else_holds_control(bench: Bench) -> N
     assert bench.desk.accept("a", GOAL, bench.now)
 
 
+def test_a_goal_of_the_holders_own_program_is_accepted(bench: Bench) -> None:
+    """The controller has said so; it does not make a mode any better."""
+    bench.desk.hear_mode("IDLE", "because", bench.now, "fitter 1 holds control: ask for it")
+    assert bench.desk.accept("a", GOAL, bench.now, own=True)
+    bench.desk.cancel("a")
+    bench.desk.hear_mode("FAULT", "because", bench.now)
+    with pytest.raises(GoalError, match="the twin controller is in FAULT"):
+        bench.desk.accept("b", GOAL, bench.now, own=True)
+
+
 def test_a_goal_in_a_stopped_pair_is_told_what_leads_on(bench: Bench) -> None:
     """Only a person does: whoever sends goals may not have heard of the stop."""
     bench.mode = "STOPPED"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
@@ -108,3 +109,29 @@ def test_wrong_file_is_refused_with_its_key(tmp_path: Path, text: str, why: str)
     (tmp_path / "persons.yaml").write_text(text)
     with pytest.raises(ConfigError, match=why):
         load_persons(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("changes", "why"),
+    [
+        ({"foreman": {"local": True}}, "local of operator, foreman: allowed for one person"),
+        ({"operator": {"token_file": None}}, "persons.operator.local: needs a token_file"),
+    ],
+)
+def test_local_programs_are_one_persons_who_owns_a_token_file(
+    tmp_path: Path, changes: dict[str, dict[str, object]], why: str
+) -> None:
+    """Else a line in a shell would be two persons, or one that nobody can prove."""
+    one = {"token_environment": "A", "token_file": "a", "gateway_role": "operator"}
+    operator = {**one, "local": True, **changes.get("operator", {})}
+    foreman = {**one, **changes.get("foreman", {})}
+    content = {"persons": {"operator": operator, "foreman": foreman}}
+    (tmp_path / "persons.yaml").write_text(json.dumps(content))
+    with pytest.raises(ConfigError, match=why):
+        load_persons(tmp_path)
+
+
+def test_programs_of_this_machine_are_the_shipped_operators_own() -> None:
+    """Of nobody, where no person is said to be here."""
+    assert Persons(load_persons(ROOT / "config")).local == "operator"
+    assert Persons({"fitter": FITTER}).local == ""

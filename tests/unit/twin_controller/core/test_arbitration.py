@@ -24,7 +24,7 @@ OFFSETS = st.tuples(
     st.floats(-25.0, 25.0), st.floats(-35.0, 35.0), st.floats(-25.0, 90.0), st.floats(-15.0, 15.0)
 )
 HARMLESS = {"LINK_LOST", "LINKS_READY", "ALIGNED"}
-FEW = settings(max_examples=examples(6, 12), deadline=None)
+FEW = settings(max_examples=examples(4, 12), deadline=None)
 """A run of some virtual seconds costs some tens of milliseconds."""
 
 
@@ -74,12 +74,12 @@ def test_noise_below_the_hysteresis_changes_no_leader(edge: int, width: float, s
     assert triggers(pair) == ["LINKS_READY", "ALIGNED"]
 
 
-def test_a_minute_of_idling_with_noise_changes_no_leader() -> None:
-    """An idle cell stays idle: 6000 samples of each side at full noise, both clocks 200 ppm off."""
+def test_idling_with_noise_changes_no_leader() -> None:
+    """An idle cell stays idle: thousands of samples at full noise, both clocks 200 ppm off."""
     pair = uniform(7, SETUP.config.change.hysteresis)
     pair.real_drift, pair.twin_drift = 200e-6, -200e-6
     pair.connect()
-    pair.run(60.0)
+    pair.run(examples(20, 60))
     assert triggers(pair) == ["LINKS_READY", "ALIGNED"]
 
 
@@ -133,7 +133,7 @@ def test_a_twin_that_follows_is_never_a_new_leader(
     assert triggers(pair, since) == ["REAL_TOOK_OVER", "AT_REST"]
 
 
-@pytest.mark.parametrize("tau", [0.3, 0.6, 1.2])
+@pytest.mark.parametrize("tau", [0.3, *thorough(0.6), 1.2])
 @pytest.mark.parametrize("left", [0.045, -0.045])
 def test_a_twin_that_goes_on_settling_is_no_new_leader(left: float, tau: float) -> None:
     """It rests within the tolerance.
@@ -284,7 +284,7 @@ CLOCK_FAULT = st.tuples(
 )
 
 
-@settings(max_examples=examples(12, 25), deadline=None)
+@settings(max_examples=examples(8, 25), deadline=None)
 @given(faults=st.lists(CLOCK_FAULT, min_size=1, max_size=6), noise=st.booleans())
 def test_clocks_that_jump_drift_stand_or_run_backwards_make_nobody_lead(
     faults: list[tuple[str, str, float, float, int]], noise: bool

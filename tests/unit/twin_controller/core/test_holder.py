@@ -23,6 +23,9 @@ STRANGERS = [
     {"person": "fitter", "session": "2"},
     {"person": "nobody", "unproven": "person 'nobody' is not in persons.yaml: known are fitter"},
     {"person": "fitter", "unproven": "wrong token of fitter"},
+    {"local": "foreman"},
+    {"person": "foreman", "local": "fitter"},
+    {"session": "gateway 1", "local": "fitter"},
 ]
 MOTIONS = [
     ("MOVE_JOINTS", {"target": OTHER}),
@@ -158,6 +161,49 @@ def test_twin_that_the_holder_moves_leads_as_ever() -> None:
     pair.control("KEEP", "fitter", session="1")
     pair.run_until(lambda: pair.state.lead.mode is Mode.IDLE, 10.0)
     assert pair.real_q == pytest.approx(OTHER, abs=1e-3), "a motion that has begun goes on"
+
+
+def test_twin_that_moves_for_the_holders_own_program_leads_and_is_named_so() -> None:
+    """A line in a shell beside the person's page: for as long as its motion node has said so."""
+    pair = held()
+    assert pair.control("LEND", local="fitter").success
+    pair.move_twin(ramp(HOME, OTHER, 2.0))
+    pair.run_until(lambda: pair.state.lead.mode is Mode.TWIN_LEADS, 1.0)
+    assert pair.decisions()[-1].who == "fitter, this machine"
+    assert pair.state.lead.control.holder == Seat("fitter", "1")
+    pair.run_until(lambda: pair.state.lead.mode is Mode.IDLE, 10.0)
+    assert pair.real_q == pytest.approx(OTHER, abs=1e-3)
+    # Signs of life of the page meanwhile; what moves the twin now has not been said.
+    pair.control("KEEP", "fitter", session="1")
+    pair.move_twin(ramp(pair.twin_q, HOME, 2.0))
+    pair.run(3.0)
+    assert pair.state.lead.mode is Mode.STOPPED
+    assert pair.decisions()[-1].trigger == "TWIN_MOVED_UNASKED"
+
+
+@pytest.mark.parametrize("local", ["foreman", ""])
+def test_twin_that_moves_for_another_program_is_stopped(local: str) -> None:
+    """A client of gateway or farm, or another person's shell, may say what it likes."""
+    pair = held()
+    refused = pair.control("LEND", local=local)
+    assert not refused.success and "fitter 1 holds control" in refused.message
+    pair.move_twin(ramp(HOME, OTHER, 2.0))
+    pair.run(3.0)
+    assert pair.state.lead.mode is Mode.STOPPED and pair.real_q == pytest.approx(HOME)
+
+
+@pytest.mark.parametrize(("command", "arguments"), MOTIONS)
+def test_command_of_the_holders_own_program_is_judged_as_the_holders(
+    command: str, arguments: dict[str, object]
+) -> None:
+    """By the mode, as if nobody held control; it is not named as proven."""
+    pair = held()
+    by_holder = answers(
+        pair,
+        Operator(pair.now, command, 99, person="fitter", session="1", **arguments),  # type: ignore[arg-type]
+    )
+    by_shell = answers(pair, Operator(pair.now, command, 99, local="fitter", **arguments))  # type: ignore[arg-type]
+    assert by_shell == by_holder
 
 
 def test_program_at_the_robot_leads_whoever_holds_control() -> None:

@@ -24,6 +24,9 @@ OTHER = shifted(HOME, 10.0, 5.0, 0.0)
 class Cell:
     """The services in front of a core in virtual time; a move is held up on its way."""
 
+    local = "operator"
+    """Whose own the programs of this machine are, as the persons say."""
+
     def __init__(self, monkeypatch: pytest.MonkeyPatch, held_by: str) -> None:
         """Connect; ``held_by``: what takes its time, "persons" or "judge"."""
         self.pair = Pair()
@@ -68,6 +71,7 @@ class Cell:
         """Hand a command to the core, as the engine."""
         number = len(self.pair.replies) + 1
         self._standstill.seen(self.pair.now)
+        self.heard = event
         self.pair.feed(msgspec.structs.replace(event, id=number))
         return self.pair.replies[number]
 
@@ -183,3 +187,31 @@ def test_a_refused_stop_was_not_sent(monkeypatch: pytest.MonkeyPatch) -> None:
     assert cell.call("STOP").success
     answer = cell.call("PAUSE")
     assert not answer.success and not answer.sent and answer.message == "the pair is stopped"
+
+
+@pytest.mark.parametrize(
+    ("caller", "address", "fields", "local"),
+    [
+        ("/rosservice", "127.0.0.1", {}, "operator"),
+        ("/cell_2/rosservice", "127.0.0.1", {}, "operator"),
+        ("/gateway/operator@127.0.0.1", "127.0.0.1", {}, ""),
+        ("/cell_2/gateway", "127.0.0.1", {}, ""),
+        ("/rosbridge_websocket", "127.0.0.1", {}, ""),
+        ("/farm/ann@desk", "127.0.0.1", {}, ""),
+        ("", "127.0.0.1", {}, ""),
+        ("/rosservice", "0.0.0.0", {}, ""),
+        ("/rosservice", "127.0.0.1", {"person": "foreman"}, ""),
+        ("/rosservice", "127.0.0.1", {"session": "1"}, ""),
+    ],
+)
+def test_program_of_this_machine_is_its_persons_own(
+    monkeypatch: pytest.MonkeyPatch, caller: str, address: str, fields: dict[str, str], local: str
+) -> None:
+    """Not a client of gateway or farm, nor where the network may call, nor a person by name."""
+    found = "twin_controller.nodes.command_services.rosgraph.network.get_bind_address"
+    monkeypatch.setattr(found, lambda: address)
+    cell = Cell(monkeypatch, "persons")
+    request = TwinCommandRequest(command="HOME", **fields)
+    request._connection_header = {"callerid": caller}
+    cell._services._command(request)
+    assert cell.heard.local == local

@@ -5,9 +5,12 @@ from __future__ import annotations
 from scara_config.text_enum import StrEnum
 
 from operator_panel.view.snapshot import CellState
+from scara_msgs.msg import TwinControllerState as Mode
 
 ENDING = ("STOP", "PAUSE", "ESTOP")
 """Whoever sees the page may end a motion."""
+AT_REST = (Mode.IDLE, Mode.STOPPED, Mode.ESTOP, Mode.FAULT, Mode.OFFLINE)
+"""In the other modes a motion or a program runs, or waits to go on."""
 
 
 class Role(StrEnum):
@@ -29,4 +32,16 @@ def refusal(role: Role, name: str, state: CellState | None) -> str:
         return "this page only watches: open the operator's address, the one with a token"
     if state is None:
         return "the twin controller is silent"
-    return "" if state.holder == name else state.not_in_control
+    # Who commands while nobody holds control takes it by that.
+    return state.not_in_control if state.holder not in ("", name) else ""
+
+
+def lets_go(state: CellState, idle_s: float, let_go_s: float) -> bool:
+    """Return whether a holder lets go of control.
+
+    Args:
+        state: What the twin controller has said.
+        idle_s: So long ago it has commanded, or its motion has ended [s].
+        let_go_s: After so long it lets go [s].
+    """
+    return idle_s > let_go_s and state.mode in AT_REST

@@ -43,7 +43,8 @@ class Session:
         tab: Id of the browser tab; stays when the page is loaded again.
         there: Whether its live connection is open.
         seen: When it was opened or lost.
-        wants: It takes control while nobody holds it.
+        commanded: When it has commanded last, or taken control, or its motion still ran.
+        holds: It held control at the last look.
         jogged: When a jog button of it was held last.
         moves: The twin controller knows that this page moves the twin.
     """
@@ -54,7 +55,8 @@ class Session:
     tab: str = ""
     there: bool = False
     seen: float = field(default_factory=time.monotonic)
-    wants: bool = False
+    commanded: float = float("-inf")
+    holds: bool = False
     jogged: float = float("-inf")
     moves: bool = False
 
@@ -76,6 +78,7 @@ class Desk:
         dead_man: DeadMan,
         arm: ToolArm,
         keep_s: float,
+        let_go_s: float,
         silent_s: float,
         say: Say,
     ) -> None:
@@ -86,13 +89,14 @@ class Desk:
             dead_man: The rule of jogging.
             arm: What moves the tool.
             keep_s: Without a sign of life for so long control is lost [s].
+            let_go_s: So long after its last command a page lets go of control [s].
             silent_s: The twin controller is silent after so long [s].
             say: Logs what was commanded by whom.
         """
         self.sessions: dict[str, Session] = {}
         self.log = CommandLog()
         self._noted = ("", 0)
-        self._door, self._keep_s, self._say = door, keep_s, say
+        self._door, self._keep_s, self._let_go_s, self._say = door, keep_s, let_go_s, say
         self._dead_man, self.arm = dead_man, arm
         self._silent_s = silent_s
         self._lock = threading.Lock()
@@ -125,13 +129,12 @@ class Desk:
         return f"{watchers} pages watch already: close one, or open the operator's address"
 
     def arrived(self, page: str, tab: str) -> None:
-        """Note that a page's live connection is open; a free control is taken."""
+        """Note that a page's live connection is open; it watches until its first command."""
         session = self.sessions[page]
         if not session.tab:
             self._inherit(session, tab)
         session.there, session.tab, session.seen = True, tab, time.monotonic()
-        session.wants = session.role is Role.OPERATOR
-        self._wake.set()
+        self._wake.set()  # a holder that is back gives its sign of life at once
 
     def _inherit(self, session: Session, tab: str) -> None:
         """Give a page that was loaded again the seat of its former self, the last in this tab."""
@@ -139,6 +142,7 @@ class Desk:
             same = old is not session and not old.there and tab and old.tab == tab
             if same and old.seat.person == session.seat.person:
                 session.seat, old.seat = old.seat, session.seat
+                session.commanded, session.holds = old.commanded, old.holds
 
     def left(self, page: str) -> None:
         """Note that a page's live connection is gone; what it moves stops at once."""
@@ -146,7 +150,7 @@ class Desk:
             self._dead_man.forget(page)
         if page in self.sessions:
             session = self.sessions[page]
-            session.there, session.wants, session.moves = False, False, False
+            session.there, session.moves = False, False
             session.seen = time.monotonic()
 
     def tick(self) -> None:
@@ -165,7 +169,7 @@ class Desk:
             self._wake.clear()
 
     async def give_signs(self) -> None:
-        """Say for each page that is there that it is, or take what nobody holds."""
+        """Say for each page that holds control, or asks for it, that it is there."""
         for session in list(self.sessions.values()):
             action = self._due(session, self._door.snapshot().state, time.monotonic())
             if action:
@@ -175,13 +179,16 @@ class Desk:
         """Return what a page has to say of control now, or an empty text."""
         if state is None or not session.there or session.role is not Role.OPERATOR:
             return ""
-        if session.name in (state.holder, state.asker):
+        held, session.holds = session.holds, session.name == state.holder
+        if session.holds:
+            if not held or state.mode not in authority.AT_REST:
+                session.commanded = max(now, session.commanded)
+            idle_s = now - session.commanded
+            return "RELEASE" if authority.lets_go(state, idle_s, self._let_go_s) else "KEEP"
+        if session.name == state.asker:
             return "KEEP"
-        if not state.holder:
-            return "TAKE" if session.wants else ""
-        # A holder that is gone loses control within this time; one that stays is asked.
-        session.wants = session.wants and now - session.seen < 2.0 * self._keep_s
-        return ""
+        jogs = now - session.jogged < JOGS_S
+        return "TAKE" if jogs and not state.holder else ""
 
     async def _ask(self, session: Session, action: str) -> Answer:
         """Send one action; with it goes whether this page moves the twin."""
@@ -192,28 +199,29 @@ class Desk:
         session.moves = moves and answer.success
         return answer
 
+    async def take(self, page: str) -> str:
+        """Take control for a command if nobody holds it; return why the page may not command."""
+        session, state = self.sessions.get(page), self._door.snapshot().state
+        refused = self.refusal(page)
+        if refused or session is None or state is None:
+            return refused
+        session.commanded = time.monotonic()
+        if state.holder == session.name:
+            return ""
+        answer = await self._ask(session, "TAKE")
+        return "" if answer.success else answer.message
+
     async def ask(self, page: str) -> Answer:
         """Take control if it is free, else ask its holder."""
-        session = self.sessions[page]
-        session.wants = True
-        return await self._ask(session, "ASK")
+        return await self._ask(self.sessions[page], "ASK")
 
     async def answer(self, page: str, granted: bool) -> Answer:
         """Grant or keep control."""
         session = self.sessions[page]
         if not granted:
             return await self._ask(session, "DENY")
-        session.wants = False
         self.stop_jog()
         return await self._ask(session, "GIVE")
-
-    async def release(self, page: str) -> Answer:
-        """Give control up."""
-        session = self.sessions[page]
-        session.wants = False
-        with self._lock:
-            self._dead_man.release(page)
-        return await self._ask(session, "RELEASE")
 
     def name_of(self, page: str) -> str:
         """Return the name of a page for people."""
@@ -248,11 +256,15 @@ class Desk:
         return answer
 
     async def command(self, page: str, command: str, title: str = "", **fields: Any) -> Answer:
-        """Send another command of ``page``; whether its person may, the twin controller says."""
+        """Send another command of ``page``; whether its person may, the twin controller says.
+
+        One that begins something takes control first, if nobody holds it.
+        """
         number = self.begin(page, command, title or words.command_title(command, fields))
         session = self.sessions.get(page)
-        if session is None or (session.role is Role.VIEWER and command not in ENDING):
-            answer = Answer(False, self.refusal(page))
+        refused = "" if command in ENDING else await self.take(page)
+        if session is None or refused:
+            answer = Answer(False, refused or self.refusal(page))
         else:
             self._say(f"{session.name}: {command} {fields or ''}".rstrip())
             answer = await self._door.command(session.seat, command, **fields)
@@ -318,7 +330,7 @@ class Desk:
                 self._dead_man.release(page, press)
                 return refused
             session = self.sessions[page]
-            session.jogged = now
+            session.jogged = session.commanded = now
             if not session.moves:
                 self._wake.set()
                 return ""

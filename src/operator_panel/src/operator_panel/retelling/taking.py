@@ -10,9 +10,11 @@ from collections.abc import Mapping
 from typing import Any
 
 import msgspec
+from scara_ros.part_markers import part_name
 
 from operator_panel.view.robot.status import RobotStatus
 from operator_panel.view.snapshot import (
+    RECENT_S,
     CellState,
     DecisionLine,
     Diagnosis,
@@ -43,7 +45,12 @@ def with_state(snapshot: Snapshot, message: Any, now: float, clock: str) -> Snap
         # Of a recording from before both sides were told at one instant: another distance.
         del fields["deviation_mm"]
     state = CellState(links=links, **fields)
-    return msgspec.structs.replace(snapshot, state=state, received=now, silent_since=clock)
+    apart = tuple(one for one in snapshot.apart if now - one[0] <= RECENT_S)
+    if state.leader and math.isfinite(state.deviation_mm):
+        apart = (*apart, (now, state.deviation_mm))
+    return msgspec.structs.replace(
+        snapshot, state=state, received=now, silent_since=clock, apart=apart
+    )
 
 
 def with_decision(snapshot: Snapshot, message: Any, clock: str) -> Snapshot:
@@ -164,7 +171,7 @@ def _part(marker: Any) -> Part:
         for part in (marker.color.r, marker.color.g, marker.color.b)
     )
     return Part(
-        name=marker.text,
+        name=part_name(marker),
         position=(
             round(place.x, PLACE_DIGITS),
             round(place.y, PLACE_DIGITS),

@@ -1,22 +1,32 @@
-"""``motion_command`` as a node hears it: before all that waits beside it, and who is named then."""
+"""``motion_command`` as a node hears it, before all that waits beside it; and for whom it moves.
+
+Who asks for a motion is said to the twin controller before the twin moves, and named in a stop.
+"""
 
 from __future__ import annotations
 
 import select
+import threading
 import time
 from collections.abc import Callable
 from typing import Any
 
 import rospy
+from scara_ros.io.service_connection import ServiceError
+from scara_ros.nodes.service_client import ServiceClient
 from scara_ros.standstill import WAITING_S
 
 from scara_control.motion.commands import STOPPED_AGAIN
 from scara_control.nodes.wiring import Guard, subscribe
 from scara_msgs.msg import Audit, MotionCommand
+from scara_msgs.srv import Control
 
 _TURN_S = 0.002
 """Who has read a message and waits for the interpreter gets it in this time; our choice."""
-
+AGAIN_S = 1.0
+"""So often it is said of a motion that goes on: half of control.lend_ms; our choice."""
+WITHIN_S = 0.5
+"""A controller that does not answer by then stops what it does not know; our choice."""
 
 OWN = ("motion_server", "trajectory_server", "joint_vel_controller", "joint_pose_controller")
 """Nodes that pass on what others have asked them for; they name those themselves."""
@@ -67,6 +77,51 @@ def told_movers() -> Movers:
         rospy.logwarn("%s moves the twin by %s: %s", entry.who, entry.what, entry.outcome)
 
     return Movers(tell)
+
+
+class Lending:
+    """Says who asks for a motion: a program of this machine may be the holder's own.
+
+    Without an answer the motion begins all the same. The controller judges it, as any other.
+    """
+
+    def __init__(self) -> None:
+        """Call nothing yet."""
+        self._control = ServiceClient("twin_controller/control", Control, WITHIN_S, keep=True)
+        self._lock = threading.Lock()
+        self._said: dict[str, tuple[float, bool]] = {}
+
+    def say(self, message: Any, goes_on: bool = False) -> bool:
+        """Return whether the sender of a message or request may move the twin as the holder's own.
+
+        What another node of ours passes on is its own to say. To be called without a lock that a
+        stop needs.
+
+        Args:
+            message: Its connection header names the sender.
+            goes_on: Their motion runs already: it is said once in a while, and nobody waits for
+                the answer, so a jog and a stop that come meanwhile are heard at once.
+        """
+        caller = str((getattr(message, "_connection_header", None) or {}).get("callerid", ""))
+        if not caller or caller.rsplit("/", 1)[-1] in OWN:
+            return False
+        now = time.monotonic()
+        with self._lock:
+            known = goes_on and caller in self._said
+            when, lent = self._said.get(caller, (float("-inf"), False))
+            if known and now - when < AGAIN_S:
+                return lent
+            self._said = {caller: (now, lent)}  # of the newest only: senders come and go
+        if known:
+            self._control.start(action="LEND", by=caller)
+            return lent
+        try:
+            lent = bool(self._control(action="LEND", by=caller).success)
+        except (ServiceError, rospy.ROSException, OSError):
+            lent = False
+        with self._lock:
+            self._said[caller] = (now, lent)
+        return lent
 
 
 class CommandListener:

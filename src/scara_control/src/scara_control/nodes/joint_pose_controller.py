@@ -8,7 +8,8 @@ Subscribes: ``joint_pose_controller/target`` (JointState), ``joint_pose_controll
 ``twin_controller/state`` (how late the real robot follows, if there is a twin controller).
 Publishes: ``twin/joint_setpoints`` (JointTrajectory), ``joint_pose_controller/state``
 (scara_msgs/MotionState), ``what_if/gate`` (scara_msgs/Audit: what the judge said of each move).
-Calls: ``what_if/judge`` (scara_msgs/JudgeMotion) before each move; a stop never waits for it.
+Calls: ``what_if/judge`` (scara_msgs/JudgeMotion) before each move; a stop never waits for it;
+``twin_controller/control`` (for whom it moves the twin).
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ from scara_control.motion.commands import Command, CommandInbox, parse_modes
 from scara_control.motion.epoch import Epoch
 from scara_control.motion.pose_control import PoseController
 from scara_control.motion.requests import Outcome
-from scara_control.nodes.command_listener import CommandListener, told_movers
+from scara_control.nodes.command_listener import CommandListener, Lending, told_movers
 from scara_control.nodes.gating import move_request, open_gate
 from scara_control.nodes.idle import Attention, IdleWait
 from scara_control.nodes.payload_listener import PayloadListener
@@ -67,6 +68,7 @@ class JointPoseController:
         self._inbox = CommandInbox(config.command_memory)
         self._epoch = Epoch(time.monotonic())
         self._movers = told_movers()
+        self._lending = Lending()
         self._gate = open_gate()
         self._measured: JointMotion | None = None
         self._rest = IdleWait(self._is_idle)
@@ -219,7 +221,7 @@ class JointPoseController:
             (rospy.loginfo if outcome.success else rospy.logwarn)("target: %s", outcome.message)
 
         asked = self._clock.asked(message.header.stamp)
-        refusal = self._begin(message.name, message.position, speed, asked, log)
+        refusal = self._begin(message, message.name, message.position, speed, asked, log)
         if refusal:
             rospy.logwarn("target: refused: %s", refusal)
             return
@@ -236,6 +238,7 @@ class JointPoseController:
 
         self._reader.wait_for_first(self._config.move.settle_timeout)
         refusal = self._begin(
+            request,
             request.joint_names,
             request.joint_positions,
             request.speed_percent,
@@ -256,6 +259,7 @@ class JointPoseController:
 
     def _begin(
         self,
+        message: Any,
         names: Any,
         positions: Any,
         speed_percent: float,
@@ -275,6 +279,7 @@ class JointPoseController:
         refusal = self._judged(names, positions, speed_percent)
         if refusal:
             return refusal
+        self._lending.say(message)
         self._hear_stops_first()
         with self._lock:
             now = self._clock.now()

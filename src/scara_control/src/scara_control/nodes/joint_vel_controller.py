@@ -7,7 +7,7 @@ Subscribes: ``joint_vel_controller/command`` (control_msgs/JointJog),
 ``twin_controller/state``, if jogs wait for the real robot (motion.yaml).
 Publishes: ``twin/<joint>_velocity_controller/command`` (Float64), ``joint_vel_controller/state``
 (String, latched), ``joint_vel_controller/ahead`` (trajectory_msgs/JointTrajectory) while a jog
-waits for the real robot.
+waits for the real robot. Calls: ``twin_controller/control`` (for whom it moves the twin).
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from scara_control.joint_motion import JointMotion
 from scara_control.motion.commands import Command, CommandInbox, parse_modes
 from scara_control.motion.epoch import Epoch
 from scara_control.motion.jogging.jog import TRIM, JogController
-from scara_control.nodes.command_listener import CommandListener, told_movers
+from scara_control.nodes.command_listener import CommandListener, Lending, told_movers
 from scara_control.nodes.idle import QUIET_S, IdleWait
 from scara_control.nodes.setpoint_messages import to_message
 from scara_control.nodes.wiring import Guard, JointStateReader, MotionClock, start_node, subscribe
@@ -57,6 +57,7 @@ class JointVelController:
         self._inbox = CommandInbox(config.command_memory)
         self._epoch = Epoch(time.monotonic())
         self._movers = told_movers()
+        self._lending = Lending()
         self._rest = IdleWait(self._is_idle)
         self._reader = JointStateReader(
             robot.twin_joints, config, self._clock, self._measure, self._is_idle
@@ -141,6 +142,7 @@ class JointVelController:
             self._show()
 
     def _on_jog(self, message: JointJog) -> None:
+        self._lending.say(message, goes_on=not self._core.is_idle)
         self._hear_stops_first()
         if self._core.is_idle:
             self._reader.catch_up()

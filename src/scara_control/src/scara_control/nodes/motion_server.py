@@ -5,7 +5,8 @@ Drives the twin's tool to a point, through both joint controllers, until it is t
 Parameters: ``~config_dir`` (robot.yaml, motion.yaml; default: the package scara_config).
 Services: ``move_to`` (scara_msgs/MoveTo). Joints that do not move the tool hold. A newer request
 replaces a running one once its point has proved reachable; STOP and ESTOP cancel.
-Calls: ``inverse_kinematics``, ``joint_pose_controller/move``.
+Calls: ``inverse_kinematics``, ``joint_pose_controller/move``, ``twin_controller/control`` (for
+whom it moves the twin).
 Subscribes: ``twin/joint_states``, ``motion_command``.
 Publishes: ``joint_vel_controller/command`` (JointJog), ``motion_command`` (a STOP that was
 overtaken by our own move).
@@ -39,7 +40,7 @@ from scara_control.motion.feedback import Feedback
 from scara_control.motion.jogging.jog import TRIM
 from scara_control.motion.requests import check_speed
 from scara_control.motion.trim import Requests, Trim, tool_error
-from scara_control.nodes.command_listener import CommandListener, told_movers
+from scara_control.nodes.command_listener import CommandListener, Lending, told_movers
 from scara_control.nodes.idle import QUIET_S
 from scara_control.nodes.wiring import (
     Guard,
@@ -66,6 +67,7 @@ class Goal:
     point: tuple[float, float, float]
     target: tuple[float, ...]
     speed_percent: float
+    request: Any
 
 
 class MotionServer:
@@ -87,6 +89,7 @@ class MotionServer:
         self._requests = Requests()
         self._epoch = Epoch(time.monotonic())
         self._movers = told_movers()
+        self._lending = Lending()
         self._paused = False
         # When somebody let a paused motion go on: from then on its jogs are as new as that.
         self._resumed = 0.0
@@ -168,6 +171,7 @@ class MotionServer:
         with self._lock:
             asked = self._epoch.begin(request.asked, time.monotonic())
             self._movers.asked("move_to", request)
+        self._lending.say(request)
         check_speed(request.speed_percent, self._config.move)
         self._reader.wait_for_first(self._config.trim.service_timeout)
         seed = self._feedback.fresh(self._clock.now()).q
@@ -183,6 +187,7 @@ class MotionServer:
                 (request.x, request.y, request.z),
                 tuple(answer.joint_positions),
                 request.speed_percent,
+                request,
             )
             self._drive(goal)
             error = self._trim(goal)
@@ -217,6 +222,8 @@ class MotionServer:
 
     def _check(self, goal: Goal) -> None:
         """Raise when the request was cancelled."""
+        # Until its end: the twin begins to move when it was judged, and once more to trim.
+        self._lending.say(goal.request, goes_on=True)
         self._hear_stops_first()
         with self._lock:
             why = self._requests.why_cancelled(goal.number)

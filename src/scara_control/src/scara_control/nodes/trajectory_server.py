@@ -9,7 +9,8 @@ running one, which ramps down on its path first.
 Subscribes: ``twin/joint_states``, ``joint_pose_controller/state``, ``motion_command``,
 ``twin/payload``, ``twin_controller/state`` (if there is a twin controller). Publishes:
 ``joint_pose_controller/follow`` (JointTrajectory), ``what_if/gate`` (scara_msgs/Audit: what the
-judge said of each goal). Calls: ``what_if/judge`` (scara_msgs/JudgeMotion) before each goal.
+judge said of each goal). Calls: ``what_if/judge`` (scara_msgs/JudgeMotion) before each goal,
+``twin_controller/control`` (for whom it moves the twin).
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ from scara_control.dynamics.effort import Load
 from scara_control.joint_motion import JointMotion
 from scara_control.motion.commands import Command, CommandInbox, MotionRefusedError
 from scara_control.motion.epoch import Asked, Epoch
-from scara_control.nodes.command_listener import CommandListener
+from scara_control.nodes.command_listener import CommandListener, Lending
 from scara_control.nodes.gating import Turnstile, open_gate, trajectory_request
 from scara_control.nodes.idle import QUIET_S, Attention, IdleWait
 from scara_control.nodes.payload_listener import PayloadListener
@@ -65,6 +66,7 @@ class TrajectoryServer:
         self._desk = GoalQueue(robot.twin_joints, config)
         self._inbox = CommandInbox(config.command_memory)
         self._epoch = Epoch(time.monotonic())
+        self._lending = Lending()
         self._goals: dict[str, Any] = {}
         self._judged: dict[str, Any] = {}
         self._gate, self._judging = open_gate(), Turnstile()
@@ -162,6 +164,7 @@ class TrajectoryServer:
         found = self._gate.ask(
             f"trajectory of {len(goal.points)} points", **trajectory_request(goal)
         )
+        own = self._lending.say(handle.goal)
         for listener in (self._reader, self._states, self._modes):
             listener.catch_up()
         self._hear_stops_first()
@@ -172,7 +175,7 @@ class TrajectoryServer:
                 self._epoch.check(asked)
                 if not found.allowed:
                     raise MotionRefusedError(found.text)
-                begun = self._desk.accept(key, goal, self._clock.now())
+                begun = self._desk.accept(key, goal, self._clock.now(), own)
             except GoalError as error:
                 refusal: GoalError | None = error
             except MotionRefusedError as error:

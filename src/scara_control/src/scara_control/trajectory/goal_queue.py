@@ -153,16 +153,22 @@ class GoalQueue:
             self._running.stopped = True
             self._give_up(self._running, f"aborted by {command.text(reason)}")
 
-    def accept(self, key: Hashable, goal: Goal, now: float) -> bool:
+    def accept(self, key: Hashable, goal: Goal, now: float, own: bool = False) -> bool:
         """Judge a goal; return whether it begins at once, else it waits.
 
         It waits for the running one to ramp down, or after a stop.
+
+        Args:
+            key: Names it.
+            goal: What is asked for.
+            now: Time [s].
+            own: It is that of whoever holds control.
 
         Raises:
             GoalError: It is rejected; the text says why.
         """
         if self._running is not None:
-            self._judge_mode(now)
+            self._judge_mode(now, own)
             self._plan(goal, now)
             self._running.execution.end(
                 Ended(Code.SUCCESSFUL, "replaced by a newer goal", cancelled=True)
@@ -171,7 +177,7 @@ class GoalQueue:
                 raise GoalError(Code.INVALID_GOAL, "another goal is waiting already")
             self._waiting = (key, goal, now)
             return False
-        self._judge_mode(now)
+        self._judge_mode(now, own)
         if self._state != State.IDLE:
             state = f"is {self._state}" if self._state else "has not said anything yet"
             raise GoalError(
@@ -294,7 +300,7 @@ class GoalQueue:
             self._joints, goal, self._config, measured, now, self._follower, self._load
         )
 
-    def _judge_mode(self, now: float) -> None:
+    def _judge_mode(self, now: float, own: bool) -> None:
         """Refuse while the twin controller does something else, or would stop the motion."""
         if now - self._mode_at > self._config.trajectory.mode_timeout:
             return
@@ -302,7 +308,7 @@ class GoalQueue:
             remedy = ": ALIGN first" if self._mode == Mode.STOPPED else ""
             said = f"the twin controller is in {self._mode}{_reason(self._why)}{remedy}"
             raise GoalError(Code.INVALID_GOAL, said)
-        if self._others_only:
+        if self._others_only and not own:
             raise GoalError(Code.INVALID_GOAL, self._others_only)
 
     def _trouble(self, now: float) -> str:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Annotated
 
 from msgspec import Meta, Struct
-from scara_config import load, locate
+from scara_config import ConfigError, load, locate
 
 from scara_ros.io.page_token import page_token, ros_home
 from scara_ros.io.token_file import TokenError
@@ -25,11 +25,15 @@ LONGEST = 40
 
 
 class Person(Struct, frozen=True, forbid_unknown_fields=True):
-    """Where a person's token stands, and the role at the gateway of who brings it."""
+    """Where a person's token stands, and the role at the gateway of who brings it.
+
+    ``local``: programs of the cell's machine without a token are this person's own.
+    """
 
     token_environment: Variable
     token_file: Word | None
     gateway_role: Word
+    local: bool = False
 
 
 class PersonsFile(Struct, frozen=True, forbid_unknown_fields=True):
@@ -44,7 +48,14 @@ def load_persons(directory: Path | str | None = None) -> dict[str, Person]:
     Raises:
         ConfigError: The file is missing or wrong.
     """
-    return load(locate("persons.yaml", directory), PersonsFile).persons
+    path = locate("persons.yaml", directory)
+    persons = load(path, PersonsFile).persons
+    local = [name for name, person in persons.items() if person.local]
+    if len(local) > 1:
+        raise ConfigError(f"{path}: local of {', '.join(local)}: allowed for one person")
+    if local and persons[local[0]].token_file is None:
+        raise ConfigError(f"{path}: persons.{local[0]}.local: needs a token_file")
+    return persons
 
 
 def person_token(person: Person) -> str:
@@ -85,6 +96,11 @@ class Persons:
         self._persons = dict(persons)
         self._tokens: dict[str, str] = {}
         self.trouble = self.read()
+
+    @property
+    def local(self) -> str:
+        """Whose own the programs of this machine are; empty: nobody's."""
+        return next((name for name, person in self._persons.items() if person.local), "")
 
     def read(self) -> str:
         """Read the tokens again; return why one cannot be read, or an empty text."""

@@ -14,8 +14,10 @@ from functools import partial
 from typing import Any
 
 import msgspec
+import rosgraph.network
 import rospy
 from scara_ros.io.persons import LONGEST, Persons
+from scara_ros.names import is_remote
 from std_srvs.srv import Trigger, TriggerResponse
 
 from scara_msgs.srv import (
@@ -38,8 +40,8 @@ from twin_controller.nodes.move_gate import MoveGate
 Audit = Callable[[str, str, bool, str], None]
 TRIGGERS = ("stop", "pause", "resume", "reset")
 LAST_MEANS = "look at the robot, and press its own emergency stop if it moves"
-SILENT = "KEEP"
-"""A sign of life comes each second and is no entry of the audit."""
+SILENT = ("KEEP", "LEND")
+"""Signs of life, and of a motion that goes on: they come each second and are not in the audit."""
 
 
 class CommandServices:
@@ -51,6 +53,7 @@ class CommandServices:
         """Remember who is asked; ``offer`` opens the services."""
         self._setup, self._gate = setup, gate
         self._engine, self._persons, self._audit = engine, persons, audit
+        self._hears_network = not rosgraph.network.get_bind_address().startswith("127.")
 
     def offer(self) -> list[rospy.Service]:
         """Offer the services."""
@@ -125,7 +128,7 @@ class CommandServices:
             time.monotonic(), action, moves=request.moves, **self._who(request, read=True)
         )
         answer = self._ask(event)
-        if action != SILENT:
+        if action not in SILENT:
             self._audit(_name(request, event), action, answer.success, answer.message)
         holder = self._engine.state.lead.control.holder.name
         return ControlResponse(answer.success, answer.message, holder)
@@ -152,11 +155,26 @@ class CommandServices:
 
     def _who(self, request: Any, read: bool) -> dict[str, Any]:
         """Return the fields of an event that say who asks."""
+        person, session = request.person[:LONGEST], request.session[:LONGEST]
         return {
-            "person": request.person[:LONGEST],
-            "session": request.session[:LONGEST],
+            "person": person,
+            "session": session,
             "unproven": self._persons.unproven(request.person, request.token, read),
+            "local": "" if person or session else self._local(request),
         }
+
+    def _local(self, request: Any) -> str:
+        """Return the person whose own program on this machine asks, or asks a node of ours.
+
+        Where nodes hear the network nobody knows from which machine a call comes.
+        """
+        callers = [str(request._connection_header.get("callerid", ""))]
+        if hasattr(request, "by"):  # a node of ours asks for somebody
+            callers.append(request.by)
+        remote = self._setup.config.control.remote
+        if self._hears_network or any(is_remote(caller, remote) for caller in callers):
+            return ""
+        return self._persons.local
 
     def _ask(self, event: Operator | ControlAsked) -> Reply:
         try:

@@ -14,11 +14,13 @@ from twin_controller.core.authority.control import (
     Seat,
     ask,
     deny,
+    end_loan,
     expire,
     forgive,
     give,
     heard,
     keep,
+    lend,
     others_text,
     refusal,
     release,
@@ -160,6 +162,43 @@ def test_who_may_begin_a_motion(control: Control, seat: Seat, why: str) -> None:
     """The holder; while there is nobody, whoever says no session."""
     text = refusal(control, seat, NOW)
     assert why in text and bool(text) == bool(why)
+
+
+@pytest.mark.parametrize(
+    ("control", "seat", "local", "passes"),
+    [
+        (HELD, NOBODY, "fitter", True),
+        (HELD, NOBODY, "foreman", False),
+        (HELD, NOBODY, "", False),
+        (HELD, C, "fitter", False),
+        (HELD, B, "fitter", False),
+        (HELD, Seat("", "gateway 1"), "fitter", False),
+    ],
+)
+def test_own_program_of_the_holder_needs_no_control_of_its_own(
+    control: Control, seat: Seat, local: str, passes: bool
+) -> None:
+    """Only one without a person and a session, and only of the person who holds control."""
+    text = refusal(control, seat, NOW, local)
+    assert (text == "") == passes and (passes or "fitter 1 holds control" in text)
+
+
+@pytest.mark.parametrize("local", ["foreman", ""])
+def test_twin_is_not_lent_to_who_is_not_the_holders_own(local: str) -> None:
+    """The answer says who holds control; nothing changes."""
+    outcome = lend(HELD, local, NOW, 2.0)
+    assert not outcome.success and outcome.control == HELD and "fitter 1" in outcome.text
+    assert unasked(outcome.control)
+
+
+def test_twin_is_lent_for_a_while_and_to_nobody_who_comes_after() -> None:
+    """It ends by time and with the hold; nobody's twin need not be lent."""
+    lent = lend(HELD, "fitter", NOW, 2.0).control
+    assert not unasked(lent) and lent.holder == A
+    assert end_loan(lent, NOW + 2.0) == lent and end_loan(lent, NOW + 2.1) == HELD
+    asked = ask(lent, B, False, NOW).control
+    assert unasked(give(asked, A, NOW).control) and release(lent, A, NOW).control == FREE
+    assert lend(FREE, "", NOW, 2.0).success and lend(FREE, "", NOW, 2.0).control == FREE
 
 
 def test_motion_of_the_twin_is_the_holders_only_if_they_say_so() -> None:

@@ -43,6 +43,8 @@ class Control(msgspec.Struct, frozen=True):
     seen: float = 0.0
     # The holder moves the twin without a command to us: a jog, move_to, an action.
     moves: bool = False
+    # Until then a motion of the twin is that of the holder's own programs on this machine [s].
+    lent: float = 0.0
     # Who asks the holder, since when, and the last sign of life.
     asker: Seat = NOBODY
     asked: float = 0.0
@@ -134,6 +136,30 @@ def keep(control: Control, seat: Seat, moves: bool, now: float) -> Outcome:
     return Outcome(replace(control, seen=now, moves=moves), True, f"{seat.name} holds control")
 
 
+def lend(control: Control, local: str, now: float, lend_s: float) -> Outcome:
+    """Let a program of this machine move the twin, if it counts as the holder's own.
+
+    Args:
+        control: The state before.
+        local: The person whose own the program is; empty: nobody's.
+        now: Time [s].
+        lend_s: So long a motion may begin [s].
+    """
+    if control.holder == NOBODY:
+        return Outcome(control, True, "nobody holds control")
+    if not _is_own(control, local):
+        return Outcome(control, False, held_text(control, now))
+    lent = replace(control, lent=now + lend_s)
+    return Outcome(lent, True, f"{control.holder.name} holds control, and this is {local} too")
+
+
+def end_loan(control: Control, now: float) -> Control:
+    """Let the time pass in which a program of this machine may begin a motion of the twin."""
+    if control.lent and now > control.lent:
+        return replace(control, lent=0.0)
+    return control
+
+
 def heard(control: Control, seat: Seat, now: float) -> Control:
     """Take a command as the sign of life of the holder who sent it."""
     if seat == control.holder != NOBODY:
@@ -176,15 +202,16 @@ def expire(control: Control, now: float, keep_s: float, answer_s: float) -> Outc
     return None
 
 
-def refusal(control: Control, seat: Seat, now: float) -> str:
+def refusal(control: Control, seat: Seat, now: float, local: str = "") -> str:
     """Return why ``seat`` may not begin a motion, or an empty text.
 
     While nobody holds control a call without a session may: programs and lines in a shell. A page
     or client that says its session takes control first, so that all others see who moves the pair.
+    A program without a person that is the holder's own, ``local``, needs no control of its own.
     """
     if control.holder == NOBODY:
         return not_held_text() if seat.session else ""
-    if seat == control.holder:
+    if seat == control.holder or (seat == NOBODY and _is_own(control, local)):
         return ""
     return held_text(control, now)
 
@@ -212,7 +239,12 @@ def others_text(control: Control) -> str:
 
 def unasked(control: Control) -> bool:
     """Return whether a motion of the twin is that of nobody who may move the pair."""
-    return control.holder != NOBODY and not control.moves
+    return control.holder != NOBODY and not control.moves and not control.lent
+
+
+def _is_own(control: Control, local: str) -> bool:
+    """Return whether a program of this machine is that of the person who holds control."""
+    return local != "" and local == control.holder.person
 
 
 def _to_asker(control: Control, now: float) -> Control:

@@ -104,7 +104,10 @@ def _who(control: Control, trigger: Trigger, asked: Operator | None) -> str:
         return f"{name}, not proven" if asked.unproven else name
     if trigger in AT_ROBOT:
         return "at the robot"
-    return control.holder.name if trigger is Trigger.TWIN_MOVED else ""
+    if trigger is not Trigger.TWIN_MOVED:
+        return ""
+    lent = control.lent and not control.moves
+    return f"{control.holder.person}, {THIS_MACHINE}" if lent else control.holder.name
 
 
 def reject(setup: Setup, state: CoreState, reason: str, now: float) -> Result:

@@ -17,6 +17,8 @@ replace = msgspec.structs.replace
 Result = tuple[CoreState, list[AnyAction]]
 
 ACTIONS = ("TAKE", "ASK", "GIVE", "DENY", "RELEASE", "KEEP")
+LEND = "LEND"
+"""What a motion node says before it moves the twin for somebody; no person need prove anything."""
 
 
 def let_time_pass(setup: Setup, state: CoreState, event: AnyEvent) -> Result:
@@ -24,9 +26,11 @@ def let_time_pass(setup: Setup, state: CoreState, event: AnyEvent) -> Result:
     control, limits = state.lead.control, setup.config.control
     if control.holder == rules.NOBODY:
         return state, []
+    kept = rules.end_loan(control, event.now)
     if isinstance(event, Tick) and event.own_gap > 0.0:
-        control = rules.forgive(control, event.own_gap)
-        state = _with_control(state, control)
+        kept = rules.forgive(kept, event.own_gap)
+    if kept is not control:
+        control, state = kept, _with_control(state, kept)
     keep_s, answer_s = limits.keep_ms * 1e-3, limits.answer_ms * 1e-3
     lost = rules.expire(control, event.now, keep_s, answer_s)
     if lost is None:
@@ -40,7 +44,11 @@ def hear_control(setup: Setup, state: CoreState, event: ControlAsked) -> Result:
     if refused:
         return state, [Reply(event.id, False, refused)]
     seat = Seat(event.person, event.session)
-    outcome = _outcome(state.lead.control, event, seat)
+    if event.action == LEND:
+        lend_s = setup.config.control.lend_ms * 1e-3
+        outcome = rules.lend(state.lead.control, event.local, event.now, lend_s)
+    else:
+        outcome = _outcome(state.lead.control, event, seat)
     state, actions = _note(setup, state, outcome, seat.name, event.now)
     return state, [*actions, Reply(event.id, outcome.success, outcome.text)]
 
@@ -58,7 +66,7 @@ def hear_command(setup: Setup, state: CoreState, event: Operator) -> Result:
         lead = end_epoch(state.lead, event.command, event.now)
         return replace(state, lead=lead), actions
     seat, control = Seat(event.person, event.session), state.lead.control
-    refused = event.unproven or rules.refusal(control, seat, event.now)
+    refused = event.unproven or rules.refusal(control, seat, event.now, event.local)
     if not refused and event.command != "SPEED":
         # A cap moves nothing, and a lower one is never too late.
         refused = cancelled(state.lead, event.asked, event.now)
@@ -69,6 +77,8 @@ def hear_command(setup: Setup, state: CoreState, event: Operator) -> Result:
 
 def _invalid(event: ControlAsked) -> str:
     """Return why nothing can be done with control, or an empty text."""
+    if event.action == LEND:
+        return event.unproven
     if event.action not in ACTIONS:
         return f"unknown action {event.action!r}: allowed are {', '.join(ACTIONS)}"
     if event.unproven:
