@@ -18,7 +18,7 @@ from twin_controller.core.orders.gripper import gripper_text
 from twin_controller.core.safety.divergence import tools
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides import change
-from twin_controller.core.sides.pairing import deviation, paired
+from twin_controller.core.sides.pairing import SidesAtOnce, deviation, paired
 from twin_controller.core.sides.side import Side, Sides
 from twin_controller.core.state import CoreState
 
@@ -89,14 +89,22 @@ class Status(msgspec.Struct, frozen=True):
     values: dict[str, str]
 
 
-def state_view(setup: Setup, state: CoreState, now: float) -> StateView:
+def state_view(
+    setup: Setup, state: CoreState, now: float, pair: SidesAtOnce | None = None
+) -> StateView:
     """Return what ``twin_controller/state`` shows.
 
     Both sides are shown at the same instant, so that all that is shown of them agrees. Positions
     are rounded as the article does, and empty while unknown.
+
+    Args:
+        setup: Profile and numbers.
+        state: Of the core.
+        now: Monotonic [s].
+        pair: Both sides at the instant to show; None: at the newest at which both are known.
     """
     sides, lead, speeds = state.sides, state.lead, state.orders.speeds
-    pair = paired(sides)
+    pair = pair or paired(sides)
     real_side, twin_side = pair or _newest(sides)
     real, twin = _rounded(setup, real_side), _rounded(setup, twin_side)
     real_tool, twin_tool = tools(setup, pair) if pair else (NOWHERE, NOWHERE)

@@ -201,6 +201,7 @@ class Operator(Event, frozen=True, tag="operator"):
         unproven: Why the person is not known to be the one that is named; empty: known. Nobody's
             token ever gets here.
         asked: When it was asked for, or the earliest time at which that may have been [s]; 0: now.
+        local: The person whose own programs on this machine the caller is one of; empty: nobody's.
     """
 
     command: str
@@ -212,13 +213,15 @@ class Operator(Event, frozen=True, tag="operator"):
     session: str = ""
     unproven: str = ""
     asked: float = 0.0
+    local: str = ""
 
 
 class ControlAsked(Event, frozen=True, tag="control"):
     """Somebody takes, asks for, hands over, denies, releases or keeps control; as in Operator.
 
     Attributes:
-        action: TAKE, ASK, GIVE, DENY, RELEASE or KEEP.
+        action: TAKE, ASK, GIVE, DENY, RELEASE or KEEP; LEND: the twin is about to move for a
+            program of this machine.
         moves: The twin's own motion is that of this seat while it holds control.
     """
 
@@ -228,6 +231,7 @@ class ControlAsked(Event, frozen=True, tag="control"):
     session: str = ""
     unproven: str = ""
     moves: bool = False
+    local: str = ""
 
 
 AnyEvent = (

@@ -24,11 +24,13 @@ from twin_controller.core.authority.control import Control
 from twin_controller.core.events import RealMeasured, Tick
 from twin_controller.core.lead.commands.allowed import refusals
 from twin_controller.core.setup import Setup
+from twin_controller.core.sides.pairing import SidesAtOnce
 from twin_controller.core.state import CoreState
 from twin_controller.nodes.input_publisher import InputPublisher
 from twin_controller.nodes.publisher_thread import Batch, PublisherThread
 from twin_controller.nodes.shadow_service import ShadowService
 from twin_controller.nodes.status_publisher import StatusPublisher
+from twin_controller.reporting.peak import Peak
 from twin_controller.robot_sample import RobotSample
 from twin_controller.view import LinkView, Status, state_view
 
@@ -61,6 +63,7 @@ class Publishing:
         )
         self._diagnostics = Diagnostics("twin_controller", queue_size=2)
         self._state_pace = Pace(1.0 / setup.config.state_rate_hz)
+        self._peak = Peak(setup)
         self._data_pace = Pace(DATA_PERIOD_S)
         self._refused_pace = Pace(REFUSED_PERIOD_S)
         self._refused: dict[str, str] = {}
@@ -109,10 +112,19 @@ class Publishing:
                     self.audit("twin_controller", ", ".join(decision.actions), True, decision.why)
             for batch in batches:
                 self._publish_samples(batch)
+                self._publish_peak(batch)
             # Of what is recorded, too: a replay cannot reach a state between two messages.
             self._shadow.remember(state, now, stamp.to_sec())
             self.publish_state(state, now, stamp)
             self._status.publish(state, now, stamp)
+
+    def _publish_peak(self, batch: Batch) -> None:
+        """Publish the state at once while the tools get further apart than before."""
+        measured = any(isinstance(event, RealMeasured) for event in batch.events)
+        widest = self._peak.rises(batch.state) if measured else None
+        if widest is not None:
+            self._state_pace.hurry()
+            self.publish_state(batch.state, batch.now, batch.stamp, widest)
 
     def _publish_samples(self, batch: Batch) -> None:
         """Publish the real robot's samples of a batch if somebody listens."""
@@ -122,8 +134,13 @@ class Publishing:
             if isinstance(event, RealMeasured) and batch.state.sides.real.history:
                 self._publish_joints(event, batch.state, batch.now, batch.stamp)
 
-    def publish_state(self, state: CoreState, now: float, stamp: rospy.Time) -> None:
-        """Publish the state at its rate and at once when mode, reason or a link changes."""
+    def publish_state(
+        self, state: CoreState, now: float, stamp: rospy.Time, widest: SidesAtOnce | None = None
+    ) -> None:
+        """Publish the state at its rate and at once when mode, reason or a link changes.
+
+        Or when the tools get further apart than before, as they were then: see :class:`Peak`.
+        """
         sides, lead, orders = state.sides, state.lead, state.orders
         shown = (
             lead.mode,
@@ -142,7 +159,7 @@ class Publishing:
         )
         if not self._state_pace.is_due(now, shown):
             return
-        fields = msgspec.structs.asdict(state_view(self._setup, state, now))
+        fields = msgspec.structs.asdict(state_view(self._setup, state, now, widest))
         fields["links"] = [self._link(link) for link in fields["links"]]
         fields |= {name: Point(*fields[name]) for name in ("real_tool", "twin_tool")}
         fields["held_since"] = _held_since(fields["holder"], now - fields["held_since"], stamp)

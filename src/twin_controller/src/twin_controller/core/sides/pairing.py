@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from typing import TypeAlias
+
 from scara_control.joint_motion import JointMotion
 
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides.side import Sides
+
+SidesAtOnce: TypeAlias = tuple[JointMotion, JointMotion]
+"""The real robot and the twin at one instant."""
 
 
 def interpolate(history: tuple[JointMotion, ...], t: float) -> JointMotion | None:
@@ -16,7 +21,7 @@ def interpolate(history: tuple[JointMotion, ...], t: float) -> JointMotion | Non
     return None
 
 
-def paired(sides: Sides) -> tuple[JointMotion, JointMotion] | None:
+def paired(sides: Sides) -> SidesAtOnce | None:
     """Return the newest sample of the real robot that the twin's history covers, and the twin."""
     for real in reversed(sides.real.history[-4:]):
         twin = interpolate(sides.twin.history, real.time)
