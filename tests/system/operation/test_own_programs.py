@@ -92,7 +92,7 @@ def test_refused_program_is_held_before_it_harms_and_goes_on_by_the_operator(
         wait_until(lambda: abs(height_mm(cell) - NEAR_MM) < 0.1, 40.0, "the program's end")
         wait_until(lambda: cell.mode() == "IDLE", 20.0, "a ready pair")
         log = (cell.output / "log" / "twin_controller.log").read_text(encoding="utf-8")
-        assert log.count("is held (hold_own_programs)") == 1
+        assert log.count("is held (hold_own_programs)") == 1, log
 
 
 def test_refused_program_is_only_told_by_the_shipped_setting(tmp_path: Path) -> None:

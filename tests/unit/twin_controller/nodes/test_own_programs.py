@@ -54,6 +54,16 @@ def test_each_start_is_judged_once() -> None:
     assert robot.pauses == 0
 
 
+def test_a_program_that_runs_on_behind_a_lost_link_is_not_held_again() -> None:
+    """The robot says nothing for a while; the operator has resumed what was held."""
+    robot = Robot(REFUSED, hold=True)
+    robot.runs("ARTICLE")
+    robot.flags = None
+    assert robot.programs.look() is None
+    robot.runs("ARTICLE")
+    assert (len(robot.asked), robot.pauses) == (1, 1)
+
+
 @pytest.mark.parametrize(
     ("judgement", "hold", "ends", "pauses"),
     [

@@ -43,8 +43,15 @@ class OwnPrograms:
         self._known = ""
 
     def look(self) -> threading.Thread | None:
-        """Look whether a program has begun; return the thread that judges it."""
-        running = self._running()
+        """Look whether a program has begun; return the thread that judges it.
+
+        A link that was lost says nothing of programs: one that runs on behind it has not begun,
+        and what the operator has resumed is not held again.
+        """
+        flags = self._flags()
+        if flags is None:
+            return None
+        running = _running(flags)
         begun = bool(running) and running != self._known
         self._known = running
         if not begun:
@@ -57,11 +64,11 @@ class OwnPrograms:
         """Judge a program; hold the robot if it is refused, still runs, and that is wanted."""
         what = f"the robot's own program {program}"
         found = self._gate.ask(what, who="the robot", motion="PROGRAM", program=program)
-        if not found.allowed and self._hold and self._running() == program:
+        if not found.allowed and self._hold and _running(self._flags()) == program:
             rospy.logwarn("%s is held (hold_own_programs)", what)
             self._pause()
 
-    def _running(self) -> str:
-        """Return the name of the program that runs; empty: none, or one without a name."""
-        flags = self._flags()
-        return flags.program if flags is not None and flags.own_program else ""
+
+def _running(flags: RealMeasured | None) -> str:
+    """Return the name of the program that runs; empty: none, or one without a name."""
+    return flags.program if flags is not None and flags.own_program else ""
