@@ -169,7 +169,7 @@ def test_a_run_is_recorded_marked_and_reported(ros: Ros, cell: PlayedCell) -> No
         said = [m.data for _, m, _ in bag.read_messages(topics=[ros.name("experiment/marker")])]
     assert said == ["start twin_leads", "end twin_leads"]
     assert {p.name for p in output.glob("*.png")} == {
-        f"twin_leads_{kind}.png" for kind in ("paths", "joints", "errors")
+        f"twin_leads_{kind}.png" for kind in ("paths", "joints", "errors", "deviations", "worst")
     }
     words = ("--output", str(ros.folder / "again"), "--config-dir", str(ros.folder / "config"))
     again = ros.run("twin_experiments", "report", str(output / "run.bag"), *words)

@@ -401,11 +401,11 @@ class _Page(HTMLParser):
 
 
 def test_the_page_is_self_contained_and_escapes_what_nodes_said(written: Report) -> None:
-    """Six embedded figures, no request, text of a node stays text."""
+    """Ten embedded figures, no request, text of a node stays text."""
     whole = (written.folder / "report.html").read_text()
     page = _Page()
     page.feed(whole)
-    assert len(page.images) == 6
+    assert len(page.images) == 10
     assert all(asked.startswith("#") for asked in page.asked), "only places of the page itself"
     assert {asked[1:] for asked in page.asked} <= set(page.places)
     text = re.sub(r"<script.*?</script>", "", whole, flags=re.DOTALL)
@@ -417,13 +417,37 @@ def test_the_page_is_self_contained_and_escapes_what_nodes_said(written: Report)
 
 
 def test_the_figures_are_images_of_a_readable_size(written: Report) -> None:
-    """Blue and orange lines are on the paths' figure."""
+    """Blue and orange lines are on the figure of the worst place, and a path has many colours."""
     from matplotlib.image import imread
 
-    image = imread(written.folder / "real_leads_paths.png")[..., :3]
-    assert image.shape[1] > 1000
+    paths = imread(written.folder / "real_leads_paths.png")[..., :3]
+    assert paths.shape[1] > 1000 and len(np.unique(paths.reshape(-1, 3), axis=0)) > 500
+    image = imread(written.folder / "real_leads_worst.png")[..., :3]
     for red, green, blue in ((0x16, 0x67, 0xC2), (0xFF, 0x9A, 0x1F)):
         assert (np.abs(image - np.array([red, green, blue]) / 255.0).max(axis=2) < 0.02).sum() > 200
+
+
+def test_the_limit_stands_beside_the_error(make_bag: MakeBag, written: Report) -> None:
+    """In words always, and as a line where the error comes near it."""
+    assert "over time; allowed are 13.0 mm, 2 % of reach" in page_of(written)
+    assert '"limit"' not in page_of(written)
+    bag = make_bag(lag_s=0.03)
+    assert '"limit":13.0' in page_of(write_report(bag, bag.parent / "out", CONFIG))
+
+
+def test_the_difference_of_each_joint_has_a_figure_of_its_own(make_bag: MakeBag) -> None:
+    """On a scale that shows it: a lag of 4 ms is some tenths of a degree, up and down."""
+    bag = make_bag(lag_s=0.004)
+    page = page_of(write_report(bag, bag.parent / "out", CONFIG))
+    told = [json.loads(text) for text in re.findall(r'json">({.*?})</script>', page)]
+    (joints, _) = (one for one in told if one["panels"][0]["series"][0]["name"] == "real - twin")
+    assert [panel["y"] for panel in joints["panels"]] == [
+        "joint_1 [deg]",
+        "joint_2 [deg]",
+        "joint_3 [mm]",
+    ]
+    values = [value for _, value in joints["panels"][0]["series"][0]["data"]]
+    assert -2.0 < min(values) < -0.1 and 0.1 < max(values) < 2.0
 
 
 def test_an_experiment_that_was_not_finished_fails_but_is_reported(make_bag: MakeBag) -> None:

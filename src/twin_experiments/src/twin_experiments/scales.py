@@ -5,6 +5,8 @@ from __future__ import annotations
 LEAST_JOINT = {"deg": 1.0, "mm": 1.0, "rad or m": 0.002}
 """Least height of a joint's axis in its border unit. Our choice: a hundred times what the robot's
 display resolves; the axis of a joint that does not move then shows a straight line."""
+LEAST_DEVIATION = {"deg": 0.1, "mm": 0.1}
+"""Least height of an axis of a joint's real - twin. Our choice, as ``LEAST_DISTANCE``."""
 LEAST_REACH_PERCENT = 0.02  # our choice: a tenth of what is allowed at rest
 LEAST_DISTANCE = {"mm": 0.1, "rad or m": 0.001}
 """Least height of an axis of distances. Our choice: ten times what the robot's display resolves."""

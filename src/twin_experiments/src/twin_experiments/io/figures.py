@@ -10,13 +10,13 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from scara_config import Joint
+from scara_config import Joint, Robot
 
 from twin_experiments.analysis import Result
-from twin_experiments.io.paths_figure import draw_paths
+from twin_experiments.io.paths_figure import draw_paths, draw_worst
 from twin_experiments.metrics.errors import Comparison
 from twin_experiments.metrics.series import Array, Motion
-from twin_experiments.scales import LEAST_JOINT, least_distance, spread
+from twin_experiments.scales import LEAST_DEVIATION, LEAST_JOINT, least_distance, spread
 
 BLUE, ORANGE, GREY, RED = "#1667c2", "#ff9a1f", "#6b7280", "#c81e3a"
 PAUSE_GREY, MOVE_BLUE, GAP_RED, NEEDLE_VIOLET = "#9ca3af", "#dbe5f0", "#fbcaca", "#a78bfa"
@@ -54,25 +54,26 @@ MM = 1e3
 
 def draw(
     result: Result,
-    joints: list[Joint],
+    robot: Robot,
     positions: Mapping[str, Array],
-    reach_mm: float,
     path_limit_percent: float,
     folder: Path,
 ) -> dict[str, Path]:
     """Draw all figures of one experiment that could be compared.
 
     Returns:
-        Kind of figure (paths, joints, errors) to PNG file.
+        Kind of figure (errors, worst, paths, deviations, joints) to PNG file.
     """
     if result.comparison is None or result.motions is None:
         return {}
     name = result.span.label.replace(" #", "_")
     with mpl.rc_context(STYLE):
         figures = {
+            "errors": _errors(result, robot.reach_mm, path_limit_percent),
+            "worst": draw_worst(result.comparison),
             "paths": draw_paths(result.comparison, positions),
-            "joints": _joints(result.motions, joints, result.span.start),
-            "errors": _errors(result, reach_mm, path_limit_percent),
+            "deviations": _deviations(result, robot.arm_joints),
+            "joints": _joints(result.motions, robot.twin_joints, result.span.start),
         }
         written = {}
         for kind, figure in figures.items():
@@ -106,6 +107,35 @@ def _joints(motions: tuple[Motion, Motion], joints: list[Joint], start: float) -
     return figure
 
 
+def _deviations(result: Result, joints: list[Joint]) -> Figure:
+    """Each joint's real - twin at the same instant, each on a scale of its own."""
+    assert result.comparison is not None
+    aligned, start = result.comparison.trace.aligned, result.span.start
+    figure = Figure(figsize=(10.5, 1.6 * len(joints) + 0.4))
+    axes = np.atleast_1d(figure.subplots(len(joints), 1, sharex=True))
+    thin = thinning(len(aligned.instants))
+    for column, (axis, joint) in enumerate(zip(axes, joints)):
+        values = joint_deviation(result.comparison, column) / joint.scale
+        shown = largest_of_bins(values, thin.step)
+        axis.plot(aligned.instants[thin] - start, shown, color=RED, linewidth=1.1)
+        axis.set_ylabel(f"{joint.name}\n[{joint.unit}]")
+        low, high = float(values.min()), float(values.max())
+        axis.set_ylim(*spread(low, high, LEAST_DEVIATION[joint.unit]))
+        for kind, left, right in bands(result):
+            if kind == "move":
+                axis.axvspan(left, right, **BANDS[kind])
+    axes[0].set_title("real - twin at the same instant (blue: a side moves)")
+    axes[-1].set_xlabel("time [s]")
+    figure.align_ylabels(list(axes))
+    return figure
+
+
+def joint_deviation(comparison: Comparison, column: int) -> Array:
+    """Return real - twin of one joint at the instants of the comparison, SI."""
+    aligned = comparison.trace.aligned
+    return aligned.real.positions[:, column] - aligned.twin.positions[:, column]
+
+
 def _errors(result: Result, reach_mm: float, path_limit_percent: float) -> Figure:
     """Distance of both tools over time with moves shaded, and the errors of the held positions."""
     assert result.comparison is not None
@@ -133,11 +163,12 @@ def _errors(result: Result, reach_mm: float, path_limit_percent: float) -> Figur
     named |= {"pause": "grey: a pause", "needle": "violet: a needle"}
     found = {kind for kind, *_ in bands(result)}
     shades = ", ".join(text for kind, text in named.items() if kind in found)
-    upper.set(ylabel="apart [mm]", title=f"distance of the tools ({shades})")
+    limit = path_limit_percent * reach_mm / 100.0
+    allowed = f"allowed: {limit:.1f} mm, {path_limit_percent:g} % of reach"
+    upper.set(ylabel="apart [mm]", title=f"distance of the tools; {allowed} ({shades})")
     upper.legend(**ABOVE)
     upper.set_ylim(0.0, max(upper.get_ylim()[1], least_distance("mm", reach_mm)))
     _percent_axis(upper, reach_mm)
-    limit = path_limit_percent * reach_mm / 100.0
     if upper.get_ylim()[1] > limit:
         upper.axhline(limit, color=GREY, linestyle="--", linewidth=1.0)
     _positions(lower, comparison, start, least_distance("mm", reach_mm))
@@ -162,9 +193,10 @@ def bands(result: Result) -> list[tuple[str, float, float]]:
 
 
 def largest_of_bins(values: Array, step: int) -> Array:
-    """Thin a series to every ``step``-th place without losing its peaks."""
+    """Thin a series to every ``step``-th place without losing its peaks, up or down."""
     padded = np.concatenate((values, np.full(-len(values) % step, values[-1])))
-    return np.asarray(padded.reshape(-1, step).max(axis=1))
+    bins = padded.reshape(-1, step)
+    return np.asarray(bins[np.arange(len(bins)), np.abs(bins).argmax(axis=1)])
 
 
 def _percent_axis(axis: Axes, reach_mm: float) -> None:

@@ -1,4 +1,4 @@
-"""The paths of a report (the article's Figure 15): coloured by error, the worst place magnified."""
+"""The paths of a report (the article's Figure 15), coloured by error, and their worst place."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ def draw_paths(comparison: Comparison, positions: Mapping[str, Array]) -> Figure
         positions: Name of a set position to its place [m], shape ``(3,)``.
     """
     seen = comparison.trace
-    figure = Figure(figsize=(13.0, 5.0))
-    axes = figure.subplots(1, 3, width_ratios=(1.0, 1.0, 0.9))
+    figure = Figure(figsize=(10.5, 5.2))
+    axes = figure.subplots(1, 2)
     step = max(1, len(seen.deviation_mm) // MOST_POINTS)
     tool, error = seen.real_tool[::step] * MM, seen.deviation_mm[::step]
     norm = mpl.colors.Normalize(0.0, max(float(error.max()), LEAST_COLOR_MM))
@@ -51,10 +51,42 @@ def draw_paths(comparison: Comparison, positions: Mapping[str, Array]) -> Figure
         _set_positions(axis, positions, across, up)
         axis.set(title=title, xlabel="x [mm]", ylabel=f"{'xyz'[up]} [mm]")
         axis.set_aspect("equal", adjustable="datalim")
-        axis.margins(0.14)
+        axis.margins(0.2)
     scale = mpl.cm.ScalarMappable(norm, COLORS)
-    figure.colorbar(scale, ax=axes[:2], label="tools apart [mm]", shrink=0.9, pad=0.01)
-    _magnified(axes, seen)
+    figure.colorbar(scale, ax=axes, label="tools apart [mm]", shrink=0.9, pad=0.01)
+    _mark_worst(axes, seen)
+    return figure
+
+
+def draw_worst(comparison: Comparison) -> Figure:
+    """Draw both tools around the instant at which they were furthest apart."""
+    seen = comparison.trace
+    worst, number = _worst(seen)
+    across, up, title = VIEWS[number]
+    middle, half = _window(seen)
+    instants = seen.aligned.instants
+    near = np.abs(instants - instants[worst]) <= NEAR_S
+    figure = Figure(figsize=(5.6, 5.4))
+    axis = figure.subplots()
+    for name, tool, color, width in (
+        ("real", seen.real_tool, BLUE, 3.0),
+        ("twin", seen.twin_tool, ORANGE, 2.2),
+    ):
+        path = tool[near][:, [across, up]] * MM
+        axis.plot(path[:, 0], path[:, 1], color=color, linewidth=width, label=name)
+        place = tool[worst][[across, up]] * MM
+        axis.plot(*place, "o", color=color, markersize=8, markeredgecolor="white", zorder=4)
+    ends = np.array([side[worst][[across, up]] for side in (seen.real_tool, seen.twin_tool)]) * MM
+    axis.plot(ends[:, 0], ends[:, 1], color=RED, linewidth=1.4, label="at the same instant")
+    axis.set_xlim(middle[0] - half, middle[0] + half)
+    axis.set_ylim(middle[1] - half, middle[1] + half)
+    axis.set_aspect("equal", adjustable="box")
+    axis.set(
+        title=f"{title}: {seen.deviation_mm[worst]:.2f} mm apart",
+        xlabel="x [mm]",
+        ylabel=f"{'xyz'[up]} [mm]",
+    )
+    axis.legend(loc="best", frameon=True, framealpha=0.85)
     return figure
 
 
@@ -71,37 +103,25 @@ def _set_positions(axis: Axes, positions: Mapping[str, Array], across: int, up: 
         axis.annotate(name, place, offset, textcoords="offset points", fontweight="bold", ha=align)
 
 
-def _magnified(axes: Any, seen: Trace) -> None:
-    """Draw both tools around the instant at which they were furthest apart, and mark the place."""
+def _worst(seen: Trace) -> tuple[int, int]:
+    """Return the instant at which the tools were furthest apart, and the view that shows it."""
     worst = int(np.argmax(np.where(seen.moving, seen.deviation_mm, -1.0)))
-    between = (seen.real_tool[worst] - seen.twin_tool[worst]) * MM
-    number = 0 if abs(between[1]) >= abs(between[2]) else 1
-    across, up, title = VIEWS[number]
+    between = seen.real_tool[worst] - seen.twin_tool[worst]
+    return worst, 0 if abs(between[1]) >= abs(between[2]) else 1
+
+
+def _window(seen: Trace) -> tuple[Array, float]:
+    """Return the middle of the magnified square in its view, and half of its width [mm]."""
+    worst, number = _worst(seen)
+    across, up, _ = VIEWS[number]
     middle = 0.5 * (seen.real_tool[worst] + seen.twin_tool[worst])[[across, up]] * MM
-    half = max(WINDOW * float(seen.deviation_mm[worst]), LEAST_WINDOW_MM)
-    instants = seen.aligned.instants
-    near = np.abs(instants - instants[worst]) <= NEAR_S
-    axis = axes[2]
-    for name, tool, color, width in (
-        ("real", seen.real_tool, BLUE, 3.0),
-        ("twin", seen.twin_tool, ORANGE, 2.2),
-    ):
-        path = tool[near][:, [across, up]] * MM
-        axis.plot(path[:, 0], path[:, 1], color=color, linewidth=width, label=name)
-        place = tool[worst][[across, up]] * MM
-        axis.plot(*place, "o", color=color, markersize=8, markeredgecolor="white", zorder=4)
-    ends = np.array([side[worst][[across, up]] for side in (seen.real_tool, seen.twin_tool)]) * MM
-    axis.plot(ends[:, 0], ends[:, 1], color=RED, linewidth=1.4, label="at the same instant")
-    axis.set_xlim(middle[0] - half, middle[0] + half)
-    axis.set_ylim(middle[1] - half, middle[1] + half)
-    axis.set_aspect("equal", adjustable="box")
-    axis.set(
-        title=f"magnified, {title}: {seen.deviation_mm[worst]:.2f} mm",
-        xlabel="x [mm]",
-        ylabel=f"{'xyz'[up]} [mm]",
-    )
-    axis.legend(loc="best", frameon=True, framealpha=0.85)
-    # A mark that can be found, however small the magnified place is.
+    return middle, max(WINDOW * float(seen.deviation_mm[worst]), LEAST_WINDOW_MM)
+
+
+def _mark_worst(axes: Any, seen: Trace) -> None:
+    """Mark the magnified place so that it can be found, however small it is."""
+    _, number = _worst(seen)
+    middle, half = _window(seen)
     low, high = axes[number].dataLim.intervalx
     mark = max(half, 0.03 * float(high - low))
     axes[number].add_patch(

@@ -32,7 +32,7 @@ from twin_experiments.document import (
 )
 from twin_experiments.io.figures import draw
 from twin_experiments.io.label.workspace import this_workspace
-from twin_experiments.io.page.chart_data import errors_chart, joints_chart
+from twin_experiments.io.page.chart_data import deviations_chart, errors_chart, joints_chart
 from twin_experiments.io.page.render import anchor, figure, render, table
 from twin_experiments.io.palletising.parts_reader import read_work
 from twin_experiments.io.run_reader import read_configuration, read_run
@@ -70,8 +70,10 @@ LEGEND_MEASURED = (
     "The real side is what the twin controller read from the robot: nobody recorded the truth."
 )
 CAPTIONS = {
-    "errors": "How far the tools are apart, over time",
+    "errors": "How far the tools are apart, over time; allowed are {allowed}",
+    "worst": "Where they were furthest apart, magnified",
     "paths": "Paths of the real tool, coloured by the twin's distance (the article's Figure 15)",
+    "deviations": "How far each joint is apart, real - twin",
     "joints": "Joints over time (the article's Figure 16)",
 }
 SHORT_LEGEND = (
@@ -226,16 +228,13 @@ def _experiment(result: Result, entry: dict[str, Any], report: Report) -> dict[s
     """Return one experiment as the page takes it, after drawing its figures."""
     robot, config = report.configuration.robot, report.configuration.experiments
     positions = {name: np.array(robot.positions_m[name]) for name in result.visits}
-    drawn = draw(
-        result,
-        robot.twin_joints,
-        positions,
-        robot.reach_mm,
-        config.limits.path_error_percent,
-        report.folder,
-    )
+    percent = config.limits.path_error_percent
+    limit_mm = percent * robot.reach_mm / 100.0
+    allowed = f"{limit_mm:.1f} mm, {percent:g} % of reach"
+    drawn = draw(result, robot, positions, percent, report.folder)
     charts = {
-        "errors": errors_chart(result, robot.reach_mm),
+        "errors": errors_chart(result, robot.reach_mm, limit_mm),
+        "deviations": deviations_chart(result, robot.arm_joints),
         "joints": joints_chart(result, robot.twin_joints),
     }
     return {
@@ -245,7 +244,7 @@ def _experiment(result: Result, entry: dict[str, Any], report: Report) -> dict[s
         "reasons": result.reasons,
         "notes": notes(result, robot.reach_mm),
         "figures": [
-            figure(caption, drawn[kind], charts.get(kind))
+            figure(caption.format(allowed=allowed), drawn[kind], charts.get(kind))
             for kind, caption in CAPTIONS.items()
             if kind in drawn
         ],

@@ -21,11 +21,12 @@ from twin_experiments.io.figures import (
     PAUSE_GREY,
     RED,
     bands,
+    joint_deviation,
     largest_of_bins,
 )
 from twin_experiments.metrics.errors import Trace
 from twin_experiments.metrics.series import Array, Motion
-from twin_experiments.scales import LEAST_JOINT, least_distance, spread
+from twin_experiments.scales import LEAST_DEVIATION, LEAST_JOINT, least_distance, spread
 
 MOST_POINTS = 1500  # our choice: a pixel each on a wide screen; the file stays small
 Chart = dict[str, Any]
@@ -37,8 +38,8 @@ BAND_COLORS = {
 }
 
 
-def errors_chart(result: Result, reach_mm: float) -> Chart | None:
-    """Return the tools' distance over time with its bands; None without a comparison."""
+def errors_chart(result: Result, reach_mm: float, limit_mm: float) -> Chart | None:
+    """Return the tools' distance over time with bands and limit; None without a comparison."""
     if result.comparison is None:
         return None
     comparison, start = result.comparison, result.span.start
@@ -48,8 +49,26 @@ def errors_chart(result: Result, reach_mm: float) -> Chart | None:
         series.append(_line("lag removed", removed, GREY, 1.0))
     high = max(float(comparison.trace.deviation_mm.max()), least_distance("mm", reach_mm))
     told = [[*place, BAND_COLORS[kind]] for kind, *place in bands(result)]
-    panel = {"y": "apart [mm]", "low": 0.0, "high": _up(high), "series": series, "bands": told}
+    high = _up(high)
+    panel = {"y": "apart [mm]", "low": 0.0, "high": high, "series": series, "bands": told}
+    if limit_mm < high:
+        panel["limit"] = _four(limit_mm)
     return {"x": "time [s]", "from": 0.0, "to": _end(comparison.trace, start), "panels": [panel]}
+
+
+def deviations_chart(result: Result, joints: Sequence[Joint]) -> Chart | None:
+    """Return each joint's real - twin over time, with moves; None without a comparison."""
+    if result.comparison is None:
+        return None
+    seen, start = result.comparison.trace, result.span.start
+    moves = [[*place, MOVE_BLUE] for kind, *place in bands(result) if kind == "move"]
+    panels = []
+    for column, joint in enumerate(joints):
+        values = joint_deviation(result.comparison, column) / joint.scale
+        line = _line("real - twin", _thinned(seen.aligned.instants - start, values), RED, 1.3)
+        panel = _panel(f"{joint.name} [{joint.unit}]", [line], LEAST_DEVIATION[joint.unit])
+        panels.append({**panel, "bands": moves})
+    return {"x": "time [s]", "from": 0.0, "to": _end(seen, start), "panels": panels}
 
 
 def joints_chart(result: Result, joints: Sequence[Joint]) -> Chart | None:

@@ -64,6 +64,9 @@ function options(told, em) {
     type: "line", name: one.name, xAxisIndex: k, yAxisIndex: k, data: one.data,
     showSymbol: false, symbol: "circle", itemStyle: { color: seen(one.color) },
     lineStyle: { width: one.width, color: seen(one.color), type: one.dash || "solid" },
+    markLine: n || panel.limit == null ? undefined : { silent: true, symbol: "none",
+      lineStyle: { color: soft, type: "dashed" }, data: [{ yAxis: panel.limit }],
+      label: { color: ink, fontSize, position: "insideEndTop", formatter: "allowed" } },
     markArea: n ? undefined : { silent: true, data: (panel.bands || []).map(area) },
   })));
   const axisLine = { show: true, onZero: false, lineStyle: { color: soft } };

@@ -33,14 +33,23 @@ th { color: var(--soft); font-weight: 600; }
 .short td { white-space: nowrap; }
 .contents ol { columns: 16rem; margin: 0.3rem 0; padding-left: 1.4rem; }
 .contents a { display: inline-block; padding: 0.3rem 0; }
-figure { margin: 1rem 0; overflow-x: auto; } img { width: 100%; height: auto; display: block; }
+figure { margin: 1.4rem 0; overflow-x: auto; }
+img { max-width: 100%; height: auto; display: block; }
 .chart { width: 100%; }
 .drawn > img { display: none; }
 figure:not(.drawn) > .chart, figure:not(.drawn) .how { display: none; }
 details { margin: 0.6rem 0; } summary { cursor: pointer; padding: 0.5rem 0; font-weight: 600; }
 pre { overflow-x: auto; font-size: 0.85rem; }
-@media screen and (max-width: 40rem) { figure:not(.drawn) img { width: 46rem; }
-  .label th { width: 6rem; } th, td { padding-right: 0.6rem; } }
+@media screen and (max-width: 56rem) {
+  .label th { width: 6rem; } th, td { padding-right: 0.6rem; } td { overflow-wrap: anywhere; }
+  .stack table, .stack tbody, .stack tr, .stack td { display: block; }
+  .stack tr { padding: 0.5rem 0; border-bottom: 1px solid var(--line); }
+  .stack tr:first-child, .stack td:empty { display: none; }
+  .stack td { display: flex; justify-content: space-between; gap: 1rem; border: 0; padding: 0;
+    text-align: right; }
+  .stack td::before { content: attr(data-heading); color: var(--soft); font-weight: 400;
+    text-align: left; flex: none; }
+  .stack td:first-child { font-weight: 600; } .stack td:first-child::before { content: none; } }
 @page { size: A4; margin: 14mm; }
 @media print {
   :root { --ink: #000; --soft: #444; --paper: #fff; --line: #bbb; --tint: #f2f2f2;

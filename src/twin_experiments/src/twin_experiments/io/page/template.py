@@ -11,11 +11,12 @@ TEMPLATE = """<!DOCTYPE html>
 </head>
 <body>
 {% macro table(headings, rows, kind="") %}
-<div class="scroll {{ kind }}"><table>
+<div class="scroll {{ kind }}{% if headings | length > 2 %} stack{% endif %}"><table>
 <tr>{% for heading in headings %}<th>{{ heading }}</th>{% endfor %}</tr>
 {% for row in rows %}<tr>
 {% for cell in row %}
-<td{% if cell in ("pass", "FAIL") %} class="{{ cell }}"{% endif %}>
+<td data-heading="{{ headings[loop.index0] }}"
+{%- if cell in ("pass", "FAIL") %} class="{{ cell }}"{% endif %}>
 {{- cell | with_units }}</td>{% endfor %}
 </tr>
 {% endfor %}</table></div>
