@@ -92,6 +92,12 @@ def _farm(options: Options) -> list[Row]:
     return run(share, options.rows, options.folder, options.console)
 
 
+def _first_start(options: Options) -> list[Row]:
+    from bench.first_start import run
+
+    return run(options.folder, options.console)
+
+
 def _seeds(options: Options, default: int = 20) -> int:
     return default if options.seeds is None else options.seeds
 
@@ -105,6 +111,7 @@ SECTIONS: dict[str, Callable[[Options], list[Row]]] = {
     "plants": _plants,
     "what_if": _what_if,
     "farm": _farm,
+    "first_start": _first_start,
 }
 
 
@@ -160,6 +167,12 @@ def main(
             "stop wrong month pages jobs machines); docs/benchmarks.md.",
         ),
     ] = False,
+    first_start: Annotated[
+        bool,
+        typer.Option(
+            "--first-start", help="A first start on a bare Debian 12: needs root and debootstrap."
+        ),
+    ] = False,
     seeds: Annotated[
         int | None,
         typer.Option(
@@ -208,8 +221,10 @@ def main(
 ) -> None:
     """Measure, and compare with the goals.
 
-    Exit code 0: all hold; 1: one does not; 2: no such row.
+    Exit code 0: all hold; 1: one does not; 2: no such row, or files that differ from the commit.
     """
+    if not (show or write or (virtual and not renew)):
+        _refuse_changes()
     if virtual:
         from harness.virtual_cell.__main__ import main as measure_virtual
 
@@ -229,6 +244,7 @@ def main(
         ("plants", plants),
         ("what_if", what_if),
         ("farm", farm),
+        ("first_start", first_start),
     )
     chosen = [name for name, wanted in sections if wanted]
     enter_workspace()
@@ -277,6 +293,20 @@ def main(
     broken = sum(not row.holds for row in measured)
     console.print(f"{len(measured)} rows, {broken} beyond their limit; {folder / 'bench.json'}")
     raise typer.Exit(1 if broken else 0)
+
+
+def _refuse_changes() -> None:
+    """End with exit code 2 where files differ from the commit: nobody could measure it again."""
+    from bench.page import changed
+
+    if found := changed():
+        more = f" and {len(found) - 3} more" if len(found) > 3 else ""
+        typer.echo(
+            f"{', '.join(found[:3])}{more} differ from the commit: a figure is that of a commit. "
+            "Commit first.",
+            err=True,
+        )
+        raise typer.Exit(2)
 
 
 def _check_rows(rows: list[str] | None, known: Sequence[str]) -> None:

@@ -8,8 +8,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 EXPERIMENTS = {"real_leads": "the real robot leads", "twin_leads": "the twin leads"}
-TOLD = ("robot", "date", "commit", "machine")
-"""What a series says of where it was measured."""
 
 
 def demo_table(series: Sequence[Mapping[str, Any]]) -> list[str]:
@@ -42,56 +40,6 @@ def demo_table(series: Sequence[Mapping[str, Any]]) -> list[str]:
             )
             lines.append(f"| {' | '.join(cells)} |")
     return [*lines, "", *(_measured_on(demos) for demos in series)]
-
-
-def short_table(series: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Return the one table of README.md: what a live demo measures, and where all of it stands.
-
-    At rest counts the larger figure of both lengths: those that the controller is told, and those
-    that the stand-in was made with.
-    """
-    lines = [
-        "| percent of reach | fastest joint | while moving: median | worst | at rest: worst |",
-        "|---|---|---|---|---|",
-        "| the article | not said | | up to 5 % | 2 % |",
-    ]
-    for demos in series:
-        plant = demos["plant"].split(":")[0].removeprefix("plant ")
-        for name, words in EXPERIMENTS.items():
-            runs = [run[name] for run in demos["runs"] if name in run]
-            asked = f"{plant} stand-in, {demos['asked_percent']:g} % asked for: {words}"
-            if not runs:
-                lines.append(f"| {asked} | no run ended with a report | | | |")
-                continue
-            path = [run["path_percent"] for run in runs]
-            rest = [
-                run[key]
-                for run in runs
-                for key in ("positioning_percent", "true_percent")
-                if run.get(key) is not None
-            ]
-            cells = (
-                f"{max(run['speed_percent'] for run in runs):.0f} % of its largest speed",
-                f"{statistics.median(path):.2f} %",
-                f"{max(path):.2f} %",
-                f"{max(rest):.4f} %" if rest else "not known",
-            )
-            lines.append(f"| {asked} | {' | '.join(cells)} |")
-    return [*lines, "", _measured_together(series)] if series else lines
-
-
-def _measured_together(series: Sequence[Mapping[str, Any]]) -> str:
-    """Say in a paragraph what all series were measured on."""
-    counts = [len(demos["runs"]) for demos in series]
-    lost = sum(demos["failed"] for demos in series)
-    least, most = min(counts), max(counts)
-    runs = f"{least}" if least == most else f"{least} to {most}"
-    told = {key: " and ".join(dict.fromkeys(demos[key] for demos in series)) for key in TOLD}
-    ended = f" {lost} more ended without a report." if lost else ""
-    return (
-        f"Each row: {runs} runs of `./cell demo` in a row on {told['robot']}.{ended} "
-        f"Measured {told['date']}, commit {told['commit']}, on {told['machine']}."
-    )
 
 
 def p95(values: Sequence[float]) -> float:

@@ -6,9 +6,8 @@ import importlib.metadata
 import json
 import os
 import platform
-import subprocess
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +15,7 @@ from twin_experiments.io.label.workspace import PROCESSORS, UNKNOWN, commit_of, 
 
 from bench.demo_tables import demo_table, virtual_table
 from bench.goal_table import goal_table
+from bench.history import changed_files, in_doubt, is_whole
 from bench.many_cells.table import farm_table
 from bench.plant_tables import tables
 from bench.readme import with_figures
@@ -29,7 +29,6 @@ RESULTS, PAGE, NOTES = (
 )
 README = ROOT / "README.md"
 VIRTUAL = ROOT / "tests" / "virtual_time" / "baseline.json"
-GIT_S = 10.0
 OURS = (
     "numpy",
     "scipy",
@@ -66,16 +65,15 @@ def commit() -> str:
     The pages of figures do not count: what was measured before has written them.
     """
     told = commit_of(ROOT)
-    if told.endswith("+") and _changed() <= {RESULTS, PAGE, README}:
+    if told.endswith("+") and not changed():
         told = told[:-1]
     return "" if told == UNKNOWN else told
 
 
-def _changed() -> set[Path]:
-    """Return the files that git knows and that differ."""
-    command = ["git", "-C", str(ROOT), "diff", "--name-only", "HEAD"]
-    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=GIT_S)
-    return {ROOT / line for line in done.stdout.splitlines()}
+def changed() -> list[str]:
+    """Return the files that differ from the commit, without the pages of figures."""
+    found = changed_files(ROOT) - {RESULTS, PAGE, README}
+    return sorted(path.relative_to(ROOT).as_posix() for path in found)
 
 
 def measured(row: dict[str, Any], load: float) -> dict[str, Any]:
@@ -95,7 +93,7 @@ def document(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
     here = machine()
     kept = json.loads(RESULTS.read_text(encoding="utf-8")) if RESULTS.is_file() else {}
     own = {"versions": here["versions"], "peers": here["peers"], "rows": list(rows)}
-    others = ("demos", "plants", "what_if", "farm")
+    others = ("demos", "plants", "what_if", "farm", "first_start")
     return {**{key: kept[key] for key in others if key in kept}, **own}
 
 
@@ -118,7 +116,12 @@ def so_far() -> dict[str, Any]:
 
 
 def write(content: dict[str, Any]) -> None:
-    """Write results.json, docs/benchmarks.md and the figures of README.md."""
+    """Write results.json, docs/benchmarks.md and the figures of README.md.
+
+    What the history says of the figures is kept with them: the page is of that moment.
+    """
+    if is_whole(ROOT):
+        content = {**content, "in_doubt": in_doubt(content, ROOT)}
     RESULTS.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
     PAGE.write_text(page(content, NOTES.read_text(encoding="utf-8")), encoding="utf-8")
     README.write_text(with_figures(README.read_text(encoding="utf-8"), content), encoding="utf-8")
@@ -143,7 +146,15 @@ def page(content: dict[str, Any], notes: str) -> str:
     demos = [*demo_table(content["demos"]), ""] if "demos" in content else []
     virtual = virtual_table(json.loads(VIRTUAL.read_text(encoding="utf-8")))
     experiments = ["## The article's two experiments", "", *demos, *virtual, ""]
-    parts = [head, _table(rows), *experiments, *goal_table(content), *plants]
+    doubt = content.get("in_doubt", {})
+    parts = [
+        head,
+        *_doubts(doubt),
+        _table(rows, doubt),
+        *experiments,
+        *goal_table(content),
+        *plants,
+    ]
     parts += what_if_table(content["what_if"]) if content.get("what_if") else []
     parts += farm_table(content["farm"]) if content.get("farm") else []
     parts += ["## What each row compares\n", *(_entry(row) for row in rows)]
@@ -164,7 +175,19 @@ def _occasions(rows: Sequence[dict[str, Any]]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _table(rows: Sequence[dict[str, Any]]) -> str:
+def _doubts(doubt: Mapping[str, str]) -> list[str]:
+    """Name the figures that may have changed since, one line for each reason."""
+    if not doubt:
+        return []
+    names: dict[str, list[str]] = {}
+    for name, why in doubt.items():
+        names.setdefault(why, []).append(name)
+    lines = ["Measure these again before you rely on them:", ""]
+    lines += [f"- {', '.join(of_it)}: {why}." for why, of_it in names.items()]
+    return ["\n".join(lines) + "\n"]
+
+
+def _table(rows: Sequence[dict[str, Any]], doubt: Mapping[str, str]) -> str:
     lines = [
         "| row | ours | baseline | unit | ratio | goal | holds |",
         "|---|---|---|---|---|---|---|",
@@ -179,6 +202,7 @@ def _table(rows: Sequence[dict[str, Any]]) -> str:
                 row["ratio"],
                 row["goal"],
                 row["holds"],
+                doubt.get(row["id"], ""),
             )
         )
         for figure in row["beside"]:
@@ -197,9 +221,18 @@ def _table(rows: Sequence[dict[str, Any]]) -> str:
 
 
 def _line(
-    what: str, ours: Any, baseline: Any, unit: str, ratio: Any, goal: str, holds: bool | None
+    what: str,
+    ours: Any,
+    baseline: Any,
+    unit: str,
+    ratio: Any,
+    goal: str,
+    holds: bool | None,
+    doubt: str = "",
 ) -> str:
     verdict = {True: "yes", False: "**no**", None: ""}[holds]
+    if doubt:
+        verdict += ", old" if doubt.startswith("old") else ", in doubt"
     limits = goal.replace("<=", "≤").replace(">=", "≥")
     cells = (what, number(ours), number(baseline), unit, number(ratio), limits, verdict)
     return f"| {' | '.join(cells)} |"

@@ -71,9 +71,14 @@ mirror_of_this_machine() {
   echo "$found"
 }
 
+# Print how much the machine holds [MB].
+size_of_machine() { du --summarize --one-file-system --block-size=MB "$folder" | cut -d M -f 1; }
+
 # Run the command in a copy of the committed state: person, their home.
 try_as() {
-  local person=$1 home=$2 begun=$SECONDS
+  local person=$1 home=$2 bare begun
+  bare=$(size_of_machine)
+  begun=$SECONDS
   local kept=(LANG=C.UTF-8)
   for name in http_proxy https_proxy no_proxy HTTP_PROXY HTTPS_PROXY NO_PROXY PIP_INDEX_URL PIP_CONFIG_FILE; do
     [ -z "${!name:-}" ] || kept+=("$name=${!name}")
@@ -86,7 +91,7 @@ try_as() {
   local code=0
   chroot "$folder" su --login "$person" --command \
     "cd $home/cell && env $(printf '%q ' "${kept[@]}") ${command[*]}" || code=$?
-  echo "fresh_machine: as $person: exit code $code after $((SECONDS - begun)) s"
+  echo "fresh_machine: as $person: exit code $code after $((SECONDS - begun)) s, $(($(size_of_machine) - bare)) MB more on the disk"
   return $code
 }
 

@@ -16,13 +16,14 @@ if str(ROOT) not in sys.path:
     sys.path.append(str(ROOT))
 
 from bench import demos, page, run
-from bench.demo_tables import demo_table, p95, short_table
+from bench.demo_tables import demo_table, p95
 from bench.goal_table import goal_table
-from bench.readme import with_figures
 from bench.record import Beside, Goal, Record, interleaved, median, p99, spread_percent
 from bench.rows import GROUPS, names
 
-FIGURES = "before\n<!-- figures: by a script -->\nold\n<!-- end of figures -->\nafter\n"
+BLOCKS = "".join(
+    f"<!-- {name}: x -->\n<!-- end of {name} -->\n" for name in ("figures", "first start")
+)
 
 
 @pytest.mark.parametrize(
@@ -85,7 +86,8 @@ def test_row_that_fails_says_why_and_the_others_go_on(
     monkeypatch.setattr(run, "row", rows.get)
     for name, file in (("RESULTS", "results.json"), ("PAGE", "page.md"), ("README", "README.md")):
         monkeypatch.setattr(page, name, tmp_path / file)
-    page.README.write_text(FIGURES)
+    page.README.write_text(BLOCKS)
+    monkeypatch.setattr(page, "changed_files", lambda root: set())
     assert not run.measure([], tmp_path, Console(file=io.StringIO()), as_json=False)
     written = json.loads((tmp_path / "results.json").read_text())["rows"]
     assert [(row["id"], row["holds"]) for row in written] == [("first", False), ("second", True)]
@@ -102,16 +104,10 @@ def test_page_shows_all_rows_that_results_hold() -> None:
     assert len(names()) == len(set(names())) == sum(map(len, GROUPS.values()))
 
 
-def test_figures_of_the_readme_are_those_of_the_results() -> None:
-    """One source: what stands in README.md is what its script would write now."""
-    text = page.README.read_text()
-    assert with_figures(text, page.so_far()) == text
-
-
-def test_only_the_block_of_the_readme_is_written_anew() -> None:
-    """What stands around it is a person's."""
-    text = with_figures(FIGURES, {"demos": []})
-    assert "old" not in text and text.endswith("after\n") and "| the article | not said" in text
+def test_page_is_what_its_script_writes() -> None:
+    """One source: whoever changes the notes or a table writes the page again."""
+    content, notes = page.so_far(), page.NOTES.read_text()
+    assert page.page(content, notes) == page.PAGE.read_text()
 
 
 def test_demos_are_shown_with_median_worst_speed_and_plant() -> None:
@@ -132,23 +128,6 @@ def test_demos_are_shown_with_median_worst_speed_and_plant() -> None:
     assert line in text
     assert "3 runs" in text and "1 more ended without a report" in text
     assert all(word in text for word in ("a robot", "ideal", *told.values()))
-    short = "\n".join(short_table([demos, demos | {"runs": [], "failed": 2}]))
-    assert (
-        "| ideal stand-in, 50 % asked for: the real robot leads | 50 % of its largest speed "
-        "| 0.20 % | 0.90 % | 0.0010 % |"
-    ) in short
-    assert "50 % asked for: the twin leads | no run ended with a report |" in short
-    assert "0 to 3 runs" in short and "3 more ended without a report" in short
-    assert all(word in short for word in ("a robot", *told.values()))
-
-
-def test_the_short_table_tells_the_larger_of_both_errors_at_rest() -> None:
-    """Lengths that the controller is not told count, where they are known."""
-    one = {"path_percent": 0.2, "positioning_percent": 0.01, "speed_percent": 50.5}
-    told = {"date": "d", "commit": "c", "machine": "m", "robot": "r", "plant": "plant field: f"}
-    runs = [{"real_leads": one | {"true_percent": 0.02}}]
-    demos = {**told, "asked_percent": 100.0, "failed": 0, "runs": runs}
-    assert "| 0.20 % | 0.20 % | 0.0200 % |" in "\n".join(short_table([demos]))
 
 
 IDEAL = {"name": "ideal", "description": "a perfect robot", "payload_kg": 0.0}
@@ -191,12 +170,6 @@ def test_a_series_without_a_report_is_told_and_not_left_out() -> None:
 def test_p95_is_a_value_that_was_measured(count: int, place: int) -> None:
     """The smallest that 95 of 100 do not exceed: of few runs the worst."""
     assert p95([float(k) for k in range(count, 0, -1)]) == place
-
-
-def test_a_readme_without_its_block_is_refused() -> None:
-    """Figures that are written nowhere would be lost in silence."""
-    with pytest.raises(ValueError, match=r"README\.md has 0 blocks of figures, expected 1"):
-        with_figures("nothing", {"rows": []})
 
 
 def test_goals_name_the_worst_and_mark_what_is_beyond() -> None:

@@ -34,9 +34,9 @@ def test_what_does_not_hold_stands_out_and_each_part_says_where_it_was_measured(
 def test_a_page_that_was_written_makes_no_other_commit(monkeypatch: pytest.MonkeyPatch) -> None:
     """A part that was measured before writes the page; other files that differ are told."""
     monkeypatch.setattr(page, "commit_of", lambda _: "abc1234+")
-    monkeypatch.setattr(page, "_changed", lambda: {page.RESULTS, page.PAGE})
+    monkeypatch.setattr(page, "changed_files", lambda root: {page.RESULTS, page.PAGE})
     assert page.commit() == "abc1234"
-    monkeypatch.setattr(page, "_changed", lambda: {page.RESULTS, page.ROOT / "env.sh"})
+    monkeypatch.setattr(page, "changed_files", lambda root: {page.RESULTS, page.ROOT / "env.sh"})
     assert page.commit() == "abc1234+"
     monkeypatch.setattr(page, "commit_of", lambda _: "unknown")
     assert page.commit() == ""
