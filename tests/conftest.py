@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 import pytest
 from harness.ros import Master, Ros
+from harness.running import lanes
 from harness.running.plugin import Running
 from harness.running.thorough import SEARCH, examples
 from harness.workspace import enter_workspace, workspace_environment
@@ -27,22 +28,10 @@ settings.register_profile(
 settings.load_profile("cell")
 
 
-# Modules of tests/unit that take many seconds: searches over thousands of histories.
-# `./cell check` leaves them out.
-SLOW = (
-    "twin_controller/core/test_properties.py",
-    "twin_controller/core/test_arbitration.py",
-    "twin_controller/core/test_robustness.py",
-    "twin_experiments/fitting/",
-    "twin_experiments/replay/",
-    "twin_experiments/test_report.py",
-)
-
-
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Mark the tests of slow modules."""
     for item in items:
-        if any(part in item.path.as_posix() for part in SLOW):
+        if any(part in item.path.as_posix() for part in lanes.SLOW):
             item.add_marker("slow")
 
 

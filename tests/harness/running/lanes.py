@@ -1,30 +1,30 @@
 """Which test runs when, where several processes share one machine.
 
-``./cell test`` runs three parts: whole cells and browsers one at a time, then single nodes and what
-looks at the clock two at a time, and beside both what only computes, in the processor time that
-those leave (decisions 0022 and 0037). The tests of one group go to one worker of pytest-xdist, one
-after the other; those of a shared cell are one group.
+``./cell test`` runs four parts: whole cells one at a time; then single nodes and what looks at the
+clock, two at a time; then browsers one at a time; and beside all of them what only computes, in the
+processor time that those leave (decisions 0022 and 0037). The tests of one group go to one worker
+of pytest-xdist, one after the other; those of a shared cell are one group.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
+from functools import cache
+
+from harness.workspace import ROOT
 
 LIVE = ("tests/system/", "tests/ros/", "tests/clients/")
 """Tests that run in real time, with processes."""
-PARTS = ("cells", "nodes", "pure")
+PARTS = ("cells", "nodes", "pages", "pure")
 """What ``./cell test`` runs, and how: see above."""
-CELLS = (
-    "tests/system/",
-    "tests/ros/farm/test_page.py",
-    "tests/ros/operator_panel/preview/test_page_gate.py",
-    "tests/ros/operator_panel/preview/test_page_judged.py",
-    "tests/ros/operator_panel/test_jog_buttons.py",
-    "tests/ros/operator_panel/test_stop.py",
-    "tests/ros/operator_panel/test_tuning_form.py",
-    "tests/ros/rosbridge_gateway/pages/test_page_from_file.py",
+CELLS = ("tests/system/",)
+"""Whole cells: each wants one of two cores for itself."""
+BROWSES = re.compile(
+    r"^(?:from|import) (?:playwright|harness\.wires\.browser|harness\.page\.(?:hand|theatre))\b",
+    re.MULTILINE,
 )
-"""Whole cells, and browsers beside one: each wants one of two cores for itself."""
+"""What a test imports that drives a browser."""
 TIMED = (
     "tests/unit/bench/test_journal.py",
     "tests/unit/cell_recorder/journal/test_writer.py",
@@ -37,6 +37,7 @@ TIMED = (
     "tests/unit/harness/storm/",
     "tests/unit/harness/test_processes.py",
     "tests/unit/harness/test_proxy.py",
+    "tests/unit/harness/test_time_limit.py",
     "tests/unit/harness/test_trial.py",
     "tests/unit/operator_panel/io/",
     "tests/unit/operator_panel/nodes/",
@@ -50,6 +51,24 @@ TIMED = (
     "tests/unit/twin_controller/nodes/",
 )
 """Unit tests with sockets, threads or processes: they wait for answers, and for time to pass."""
+SLOW = (
+    "operator_panel/view/test_remedies.py",
+    "scara_simulation/compiled/test_compiled.py",
+    "twin_controller/core/safety/test_braking.py",
+    "twin_controller/core/safety/test_speed_limit.py",
+    "twin_controller/core/test_arbitration.py",
+    "twin_controller/core/test_faults.py",
+    "twin_controller/core/test_late.py",
+    "twin_controller/core/test_properties.py",
+    "twin_controller/core/test_robustness.py",
+    "twin_experiments/fitting/",
+    "twin_experiments/io/test_compare_bags.py",
+    "twin_experiments/replay/",
+    "twin_experiments/test_report.py",
+    "what_if/test_campaign.py",
+    "what_if/uncertainty/",
+)
+"""Unit tests that take many seconds: ``./cell check`` leaves them out."""
 BROWSER = "one browser"
 SHARED = {
     "tests/ros/operator_panel/jogging/test_turn_steps.py": BROWSER,
@@ -105,14 +124,24 @@ def turns(tests: Iterable[str]) -> dict[str, int]:
 
 
 def part_of(file: str) -> str:
-    """Return the part of ``./cell test`` that runs a file: ``cells``, ``nodes`` or ``pure``.
+    """Return the part of ``./cell test`` that runs a file: one of ``PARTS``.
 
     Args:
         file: Its path from the root of the project.
     """
-    if file.startswith(CELLS) or SHARED.get(file) == BROWSER:
+    if drives_browser(file):
+        return "pages"
+    if file.startswith(CELLS):
         return "cells"
     return "nodes" if file.startswith(LIVE + TIMED) else "pure"
+
+
+@cache
+def drives_browser(file: str) -> bool:
+    """Return whether a test drives a browser: it is in a shared one, or imports what does."""
+    path = ROOT / file
+    imports = path.is_file() and BROWSES.search(path.read_text(encoding="utf-8"))
+    return bool(imports) or SHARED.get(file) == BROWSER
 
 
 def is_live(test: str) -> bool:

@@ -127,15 +127,13 @@ def parts(tmp_path: Path) -> str:
     (tmp_path / "build").mkdir()
     (tmp_path / "some_test.py").touch()
     text = (ROOT / "cell").read_text()
-    found = re.findall(
-        r"^(?:run_tests|beside|last_of_all|end_beside)\(\) \{.*?^\}", text, re.M | re.S
-    )
+    found = re.findall(r"^(?:run_tests|beside|behind|end_beside)\(\) \{.*?^\}", text, re.M | re.S)
     assert len(found) == 4
     return "\n".join([f"root={tmp_path}; cd $root; set -u", *found, 'run_tests "$@"'])
 
 
 @pytest.mark.parametrize("nodes", ["", "beside"])
-def test_the_whole_is_tested_in_three_parts(parts: str, nodes: str) -> None:
+def test_the_whole_is_tested_in_four_parts(parts: str, nodes: str) -> None:
     """What only computes takes what the others leave, and all that it is asked for reaches each."""
     done = run("bash", "-c", parts, "cell", "-k", "x", env=asked(CELL_TEST_NODES=nodes))
     assert done.returncode == 0, done.stderr
@@ -144,17 +142,38 @@ def test_the_whole_is_tested_in_three_parts(parts: str, nodes: str) -> None:
     own = os.nice(0)
     assert found == [
         ("cells", str(own), "", usual),
-        ("nodes", str(own), "-n 2 ", usual),
+        ("nodes", str(min(19, own + 5) if nodes else own), "-n 2 ", usual),
+        ("pages", str(own), "", usual),
         ("pure", "19", "-n 2 ", usual),
     ]
 
 
-@pytest.mark.parametrize("part", ["cells", "nodes", "pure"])
+@pytest.mark.parametrize(("nodes", "beside"), [("beside", True), ("", False)])
+def test_single_nodes_run_beside_cells_on_request_and_never_beside_a_browser(
+    parts: str, tmp_path: Path, nodes: str, beside: bool
+) -> None:
+    """Beside a node of another worker a browser stopped going on."""
+    (tmp_path / "build" / "ended").write_text("")
+    python = tmp_path / ".venv" / "bin" / "python"
+    python.write_text(
+        "#!/bin/bash\n"
+        '[ "$CELL_TEST_PART" != cells ] || for _ in {1..100}; do\n'
+        f"  grep -q nodes build/ended && break; {'sleep 0.1' if beside else 'break'}\n"
+        "done\n"
+        'echo "$CELL_TEST_PART" >>build/ended\n'
+    )
+    assert run("bash", "-c", parts, env=asked(CELL_TEST_NODES=nodes)).returncode == 0
+    ended = [part for part in (tmp_path / "build" / "ended").read_text().split() if part != "pure"]
+    assert ended == (["nodes", "cells", "pages"] if beside else ["cells", "nodes", "pages"])
+
+
+@pytest.mark.parametrize("part", ["cells", "nodes", "pages", "pure"])
 def test_a_part_that_fails_fails_the_whole(parts: str, part: str) -> None:
     """The others are run and shown all the same."""
     done = run("bash", "-c", parts, env=asked(FAILS=f"{part} 1"))
     assert done.returncode == 1 and "a part failed (1)" in done.stderr
-    assert re.findall(r"^(\w+) \d+:", done.stdout, re.M) == ["cells", "nodes", "pure"]
+    shown = re.findall(r"^(\w+) \d+:", done.stdout, re.M)
+    assert shown == ["cells", "nodes", "pages", "pure"]
 
 
 def test_an_interrupted_run_ends_what_runs_beside_it(parts: str, tmp_path: Path) -> None:
@@ -167,6 +186,35 @@ def test_an_interrupted_run_ends_what_runs_beside_it(parts: str, tmp_path: Path)
     assert done.returncode == 2
     pid = int((tmp_path / "pid_pure").read_text())
     wait_until(lambda: not Path(f"/proc/{pid}").exists(), 10.0, "the end of the pure part")
+
+
+@pytest.mark.parametrize(("fails", "code"), [("none", 0), ("tests/core.py", 1), ("tests/unit", 1)])
+def test_a_change_runs_what_it_reaches_beside_what_always_runs(
+    tmp_path: Path, fails: str, code: int
+) -> None:
+    """Quick tests first, then what the change reaches, then the live core; all are run."""
+    python = tmp_path / ".venv" / "bin" / "python"
+    python.parent.mkdir(parents=True)
+    python.write_text(
+        "#!/bin/bash\n"
+        'case "$*" in\n'
+        '  *running.changed\\ HEAD~3) echo "tests/a.py"; echo "tests/b.py" ;;\n'
+        '  -c*) echo "tests/core.py" ;;\n'
+        f'  *) echo "ran $*"; [[ "$*" != *{fails}* ]] ;;\n'
+        "esac\n"
+    )
+    python.chmod(0o755)
+    (tmp_path / "tests").mkdir()
+    (function,) = re.findall(r"^run_changed\(\) \{.*?^\}", (ROOT / "cell").read_text(), re.M | re.S)
+    script = f"root={tmp_path}; cd $root; set -u\n{function}\nrun_changed HEAD~3"
+    done = run("bash", "-c", script, env=asked())
+    ran = [line.split() for line in done.stdout.splitlines()]
+    assert [words[-2:] for words in ran] == [
+        ["tests/golden", "tests/unit"],
+        ["tests/a.py", "tests/b.py"],
+        ["thorough", "tests/core.py"],
+    ]
+    assert done.returncode == code
 
 
 def test_named_tests_run_in_one_process(parts: str) -> None:

@@ -92,7 +92,7 @@ def test_one_worker_plays_the_tests_of_a_shared_cell_one_after_the_other() -> No
     """Else its cell would end with another group's test and start again."""
     cell, page = (
         "tests/system/operation/test_cell.py",
-        "tests/system/operation/test_operator_page.py",
+        "tests/system/page/test_operator_page.py",
     )
     replay = "tests/system/test_replay.py"
     found = turns([f"{cell}::test_a", f"{page}::test_a", f"{cell}::test_b", f"{replay}::test_a"])
@@ -103,8 +103,11 @@ def test_one_worker_plays_the_tests_of_a_shared_cell_one_after_the_other() -> No
     ("file", "part"),
     [
         ("tests/system/test_demo.py", "cells"),
-        ("tests/ros/operator_panel/test_stop.py", "cells"),
-        ("tests/ros/operator_panel/test_for_hands.py", "cells"),
+        ("tests/ros/operator_panel/test_stop.py", "pages"),
+        ("tests/ros/operator_panel/test_for_hands.py", "pages"),
+        ("tests/ros/farm/test_wall.py", "pages"),
+        ("tests/system/page/test_operator_page.py", "pages"),
+        ("tests/unit/twin_experiments/io/test_page_in_browser.py", "pages"),
         ("tests/ros/operator_panel/test_doors.py", "nodes"),
         ("tests/ros/test_emulator.py", "nodes"),
         ("tests/unit/scara_ros/test_page_door.py", "nodes"),
