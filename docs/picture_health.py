@@ -15,10 +15,10 @@ MODES = ("Ready", "Real robot leads", "Twin leads", "Operator leads")
 SHARE = 0.5  # of the distance that raises an alarm: what is more is no small deviation
 KEYS = ("mode", "alarms", "deviation", "limit", "links", "trouble")
 SAID = """() => {
-    const text = (key) => document.querySelector(`[data-live="${key}"]`).innerText;
+    const text = (key) => document.querySelector(`[data-live="${key}"]`).textContent;
     return {
         mode: text("mode"),
-        alarms: document.querySelector("[data-alarms]").innerText,
+        alarms: document.querySelector("[data-alarms]").textContent,
         deviation: text("deviation"),
         limit: text("deviation.limit"),
         links: `${text("link.real.state")}, ${text("link.twin.state")}`,

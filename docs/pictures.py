@@ -35,25 +35,18 @@ sys.path.insert(0, str(ROOT / "tests"))
 
 import moving_picture  # noqa: E402
 import picture_health  # noqa: E402
+from harness.page.acts import patient_configuration  # noqa: E402
 from harness.processes import Stage, free_port, wait_until  # noqa: E402
 from harness.workspace import workspace_environment  # noqa: E402
-from harness.yaml_files import changed_yaml, copy_configuration  # noqa: E402
 from PIL import Image  # noqa: E402
 from playwright.sync_api import Browser, Page, expect, sync_playwright  # noqa: E402
 
 CHROMIUM = "/usr/bin/chromium"
 FLAGS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
-PATIENCE: list[tuple[str, list[str | int], float]] = [
-    ("emulator.yaml", ["heartbeat_timeout_ms"], 5000),
-    ("twin_controller.yaml", ["real", "timeout_ms"], 1000.0),
-    ("twin_controller.yaml", ["real", "stale_ms"], 5000.0),
-    ("twin_controller.yaml", ["twin", "stale_ms"], 30000.0),
-    ("twin_controller.yaml", ["limit", "source_age_ms"], 1500.0),
-    ("operator_panel.yaml", ["silent_ms"], 5000.0),
-]
 LOW, WIDE, TABLET, PHONE = (1280, 720), (1920, 1080), (768, 1024), (390, 844)
 RVIZ_SIZE = "1280x800"
 PATIENCE_MS = 120_000
+OVER_THE_PICTURE = ".lead-card, .deviation-card, .scene-head, .views"
 PENDANT = ("rosrun", "fanuc_emulator", "pendant")
 FILM_TARGET = (0.30, -0.40, 0.10)
 FILM_LEADS_S, FILM_STEP_MS = 8.0, 200.0
@@ -68,9 +61,7 @@ class Cell:
 
     def __init__(self, folder: Path) -> None:
         """Start it and wait until it is ready."""
-        config = copy_configuration(folder / "patient")
-        for file, path, value in PATIENCE:
-            changed_yaml(config / file, config, path, value)
+        config = patient_configuration(folder / "patient")
         self.folder, self.panel, self.pendant_page = folder, free_port(), free_port()
         master = f"http://127.0.0.1:{free_port()}"
         self.stage = Stage(
@@ -92,6 +83,7 @@ class Cell:
             120.0,
             "a ready cell",
         )
+        assert self._up.poll() is None, self._up.tail()
         self.env = {"SCARA_CONFIG_DIR": str(self.folder / "output" / "config")}
         self.address = self._address(self.panel)
         self.pendant_address = self._address(self.pendant_page)
@@ -160,7 +152,7 @@ def follows(page: Page) -> None:
 def take_still(page: Page) -> None:
     """Take what a browser without WebGL shows in place of the model."""
     page.wait_for_timeout(3000)  # the model comes in many small pieces
-    page.add_style_tag(content=".legend, .scene-tools { visibility: hidden; }")
+    page.add_style_tag(content=f"{OVER_THE_PICTURE} {{ visibility: hidden; }}")
     still = ROOT / "src" / "operator_panel" / "web" / "still.jpg"
     page.locator(".scene-body").screenshot(path=still, type="jpeg", quality=80)
     page.reload()
@@ -243,10 +235,7 @@ def take_film(cell: Cell, browser: Browser, out: Path) -> None:
     the twin lead slowly. A film with an alarm in it is not kept either.
     """
     with opened(browser, cell.address, LOW, "light") as page:
-        # The camera's picture is drawn by the cell. The model would be drawn by this processor ten
-        # times a second, in the time that the cell needs.
-        choose(page, "Camera", "Programs")
-        page.get_by_role("button", name="Release", exact=True).click()
+        choose(page, "Model", "Programs")
         for attempt in range(FILMS):
             try:
                 with moving_picture.Film(page) as film:

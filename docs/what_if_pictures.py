@@ -70,9 +70,8 @@ def take_previews(page: Page, times: dict[str, float], out: Path) -> None:
         expect(page.locator("[data-motion-at]")).to_contain_text(f"{time:.2f} of")
         page.wait_for_function(DRAWN)
         page.wait_for_timeout(LOADED_MS)
-        # Else the page's bar, which stays at the top, would lie over the picture.
         page.evaluate("window.scrollTo(0, 0)")
-        page.locator(".scene-card").screenshot(path=out / f"{name}_preview.png")
+        page.screenshot(path=out / f"{name}_preview.png")  # the verdict stands below the picture
         page.locator("[data-motion-close]").click()
 
 

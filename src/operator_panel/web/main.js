@@ -39,6 +39,12 @@ function startJogWays() {
   choice("pace", "slow");
 }
 
+// Whether the eye goes with the tool.
+function startFollow() {
+  const button = document.querySelector("[data-follow]");
+  button.addEventListener("click", () => button.setAttribute("aria-pressed", button.getAttribute("aria-pressed") !== "true"));
+}
+
 // Buttons of which one is chosen, wherever they stand.
 function choice(kind, first, then = () => {}) {
   const buttons = [...document.querySelectorAll(`[data-${kind}]`)];
@@ -84,7 +90,7 @@ function start() {
   );
   const live = new Live(`${told.live}?page=${told.page}&tab=${encodeURIComponent(tabId())}`, {
     frame(frame) {
-      stop.showTrouble(frame.no_stop || "");
+      stop.look(frame);
       // Where the processor draws, every second frame is enough to read.
       odd = !odd;
       if (!odd || !scene.software || frame.silent) {
@@ -102,13 +108,17 @@ function start() {
     history: (rows) => charts.restart(rows),
     refused: () => {}, // the place of the commands says why
     stopped: (answer) => stop.answered(answer),
-    lost: (since) => texts.lost(since),
+    lost: (since) => {
+      texts.lost(since);
+      stop.forget();
+    },
     back: () => texts.back(),
   });
   const stop = new Stop(live);
   const events = new Events(live);
   startTabs();
   startJogWays();
+  startFollow();
   new Camera();
   if (told.operator) watchJog(live, told.jog_period_ms);
   window.panel = {

@@ -12,9 +12,8 @@ export class TimeLine {
     this.place = document.querySelector("[data-time-line]");
     this.range = this.place.querySelector("[data-past-range]");
     this.clock = this.place.querySelector("[data-past-clock]");
-    this.wrong = this.place.querySelector("[data-past-wrong]");
+    this.wrong = document.querySelector("[data-past-wrong]");
     this.text = document.querySelector("[data-past-text]");
-    this.note = document.querySelector("[data-past-note]");
     this.at = null;
     this.asking = false;
     this.button.addEventListener("click", () => (this.at === null ? this.open("") : this.close()));
@@ -163,11 +162,10 @@ export class TimeLine {
     this.tell(`${clock}, ${length(Math.round(this.at - first))} after its start${read}`, note);
   }
 
-  // What is shown is said on the time line, and in the strip, which never leaves the screen.
+  // What is shown is said in the bar, which never leaves the screen.
   tell(words, note = "") {
     const what = this.run ? `Recording ${this.run}` : "Past";
-    this.text.textContent = `${what}: ${words}. ${note}`.trim();
-    this.note.textContent = `Not now. ${what}: ${words}.`;
+    this.text.textContent = `Not now. ${what}: ${words}. ${note}`.trim();
   }
 }
 

@@ -1,9 +1,10 @@
 // Moves the groups of the 3-D scene; draws edges, ghosts and the trails of both tools.
 import { THREE } from "nicegui-scene";
 import { Pace } from "./pace.js";
+import { Apart, Trail } from "./picture/marks.js";
 
-const TRAIL_POINTS = 240;
-const TRAIL_STEP_M = 0.0015;
+const WHOLE_ASPECT = 1.5; // width by height of a picture in which the views show the whole robot; our choice
+const SOFTWARE_PIXELS = 250_000; // a processor draws no more in a tenth of a second; our choice
 const EDGE_ANGLE_DEG = 30;
 const PART_EDGES = 32;
 const PERSON = { radius: 0.25, low: -0.4, high: 1.3, place: 0.05 }; // m: a body on the floor, and what was seen
@@ -14,6 +15,8 @@ export class Scene {
     this.told = told;
     this.finished = new Set();
     this.trails = null;
+    this.apart = null;
+    this.followed = null;
     this.pose = {};
     this.size = "";
     this.parts = new Map();
@@ -44,7 +47,7 @@ export class Scene {
     this.finish();
     if (this.waiting) this.putParts(this.waiting);
     for (const [side, pose] of Object.entries(frame.pose || {})) this.place(side, pose);
-    for (const [side, tool] of Object.entries(frame.tool || {})) this.trace(side, tool);
+    this.trace(frame.tool || {});
     this.putPeople(frame.people || []);
   }
 
@@ -160,9 +163,15 @@ export class Scene {
     const size = `${clientWidth}x${clientHeight}`;
     if (size === this.size || !clientWidth || !this.view.renderer) return;
     this.size = size;
-    this.view.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+    const finest = Math.min(window.devicePixelRatio, 2);
+    const coarse = Math.sqrt(SOFTWARE_PIXELS / (clientWidth * clientHeight));
+    this.view.renderer.setPixelRatio(this.software ? Math.min(finest, coarse) : finest);
     this.view.renderer.setClearColor(0x000000, 0);
     this.view.resize();
+    // On a high picture the eye sees as far to both sides as on a wide one: no arm leaves it.
+    const { camera } = this.view;
+    camera.zoom = Math.min(1, clientWidth / clientHeight / WHOLE_ASPECT);
+    camera.updateProjectionMatrix();
     this.pace.change();
   }
 
@@ -190,28 +199,22 @@ export class Scene {
     }
   }
 
-  trace(side, tool) {
-    this.trails ||= { real: this.trail("--real"), twin: this.trail("--twin") };
-    const trail = this.trails[side];
-    const last = trail.points.at(-1);
-    if (last && Math.hypot(tool[0] - last[0], tool[1] - last[1], tool[2] - last[2]) < TRAIL_STEP_M) return;
-    trail.points.push(tool);
-    this.pace.change();
-    if (trail.points.length > TRAIL_POINTS) trail.points.shift();
-    trail.points.forEach((point, k) => trail.positions.set(point, 3 * k));
-    trail.line.geometry.attributes.position.needsUpdate = true;
-    trail.line.geometry.setDrawRange(0, trail.points.length);
-    trail.line.material.color.set(css(trail.colour));
-  }
-
-  trail(colour) {
-    const positions = new Float32Array(3 * TRAIL_POINTS);
-    const geometry = new THREE.BufferGeometry();
-    geometry.setAttribute("position", new THREE.BufferAttribute(positions, 3));
-    const line = new THREE.Line(geometry, new THREE.LineBasicMaterial({ color: css(colour) }));
-    line.frustumCulled = false;
-    this.view.scene.add(line);
-    return { points: [], positions, line, colour };
+  // Where the tools were, how far they are apart, and the eye if it follows the tool.
+  trace(tools) {
+    const { scene, camera, controls } = this.view;
+    this.trails ||= { real: new Trail(scene, () => css("--real")), twin: new Trail(scene, () => css("--twin")) };
+    this.apart ||= new Apart(scene, document.querySelector("[data-magnified]"), () => css("--deviation"));
+    const now = performance.now();
+    let changed = this.apart.show(tools.real, tools.twin);
+    for (const [side, trail] of Object.entries(this.trails)) changed = trail.show(tools[side], now) || changed;
+    const tool = document.querySelector("[data-follow][aria-pressed=true]") ? tools.twin : null;
+    if (tool && this.followed) {
+      const step = tool.map((value, k) => value - this.followed[k]);
+      for (const place of [camera.position, controls.target]) place.set(place.x + step[0], place.y + step[1], place.z + step[2]);
+      controls.update();
+    }
+    this.followed = tool;
+    if (changed) this.pace.change();
   }
 }
 

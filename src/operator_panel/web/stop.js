@@ -4,12 +4,18 @@ const ANSWER_MS = 500;
 const AT_THE_ROBOT = "use the stop at the robot";
 // A slider takes no space: STOP works while the time line is in hand.
 const TYPING = "input:not([type=range]), textarea, select, [contenteditable=true]";
+// In these modes a confirmed stop is in force; only a reset leads from RESET_MODES to STOPPED.
+const IN_FORCE = { STOP: ["STOPPED", "ESTOP"], ESTOP: ["ESTOP"] };
+const RESET_MODES = ["ESTOP", "FAULT"];
 
 export class Stop {
   constructor(live) {
     this.live = live;
     this.trouble = "";
-    this.presses = new Map(); // command -> { press, timer, failure }
+    this.mode = "";
+    this.silent = false;
+    // command -> { press, timer, failure, confirmed: when [ms], obeyed: a mode has shown it }
+    this.presses = new Map();
     for (const button of document.querySelectorAll("[data-stop]")) {
       button.addEventListener("pointerdown", () => this.send(button.dataset.stop));
       button.addEventListener("keydown", (event) => {
@@ -48,6 +54,7 @@ export class Stop {
     const last = this.presses.get(command);
     if (last?.press !== press) return;
     clearTimeout(last.timer);
+    if (confirmed && success) last.confirmed = performance.now();
     if (confirmed && success) this.show(command, "", text);
     else this.show(command, confirmed ? "refused" : "not confirmed", text);
   }
@@ -64,6 +71,35 @@ export class Stop {
     place.textContent = word;
     place.dataset.is = tone;
     place.title = title;
+  }
+
+  // Each frame says in which mode the pair is, and whether the controller and its line for STOP are heard.
+  look(frame) {
+    const trouble = frame.no_stop || "";
+    const silent = Boolean(frame.silent);
+    if ((silent && !this.silent) || (trouble && !this.trouble)) this.forget();
+    const before = this.mode;
+    [this.mode, this.silent] = [frame.mode || "", silent];
+    const reset = this.mode === "STOPPED" && RESET_MODES.includes(before);
+    for (const [command, last] of this.presses) {
+      if (!last.confirmed) continue;
+      const inForce = IN_FORCE[command].includes(this.mode) && !reset;
+      // The mode of a moment before the stop may come behind its answer.
+      const changed = this.mode !== before && performance.now() - last.confirmed > ANSWER_MS;
+      if (inForce) last.obeyed = true;
+      else if (last.obeyed || reset || changed) this.withdraw(command, last);
+    }
+    this.showTrouble(trouble);
+  }
+
+  // What was confirmed over a connection that is lost says nothing of now.
+  forget() {
+    for (const [command, last] of this.presses) if (last.confirmed) this.withdraw(command, last);
+  }
+
+  withdraw(command, last) {
+    last.confirmed = 0;
+    this.say(command, "", "", "");
   }
 
   // The server tests its own connection all the time and tells why no STOP would get through.

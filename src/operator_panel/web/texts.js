@@ -1,8 +1,10 @@
 // Texts, bars, tones, lists and banners of the page.
 const OUTCOMES = { running: "under way" };
+const ENDED = new Set(["done", "stopped", "refused", "lost"]);
 
 // What shows a moment of the past while somebody looks back.
-const OF_THE_PAST = ".joints-card, .links-card, .lead-card, .scene-card, .deviation-card";
+const OF_THE_PAST = ".joints-card, .links-card, .scene-card";
+const OLD_MS = 10_000; // after that long a command that has ended is no news
 
 function clock(date) {
   return date.toLocaleTimeString([], { hour12: false });
@@ -84,6 +86,7 @@ export class Texts {
   }
 
   showLists({ alarms, commands, waiting }) {
+    showWorst(alarms);
     const list = document.querySelector("[data-alarms]");
     list.replaceChildren(...(alarms.length ? alarms.map(alarmLine) : [line("li", "alarm none", "No alarm")]));
     for (const place of document.querySelectorAll("[data-command]")) showCommand(place, commands[place.dataset.command]);
@@ -113,6 +116,16 @@ function alarmLine(alarm) {
   return item;
 }
 
+// The worst alarm, and how many more there are: one line, which opens onto all of them.
+function showWorst(alarms) {
+  const place = document.querySelector("[data-alarm-line]");
+  const card = place.closest("details");
+  if (!alarms.length) delete card.dataset.level;
+  else card.dataset.level = alarms[0].level;
+  const more = alarms.length > 1 ? ` (${alarms.length - 1} more)` : "";
+  place.textContent = alarms.length ? `${capital(alarms[0].source)}: ${alarms[0].text}${more}` : "No alarm";
+}
+
 function capital(text) {
   return text.charAt(0).toUpperCase() + text.slice(1);
 }
@@ -121,7 +134,10 @@ function capital(text) {
 function showCommand(place, command) {
   place.dataset.is = command?.tone ?? "";
   place.dataset.outcome = command?.outcome ?? "";
+  clearTimeout(place.ageing);
+  place.classList.remove("is-old");
   if (!command) return place.replaceChildren();
+  if (ENDED.has(command.outcome)) place.ageing = setTimeout(() => place.classList.add("is-old"), OLD_MS);
   const head = line("span", "command-head", "");
   head.append(line("b", "command-title", command.title), line("span", "command-outcome", OUTCOMES[command.outcome] || command.outcome));
   const text = line("span", "command-text", `${capital(command.text)} (${command.who}, ${command.clock})`);

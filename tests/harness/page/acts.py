@@ -6,15 +6,67 @@ import contextlib
 import re
 import signal
 from collections.abc import Callable, Iterator
+from pathlib import Path
 
 from playwright.sync_api import Locator, Page, expect
 
 from harness.live_cell import LiveCell
 from harness.processes import Process, free_port, wait_until
+from harness.yaml_files import changed_yaml, copy_configuration
 
 TOKEN = "token-of-the-tests"
 LONG_MS = 30_000  # a program of the robot, on a machine that does other things too
+PATIENCE: list[tuple[str, list[str | int], float]] = [
+    ("emulator.yaml", ["heartbeat_timeout_ms"], 3000),
+    ("twin_controller.yaml", ["desk", "real_timeout_ms"], 800.0),
+    ("twin_controller.yaml", ["desk", "real_stale_ms"], 3000.0),
+    ("twin_controller.yaml", ["desk", "twin_stale_ms"], 3000.0),
+    # The twin takes no stream after a stop until follow.timeout.
+    ("twin_controller.yaml", ["twin", "stop_quiet_ms"], 1200.0),
+    ("twin_controller.yaml", ["limit", "source_age_ms"], 1000.0),
+    ("motion.yaml", ["follow", "timeout"], 1.0),
+    ("motion.yaml", ["jog", "timeout"], 1.0),
+    ("operator_panel.yaml", ["jog", "dead_man_ms"], 1000.0),
+    ("operator_panel.yaml", ["silent_ms"], 5000.0),
+    ("twin_controller.yaml", ["control", "keep_ms"], 3000.0),
+    ("operator_panel.yaml", ["call_timeout_s"], 15.0),
+    ("operator_panel.yaml", ["program_timeout_s"], 40.0),
+]
+"""On a machine that does other things too, a browser above all, a process may wait for its turn
+longer than the shipped values allow. Who is about the page has a patient cell; what a cell does
+when it is late is tested elsewhere."""
 expect.set_options(timeout=15_000)
+
+
+def patient_configuration(folder: Path) -> Path:
+    """Write the shipped configuration with PATIENCE into ``folder``; return the folder."""
+    config = copy_configuration(folder)
+    for file, path, value in PATIENCE:
+        changed_yaml(config / file, config, path, value)
+    return config
+
+
+@contextlib.contextmanager
+def cell_with_pages(
+    folder: Path, *words: str, env: dict[str, str] | None = None, timeout: float = 90.0
+) -> Iterator[tuple[LiveCell, Process, int]]:
+    """Give a ready cell as ``./cell up`` starts it, what it prints, and its page's port.
+
+    Args:
+        folder: Of the cell.
+        words: Further arguments of the bring-up.
+        env: Beside the environment of the cell.
+        timeout: Until it is ready [s].
+    """
+    cell, port = LiveCell(folder), free_port()
+    pages = ("--no-browser", "--panel-port", f"{port}", "--pendant-port", f"{free_port()}")
+    try:
+        env = {"OPERATOR_PANEL_TOKEN": TOKEN, **(env or {})}
+        process = cell.start("up", *pages, *words, env=env, people=True)
+        cell.wait_ready(process, timeout)
+        yield cell, process, port
+    finally:
+        cell.close()
 
 
 class Panel:
@@ -80,6 +132,12 @@ def make_ready(page: Page) -> None:
     expect(mode).to_have_text("Ready", timeout=LONG_MS)
 
 
+def take_control(page: Page) -> None:
+    """Give a command that moves nothing: the page holds control by it."""
+    page.get_by_role("button", name="Set", exact=True).first.click()
+    expect(page.locator(".control-text")).to_have_text(re.compile(r"Operator \d+: in control"))
+
+
 def press(page: Page, name: str) -> None:
     """Press a button once it is enabled."""
     button = page.get_by_role("button", name=name, exact=True)
@@ -90,7 +148,12 @@ def press(page: Page, name: str) -> None:
 def shown(page: Page, key: str) -> float:
     """Return a number of the page; not a number while it shows a dash."""
     text = page.locator(f'[data-live="{key}"]').first.inner_text()
-    return float("nan") if text == "\N{EN DASH}" else float(text.replace("\N{MINUS SIGN}", "-"))
+    return float("nan") if text == "\N{EN DASH}" else number(text)
+
+
+def number(text: str) -> float:
+    """Return the first number of a text of the page, whose minus sign is a true one."""
+    return float(text.replace("\N{MINUS SIGN}", "-").split()[0])
 
 
 def is_mode(page: Page, mode: str, timeout: float = 15_000) -> None:

@@ -13,7 +13,7 @@ from scara_msgs.msg import MotionOutcome
 STEPS = 60
 LENGTH_S = 1.2
 FAR = 0.5
-"""Where each joint ends [rad] or [m]."""
+"""Where each joint ends [rad] or [m], unless its range ends before."""
 MADE = Made(MotionOutcome.REPLACED, 12.34, 1.2)
 HIT = (
     "REFUSED at 0.62 s, line 12 of a_program_with_a_long_name: part_3 in hand would hit "
@@ -22,7 +22,7 @@ HIT = (
 
 
 def judged_home(robot: Robot) -> Answer:
-    """Return a motion that is free; all joints go evenly from 0 to FAR."""
+    """Return a motion that is free; all joints go evenly from 0 to FAR or their limit."""
     return Answer(True, "OK: takes 1.20 s", _values(robot, "OK", "", 0.062))
 
 
@@ -34,6 +34,7 @@ def judged_hit(robot: Robot) -> Answer:
 
 def _values(robot: Robot, verdict: str, cause: str, least: float) -> dict[str, Any]:
     names = [joint.name for joint in robot.twin_joints]
+    ends = [min(FAR, joint.upper) for joint in robot.twin_joints]
     shares = [k / (STEPS - 1) for k in range(STEPS)]
     return {
         "verdict": verdict,
@@ -46,7 +47,7 @@ def _values(robot: Robot, verdict: str, cause: str, least: float) -> dict[str, A
         "clearance_between": ["link_2", "keyboard_stand_of_the_neighbour"],
         "joint": names,
         "sample_times": [LENGTH_S * share for share in shares],
-        "sample_positions": [FAR * share for share in shares for _ in names],
+        "sample_positions": [share * end for share in shares for end in ends],
         "sample_clearance": [least + 0.4 * abs(share - 0.5) for share in shares],
         "sample_speed": [4.0 * share * (1.0 - share) for share in shares],
     }

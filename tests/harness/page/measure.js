@@ -1,13 +1,13 @@
 // What a hand cannot touch, an eye cannot read, or hides something else, on the page as it is now.
 // Returns sentences; none: all is well. Positions are those of the document, so that nothing is scrolled.
-(options) => {
+(only) => {
   const TOUCH = 44, BIG = 60, TEXT = 14, TOLERANCE = 0.75;
   const problems = [];
   const name = (element) => {
     const words = (element.innerText || element.getAttribute("aria-label") || "").trim().slice(0, 40);
     return `${element.tagName.toLowerCase()}.${String(element.className).split(" ").slice(0, 3).join(".")} "${words}"`;
   };
-  const seen = (element) => element.checkVisibility({ visibilityProperty: true, opacityProperty: false });
+  const seen = (element) => (!only || element.closest(only)) && element.checkVisibility({ visibilityProperty: true, opacityProperty: false });
   const rect = (box) => ({ left: box.left + scrollX, right: box.right + scrollX, top: box.top + scrollY, bottom: box.bottom + scrollY });
 
   // Controls: large enough.

@@ -110,7 +110,7 @@ def _joints(robot: Robot, after: float) -> JointState:
 
 
 def _parts(after: float) -> MarkerArray:
-    marker = Marker(type=Marker.CYLINDER, action=Marker.ADD, text="part_1")
+    marker = Marker(type=Marker.CYLINDER, action=Marker.ADD, ns="part_1")
     marker.pose.position.x = 0.3 + 0.01 * after
     marker.scale.x = marker.scale.y = marker.scale.z = 0.04
     marker.pose.orientation.w = marker.color.r = 1.0

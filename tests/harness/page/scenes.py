@@ -136,6 +136,12 @@ def stopped(robot: Robot, time: float) -> Snapshot:
     return msgspec.structs.replace(snapshot, people={"/scanner": somebody})
 
 
+def estop(robot: Robot, time: float) -> Snapshot:
+    """Return a pair whose drives are off, as the robot's own alarm says."""
+    why = "emergency stop at the real robot: RESET once the cause is gone"
+    return _with(ready(robot, time), mode="ESTOP", why=why)
+
+
 def aligning(robot: Robot, time: float) -> Snapshot:
     """Return a pair whose twin comes closer, the longest words of who does what."""
     return _with(ready(robot, time), mode="ALIGNING", why="both links are up: it aligns slowly")
@@ -154,7 +160,18 @@ def no_master(_: Robot, __: float) -> Snapshot:
 
 SCENES: dict[str, Callable[[Robot, float], Snapshot]] = {
     made.__name__: made
-    for made in (following, held, ready, aligning, alarmed, asked, stopped, no_stop, no_master)
+    for made in (
+        following,
+        held,
+        ready,
+        aligning,
+        alarmed,
+        asked,
+        stopped,
+        estop,
+        no_stop,
+        no_master,
+    )
 }
 
 

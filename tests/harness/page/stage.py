@@ -77,13 +77,18 @@ class StageDoor:
         self._begun = time.monotonic()
 
     def snapshot(self) -> Snapshot:
-        """Return the scene now; whoever has asked last is in control while the page is there."""
+        """Return the scene now; whoever has commanded last is in control while the page is there.
+
+        Where somebody asks, the first page is the one who is asked.
+        """
         snapshot = SCENES[self.scene](self.robot, time.monotonic() - self._begun)
         if snapshot.state is None:
             return snapshot
-        there = {session.name for session in self.sessions.values() if session.there}
-        holder = self.holder if self.holder in there else ""
+        there = [session.name for session in self.sessions.values() if session.there]
         asker = "" if self.answered else snapshot.state.asker
+        if asker and there:
+            self.holder = there[0]
+        holder = self.holder if self.holder in there else ""
         state = msgspec.structs.replace(snapshot.state, holder=holder, asker=asker)
         # A test sees by this text that the scene has reached the page.
         state_of_gate = {"gate": "refuse", "made": MADE}
@@ -215,7 +220,7 @@ def main() -> None:
     model = parse_urdf(robot.description.read_text(encoding="utf-8"))
     dead_man = DeadMan(robot, around.jog_limit_percent, config.jog.dead_man_ms * 1e-3)
     arm = ToolArm(robot, model, config.jog.tool, around.jog_limit_percent)
-    desk = Desk(door, dead_man, arm, around.keep_s, 0.6, lambda _: None)  # type: ignore[arg-type]
+    desk = Desk(door, dead_man, arm, around.keep_s, config.let_go_s, 0.6, lambda _: None)  # type: ignore[arg-type]
     door.sessions = desk.sessions
     maker = FrameMaker(robot, model, 0.6, around.alarm_mm)
     live = Live(door, desk, maker, config)  # type: ignore[arg-type]
@@ -262,6 +267,8 @@ def main() -> None:
         reload=False,
         tailwind=False,
         show_welcome_message=False,
+        # A processor that draws the picture first stands still for longer than the panel waits.
+        reconnect_timeout=20.0,
     )
 
 

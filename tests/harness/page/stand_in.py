@@ -95,10 +95,11 @@ class StandIn:
 
 @contextlib.contextmanager
 def in_control(panel: Panel, stand_in: StandIn) -> Iterator[ClientConnection]:
-    """Open a page with the token and wait until it knows that it holds control: it keeps it."""
+    """Open a page with the token that has touched a button: it holds control, and keeps it."""
     stand_in.state.holder = ""
     before = len(stand_in.asked)
     with panel.live(panel.enter()) as live:
+        live.send('{"hold": 0, "joint": "joint_1", "direction": 1, "percent": 3}')
         wait_until(
             lambda: "KEEP" in [action for _, action, _ in stand_in.asked[before:]], 20.0, "KEEP"
         )

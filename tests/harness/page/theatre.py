@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import sys
 import time
 import urllib.request
@@ -27,7 +26,7 @@ expect.set_options(timeout=15_000)
 # All that must stand still while alarms, commands and troubles come and go.
 PLACES = """() => [...document.querySelectorAll(
     ".card, .strip, .bar, .bar-stop button, .theme, .commands button, .tabs button, " +
-    ".jog button, .scene-choice button, .views button, [data-pause]")]
+    ".jog button, .scene-choice button, .views button, .dock, [data-pause]")]
     .filter((place) => place.checkVisibility())
     .map((place) => { const box = place.getBoundingClientRect();
         const button = place.matches("button") && place.innerText.trim();
@@ -43,7 +42,7 @@ class Theatre:
         self.page, self.address = page, address
         page.goto(f"{address}/?token={TOKEN}")
         expect(page.locator("[data-panel].shown")).to_be_visible(timeout=30_000)
-        expect(page.locator(".control-text")).to_have_text(re.compile("in control"))
+        expect(page.locator(".control-text")).to_have_text("Nobody is in control")
 
     def play(self, scene: str) -> None:
         """Choose a scene, and wait until the page shows it."""
@@ -78,10 +77,15 @@ class Theatre:
             ".then(() => new Promise(requestAnimationFrame))"
         )
 
-    def problems(self, where: str) -> list[str]:
-        """Return what is wrong with the page as it is now."""
+    def problems(self, where: str, only: str = "") -> list[str]:
+        """Return what is wrong with the page as it is now.
+
+        Args:
+            where: In words, for the sentences.
+            only: A selector: what lies over all else; empty: the whole page.
+        """
         self.settle()
-        found: list[str] = self.page.evaluate(MEASURE)
+        found: list[str] = self.page.evaluate(MEASURE, only)
         return [f"{where}: {text}" for text in found]
 
     def drawn_problems(self, where: str) -> list[str]:

@@ -55,7 +55,7 @@ class Watched:
         self.panel = Panel(ros, f"_config_dir:={config}")
         self.page = page
         page.goto(f"http://127.0.0.1:{self.panel.port}/?token={TOKEN}")
-        expect(page.locator(".control-text")).to_have_text(re.compile("in control"))
+        expect(page.locator(".control-text")).to_have_text(re.compile("is in control"))
 
     def open(self, tab: str) -> None:
         """Choose a tab."""

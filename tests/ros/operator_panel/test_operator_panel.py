@@ -42,6 +42,8 @@ def test_page_takes_control_with_its_persons_token_and_gives_signs_of_life(
 ) -> None:
     """The twin controller keeps the rules; a held button is told to it before a joint moves."""
     seat = next(who for who, action, _ in reversed(stand_in.asked) if action == "TAKE")
+    wait_until(lambda: stand_in.asked[-1] == (seat, "KEEP", False), 20.0, "a page that is at rest")
+    rest = len(stand_in.asked)
     assert re.fullmatch(rf"operator \d+ {TOKEN}", seat)
     presses = count(1)
 
@@ -49,7 +51,7 @@ def test_page_takes_control_with_its_persons_token_and_gives_signs_of_life(
         """Press anew: a press that a late machine let die counts no more."""
         hold = {"hold": next(presses), "joint": "joint_1", "direction": 1, "percent": 3}
         operator.send(json.dumps(hold))
-        return (seat, "KEEP", True) in stand_in.asked
+        return (seat, "KEEP", True) in stand_in.asked[rest:]
 
     wait_until(moves, 20.0, "a sign that it moves", period=0.3)
 

@@ -154,6 +154,7 @@ def test_chart_that_is_frozen_stands_still_and_goes_on(theatre: Theatre) -> None
     """Nobody can read a point that runs away."""
     theatre.resize("wide")
     theatre.play("following")
+    theatre.open("Charts")
     pause = theatre.page.locator("[data-pause]")
     pause.click()
     expect(theatre.page.locator("[data-chart-title]")).to_contain_text("Frozen")
@@ -176,8 +177,7 @@ def test_chart_of_chosen_quantities_stays_in_the_address(theatre: Theatre, size:
     theatre.resize(size)
     theatre.play("following")
     page = theatre.page
-    if size == "low":
-        theatre.open("Charts")
+    theatre.open("Charts")
     page.get_by_role("button", name="Choose", exact=True).click()
     assert theatre.problems(f"{size}, choosing") == []
     page.get_by_role("button", name="Joint 1: Real").click()
@@ -202,8 +202,6 @@ def test_chart_of_chosen_quantities_stays_in_the_address(theatre: Theatre, size:
     page.get_by_role("button", name="Done", exact=True).click()
     assert "plot" not in page.evaluate("location.hash")
     expect(page.locator(".chart-own")).to_be_hidden()
-    if size == "low":
-        theatre.open("Model")
 
 
 @pytest.mark.parametrize("size", SIZES)

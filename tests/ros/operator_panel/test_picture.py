@@ -31,6 +31,44 @@ def drawn(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Theatre]:
         yield made
 
 
+# Tools in the picture that something lies over, or that are outside of it.
+HIDDEN = """() => {
+    const { scene } = window.panel;
+    const box = document.querySelector(".scene canvas").getBoundingClientRect();
+    const hidden = [];
+    for (const [side, joints] of Object.entries(scene.told.joints)) {
+        if (side === "preview" && !scene.mesh(joints.root.id).visible) continue;
+        const tip = scene.mesh(joints.joint_3.id);
+        tip.updateWorldMatrix(true, false);
+        const at = tip.position.clone().setFromMatrixPosition(tip.matrixWorld);
+        at.project(scene.view.camera);
+        const x = box.left + (at.x + 1) / 2 * box.width, y = box.top + (1 - at.y) / 2 * box.height;
+        const found = document.elementFromPoint(x, y);
+        if (!found?.closest(".scene")) hidden.push(`${side} at ${x.toFixed(0)}, ${y.toFixed(0)}`);
+    }
+    return hidden;
+}"""
+
+
+@pytest.mark.parametrize("size", ["phone", "low"])
+def test_both_tools_and_the_ghost_are_in_sight(drawn: Theatre, size: str) -> None:
+    """At rest, at the far end of a motion, and in a preview; nothing lies over them."""
+    page = drawn.page
+    drawn.resize(size)
+    for scene in ("held", "ready"):
+        drawn.play(scene)
+        page.wait_for_function(f"() => window.panel && ({ZONES})()?.length")
+        drawn.settle()
+        assert page.evaluate(HIDDEN) == [], scene
+    drawn.open("Target")
+    page.get_by_role("button", name="Preview Home").click()
+    preview_of(page, "Home: OK")
+    page.wait_for_function(f"() => Math.abs(({GHOST})() - 0.5) < 1e-3")
+    drawn.settle()
+    assert page.evaluate(HIDDEN) == [], "preview"
+    page.locator("[data-motion-close]").click()
+
+
 @pytest.mark.parametrize("colours", ["dark", "light"])
 def test_what_stands_in_a_zone_is_seen_through_it(drawn: Theatre, colours: str) -> None:
     """The table stands in a zone: it would be a red box."""

@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from harness.page.theatre import Theatre
 from harness.processes import Process, free_port, wait_until
 from harness.ros import Ros
 from harness.wires.browser import chromium
@@ -123,16 +124,102 @@ def test_page_shows_at_a_fixed_place_what_became_of_a_stop(cell: Cell, viewer: P
     expect(banner).to_be_hidden()
     cell.controller.close()
     expect(banner).to_contain_text("STOP does not get through from here")
+    expect(place).to_have_text("")
     assert place.bounding_box() == before
     assert cell.controller.heard == ["STOP", "STOP"]
 
 
 def test_page_whose_server_stands_still_says_so_itself(cell: Cell, viewer: Page) -> None:
-    """The browser's own clock runs: nothing is awaited in vain."""
+    """The browser's own clock runs: nothing is awaited in vain, and nothing old is green."""
+    place = viewer.locator('[data-stop-answer="STOP"]')
+    viewer.keyboard.press("Space")
+    expect(place).to_have_text("confirmed")
     cell.panel.process.signal(signal.SIGSTOP)
     try:
+        expect(viewer.locator(".banner-lost")).to_be_visible()
+        expect(place).to_have_text("")
         viewer.keyboard.press("Space")
-        expect(viewer.locator('[data-stop-answer="STOP"]')).to_have_text("not confirmed")
+        expect(place).to_have_text("not confirmed")
         expect(viewer.locator(".banner:visible").first).to_contain_text("use the stop at the robot")
     finally:
         cell.panel.process.signal(signal.SIGCONT)
+
+
+def test_confirmed_goes_with_the_mode_and_with_each_line_that_is_lost(theatre: Theatre) -> None:
+    """Of the page, of the controller, of STOP itself; a line that comes back brings nothing."""
+    page, place = theatre.page, theatre.page.locator('[data-stop-answer="STOP"]')
+
+    def confirmed() -> None:
+        theatre.play("following")
+        page.keyboard.press("Escape")
+        expect(place).to_have_text("confirmed")
+        theatre.play("stopped")
+        expect(place).to_have_text("confirmed")
+
+    for scene in ("ready", "no_stop"):
+        confirmed()
+        theatre.play(scene)
+        expect(place).to_have_text("")
+    confirmed()
+    page.request.get(f"{theatre.address}/scene/no_master")
+    expect(page.locator(".banner-silent")).to_be_visible()
+    expect(place).to_have_text("")
+    confirmed()
+    page.evaluate("panel.live.socket.close()")
+    expect(page.locator(".banner-lost")).to_be_visible()
+    expect(page.locator(".banner-lost")).to_be_hidden()
+    expect(page.locator('[data-live="mode"]')).to_have_text("Stopped")
+    assert place.inner_text() == ""
+
+
+# One press whose answer comes behind the second mode; what stands below its button at the end.
+PLAY = """async ([command, modes]) => {
+    document.body.innerHTML = `<b class="no-stop-text"></b><b data-stop-answer="${command}"></b>`;
+    const { Stop } = await import("/panel/stop.js");
+    const stop = new Stop({ send: () => true });
+    const answered = () => stop.answered(
+        { command, press: 1, confirmed: true, success: true, text: "both are stopped" });
+    stop.look({ mode: modes[0] });
+    stop.send(command);
+    for (const [index, mode] of modes.slice(1).entries()) {
+        if (index === 1) answered();
+        stop.look(mode === "silent" ? { mode: modes[0], silent: "silent" } : { mode });
+    }
+    return document.querySelector(`[data-stop-answer="${command}"]`).textContent;
+}"""
+
+
+@pytest.fixture(scope="module")
+def empty(theatre: Theatre) -> Iterator[Page]:
+    """Give a page of the same server that has only the places of one stop."""
+    browser = theatre.page.context.browser
+    assert browser is not None
+    page = browser.new_page()
+    page.goto(f"{theatre.address}/empty")
+    yield page
+    page.close()
+
+
+@pytest.mark.parametrize(
+    ("command", "modes", "in_force"),
+    [
+        ("STOP", ["TWIN_LEADS", "TWIN_LEADS", "STOPPED"], True),
+        ("STOP", ["TWIN_LEADS", "TWIN_LEADS", "IDLE", "STOPPED"], True),
+        ("STOP", ["TWIN_LEADS", "STOPPED", "STOPPED", "ESTOP"], True),
+        ("STOP", ["TWIN_LEADS", "STOPPED", "STOPPED", "ALIGNING"], False),
+        ("STOP", ["TWIN_LEADS", "STOPPED", "STOPPED", "OFFLINE"], False),
+        ("STOP", ["ESTOP", "ESTOP", "ESTOP", "STOPPED"], False),
+        ("STOP", ["FAULT", "FAULT", "FAULT", "STOPPED"], False),
+        ("STOP", ["TWIN_LEADS", "STOPPED", "STOPPED", "silent"], False),
+        ("ESTOP", ["TWIN_LEADS", "TWIN_LEADS", "ESTOP"], True),
+        ("ESTOP", ["FAULT", "FAULT", "ESTOP", "ESTOP"], True),
+        ("ESTOP", ["STOPPED", "STOPPED", "ESTOP", "STOPPED"], False),
+        ("ESTOP", ["TWIN_LEADS", "ESTOP", "ESTOP", "OFFLINE"], False),
+    ],
+)
+def test_a_stop_is_called_confirmed_while_it_is_in_force(
+    empty: Page, command: str, modes: list[str], in_force: bool
+) -> None:
+    """Until a reset, an alignment or a loss; a mode from before the stop may come behind it."""
+    told = empty.evaluate(PLAY, [command, modes])
+    assert told == ("confirmed" if in_force else "")

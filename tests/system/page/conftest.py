@@ -11,34 +11,16 @@ from harness.page.acts import (
     TOKEN,
     Panel,
     make_ready,
+    patient_configuration,
+    take_control,
 )
 from harness.wires.browser import chromium
-from harness.yaml_files import changed_yaml, copy_configuration
+from harness.yaml_files import changed_yaml
 from playwright.sync_api import Browser, Page, expect
 
-# On a machine that does other things too a process may wait for its turn longer than the shipped
-# values allow. These tests are about the page, so the cell may be patient; what it does when it is
-# late is tested elsewhere.
-PATIENCE: list[tuple[str, list[str | int], float]] = [
-    ("emulator.yaml", ["heartbeat_timeout_ms"], 3000),
-    ("twin_controller.yaml", ["desk", "real_timeout_ms"], 800.0),
-    ("twin_controller.yaml", ["desk", "real_stale_ms"], 3000.0),
-    ("twin_controller.yaml", ["desk", "twin_stale_ms"], 3000.0),
-    (
-        "twin_controller.yaml",
-        ["twin", "stop_quiet_ms"],
-        1200.0,
-    ),  # the twin takes no stream after a stop until follow.timeout
-    ("twin_controller.yaml", ["limit", "source_age_ms"], 1000.0),
-    ("twin_controller.yaml", ["divergence", "path_mm"], 200.0),
-    ("twin_controller.yaml", ["divergence", "rest_mm"], 50.0),
-    ("motion.yaml", ["follow", "timeout"], 1.0),
-    ("motion.yaml", ["jog", "timeout"], 1.0),
-    ("operator_panel.yaml", ["jog", "dead_man_ms"], 1000.0),
-    ("operator_panel.yaml", ["silent_ms"], 5000.0),
-    ("twin_controller.yaml", ["control", "keep_ms"], 3000.0),
-    ("operator_panel.yaml", ["call_timeout_s"], 15.0),
-    ("operator_panel.yaml", ["program_timeout_s"], 40.0),
+DIVERGENCE: list[tuple[list[str | int], float]] = [
+    (["divergence", "path_mm"], 200.0),
+    (["divergence", "rest_mm"], 50.0),
 ]
 
 
@@ -46,9 +28,9 @@ PATIENCE: list[tuple[str, list[str | int], float]] = [
 def patient_cell(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LiveCell]:
     """Give a ready cell with patient time-outs and gains of its own to change."""
     cell = LiveCell(tmp_path_factory.mktemp("cell"))
-    config = copy_configuration(cell.folder / "patient")
-    for file, path, value in PATIENCE:
-        changed_yaml(config / file, config, path, value)
+    config = patient_configuration(cell.folder / "patient")
+    for path, value in DIVERGENCE:
+        changed_yaml(config / "twin_controller.yaml", config, path, value)
     try:
         # Page and controller know the same token of the person.
         env = {"SCARA_CONFIG_DIR": str(config), "OPERATOR_PANEL_TOKEN": TOKEN}
@@ -105,6 +87,7 @@ def open_page(browser: Browser, panel: Panel) -> Iterator[Callable[..., Page]]:
 def operator(open_page: Callable[..., Page]) -> Page:
     """Give the page of an operator in control, with the pair ready."""
     page = open_page()
-    expect(page.locator(".control-text")).to_have_text(re.compile(r"Operator \d+: in control"))
+    expect(page.locator(".control-text")).to_have_text(re.compile("Nobody is in control"))
+    take_control(page)
     make_ready(page)
     return page

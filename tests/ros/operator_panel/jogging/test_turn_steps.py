@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import groupby, product
+from operator import itemgetter
 from pathlib import Path
 
 import pytest
 from harness.page.hand import Hand
 from harness.page.theatre import SIZES, Theatre, open_theatre
+from harness.running.pairs import pairs
+from harness.running.thorough import thorough
 
 MINUS = "\N{MINUS SIGN}"
+TURNS = (("world", "tool"), ("0.1", "1", "10"), "XYZ", (MINUS, "+"))
+"""What a turn is about, and how far: the full product is tested on the function that finds it, in
+tests/unit/operator_panel/control/test_turns.py."""
 
 
 @pytest.fixture
@@ -19,7 +26,16 @@ def theatre(tmp_path: Path) -> Iterator[Theatre]:
         yield made
 
 
-def test_arm_of_six_axes_turns_its_tool_in_steps(theatre: Theatre) -> None:
+@pytest.mark.parametrize(
+    "turns",
+    [
+        pytest.param(pairs(*TURNS), id="pairs"),
+        *thorough(list(product(*TURNS))),
+    ],
+)
+def test_arm_of_six_axes_turns_its_tool_in_steps(
+    theatre: Theatre, turns: list[tuple[str, ...]]
+) -> None:
     """About each axis, 0.1, 1 and 10 degrees, in both frames; the move is sent and accepted."""
     hand = Hand(theatre)
     theatre.resize("phone")
@@ -27,18 +43,15 @@ def test_arm_of_six_axes_turns_its_tool_in_steps(theatre: Theatre) -> None:
     panel = hand.panel("Jog")
     hand.choose(panel.get_by_role("tab", name="Step tool", exact=True))
     steps = panel.locator("[data-way-panel=steps]")
-    for axis in "XYZ":
-        for sign in (MINUS, "+"):
-            step = hand.button(f"Step {axis} {sign}", steps)
-            hand.command(step, f"Step {axis} {sign}1 mm, world", "done")
-    for frame in ("World", "Tool"):
-        hand.choose(steps.get_by_role("tab", name=frame, exact=True))
-        for size in ("0.1", "1", "10"):
-            hand.choose(steps.get_by_role("tab", name=size, exact=True))
-            for axis in "XYZ":
-                for sign in (MINUS, "+"):
-                    told = f"Turn {axis} {sign}{size} deg, {frame.lower()}"
-                    hand.command(hand.button(f"Turn {axis} {sign}", steps), told, "done")
+    for axis, sign in product("XYZ", (MINUS, "+")):
+        step = hand.button(f"Step {axis} {sign}", steps)
+        hand.command(step, f"Step {axis} {sign}1 mm, world", "done")
+    for (frame, size), rows in groupby(turns, itemgetter(0, 1)):
+        for chosen in (frame.capitalize(), size):
+            hand.choose(steps.get_by_role("tab", name=chosen, exact=True))
+        for *_, axis, sign in rows:
+            told = f"Turn {axis} {sign}{size} deg, {frame}"
+            hand.command(hand.button(f"Turn {axis} {sign}", steps), told, "done")
     only = steps.get_by_role("switch", name="Only preview")
     only.click()
     hand.button("Turn Z +", steps).click()

@@ -78,7 +78,7 @@ def test_unknown_distance_is_no_distance() -> None:
     text, tool, tone = frame["text"], frame["tool"], frame["tone"]
     assert isinstance(text, dict) and isinstance(tool, dict) and isinstance(tone, dict)
     assert text["deviation"] == f"{words.UNKNOWN} mm" and tone["deviation"] == ""
-    assert set(tool) == {"real", "twin"} and "gauge" not in frame
+    assert set(tool) == {"real", "twin"} and frame["gauge"] == {"deviation": 0.0}
 
 
 @pytest.mark.parametrize(
@@ -106,6 +106,7 @@ def test_number_gauge_and_colour_follow_the_limit_that_holds_now(
     [
         ("REAL_LEADS", "real", ("leads", "\N{RIGHTWARDS ARROW}", "follows")),
         ("TWIN_LEADS", "twin", ("follows", "\N{LEFTWARDS ARROW}", "leads")),
+        ("PAUSED", "real", ("is held", "\N{MIDDLE DOT}", "is held")),
         ("ALIGNING", "", ("waits", "\N{RIGHTWARDS ARROW}", "comes closer")),
         ("IDLE", "", ("waits", "\N{MIDDLE DOT}", "waits")),
     ],
@@ -128,11 +129,11 @@ def test_joint_texts_have_two_decimals_and_a_signed_deviation() -> None:
     )
 
 
-def test_mode_leader_and_why_are_words() -> None:
+def test_mode_and_why_are_words() -> None:
     """No code is shown for what has a name."""
     text = frame_of()["text"]
     assert isinstance(text, dict)
-    assert text["mode"] == "Real robot leads" and "twin follows" in text["leader"]
+    assert text["mode"] == "Real robot leads"
     assert text["why"].startswith("The real robot moved first")
 
 

@@ -141,12 +141,12 @@ def test_program_tells_its_line_until_it_ends() -> None:
     assert program.sees(ended).outcome is Outcome.DONE
 
 
-def test_what_still_runs_stands_before_a_newer_refusal() -> None:
-    """A command stays on the screen until its end."""
+def test_what_was_asked_last_stands_first_and_what_still_runs_beside_it() -> None:
+    """A command stays on the screen until its end, and a new one is seen at once."""
     move = Followed("MOVE")
     move.sees(told("OPERATOR_LEADS"))
     for number in range(5):
         refused = move.log.begin("HOME", "Home", "operator 1", "14:03:23", 1.0 + number)
         move.log.answered(refused, Answer(False, "HOME: no"), 1.1 + number)
-    assert [command.kind for command in move.log.shown] == ["MOVE", "HOME"]
-    assert move.log.shown[1].number == refused
+    assert [command.kind for command in move.log.shown] == ["HOME", "MOVE"]
+    assert move.log.shown[0].number == refused

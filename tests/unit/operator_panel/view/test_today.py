@@ -31,7 +31,8 @@ def cell(
     state = CellState(mode, leader=leader, deviation_mm=deviation_mm)
     said = said or f"ARTICLE line 1 {'running' if running else 'aborted'}"
     package = RobotPackage(kind, 50.0, True, running, said)
-    return Snapshot(True, state, package=package, placed={"real": placed})
+    apart = ((0.0, deviation_mm),) if leader and math.isfinite(deviation_mm) else ()
+    return Snapshot(True, state, package=package, placed={"real": placed}, apart=apart)
 
 
 def after(*cells: Snapshot) -> dict[str, str]:
@@ -116,6 +117,14 @@ def test_largest_deviation_counts_while_a_side_leads_and_has_its_time() -> None:
     ):
         today.look(cell(False, apart, leader), False, DAY, clock, 0.0)
     assert today.texts(cell(False), 0.0)["today.deviation"] == "1.50 mm at 08:01:00"
+
+
+def test_a_peak_that_no_look_saw_counts() -> None:
+    """It is shorter than the time between two looks; the state of now is lower already."""
+    today, seen = Today(), cell(False, 0.7, "real")
+    seen = msgspec.structs.replace(seen, apart=((0.0, 0.6), (0.02, 6.9), (0.04, 0.7)))
+    today.look(seen, False, DAY, "08:00:00", 0.05)
+    assert today.texts(seen, 0.05)["today.deviation"] == "6.90 mm at 08:00:00"
 
 
 def test_a_new_day_begins_at_nothing() -> None:

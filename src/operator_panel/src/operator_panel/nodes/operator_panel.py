@@ -123,7 +123,7 @@ def serve(private: dict[str, str]) -> None:
     silent_s = config.silent_ms * 1e-3
     dead_man = DeadMan(robot, around.jog_limit_percent, config.jog.dead_man_ms * 1e-3)
     arm = ToolArm(robot, model, config.jog.tool, around.jog_limit_percent)
-    desk = Desk(link, dead_man, arm, around.keep_s, silent_s, link.say)
+    desk = Desk(link, dead_man, arm, around.keep_s, config.let_go_s, silent_s, link.say)
     maker = FrameMaker(robot, model, silent_s, around.alarm_mm)
     live = Live(link, desk, maker, config)
     recordings = Recordings(runs, folder, robot.name, maker, config.chart_window_s)

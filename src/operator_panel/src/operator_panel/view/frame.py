@@ -10,6 +10,7 @@ import numpy as np
 from scara_config import Robot
 from scara_ros.robot_program import current_line
 
+from operator_panel.control.mode_table import next_step
 from operator_panel.view import words
 from operator_panel.view.orientation import turn_text
 from operator_panel.view.preview.judged import gate_text, made_text
@@ -48,6 +49,7 @@ class Frame(msgspec.Struct, frozen=True, omit_defaults=True):
             the follower [ms]; null if unknown. Both sides are those of one instant.
         tool: For each side the tool's position [m].
         gauge: Share of its limit, 0..1, for each gauge.
+        mode: As in scara_msgs/TwinControllerState; absent while the controller has said nothing.
         silent: Text: since when the twin controller is silent; absent while it is not.
         people: Where people are [m]: the nearest one of each sensor.
         program: The program of the real robot that runs or is paused, and its line.
@@ -62,6 +64,7 @@ class Frame(msgspec.Struct, frozen=True, omit_defaults=True):
     point: Points = {}
     tool: dict[str, tuple[float, float, float]] = {}
     gauge: dict[str, float] = {}
+    mode: str = ""
     silent: str = ""
     no_stop: str = ""
     program: tuple[str, int] = ("", 0)
@@ -125,7 +128,9 @@ class FrameMaker:
             pose=poses,
             point=self.points(snapshot, now),
             tool=tools,
-            gauge={"deviation": round(min(apart / limit, 1.0), 3)} if math.isfinite(apart) else {},
+            # An unknown distance empties the gauge: what it showed before is not so any more.
+            gauge={"deviation": round(min(apart / limit, 1.0), 3) if math.isfinite(apart) else 0.0},
+            mode=state.mode,
             silent=silent,
             no_stop=words.no_stop_text(snapshot.no_stop),
             program=current_line(snapshot.package.program) if snapshot.package else ("", 0),
@@ -164,11 +169,11 @@ class FrameMaker:
             "made": made_text(snapshot),
             "mode": page_words.mode_title(state.mode),
             "why": page_words.people(state.why),
-            "leader": words.leader_text(state.leader),
             "lead.real": real,
             "lead.arrow": arrow,
             "lead.twin": twin,
             "motion": words.motion_text(state),
+            "next": next_step(state)[0],
             "speed.applied": words.percent(state.speed_applied_percent),
             "speed.reason": words.speed_reason(state),
             "deviation": f"{words.number(state.deviation_mm)} mm",
@@ -302,6 +307,7 @@ def _tones(state: CellState, limit: float) -> dict[str, str]:
         "lead": state.leader or "nobody",
         "speed.applied": "warn" if state.speed_limited else "",
         "deviation": _apart_tone(state, limit),
+        "next": next_step(state)[1],
     }
     for link in state.links:
         tone[f"link.{link.name}.state"] = "good" if words.link_state(link) == "connected" else "bad"

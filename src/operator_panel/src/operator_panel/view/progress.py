@@ -142,9 +142,13 @@ class CommandLog:
 
     @property
     def shown(self) -> tuple[Command, ...]:
-        """What still runs first, then what changed last; no more than the page has places for."""
-        found = sorted(self._commands.values(), key=lambda c: (c.ended, -c.changed, -c.number))
-        return tuple(found[:SHOWN])
+        """The newest first, then what still runs; no more than the page has places for.
+
+        A narrow page has room for the first one only.
+        """
+        found = sorted(self._commands.values(), key=lambda c: (-c.changed, -c.number))
+        rest = sorted(found[1:], key=lambda c: c.ended)
+        return tuple([*found[:1], *rest][:SHOWN])
 
     def take_ended(self) -> list[Command]:
         """Return the commands that have ended since the last call."""

@@ -142,6 +142,10 @@ class Sighting(msgspec.Struct, frozen=True):
     seen: float
 
 
+RECENT_S = 0.5
+"""Longer than the time between two looks at a snapshot; our choice."""
+
+
 class Snapshot(msgspec.Struct, frozen=True):
     """Everything, with the monotonic time at which the state came; -inf: never.
 
@@ -149,6 +153,8 @@ class Snapshot(msgspec.Struct, frozen=True):
         master: Whether the panel is a node of a ROS master.
         state: Newest twin_controller/state.
         received: When it came.
+        apart: Of the last ``RECENT_S``, when each state came in which a side led, and how far the
+            tools were apart in it [mm]: a peak is shorter than the time between two looks.
         silent_since: Time of day of the last one, as text, for people.
         parts: Parts of each side, ``twin`` and ``real``.
         status: The real robot in the words of ROS-Industrial.
@@ -163,6 +169,7 @@ class Snapshot(msgspec.Struct, frozen=True):
     master: bool = False
     state: CellState | None = None
     received: float = -math.inf
+    apart: tuple[tuple[float, float], ...] = ()
     silent_since: str = ""
     package: RobotPackage | None = None
     loops: dict[str, Loop] = {}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 from scara_ros.robot_program import STREAM, current_line
@@ -60,8 +59,8 @@ class Today:
         if state is None or silent:
             self._run, self._mover = None, ""  # nobody knows how it ended
             return
-        if state.leader and math.isfinite(state.deviation_mm):
-            self._worst = max(self._worst, (state.deviation_mm, clock), key=lambda one: one[0])
+        for _, apart_mm in snapshot.apart:
+            self._worst = max(self._worst, (apart_mm, clock), key=lambda one: one[0])
         if package is not None:
             self._program(package, state, now)
         if state.leader in (TWIN, OPERATOR):

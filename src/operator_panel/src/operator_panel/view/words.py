@@ -11,12 +11,6 @@ from scara_msgs.msg import TwinControllerState as Mode
 MINUS = "\N{MINUS SIGN}"
 UNKNOWN = "\N{EN DASH}"
 
-LEADERS = {
-    "real": "real robot, the twin follows",
-    "twin": "twin, the real robot follows",
-    "operator": "operator, both are commanded",
-    "": "nobody",
-}
 SIDES = {"real": "real robot", "twin": "twin"}
 COMMANDS = {"ESTOP": "Emergency stop", "SPEED": "Speed cap", "MOVE": "Move"}
 # leader: what the real robot does, the arrow between both, what the twin does.
@@ -26,11 +20,6 @@ ROLES: dict[str, tuple[str, str, str]] = {
     "operator": ("obeys", "\N{LEFT RIGHT ARROW}", "obeys"),
     "": ("waits", "\N{MIDDLE DOT}", "waits"),
 }
-
-
-def leader_text(leader: str) -> str:
-    """Return who leads and what the other does."""
-    return LEADERS.get(leader, leader)
 
 
 def number(value: float, decimals: int = 2, signed: bool = False) -> str:
@@ -122,6 +111,8 @@ def roles(state: CellState) -> tuple[str, str, str]:
     """Return what the real robot does, an arrow towards the follower, what the twin does."""
     if state.mode == Mode.ALIGNING:
         return "waits", "\N{RIGHTWARDS ARROW}", "comes closer"
+    if state.mode == Mode.PAUSED:
+        return "is held", "\N{MIDDLE DOT}", "is held"
     return ROLES.get(state.leader, ROLES[""])
 
 

@@ -35,7 +35,7 @@ MOST = 6  # our choice: more lines than that nobody tells apart
 def build_charts(view: PageView) -> dict[str, Any]:
     """Build both charts; return what the browser needs to feed them."""
     joints = {joint.name: joint for joint in view.robot.twin_joints}
-    with ui.element("section").classes("card charts-card"):
+    with ui.element("section").classes("charts-card"):
         with ui.element("div").classes("charts-head"):
             title = ui.element("h2").classes("card-title").props("data-chart-title")
             with title:

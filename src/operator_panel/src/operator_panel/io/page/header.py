@@ -1,4 +1,4 @@
-"""What is always visible: mode, leader and why in words, control, STOP."""
+"""What is always visible: mode and why in words, what became of a command, control, STOP."""
 
 from __future__ import annotations
 
@@ -20,34 +20,33 @@ THEMES = (
 
 
 def build_header(view: PageView, title: str) -> None:
-    """Build the bar and the strip below it, which tells of commands and troubles."""
-    with ui.element("header").classes("bar"):
-        with ui.element("div").classes("bar-mode").props('data-tone="mode"'):
+    """Build the bar, which has the colour of the mode over its whole width."""
+    with ui.element("header").classes("bar").props('data-tone="mode"'):
+        with ui.element("div").classes("bar-mode"):
+            plain(title, "cell-name")
             live("mode", "mode-title")
             live("motion", "mode-motion")
-        with ui.element("div").classes("bar-cell"):
-            plain(title, "cell-name")
-            with ui.element("div").classes("mode-leader"):
-                plain("Leader: ")
-                live("leader")
         _control(view)
         _theme()
         with ui.element("div").classes("bar-stop"):
             _stop("ESTOP", "E-STOP", "estop", "Emergency stop: drives off, latched until RESET")
             _stop("STOP", "STOP", "stop", "Stop both. Keys: Escape or space")
-        # One place for commands, questions and troubles of the line: nothing moves when one comes.
+        # One place for the reason, commands, questions and troubles of the line: nothing moves
+        # when one comes.
         with ui.element("div").classes("strip"):
+            live("why", "why", "p").props('tabindex=0 aria-label="Why"')
             with ui.element("ul").classes("commands-told").props('aria-live="polite"'):
                 for place in range(SHOWN):
                     ui.element("li").props(f"data-command={place}").classes("command-line")
             build_past_note()
             _question(view)
-            with ui.element("div").classes("banner banner-no-stop").props('role="alert"'):
-                plain("", "no-stop-text")
             with ui.element("div").classes("banner banner-lost").props('role="alert"'):
                 plain("", "lost-text")
             with ui.element("div").classes("banner banner-silent").props('role="alert"'):
                 plain("", "silent-text")
+        # In full width, over the upper edge of the page: nothing is as urgent.
+        with ui.element("div").classes("banner banner-no-stop").props('role="alert"'):
+            plain("", "no-stop-text")
 
 
 def _stop(command: str, text: str, style: str, title: str) -> None:
@@ -94,7 +93,7 @@ def _theme() -> None:
 
 
 def _control(view: PageView) -> None:
-    """Who is in control, and the buttons to take or leave it."""
+    """Who is in control, and the button to ask whoever is; a command takes what is free."""
     page = view.session.page
     with ui.element("div").classes("bar-control"):
         text = ui.label("").classes("control-text").mark("control")
@@ -102,7 +101,6 @@ def _control(view: PageView) -> None:
             text.set_text("Watching only")
             return
         ask = _button(view, "Ask for control", "ask", lambda: view.desk.ask(page))
-        leave = _button(view, "Release", "release", lambda: view.desk.release(page))
 
     def show(snapshot: Snapshot, _: bool) -> None:
         state = snapshot.state
@@ -115,9 +113,7 @@ def _control(view: PageView) -> None:
         else:
             words = f"{holder.capitalize() or 'Nobody'} is in control"
         text.set_text(words)
-        ask.set_text("Ask for control" if holder else "Take control")
-        ask.set_visibility(holder != view.name and not asked)
-        leave.set_visibility(holder == view.name)
+        ask.set_visibility(holder not in ("", view.name) and not asked)
 
     view.after.append(show)
 

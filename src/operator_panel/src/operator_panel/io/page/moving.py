@@ -1,18 +1,23 @@
-"""Commands to the pair, and the speed cap."""
+"""What to press next, the commands to the pair, and the speed cap."""
 
 from __future__ import annotations
 
 from nicegui import ui
 
-from operator_panel.io.page.view import PageView, plain
+from operator_panel.io.page.view import PageView, live, plain
 
 
 def build_commands(view: PageView) -> None:
-    """Build the row of commands and the speed."""
-    with ui.element("section").classes("card commands-card"):
+    """Build the commands, of which the next one is set off, and the speed."""
+    with ui.element("section").classes("card commands-card").props('data-tone="next"'):
+        live("next", "next-step", "p")
         with ui.element("div").classes("commands"):
             for command in ("PAUSE", "RESUME", "RESET", "HOME", "ALIGN", "ACKNOWLEDGE"):
-                view.button(command.capitalize(), command)
+                view.button(command.capitalize(), command, f"next-{command}")
+        with ui.element("div").classes("speed-fact"):
+            plain("Speed", "fact-title")
+            live("speed.applied", "num").props('data-tone="speed.applied"')
+            live("speed.reason", "speed-reason")
         with ui.element("div").classes("speed"):
             plain("Speed cap", "field-title")
             slider = (

@@ -22,16 +22,11 @@ from operator_panel.io.page.charts import build_charts
 from operator_panel.io.page.header import build_header
 from operator_panel.io.page.jogging import build_jog
 from operator_panel.io.page.moving import build_commands
+from operator_panel.io.page.picture.look_back import build_time_line
 from operator_panel.io.page.picture.scene import build_scene
+from operator_panel.io.page.preview.motion_line import build_motion_line
 from operator_panel.io.page.records.recordings import build_recordings
-from operator_panel.io.page.status import (
-    build_alarms,
-    build_deviation,
-    build_events,
-    build_joints,
-    build_lead,
-    build_links,
-)
+from operator_panel.io.page.status import build_alarms, build_events, build_joints
 from operator_panel.io.page.target import build_target
 from operator_panel.io.page.tuning import build_tuning
 from operator_panel.io.page.view import PageView, plain
@@ -41,7 +36,10 @@ from operator_panel.io.page.work.today import build_today
 from operator_panel.io.run_folders import file_of
 from scara_description.urdf import Model
 
-TABS = ("Jog", "Target", "Programs", "Robot", "Tuning", "Recordings", "Events", "Today")
+TABS = (
+    *("Jog", "Target", "Programs", "Charts", "Robot"),
+    *("Tuning", "Recordings", "Events", "Today"),
+)
 
 
 SANDBOX = "sandbox allow-scripts allow-modals allow-downloads"
@@ -92,20 +90,18 @@ class Shell:
     def _build(self, view: PageView) -> dict[str, Any]:
         build_header(view, self._robot.name.replace("_", " "))
         with ui.element("main").classes("grid"):
-            with ui.element("div").classes("pillar pillar-left"):
-                build_alarms()
-                build_joints(view)
-                build_links()
-            with ui.element("div").classes("pillar pillar-middle"):
-                build_lead()
-                with ui.element("div").classes("stage"):
-                    scene = build_scene(self._model, self._robot)
-                    charts = build_charts(view)
-                build_deviation()
+            with ui.element("div").classes("pillar stage"):
+                scene = build_scene(self._model, self._robot)
+                # What is looked at ahead or back docks below the picture, and covers no robot.
+                with ui.element("div").classes("dock"):
+                    build_time_line()
+                    build_motion_line()
+                    build_joints(view)
             with ui.element("div").classes("pillar pillar-right"):
                 build_commands(view)
+                build_alarms()
                 with ui.element("section").classes("card tabs-card"):
-                    self._tabs(view)
+                    charts = self._tabs(view)
         jog_period_ms = 1e3 / self._config.jog.rate_hz
         return {
             "scene": scene,
@@ -114,15 +110,18 @@ class Shell:
             "jog_period_ms": jog_period_ms,
         }
 
-    def _tabs(self, view: PageView) -> None:
+    def _tabs(self, view: PageView) -> dict[str, Any]:
+        """Build all tabs; return what the browser needs to feed the charts."""
         with ui.element("div").classes("tabs").props('role="tablist"'):
             for name in TABS:
                 with ui.element("button").props(f'type=button role=tab data-tab="{name}"'):
                     plain(name)
+        charts: dict[str, Any] = {}
         builders: list[Callable[[PageView], None]] = [
             lambda view: build_jog(view, self._model),
             build_target,
             build_programs,
+            lambda view: charts.update(build_charts(view)),
             build_robot,
             build_tuning,
             lambda view: build_recordings(view, self._runs),
@@ -132,6 +131,7 @@ class Shell:
         for name, build in zip(TABS, builders, strict=True):
             with ui.element("div").classes("tab-panel").props(f'role=tabpanel data-panel="{name}"'):
                 build(view)
+        return charts
 
     def _report(self, run: str, file: str) -> Response:
         """Serve a report's page, pictures and bag; nothing else of a run leaves the machine."""

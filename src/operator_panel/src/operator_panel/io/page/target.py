@@ -84,7 +84,7 @@ class _TargetForm:
     async def _grip(self, close: bool) -> None:
         page = self._view.session.page
         number = self._view.desk.begin(page, "GRIPPER", "Grip" if close else "Let go")
-        refused = self._view.desk.refusal(page)
+        refused = await self._view.desk.take(page)
         answer = Answer(False, refused) if refused else await self._view.door.grip(close)
         self._view.desk.ended(number, answer)
 

@@ -142,7 +142,7 @@ class _Tuning:
 
     async def _set(self) -> None:
         typed = self._typed()
-        refused = self._view.desk.refusal(self._view.session.page)
+        refused = await self._view.desk.take(self._view.session.page)
         if refused or typed is None:
             self._view.tell(Answer(False, refused or "correct the marked fields"), "Gains")
             return
@@ -152,7 +152,7 @@ class _Tuning:
         self._view.tell(answer, "Gains")
 
     async def _undo(self) -> None:
-        refused = self._view.desk.refusal(self._view.session.page)
+        refused = await self._view.desk.take(self._view.session.page)
         answer = Answer(False, refused) if refused else await self._view.door.undo_tuning()
         self._result.set_text(answer.message)
         self._view.tell(answer, "Gains")

@@ -9,13 +9,15 @@ from scara_config import Robot
 
 from operator_panel.io.page.picture.glass import Glass, Panes
 from operator_panel.io.page.view import plain
+from scara_description.urdf import Vector
 
 ZONE = Glass("#c81e1e", 0.12)
 REACH = Glass("#6b7886", 0.55)
 LINE_M = 0.004
 LOWEST_M = -0.4  # a zone that goes on below the floor is shown down to here
 SEGMENTS = 96
-VIEWS = {
+VIEWED_MM = 650.0  # reach of the robot that the views are drawn for: the article's
+VIEWS: dict[str, tuple[Vector, Vector]] = {
     "Whole": ((1.42, -1.30, 0.72), (0.26, -0.08, -0.04)),
     "Top": ((0.26, -0.001, 2.0), (0.26, 0.0, 0.0)),
     "Front": ((2.1, 0.0, 0.25), (0.26, 0.0, 0.05)),
@@ -66,18 +68,30 @@ def _turn(robot: Robot) -> tuple[float, float]:
     return joint.lower, min(joint.upper - joint.lower, 2.0 * math.pi)
 
 
-def build_views(scene: ui.scene) -> None:
+def views_of(robot: Robot) -> dict[str, tuple[Vector, Vector]]:
+    """Return the views, nearer or farther as the robot is smaller or larger than the article's."""
+    share = robot.reach_mm / VIEWED_MM
+    return {
+        name: (_scaled(eye, share), _scaled(target, share)) for name, (eye, target) in VIEWS.items()
+    }
+
+
+def _scaled(place: Vector, share: float) -> Vector:
+    x, y, z = (share * value for value in place)
+    return x, y, z
+
+
+def build_views(scene: ui.scene, robot: Robot) -> None:
     """Build a button for each view, on the picture."""
     with ui.element("div").classes("views"):
-        for name, (eye, target) in VIEWS.items():
+        for name, (eye, target) in views_of(robot).items():
 
-            def look(
-                eye: tuple[float, float, float] = eye,
-                target: tuple[float, float, float] = target,
-            ) -> None:
+            def look(eye: Vector = eye, target: Vector = target) -> None:
                 scene.move_camera(
                     *eye, look_at_x=target[0], look_at_y=target[1], look_at_z=target[2], duration=0
                 )
 
             with ui.element("button").props(f"type=button data-view={name}").on("click", look):
                 plain(name)
+        with ui.element("button").props("type=button data-follow aria-pressed=false"):
+            plain("Follow")

@@ -20,11 +20,8 @@ def build_look_back_button() -> None:
 
 
 def build_time_line() -> None:
-    """Build the time line; the browser shows it over the picture and asks for moments."""
+    """Build the time line; the browser shows it below the picture and asks for moments."""
     with ui.element("div").classes("time-line").props("data-time-line hidden"):
-        with ui.element("p").classes("time-line-text"):
-            ui.element("span").props('data-past-text aria-live="polite"')
-            ui.element("span").classes("time-line-wrong").props('data-past-wrong role="alert"')
         ui.element("input").classes("time-line-range").props(
             'data-past-range type=range min=-600 max=0 step=0.5 value=0 aria-label="Time"'
         )
@@ -41,12 +38,14 @@ def build_time_line() -> None:
 
 
 def build_past_note() -> None:
-    """Build what stands in the strip all the time while the page shows something that is not now.
+    """Build what stands in the bar all the time while the page shows something that is not now.
 
-    The newest command stays beside it.
+    It takes the place of the reason, which is of that moment; the newest command stays below it.
     """
     with ui.element("div").classes("past-note").props('role="status"'):
-        ui.element("span").classes("past-note-text").props("data-past-note")
+        with ui.element("p").classes("past-note-text"):
+            ui.element("span").props("data-past-text")
+            ui.element("span").classes("time-line-wrong").props('data-past-wrong role="alert"')
         with (
             ui.element("button").classes("button plain-button").props("type=button data-past-live")
         ):

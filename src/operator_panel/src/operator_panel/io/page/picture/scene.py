@@ -10,9 +10,9 @@ from nicegui import ui
 from scara_config import Robot
 
 from operator_panel.io.page.picture.glass import Glass, Panes
-from operator_panel.io.page.picture.landmarks import VIEWS, build_landmarks, build_views
-from operator_panel.io.page.picture.look_back import build_look_back_button, build_time_line
-from operator_panel.io.page.preview.motion_line import build_motion_line
+from operator_panel.io.page.picture.landmarks import build_landmarks, build_views, views_of
+from operator_panel.io.page.picture.look_back import build_look_back_button
+from operator_panel.io.page.picture.told import build_apart, build_lead
 from operator_panel.io.page.view import plain
 from scara_description.urdf import (
     JointFrame,
@@ -25,43 +25,36 @@ from scara_description.urdf import (
 
 GHOSTS = {"real": Glass("#2f7fe0", 0.38), "preview": Glass("#9b5de5", 0.42)}
 SEGMENTS = 36
-LEGEND = {
-    "twin": "twin",
-    "real": "real robot",
-    "preview": "target",
-    "zone": "keep out",
-    "person": "person",
-}
 
 
 def build_scene(model: Model, robot: Robot) -> dict[str, Any]:
     """Build the picture; return the object that the browser moves for each side and joint."""
-    with ui.element("section").classes("card scene-card"):
+    with (
+        ui.element("section").classes("card scene-card"),
+        ui.element("div").classes("scene-body"),
+    ):
+        scene = ui.scene(
+            width=640,
+            height=360,
+            grid=False,
+            background_color="#ffffff",
+            fps=25,
+            click_events=[],
+            camera=ui.scene.perspective_camera(fov=42, near=0.05, far=20),
+        )
+        scene.classes("scene")
+        _still()
+        _camera()
+        build_lead()
         with ui.element("div").classes("scene-head"):
             build_look_back_button()
             _choice()
-        with ui.element("div").classes("scene-body"):
-            scene = ui.scene(
-                width=640,
-                height=360,
-                grid=False,
-                background_color="#ffffff",
-                fps=25,
-                click_events=[],
-                camera=ui.scene.perspective_camera(fov=42, near=0.05, far=20),
-            )
-            scene.classes("scene")
-            _still()
-            _legend()
-            _tools()
-            build_views(scene)
-            _camera()
-            build_time_line()
-            build_motion_line()
+        build_views(scene, robot)
+        build_apart()
     builder = _Builder(scene, model)
     build_landmarks(scene, robot, builder.panes)
     moved = {side: builder.tree(side) for side in ("twin", "real", "preview")}
-    eye, (x, y, z) = VIEWS["Whole"]
+    eye, (x, y, z) = views_of(robot)["Whole"]
     scene.move_camera(*eye, look_at_x=x, look_at_y=y, look_at_z=z, duration=0)
     return {"scene": scene.id, "joints": moved, "glass": builder.panes}
 
@@ -76,7 +69,7 @@ def _camera() -> None:
 def _choice() -> None:
     """Build the buttons that choose what is shown."""
     with ui.element("div").classes("segmented scene-choice").props('role="tablist"'):
-        for name in ("Model", "Both", "Camera", "Charts"):
+        for name in ("Model", "Both", "Camera"):
             with ui.element("button").props(f'type=button role=tab data-show="{name}"'):
                 plain(name)
 
@@ -86,23 +79,6 @@ def _still() -> None:
     with ui.element("figure").classes("still"):
         ui.element("img").props('src="/panel/still.jpg" alt="The cell, a still picture"')
         ui.element("figcaption").props("data-still")
-
-
-def _legend() -> None:
-    with ui.element("div").classes("legend"):
-        for style, text in LEGEND.items():
-            with ui.element("span").classes(f"legend-item legend-{style}"):
-                plain(text)
-
-
-def _tools() -> None:
-    """Build where both tools are, as text on the picture."""
-    with ui.element("div").classes("scene-tools").props('role=group aria-label="Tools"'):
-        for name in ("real", "twin"):
-            with ui.element("div").classes(f"tool-line tone-{name}"):
-                plain(name.capitalize(), "tool-name")
-                ui.element("span").props(f'data-live="tool.{name}"').classes("live num")
-                ui.element("span").props(f'data-live="turn.{name}"').classes("live num")
 
 
 class _Builder:

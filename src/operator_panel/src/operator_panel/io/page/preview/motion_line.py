@@ -6,7 +6,7 @@ from nicegui import ui
 
 from operator_panel.io.page.view import live, plain
 
-CURVES = {"clearance": "Clearance", "speed": "Speed of the tool"}
+CURVES = {"clearance": "Clearance", "speed": "Tool speed"}
 
 
 def build_motion_line() -> None:

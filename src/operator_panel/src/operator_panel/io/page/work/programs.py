@@ -118,6 +118,6 @@ async def _say(view: PageView, *keys: str) -> None:
     kind, title = KEYS.get(keys[0], (keys[0], keys[0].capitalize()))
     page = view.session.page
     number = view.desk.begin(page, kind, f"{title} {' '.join(keys[1:])}".strip())
-    refused = view.desk.refusal(page)
+    refused = await view.desk.take(page)
     answer = Answer(False, refused) if refused else await view.door.pendant(*keys)
     view.desk.ended(number, answer)

@@ -46,7 +46,7 @@ def _parts_back(view: PageView) -> None:
         dialog.close()
         page = view.session.page
         number = view.desk.begin(page, "PARTS", "Put parts back")
-        refused = view.desk.refusal(page)
+        refused = await view.desk.take(page)
         answer = Answer(False, refused) if refused else await view.door.put_parts_back()
         view.desk.ended(number, answer)
 

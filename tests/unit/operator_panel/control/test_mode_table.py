@@ -1,0 +1,46 @@
+"""What to press in each mode: complete, true of the state, and the same in the document."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+from harness.workspace import ROOT
+from operator_panel.control.mode_table import ROWS, RUN, next_step
+from operator_panel.view.snapshot import CellState
+from scara_ros.page_words import MODES
+
+PAGE = (ROOT / "docs" / "operator.md").read_text(encoding="utf-8")
+
+
+def test_each_mode_has_one_row() -> None:
+    """No mode leaves a person alone."""
+    assert [row.mode for row in ROWS] == list(MODES)
+
+
+@pytest.mark.parametrize("row", ROWS, ids=lambda row: row.mode)
+def test_document_has_the_row_of_the_page(row: object) -> None:
+    """Who reads it at a desk reads the same at the robot."""
+    assert f"| {row.title} | {row.meaning} | {row.press} |" in PAGE  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("row", [row for row in ROWS if row.button not in ("", RUN)])
+def test_the_button_is_named_in_the_words(row: object) -> None:
+    """Words and colour lead to the same button."""
+    assert re.search(rf"\b{row.button}\b", row.press, re.IGNORECASE)  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize(
+    ("mode", "diverged", "button"),
+    [
+        ("PAUSED", False, "RESUME"),
+        ("PAUSED", True, "ACKNOWLEDGE"),
+        ("IDLE", False, RUN),
+        ("IDLE", True, "ALIGN"),
+        ("ESTOP", True, "RESET"),
+        ("DANCING", True, ""),
+    ],
+)
+def test_a_pair_that_came_apart_is_looked_at_first(mode: str, diverged: bool, button: str) -> None:
+    """Resume is refused until somebody has acknowledged."""
+    assert next_step(CellState(mode, diverged=diverged))[1] == button
