@@ -17,6 +17,7 @@ QUOTE = re.compile(r'"([^"]+)"')
 UNKNOWN = re.compile(r"\.\.\.|\d+|\b(?:coal|operator_panel)\b")
 """What a message has in such places depends on the moment."""
 HEADING = re.compile(r"^#+\s+(.*)$", re.MULTILINE)
+MOST_README_LINES = 60
 
 
 def anchors(text: str) -> set[str]:
@@ -75,10 +76,30 @@ def test_decisions_are_numbered_without_gaps_and_titled() -> None:
         assert file.read_text(encoding="utf-8").startswith("# ")
 
 
+def test_the_readme_is_read_in_a_minute() -> None:
+    """It shows, in this order: the film, what it is, how to start, how good, how mature."""
+    lines = (ROOT / "README.md").read_text(encoding="utf-8").splitlines()
+    assert len(lines) <= MOST_README_LINES
+    assert "(docs/images/cell.gif)" in lines[1]
+    headings = [line.removeprefix("## ") for line in lines if line.startswith("## ")]
+    assert headings[0] == "Start it" and "How mature it is" in headings
+
+
+def test_verbs_that_the_readme_shows_are_those_of_the_cell() -> None:
+    """Each line works as it stands there."""
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    usage = (
+        (ROOT / "cell").read_text(encoding="utf-8").partition("<<'END'")[2].partition("\nEND")[0]
+    )
+    known = set(re.findall(r"^  ([a-z]+)\b", usage, re.MULTILINE))
+    told = re.findall(r"\./cell ([a-z]+)", text)
+    assert told and [verb for verb in told if verb not in known] == []
+
+
 def test_the_lines_by_hand_are_all_of_a_cell() -> None:
     """Who types them has what `./cell up` has, with the same arguments."""
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
-    section = text.partition("## By hand")[2].partition("Then, for example")[0]
+    page = ROOT / "docs" / "operating" / "by_hand.md"
+    section = page.read_text(encoding="utf-8").partition("Then, for example")[0]
     typed = {line.partition("#")[0].strip() for line in section.splitlines()}
     nodes = [ROSOUT, *cell_plan(load_doors(ROOT / "config"), with_panel=True)]
     wanted = [" ".join(("rosrun", n.package, n.executable, *n.arguments)) for n in nodes]

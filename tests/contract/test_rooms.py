@@ -1,44 +1,11 @@
-"""The rooms and their arrows: which package may use which, declared here and nowhere else.
-
-This is the table of docs/decisions/0011. A room may also use what its rooms use only if it says so:
-arrows are not inherited.
-"""
+"""The rooms and their arrows: each package uses what the table lets it use, and nothing else."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
+from harness.running.rooms import MESSAGES, ROOMS
 from harness.sources import PACKAGES, imported_names, modules, package_name
-
-MESSAGES = {"scara_msgs", "control_msgs", "industrial_msgs"}
-FLOOR = {"scara_config", "scara_ros"}
-NODE = MESSAGES | FLOOR
-
-ROOMS: dict[str, set[str]] = {
-    "scara_config": set(),
-    "control_msgs": set(),
-    "industrial_msgs": set(),
-    "scara_msgs": set(),
-    "scara_ros": {"scara_config"},
-    "scara_description": FLOOR,
-    "scara_control": NODE,
-    "scara_simulation": NODE | {"scara_control", "scara_description"},
-    "rosbridge_gateway": NODE,
-    "fanuc_emulator": FLOOR | {"scara_msgs"},
-    "twin_controller": NODE | {"scara_control"},
-    "cell_recorder": NODE,
-    "robot_doctor": FLOOR | {"scara_control", "scara_description", "twin_controller"},
-    "what_if": FLOOR
-    | {"scara_msgs", "scara_control", "scara_description", "scara_simulation"}
-    | {"cell_recorder"},
-    "twin_experiments": NODE
-    | {"scara_control", "scara_description", "scara_simulation", "rosbridge_gateway"}
-    | {"fanuc_emulator", "twin_controller", "cell_recorder", "robot_doctor"},
-    "operator_panel": NODE | {"scara_description", "cell_recorder"},
-    "scara_bringup": NODE,
-    "farm": NODE,
-}
-"""For each room the others that it may import. scara_bringup reaches nodes by rosrun only."""
 
 OUR = set(ROOMS)
 DOOR = tuple(f"scara_ros.{name}" for name in ("page_", "io.page_", "io.token_file"))

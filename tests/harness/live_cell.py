@@ -116,10 +116,9 @@ class LiveCell:
         return process.output
 
     def call(self, service: str, request: str = "{}", timeout: float = 60.0) -> dict[str, Any]:
-        """Return the answer of ``rosservice call``."""
-        answer = YAML(typ="safe").load(
-            self.tool("rosservice", "call", service, request, timeout=timeout)
-        )
+        """Return the answer of ``rosservice call``, without what the tool logs beside it."""
+        said = self.tool("rosservice", "call", service, request, timeout=timeout)
+        answer = YAML(typ="safe").load(re.sub(r"^\[[A-Z]+\] \[.*\n", "", said, flags=re.MULTILINE))
         assert isinstance(answer, dict), answer
         return answer
 

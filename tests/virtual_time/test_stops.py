@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 
 import pytest
+from harness.running.thorough import thorough
 from harness.scenes.steps import (
     AT_REST_DEG_MM,
     ROBOT,
@@ -20,15 +21,14 @@ from harness.virtual_cell.files import load_files
 from scara_control.motion.commands import Command
 
 SETTINGS = (
-    "",
-    "cstopi_for_abort: false",
-    "imstp_assigned: false",
-    "cstopi_for_abort: false, imstp_assigned: false",
+    pytest.param("", id="as filed"),
+    *thorough("cstopi_for_abort: false", "imstp_assigned: false"),
+    pytest.param("cstopi_for_abort: false, imstp_assigned: false", id="hold only"),
 )
-"""How the robot was set up; the last is one that only HOLD stops."""
+"""How the robot was set up. stops/test_stop_table.py holds each pair of both settings each time."""
 
 
-@pytest.fixture(params=SETTINGS, ids=lambda settings: settings or "as filed")
+@pytest.fixture(params=SETTINGS)
 def cell(request: pytest.FixtureRequest) -> Iterator[VirtualCell]:
     """Give an idle cell whose robot was set up in one of four ways."""
     with VirtualCell(load_files(ROBOT, settings=request.param)) as made:

@@ -9,8 +9,7 @@ rows of an instant begin with the same bits.
 from __future__ import annotations
 
 import dataclasses
-import os
-from collections.abc import Callable, Iterator
+from collections.abc import Iterable, Iterator
 from functools import partial
 from itertools import product
 
@@ -20,6 +19,7 @@ from scara_config import Robot
 from scara_config.robot import ALLOCATED, Stopping
 from twin_controller.core.events import LinkChanged
 
+from harness.scenes.copies import copied
 from harness.scenes.truth import STANDING, standstill_since, travel
 from harness.virtual_cell.cell import VirtualCell
 from harness.virtual_cell.files import load_files
@@ -45,6 +45,10 @@ COMMANDS = ("STOP", "ESTOP", "PAUSE")
 UOPS = ("full", "simple", "none")
 SCENES = ("real leads", "twin leads", "in a WAIT", "between two moves")
 PLANTS = ("ideal", "field")
+SETTINGS = ((True, False), (True, False))
+"""CSTOPI for ABORT, and whether *IMSTP is assigned."""
+Tried = tuple[str, bool, bool]
+ALL: tuple[Tried, ...] = tuple(product(COMMANDS, *SETTINGS))
 
 
 class Instant(msgspec.Struct, frozen=True):
@@ -98,8 +102,12 @@ def instants() -> Iterator[Instant]:
     yield from (Instant(*each) for each in product(UOPS, SCENES, PLANTS))
 
 
-def measure(instant: Instant) -> list[Row]:
+def measure(instant: Instant, tried: Iterable[Tried] = ALL) -> list[Row]:
     """Return a row for each command and each setting at an instant.
+
+    Args:
+        instant: Where the robot is.
+        tried: Command, CSTOPI for ABORT, *IMSTP assigned.
 
     Raises:
         CellError: The cell does not come to that instant; the text says why.
@@ -109,10 +117,10 @@ def measure(instant: Instant) -> list[Row]:
     with VirtualCell(dataclasses.replace(files, robot=profile)) as cell:
         _connect(cell, instant)
         moved = _approach(cell, instant.scene)
-        ramp = _copied(lambda: _ramp(cell), float)
+        ramp = copied(lambda: _ramp(cell), float)
         return [
-            _copied(partial(_row, cell, command, cstopi, imstp, moved, ramp), Row)
-            for command, cstopi, imstp in product(COMMANDS, (True, False), (True, False))
+            copied(partial(_row, cell, command, cstopi, imstp, moved, ramp), Row)
+            for command, cstopi, imstp in tried
         ]
 
 
@@ -207,29 +215,3 @@ def _row(
         mode=cell.mode,
         why=cell.why,
     )
-
-
-def _copied(call: Callable[[], object], kind: type[object]) -> object:
-    """Make ``call`` in a copy of this process and return what it gave.
-
-    Raises:
-        RuntimeError: The copy ended otherwise; the text is its error.
-    """
-    reading, writing = os.pipe()
-    child = os.fork()
-    if not child:
-        os.close(reading)
-        try:
-            text = b"+" + msgspec.json.encode(call())
-        except BaseException as error:
-            text = b"-" + repr(error).encode()
-        with os.fdopen(writing, "wb") as pipe:
-            pipe.write(text)
-        os._exit(0)
-    os.close(writing)
-    with os.fdopen(reading, "rb") as pipe:
-        text = pipe.read()
-    os.waitpid(child, 0)
-    if text[:1] != b"+":
-        raise RuntimeError(f"a copy of the cell ended: {text[1:].decode() or 'without a word'}")
-    return msgspec.json.decode(text[1:], type=kind)

@@ -174,3 +174,16 @@ def test_payload_that_the_robot_was_told_is_shown(layout: ModbusMap, bench: Benc
     image = RegisterImage(layout, bench.robot, 2.5)
     image.show(bench.now)
     assert at(image, layout, "payload_mass") == (2.5,)
+
+
+def test_what_was_written_is_read_back_whatever_older_snapshot_comes(
+    image: RegisterImage, layout: ModbusMap, bench: Bench
+) -> None:
+    """A tick that knew only the first of two writes does not hide the second.
+
+    Function 23 writes and reads in one request; the robot's next tick may be due between the two.
+    """
+    image.apply(bench.controller, image.take(1100, [50, 0]))
+    image.take(1100, [60, 0])
+    image.show(bench.run(bench.config.dt))
+    assert at(image, layout, "override") == (60,)

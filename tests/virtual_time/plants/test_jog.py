@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 
 import msgspec
 import numpy as np
 import pytest
 from harness.plants.known_robot import knowing
 from harness.plants.variants import FIELD
+from harness.scenes.copies import copied
 from harness.scenes.troubled import TroubledCell
 from harness.workspace import ROOT
 from scara_control.config import load_motion
@@ -74,63 +77,84 @@ def stood_at(cell: Jogged, side: str, since: float) -> float:
     return max(at for at, _, qdot in truth if at >= since and max(map(abs, qdot)) > 0.02)
 
 
-def test_a_jog_that_waits_keeps_the_pair_together() -> None:
+@pytest.fixture(scope="module")
+def cells() -> Iterator[dict[bool, Jogged]]:
+    """Give two cells that stand: the twin waits for its robot, or not; for copies of them."""
+    with Jogged.standing(False) as one, Jogged.standing(True) as other:
+        yield {False: one, True: other}
+
+
+def jogged_apart(cell: Jogged) -> tuple[float, float]:
+    """Jog for a second; return how far both tools were apart [m], and how far it went [rad]."""
+    since, start = cell.schedule.now, cell.real.truth[-1][1][0]
+    cell.jog(1.0)
+    cell.release()
+    cell.wait_still(0.3)
+    assert cell.mode == "IDLE" and not cell.twin.refused
+    return cell.apart(since), cell.real.truth[-1][1][0] - start
+
+
+def test_a_jog_that_waits_keeps_the_pair_together(cells: dict[bool, Jogged]) -> None:
     """To a quarter of what the robot's delay makes of it else."""
     found = {}
-    for waits in (False, True):
-        with Jogged.standing(waits) as cell:
-            since, start = cell.schedule.now, cell.real.truth[-1][1][0]
-            cell.jog(1.0)
-            cell.release()
-            cell.wait_still(0.3)
-            found[waits] = cell.apart(since)
-            moved = cell.real.truth[-1][1][0] - start
-            assert moved == pytest.approx(VELOCITY, rel=0.1) and cell.mode == "IDLE"
-            assert not cell.twin.refused
+    for waits, cell in cells.items():
+        found[waits], moved = copied(partial(jogged_apart, cell), tuple[float, float])
+        assert moved == pytest.approx(VELOCITY, rel=0.1)
     reach = 0.65
     assert found[False] > 0.5 * VELOCITY * reach * DELAY_MS * 1e-3
     assert found[True] < 0.25 * found[False], found
 
 
+def stopped_after(cell: Jogged, command: str) -> tuple[float, float]:
+    """Give a command in the middle of a jog; return when the robot and the twin stood [s]."""
+    cell.jog(0.8)
+    begun = cell.schedule.now
+    assert cell.operate(command).success
+    cell.jog(0.1)
+    cell.schedule.run(1.0)
+    real, twin = (stood_at(cell, side, begun - 0.1) - begun for side in ("real", "twin"))
+    return real, twin
+
+
 @pytest.mark.parametrize("command", ["STOP", "ESTOP", "PAUSE"])
-def test_a_stop_does_not_wait(command: str) -> None:
+def test_a_stop_does_not_wait(cells: dict[bool, Jogged], command: str) -> None:
     """What waits is forgotten: the twin stands as soon as without, and so does the robot."""
-    took: dict[bool, tuple[float, ...]] = {}
-    for waits in (False, True):
-        with Jogged.standing(waits) as cell:
-            cell.jog(0.8)
-            begun = cell.schedule.now
-            assert cell.operate(command).success
-            cell.jog(0.1)
-            cell.schedule.run(1.0)
-            took[waits] = tuple(
-                stood_at(cell, side, begun - 0.1) - begun for side in ("real", "twin")
-            )
+    took = {
+        waits: copied(partial(stopped_after, cell, command), tuple[float, float])
+        for waits, cell in cells.items()
+    }
     for before, after in zip(took[False], took[True]):
         assert after <= before + 0.03, took
 
 
-def test_a_key_that_is_let_go_stops_a_waiting_pair_later_by_a_known_time() -> None:
+def released_after(cell: Jogged) -> float:
+    """Let the key go in the middle of a jog; return when the robot stood [s]."""
+    cell.jog(0.8)
+    begun = cell.schedule.now
+    cell.release()
+    cell.schedule.run(1.0)
+    return stood_at(cell, "real", begun - 0.1) - begun
+
+
+def test_a_key_that_is_let_go_stops_a_waiting_pair_later_by_a_known_time(
+    cells: dict[bool, Jogged],
+) -> None:
     """By what the way on has to be known before: a stop is for who cannot wait for that."""
-    took: dict[bool, float] = {}
-    for waits in (False, True):
-        with Jogged.standing(waits) as cell:
-            cell.jog(0.8)
-            begun = cell.schedule.now
-            cell.release()
-            cell.schedule.run(1.0)
-            took[waits] = stood_at(cell, "real", begun - 0.1) - begun
+    took = {waits: copied(partial(released_after, cell), float) for waits, cell in cells.items()}
     known = 0.17 + load_motion(ROOT / "config").move.announce
     assert took[True] <= took[False] + known, took
 
 
-def test_a_jog_that_waits_stops_at_the_joints_limit() -> None:
+def test_a_jog_that_waits_stops_at_the_joints_limit(cells: dict[bool, Jogged]) -> None:
     """What waits counts: it is braked before the limit, not at it."""
-    with Jogged.standing(True) as cell:
-        joint = cell.files.robot.twin_joints[0]
+    cell = cells[True]
+    joint = cell.files.robot.twin_joints[0]
+
+    def highest() -> float:
         cell.jog(1.1 * (joint.upper - joint.lower) / VELOCITY)
         cell.wait_still(0.3)
-        positions = [q[0] for side in (cell.real, cell.twin) for _, q, _ in side.truth]
-        assert max(positions) <= joint.upper + math.radians(0.05)
-        assert max(positions) >= joint.upper - math.radians(2.0)
         assert cell.mode == "IDLE"
+        return max(q[0] for side in (cell.real, cell.twin) for _, q, _ in side.truth)
+
+    found = copied(highest, float)
+    assert joint.upper - math.radians(2.0) <= found <= joint.upper + math.radians(0.05)

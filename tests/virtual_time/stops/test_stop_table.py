@@ -4,11 +4,26 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+from collections.abc import Sequence
+from typing import Any
 
 import msgspec
 import pytest
+from harness.running.pairs import by_pairs, pairs
+from harness.running.thorough import SEARCH
 from harness.scenes.truth import travel
-from harness.stops.rows import COMMANDS, PLANTS, ROBOT, SCENES, Instant, Row, measure
+from harness.stops.rows import (
+    ALL,
+    COMMANDS,
+    PLANTS,
+    ROBOT,
+    SCENES,
+    SETTINGS,
+    UOPS,
+    Instant,
+    Row,
+    measure,
+)
 from harness.virtual_cell.cell import VirtualCell
 from harness.virtual_cell.files import load_files
 from scara_config.robot import Stopping
@@ -18,70 +33,86 @@ LATER_S = 0.1
 AFTER = {"STOP": "STOPPED", "ESTOP": "ESTOP", "PAUSE": "PAUSED"}
 
 
+FOLLOWED = [scene for scene in SCENES if scene != "twin leads"]
+"""With an allocation that is not full no twin leads."""
+EACH_TIME = set(pairs(UOPS, SCENES, PLANTS))
+TRIED = tuple(ALL if SEARCH else pairs(COMMANDS, *SETTINGS))
+
+
 @functools.lru_cache(maxsize=1)
 def rows(instant: Instant) -> tuple[Row, ...]:
     """Return the rows of an instant; the tests of one instant follow each other."""
-    return tuple(measure(instant))
+    return tuple(measure(instant, TRIED))
+
+
+def found(instant: Instant, command: str) -> list[Row]:
+    """Return the rows of one command; each setting was on and off in them."""
+    of_it = [row for row in rows(instant) if row.command == command]
+    for setting in ("cstopi_for_abort", "imstp_assigned"):
+        assert {getattr(row, setting) for row in of_it} == {True, False}
+    return of_it
+
+
+def by_command(uop: str, scenes: Sequence[str]) -> list[Any]:
+    """Return each command at the instants of an allocation: each scene on either plant.
+
+    Those of :func:`pairs` each time, the others by ``./cell test --thorough``.
+    """
+    return [
+        pytest.param(
+            Instant(uop, scene, plant), command, marks=marks, id=f"{scene}-{plant}-{command}"
+        )
+        for scene in scenes
+        for plant in PLANTS
+        for marks in [() if (uop, scene, plant) in EACH_TIME else pytest.mark.thorough]
+        for command in COMMANDS
+    ]
 
 
 def stands(instant: Instant, command: str) -> None:
-    """Hold the four rows of a command to what a stop is: soon, for good, and told."""
-    found = [row for row in rows(instant) if row.command == command]
-    assert len(found) == 4
-    for row in found:
+    """Hold the rows of a command to what a stop is: soon, for good, and told."""
+    for row in found(instant, command):
         assert row.moved and row.led == (instant.scene == "twin leads"), row
         assert row.stood_s is not None and row.stood_s <= row.ramp_s + LATER_S, row
         assert not row.began and row.program in ("paused", "aborted"), row
         assert row.success and row.mode == AFTER[command], row
 
 
-@pytest.mark.parametrize("command", COMMANDS)
-@pytest.mark.parametrize("scene", SCENES)
-@pytest.mark.parametrize("plant", PLANTS)
+@pytest.mark.parametrize(("instant", "command"), by_command("full", SCENES))
 def test_the_robot_stands_within_its_ramp_whatever_was_set_up(
-    plant: str, scene: str, command: str
+    instant: Instant, command: str
 ) -> None:
     """CSTOPI for ABORT on or off, *IMSTP assigned or not: HOLD works on all.
 
     The program is paused or gone and no next move begins; the mode is that of the command.
     """
-    stands(Instant("full", scene, plant), command)
+    stands(instant, command)
 
 
-@pytest.mark.parametrize("command", COMMANDS)
-@pytest.mark.parametrize("scene", [scene for scene in SCENES if scene != "twin leads"])
-@pytest.mark.parametrize("plant", PLANTS)
-def test_hold_alone_stops_a_robot_that_is_only_followed(
-    plant: str, scene: str, command: str
-) -> None:
+@pytest.mark.parametrize(("instant", "command"), by_command("simple", FOLLOWED))
+def test_hold_alone_stops_a_robot_that_is_only_followed(instant: Instant, command: str) -> None:
     """With the simple allocation HOLD is what is left, and it is enough."""
-    stands(Instant("simple", scene, plant), command)
+    stands(instant, command)
 
 
-@pytest.mark.parametrize("command", COMMANDS)
-@pytest.mark.parametrize("scene", [scene for scene in SCENES if scene != "twin leads"])
-@pytest.mark.parametrize("plant", PLANTS)
-def test_a_stop_that_nothing_carries_out_is_no_success(
-    plant: str, scene: str, command: str
-) -> None:
+@pytest.mark.parametrize(("instant", "command"), by_command("none", FOLLOWED))
+def test_a_stop_that_nothing_carries_out_is_no_success(instant: Instant, command: str) -> None:
     """Nothing is allocated: the program runs on, and the answer says so."""
-    found = [row for row in rows(Instant("none", scene, plant)) if row.command == command]
-    assert len(found) == 4
-    for row in found:
+    for row in found(instant, command):
         assert row.moved and row.program == "running", row
         assert not row.success and row.answer == "the real robot is not seen to stand", row
         assert row.mode == "ESTOP", row
 
 
-@pytest.mark.parametrize("plant", PLANTS)
-@pytest.mark.parametrize("uop", ["simple", "none"])
-@pytest.mark.parametrize("profile", ["", "full"])
+@pytest.mark.parametrize(
+    ("profile", "uop", "plant"), by_pairs(("", "full"), ("simple", "none"), PLANTS)
+)
 def test_a_robot_without_the_signals_of_the_stream_is_never_led(
     profile: str, uop: str, plant: str
 ) -> None:
     """Without an RSR, or without any input; also where robot.yaml says that it has them."""
-    found = rows(Instant(uop, "twin leads", plant, profile))
-    assert found and not any(row.moved or row.led for row in found)
+    (row,) = measure(Instant(uop, "twin leads", plant, profile), ALL[:1])
+    assert not row.moved and not row.led
 
 
 def test_a_robot_of_which_no_stop_was_tried_is_followed_and_never_led() -> None:

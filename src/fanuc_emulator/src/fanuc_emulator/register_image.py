@@ -22,7 +22,6 @@ _NUMBERS = {
     "override_now": "override",
     "program_line": "program_line",
     "program_state": "program_state",
-    "override": "general_override",
     "ring_read": "ring_read",
     "ring_underruns": "ring_underruns",
 }
@@ -69,6 +68,8 @@ class RegisterImage:
         held = layout.holding_registers.values()
         self._writable = _offsets(register for register in held if register.write)
         self._shown: Snapshot | None = None
+        # The override was written, and no snapshot has shown it yet.
+        self._override_waits = False
         self._sequence = 0
         self._codes = _codes(layout)
         self._put("position_valid", (1,))
@@ -88,6 +89,7 @@ class RegisterImage:
             number = getattr(snapshot, field)
             if before is None or getattr(before, field) != number:
                 self._put(name, (number,))
+        self._show_override(snapshot, before)
         self._show_signals(snapshot)
         if before is None or before.program_name != snapshot.program_name:
             self._put("program_name", snapshot.program_name)
@@ -140,10 +142,11 @@ class RegisterImage:
                     held[begin : begin + len(words)] = old
                     raise RegisterError(f"{name} = {value[0]} is outside [{low}, {high}]")
                 touched.append((name, value))
+        written = dict(touched)
+        self._override_waits |= "override" in written
         word = self._layout.command_word
-        if word is not None and word.sequence in dict(
-            touched
-        ):  # a command counts by its number, whoever wrote the code when
+        # A command counts by its number, whoever wrote the code when.
+        if word is not None and word.sequence in written:
             touched.append((word.register, self._get(word.register)))
         return touched
 
@@ -196,6 +199,14 @@ class RegisterImage:
             controller.write_input(name, level)
         elif name:
             controller.pulse_input(name)
+
+    def _show_override(self, snapshot: Snapshot, before: Snapshot | None) -> None:
+        """Fill the override; a tick that did not know what was written last changes nothing."""
+        percent = snapshot.general_override
+        if self._override_waits:
+            self._override_waits = round(float(self._get("override")[0])) != percent
+        elif before is None or before.general_override != percent:
+            self._put("override", (percent,))
 
     def _show_signals(self, snapshot: Snapshot) -> None:
         """Fill the words of outputs, inputs and the confirmed command, where the map has such."""

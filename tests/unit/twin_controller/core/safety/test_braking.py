@@ -5,13 +5,13 @@ Its own programs are let through.
 
 from __future__ import annotations
 
-from itertools import product
-
 import numpy as np
 import pytest
 from fanuc_emulator.config import load_programs
 from harness.emulated.emulated_pair import EmulatedPair, moves
 from harness.pair import ROBOT, SETUP
+from harness.running.pairs import by_pairs
+from harness.running.thorough import thorough
 from harness.workspace import ROOT
 from hypothesis import given
 from hypothesis import strategies as st
@@ -26,15 +26,6 @@ from twin_controller.core.setup import Setup
 PHASES = (0.0, 0.003, 0.006, 0.009)
 """When the program begins between two samples [s]."""
 FRONTS, SWINGS, OVERRIDES = (60.0, 200.0, 400.0), (-60.0, 0.0, 60.0), (30, 60, 100)
-EACH_TIME = {
-    *product(FRONTS[::2], SWINGS[::2], OVERRIDES[::2]),
-    (FRONTS[1], SWINGS[1], OVERRIDES[1]),
-}
-"""The corners and the centre; what lies between them is played by ``./cell test --thorough``."""
-WALLS = [
-    pytest.param(*wall, marks=() if wall in EACH_TIME else pytest.mark.thorough)
-    for wall in product(FRONTS, SWINGS, OVERRIDES)
-]
 SURFACE = SETUP.keep_out[0].upper_mm[2]
 
 
@@ -54,30 +45,33 @@ def run(pair: EmulatedPair, phase: float, limit: float) -> EmulatedPair:
     return pair
 
 
-@pytest.mark.parametrize(("front", "joint_2", "override"), WALLS)
+@pytest.mark.parametrize(
+    ("front", "joint_2", "override", "phase"), by_pairs(FRONTS, SWINGS, OVERRIDES, PHASES)
+)
 def test_a_program_that_sweeps_into_a_wall_stands_before_it(
-    front: float, joint_2: float, override: int
+    front: float, joint_2: float, override: int, phase: float
 ) -> None:
     """While it gains speed, and at full speed; whenever its samples are taken."""
     setup = Setup(ROBOT, SETUP.config)
     setup.keep_out = (KeepOut("wall", (-700.0, front, -1000.0), (700.0, 900.0, 1000.0)),)
-    for phase in PHASES:
-        program = moves({"joint_1": 140.0, "joint_2": joint_2, "joint_3": -160.0})
-        pair = run(EmulatedPair(program, override, setup), phase, 6.0)
-        assert pair.state.lead.mode is Mode.STOPPED and "keep-out zone wall" in pair.state.lead.why
-        assert track_mm(pair)[:, :, 1].max() < front
+    program = moves({"joint_1": 140.0, "joint_2": joint_2, "joint_3": -160.0})
+    pair = run(EmulatedPair(program, override, setup), phase, 6.0)
+    assert pair.state.lead.mode is Mode.STOPPED and "keep-out zone wall" in pair.state.lead.why
+    assert track_mm(pair)[:, :, 1].max() < front
 
 
 @pytest.mark.parametrize("override", [30, 60, 100])
-def test_a_program_that_plunges_into_the_table_stands_before_it(override: int) -> None:
+@pytest.mark.parametrize(
+    "phase", [PHASES[0], *thorough(PHASES[1]), PHASES[2], *thorough(PHASES[3])]
+)
+def test_a_program_that_plunges_into_the_table_stands_before_it(
+    override: int, phase: float
+) -> None:
     """The whole stroke of the vertical axis is there to gain speed."""
-    for phase in PHASES:
-        pair = run(EmulatedPair(moves({}, {"joint_3": -205.0}), override), phase, 6.0)
-        assert (
-            pair.state.lead.mode is Mode.STOPPED
-            and "keep-out zone below_table" in pair.state.lead.why
-        )
-        assert track_mm(pair)[0, :, 2].min() > SURFACE
+    pair = run(EmulatedPair(moves({}, {"joint_3": -205.0}), override), phase, 6.0)
+    assert pair.state.lead.mode is Mode.STOPPED
+    assert "keep-out zone below_table" in pair.state.lead.why
+    assert track_mm(pair)[0, :, 2].min() > SURFACE
 
 
 @pytest.mark.parametrize("name", ["ARTICLE", "PALLETISE"])
