@@ -20,6 +20,7 @@ KEPT = 20_000
 """So many messages are kept, 80 s of the robot's."""
 STILL = 0.002
 """A joint slower than this part of its greatest speed stands."""
+SEEN_STILL_S = 0.1
 BRAKE = 1.3
 """The stand-in brakes with this multiple of robot.yaml's acceleration (emulator.yaml)."""
 FILTERS_S = 0.030
@@ -80,14 +81,17 @@ class Motion:
         return len(recent) > 5 and all(max(self.shares(message)) > share for message in recent)
 
     def standstill(self, since: float) -> float:
-        """Return how long after ``since`` the side stood for good [s], infinity if never."""
-        moving = [
-            m.header.stamp.to_sec() for m in self.between(since) if max(self.shares(m)) > STILL
-        ]
+        """Return how long after ``since`` the side stood for good [s].
+
+        Infinity while it moves, and until it was seen to stand for ``SEEN_STILL_S``.
+        """
+        # Read once: a message that comes between two looks would make a moving side stand.
         seen = self.between(since)
-        if not seen or (moving and moving[-1] >= seen[-1].header.stamp.to_sec() - 0.1):
+        stamps = [m.header.stamp.to_sec() for m in seen if max(self.shares(m)) > STILL]
+        last = max(stamps, default=since)
+        if not seen or last >= seen[-1].header.stamp.to_sec() - SEEN_STILL_S:
             return math.inf
-        return max(moving[-1] - since, 0.0) if moving else 0.0
+        return last - since
 
     def ramp(self, since: float) -> float:
         """Return how long [s] the robot's own ramp takes from its speed at ``since``."""
