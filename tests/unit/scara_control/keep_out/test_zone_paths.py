@@ -10,7 +10,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from harness.pair import SETUP
+from harness.pair import HOME, SETUP
 from hypothesis import given
 from hypothesis import strategies as st
 from scara_config import KeepOut
@@ -21,6 +21,31 @@ Q = st.tuples(
     st.floats(-2.5, 2.5), st.floats(-2.6, 2.6), st.floats(-0.21, 0.0), st.floats(-3.0, 3.0)
 )
 ZONE = KeepOut("box", (400.0, -50.0, -100.0), (500.0, 50.0, 400.0))
+
+
+@pytest.mark.parametrize(
+    ("path", "found"),
+    [
+        ([(0.3, 0.0, 0.0), (0.39, 0.0, 0.0)], False),
+        ([(0.3, 0.0, 0.0), (0.45, 0.0, 0.0), (0.6, 0.0, 0.0)], True),
+        ([(0.45, 0.0, 0.0), (0.6, 0.0, 0.0)], False),
+        ([(0.45, 0.0, 0.0), (0.46, 0.0, 0.0)], False),
+        ([(0.45, 0.0, 0.0), (0.6, 0.0, 0.0), (0.45, 0.0, 0.0)], True),
+        ([(0.45, 0.06, 0.5), (0.45, 0.06, 0.0)], False),
+        ([(0.45, 0.0, 0.5), (0.45, 0.06, 0.0)], True),
+        ([(0.3, 0.0, 0.0), (0.6, 0.0, 0.0)], True),
+        ([(0.3, 0.0, 0.0), (0.45, 0.15, 0.0), (0.6, 0.0, 0.0)], False),
+        ([(0.3, 0.0, 0.0), (0.4, 0.0, 0.0)], True),
+    ],
+)
+def test_a_zone_may_be_left_but_not_entered(
+    path: list[tuple[float, float, float]], found: bool
+) -> None:
+    """Its faces belong to it; who is inside may move inside and out, not in again."""
+    text = entered("tool", np.array(path), [ZONE])
+    assert bool(text) is found
+    if found:
+        assert text.startswith("the tool would enter keep-out zone box at (")
 
 
 @pytest.mark.parametrize(
@@ -80,6 +105,32 @@ def test_a_polyline_meets_a_box_where_fine_samples_do(
         assert np.max(np.maximum(lower - hit, hit - upper)) <= 1e-9 and off.min() < 1e-3
     else:
         assert off.min() > 0.0
+
+
+def test_a_way_between_two_free_ends_is_judged_in_between() -> None:
+    """From one side of the zone to the other, both ends free."""
+    start, end = (0.6, 0.0, -0.1, 0.0), (-0.6, 0.0, -0.1, 0.0)
+    in_front = KeepOut("post", (600.0, -30.0, -1000.0), (700.0, 30.0, 1000.0))
+    assert not judge_way(POINTS, [in_front], start, start, SETUP.velocity).violation
+    assert "post" in judge_way(POINTS, [in_front], start, end, SETUP.velocity).violation
+    assert not judge_way(POINTS, [], start, end, SETUP.velocity).violation
+
+
+@pytest.mark.parametrize(
+    ("end", "expected"),
+    [
+        ((1.0, 0.0, -0.16, 0.0), 0.65 * math.radians(440.0)),
+        ((0.0, 1.0, -0.16, 0.0), 0.30 * math.radians(700.0)),
+        ((0.0, 0.0, -0.06, 0.0), 2.0),
+        ((0.0, 0.0, -0.16, 1.0), 0.0),
+        (HOME, 0.0),
+    ],
+)
+def test_peak_speed_of_a_move_of_one_joint(end: tuple[float, ...], expected: float) -> None:
+    """Radius times the joint's largest speed; the table moves no point of the arm."""
+    assert judge_way(POINTS, [], HOME, end, SETUP.velocity).peak_speed == pytest.approx(
+        expected, rel=1e-3, abs=1e-9
+    )
 
 
 @pytest.mark.parametrize("angle", np.linspace(0.3, 2.0, 18))

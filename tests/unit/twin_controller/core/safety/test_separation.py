@@ -123,3 +123,51 @@ def test_of_several_sensors_the_worst_counts_whatever_their_order(speed: float) 
             assert found.cap == min(each.cap for each in those)
             same = [each for each in those if bad(each) == bad(found)]
             assert found.distance == min(each.distance for each in same)
+
+
+def test_the_protective_distance_is_the_sum_of_its_terms() -> None:
+    """ISO/TS 15066: the sum of five terms, by hand for 1 m/s.
+
+    Person, robot until it reacts, robot while it stops, intrusion and uncertainties.
+    """
+    expected = 1.6 * (0.1 + 0.1) + 1.0 * 0.1 + 1.0 / 20.0 + 0.2 + 0.1 + 0.01
+    assert protective_distance(1.0, TERMS) == pytest.approx(expected)
+    assert protective_distance(1.0, TERMS, 0.25) == pytest.approx(expected + 1.6 * 0.25), (
+        "since the sighting people walk on"
+    )
+    assert allowed_speed(0.3, TERMS) == 0.0
+
+
+@pytest.mark.parametrize(("age", "too_close"), [(0.0, False), (0.1, False), (0.2, True)])
+def test_between_two_sightings_the_person_may_come_nearer(age: float, too_close: bool) -> None:
+    """0.47 m at rest and 1.6 m/s since the sighting: 0.7 m are enough for 0.14 s."""
+    found, fresh = judge(person(0.7, age)), judge(person(0.7))
+    assert found.too_close is too_close
+    assert found.protective == pytest.approx(0.47 + 1.6 * age)
+    assert found.cap <= fresh.cap
+
+
+@pytest.mark.parametrize(
+    ("distance", "speed", "age", "too_close"),
+    [
+        (2.0, 1.0, 0.0, False),
+        (0.7, 1.0, 0.0, True),
+        (0.7, 0.0, 0.0, False),
+        (0.4, 0.0, 0.0, True),
+        (2.0, 1.0, 0.31, True),
+        (2.0, 1.0, 0.29, False),
+    ],
+)
+def test_a_person_too_close_or_not_seen_any_more_stops(
+    distance: float, speed: float, age: float, too_close: bool
+) -> None:
+    """Less than the protective distance at the present speed, or a sensor that is silent."""
+    found = judge(person(distance, age), speed=speed)
+    assert found.too_close is too_close
+    assert found.reason
+
+
+def test_the_cap_falls_with_the_distance() -> None:
+    """Monotonic from 0 to 100 %."""
+    caps = [judge(person(0.3 + 0.1 * k)).cap for k in range(80)]
+    assert caps[0] == 0.0 and caps[-1] == 100.0 and caps == sorted(caps)
