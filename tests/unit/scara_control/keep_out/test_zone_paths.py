@@ -133,6 +133,13 @@ def test_peak_speed_of_a_move_of_one_joint(end: tuple[float, ...], expected: flo
     )
 
 
+def test_a_path_that_ends_on_a_face_meets_the_box_at_its_end() -> None:
+    """No chord begins there."""
+    path = np.array([(0.2, 0.0, 0.0), (0.3, 0.0, 0.0), (0.4, 0.0, 0.0)])
+    hit = first_hit(path, np.array(ZONE.lower_mm) * 1e-3, np.array(ZONE.upper_mm) * 1e-3)
+    assert hit == pytest.approx((0.4, 0.0, 0.0))
+
+
 @pytest.mark.parametrize("angle", np.linspace(0.3, 2.0, 18))
 @pytest.mark.parametrize("thick", [5.0, 20.0])
 def test_a_thin_post_is_not_missed(angle: float, thick: float) -> None:

@@ -69,7 +69,7 @@ def may_reach(
         for k in range(3):
             reach[k] += way * rate[k]
     place = tool_position(model, start)
-    if not math.isfinite(sum(place) + sum(reach)):
+    if not math.isfinite(sum((*place, *reach))):
         return True
     low = [(x - far) * 1e3 for x, far in zip(place, reach)]
     high = [(x + far) * 1e3 for x, far in zip(place, reach)]

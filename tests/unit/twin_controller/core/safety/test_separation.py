@@ -100,6 +100,14 @@ def test_a_sensor_that_is_silent_or_was_never_heard_stops_everything(sensor: str
     assert sensor in judge(person(9.0, 1.01 * STALE_S, sensor)).reason
 
 
+def test_of_the_named_sensors_the_first_that_was_never_heard_is_named() -> None:
+    """Whoever stands far away from the others; somebody looks after one sensor at a time."""
+    terms = replace(TERMS, sensors=("left", "middle", "right"))
+    people = [person(9.0, sensor="left")]
+    found = judge_separation(SETUP.points, people, HOME, 0.0, NOW, terms, SETUP.fastest)
+    assert found.too_close and "the sensor middle that" in found.reason
+
+
 @pytest.mark.parametrize("speed", [0.0, 0.5])
 def test_of_several_sensors_the_worst_counts_whatever_their_order(speed: float) -> None:
     """One that is silent, or sees somebody near, or saw somebody long ago; never the mildest."""
