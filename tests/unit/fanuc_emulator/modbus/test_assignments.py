@@ -183,6 +183,11 @@ def test_entries_are_read_back_through_entry_80(client: Client) -> None:
         ("$MCR.$GENOVERRIDE", 1.0, int32(100)),
         ("$MCR.$GENOVERRIDE", 0.0, float32(100.0)),
         ("$SNPX_ASG[77].$ADDRESS", 1.0, int32(16302)),
+        (
+            "$SNPX_ASG[77].$VAR_NAME",
+            -1.0,
+            [*text("$SNPX_ASG[80].$SIZE"), *text("$SNPX_ASG[80].$VAR_NAME")],
+        ),
         ("UI[1]", 1.0, [1, 1, 1, 0, 0, 0, 0, 1, *[0] * 10]),
         ("UI[1]", 0.0, [0b10000111, 0]),
         ("UO[1]", 1.0, [1, 1, 0]),
@@ -270,6 +275,15 @@ def test_registers_of_the_map_keep_their_meaning_wherever_they_are_assigned(
     touched = dict(client.write(5000, [*float32(12.0), *float32(55.0)]))
     assert touched == {"heartbeat": (12,), "stream_speed": (55,)}
     assert client.read(1070, 2) == [12, 55]
+
+
+def test_a_request_may_reach_over_entries_of_several_forms(client: Client) -> None:
+    """Words of the map's own form stand before and behind those that are converted."""
+    client.assign(1, 5000, 1, "R[1]@1.1", 1.0)
+    client.assign(2, 5001, 2, "R[2]", 0.0)
+    client.assign(3, 5003, 1, "R[2]@1.1", 1.0)
+    client.write(5000, [12, *float32(55.0)])
+    assert client.read(5000, 4) == [12, *float32(55.0), 55]
 
 
 def test_a_request_is_stored_whole_or_not_at_all(client: Client) -> None:

@@ -20,8 +20,8 @@ from fanuc_emulator.io.datastore import READ_COILS, READ_DISCRETE, WRITE_COIL, W
 
 REGISTER_FUNCTIONS = frozenset({3, 4, 6, 16, 22, 23})
 _LENGTHS = dict.fromkeys((1, 2, 3, 4, 5, 6), 5) | {22: 7}
-"""How long a request of these functions is, its function code included [bytes]."""
-_LONGEST_PDU = 253
+"""How long a request of these functions is, its function code included [bytes]; the others say so
+themselves, and pymodbus refuses what is longer or shorter."""
 ANY_UNIT = (0, 255)
 """Units by which a server is asked that is addressed by its IP address alone."""
 
@@ -83,6 +83,6 @@ class Requests:
             return ExceptionResponse(function, ExcCodes.GATEWAY_NO_RESPONSE)
         if function not in self._functions:
             return ExceptionResponse(function, ExcCodes.ILLEGAL_FUNCTION)
-        if len(pdu) > _LONGEST_PDU or len(pdu) != _LENGTHS.get(function, len(pdu)):
+        if len(pdu) != _LENGTHS.get(function, len(pdu)):
             return ExceptionResponse(function, ExcCodes.ILLEGAL_VALUE)
         return self._decoder.decode(pdu) or ExceptionResponse(function, ExcCodes.ILLEGAL_VALUE)

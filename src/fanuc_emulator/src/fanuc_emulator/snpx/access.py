@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import msgspec
 from scara_config.modbus_map import INPUTS, OUTPUTS, WORDS, ModbusMap, Register, Table
@@ -89,7 +90,7 @@ class AssignedRegisters:
         self._digital_inputs = digital_inputs
         self._homes = dict(_homes(layout.holding_registers.values()))
         self._others: dict[Cell, float | str] = {}
-        self._parts: dict[tuple[int, int], list[Stretch | Piece]] = {}
+        self._parts = lru_cache(maxsize=_KEPT)(self._find)
         self._version = self.table.version
 
     def read(self, offset: int, count: int, snapshot: Snapshot) -> list[int]:
@@ -132,13 +133,10 @@ class AssignedRegisters:
 
     def _request(self, offset: int, count: int) -> list[Stretch | Piece]:
         """Return the parts of a request."""
-        if self._version != self.table.version or len(self._parts) > _KEPT:
-            self._parts.clear()
+        if self._version != self.table.version:
+            self._parts.cache_clear()
             self._version = self.table.version
-        found = self._parts.get((offset, count))
-        if found is None:
-            found = self._parts[offset, count] = self._find(offset, count)
-        return found
+        return self._parts(offset, count)
 
     def _find(self, offset: int, count: int) -> list[Stretch | Piece]:
         """Find the parts of a request, word by word."""
