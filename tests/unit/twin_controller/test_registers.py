@@ -175,6 +175,17 @@ def test_a_set_point_that_cannot_be_meant_is_refused(
         CODEC.encode_setpoint(positions, 1, speed)
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_set_point_at_the_end_of_its_range_may_be_off_by_what_rounding_loses(
+    sign: float,
+) -> None:
+    """A billionth of a rad beyond it is the end, two are outside."""
+    end = sign * ROBOT.joints[1].upper
+    assert CODEC.encode_setpoint((0.0, end + sign * 0.9e-9, 0.0, 0.0, 0.0), 1, 50.0)
+    with pytest.raises(SetpointError, match="joint_2"):
+        CODEC.encode_setpoint((0.0, end + sign * 2e-9, 0.0, 0.0, 0.0), 1, 50.0)
+
+
 @given(
     st.tuples(
         st.floats(-2.5, 2.5),

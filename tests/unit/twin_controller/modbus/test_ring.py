@@ -77,6 +77,14 @@ def test_places_times_and_number_stand_where_the_map_says() -> None:
     assert times == [1100, *[EMPTY & 0xFFFFFFFF] * 7, 900, 1000]
 
 
+def test_neighbouring_places_go_in_one_request_as_far_as_it_carries_them() -> None:
+    """Six of 18 words; a seventh would be more than the 123 that one request may write."""
+    robot = Robot("fanuc_sr6ia")
+    points = robot.points([(number, 100 * number, 0.5) for number in range(1, 9)])
+    requests = list(robot.client.setpoints(StreamAhead(points, 8, 50.0)))
+    assert [(offset, len(words)) for offset, words in requests] == [(1500, 108), (1608, 36)]
+
+
 @pytest.mark.parametrize("name", NAMES)
 @settings(max_examples=60, deadline=None)
 @given(st.integers(1, 32760), st.lists(st.floats(0.0, 1.0), min_size=1, max_size=9), st.data())
