@@ -83,8 +83,20 @@ def _meaning(source: str) -> str | None:
     return ast.dump(_Bare().visit(tree))
 
 
+_OF_A_CLASS = {"frozen", "slots", "kw_only"}
+"""What a type checker needs to know of a dataclass or struct, and no test."""
+
+
 class _Bare(ast.NodeTransformer):
     """Removes annotations, which never run here, and type aliases of unions."""
+
+    def visit_ClassDef(self, node: ast.ClassDef) -> ast.AST:
+        """Drop how its instances are made and kept."""
+        calls = [each for each in node.decorator_list if isinstance(each, ast.Call)]
+        for each in (node, *calls):
+            each.keywords = [word for word in each.keywords if word.arg not in _OF_A_CLASS]
+        self.generic_visit(node)
+        return node
 
     def visit_arg(self, node: ast.arg) -> ast.arg:
         """Drop an argument's type."""
