@@ -114,8 +114,17 @@ def test_still_axis_has_nothing_left_to_do(
     assert any(axis.step(last, 1.0) for _ in range(4000))
     there = (axis.position, axis.velocity, axis.command, axis.command_velocity)
     for k in range(40):
-        axis.step(last, (0.5, 1.0)[k % 2])
+        assert axis.step(last, (0.5, 1.0)[k % 2])
         assert (axis.position, axis.velocity, axis.command, axis.command_velocity) == there
+
+
+@pytest.mark.parametrize(("off", "command"), [(5e-7, 1.0), (-5e-7, 1.0), (5e-6, 1.0 + 5e-6)])
+def test_an_axis_that_rests_at_its_command_keeps_it(off: float, command: float) -> None:
+    """To the bit: only one that was brought elsewhere takes that place for its command."""
+    axis = new_axis(1.0)
+    axis.position += off
+    axis.rest()
+    assert axis.command == command
 
 
 def test_a_tracked_set_point_inside_the_limits_passes_unchanged() -> None:

@@ -33,6 +33,11 @@ def test_braking_from_the_stopping_speed_ends_exactly_at_the_end(
     assert travelled == pytest.approx(distance, rel=1e-6)
 
 
+def test_nothing_can_be_stopped_behind_its_end() -> None:
+    """Half a rad too far, or there: no speed is slow enough."""
+    assert stopping_speed(-0.5, 10.0, DT) == stopping_speed(0.0, 10.0, DT) == 0.0
+
+
 def test_all_axes_start_and_end_together_on_a_straight_joint_path() -> None:
     """Every axis has the same progress at each instant."""
     rows = drive(JointMove((0.0, 1.0, -0.1), (1.0, -0.5, 0.0), 0.5, VELOCITIES, ACCELERATIONS), 1.0)

@@ -12,6 +12,7 @@ import pytest
 from fanuc_emulator.config import load_emulator, load_programs
 from fanuc_emulator.controller import Controller
 from fanuc_emulator.gripping.cell_parts import CellParts
+from fanuc_emulator.gripping.surroundings import Surroundings
 from fanuc_emulator.program import Program, ProgramState
 from fanuc_emulator.snapshot import Snapshot
 from scara_config import load_robot
@@ -107,6 +108,28 @@ def test_suction_grips_only_what_is_near_below(bench: Bench, dx: float, dz: floa
     """Beyond reach_mm or offset_mm there is no vacuum."""
     bench.be(X + dx, Y - dx, WORK.pick_height + dz, True, 0.5)
     assert bench.parts.held is None and bench.kinds() == []
+
+
+def test_part_is_let_go_once_air_is_in_the_nozzle(bench: Bench) -> None:
+    """That takes release_ms; suction that comes back before keeps the part."""
+    bench.pick()
+    release = WORK.gripper.release_ms * 1e-3
+    bench.be(X, Y, 0.07, False, release - DT)
+    bench.be(X, Y, 0.07, True, DT)
+    bench.be(X, Y, 0.07, False, release - DT)
+    assert bench.parts.held is not None
+    bench.be(X, Y, 0.07, False, 2 * DT)
+    assert bench.parts.held is None
+
+
+@pytest.mark.parametrize("beside", [(0.51, 0.0), (-0.51, 0.0), (0.0, 0.51), (0.0, -0.51)])
+def test_beside_the_pallet_nothing_lies_on_it(beside: tuple[float, float]) -> None:
+    """It ends half of its size from its middle."""
+    (width, depth), (x, y) = WORK.pallet.size_mm, WORK.pallet.middle_mm
+    edge = (x + beside[0] * width) * 1e-3, (y + beside[1] * depth) * 1e-3
+    around = Surroundings(WORK)
+    assert around.below(x * 1e-3, y * 1e-3, 1.0, 0.0).name == "pallet"
+    assert around.below(*edge, 1.0, 0.0).name != "pallet"
 
 
 def test_part_let_go_in_the_air_was_dropped(bench: Bench) -> None:

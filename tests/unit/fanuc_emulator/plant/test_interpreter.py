@@ -25,6 +25,14 @@ def test_a_set_point_begins_to_move_after_the_lag() -> None:
     assert [q[0] for q in shown] == pytest.approx([0.0, 0.0, 0.0, 0.008, 0.016, 0.016])
 
 
+def test_a_motion_of_whole_periods_takes_no_period_more_for_a_rounding() -> None:
+    """Three times 0.1 is a little more than 0.3 to a computer."""
+    stream = StreamInterpreter(msgspec.structs.replace(FILE, lag_ms=0.0), (1.0,), 0.1)
+    stream.reset((0.0,))
+    shown = [stream.step((3 * 0.1,), 1.0)[0] for _ in range(3)]
+    assert shown == pytest.approx([0.1, 0.2, 0.3])
+
+
 def test_the_joint_that_needs_longest_decides() -> None:
     """Both end together, on a straight line."""
     stream = interpreter(lag_ms=0.0)

@@ -36,6 +36,13 @@ def test_the_field_plants_differ_from_robot_to_robot(monkeypatch: pytest.MonkeyP
     assert len(set(lags)) == len(lags) == 3
 
 
+def test_what_a_plant_does_not_name_its_axes_do_not_have(robot: Robot) -> None:
+    """No payload, no friction, no encoder that is off."""
+    for axis in load_plant(robot, CONFIG, "ideal").axes.values():
+        assert (axis.payload_inertia_percent, axis.friction) == (0.0, None)
+        assert axis.zero_offset_deg == axis.zero_offset_mm == 0.0
+
+
 def test_a_plant_is_chosen_by_name_or_by_the_environment(
     robot: Robot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
