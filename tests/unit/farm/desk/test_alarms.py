@@ -87,8 +87,9 @@ def test_a_shelved_alarm_is_still_listed_and_comes_back_by_itself() -> None:
     assert (row.status, row.person, row.until) == (Status.SHELVED, "ben@desk", 70.0)
     assert row.why == "the fan comes tomorrow"
     assert statuses(book, 70.0) == [Status.RAISED]
-    book.read(book.shelve(NAME, "ben@desk", 20.0, 0.0, ""))
-    assert statuses(book, 21.0) == [Status.RAISED]
+    taken_off = book.shelve(NAME, "ben@desk", 20.0, 0.0, "")
+    book.read(taken_off)
+    assert taken_off.until == 0.0 and statuses(book, 21.0) == [Status.RAISED]
 
 
 def test_a_journal_that_begins_again_clears_what_it_does_not_tell_again() -> None:

@@ -67,6 +67,7 @@ def test_moves_of_twin_and_operator_are_counted_apart_from_programs() -> None:
 def test_quality_and_oee_are_known_only_with_parts() -> None:
     """A share of nothing is not 100 %."""
     assert figures(cycle(0, 50)).quality_ratio is None and figures(cycle(0, 50)).oee is None
+    assert figures(cycle(0, 50, placed=1)).quality_ratio == 1.0
     found = figures(cycle(0, 50, placed=3, dropped=1))
     assert found.quality_ratio == 0.75 and found.parts == 4
     assert found.oee == pytest.approx(0.5 * (8.0 / 50.0) * 0.75)
@@ -110,3 +111,10 @@ def test_all_cells_are_added_up_and_the_worst_comes_first() -> None:
     assert [row.cell for row in rows] == [CELL, "m/b", ""]
     assert rows[-1].availability == pytest.approx(110.0 / 200.0) and rows[-1].cycles == 2
     assert key_figures([], 0.0, 1.0, {}, "done") == []
+
+
+def test_a_cell_that_came_later_takes_nothing_from_the_others() -> None:
+    """Its journal begins behind the time looked at: it has no row, and no time in the sum."""
+    later = Happened("m/b", 150.0, "start")
+    rows = key_figures([Happened(CELL, 0.0, "start"), later], 0.0, 100.0, {}, "done")
+    assert [(row.cell, row.busy_s) for row in rows] == [(CELL, 100.0), ("", 100.0)]

@@ -89,6 +89,7 @@ def test_equal_alarms_are_one_row_with_their_count_and_cells() -> None:
     ]
     assert found[2].ids == found[2].waiting == [f"a/cell_{k}: real" for k in range(3)]
     assert (found[2].raised, found[2].times, found[2].cleared) == (3.0, 3, 0.0)
+    assert found[2].until == 0.0, "none of them is shelved"
 
 
 def test_a_row_tells_who_has_looked_at_some_of_its_alarms() -> None:

@@ -44,6 +44,11 @@ def test_who_may_is_let_through(command: str) -> None:
             r"by its time of asking, desk_1's clock is 60.0 s ahead of this cell's. Set the clocks",
         ),
         (
+            {"expires": NOW + 2.6, "asked": NOW + 0.6},
+            {},
+            r"clock is 0.6 s ahead of this cell's. Set",
+        ),
+        (
             {"expires": NOW - 58.0, "asked": NOW - 60.0},
             {},
             r"desk_1's clock is 60.0 s behind this cell's, or it was on its way for as long. Set",

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import msgspec
 import pytest
-from farm.config import SecureAddress, load_farm
+from farm.config import Address, Credentials, Outside, SecureAddress, load_farm
 from farm.desk.io.lines.machines import ReachedError, reached
 from farm.security.access import Invited, Role, access_control
 from farm.security.certificates import DAYS, CertificateError, Pair, check
@@ -262,3 +262,15 @@ def test_nobody_is_renewed_where_nobody_knows_the_desk(tmp_path: Path) -> None:
     with pytest.raises(SecurityError, match="nobody knows yet where the desk is"):
         Authority(folder, "hall", NOW).renew(None, lambda _: None)
     assert (folder / "authority.key").read_bytes() == key
+
+
+def test_both_ends_of_a_link_between_machines_show_certificates() -> None:
+    """Whoever connects looks at the router's name too; a certificate that runs out ends a link."""
+    files, tls = Credentials("authority", "certificate", "key"), "transport/link/tls"
+    machine = SecureAddress("router", 7447, files)
+    for end in (machine, Outside(Address("router", 7447), files, {})):
+        assert end.endpoint == "tls/router:7447"
+        assert end.settings[f"{tls}/root_ca_certificate"] == "authority"
+        assert end.settings[f"{tls}/enable_mtls"] is True
+        assert end.settings[f"{tls}/close_link_on_expiration"] is True
+    assert machine.settings[f"{tls}/verify_name_on_connect"] is True
