@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import resource
 import struct
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 
 import msgspec
 import pytest
@@ -13,6 +15,7 @@ import rosbag
 import rospy
 from cell_recorder.io.bag_writer import BagWriter, BagWriterError
 from cell_recorder.recording import RecorderSettings
+from harness.processes import wait_until
 from rosbags.highlevel import AnyReader
 
 FLOAT64 = {
@@ -141,6 +144,19 @@ def test_too_little_free_space_ends_the_recording_with_a_readable_bag(tmp_path: 
     assert "MB free on the disk, min_free_mb is 1e+06" in status.failure
     assert (status.dropped, status.active) == (3, False)
     assert read(writer.path) == []
+
+
+@pytest.mark.parametrize(("free", "goes_on"), [(100_000_000, True), (99_999_000, False)])
+def test_the_least_free_space_is_enough(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, free: int, goes_on: bool
+) -> None:
+    """A megabyte is a million bytes; a kilobyte less than the limit ends the recording."""
+    found = SimpleNamespace(f_bavail=free // 1000, f_frsize=1000)
+    monkeypatch.setattr(os, "statvfs", lambda _: found)
+    writer = BagWriter(tmp_path / "run.bag", msgspec.structs.replace(SETTINGS, min_free_mb=100.0))
+    fill(writer, 3)
+    wait_until(lambda: writer.status.messages or writer.status.failure, 5.0, "a look at the disk")
+    assert (writer.close().failure == "") is goes_on
 
 
 @pytest.fixture

@@ -142,6 +142,13 @@ def test_types_come_from_the_bag(make_bag: Callable[..., Path]) -> None:
     )
 
 
+def test_the_type_of_a_topic_is_known_before_it_is_read(make_bag: Callable[..., Path]) -> None:
+    """A topic that is not there has none."""
+    with open_bag(make_bag()) as bag:
+        assert bag.kind("twin/joint_states") == "sensor_msgs/msg/JointState"
+        assert bag.kind("no/topic") == ""
+
+
 def test_relative_names_are_found_in_any_namespace(make_bag: Callable[..., Path]) -> None:
     """The bag of a second cell is read like that of the first."""
     with open_bag(make_bag()) as one, open_bag(make_bag(namespace="/cell_2")) as other:

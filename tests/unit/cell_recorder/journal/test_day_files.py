@@ -329,6 +329,7 @@ def test_old_files_are_removed_whole_and_that_is_told(tmp_path: Path) -> None:
         (told,) = files.told
     assert isinstance(told, Gap)
     assert told.removed == ["2026-11-22.jsonl"] and "keep_days = 3" in told.why and not told.lost
+    assert (told.since, told.until) == (0.0, 0.0), "no entry was lost, so there is no time of it"
     assert numbers(tmp_path) == [2, 3, 4]
 
 

@@ -11,7 +11,7 @@ import pytest
 from cell_recorder.io.journal import DayFiles
 from cell_recorder.journal.entries import KINDS, Alarm, Audit, Cycle, Decision, Gap, Start, Torn
 from cell_recorder.journal.since import Since, SinceError, parse_since
-from cell_recorder.journal.story import Line, tell
+from cell_recorder.journal.story import Line, duration, tell
 from cell_recorder.nodes.why import app
 from typer.testing import CliRunner
 
@@ -36,6 +36,9 @@ def at(*fields: int) -> Since:
         ("30m", at(2026, 11, 22, 15, 0)),
         ("1.5h ago", at(2026, 11, 22, 14, 0)),
         ("7d", at(2026, 11, 15, 15, 30)),
+        ("2w", at(2026, 11, 8, 15, 30)),
+        ("3 min", at(2026, 11, 22, 15, 27)),
+        ("60s", at(2026, 11, 22, 15, 29)),
         ("today", at(2026, 11, 22)),
         ("Yesterday", at(2026, 11, 21)),
         ("14:05", at(2026, 11, 22, 14, 5)),
@@ -57,6 +60,23 @@ def test_since_that_says_no_time_is_refused_with_what_is_allowed(text: str) -> N
     """The error names every form."""
     with pytest.raises(SinceError, match=r"is none of these: a time ago \(30m, 2h, 3d\), today"):
         parse_since(text, NOW)
+
+
+@pytest.mark.parametrize(
+    ("seconds", "said"),
+    [
+        (59.94, "59.9 s"),
+        (60.0, "1 min 0 s"),
+        (3599.0, "59 min 59 s"),
+        (3600.0, "1 h 0 min"),
+        (7325.0, "2 h 2 min"),
+        (86400.0, "1 d 0 h"),
+        (273600.0, "3 d 4 h"),
+    ],
+)
+def test_a_time_is_told_by_its_two_largest_units(seconds: float, said: str) -> None:
+    """Nobody counts 7325 seconds."""
+    assert duration(seconds) == said
 
 
 def test_since_in_the_future_is_refused() -> None:

@@ -94,6 +94,15 @@ def test_entries_are_written_at_once_and_safe_soon(tmp_path: Path, disk: Disk) -
         assert all(entry.time > 1e9 for entry in read(tmp_path))
 
 
+def test_disk_is_not_asked_before_entries_are_due(tmp_path: Path, disk: Disk) -> None:
+    """However many come one after the other meanwhile."""
+    with start(tmp_path, fsync_ms=60_000.0) as writer:
+        for n in range(5):
+            writer.put(said(str(n)))
+            wait_until(lambda n=n: len(whats(tmp_path)) == n + 1, 5.0, "the entry")
+        assert disk.syncs <= 1  # of the new file
+
+
 def test_nobody_waits_for_a_slow_disk(tmp_path: Path, disk: Disk) -> None:
     """An entry is left within a moment while the disk hangs, and written later."""
     with start(tmp_path) as writer:

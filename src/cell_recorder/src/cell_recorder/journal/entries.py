@@ -137,9 +137,9 @@ class Gap(Entry, frozen=True, kw_only=True, tag="gap"):
         removed: Files that were removed whole, because the journal was beyond its limits.
     """
 
-    lost: int
-    since: float
-    until: float
+    lost: int = 0
+    since: float = 0.0
+    until: float = 0.0
     why: str
     removed: list[str] = []
 

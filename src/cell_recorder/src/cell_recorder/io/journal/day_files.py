@@ -139,7 +139,7 @@ class DayFiles:
         os.fdatasync(self._fd)
         if os.fstat(self._fd).st_nlink == 0:
             text = f"{self.path} was removed by somebody while it was written; it begins anew"
-            self.told.append(Gap(lost=0, since=0.0, until=0.0, why=text, removed=[self.path.name]))
+            self.told.append(Gap(why=text, removed=[self.path.name]))
             raise JournalError(text)
 
     def close(self) -> None:
@@ -209,7 +209,7 @@ class DayFiles:
             self._go_on(now, [path for path in files_of(self.folder) if path not in moves])
             names = ", ".join(f"{old.name} as {new.name}" for old, new in moves.items())
             text = f"this machine's clock was ahead and is right again: put aside {names}"
-            gap = Gap(time=now, lost=0, since=0.0, until=0.0, why=text)
+            gap = Gap(time=now, why=text)
             line = encode(stamped(gap, self._last + 1, self._cell))
             self._write(line)
             self._last += 1
@@ -273,7 +273,7 @@ class DayFiles:
             path.with_suffix(".torn").unlink(missing_ok=True)
         names = [path.name for path in files]
         text = f"removed {', '.join(names)}: the journal was beyond {limit} of journal.yaml"
-        self.told.append(Gap(time=now, lost=0, since=0.0, until=0.0, why=text, removed=names))
+        self.told.append(Gap(time=now, why=text, removed=names))
 
     def _write(self, lines: bytes) -> None:
         """Append whole lines, or nothing of them."""
