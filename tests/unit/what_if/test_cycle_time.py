@@ -68,6 +68,13 @@ def test_one_measured_cycle_teaches_the_others(world: World, plant: str, name: s
     assert predicted == pytest.approx(measured(world, name, plant), rel=0.01)
 
 
+def test_the_rest_is_the_mean_of_those_that_were_seen(world: World) -> None:
+    """Its spread is that of a sample: 2 ms for three moves that are 2 ms apart."""
+    law = learned(world.cell.config.program, [0.070, 0.072, 0.074])
+    assert (law.fine_ms, law.fine_spread_ms) == pytest.approx((72.0, 2.0))
+    assert law.fitted
+
+
 def test_what_cannot_be_learned_from_is_said(world: World) -> None:
     """Too few moves, and a robot that is faster than its moves."""
     law = world.cell.config.program

@@ -59,6 +59,11 @@ def test_the_shipped_programs_are_free(world: World, name: str, placed: int) -> 
             Cause.LIMIT,
             "joint_1 = ",
         ),
+        (
+            Setpoints(("joint_3",), (JointMotion((0.001,), (), (), 5.0),)),
+            Cause.LIMIT,
+            "mm is outside [-210, 0]",
+        ),
         (Setpoints(("joint_9",), (JointMotion((2.0,), (), (), 1.0),)), Cause.LIMIT, "joint_9"),
         (steps(GripperStep(1, True)), Cause.GRIP, "there is nothing to grip"),
     ],

@@ -35,6 +35,24 @@ def random_poses(tree: Tree, cell: Cell, count: int, seed: int) -> FloatArray:
     return np.random.default_rng(seed).uniform(low, high, (count, len(tree.joints)))
 
 
+@pytest.mark.parametrize(
+    ("shape", "size", "half"),
+    [
+        ("box", (0.2, 0.4, 0.6), (0.1, 0.2, 0.3)),
+        ("cylinder", (0.02, 0.7), (0.02, 0.02, 0.35)),
+        ("sphere", (0.3,), (0.3, 0.3, 0.3)),
+    ],
+)
+def test_the_box_around_a_body_touches_it(
+    shape: str, size: tuple[float, ...], half: tuple[float, ...]
+) -> None:
+    """A larger one would cost proofs, a smaller one would be none."""
+    body = Body("it", Kind.OBSTACLE, "base_link", shape, size, np.eye(4))
+    assert body.half == pytest.approx(half)
+    assert body.corners.max(axis=0) == pytest.approx(half)
+    assert body.corners.min(axis=0) == pytest.approx([-x for x in half])
+
+
 def test_no_point_moves_further_than_the_bound(cell: Cell) -> None:
     """The corners of each body, over joint moves of any size: the proof rests on this."""
     q = random_poses(cell.tree, cell, 400, 1)

@@ -11,7 +11,7 @@ from what_if.config import LearningConfig
 from what_if.geometry.bodies import FloatArray
 from what_if.io.cell_files import find_program
 from what_if.judging import judge
-from what_if.learning.course import course_of, predict, tool_points
+from what_if.learning.course import PERIOD_S, course_of, predict, tool_points
 from what_if.learning.drift import Drift
 from what_if.learning.measures import way_length
 from what_if.learning.pairing import BEGIN_S, REST_S, End, Outcome, Prediction, Watch
@@ -62,6 +62,14 @@ def test_motion_made_as_predicted_has_ratios_of_one(world: World, name: str) -> 
     assert outcome.ratios["time"] == pytest.approx(1.0, abs=0.02)
     assert outcome.ratios["way"] == pytest.approx(1.0, abs=0.02)
     assert outcome.ratios["effort"] == pytest.approx(1.25)
+
+
+def test_a_course_is_told_in_steps_of_the_period_at_most(world: World) -> None:
+    """From its beginning to its end, and in no more steps than that takes."""
+    times, q = course_of(world, FREE)
+    assert times[0] == 0.0 and len(times) == len(q)
+    assert times[-1] / len(times) < np.diff(times).max() <= PERIOD_S + 1e-12
+    assert np.diff(times).min() > PERIOD_S * (1.0 - 2.0 / len(times))
 
 
 def test_slower_motion_has_its_ratio(world: World) -> None:
