@@ -1,14 +1,13 @@
 """The node of a ROS driver for real R-30iB controllers, unmodified, against the robot's stand-in.
 
 fanuc-hmi-jointstreaming is in no package: its users clone it into a catkin workspace and build it.
-CELL_FANUC_DRIVER names such a workspace's setup.bash, and `./cell test --clients` runs this too. It
-connects to port 502, which asks for root or CAP_NET_BIND_SERVICE.
+`./cell test --clients` does so too. It connects to port 502, which asks for root or
+CAP_NET_BIND_SERVICE.
 """
 
 from __future__ import annotations
 
 import math
-import os
 import subprocess
 import threading
 from collections.abc import Callable, Iterator
@@ -22,7 +21,7 @@ from fanuc_emulator.io.modbus_server import RobotServer
 from fanuc_emulator.io.servo_loop import ServoLoop
 from fanuc_emulator.program import ProgramState
 from fanuc_emulator.register_image import RegisterImage
-from harness.clients.environments import INSTALLED
+from harness.clients.environments import INSTALLED, NOT_BUILT, workspace
 from harness.processes import Process, wait_until
 from harness.ros import Ros
 from harness.workspace import ROOT
@@ -31,8 +30,8 @@ from scara_config import load_robot
 from scara_config.modbus_map import load_modbus_map
 from sensor_msgs.msg import JointState
 
-SETUP = os.environ.get("CELL_FANUC_DRIVER", "")
-pytestmark = pytest.mark.skipif(not SETUP, reason="CELL_FANUC_DRIVER names no setup.bash")
+SETUP = workspace("fanuc_driver")
+pytestmark = pytest.mark.skipif(not SETUP, reason=NOT_BUILT)
 
 HOST, PORT = "127.0.0.9", 502
 WIRES = {3: "start", 5: "fault_reset", 6: "cstopi"}

@@ -1,7 +1,7 @@
 """The same scripts at rosbridge_server 0.11.17 of ROS 1, side by side with the gateway.
 
-No Debian package has it: its users build it in a catkin workspace. CELL_ROSBRIDGE_SERVER names such
-a workspace's setup.bash, and `./cell test --clients` writes a table of what it does.
+No Debian package has it: its users build it in a catkin workspace. `./cell test --clients` does so
+too, and writes a table of what it does.
 """
 
 from __future__ import annotations
@@ -11,12 +11,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from harness.clients.environments import UPSTREAM, results
+from harness.clients.environments import NOT_BUILT, UPSTREAM, results
 from harness.clients.ros_side import RosSide
 from harness.clients.rosbridge import Client, rosbridge_clients
 from harness.ros import Ros
 
-pytestmark = pytest.mark.skipif(not UPSTREAM, reason="CELL_ROSBRIDGE_SERVER names no setup.bash")
+pytestmark = pytest.mark.skipif(not UPSTREAM, reason=NOT_BUILT)
 
 HERE = Path(__file__).parent
 FOR_ROS_2 = "tools for ROS 2 end with an error at once"

@@ -17,7 +17,7 @@ import cbor2
 import genpy
 import pytest
 import rospy
-from harness.clients.environments import UPSTREAM
+from harness.clients.environments import NOT_BUILT, UPSTREAM
 from harness.clients.random_messages import EACH, PACKAGES, SEED, random_message, types_of
 from harness.clients.ros_side import RosSide
 from harness.opponents.running_gateway import RosbridgeClient, RunningGateway
@@ -25,7 +25,7 @@ from harness.ros import Ros
 from PIL import Image
 from std_msgs.msg import Time, UInt8MultiArray
 
-pytestmark = pytest.mark.skipif(not UPSTREAM, reason="CELL_ROSBRIDGE_SERVER names no setup.bash")
+pytestmark = pytest.mark.skipif(not UPSTREAM, reason=NOT_BUILT)
 
 QUESTIONS: list[tuple[str, dict[str, str]]] = [
     ("topics", {}),

@@ -20,8 +20,15 @@ SHARED = ROOT / "tests" / "clients"
 ALL = "CELL_CLIENTS_PAGE" in os.environ
 """Whether all of them are to be run: `./cell test --clients` says so."""
 
-UPSTREAM = os.environ.get("CELL_ROSBRIDGE_SERVER", "")
-"""The setup.bash of a workspace with rosbridge_server, if somebody has one."""
+
+def workspace(name: str) -> str:
+    """Return the setup.bash of a catkin workspace of setup/clients; empty where it is not built."""
+    setup = INSTALLED / name / "devel" / "setup.bash"
+    return str(setup) if ALL and setup.is_file() else ""
+
+
+UPSTREAM = workspace("rosbridge_server")
+NOT_BUILT = "./cell test --clients builds it, where its repositories can be cloned"
 
 
 class Environment(NamedTuple):

@@ -11,6 +11,9 @@ from harness.workspace import ROOT
 STAND_INS = """
 apt_install() { echo "apt $*"; }
 npm() { echo "npm $*"; }
+install_libraries() { echo "pip $*"; }
+catkin_make() { echo "catkin_make $*"; }
+env() { shift 3; "$@"; }
 install_python_client() { mkdir -p "$2"; echo "pip $(basename "$1")"; }
 """
 
@@ -51,7 +54,49 @@ def test_node_is_installed_where_there_is_none(tree: Path) -> None:
     assert "apt" not in ensure(tree, "rm -rf .venv; command() { true; }").stdout
 
 
-def test_a_client_that_cannot_be_installed_ends_the_verb(tree: Path) -> None:
-    """The next run tries again."""
-    assert ensure(tree, "npm() { return 1; }").returncode == 1
-    assert "npm install" in ensure(tree).stdout
+def test_a_client_that_cannot_be_installed_fails_the_verb_and_hinders_no_other(tree: Path) -> None:
+    """The next run tries it again, and it alone."""
+    failed = ensure(tree, "install_python_client() { return 1; }")
+    assert failed.returncode == 1 and "one cannot be installed here" in failed.stderr
+    assert "npm install" in failed.stdout
+    again = ensure(tree)
+    assert again.returncode == 0
+    assert "pip one.txt" in again.stdout and "npm" not in again.stdout
+
+
+@pytest.fixture
+def repository(tree: Path) -> str:
+    """Give the workspace a client in a repository, and return the commit that it wants."""
+    source = tree / "three"
+    git = ("git", "-C", str(source), "-c", "user.name=x", "-c", "user.email=x@example.org")
+    subprocess.run(["git", "init", "--quiet", str(source)], check=True)
+    for text in ("wanted", "newer"):
+        (source / "package.xml").write_text(text)
+        subprocess.run([*git, "add", "."], check=True)
+        subprocess.run([*git, "commit", "--quiet", "-m", text], check=True)
+    told = subprocess.run([*git, "rev-parse", "HEAD~1"], capture_output=True, text=True, check=True)
+    commit = told.stdout.strip()
+    lines = f"# Debian: libthree-that-is-nowhere\n# PyPI: four==4.0\n{source} {commit}\n"
+    (tree / "setup" / "clients" / "workspace.git").write_text(lines)
+    return commit
+
+
+def test_a_workspace_is_built_from_the_commit_that_is_named(tree: Path, repository: str) -> None:
+    """With what it needs of Debian, and once."""
+    first = ensure(tree)
+    assert first.returncode == 0, first.stderr
+    assert "apt libthree-that-is-nowhere" in first.stdout
+    folder = tree / ".venv" / "clients" / "workspace"
+    assert (folder / "src" / "three" / "package.xml").read_text() == "wanted"
+    assert "/venv/bin/python four==4.0" in first.stdout
+    assert f"catkin_make -C {folder}" in (folder / "build.log").read_text()
+    assert f"PYTHON_EXECUTABLE={folder}/venv/bin/python" in (folder / "build.log").read_text()
+    assert ensure(tree).stdout == ""
+
+
+def test_a_workspace_that_is_not_built_shows_why(tree: Path, repository: str) -> None:
+    """The last lines of the build, and a failed verb; so does a repository that is not there."""
+    failed = ensure(tree, "catkin_make() { echo no compiler; return 1; }")
+    assert failed.returncode == 1 and "no compiler" in failed.stderr
+    (tree / "three").rename(tree / "elsewhere")
+    assert ensure(tree).returncode == 1
