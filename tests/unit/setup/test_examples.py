@@ -29,8 +29,6 @@ def test_each_example_in_python_is_tried() -> None:
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_an_example_without_a_cell_says_so_and_what_to_do(name: str) -> None:
     """One line on the error channel, and no trace."""
-    if name == "pymodbustcp_first_steps.py":
-        pytest.importorskip("pyModbusTCP")
     env = {**os.environ, "ROS_MASTER_URI": f"http://127.0.0.1:{free_port()}"}
     done = subprocess.run(
         [sys.executable, str(ROOT / "examples" / name), str(free_port())],
