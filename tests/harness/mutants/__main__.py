@@ -3,7 +3,9 @@
     python -m harness.mutants [ROOM ...] [--mutants 200] [--seed N] [--jobs 1] [--continue] [--list]
 
 Each verdict is kept in build/mutants.jsonl; ``--continue`` with the same seed goes on from there.
-Exit code 1: of the mutants that are not equivalent, fewer than 95 % were killed.
+What became of each room is told in build/mutants.json.
+Exit code 1: of the mutants that are not equivalent, fewer than 95 % were killed, or the tests of a
+room fail without any.
 """
 
 from __future__ import annotations
@@ -20,8 +22,10 @@ from datetime import datetime, timezone
 from pathlib import Path
 from typing import Annotated
 
+import msgspec
 import typer
 
+from harness.mutants import summary
 from harness.mutants.mutant import Mutant, Place, places_of
 from harness.mutants.record import FILE, Record
 from harness.mutants.rooms import Room, is_equivalent, load_equivalent, load_rooms
@@ -40,6 +44,9 @@ class Tally:
     verdicts: Counter[Verdict] = field(default_factory=Counter)
     survivors: list[Mutant] = field(default_factory=list)
     equivalent: int = 0
+    seconds: float = 0.0
+    sound: bool = True
+    """Whether the tests pass without a mutant; else they say nothing about faults."""
 
     @property
     def tried(self) -> int:
@@ -50,6 +57,13 @@ class Tally:
     def killed(self) -> int:
         """How many of them were noticed."""
         return self.tried - self.verdicts[Verdict.SURVIVED]
+
+    @property
+    def told(self) -> summary.RoomSummary:
+        """What the file says of the room."""
+        survivors = tuple(mutant.words for mutant in self.survivors)
+        counts = (self.tried, self.killed, self.equivalent)
+        return summary.RoomSummary(*counts, self.seconds, survivors, self.sound)
 
 
 def main(
@@ -87,7 +101,11 @@ def main(
         places = found[name]
         share = round(mutants * len(places) / total) if mutants else len(places)
         sample = _choose(source.sample(places, len(places)), max(share, 1))
+        begun = time.monotonic()
         tallies[name] = _try(name, room, sample, jobs, record)
+        tallies[name].seconds = time.monotonic() - begun
+    told = {name: tally.told for name, tally in tallies.items()}
+    summary.FILE.write_bytes(msgspec.json.encode(summary.Summary(mutants, seed, told)))
     raise typer.Exit(0 if _report(tallies) else 1)
 
 
@@ -104,11 +122,7 @@ def _choose(places: Sequence[Place], count: int) -> list[Mutant]:
 
 
 def _try(name: str, room: Room, sample: Sequence[Mutant], jobs: int, record: Record) -> Tally:
-    """Try mutants, ``jobs`` at the same time, those that the record does not hold.
-
-    Raises:
-        Exit: The tests fail without any fault: then they say nothing about faults.
-    """
+    """Try mutants, ``jobs`` at the same time, those that the record does not hold."""
     tally, known = Tally(), load_equivalent()
     waiting = [mutant for mutant in sample if not is_equivalent(mutant, known)]
     tally.equivalent = len(sample) - len(waiting)
@@ -124,7 +138,8 @@ def _try(name: str, room: Room, sample: Sequence[Mutant], jobs: int, record: Rec
         plain = Trial(ROOT, None, "", tests, 3600.0, Path(folder) / "plain.txt")
         if plain.wait() is not Verdict.SURVIVED:
             print(f"mutants: {name}: the tests fail without a mutant:\n{plain.log.read_text()}")
-            raise typer.Exit(3)
+            tally.sound = False
+            return tally
         limit = max(LEAST_S, PATIENCE * plain.seconds * jobs)
         print(f"{name}: {len(waiting)} mutants, the tests take {plain.seconds:.0f} s", flush=True)
         running: list[tuple[Mutant, Trial]] = []
@@ -168,7 +183,7 @@ def _report(tallies: dict[str, Tally]) -> bool:
         )
     killed = sum(tally.killed for tally in tallies.values())
     tried = sum(tally.tried for tally in tallies.values())
-    enough = killed >= WANTED * tried
+    enough = killed >= WANTED * tried and all(tally.sound for tally in tallies.values())
     share = 100.0 * killed / max(tried, 1)
     print(f"mutants: {killed} of {tried} killed, {share:.1f} %, wanted {100.0 * WANTED:.0f} %")
     if not enough:

@@ -73,13 +73,14 @@ def test_cell_works_through_a_symbolic_link_from_any_folder(tmp_path: Path) -> N
     assert run(str(tmp_path / "link"), "help", cwd=Path("/")).returncode == 0
 
 
-def test_continuous_integration_calls_cell_test_and_nothing_else(tmp_path: Path) -> None:
-    """What it does, everybody can do."""
+@pytest.mark.parametrize(("script", "words"), [("run", "test"), ("nightly", "test --nightly")])
+def test_machines_call_cell_test_and_nothing_else(tmp_path: Path, script: str, words: str) -> None:
+    """What they do by day and by night, everybody can do."""
     shutil.copytree(ROOT / ".ci", tmp_path / ".ci")
     (tmp_path / "cell").write_text('#!/bin/bash\necho "cell:$*:$PWD"; exit 7\n')
     (tmp_path / "cell").chmod(0o755)
-    done = run(str(tmp_path / ".ci" / "run"), cwd=Path("/"))
-    assert (done.stdout, done.returncode) == (f"cell:test:{tmp_path}\n", 7)
+    done = run(str(tmp_path / ".ci" / script), cwd=Path("/"))
+    assert (done.stdout, done.returncode) == (f"cell:{words}:{tmp_path}\n", 7)
 
 
 def shell(
@@ -137,7 +138,9 @@ def test_the_whole_is_tested_in_four_parts(parts: str, nodes: str) -> None:
     """What only computes takes what the others leave, and all that it is asked for reaches each."""
     done = run("bash", "-c", parts, "cell", "-k", "x", env=asked(CELL_TEST_NODES=nodes))
     assert done.returncode == 0, done.stderr
-    found = re.findall(r"^(\w+) (\d+): -m pytest (-n 2 )?(.*)$", done.stdout, re.M)
+    found = re.findall(
+        r"^(\w+) (\d+): -m pytest (-n 2 )?--junitxml=build/test_\1.xml (.*)$", done.stdout, re.M
+    )
     usual = "--no-loadscope-reorder -m not thorough -k x"
     own = os.nice(0)
     assert found == [

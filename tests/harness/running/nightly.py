@@ -1,0 +1,238 @@
+"""What a night tests, and its report: ``./cell test --nightly`` writes docs/nightly.md.
+
+    python -m harness.running.nightly begin
+    python -m harness.running.nightly write --tests 0 --clients 0 --mutants 1 [--page FILE]
+
+``begin`` prints seed and rooms of tonight's mutants, as words for harness.mutants. ``write`` is
+told how the three commands ended. What they found it reads from the files that they left in build/.
+"""
+
+from __future__ import annotations
+
+import ast
+import os
+import sys
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Iterator, Mapping, Sequence
+from datetime import date, datetime, timezone
+from pathlib import Path
+from typing import Annotated
+
+import msgspec
+import typer
+from ruamel.yaml import YAML
+from twin_experiments.io.label.workspace import PROCESSORS, commit_of, processor_of
+
+from harness.mutants import summary
+from harness.running.changed import changed_files
+from harness.running.lanes import PARTS
+from harness.workspace import ROOT
+
+BUILD = ROOT / "build"
+NIGHT = BUILD / "nightly.json"
+"""What ``begin`` keeps for ``write``."""
+PAGE = ROOT / "docs" / "nightly.md"
+CLIENTS = "clients"
+WEEK = 7
+REASON_LETTERS = 200
+
+
+class Night(msgspec.Struct, frozen=True):
+    """When and with what a night began; ``changed`` names files that differ from the commit."""
+
+    begun: datetime
+    commit: str
+    machine: str
+    changed: tuple[str, ...] = ()
+
+
+class Part(msgspec.Struct, frozen=True):
+    """What one run of pytest found; tests and what they said, by name, where they did not pass."""
+
+    seconds: float
+    passed: int
+    failed: tuple[tuple[str, str], ...] = ()
+    skipped: tuple[tuple[str, str], ...] = ()
+
+
+def rooms_of(day: date, rooms: Sequence[str]) -> list[str]:
+    """Return the rooms of a day: so many that all of them come by in any seven days.
+
+    Example:
+        >>> [rooms_of(date(2026, 1, day), "abcdefgh") for day in (1, 2, 3)]
+        [['e', 'f'], ['g', 'h'], ['a', 'b']]
+    """
+    each = -(-len(rooms) // WEEK)
+    first = day.toordinal() * each
+    return [rooms[(first + k) % len(rooms)] for k in range(each)]
+
+
+def read_part(file: Path) -> Part | None:
+    """Return what pytest's report says; None without one: pytest did not come to its end."""
+    if not file.is_file():
+        return None
+    suites = list(ElementTree.parse(file).getroot().iter("testsuite"))
+    cases = [case for suite in suites for case in suite.iter("testcase")]
+    failed, skipped, passed = [], [], 0
+    for case in cases:
+        name = ".".join(filter(None, (case.get("classname"), case.get("name"))))
+        if (wrong := _first(case, "failure", "error")) is not None:
+            failed.append((name, _one_line(wrong.get("message") or wrong.text or "")))
+        elif (why := case.find("skipped")) is not None:
+            skipped.append((name, _one_line(_reason(why))))
+        else:
+            passed += 1
+    seconds = sum(float(suite.get("time", "0")) for suite in suites)
+    return Part(seconds, passed, tuple(failed), tuple(skipped))
+
+
+def _first(case: ElementTree.Element, *names: str) -> ElementTree.Element | None:
+    return next((found for name in names if (found := case.find(name)) is not None), None)
+
+
+def _reason(why: ElementTree.Element) -> str:
+    """Return why a test is skipped; a skipped file has it in a tuple with path and line."""
+    message, text = why.get("message", ""), why.text or ""
+    if message != "collection skipped":
+        return message
+    return str(ast.literal_eval(text)[-1]).removeprefix("Skipped: ")
+
+
+def _one_line(text: str) -> str:
+    """Return a text as a cell of a table, without the path of this workspace."""
+    words = " ".join(text.replace(f"{ROOT}/", "").replace("|", "/").split())
+    return words if len(words) <= REASON_LETTERS else f"{words[:REASON_LETTERS]} ..."
+
+
+def page(
+    night: Night,
+    codes: Mapping[str, int],
+    parts: Mapping[str, Part | None],
+    mutants: summary.Summary | None,
+) -> str:
+    """Return the report.
+
+    Args:
+        night: When and with what it began.
+        codes: Exit code of each command.
+        parts: What each run of pytest found.
+        mutants: What became of the mutants; None if nothing tells.
+    """
+    return "\n".join(
+        [
+            "# The last night",
+            "Written by `.ci/nightly`, which runs `./cell test --nightly`: all tests with longer "
+            "scenes and new examples, other people's programs with rosbridge_server beside the "
+            "gateway, and mutants of the rooms whose turn it is.",
+            "",
+            f"Begun {night.begun:%Y-%m-%d %H:%M} UTC at commit {night.commit} on {night.machine}. "
+            f"{_verdict(codes)}",
+            *([f"Not committed: {', '.join(night.changed)}."] if night.changed else []),
+            "",
+            *_part_rows(parts),
+            *_tests("Skipped", [test for part in parts.values() if part for test in part.skipped]),
+            *_tests("Failed", [test for part in parts.values() if part for test in part.failed]),
+            *_mutant_rows(mutants),
+            "",
+        ]
+    )
+
+
+def _verdict(codes: Mapping[str, int]) -> str:
+    failed = [f"{name} (exit code {code})" for name, code in codes.items() if code]
+    return f"**Failed: {', '.join(failed)}.**" if failed else "All of it passed."
+
+
+def _part_rows(parts: Mapping[str, Part | None]) -> Iterator[str]:
+    yield from ("| part | took | passed | failed | skipped |", "|---|---|---|---|---|")
+    for name, part in parts.items():
+        if part is None:
+            yield f"| {name} | did not end | | | |"
+        else:
+            counts = f"{part.passed} | {len(part.failed)} | {len(part.skipped)}"
+            yield f"| {name} | {_took(part.seconds)} | {counts} |"
+
+
+def _tests(title: str, tests: Sequence[tuple[str, str]]) -> Iterator[str]:
+    yield from ("", f"## {title}")
+    if not tests:
+        yield "No test."
+        return
+    yield from ("| test | why |", "|---|---|")
+    for name, why in tests:
+        yield f"| `{name.replace('|', '/')}` | {why} |"
+
+
+def _mutant_rows(found: summary.Summary | None) -> Iterator[str]:
+    yield from ("", "## Mutants")
+    if found is None:
+        yield "Their run did not end."
+        return
+    words = f"--mutants {found.mutants} --seed {found.seed}"
+    yield f"Seed {found.seed}. The same ones again, at the same commit and behind all tests:"
+    yield from ("```", f"./cell test --thorough {words} {' '.join(found.rooms)}", "```", "")
+    yield "| room | took | tried | killed | survived | equivalent |"
+    yield "|---|---|---|---|---|---|"
+    for name, room in found.rooms.items():
+        counts = f"{room.tried} | {room.killed} | {len(room.survivors)} | {room.equivalent}"
+        wrong = "" if room.sound else ", its tests fail without a mutant"
+        yield f"| {name}{wrong} | {_took(room.seconds)} | {counts} |"
+    survivors = [text for room in found.rooms.values() for text in room.survivors]
+    if survivors:
+        yield from ("", "Survivors:", "```", *survivors, "```")
+
+
+def _took(seconds: float) -> str:
+    """Return a time as hours, minutes and seconds."""
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{minutes // 60}:{minutes % 60:02d}:{rest:02d}"
+
+
+def _report_of(part: str) -> Path:
+    return BUILD / f"test_{part}.xml"
+
+
+def all_rooms() -> list[str]:
+    """Return the rooms in which mutants are made, in the order of their file."""
+    return list(YAML(typ="safe").load(ROOT / "tests" / "mutants" / "rooms.yaml"))
+
+
+def begin() -> None:
+    """Keep what the report has to know, and print the words for tonight's mutants."""
+    now = datetime.now(timezone.utc)
+    machine = f"{processor_of(PROCESSORS)}, {os.cpu_count()} cores"
+    night = Night(now, commit_of(ROOT), machine, tuple(changed_files("HEAD")))
+    for left in (summary.FILE, *map(_report_of, (*PARTS, CLIENTS))):
+        left.unlink(missing_ok=True)
+    NIGHT.write_bytes(msgspec.json.encode(night))
+    rooms = rooms_of(now.date(), all_rooms())
+    seed = f"{now:%Y%m%d}"
+    print(
+        f"night: commit {night.commit}, mutants of {', '.join(rooms)}, seed {seed}", file=sys.stderr
+    )
+    print("--seed", seed, *rooms)
+
+
+def write(
+    tests: Annotated[int, typer.Option(help="Exit code of the tests.")],
+    clients: Annotated[int, typer.Option(help="Exit code of other people's programs.")],
+    mutants: Annotated[int, typer.Option(help="Exit code of the mutants.")],
+    file: Annotated[Path, typer.Option("--page", help="Where the report goes.")] = PAGE,
+) -> None:
+    """Write the report; end with 1 if anything failed."""
+    night = msgspec.json.decode(NIGHT.read_bytes(), type=Night)
+    codes = {"tests": tests, CLIENTS: clients, "mutants": mutants}
+    parts = {name: read_part(_report_of(name)) for name in (*PARTS, CLIENTS)}
+    found = None
+    if summary.FILE.is_file():
+        found = msgspec.json.decode(summary.FILE.read_bytes(), type=summary.Summary)
+    file.write_text(page(night, codes, parts, found), encoding="utf-8")
+    print(f"night: {_verdict(codes)} The report: {file}")
+    raise typer.Exit(1 if any(codes.values()) else 0)
+
+
+if __name__ == "__main__":
+    app = typer.Typer(add_completion=False)
+    app.command()(begin)
+    app.command()(write)
+    app()

@@ -1,0 +1,62 @@
+"""`./cell test --nightly`: three parts one after the other, whatever fails, and one exit code."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+
+import pytest
+from harness.workspace import ROOT
+
+STAND_INS = """
+set -u; root=$PWD
+night() {
+  echo "night $*" >&2
+  [ "$1" != begin ] || echo "--seed 7 core motion"
+  [ "$1" != "$FAILS" ]
+}
+run_tests() { echo "tests $HYPOTHESIS_SEARCH $*" >&2; exit $TESTS; }
+run_clients() { echo "clients ${HYPOTHESIS_SEARCH:-} $*" >&2; exit $CLIENTS; }
+run_mutants() { echo "mutants $*" >&2; return $MUTANTS; }
+"""
+
+
+def nightly(folder: Path, *words: str, **codes: str) -> tuple[int, list[str]]:
+    """Return the exit code and what was called."""
+    source = (ROOT / "setup" / "nightly.sh").read_text()
+    done = subprocess.run(
+        ["bash", "-c", f'{source}\n{STAND_INS}\nrun_nightly "$@"', "bash", *words],
+        cwd=folder,
+        env={"TESTS": "0", "CLIENTS": "0", "MUTANTS": "0", "FAILS": "", "PATH": "/bin"} | codes,
+        capture_output=True,
+        text=True,
+        timeout=30,
+    )
+    return done.returncode, done.stderr.splitlines()
+
+
+def test_each_part_is_run_and_its_exit_code_reaches_the_report(tmp_path: Path) -> None:
+    """Whatever fails before it; other people's programs are run once, with their reports."""
+    code, called = nightly(tmp_path, "-k", "a b", TESTS="1", CLIENTS="2", MUTANTS="3")
+    assert called == [
+        "night begin",
+        "tests 1 --ignore=tests/clients --continue-on-collection-errors -k a b",
+        "clients  --junitxml=build/test_clients.xml -k a b",
+        "mutants --mutants 100 --seed 7 core motion",
+        f"night write --tests 1 --clients 2 --mutants 3 --page {tmp_path}/docs/nightly.md",
+    ]
+    assert code == 0
+
+
+def test_a_short_night_has_few_mutants_and_a_page_elsewhere(tmp_path: Path) -> None:
+    """To try the chain."""
+    _, called = nightly(tmp_path, "--mutants", "5", "--page", "/tmp/x.md")
+    assert "mutants --mutants 5 --seed 7 core motion" in called
+    assert called[-1].endswith("--mutants 0 --page /tmp/x.md")
+
+
+@pytest.mark.parametrize(("fails", "calls"), [("begin", 1), ("write", 5)])
+def test_the_exit_code_is_that_of_the_report(tmp_path: Path, fails: str, calls: int) -> None:
+    """It tells of all parts; a night that cannot begin runs nothing."""
+    code, called = nightly(tmp_path, FAILS=fails)
+    assert code == 1 and len(called) == calls
