@@ -5,6 +5,7 @@ from __future__ import annotations
 from xml.etree import ElementTree
 
 import numpy as np
+import PyKDL
 import pytest
 from scara_config import load_robot
 from scara_control.kinematics.jacobians import tip_jacobian
@@ -12,8 +13,6 @@ from scara_control.kinematics.scara import Elbow, Scara
 from scara_control.kinematics.screws import ScrewModel, forward_kinematics_batch
 
 from bench.world.scara_batch import solve_batch
-
-PyKDL = pytest.importorskip("PyKDL", reason="Debian's python3-pykdl is not installed")
 
 ROBOT = load_robot()
 SCARA, ARM = Scara.from_robot(ROBOT), ScrewModel.from_robot(ROBOT)

@@ -7,6 +7,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
+import PyKDL
 import pytest
 from harness.workspace import ROOT
 from hypothesis import given
@@ -18,8 +19,6 @@ from scara_description.ghost import PREFIX, ghost_of
 from scipy.spatial.transform import Rotation
 
 from scara_description.urdf import UrdfError
-
-kdl = pytest.importorskip("PyKDL", reason="Debian's python3-pykdl is not installed")
 
 URDFS = sorted((ROOT / "src" / "scara_description" / "urdf").glob("*.urdf"))
 ROBOTS = ("fanuc_sr6ia", "fanuc_sr3ia", "articulated_six")
@@ -76,16 +75,16 @@ def words(joint: ElementTree.Element, tag: str, key: str, default: str) -> list[
 
 def kdl_pose(joint: ElementTree.Element, q: float) -> np.ndarray:
     """Place a joint's child in its parent with KDL, from the URDF's words."""
-    frame = kdl.Frame(
-        kdl.Rotation.RPY(*words(joint, "origin", "rpy", "0 0 0")),
-        kdl.Vector(*words(joint, "origin", "xyz", "0 0 0")),
+    frame = PyKDL.Frame(
+        PyKDL.Rotation.RPY(*words(joint, "origin", "rpy", "0 0 0")),
+        PyKDL.Vector(*words(joint, "origin", "xyz", "0 0 0")),
     )
-    made = kdl.Joint(kdl.Joint.Fixed)
+    made = PyKDL.Joint(PyKDL.Joint.Fixed)
     if joint.get("type") != "fixed":
-        kind = kdl.Joint.TransAxis if joint.get("type") == "prismatic" else kdl.Joint.RotAxis
-        axis = frame.M * kdl.Vector(*words(joint, "axis", "xyz", "1 0 0"))
-        made = kdl.Joint("q", frame.p, axis, kind)
-    pose = kdl.Segment(made, frame).pose(q)
+        kind = PyKDL.Joint.TransAxis if joint.get("type") == "prismatic" else PyKDL.Joint.RotAxis
+        axis = frame.M * PyKDL.Vector(*words(joint, "axis", "xyz", "1 0 0"))
+        made = PyKDL.Joint("q", frame.p, axis, kind)
+    pose = PyKDL.Segment(made, frame).pose(q)
     found = np.eye(4)
     found[:3] = [[pose[row, column] for column in range(4)] for row in range(3)]
     return found

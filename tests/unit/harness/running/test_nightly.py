@@ -10,6 +10,7 @@ from pathlib import Path
 import msgspec
 import pytest
 import typer
+from harness.mutants import summary
 from harness.mutants.summary import RoomSummary, Summary
 from harness.running import nightly
 from harness.running.nightly import Night, Part, page, read_part, rooms_of
@@ -128,7 +129,7 @@ def build(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Let a night keep its files in a folder of the test."""
     monkeypatch.setattr(nightly, "BUILD", tmp_path)
     monkeypatch.setattr(nightly, "NIGHT", tmp_path / "nightly.json")
-    monkeypatch.setattr(nightly.summary, "FILE", tmp_path / "mutants.json")
+    monkeypatch.setattr(summary, "FILE", tmp_path / "mutants.json")
     return tmp_path
 
 
@@ -153,8 +154,8 @@ def test_the_exit_code_tells_of_all_parts(
     """And the report is written either way."""
     (build / "nightly.json").write_bytes(msgspec.json.encode(NIGHT))
     (build / "test_clients.xml").write_bytes(report.read_bytes())
-    summary = Summary(5, 20260102, {"core": RoomSummary(5, 5, 0, 1.0)})
-    (build / "mutants.json").write_bytes(msgspec.json.encode(summary))
+    found = Summary(5, 20260102, {"core": RoomSummary(5, 5, 0, 1.0)})
+    (build / "mutants.json").write_bytes(msgspec.json.encode(found))
     with pytest.raises(typer.Exit) as ended:
         nightly.write(tests=0, clients=clients, mutants=0, file=build / "page.md")
     assert ended.value.exit_code == code
