@@ -40,8 +40,9 @@ async function lamp (returned, expected) {
     Object.assign(response, { success: asked.data, message: 'lit' })
     return returned
   })
-  const used = await first(topic('lamp_used', 'std_msgs/String'))
-  const teller = await told('use_lamp', 'now')
+  const outcome = `lamp_used_${returned}`
+  const used = await first(topic(outcome, 'std_msgs/String'))
+  const teller = await told('use_lamp', outcome)
   const { data } = await used.promise
   sure(data.startsWith(expected), data)
   teller.unadvertise()

@@ -101,9 +101,10 @@ class Examples:
 
         service = self._service("lamp")
         service.advertise(answer)
-        outcomes = Heard(self._ros, self._name("lamp_used"), "std_msgs/String")
+        used = f"lamp_used_{returned}"
+        outcomes = Heard(self._ros, self._name(used), "std_msgs/String")
         self._ros.get_time()
-        topic = self._told("use_lamp", "now")
+        topic = self._told("use_lamp", used)
         outcome = outcomes.first()["data"]
         topic.unadvertise()
         service.unadvertise()

@@ -12,13 +12,10 @@ from sensor_msgs.msg import Image, JointState
 from std_msgs.msg import String
 from std_srvs.srv import SetBool, SetBoolRequest, SetBoolResponse
 
-from harness.processes import wait_until
 from harness.ros import Ros
 
 PERIOD = 0.05
 """Seconds between two joint states."""
-HEARD_S = 5.0
-"""A subscription that is made connects within this time."""
 PIXELS = bytes(range(12))
 """The image: two rows of two pixels, rgb8."""
 
@@ -28,21 +25,20 @@ class RosSide:
 
     ``states`` and ``image`` are published, ``question`` is echoed on ``answer`` and kept in the
     parameter ``asked``, ``switch`` is offered. Who publishes on ``use_lamp`` has the service
-    ``lamp`` called, and what came of it on ``lamp_used``. The action ``count`` counts up to its
-    goal.
+    ``lamp`` called, and what came of it latched on the topic that the message names. The action
+    ``count`` counts up to its goal.
     """
 
     def __init__(self, ros: Ros) -> None:
-        self._asked = ros.name("asked")
+        self._ros, self._asked = ros, ros.name("asked")
         self._lamp = rospy.ServiceProxy(ros.name("lamp"), SetBool)
-        self._used = rospy.Publisher(ros.name("lamp_used"), String, queue_size=1)
         # Latched: a client's subscription may connect after its question was heard. Each asks once.
         self._answer = rospy.Publisher(ros.name("answer"), String, latch=True, queue_size=1)
         self._states = rospy.Publisher(ros.name("states"), JointState, queue_size=1)
         self._image = rospy.Publisher(ros.name("image"), Image, latch=True, queue_size=1)
         self._image.publish(Image(width=2, height=2, encoding="rgb8", step=6, data=PIXELS))
         self._handles: list[Any] = [
-            *(self._used, self._answer, self._states, self._image),
+            *(self._answer, self._states, self._image),
             rospy.Subscriber(ros.name("question"), String, self._echo),
             rospy.Subscriber(ros.name("use_lamp"), String, self._use_lamp),
         ]
@@ -75,15 +71,17 @@ class RosSide:
     def _switched(self, request: SetBoolRequest) -> SetBoolResponse:
         return SetBoolResponse(True, "on" if request.data else "off")
 
-    def _use_lamp(self, _: String) -> None:
+    def _use_lamp(self, question: String) -> None:
         try:
             answer = self._lamp(True)
             told = f"{answer.success} {answer.message}"
         except rospy.ServiceException as error:
             told = f"failed: {error}"
-        # Not latched, for it is used twice; ROS drops what comes before a subscription connects.
-        wait_until(lambda: self._used.get_num_connections() > 0, HEARD_S, "who used the lamp")
-        self._used.publish(told)
+        # A topic for each use: on one for all, what is latched would be that of the use before, and
+        # what is not would be lost while only the last use's subscription is still connected.
+        used = rospy.Publisher(self._ros.name(question.data), String, latch=True, queue_size=1)
+        used.publish(told)
+        self._handles.append(used)
 
     def _counted(self, handle: actionlib.ServerGoalHandle) -> None:
         wanted = handle.get_goal().goal
