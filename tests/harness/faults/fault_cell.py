@@ -22,6 +22,7 @@ from harness.plants.known_robot import known_robot
 from harness.processes import Process, Stage, free_port, wait_until
 from harness.ros import Ros
 from harness.wires.motion import Motion
+from harness.wires.operator_page import TOKEN, VARIABLE
 from harness.wires.proxy import modbus_units, websocket_units
 from harness.wires.relay import Relay
 from harness.workspace import ROOT
@@ -67,10 +68,12 @@ class FaultCell:
         """Choose ports; ``start`` starts the nodes, with ``environment`` beside that of ``ros``.
 
         Without one its twin controller knows the robot: its first move is as fast as the others.
+        All nodes know the token of the operator's page.
         """
         self.ros = ros
         config = ros.folder / "known_robot"
-        self.environment = dict(environment or {OVERRIDE: str(known_robot(config))})
+        given = environment or {OVERRIDE: str(known_robot(config))}
+        self.environment = {VARIABLE: TOKEN, **given}
         self.ports = {"emulator": free_port(), "gateway": free_port()}
         self.modbus = Relay(self.ports["emulator"], modbus_units)
         self.web = Relay(self.ports["gateway"], websocket_units)

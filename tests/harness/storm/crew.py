@@ -129,7 +129,7 @@ def _decided(message: Any) -> Decided:
 
 
 def _told(message: Any) -> Told:
-    return Told(_at(message), message.mode, message.leader)
+    return Told(_at(message), message.mode, message.leader, message.holder)
 
 
 def _entry(message: Any) -> Entry:

@@ -50,29 +50,23 @@ def move_joints(hands: Hands, attempt: Attempt, *pose: float) -> None:
 
 
 def _command(hands: Hands, attempt: Attempt, command: str, **fields: Any) -> None:
-    from scara_msgs.srv import TwinCommand
-
-    kind, fields = TwinCommand, {"command": command, "at_once": True, **fields}
-    hands.call(attempt, "twin_controller/command", kind, **fields)
+    fields = {"command": command, "at_once": True, **fields}
+    hands.call(attempt, "twin_controller/command", **fields)
 
 
 @deed("move_to")
 def move_to(hands: Hands, attempt: Attempt, x: float, y: float, z: float, percent: float) -> None:
     """Move the twin to a point."""
-    from scara_msgs.srv import MoveTo
-
     attempt.waits = True
-    hands.call(attempt, "move_to", MoveTo, x=x, y=y, z=z, speed_percent=percent)
+    hands.call(attempt, "move_to", x=x, y=y, z=z, speed_percent=percent)
 
 
 @deed("joint move")
 def joint_move(hands: Hands, attempt: Attempt, *pose: float) -> None:
     """Move the twin's joints."""
-    from scara_msgs.srv import MoveJoints
-
     attempt.waits = True
     fields = {"joint_positions": list(pose[:-1]), "speed_percent": pose[-1]}
-    hands.call(attempt, "joint_pose_controller/move", MoveJoints, **fields)
+    hands.call(attempt, "joint_pose_controller/move", **fields)
 
 
 @deed("pose target")
@@ -150,6 +144,15 @@ def gateway_command(hands: Hands, attempt: Attempt) -> None:
     """Command as a client of the gateway."""
     command = attempt.name.removeprefix("gateway ")
     _over_gateway(hands, attempt, "twin_controller/command", {"command": command})
+
+
+@deed("gateway MOVE")
+def gateway_move(
+    hands: Hands, attempt: Attempt, x: float, y: float, z: float, percent: float
+) -> None:
+    """Move both as a client of the gateway without a token: a stranger beside who holds control."""
+    fields = {"command": "MOVE", "x": x, "y": y, "z": z, "speed_percent": percent}
+    _over_gateway(hands, attempt, "twin_controller/command", fields)
 
 
 @deed("gateway move_to")

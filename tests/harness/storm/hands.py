@@ -6,8 +6,9 @@ import contextlib
 import json
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import websocket
@@ -20,7 +21,7 @@ from harness.faults.fault_cell import ROBOT, FaultCell
 from harness.processes import wait_until
 from harness.storm.names import JOINTS, KINDS
 from harness.storm.rules.history import SIDES, Deed
-from harness.wires.operator_page import Panel
+from harness.wires.operator_page import TOKEN, Panel
 from harness.wires.service_line import ServiceLine
 from harness.workspace import ROOT
 
@@ -28,7 +29,10 @@ PERIOD_S = 0.05
 """What must be repeated is repeated in this rhythm."""
 ANSWER_S = 25.0
 """A move that answers at its end may take so long."""
-PAGE_ANSWER_S = 1.0
+PAGE_ANSWER_S = 3.0
+"""A page whose node stood still answers after it."""
+SPARE = 2
+"""A request and a stop may leave for the same node while it stands still."""
 LISTENERS_S = 20.0
 _MAP = load_modbus_map(ROOT / "config")
 
@@ -110,13 +114,14 @@ class Page:
         self.open().send(json.dumps(packet))
 
     def stopped(self, press: int) -> Any:
-        """Return what the page was told of a stop, None if it was told nothing."""
+        """Return what the page was told of a stop at last, None if it was told nothing."""
         deadline = time.monotonic() + PAGE_ANSWER_S
         while time.monotonic() < deadline:
-            if press in self._stopped:
-                return self._stopped[press]
+            told = self._stopped.get(press)
+            if told is not None and told["confirmed"]:
+                break
             time.sleep(0.01)
-        return None
+        return self._stopped.get(press)
 
     def close(self) -> None:
         """Leave the page."""
@@ -140,6 +145,10 @@ class Hands:
         """Open what stays open, and wait until somebody listens."""
         self.cell = cell
         self.page = Page(cell)
+        self._doors: dict[str, Callable[[], Any]] = {"gateway": self._web}
+        for service, kind in _services().items():
+            self._doors[service] = partial(self._line, service, kind)
+        self._spare: dict[str, list[Any]] = {}
         self._publishers = {name: self._publisher(name, kind) for name, kind in _topics().items()}
         wait_until(
             lambda: all(p.get_num_connections() for p in self._publishers.values()),
@@ -158,10 +167,9 @@ class Hands:
         attempt.mark()
         self._publishers[topic].publish(message)
 
-    def call(self, attempt: Attempt, service: str, kind: type[Any], **fields: Any) -> None:
+    def call(self, attempt: Attempt, service: str, **fields: Any) -> None:
         """Call a service and note its answer."""
-        name = self.cell.ros.name(service)
-        with ServiceLine(self.cell.ros.master.uri, name, kind, "/storm") as line:
+        with self._opened(service) as line:
             attempt.mark()
             line.send(**fields)
             answer = line.answer(ANSWER_S)
@@ -169,13 +177,43 @@ class Hands:
         taken = answer.success or getattr(answer, "sent", False)
         attempt.close(bool(taken), str(answer.message))
 
-    @contextlib.contextmanager
-    def gateway(self) -> Iterator[websocket.WebSocket]:
+    def gateway(self) -> contextlib.AbstractContextManager[websocket.WebSocket]:
         """Give a client's line to the gateway."""
+        return contextlib.closing(self._opened("gateway"))
+
+    def release_control(self) -> None:
+        """Let go of the control that the page holds, so that each scene begins without."""
+        from scara_msgs.srv import Control
+
+        person, _, session = self.cell.states[-1].holder.partition(" ")
+        if person:
+            fields = {"person": person, "session": session, "token": TOKEN}
+            self.cell.call("twin_controller/control", Control, action="RELEASE", **fields)
+
+    @contextlib.contextmanager
+    def lines_open(self) -> Iterator[None]:
+        """Keep lines open for what is sent meanwhile: a node that stands still greets nobody."""
+        for name, door in self._doors.items():
+            with contextlib.suppress(OSError, websocket.WebSocketException):
+                self._spare[name] = [door() for _ in range(SPARE)]
+        try:
+            yield
+        finally:
+            for lines in self._spare.values():
+                while lines:
+                    lines.pop().close()
+
+    def _opened(self, name: str) -> Any:
+        """Return a line that is open already, or open one."""
+        lines = self._spare.get(name)
+        return lines.pop() if lines else self._doors[name]()
+
+    def _line(self, service: str, kind: type[Any]) -> ServiceLine:
+        return ServiceLine(self.cell.ros.master.uri, self.cell.ros.name(service), kind, "/storm")
+
+    def _web(self) -> websocket.WebSocket:
         address = f"ws://127.0.0.1:{self.cell.ports['gateway']}"
-        line = websocket.create_connection(address, timeout=ANSWER_S, suppress_origin=True)
-        with contextlib.closing(line):
-            yield line
+        return websocket.create_connection(address, timeout=ANSWER_S, suppress_origin=True)
 
     def pendant(self) -> PendantLink:
         """Return the robot's pendant, to be entered."""
@@ -191,6 +229,17 @@ class Hands:
 def joint(name: str) -> Any:
     """Return what robot.yaml says of a joint."""
     return ROBOT.joint(name)
+
+
+def _services() -> dict[str, type[Any]]:
+    """Return every service that takes commands."""
+    from scara_msgs.srv import MoveJoints, MoveTo, TwinCommand
+
+    return {
+        "twin_controller/command": TwinCommand,
+        "move_to": MoveTo,
+        "joint_pose_controller/move": MoveJoints,
+    }
 
 
 def _topics() -> dict[str, type[Any]]:

@@ -100,6 +100,7 @@ MOTIONS = (
     Name("joint position", "motion", _jog),
     Name("jog", "motion", _jog),
     Name("trajectory", "motion", _pose),
+    Name("gateway MOVE", "motion", _point),
     Name("gateway move_to", "motion", _point),
     Name("gateway jog", "motion", _jog),
     Name("page jog", "motion", _jog),
@@ -128,8 +129,46 @@ RELEASES = (
     Name("ACKNOWLEDGE", "release", _nothing),
     Name("STOP", "stop", _nothing),
 )
+READY_S = 0.25
+"""A node stands still so long after that is due: lines to it are opened before."""
+THROUGH = {
+    "gateway": ("gateway MOVE", "gateway move_to", "gateway jog"),
+    "simulator": ("joint velocity", "joint position"),
+    "joint_pose_controller": ("MOVE", "MOVE_JOINTS", "move_to", "joint move", "pose target"),
+    "twin_controller": ("MOVE", "MOVE_JOINTS", "HOME"),
+    "motion_server": ("move_to", "gateway move_to"),
+    "joint_vel_controller": ("jog", "gateway jog", "page jog"),
+    "trajectory_server": ("trajectory",),
+    "operator_panel": ("page jog",),
+}
+"""What waits in a node while it stands still, so that a STOP can overtake it there."""
+DEAF = (
+    "move_to",
+    "joint move",
+    "pose target",
+    "joint velocity",
+    "joint position",
+    "jog",
+    "trajectory",
+    "gateway move_to",
+    "gateway jog",
+)
+"""What a program may send again and again that never hears of a stop."""
+BEGINS = (
+    "MOVE",
+    "MOVE_JOINTS",
+    "HOME",
+    "RESUME",
+    "gateway MOVE",
+    "twin's RESUME",
+    "pendant program",
+    "pendant resume",
+)
+"""By these a person begins a motion of a pair that was stopped; ALIGN lets others lead again."""
+WHOLE = ("STOP", "ESTOP", "PAUSE", "gateway STOP", "gateway PAUSE", "page STOP", "page ESTOP")
+"""Stops of the pair, given to the twin controller."""
 LEADS_ON = (
-    Name("ALIGN", "motion", _nothing),
+    Name("ALIGN", "release", _nothing),
     Name("RESUME", "motion", _nothing),
     Name("pendant resume", "motion", _nothing),
     Name("twin's RESUME", "motion", _nothing),
@@ -138,7 +177,7 @@ LEADS_ON = (
 WAY_BACK = (
     Name("release buttons", "release", _nothing),
     Name("RESET", "release", _nothing),
-    Name("ALIGN", "motion", _nothing),
+    Name("ALIGN", "release", _nothing),
 )
 """What an operator does before the pair shall move again."""
 OTHERS = (
@@ -158,3 +197,9 @@ STRIKES = (
 EVERY = (*MOTIONS, *STOPS, *RELEASES, *LEADS_ON, *OTHERS)
 KINDS = {name.text: name.kind for name in EVERY}
 """What a deed may do: see :class:`harness.storm.rules.history.Deed`."""
+
+
+def arguments(rng: Random, name: str, seconds: float) -> Arguments:
+    """Draw what a deed is given; one that is repeated lasts ``seconds``."""
+    drawn = next(each for each in EVERY if each.text == name).draw(rng)
+    return (*drawn[:-1], seconds) if drawn and drawn[0] in JOINTS else drawn

@@ -1,7 +1,9 @@
 """What is done in a scene, drawn from its seed alone: the same seed gives the same deeds.
 
 A scene is a row of phrases: somebody sets the pair in motion, perhaps something breaks, somebody
-stops it, nobody does anything for a while, then the stop is taken back.
+stops it, nobody does anything for a while, then the stop is taken back. It opens with a phrase that
+an idle pair needs, by turns: a node stands still while a request and a stop come, the page moves
+the pair beside a stranger, or a program goes on that never hears of a stop.
 """
 
 from __future__ import annotations
@@ -10,10 +12,30 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from random import Random
 
-from harness.storm.names import LEADS_ON, MOTIONS, OTHERS, RELEASES, STOPS, STRIKES, WAY_BACK, Name
+from harness.storm.names import (
+    DEAF,
+    LEADS_ON,
+    MOTIONS,
+    NODES,
+    OTHERS,
+    READY_S,
+    RELEASES,
+    STOPS,
+    STRIKES,
+    THROUGH,
+    WAY_BACK,
+    WHOLE,
+    Name,
+    arguments,
+)
 
 SECONDS = 14.0
 """A scene lasts about so long, without what leads back to IDLE."""
+OPENINGS = ("stalled", "page", "stalled", "deaf")
+"""What scenes open with, by turns."""
+BURST_S = 0.1
+"""So long a deed lasts that is repeated, where a stop shall come behind it."""
+DEAF_S = 3.0
 KILLS = 1
 """At most so many nodes are killed in a scene: each start takes a second of a core."""
 
@@ -31,26 +53,83 @@ class Step:
         return f"{self.at:6.2f} {self.name} {words}".rstrip()
 
 
+def opening(seed: int, scene: int) -> str:
+    """Return what a scene opens with."""
+    return OPENINGS[(seed + scene) % len(OPENINGS)]
+
+
 def draw(seed: int, scene: int, seconds: float = SECONDS) -> list[Step]:
     """Return the steps of a scene in their order."""
     rng = Random(f"storm {seed} {scene}")
     steps: list[Step] = []
-    at = 0.3
+    first = opening(seed, scene)
+    if first == "stalled":
+        at = _stalled(rng, 0.3, steps, NODES[(5 * seed + scene // 2) % len(NODES)])
+    else:
+        at = _page(rng, 0.3, steps) if first == "page" else _deaf(rng, 0.3, steps)
+    back = 1.0
     while at < seconds - 3.0:
-        at = _phrase(rng, at, steps)
+        at = _phrase(rng, at, steps, back)
+        back = 0.7
     return sorted(_few_kills(steps), key=lambda step: step.at)
 
 
-def _phrase(rng: Random, at: float, steps: list[Step]) -> float:
+def _stalled(rng: Random, at: float, steps: list[Step], node: str) -> float:
+    """Append a standstill of a node in which somebody asks for a motion, then somebody stops."""
+    seconds = rng.choice((0.3, 0.5, 1.0))
+    request = rng.choice(THROUGH.get(node, ("MOVE_JOINTS", "joint move", "jog")))
+    steps.append(Step(round(at, 3), "halt", (node, seconds)))
+    at += READY_S
+    steps.append(Step(round(at + 0.06, 3), request, arguments(rng, request, BURST_S)))
+    stop = at + 0.22 + rng.random() * (seconds - 0.25)
+    steps.append(Step(round(stop, 3), rng.choice(WHOLE)))
+    return at + seconds + rng.uniform(0.8, 1.5)
+
+
+def _page(rng: Random, at: float, steps: list[Step]) -> float:
+    """Append a jog of the page to and fro, a stranger's MOVE in it and one behind it, and a stop.
+
+    Behind it the pair is idle, so that nothing but control keeps the stranger off.
+    """
+    name, part, _ = arguments(rng, "page jog", 0.6)
+    steps.append(Step(at, "page jog", (name, part, 0.6)))
+    steps.append(Step(round(at + 0.7, 3), "page jog", (name, -float(part), 0.6)))
+    for later in (rng.uniform(0.3, 1.2), 2.4):
+        steps.append(
+            Step(round(at + later, 3), "gateway MOVE", arguments(rng, "gateway MOVE", 0.0))
+        )
+    steps.append(Step(round(at + 3.0, 3), rng.choice(WHOLE)))
+    return at + 3.5
+
+
+def _deaf(rng: Random, at: float, steps: list[Step]) -> float:
+    """Append a program that sends the same again and again, and a stop that it never hears of."""
+    name, period = rng.choice(DEAF), rng.choice((0.4, 1.0))
+    for k in range(int(DEAF_S / period)):
+        steps.append(Step(round(at + k * period, 3), name, arguments(rng, name, BURST_S)))
+    steps.append(Step(round(at + rng.uniform(0.3, 1.2), 3), rng.choice(WHOLE)))
+    return at + DEAF_S + 0.5
+
+
+def _phrase(rng: Random, at: float, steps: list[Step], back: float) -> float:
     """Append motion, fault, stop, silence and release from ``at`` on; return where it ends.
 
-    Most phrases begin with what leads back to IDLE, else most commands would be refused.
+    Most phrases, a part ``back`` of them, begin with what leads back to IDLE, else most commands
+    would be refused. Some are a standstill or a program that hears of no stop.
     """
-    if steps and rng.random() < 0.7:
+    if rng.random() < back:
         for name in WAY_BACK:
             _add(rng, at, (name,), steps)
             at += 0.3
         at += rng.uniform(0.1, 1.0)
+    kind = rng.random()
+    if kind < 0.2:
+        return _stalled(rng, at, steps, rng.choice(NODES))
+    return _deaf(rng, at, steps) if kind < 0.3 else _ordinary(rng, at, steps)
+
+
+def _ordinary(rng: Random, at: float, steps: list[Step]) -> float:
+    """Append motion, perhaps a fault, a stop, silence, and what takes the stop back."""
     for _ in range(rng.choice((1, 1, 1, 2, 2, 3))):
         _add(rng, at, MOTIONS, steps)
         at += rng.choice((0.0, 0.01, 0.1, 0.4)) * rng.random()

@@ -6,7 +6,7 @@ import contextlib
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor, wait
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import websocket
@@ -17,7 +17,7 @@ from harness.faults.rows import Row
 from harness.storm.crew import Crew
 from harness.storm.deeds import DEEDS
 from harness.storm.hands import Attempt
-from harness.storm.names import KINDS
+from harness.storm.names import KINDS, READY_S
 from harness.storm.rules.history import History, Violation
 from harness.storm.rules.monitor import NAMES, evidence, judge, stood_still
 from harness.storm.scenes import SECONDS, Step, draw
@@ -103,6 +103,8 @@ class Storm:
             died = self._crew.start_the_dead()
             unrecovered = self._recover()
             wait(running, ENDS_S)
+        if not unrecovered:
+            self._crew.hands.release_control()
         time.sleep(WATCHED_S)
         history = self._crew.observer.history(
             begun,
@@ -121,7 +123,13 @@ class Storm:
         return pool.submit(do, step.name, *step.arguments)
 
     def _strike(self, name: str, *arguments: float | str) -> None:
-        self._crew.strikes.strike(name, *arguments)
+        if name != "halt":
+            self._crew.strikes.strike(name, *arguments)
+            return
+        begins = time.monotonic() + READY_S
+        with self._crew.hands.lines_open():
+            time.sleep(max(0.0, begins - time.monotonic()))
+            self._crew.strikes.strike(name, *arguments)
 
     def _do(self, name: str, *arguments: float | str) -> Attempt:
         """Do one deed; one whose door is broken is noted as far as it came."""
@@ -185,7 +193,5 @@ def summed(rows: list[Row]) -> list[Row]:
     for row in rows:
         key = (row.fault, row.metric)
         more = found[key].measured if key in found else 0.0
-        found[key] = Row(
-            row.fault, row.metric, row.limit, row.measured + more, row.at_least, row.always
-        )
+        found[key] = replace(row, measured=row.measured + more)
     return list(found.values())

@@ -74,11 +74,12 @@ class Decided:
 
 @dataclass(frozen=True)
 class Told:
-    """One state of the twin controller."""
+    """One state of the twin controller; ``holder`` holds control, empty: nobody."""
 
     at: float
     mode: str
     leader: str = ""
+    holder: str = ""
 
 
 @dataclass(frozen=True)

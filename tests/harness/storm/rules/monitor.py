@@ -14,33 +14,39 @@ from harness.storm.rules.pair import (
     apart_while_idle,
     dead_node,
     not_idle_again,
+    stranger_commands,
     two_leaders,
     without_author,
 )
 from harness.storm.rules.reading import lives, motions
+from harness.storm.rules.stalls import replayed
 from harness.storm.rules.stops import moves_after_stop, moves_by_itself
 
 Rule = Callable[[History], Iterator[Violation]]
 RULES: tuple[Rule, ...] = (
     moves_after_stop,
     moves_by_itself,
+    replayed,
     beyond_limits,
     above_eighty,
     two_leaders,
     apart_while_idle,
     without_author,
+    stranger_commands,
     not_idle_again,
     dead_node,
 )
 NAMES = (
     "moves after an acknowledged stop",
     "moves by itself",
+    "a request from before a stop is done behind a stall",
     "a joint beyond its range",
     "a joint beyond its speed",
     "the robot above 80 % while it follows",
     "two leaders",
     "apart while IDLE",
     "a motion without an author",
+    "a stranger commands beside the holder",
     "not IDLE again",
     "a node has died",
 )

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 from harness.scenes.truth import Row, tool_and_elbow
-from harness.storm.rules.history import SIDES, Decided, History, Told, Violation
+from harness.storm.rules.history import SIDES, Decided, Deed, History, Told, Violation
 from harness.storm.rules.reading import between, lives, motions
 
 LEADERS = {"REAL_LEADS": "real", "TWIN_LEADS": "twin", "OPERATOR_LEADS": "operator"}
@@ -25,6 +25,8 @@ BEFORE_S, AFTER_S = 1.0, 0.5
 """An author is named so long before or after the motion's begin."""
 BLIND_S = 1.0
 """So long around a fault the controller may not see what moves."""
+STRANGERS = ("gateway MOVE",)
+"""Commands of clients without a person."""
 REFUSALS = ("STOP", "PAUSE", "RESET", "ACKNOWLEDGE", "LINK_LOST", "LINKS_READY")
 """Decisions on these are no author of a motion."""
 
@@ -130,6 +132,21 @@ def not_idle_again(history: History) -> Iterator[Violation]:
     """RESET and ALIGN lead back to IDLE."""
     if history.unrecovered:
         yield Violation("not IDLE again", history.ended, history.ended, history.unrecovered)
+
+
+def stranger_commands(history: History) -> Iterator[Violation]:
+    """While somebody holds control, no stranger's command begins a motion."""
+    for deed in history.deeds:
+        if deed.name in STRANGERS and deed.acknowledged and held(history, deed):
+            text = f"{deed.name} was answered with yes: {deed.said}"
+            yield Violation("a stranger commands beside the holder", deed.sent, deed.sent, text)
+
+
+def held(history: History, deed: Deed) -> str:
+    """Return who held control from before a command until its answer, empty if nobody did."""
+    end = deed.sent if deed.answered is None else deed.answered
+    told = [s.holder for s in history.states if deed.sent - SILENT_S < s.at <= end]
+    return told[0] if told and len(set(told)) == 1 else ""
 
 
 def dead_node(history: History) -> Iterator[Violation]:

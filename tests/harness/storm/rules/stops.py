@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 
 from harness.scenes.truth import Row
+from harness.storm.names import BEGINS, WHOLE
 from harness.storm.rules.history import SIDES, Decided, Deed, History, Violation
 from harness.storm.rules.reading import (
     STILL,
@@ -40,12 +41,18 @@ BEGINS_S = 0.5
 """What has been answered begins no motion later than this."""
 STANDS = {"real": ("stall", "halt emulator"), "twin": ("stall", "halt simulator")}
 """Faults in which a side's own process stands still, and its joints with it."""
+LEFT_BY = ("ALIGN", *BEGINS)
+GONE = "kill twin_controller"
 ENDED = ("OFFLINE", "STOPPED", "PAUSED", "ESTOP", "FAULT")
 """Modes in which the controller says that both stand."""
 
 
 def moves_after_stop(history: History) -> Iterator[Violation]:
-    """No side moves later than its ramp after an acknowledged stop without a new command."""
+    """No side moves later than its ramp after an acknowledged stop without a new command.
+
+    The robot needs a person's: after a stop of the pair a program that never heard of it may go on
+    to command the twin for ever, and the robot stands.
+    """
     for stop in history.deeds:
         if not stops(history, stop):
             continue
@@ -55,7 +62,7 @@ def moves_after_stop(history: History) -> Iterator[Violation]:
 
 def _moves_after(history: History, stop: Deed, side: str) -> Iterator[Violation]:
     assert stop.answered is not None
-    again = _next_command(history, stop)
+    again = next_command(history, stop, side)
     since = reached(history, side, stop.answered)
     holes = aligning(history) if side == "twin" else []
     for life in lives(history, side):
@@ -74,15 +81,29 @@ def _moves_after(history: History, stop: Deed, side: str) -> Iterator[Violation]
             )
 
 
-def _next_command(history: History, stop: Deed) -> float:
+def next_command(history: History, stop: Deed, side: str) -> float:
     """Return when something was sent that may move a side again, infinity if nothing was."""
     since = stop.sent - AMBIGUOUS_S
+    left = _left(history, stop) if side == "real" and stop.name in WHOLE else since
     sent = [
-        max(deed.sent, since)
+        max(deed.sent, since if deed.name in BEGINS else left)
         for deed in history.deeds
-        if deed.kind == "motion" and deed.until >= since
+        if deed.kind == "motion" and deed.until >= (since if deed.name in BEGINS else left)
     ]
     return min(sent, default=math.inf)
+
+
+def _left(history: History, stop: Deed) -> float:
+    """Return from when on others than a person may lead the pair again.
+
+    Somebody has aligned it, or resumed it. Or the controller lost a side, or has gone: once all are
+    there again it aligns by itself.
+    """
+    since = stop.sent - AMBIGUOUS_S
+    left = [d.sent for d in history.deeds if d.name in LEFT_BY and d.sent >= since]
+    left += [d.at for d in history.decisions if d.at >= since and "OFFLINE" in (d.before, d.after)]
+    left += [s.begun for s in history.strikes if s.ended >= since and GONE in s.name]
+    return min(left, default=math.inf)
 
 
 def moves_by_itself(history: History) -> Iterator[Violation]:

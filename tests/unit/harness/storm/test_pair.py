@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import pytest
-from harness.storm.rules.history import Decided, Entry, Strike
+from harness.storm.rules.history import Decided, Entry, Strike, Told
 from harness.storm.rules.literal import history, motion, moving, states
 from harness.storm.rules.pair import (
     apart_while_idle,
     dead_node,
     not_idle_again,
+    stranger_commands,
     two_leaders,
     without_author,
 )
@@ -93,6 +96,28 @@ def test_pair_that_is_not_led_back_is_found() -> None:
     assert not list(not_idle_again(history()))
     (found,) = not_idle_again(history(unrecovered="FAULT after 60 s: heartbeat lost"))
     assert "heartbeat lost" in found.evidence
+
+
+HELD = [Told(0.05 * k, "IDLE", holder="operator 1") for k in range(200)]
+
+
+@pytest.mark.parametrize(
+    ("name", "success", "told", "found"),
+    [
+        ("gateway MOVE", True, HELD, 1),
+        ("gateway MOVE", False, HELD, 0),
+        ("MOVE", True, HELD, 0),
+        ("gateway MOVE", True, states("IDLE"), 0),
+        ("gateway MOVE", True, HELD[:39] + states("IDLE", begin=1.95), 0),
+    ],
+    ids=["accepted", "refused", "the holder's own", "nobody holds", "let go"],
+)
+def test_stranger_that_commands_beside_the_holder_is_found(
+    name: str, success: bool, told: list[Told], found: int
+) -> None:
+    """While one person held control from before it until its answer."""
+    deed = dataclasses.replace(motion(2.0, answered=2.1, success=success), name=name)
+    assert len(list(stranger_commands(history(states=told, deeds=[deed])))) == found
 
 
 def test_node_that_has_died_is_found() -> None:

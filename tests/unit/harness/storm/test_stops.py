@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from typing import Any
 
 import pytest
 from harness.storm.rules.history import Decided, History, Strike
@@ -83,6 +84,40 @@ def test_twin_may_align_after_a_stop_and_the_robot_may_not() -> None:
     deeds = [stop(2.0)]
     assert not list(moves_after_stop(history(twin=way, deeds=deeds, decisions=decisions)))
     assert list(moves_after_stop(history(real=way, deeds=deeds, decisions=decisions)))
+
+
+SENT_ON = dataclasses.replace(motion(3.0, until=3.1), name="jog")
+"""A program on the twin's side has not heard of the stop."""
+
+
+def test_program_that_never_hears_of_a_stop_moves_no_robot() -> None:
+    """The twin may be moved by it for a moment."""
+    moves = moving((3.1, 4.0, 50.0))
+    deeds = [stop(2.0), SENT_ON]
+    (found,) = moves_after_stop(history(moves, deeds=deeds))
+    assert "real: joint_1" in found.evidence
+    assert not list(moves_after_stop(history(twin=moves, deeds=deeds)))
+
+
+@pytest.mark.parametrize(
+    ("known", "found"),
+    [
+        ({}, 1),
+        ({"deeds": [release(2.5, "ALIGN")]}, 0),
+        ({"deeds": [release(1.5, "ALIGN")]}, 1),
+        ({"deeds": [release(2.5)]}, 1),
+        ({"decisions": [decided(2.5, "STOPPED", "OFFLINE")]}, 0),
+        ({"decisions": [decided(2.5, "STOPPED", "TWIN_LEADS", "twin")]}, 1),
+        ({"strikes": [Strike("kill twin_controller 0.1", 2.4, 2.6)]}, 0),
+        ({"strikes": [Strike("halt recorder 0.1", 2.4, 2.6)]}, 1),
+    ],
+    ids=["nothing", "aligned", "aligned before", "reset", "lost", "led", "killed", "halted"],
+)
+def test_stopped_pair_is_left_by_a_person_or_a_lost_side(known: dict[str, Any], found: int) -> None:
+    """Then a program may lead it again; a decision of the controller alone is no reason."""
+    deeds = [stop(2.0), SENT_ON, *known.pop("deeds", ())]
+    made = history(moving((3.1, 4.0, 50.0)), deeds=deeds, **known)
+    assert len(list(moves_after_stop(made))) == found
 
 
 def test_motion_of_a_command_in_force_keeps_the_rule() -> None:
